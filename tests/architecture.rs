@@ -61,8 +61,24 @@ const RULES: [Rule; 7] = [
         ],
     },
     Rule {
-        folder: "ingest",
+        folder: "can",
         crates: &[],
+        floors: &[
+            "bits",
+            "frame",
+            "unit",
+            "indicator",
+            "tally",
+            "container",
+            "message",
+            "j1939",
+            "database",
+            "decoder",
+        ],
+    },
+    Rule {
+        folder: "ingest",
+        crates: &["tipwatch_can"],
         floors: &[
             "large_columns",
             "schema",
@@ -79,13 +95,14 @@ const RULES: [Rule; 7] = [
     },
     Rule {
         folder: "binding",
-        crates: &["tipwatch_ingest", "tipwatch_mechanics"],
+        crates: &["tipwatch_can", "tipwatch_ingest", "tipwatch_mechanics"],
         floors: &[],
     },
     Rule {
         folder: "analyze",
         crates: &[
             "tipwatch_binding",
+            "tipwatch_can",
             "tipwatch_ingest",
             "tipwatch_mechanics",
             "tipwatch_suspension",

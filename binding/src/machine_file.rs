@@ -6,6 +6,7 @@ use tipwatch_ingest::{Log, robot_description};
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 
+use crate::can_signals::CanError;
 use crate::text_file::read_text;
 
 /// A machine file as read.
@@ -70,6 +71,9 @@ pub enum MachineFileError {
     /// The log that may contain the URDF cannot be read.
     #[error(transparent)]
     Log(#[from] tipwatch_ingest::Error),
+    /// A CAN signal is not described.
+    #[error(transparent)]
+    Can(#[from] CanError),
     /// The text is not a valid machine file, or describes an invalid machine.
     #[error(transparent)]
     Machine(#[from] MachineError),

@@ -158,5 +158,6 @@ fn field(topic: String) -> FieldSpec {
         joint: None,
         scale: 1.0,
         offset: 0.0,
+        can: None,
     }
 }

@@ -71,7 +71,7 @@ pub use crate::{
     },
     file::Format,
     large_columns::ColumnMemory,
-    log::Log,
+    log::{CanTopic, Log},
     message::{
         BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, RawMessage,
         SensorKind, Topic, TopicId,

@@ -352,6 +352,30 @@ fn rosbag2_databases() {
 }
 
 #[test]
+fn can_containers() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../can/tests/data");
+    let names = [
+        "mixed.log",
+        "mixed.asc",
+        "mixed.blf",
+        "mixed.mf4",
+        "mixed_plain.mf4",
+    ];
+    let seeds = names.map(|name| std::fs::read(folder.join(name)).unwrap());
+    fuzz!(seeds.to_vec(), |bytes: &[u8], _| read_log(bytes));
+}
+
+#[test]
+fn csv_tables() {
+    let seeds = texts(&[
+        "time_s,x,y\n1,2,3\n2,,nan\n3,-1e3,x\n",
+        "\"t [ms]\";a\n1,5;2,5\n2,5;true\n",
+        "timestamp,x\n2023-11-14T22:13:20Z,1\n2023-11-14 22:13:21,2\n",
+    ]);
+    fuzz!(seeds, |bytes: &[u8], _| read_log(bytes));
+}
+
+#[test]
 fn rosbag2_folder_metadata() {
     let folder = tempfile::tempdir().unwrap();
     let database = database(&[JOINTS], &rows(&joint_messages(0, 5)), true);

@@ -8,6 +8,7 @@ mod support; // CDR messages and logs made in memory
 mod bags; // bags of ROS 1
 mod batches; // several threads give the same result as one
 mod binding; // which topic carries a signal
+mod can_files; // files of CAN loggers
 mod clocks; // all topics of a log on one clock
 mod damage; // nothing panics, everything intact is read
 mod databases; // databases after crashes, and of every schema version
@@ -23,6 +24,7 @@ mod sensor_blocks; // samples in blocks equal whole columns
 mod sensors; // messages to samples
 mod skipped_chunks; // chunks without a wanted topic are not read
 mod static_frames; // transforms of /tf_static
+mod tables; // CSV and Parquet
 mod timing; // clocks, gaps, offsets
 mod variants; // two hundred damaged variants of each format
 mod writing; // what is written can be read

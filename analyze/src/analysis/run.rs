@@ -92,7 +92,7 @@ fn analyse_with<S: RowSink>(
     is_kept: bool,
     begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
 ) -> Result<(Analysis, S)> {
-    let log = Log::open(path)?;
+    let log = file.open_log(path)?;
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
     let scope = evaluation::scope(&options);
@@ -245,7 +245,7 @@ pub(crate) fn posture_in_log(
     path: &Path,
     file: &MachineFile,
 ) -> Result<(Machine, Vec<f64>, Vec<GrossInput>)> {
-    let log = Log::open(path)?;
+    let log = file.open_log(path)?;
     let loaded = load(&log, file, &mut |_| {})?;
     let (rows, _) = estimate(&loaded, &Options::default())?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
@@ -443,6 +443,11 @@ fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Prove
         log_format: log.format().to_string(),
         machine_file: hash_of(file.path.display().to_string(), file.text.as_bytes()),
         urdf: loaded.urdf.clone(),
+        dbc_files: file
+            .dbc_files()
+            .iter()
+            .map(|file| hash_file(file))
+            .collect::<Result<_>>()?,
         imu_mounting: loaded.machine.imu().source.clone(),
     })
 }

@@ -32,6 +32,9 @@ pub struct Provenance {
     pub machine_file: FileHash,
     /// The URDF: a file, or the topic it was read from.
     pub urdf: FileHash,
+    /// The DBC files that describe CAN messages; absent without CAN signals.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dbc_files: Vec<FileHash>,
     /// Mounting of the inertial measurement unit (IMU) and its source.
     pub imu_mounting: String,
     /// Whether, when and with what result the machine was commissioned.

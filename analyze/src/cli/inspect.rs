@@ -17,6 +17,9 @@ pub(super) struct InspectArgs {
     /// A machine file whose [signals] are bound.
     #[arg(long)]
     machine: Option<PathBuf>,
+    /// A DBC file that describes the messages of CAN buses; may be given several times.
+    #[arg(long, value_name = "FILE")]
+    dbc: Vec<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -30,7 +33,8 @@ pub(super) struct InspectArgs {
 
 pub(super) fn run(args: &InspectArgs, terminal: Terminal) -> Result<Exit> {
     let file = args.machine.as_deref().map(MachineFile::read).transpose()?;
-    let inspection = inspect::inspect(&args.log, file.as_ref())?;
+    let databases = inspect::read_databases(&args.dbc, file.as_ref())?;
+    let inspection = inspect::inspect(&args.log, file.as_ref(), &databases)?;
     inspect::print(&inspection, args.json)?;
     if let Some(out) = &args.write_machine {
         let missing = first_machine::write(&args.log, args.urdf.as_deref(), out)?;

@@ -111,6 +111,7 @@ pub fn write(analysis: &Analysis, files: Files<'_>, folder: &Path) -> Result<Str
     if Path::new(&from.urdf.path).is_file() {
         inputs.push(input("urdf", from.urdf.clone()));
     }
+    inputs.extend(from.dbc_files.iter().map(|file| input("dbc", file.clone())));
     if let Some(file) = &from.commissioning_file {
         inputs.push(input("commissioning", file.clone()));
     }

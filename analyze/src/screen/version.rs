@@ -20,6 +20,8 @@ struct Ingredients<'a> {
     record_schema: u32,
     machine_file: &'a str,
     urdf: Option<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    dbc_files: Vec<String>,
     options: &'a Options,
 }
 
@@ -33,12 +35,15 @@ pub(super) fn analysis_version(machine: &MachineFile, options: &Options) -> Resu
     // without a URDF in the machine file, the one in the log is part of the log
     let urdf = machine.spec.urdf.as_ref();
     let urdf = urdf.map(|name| hash_file(&folder.join(name))).transpose()?;
+    let dbc_files = machine.dbc_files();
+    let dbc_files = dbc_files.iter().map(|file| Ok(hash_file(file)?.sha256));
     let ingredients = Ingredients {
         tipwatch: env!("CARGO_PKG_VERSION"),
         summary_schema: summary::SCHEMA,
         record_schema: RECORD_SCHEMA,
         machine_file: &machine_sha256(machine),
         urdf: urdf.map(|file| file.sha256),
+        dbc_files: dbc_files.collect::<Result<_>>()?,
         options,
     };
     let text = serde_json::to_string(&ingredients)?;

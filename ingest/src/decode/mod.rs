@@ -1,6 +1,7 @@
 //! From the bytes of one message to numbers and strings.
 
 mod binary;
+mod can_frame;
 mod error;
 mod fields;
 mod json;
@@ -10,6 +11,11 @@ mod number_fields;
 mod protobuf;
 mod sensor;
 
+pub(crate) use self::{
+    can_frame::{FrameDecoder, Stamp, is_can_frame},
+    layout::layout_of,
+    number_decoder::NumberDecoder,
+};
 pub use self::{
     error::DecodeError,
     fields::Fields,
@@ -18,4 +24,3 @@ pub use self::{
     number_fields::number_fields,
     sensor::{SensorDecoder, SensorSample},
 };
-pub(crate) use self::{layout::layout_of, number_decoder::NumberDecoder};

@@ -2,16 +2,21 @@
 
 use std::{fs::File, io::Read, path::Path};
 
-use super::format::Format;
+use tipwatch_can::ContainerFormat;
+
+use super::{format::Format, table_time::is_csv};
 use crate::message::Error;
 
 /// The first line of every bag, version 2.0.
 pub(crate) const BAG_MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 const OTHER_BAG_MAGIC: &[u8] = b"#ROS";
+const PARQUET_MAGIC: &[u8] = b"PAR1";
 const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 pub(crate) const LONGEST_MAGIC_BYTES: u64 = 16;
+/// Enough to see the format of a text.
+const BEGINNING_BYTES: u64 = 4096;
 
 /// The content of a file, judged by its first bytes.
 pub(crate) enum Content {
@@ -56,9 +61,7 @@ pub(crate) fn content_of(path: &Path) -> Result<Content, Error> {
 
 fn first_bytes_of(source: impl Read) -> std::io::Result<Vec<u8>> {
     let mut first_bytes = Vec::new();
-    source
-        .take(LONGEST_MAGIC_BYTES)
-        .read_to_end(&mut first_bytes)?;
+    source.take(BEGINNING_BYTES).read_to_end(&mut first_bytes)?;
     Ok(first_bytes)
 }
 
@@ -73,8 +76,15 @@ fn classify(first_bytes: &[u8]) -> Content {
         Content::Unsupported("ROS bag of a version other than 2.0")
     } else if first_bytes.is_empty() {
         Content::Unknown("an empty file".to_owned())
+    } else if let Some(format) = ContainerFormat::of(first_bytes) {
+        Content::Log(format.into())
+    } else if first_bytes.starts_with(PARQUET_MAGIC) {
+        Content::Log(Format::Parquet)
+    } else if is_csv(first_bytes) {
+        Content::Log(Format::Csv)
     } else {
-        let text = first_bytes.escape_ascii();
+        let shown = first_bytes.len().min(LONGEST_MAGIC_BYTES as usize);
+        let text = first_bytes.get(..shown).unwrap_or_default().escape_ascii();
         Content::Unknown(format!("the first bytes \"{text}\""))
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use strum::Display;
+use tipwatch_can::ContainerFormat;
 
 /// The format of log files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Display)]
@@ -17,6 +18,35 @@ pub enum Format {
     /// The SQLite database of rosbag2.
     #[strum(serialize = "rosbag2 SQLite")]
     Rosbag2Sqlite,
+    /// CAN frames as text of candump.
+    #[strum(serialize = "candump")]
+    Candump,
+    /// CAN frames of Vector tools, as text.
+    #[strum(serialize = "Vector ASC")]
+    Asc,
+    /// CAN frames of Vector tools.
+    #[strum(serialize = "Vector BLF")]
+    Blf,
+    /// CAN frames in ASAM MDF, version 4.
+    #[strum(serialize = "ASAM MF4")]
+    Mf4,
+    /// A table in text, with a column of time.
+    #[strum(serialize = "CSV table")]
+    Csv,
+    /// A table in Parquet, with a column of time.
+    #[strum(serialize = "Parquet table")]
+    Parquet,
+}
+
+impl From<ContainerFormat> for Format {
+    fn from(format: ContainerFormat) -> Self {
+        match format {
+            ContainerFormat::Candump => Self::Candump,
+            ContainerFormat::Asc => Self::Asc,
+            ContainerFormat::Blf => Self::Blf,
+            ContainerFormat::Mf4 => Self::Mf4,
+        }
+    }
 }
 
 impl Format {
@@ -24,7 +54,14 @@ impl Format {
     pub fn has_publish_time(self) -> bool {
         match self {
             Format::Mcap => true,
-            Format::Ros1Bag | Format::Rosbag2Sqlite => false,
+            Format::Ros1Bag
+            | Format::Rosbag2Sqlite
+            | Format::Candump
+            | Format::Asc
+            | Format::Blf
+            | Format::Mf4
+            | Format::Csv
+            | Format::Parquet => false,
         }
     }
 }

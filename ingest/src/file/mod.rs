@@ -4,6 +4,7 @@ mod content;
 mod file_bytes;
 mod format;
 mod log_file;
+pub(crate) mod table_time;
 
 pub use self::format::Format;
 pub(crate) use self::{

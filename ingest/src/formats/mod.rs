@@ -4,11 +4,13 @@
 //! [`Format`](crate::Format), one line in [`open`] and one in `file::content`.
 
 mod bag;
+mod can_container;
 mod mcap;
 mod open;
 mod reader;
 mod records;
 mod rosbag2_sqlite;
+mod table;
 
 pub(crate) use self::{
     open::open,

@@ -1,9 +1,18 @@
 //! Opens one file with the reader of its format.
 
+use tipwatch_can::ContainerFormat;
+
 use super::reader::FileReader;
 use crate::{
     file::{Format, LogFile},
-    formats::{bag::Bag, mcap::Mcap, records::RecordReader, rosbag2_sqlite::SqliteReader},
+    formats::{
+        bag::Bag,
+        can_container::CanReader,
+        mcap::Mcap,
+        records::RecordReader,
+        rosbag2_sqlite::SqliteReader,
+        table::{CsvReader, ParquetReader},
+    },
     message::{Error, Losses, TopicTable},
 };
 
@@ -18,5 +27,20 @@ pub(crate) fn open(
         Format::Mcap => Box::new(RecordReader::<Mcap>::open(file, topics, losses)?),
         Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(file, topics, losses)?),
         Format::Rosbag2Sqlite => Box::new(SqliteReader::open(file, topics, losses)?),
+        Format::Csv => Box::new(CsvReader::open(file, topics, losses)?),
+        Format::Parquet => Box::new(ParquetReader::open(file, topics, losses)?),
+        Format::Candump => can(ContainerFormat::Candump, file, topics, losses)?,
+        Format::Asc => can(ContainerFormat::Asc, file, topics, losses)?,
+        Format::Blf => can(ContainerFormat::Blf, file, topics, losses)?,
+        Format::Mf4 => can(ContainerFormat::Mf4, file, topics, losses)?,
     })
+}
+
+fn can(
+    format: ContainerFormat,
+    file: &LogFile,
+    topics: &mut TopicTable,
+    losses: &mut Losses,
+) -> Result<Box<dyn FileReader>, Error> {
+    Ok(Box::new(CanReader::open(format, file, topics, losses)?))
 }

@@ -1,9 +1,10 @@
 //! A log as a whole: which files belong to it, and the reading of all of them in order.
 
+mod can_topics;
 mod log_files;
 mod open_log;
 mod recognise;
 mod rosbag2_folder;
 mod rosbag2_metadata;
 
-pub use self::open_log::Log;
+pub use self::{can_topics::CanTopic, open_log::Log};

@@ -8,8 +8,15 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{log_files::LogFiles, recognise};
+use super::{
+    can_topics::{CanPass, CanTopic, CanTopics},
+    log_files::LogFiles,
+    recognise,
+};
+use tipwatch_can::Frame;
+
 use crate::{
+    decode::{FrameDecoder, is_can_frame},
     file::{Format, LogFile, format_of},
     formats::{Batch, Batches, FileReader, Request, open},
     message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicTable},
@@ -31,6 +38,7 @@ pub struct Log {
     losses: Losses,
     /// Messages the recorder reports having written, by topic; empty if it reports none.
     declared_counts: BTreeMap<String, u64>,
+    can: CanTopics,
 }
 
 impl Log {
@@ -69,7 +77,23 @@ impl Log {
             topics,
             losses,
             declared_counts,
+            can: CanTopics::default(),
         })
+    }
+
+    /// Makes CAN messages topics: their frames are decoded while they are read, and every signal is a number in SI
+    /// units where its unit is known. What did not become a number is told in the notes of the losses.
+    ///
+    /// # Errors
+    /// The log has no such bus, or several and none is named.
+    pub fn decode_can(&mut self, wanted: &[CanTopic]) -> Result<(), Error> {
+        for topic in wanted {
+            self.can.add(topic, &mut self.topics)?;
+            for note in &topic.notes {
+                self.losses.note(note.clone());
+            }
+        }
+        Ok(())
     }
 
     /// The path that was opened.
@@ -104,6 +128,41 @@ impl Log {
             index: id.0,
             count: self.topics.len(),
         })
+    }
+
+    /// The topics that carry CAN frames.
+    pub fn can_buses(&self) -> impl Iterator<Item = &Topic> {
+        let is_bus = |topic: &&Topic| is_can_frame(&topic.type_name);
+        self.topics.iter().filter(is_bus)
+    }
+
+    /// Calls `visit` with every frame on a topic of CAN frames, in file order. The channel of the frames is 0.
+    ///
+    /// # Errors
+    /// The topic carries no frames, or the log cannot be read. Damage is reported in the losses.
+    pub fn read_can_frames(
+        &self,
+        bus: TopicId,
+        visit: &mut dyn FnMut(&Frame),
+    ) -> Result<Losses, Error> {
+        let topic = self.topic(bus)?;
+        let mut decoder = FrameDecoder::new(topic)?;
+        let mut frame = Frame::default();
+        let mut undecodable = 0;
+        let mut losses = self.read(&[bus], &mut |message| {
+            match decoder.decode(message.data, &mut frame) {
+                Ok(Some(_)) => {
+                    frame.time_ns = message.log_time_ns;
+                    visit(&frame);
+                }
+                _ => undecodable += 1,
+            }
+            ControlFlow::Continue(())
+        })?;
+        for _ in 0..undecodable {
+            losses.count_undecodable(&topic.name);
+        }
+        Ok(losses)
     }
 
     /// Damage found while opening. Opening scans the whole log only if it has no intact index.
@@ -154,6 +213,9 @@ impl Log {
         batches: Option<BatchSource<'_>>,
     ) -> Result<Losses, Error> {
         let wanted = self.wanted_flags(wanted)?;
+        if let Some(pass) = self.can.pass(&wanted) {
+            return self.read_can(&wanted, pass, visit, progress);
+        }
         if self.declared_counts.is_empty() {
             let batches = batches.map(|(empty, delivered)| Batches {
                 empty,
@@ -179,6 +241,33 @@ impl Log {
             self.read_files(&wanted, &mut count_and_visit, progress, batches)?;
         if flow.is_continue() {
             self.report_missing(&wanted, &seen, &mut losses);
+        }
+        Ok(losses)
+    }
+
+    /// Reads with CAN messages among the wanted topics: one message after the other, because what a frame means may
+    /// depend on those before it.
+    fn read_can(
+        &self,
+        wanted: &[bool],
+        mut pass: CanPass,
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Losses, Error> {
+        let of_files = |topic: &TopicId| !self.can.has(*topic);
+        let is_wanted = |topic: &TopicId| wanted.get(topic.0).copied().unwrap_or(false);
+        let all = self.topics.iter().map(|topic| topic.id);
+        let mut read: Vec<TopicId> = all.filter(is_wanted).filter(of_files).collect();
+        read.extend(pass.buses());
+        let mut is_broken = false;
+        let mut decode = |message: &RawMessage<'_>| {
+            let flow = pass.visit(message, visit);
+            is_broken = flow.is_break();
+            flow
+        };
+        let mut losses = self.read_in_batches(&read, &mut decode, progress, None)?;
+        if !is_broken {
+            pass.finish(&mut losses)?;
         }
         Ok(losses)
     }

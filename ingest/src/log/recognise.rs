@@ -36,6 +36,7 @@ fn format_by_name(path: &Path) -> Option<Format> {
     match path.extension()?.to_str()? {
         "mcap" => Some(Format::Mcap),
         "bag" => Some(Format::Ros1Bag),
+        "blf" => Some(Format::Blf),
         _ => None,
     }
 }

@@ -56,6 +56,35 @@ pub enum BindingError {
         /// Every topic of the log.
         available: Vec<String>,
     },
+    /// The frames of a CAN message cannot be found.
+    #[error(
+        "CAN message {message}: expected {}, found {}",
+        named.as_ref().map_or_else(
+            || "one topic of CAN frames, or topic = \"...\" to choose one".to_owned(),
+            |named| format!("CAN frames (can_msgs/msg/Frame) on topic {named}"),
+        ),
+        if available.is_empty() { "no topic of CAN frames".to_owned() } else { available.join(", ") }
+    )]
+    NoBus {
+        /// The message.
+        message: String,
+        /// The name in the machine file.
+        named: Option<String>,
+        /// Every topic of CAN frames.
+        available: Vec<String>,
+    },
+    /// Several controllers send a message, and none of them is named.
+    #[error(
+        "CAN message {topic}: expected one sender, found source addresses {}; name one: source = {}",
+        sources.iter().map(u8::to_string).collect::<Vec<_>>().join(", "),
+        sources.first().copied().unwrap_or(0)
+    )]
+    SeveralSources {
+        /// The message.
+        topic: String,
+        /// The source addresses.
+        sources: Vec<u8>,
+    },
     /// A field that the machine file names is not a field path.
     #[error(
         "topic {topic}: expected the path of one number, like wrench.force.z or forces[2].x, or a list of numbers and a joint, found \"{field}\""

@@ -9,6 +9,11 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = &[
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
     (
+        "can_msgs/Frame",
+        "std_msgs/Header header\nuint32 id\nbool is_rtr\nbool is_extended\nbool is_error\nuint8 dlc\n\
+         uint8[8] data\n",
+    ),
+    (
         "diagnostic_msgs/DiagnosticArray",
         "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n",
     ),
@@ -72,6 +77,11 @@ pub(super) const DEFINITIONS: &[(&str, &str)] = &[
         "nav_msgs/Odometry",
         "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n\
          geometry_msgs/TwistWithCovariance twist\n",
+    ),
+    (
+        "ros2_socketcan_msgs/FdFrame",
+        "std_msgs/Header header\nuint32 id\nbool is_extended\nbool is_error\nuint8 len\n\
+         uint8[<=64] data\n",
     ),
     ("rosgraph_msgs/Clock", "builtin_interfaces/Time clock\n"),
     (

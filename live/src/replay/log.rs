@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use tipwatch_binding::{MachineFile, arrivals, bind};
-use tipwatch_ingest::{Log, Losses, SensorRecording};
+use tipwatch_ingest::{Losses, SensorRecording};
 use tipwatch_mechanics::state::{Sample, Sensor};
 
 use crate::wire::identity::new_identity;
@@ -27,7 +27,7 @@ impl LogSamples {
     /// # Errors
     /// The log cannot be read, a signal is missing or ambiguous, or the machine does not match the log.
     pub fn read(path: &Path, file: &MachineFile, urdf: Option<&Path>) -> Result<Self> {
-        let log = Log::open(path)?;
+        let log = file.open_log(path)?;
         let urdf = file.urdf(urdf, Some(&log))?;
         let bound = bind(&log, &file.spec, &urdf.text, &urdf.name)?;
         let (machine, matched) = (&bound.machine, &bound.matched);

@@ -57,8 +57,8 @@ pub use plausibility_spec::{PlausibilitySpec, Policy};
 pub use reference::{Reference, ReferencePosture};
 pub(crate) use sampled::ParameterSampler;
 pub use signals::{
-    FieldSpec, ImuFields, JointFields, NumberSpec, OdometryFields, OneOrMany, SignalSpec,
-    SignalsSpec, WrenchFields,
+    CanMessageSpec, CanSpec, FieldSpec, ImuFields, JointFields, NumberSpec, OdometryFields,
+    OneOrMany, SignalSpec, SignalsSpec, WrenchFields, can_signals,
 };
 pub use spec::{
     ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,

@@ -76,11 +76,11 @@ impl<T> SignalSpec<T> {
     }
 }
 
-/// A number field of a log.
+/// A number field of a log: in the messages of a topic, or in CAN frames.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "FieldTable")]
 pub struct FieldSpec {
-    /// Topic, of any type.
+    /// Topic, of any type. For a CAN signal, the name of the topic that its message becomes.
     pub topic: String,
     /// Path of the number in its messages, like `fluid_pressure` or `forces[2].x`. With `joint`: a list of
     /// numbers parallel to a list of names, like `effort`, or a number in a list of named messages, like
@@ -89,11 +89,146 @@ pub struct FieldSpec {
     /// The name whose index in the list of names selects the number.
     pub joint: Option<String>,
     /// Factor applied to the number.
-    #[serde(default = "one")]
     pub scale: f64,
     /// Offset added after scaling.
-    #[serde(default)]
     pub offset: f64,
+    /// Where the number is in CAN frames.
+    pub can: Option<CanSpec>,
+}
+
+/// A signal in CAN frames: `{ topic, dbc, message, signal }` or `{ topic, pgn, source, signal }`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CanSpec {
+    /// The topic of the frames; `None` for the only one of the log.
+    pub bus: Option<String>,
+    /// Where the message is described.
+    pub message: CanMessageSpec,
+    /// The only sender (SAE J1939).
+    pub source: Option<u8>,
+    /// The signal.
+    pub signal: String,
+}
+
+/// Where a CAN message is described.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum CanMessageSpec {
+    /// In a DBC file, relative to the machine file, by name.
+    Dbc {
+        /// The file.
+        file: String,
+        /// The message.
+        message: String,
+    },
+    /// A public parameter group of SAE J1939.
+    ParameterGroup(u32),
+}
+
+impl CanSpec {
+    /// The name of the topic that the message becomes.
+    #[must_use]
+    pub fn topic(&self) -> String {
+        let bus = self.bus.as_deref().unwrap_or("can");
+        let source = self
+            .source
+            .map_or(String::new(), |source| format!("@{source}"));
+        match &self.message {
+            CanMessageSpec::Dbc { message, .. } => format!("{bus}/{message}{source}"),
+            CanMessageSpec::ParameterGroup(pgn) => format!("{bus}/PGN{pgn}{source}"),
+        }
+    }
+}
+
+/// The keys of a [`FieldSpec`] as written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FieldTable {
+    topic: Option<String>,
+    field: Option<String>,
+    joint: Option<String>,
+    #[serde(default = "one")]
+    scale: f64,
+    #[serde(default)]
+    offset: f64,
+    dbc: Option<String>,
+    message: Option<String>,
+    pgn: Option<u32>,
+    source: Option<u8>,
+    signal: Option<String>,
+}
+
+impl TryFrom<FieldTable> for FieldSpec {
+    type Error = &'static str;
+
+    fn try_from(table: FieldTable) -> Result<Self, Self::Error> {
+        const KEYS: &str = "a CAN signal: expected { topic, dbc, message, signal } or { topic, pgn, source, signal }, \
+             of which topic and source may be missing, and no field or joint";
+        let FieldTable {
+            topic,
+            field,
+            joint,
+            scale,
+            offset,
+            ..
+        } = table;
+        let message = match (table.dbc, table.message, table.pgn) {
+            (None, None, None) if table.signal.is_none() && table.source.is_none() => {
+                return Ok(Self {
+                    topic: topic.ok_or("missing field `topic`")?,
+                    field,
+                    joint,
+                    scale,
+                    offset,
+                    can: None,
+                });
+            }
+            (Some(file), Some(message), None) => CanMessageSpec::Dbc { file, message },
+            (None, None, Some(pgn)) => CanMessageSpec::ParameterGroup(pgn),
+            _ => return Err(KEYS),
+        };
+        let (Some(signal), None, None) = (table.signal, field, joint) else {
+            return Err(KEYS);
+        };
+        let can = CanSpec {
+            bus: topic,
+            message,
+            source: table.source,
+            signal,
+        };
+        Ok(Self {
+            topic: can.topic(),
+            field: Some(can.signal.clone()),
+            joint: None,
+            scale,
+            offset,
+            can: Some(can),
+        })
+    }
+}
+
+/// All CAN signals that a machine file names, wherever they stand in it.
+#[must_use]
+pub fn can_signals(text: &str) -> Vec<CanSpec> {
+    fn collect(value: &toml::Value, into: &mut Vec<CanSpec>) {
+        match value {
+            toml::Value::Table(table) => {
+                let field = table
+                    .contains_key("signal")
+                    .then(|| FieldSpec::deserialize(value.clone()));
+                match field {
+                    Some(Ok(FieldSpec { can: Some(can), .. })) => into.push(can),
+                    _ => table.values().for_each(|value| collect(value, into)),
+                }
+            }
+            toml::Value::Array(values) => values.iter().for_each(|value| collect(value, into)),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    // a text that is no machine file is refused where it is read
+    if let Ok(table) = text.parse::<toml::Table>() {
+        collect(&toml::Value::Table(table), &mut found);
+    }
+    found
 }
 
 fn one() -> f64 {

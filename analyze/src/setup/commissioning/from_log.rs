@@ -4,7 +4,6 @@ use std::path::Path;
 
 use anyhow::Result;
 use tipwatch_binding::{Commissioning, CommissioningSource, MachineFile, Urdf, sha256};
-use tipwatch_ingest::Log;
 use tipwatch_mechanics::commissioning::{Answers, Assessment, Recording, assess};
 
 use crate::base::file_hash::hash_file;
@@ -26,7 +25,7 @@ pub struct LogCommissioning {
 /// # Errors
 /// The machine file does not describe a machine, or the log does not fit it.
 pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
-    let log = Log::open(path)?;
+    let log = file.open_log(path)?;
     let loaded = load(&log, file, &mut |_| {})?;
     let sensors = &loaded.matched.sensors;
     let mut recording = Recording::new(sensors);

@@ -10,6 +10,7 @@ use tipwatch_ingest::{
     SensorTopics, TimeBase, Topic, TopicId, record_sensors, robot_description,
 };
 
+use super::can::{self, Described};
 use super::document::{ClockInspection, Inspection, SCHEMA, SignalInspection, TopicInspection};
 use crate::analysis::clock::text;
 use crate::analysis::run;
@@ -18,12 +19,19 @@ use crate::base::error_text::error_text;
 /// Reason for a signal without a topic of its own.
 const BY_NUMBERS: &str = "fields named in the machine file";
 
-/// Inspects a log; `file` resolves ambiguous topics.
+/// Inspects a log; `file` resolves ambiguous topics, `databases` describe the messages of its CAN buses.
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
-    let log = Log::open(path)?;
+pub fn inspect(
+    path: &Path,
+    file: Option<&MachineFile>,
+    databases: &[Described],
+) -> Result<Inspection> {
+    let log = match file {
+        Some(file) => file.open_log(path)?,
+        None => Log::open(path)?,
+    };
     let named = file.map_or(
         NamedTopics {
             has_tool: true,
@@ -41,6 +49,7 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
         let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
         losses.merge(&log.read(&ids, &mut |_| ControlFlow::Continue(()))?);
     }
+    let can = can::inspect(&log, databases, &mut losses)?;
     let topics = log
         .topics()
         .iter()
@@ -62,6 +71,7 @@ pub fn inspect(path: &Path, file: Option<&MachineFile>) -> Result<Inspection> {
             .collect(),
         bytes: log.bytes(),
         topics,
+        can,
         signals,
         clock: clock_inspection(&log, file, &clocks),
         binding_error,

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use tipwatch_ingest::{Losses, StampCorrection, StampSource, TopicTiming};
 
+use super::can::BusInspection;
 use crate::analysis::clock::ClockOffsets;
 use crate::analysis::clock::text::TopicsFinding;
 
@@ -17,6 +18,9 @@ pub struct Inspection {
     pub(super) files: Vec<String>,
     pub(super) bytes: u64,
     pub(super) topics: Vec<TopicInspection>,
+    /// Messages on CAN buses.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) can: Vec<BusInspection>,
     pub(super) signals: Vec<SignalInspection>,
     pub(super) clock: ClockInspection,
     /// Why signals cannot be bound.

@@ -31,6 +31,9 @@ fn table(inspection: &Inspection) -> Result<String, std::fmt::Error> {
     for topic in &inspection.topics {
         write!(out, "{}", describe_topic(topic))?;
     }
+    for bus in &inspection.can {
+        write!(out, "\n{bus}")?;
+    }
     writeln!(out, "\nsignals")?;
     for signal in &inspection.signals {
         writeln!(

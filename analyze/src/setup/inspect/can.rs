@@ -1,0 +1,351 @@
+//! The messages on the CAN buses of a log.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use serde::Serialize;
+use tipwatch_binding::{MachineFile, read_dbc};
+use tipwatch_can::j1939::{self, Identifier};
+use tipwatch_can::{Addressing, CanId, Database, Decoder, Frame, FrameKind, Message, Selection};
+use tipwatch_ingest::{Log, Losses, Topic};
+
+/// Buses have some hundreds of identifiers; further ones are counted together.
+const MOST_IDS: usize = 2048;
+
+/// A DBC file that was read.
+#[derive(Debug)]
+pub struct Described {
+    /// The file.
+    pub path: PathBuf,
+    /// What it describes.
+    pub database: Database,
+}
+
+/// Reads the DBC files that were given and those that the machine file names.
+///
+/// # Errors
+/// A file cannot be read, or is not a DBC file.
+pub fn read_databases(given: &[PathBuf], file: Option<&MachineFile>) -> Result<Vec<Described>> {
+    let mut paths = given.to_vec();
+    paths.extend(file.map(MachineFile::dbc_files).unwrap_or_default());
+    let mut databases: Vec<Described> = Vec::new();
+    for path in paths {
+        if !databases.iter().any(|known| known.path == path) {
+            let database = read_dbc(&path)?;
+            databases.push(Described { path, database });
+        }
+    }
+    Ok(databases)
+}
+
+/// One bus.
+#[derive(Debug, Serialize)]
+pub(super) struct BusInspection {
+    /// The topic of its frames.
+    topic: String,
+    frames: u64,
+    error_frames: u64,
+    remote_frames: u64,
+    messages: Vec<MessageInspection>,
+    /// Frames of identifiers beyond those listed.
+    other_frames: u64,
+}
+
+/// The frames of one identifier, or one message of several packets.
+#[derive(Debug, Serialize)]
+struct MessageInspection {
+    /// Hexadecimal, of 3 or 8 digits.
+    id: String,
+    pgn: Option<u32>,
+    source: Option<u8>,
+    name: Option<String>,
+    /// The DBC file, or "SAE J1939".
+    described_by: Option<String>,
+    frames: u64,
+    rate_hz: Option<f64>,
+    signals: Vec<CanSignalInspection>,
+    /// What did not become numbers.
+    notes: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct CanSignalInspection {
+    name: String,
+    /// The unit of the values here.
+    unit: String,
+    numbers: u64,
+    least: Option<f64>,
+    greatest: Option<f64>,
+}
+
+/// What was seen of an identifier.
+struct Seen {
+    frames: u64,
+    first_ns: i64,
+    last_ns: i64,
+    decoder: Option<Reading>,
+}
+
+/// The signals of a message.
+struct Reading {
+    decoder: Decoder,
+    described_by: String,
+    numbers: Vec<(u64, f64, f64)>,
+}
+
+/// Lists the messages of all buses; adds what was lost.
+pub(super) fn inspect(
+    log: &Log,
+    databases: &[Described],
+    losses: &mut Losses,
+) -> Result<Vec<BusInspection>> {
+    let buses: Vec<&Topic> = log.can_buses().collect();
+    let mut inspections = Vec::with_capacity(buses.len());
+    for bus in buses {
+        let mut inspection = BusInspection {
+            topic: bus.name.clone(),
+            frames: 0,
+            error_frames: 0,
+            remote_frames: 0,
+            messages: Vec::new(),
+            other_frames: 0,
+        };
+        let mut seen: BTreeMap<CanId, Seen> = BTreeMap::new();
+        let mut long = long_messages(databases);
+        let found = log.read_can_frames(bus.id, &mut |frame| {
+            inspection.take(frame, databases, &mut seen);
+            for reading in &mut long {
+                reading.take(frame);
+            }
+        })?;
+        losses.merge(&found);
+        let listed = seen.into_iter().map(|(id, seen)| seen.inspection(id));
+        inspection.messages = listed.collect();
+        let long = long.into_iter().filter_map(Reading::long_inspection);
+        inspection.messages.extend(long);
+        inspections.push(inspection);
+    }
+    Ok(inspections)
+}
+
+impl BusInspection {
+    fn take(&mut self, frame: &Frame, databases: &[Described], seen: &mut BTreeMap<CanId, Seen>) {
+        self.frames += 1;
+        match frame.kind {
+            FrameKind::Error => {
+                self.error_frames += 1;
+                return;
+            }
+            FrameKind::Remote => self.remote_frames += 1,
+            FrameKind::Data => {}
+        }
+        if seen.len() == MOST_IDS && !seen.contains_key(&frame.id) {
+            self.other_frames += 1;
+            return;
+        }
+        let seen = seen.entry(frame.id).or_insert_with(|| Seen {
+            frames: 0,
+            first_ns: frame.time_ns,
+            last_ns: frame.time_ns,
+            decoder: description(frame.id, databases),
+        });
+        seen.frames += 1;
+        seen.first_ns = seen.first_ns.min(frame.time_ns);
+        seen.last_ns = seen.last_ns.max(frame.time_ns);
+        if let Some(reading) = &mut seen.decoder {
+            reading.take(frame);
+        }
+    }
+}
+
+/// The description of an identifier: by the DBC files, else a public parameter group.
+fn description(id: CanId, databases: &[Described]) -> Option<Reading> {
+    let group = Identifier::of(id);
+    let is_of = |message: &&Message| match (message.addressing, group) {
+        (Addressing::Id(of), _) => of == id,
+        (Addressing::ParameterGroup { pgn, source }, Some(group)) => {
+            pgn == group.pgn && source.is_none_or(|source| source == group.source)
+        }
+        (Addressing::ParameterGroup { .. }, None) => false,
+    };
+    for described in databases {
+        if let Some(message) = described.database.messages.iter().find(is_of) {
+            return Some(Reading::new(message, file_name(&described.path)));
+        }
+    }
+    let message = j1939::public_group(group?.pgn)?;
+    Some(Reading::new(&message, "SAE J1939".into()))
+}
+
+/// Messages that no single frame holds.
+fn long_messages(databases: &[Described]) -> Vec<Reading> {
+    let mut readings = Vec::new();
+    for described in databases {
+        let messages = described.database.messages.iter();
+        let is_long = |message: &&Message| message.pgn().is_some() && message.len > 8;
+        for message in messages.filter(is_long) {
+            readings.push(Reading::new(message, file_name(&described.path)));
+        }
+    }
+    readings
+}
+
+fn file_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}
+
+impl Reading {
+    fn new(message: &Message, described_by: String) -> Self {
+        Self {
+            numbers: vec![(0, f64::INFINITY, f64::NEG_INFINITY); message.signals.len()],
+            decoder: Decoder::new(vec![Selection::of(message.clone())]),
+            described_by,
+        }
+    }
+
+    fn take(&mut self, frame: &Frame) {
+        let numbers = &mut self.numbers;
+        self.decoder.decode(frame, &mut |_, values| {
+            for ((count, least, greatest), value) in numbers.iter_mut().zip(values) {
+                if value.is_finite() {
+                    *count += 1;
+                    *least = least.min(*value);
+                    *greatest = greatest.max(*value);
+                }
+            }
+        });
+    }
+
+    fn message(&self) -> Option<&Message> {
+        self.decoder
+            .selections()
+            .next()
+            .map(|selection| &selection.message)
+    }
+
+    fn signals(&self) -> Vec<CanSignalInspection> {
+        let signals = self.message().map(|message| message.signals.as_slice());
+        let both = signals.unwrap_or_default().iter().zip(&self.numbers);
+        both.map(
+            |(signal, &(numbers, least, greatest))| CanSignalInspection {
+                name: signal.name.clone(),
+                unit: match signal.is_converted {
+                    true => signal.si.symbol.into(),
+                    false => signal.unit.clone(),
+                },
+                numbers,
+                least: (numbers > 0).then_some(least),
+                greatest: (numbers > 0).then_some(greatest),
+            },
+        )
+        .collect()
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let tally = self.decoder.tally(0);
+        let lines = tally
+            .zip(self.message())
+            .map(|(tally, message)| message.told(&tally));
+        lines.unwrap_or_default()
+    }
+
+    /// For messages of several packets; `None` if there were none.
+    fn long_inspection(self) -> Option<MessageInspection> {
+        let tally = self.decoder.tally(0)?;
+        let message = self.message()?;
+        (tally.frames + tally.incomplete > 0).then(|| MessageInspection {
+            id: "transport".into(),
+            pgn: message.pgn(),
+            source: tally.sources.keys().next().copied(),
+            name: Some(message.name.clone()),
+            described_by: Some(self.described_by.clone()),
+            frames: tally.frames,
+            rate_hz: None,
+            signals: self.signals(),
+            notes: self.notes(),
+        })
+    }
+}
+
+impl Seen {
+    fn inspection(self, id: CanId) -> MessageInspection {
+        let group = Identifier::of(id);
+        let span_s = (self.last_ns - self.first_ns) as f64 * 1e-9;
+        let periods = self.frames.saturating_sub(1) as f64;
+        let reading = self.decoder;
+        let message = reading.as_ref().and_then(Reading::message);
+        MessageInspection {
+            id: match id.is_extended {
+                true => format!("{:08X}", id.raw),
+                false => format!("{:03X}", id.raw),
+            },
+            pgn: group.map(|group| group.pgn),
+            source: group.map(|group| group.source),
+            name: message.map(|message| message.name.clone()),
+            described_by: reading.as_ref().map(|reading| reading.described_by.clone()),
+            frames: self.frames,
+            rate_hz: (span_s > 0.0).then(|| periods / span_s),
+            signals: reading.as_ref().map(Reading::signals).unwrap_or_default(),
+            notes: reading.as_ref().map(Reading::notes).unwrap_or_default(),
+        }
+    }
+}
+
+impl fmt::Display for BusInspection {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            out,
+            "CAN messages of {} ({} frames)",
+            self.topic, self.frames
+        )?;
+        for message in &self.messages {
+            write!(out, "{message}")?;
+        }
+        let others = [
+            (self.error_frames, "error frames of the bus"),
+            (self.remote_frames, "remote frames, which carry no data"),
+            (self.other_frames, "frames of further identifiers"),
+        ];
+        for (count, what) in others.into_iter().filter(|(count, _)| *count > 0) {
+            writeln!(out, "  {count} {what}")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for MessageInspection {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.name.as_deref().unwrap_or("not described");
+        write!(out, "  {:<9} {name:<28} {:>8} frames", self.id, self.frames)?;
+        if let Some(rate_hz) = self.rate_hz {
+            write!(out, ", {rate_hz:.2} Hz")?;
+        }
+        if let (Some(pgn), Some(source)) = (self.pgn, self.source) {
+            write!(out, ", PGN {pgn} from source {source}")?;
+        }
+        match &self.described_by {
+            Some(by) => writeln!(out, ", described by {by}")?,
+            None => writeln!(out)?,
+        }
+        for signal in &self.signals {
+            write!(
+                out,
+                "      {:<28} {:>8} numbers",
+                signal.name, signal.numbers
+            )?;
+            match (signal.least, signal.greatest) {
+                (Some(least), Some(greatest)) => {
+                    writeln!(out, ", {least:.4} to {greatest:.4} {}", signal.unit)?;
+                }
+                _ => writeln!(out)?,
+            }
+        }
+        for note in &self.notes {
+            writeln!(out, "      {note}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,346 @@
+//! Vector ASC: text with a header and one event a line.
+
+use std::io::{self, BufRead};
+
+use super::{
+    channels::Channels,
+    lost::LostRanges,
+    text::{Lines, decimal, hexadecimal, seconds, words},
+};
+use crate::frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES};
+
+/// Whether a line is one of the header.
+pub(super) fn is_header(line: &[u8]) -> bool {
+    let mut words = words(line);
+    match (words.next(), words.next(), words.next()) {
+        (Some(b"base"), Some(b"hex" | b"dec"), Some(b"timestamps")) => true,
+        (Some(b"date"), Some(day), Some(_)) => {
+            day.len() <= 4 && day.first().is_some_and(u8::is_ascii_alphabetic)
+        }
+        _ => false,
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct Asc<R> {
+    lines: Lines<R>,
+    is_decimal: bool,
+    is_relative: bool,
+    start_ns: i64,
+    /// Time of the last event, for relative times.
+    last_ns: i64,
+}
+
+/// What a line is.
+enum Line {
+    Frame,
+    /// An event of another kind, or a comment.
+    Other,
+    Wrong,
+}
+
+impl<R: BufRead> Asc<R> {
+    pub(super) fn new(source: R) -> Self {
+        Self {
+            lines: Lines::new(source),
+            is_decimal: false,
+            is_relative: false,
+            start_ns: 0,
+            last_ns: 0,
+        }
+    }
+
+    pub(super) fn next_frame(
+        &mut self,
+        frame: &mut Frame,
+        channels: &mut Channels,
+        lost: &mut LostRanges,
+    ) -> io::Result<bool> {
+        while self.lines.advance()? {
+            let line = self.lines.line().to_vec();
+            if line.is_empty() || self.header(&line, lost) {
+                continue;
+            }
+            let line_is = match self.lines.is_whole() {
+                false => Line::Wrong,
+                true => self.event(&line, frame, channels),
+            };
+            match line_is {
+                Line::Frame => return Ok(true),
+                Line::Other => {}
+                Line::Wrong => {
+                    let shown = line
+                        .get(..line.len().min(40))
+                        .unwrap_or_default()
+                        .escape_ascii();
+                    lost.lose(
+                        self.lines.start..self.lines.end,
+                        format!(
+                            "expected an event of Vector ASC in a whole line, found \"{shown}\""
+                        ),
+                    );
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// Takes a line of the header.
+    fn header(&mut self, line: &[u8], lost: &mut LostRanges) -> bool {
+        let first = words(line).next().unwrap_or_default();
+        match first {
+            b"base" => {
+                let has = |word: &[u8]| words(line).any(|found| found == word);
+                self.is_decimal = has(b"dec");
+                self.is_relative = has(b"relative");
+                true
+            }
+            b"date" => {
+                self.date(line.get(4..).unwrap_or_default(), lost);
+                true
+            }
+            b"Begin" | b"begin" | b"Begin_Triggerblock" => {
+                if let Some(at) = find(line, b"riggerblock") {
+                    // times count from the beginning of the block
+                    let date = line.get(at + b"riggerblock".len()..).unwrap_or_default();
+                    if !date.trim_ascii().is_empty() {
+                        self.date(date, lost);
+                    }
+                }
+                true
+            }
+            b"End" | b"end" | b"internal" | b"no" => true,
+            _ => line.starts_with(b"//"),
+        }
+    }
+
+    fn date(&mut self, text: &[u8], lost: &mut LostRanges) {
+        match date_ns(text) {
+            Some(start_ns) => {
+                self.start_ns = start_ns;
+                lost.note("the file states its date without a time zone: UTC is assumed");
+            }
+            None => lost.note(format!(
+                "the date \"{}\" cannot be read: times count from the beginning of the file",
+                text.trim_ascii().escape_ascii()
+            )),
+        }
+    }
+
+    fn event(&mut self, line: &[u8], frame: &mut Frame, channels: &mut Channels) -> Line {
+        let mut words = words(line);
+        let Some(time_ns) = words.next().and_then(seconds) else {
+            return Line::Wrong;
+        };
+        let time_ns = match self.is_relative {
+            true => self.last_ns.saturating_add(time_ns),
+            false => time_ns,
+        };
+        self.last_ns = time_ns;
+        frame.time_ns = self.start_ns.saturating_add(time_ns);
+        match words.next() {
+            Some(b"CANFD") => match self.fd(words, frame, channels) {
+                Some(()) => Line::Frame,
+                None => Line::Wrong,
+            },
+            Some(word) => match decimal(word) {
+                Some(channel) => self.classical(channel, words, frame, channels),
+                // statistics, trigger, other buses
+                None => Line::Other,
+            },
+            None => Line::Wrong,
+        }
+    }
+
+    fn classical<'l>(
+        &self,
+        channel: i64,
+        mut words: impl Iterator<Item = &'l [u8]>,
+        frame: &mut Frame,
+        channels: &mut Channels,
+    ) -> Line {
+        let channel = channel.unsigned_abs();
+        frame.is_fd = false;
+        let Some(id) = words.next() else {
+            return Line::Wrong;
+        };
+        if id.eq_ignore_ascii_case(b"ErrorFrame") {
+            frame.kind = FrameKind::Error;
+            frame.id = CanId::default();
+            frame.set_data(&[]);
+            frame.channel = channels.numbered(channel);
+            return Line::Frame;
+        }
+        let Some(id) = self.id(id) else {
+            // `Statistic: ...`, `J1939TP ...` and others
+            return Line::Other;
+        };
+        frame.id = id;
+        let mut rest = || {
+            match words.next()? {
+                b"Rx" | b"Tx" | b"TxRq" => {}
+                _ => return None,
+            }
+            match words.next()? {
+                b"d" => {
+                    frame.kind = FrameKind::Data;
+                    let len = self.number(words.next()?)?.min(8) as usize;
+                    self.data(&mut words, len, frame)
+                }
+                b"r" => {
+                    frame.kind = FrameKind::Remote;
+                    frame.set_data(&[]).then_some(())
+                }
+                _ => None,
+            }
+        };
+        match rest() {
+            Some(()) => {
+                frame.channel = channels.numbered(channel);
+                Line::Frame
+            }
+            None => Line::Wrong,
+        }
+    }
+
+    /// `CANFD channel direction id [name] brs esi dlc length data ...`
+    fn fd<'l>(
+        &self,
+        mut words: impl Iterator<Item = &'l [u8]> + Clone,
+        frame: &mut Frame,
+        channels: &mut Channels,
+    ) -> Option<()> {
+        let channel = decimal(words.next()?)?.unsigned_abs();
+        let mut next = words.next()?;
+        if matches!(next, b"Rx" | b"Tx" | b"TxRq") {
+            next = words.next()?;
+        }
+        frame.channel = channels.numbered(channel);
+        if next.eq_ignore_ascii_case(b"ErrorFrame") {
+            frame.kind = FrameKind::Error;
+            frame.id = CanId::default();
+            return frame.set_data(&[]).then_some(());
+        }
+        frame.id = self.id(next)?;
+        let is_flag = |word: Option<&[u8]>| matches!(word, Some(b"0" | b"1"));
+        let mut ahead = words.clone();
+        if !is_flag(ahead.next()) || !is_flag(ahead.next()) {
+            // the symbolic name
+            words.next()?;
+        }
+        let (brs, esi) = (words.next(), words.next());
+        (is_flag(brs) && is_flag(esi)).then_some(())?;
+        let _dlc = hexadecimal(words.next()?)?;
+        let len = usize::try_from(decimal(words.next()?)?).ok()?;
+        frame.kind = FrameKind::Data;
+        self.data(&mut words, len, frame)?;
+        // flags behind duration and length of the message: bit 12 is set for CAN FD, bit 4 for a remote frame
+        let flags = words.nth(2).and_then(hexadecimal);
+        frame.is_fd = flags.is_none_or(|flags| flags & 0x1000 != 0) || len > 8;
+        if flags.is_some_and(|flags| flags & 0x10 != 0 && flags & 0x1000 == 0) {
+            frame.kind = FrameKind::Remote;
+            frame.set_data(&[]);
+        }
+        Some(())
+    }
+
+    fn data<'l>(
+        &self,
+        words: &mut impl Iterator<Item = &'l [u8]>,
+        len: usize,
+        frame: &mut Frame,
+    ) -> Option<()> {
+        let mut data = [0; MOST_DATA_BYTES];
+        for byte in data.get_mut(..len)? {
+            *byte = u8::try_from(self.number(words.next()?)?).ok()?;
+        }
+        frame.set_data(data.get(..len)?).then_some(())
+    }
+
+    fn number(&self, word: &[u8]) -> Option<u32> {
+        match self.is_decimal {
+            true => u32::try_from(decimal(word)?).ok(),
+            false => hexadecimal(word),
+        }
+    }
+
+    fn id(&self, word: &[u8]) -> Option<CanId> {
+        let extended = word.strip_suffix(b"x").or_else(|| word.strip_suffix(b"X"));
+        let raw = self.number(extended.unwrap_or(word))?;
+        match extended {
+            Some(_) => (raw <= 0x1fff_ffff).then(|| CanId::extended(raw)),
+            None => (raw <= 0x7ff).then(|| CanId::standard(raw)),
+        }
+    }
+}
+
+fn find(line: &[u8], part: &[u8]) -> Option<usize> {
+    line.windows(part.len()).position(|window| window == part)
+}
+
+/// `Sat Sep 30 15:06:13.191 2017`, also with `am` or `pm`.
+fn date_ns(text: &[u8]) -> Option<i64> {
+    const MONTHS: [&[u8]; 12] = [
+        b"jan", b"feb", b"mar", b"apr", b"may", b"jun", b"jul", b"aug", b"sep", b"oct", b"nov",
+        b"dec",
+    ];
+    let mut words = words(text);
+    words.next()?;
+    let month = words.next()?.to_ascii_lowercase();
+    let month = MONTHS
+        .iter()
+        .position(|name| month.get(..3) == Some(name))? as i64
+        + 1;
+    let day = decimal(words.next()?)?;
+    let mut clock = words.next()?.split(|&byte| byte == b':');
+    let (hour, minute) = (decimal(clock.next()?)?, decimal(clock.next()?)?);
+    let second_ns = seconds(clock.next()?)?;
+    let mut year = words.next()?;
+    let mut hour = hour;
+    match year.to_ascii_lowercase().as_slice() {
+        b"pm" => hour = hour % 12 + 12,
+        b"am" => hour %= 12,
+        _ => {}
+    }
+    if year.len() == 2 {
+        year = words.next()?;
+    }
+    let year = decimal(year)?;
+    let is_date = (1970..2200).contains(&year)
+        && (1..=31).contains(&day)
+        && (0..24).contains(&hour)
+        && (0..60).contains(&minute)
+        && (0..61_000_000_000).contains(&second_ns);
+    is_date.then(|| {
+        let minutes = (days_since_1970(year, month, day) * 24 + hour) * 60 + minute;
+        minutes * 60_000_000_000 + second_ns
+    })
+}
+
+/// Days from 1 January 1970 in the Gregorian calendar: years are counted from March, so that the leap day is the
+/// last of a year.
+pub(super) fn days_since_1970(year: i64, month: i64, day: i64) -> i64 {
+    let (year, month) = if month > 2 {
+        (year, month - 3)
+    } else {
+        (year - 1, month + 9)
+    };
+    let leap_days = year / 4 - year / 100 + year / 400;
+    365 * year + leap_days + (153 * month + 2) / 5 + day - 1 - 719_468
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn val_dates_are_those_of_the_calendar() {
+        // `date -u -d "2017-09-30 15:06:13" +%s`
+        let expected = 1_506_783_973_191_000_000;
+        assert_eq!(date_ns(b" Sat Sep 30 15:06:13.191 2017"), Some(expected));
+        assert_eq!(date_ns(b" Sat Sep 30 03:06:13.191 pm 2017"), Some(expected));
+        assert_eq!(days_since_1970(1970, 1, 1), 0);
+        assert_eq!(days_since_1970(2000, 2, 29), 11_016);
+        assert_eq!(date_ns(b" Sam Okt 40 03:06:13.191 2017"), None);
+    }
+}

@@ -1,0 +1,426 @@
+//! Vector BLF: objects in zlib-compressed containers.
+
+use std::io::{self, Read, Seek, SeekFrom};
+
+use flate2::read::ZlibDecoder;
+
+use super::{asc::days_since_1970, channels::Channels, lost::LostRanges, open::OpenError};
+use crate::{
+    bits::{array_at, u16_at, u32_at, u64_at},
+    frame::{CanId, Frame, FrameKind, fd_length},
+};
+
+const FILE_MAGIC: &[u8] = b"LOGG";
+const OBJECT_MAGIC: &[u8] = b"LOBJ";
+const FILE_HEADER_BYTES: u64 = 144;
+/// Magic, size of the header, version, size and type of an object.
+const BASE_BYTES: usize = 16;
+/// Loggers write containers of 128 kB.
+const MOST_CONTAINER_BYTES: u64 = 16 << 20;
+/// Far above the largest object of a frame; other objects may be larger and are passed over.
+const MOST_OBJECT_BYTES: usize = 4 << 20;
+const SEARCH_BYTES: usize = 64 << 10;
+
+/// Types of objects.
+mod object {
+    pub(super) const CAN_MESSAGE: u32 = 1;
+    pub(super) const LOG_CONTAINER: u32 = 10;
+    pub(super) const CAN_ERROR_EXT: u32 = 73;
+    pub(super) const CAN_MESSAGE2: u32 = 86;
+    pub(super) const CAN_FD_MESSAGE: u32 = 100;
+    pub(super) const CAN_FD_MESSAGE_64: u32 = 101;
+}
+
+#[derive(Debug)]
+pub(super) struct Blf<R> {
+    source: R,
+    start_ns: i64,
+    /// The next byte of the file to read.
+    at: u64,
+    len: u64,
+    /// Decompressed objects; an object may continue in the next container.
+    inner: Vec<u8>,
+    inner_at: usize,
+    /// The bytes of the file from which the objects came.
+    inner_bytes: std::ops::Range<u64>,
+}
+
+impl<R: Read + Seek> Blf<R> {
+    pub(super) fn open(mut source: R, lost: &mut LostRanges) -> Result<Self, OpenError> {
+        let len = source.seek(SeekFrom::End(0))?;
+        source.seek(SeekFrom::Start(0))?;
+        let mut header = Vec::new();
+        (&mut source)
+            .take(FILE_HEADER_BYTES)
+            .read_to_end(&mut header)?;
+        let is_intact = header.starts_with(FILE_MAGIC) && header.len() as u64 == FILE_HEADER_BYTES;
+        let mut at = FILE_HEADER_BYTES;
+        if is_intact {
+            at = u64::from(u32_at(&header, 4).unwrap_or(0)).clamp(32, 4096);
+        } else {
+            lost.lose(
+                0..len.min(FILE_HEADER_BYTES),
+                "expected the header of a BLF file of 144 bytes",
+            );
+        }
+        let start_ns = system_time_ns(&header, 40).unwrap_or(0);
+        if start_ns == 0 {
+            lost.note("the file states no time of its start: times count from its beginning");
+        } else {
+            lost.note("the file states its start without a time zone: UTC is assumed");
+        }
+        Ok(Self {
+            source,
+            start_ns,
+            at,
+            len,
+            inner: Vec::new(),
+            inner_at: 0,
+            inner_bytes: 0..0,
+        })
+    }
+
+    pub(super) fn next_frame(
+        &mut self,
+        frame: &mut Frame,
+        channels: &mut Channels,
+        lost: &mut LostRanges,
+    ) -> io::Result<bool> {
+        loop {
+            while let Some(range) = self.next_object(lost) {
+                let object = self.inner.get(range).unwrap_or_default();
+                if let Some(found) = parse(object, self.start_ns, frame, channels) {
+                    match found {
+                        Ok(()) => return Ok(true),
+                        Err(reason) => lost.lose(self.inner_bytes.clone(), reason),
+                    }
+                }
+            }
+            if !self.refill(lost)? {
+                if self.inner_at < self.inner.len() && rest_is_object(&self.inner, self.inner_at) {
+                    lost.lose(self.inner_bytes.clone(), "the last object is cut off");
+                    self.inner_at = self.inner.len();
+                }
+                return Ok(false);
+            }
+        }
+    }
+
+    /// The next whole object among the decompressed bytes.
+    fn next_object(&mut self, lost: &mut LostRanges) -> Option<std::ops::Range<usize>> {
+        loop {
+            let rest = self.inner.get(self.inner_at..)?;
+            // objects are padded, by fewer than eight bytes
+            let skip = find(
+                rest.get(..rest.len().min(8 + OBJECT_MAGIC.len()))?,
+                OBJECT_MAGIC,
+            );
+            let Some(skip) = skip else {
+                if rest.len() < 8 + OBJECT_MAGIC.len() {
+                    return None;
+                }
+                lost.lose(
+                    self.inner_bytes.clone(),
+                    "expected an object (LOBJ), found other bytes",
+                );
+                let next = find(rest, OBJECT_MAGIC);
+                self.inner_at += next.unwrap_or(rest.len() - OBJECT_MAGIC.len());
+                next?;
+                continue;
+            };
+            let start = self.inner_at + skip;
+            let size = u32_at(&self.inner, start + 8)? as usize;
+            if !(BASE_BYTES..=MOST_OBJECT_BYTES).contains(&size) {
+                lost.lose(
+                    self.inner_bytes.clone(),
+                    format!("expected an object of 16 bytes to 4 MiB, found one of {size} bytes"),
+                );
+                self.inner_at = start + OBJECT_MAGIC.len();
+                continue;
+            }
+            let end = start + size;
+            if end > self.inner.len() {
+                return None;
+            }
+            self.inner_at = end;
+            return Some(start..end);
+        }
+    }
+
+    /// Appends the objects of the next container; `false` at the end of the file.
+    fn refill(&mut self, lost: &mut LostRanges) -> io::Result<bool> {
+        loop {
+            let start = self.at;
+            if start >= self.len {
+                return Ok(false);
+            }
+            let mut head = [0; BASE_BYTES];
+            self.source.seek(SeekFrom::Start(start))?;
+            let head_bytes = read_up_to(&mut self.source, &mut head)?;
+            if head_bytes < BASE_BYTES {
+                if head
+                    .get(..head_bytes)
+                    .is_some_and(|bytes| bytes.iter().any(|&byte| byte != 0))
+                {
+                    lost.lose(start..self.len, "the file ends within an object");
+                }
+                self.at = self.len;
+                return Ok(false);
+            }
+            let size = u64::from(u32_at(&head, 8).unwrap_or(0));
+            let is_object = head.starts_with(OBJECT_MAGIC)
+                && (BASE_BYTES as u64..=MOST_CONTAINER_BYTES).contains(&size);
+            if !is_object {
+                let next = self.search(start + 1)?;
+                // padding behind a container is no loss
+                if next - start > 3 {
+                    lost.lose(start..next, "expected an object (LOBJ), found other bytes");
+                    self.inner.clear();
+                    self.inner_at = 0;
+                }
+                self.at = next;
+                continue;
+            }
+            let end = start + size;
+            let available = end.min(self.len);
+            let mut body = Vec::new();
+            (&mut self.source)
+                .take(available - start - BASE_BYTES as u64)
+                .read_to_end(&mut body)?;
+            self.forget_read();
+            let kind = u32_at(&head, 12).unwrap_or(0);
+            if kind != object::LOG_CONTAINER {
+                // an object outside containers, as uncompressed files have them
+                self.inner.extend_from_slice(&head);
+                self.inner.extend_from_slice(&body);
+                self.inner_bytes = start..available;
+                self.at = available;
+                return Ok(true);
+            }
+            self.inner_bytes = start..available;
+            let problem = unpack(&body, &mut self.inner);
+            self.at = available;
+            if end > self.len {
+                lost.lose(start..available, "the file ends within a container");
+            } else if let Some(problem) = problem {
+                // the size may be what is damaged: a container that starts within is found
+                self.at = self
+                    .search(start + OBJECT_MAGIC.len() as u64)?
+                    .min(available);
+                lost.lose(start..self.at, problem);
+            }
+            return Ok(true);
+        }
+    }
+
+    fn forget_read(&mut self) {
+        let read = self.inner_at.min(self.inner.len());
+        self.inner.drain(..read);
+        self.inner_at = 0;
+        if self.inner.len() > MOST_OBJECT_BYTES {
+            self.inner.clear();
+        }
+    }
+
+    /// The position of the next container behind `from`, else the end of the file.
+    fn search(&mut self, from: u64) -> io::Result<u64> {
+        self.source.seek(SeekFrom::Start(from))?;
+        let mut window = Vec::new();
+        let mut at = from;
+        loop {
+            let before = window.len();
+            (&mut self.source)
+                .take(SEARCH_BYTES as u64)
+                .read_to_end(&mut window)?;
+            if window.len() == before {
+                return Ok(self.len);
+            }
+            if let Some(found) = find(&window, OBJECT_MAGIC) {
+                return Ok(at + found as u64);
+            }
+            let keep = window.len().min(OBJECT_MAGIC.len() - 1);
+            at += (window.len() - keep) as u64;
+            window.drain(..window.len() - keep);
+        }
+    }
+}
+
+fn rest_is_object(inner: &[u8], at: usize) -> bool {
+    inner
+        .get(at..)
+        .is_some_and(|rest| find(rest, OBJECT_MAGIC).is_some())
+}
+
+/// Reads until the buffer is full or the source ends.
+fn read_up_to(source: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
+    let mut bytes = Vec::new();
+    let count = source.take(buffer.len() as u64).read_to_end(&mut bytes)?;
+    if let Some(target) = buffer.get_mut(..count) {
+        target.copy_from_slice(&bytes);
+    }
+    Ok(count)
+}
+
+/// Appends the objects of a container; what is wrong with it, if something is. The intact beginning is kept.
+fn unpack(body: &[u8], into: &mut Vec<u8>) -> Option<String> {
+    const HEADER_BYTES: usize = 16;
+    let method = u16_at(body, 0);
+    let declared = u64::from(u32_at(body, 8).unwrap_or(0));
+    let Some(data) = body.get(HEADER_BYTES..) else {
+        return Some("a container without a header".to_owned());
+    };
+    match method {
+        Some(0) => {
+            into.extend_from_slice(data);
+            None
+        }
+        Some(2) => {
+            let before = into.len();
+            let mut decoder = ZlibDecoder::new(data).take(declared.min(MOST_CONTAINER_BYTES));
+            let result = decoder.read_to_end(into);
+            let found = (into.len() - before) as u64;
+            match result {
+                Err(error) => Some(format!("damaged zlib after {found} bytes: {error}")),
+                Ok(_) if found != declared => Some(format!(
+                    "expected a container of {declared} bytes, found {found}"
+                )),
+                Ok(_) => None,
+            }
+        }
+        other => Some(format!(
+            "expected compression 0 or 2 (zlib), found {}",
+            other.unwrap_or(u16::MAX)
+        )),
+    }
+}
+
+/// Reads a frame from an object; `None` for objects of other kinds.
+fn parse(
+    object: &[u8],
+    start_ns: i64,
+    frame: &mut Frame,
+    channels: &mut Channels,
+) -> Option<Result<(), &'static str>> {
+    let kind = u32_at(object, 12)?;
+    let read: fn(&[u8], &mut Frame) -> Option<u16> = match kind {
+        object::CAN_MESSAGE | object::CAN_MESSAGE2 => classical,
+        object::CAN_ERROR_EXT => error,
+        object::CAN_FD_MESSAGE => fd,
+        object::CAN_FD_MESSAGE_64 => fd_64,
+        _ => return None,
+    };
+    const BAD: &str = "an object of a frame that is too short";
+    let mut parts = || {
+        let header_bytes = usize::from(u16_at(object, 4)?);
+        // flags: 1 for units of 10 microseconds, 2 for nanoseconds
+        let flags = u32_at(object, BASE_BYTES)?;
+        let units = u64_at(object, BASE_BYTES + 8)?;
+        let unit_ns = if flags == 1 { 10_000 } else { 1 };
+        let time_ns = i64::try_from(units).ok()?.checked_mul(unit_ns)?;
+        frame.time_ns = start_ns.checked_add(time_ns)?;
+        let channel = read(object.get(header_bytes..)?, frame)?;
+        frame.channel = channels.numbered(u64::from(channel));
+        Some(())
+    };
+    Some(parts().ok_or(BAD))
+}
+
+fn id(raw: u32) -> CanId {
+    match raw & 1 << 31 {
+        0 => CanId::standard(raw),
+        _ => CanId::extended(raw),
+    }
+}
+
+fn classical(body: &[u8], frame: &mut Frame) -> Option<u16> {
+    const REMOTE: u8 = 0x80;
+    let (flags, dlc) = (*body.get(2)?, *body.get(3)?);
+    frame.id = id(u32_at(body, 4)?);
+    frame.is_fd = false;
+    let data: [u8; 8] = array_at(body, 8)?;
+    let is_remote = flags & REMOTE != 0;
+    frame.kind = if is_remote {
+        FrameKind::Remote
+    } else {
+        FrameKind::Data
+    };
+    let len = if is_remote {
+        0
+    } else {
+        usize::from(dlc.min(8))
+    };
+    frame.set_data(data.get(..len)?);
+    u16_at(body, 0)
+}
+
+fn error(body: &[u8], frame: &mut Frame) -> Option<u16> {
+    frame.id = CanId::default();
+    frame.is_fd = false;
+    frame.kind = FrameKind::Error;
+    frame.set_data(&[]);
+    u16_at(body, 0)
+}
+
+fn fd(body: &[u8], frame: &mut Frame) -> Option<u16> {
+    const REMOTE: u8 = 0x80;
+    let flags = *body.get(2)?;
+    frame.id = id(u32_at(body, 4)?);
+    let (fd_flags, valid) = (*body.get(13)?, usize::from(*body.get(14)?));
+    frame.is_fd = fd_flags & 1 != 0;
+    let is_remote = flags & REMOTE != 0;
+    frame.kind = if is_remote {
+        FrameKind::Remote
+    } else {
+        FrameKind::Data
+    };
+    let len = if is_remote { 0 } else { valid };
+    frame.set_data(body.get(20..)?.get(..len)?).then_some(())?;
+    u16_at(body, 0)
+}
+
+fn fd_64(body: &[u8], frame: &mut Frame) -> Option<u16> {
+    const REMOTE: u32 = 0x10;
+    const FD: u32 = 0x1000;
+    const HEADER_BYTES: usize = 40;
+    let (channel, dlc, valid) = (*body.first()?, *body.get(1)?, usize::from(*body.get(2)?));
+    frame.id = id(u32_at(body, 4)?);
+    let flags = u32_at(body, 12)?;
+    frame.is_fd = flags & FD != 0;
+    let is_remote = flags & REMOTE != 0;
+    frame.kind = if is_remote {
+        FrameKind::Remote
+    } else {
+        FrameKind::Data
+    };
+    let len = if is_remote {
+        0
+    } else {
+        valid.min(fd_length(dlc))
+    };
+    frame
+        .set_data(body.get(HEADER_BYTES..)?.get(..len)?)
+        .then_some(())?;
+    Some(u16::from(channel))
+}
+
+/// A SYSTEMTIME of Windows: year, month, day of week, day, hour, minute, second, millisecond.
+fn system_time_ns(header: &[u8], at: usize) -> Option<i64> {
+    let field = |index: usize| u16_at(header, at + 2 * index).map(i64::from);
+    let (year, month, day) = (field(0)?, field(1)?, field(3)?);
+    let (hour, minute, second, millisecond) = (field(4)?, field(5)?, field(6)?, field(7)?);
+    let is_date = (1970..2200).contains(&year)
+        && (1..=12).contains(&month)
+        && (1..=31).contains(&day)
+        && hour < 24
+        && minute < 60
+        && second < 60
+        && millisecond < 1000;
+    is_date.then(|| {
+        let seconds = ((days_since_1970(year, month, day) * 24 + hour) * 60 + minute) * 60 + second;
+        seconds * 1_000_000_000 + millisecond * 1_000_000
+    })
+}
+
+fn find(bytes: &[u8], part: &[u8]) -> Option<usize> {
+    bytes.windows(part.len()).position(|window| window == part)
+}

@@ -1,0 +1,17 @@
+//! Files of loggers as sources of frames. Damage never ends the reading: it is reported, with the bytes.
+
+mod asc;
+mod blf;
+mod candump;
+mod channels;
+mod format;
+mod lost;
+mod mf4;
+mod open;
+mod text;
+
+pub use self::{
+    format::ContainerFormat,
+    lost::Lost,
+    open::{Container, OpenError},
+};

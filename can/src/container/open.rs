@@ -1,0 +1,135 @@
+//! Opens a file of frames by its content.
+
+use std::io::{self, BufRead, Read, Seek, SeekFrom};
+
+use super::{
+    asc::Asc,
+    blf::Blf,
+    candump::Candump,
+    channels::Channels,
+    format::ContainerFormat,
+    lost::{Lost, LostRanges},
+    mf4::Mf4,
+};
+use crate::frame::{Frame, FrameSource};
+
+/// Enough of a file to see its format.
+const BEGINNING_BYTES: u64 = 4096;
+
+/// Why a file cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// It is not a file of frames.
+    #[error("expected candump text, Vector ASC, Vector BLF or ASAM MF4, found \"{found}\"")]
+    Unknown {
+        /// Its first bytes.
+        found: String,
+    },
+    /// Its structure is damaged, or it has no bus frames.
+    #[error("{0}")]
+    Invalid(String),
+}
+
+/// A file of frames.
+#[derive(Debug)]
+pub struct Container<R> {
+    format: ContainerFormat,
+    reader: Reader<R>,
+    channels: Channels,
+    lost: LostRanges,
+}
+
+#[derive(Debug)]
+enum Reader<R> {
+    Candump(Candump<R>),
+    Asc(Asc<R>),
+    Blf(Box<Blf<R>>),
+    Mf4(Box<Mf4<R>>),
+}
+
+impl<R: BufRead + Seek> Container<R> {
+    /// Opens a file, whose format is seen in its first bytes.
+    ///
+    /// # Errors
+    /// It cannot be read, is of another format, or its structure is damaged from the beginning.
+    pub fn open(mut source: R) -> Result<Self, OpenError> {
+        source.seek(SeekFrom::Start(0))?;
+        let mut beginning = Vec::new();
+        (&mut source)
+            .take(BEGINNING_BYTES)
+            .read_to_end(&mut beginning)?;
+        source.seek(SeekFrom::Start(0))?;
+        match ContainerFormat::of(&beginning) {
+            Some(format) => Self::open_as(format, source),
+            None => Err(OpenError::Unknown {
+                found: beginning
+                    .get(..beginning.len().min(16))
+                    .unwrap_or_default()
+                    .escape_ascii()
+                    .to_string(),
+            }),
+        }
+    }
+
+    /// Opens a file of a known format, which may be damaged at its beginning.
+    ///
+    /// # Errors
+    /// It cannot be read, or has nothing that could be read.
+    pub fn open_as(format: ContainerFormat, mut source: R) -> Result<Self, OpenError> {
+        let mut lost = LostRanges::default();
+        source.seek(SeekFrom::Start(0))?;
+        let reader = match format {
+            ContainerFormat::Candump => Reader::Candump(Candump::new(source)),
+            ContainerFormat::Asc => Reader::Asc(Asc::new(source)),
+            ContainerFormat::Blf => Reader::Blf(Box::new(Blf::open(source, &mut lost)?)),
+            ContainerFormat::Mf4 => Reader::Mf4(Box::new(Mf4::open(source, &mut lost)?)),
+        };
+        Ok(Self {
+            format,
+            reader,
+            channels: Channels::default(),
+            lost,
+        })
+    }
+
+    /// The format.
+    #[must_use]
+    pub fn format(&self) -> ContainerFormat {
+        self.format
+    }
+
+    /// What was lost in the part read so far.
+    #[must_use]
+    pub fn lost(&self) -> &[Lost] {
+        &self.lost.ranges
+    }
+
+    /// Remarks that are not losses.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.lost.notes
+    }
+}
+
+impl<R: BufRead + Seek> FrameSource for Container<R> {
+    fn next_frame(&mut self, frame: &mut Frame) -> io::Result<bool> {
+        let (channels, lost) = (&mut self.channels, &mut self.lost);
+        let is_frame = match &mut self.reader {
+            Reader::Candump(reader) => reader.next_frame(frame, channels, lost)?,
+            Reader::Asc(reader) => reader.next_frame(frame, channels, lost)?,
+            Reader::Blf(reader) => reader.next_frame(frame, channels, lost)?,
+            Reader::Mf4(reader) => reader.next_frame(frame, channels, lost)?,
+        };
+        if is_frame {
+            self.lost.last_time_ns = Some(frame.time_ns);
+        }
+        Ok(is_frame)
+    }
+
+    fn channels(&self) -> &[String] {
+        &self.channels.names
+    }
+}

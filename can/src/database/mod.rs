@@ -1,0 +1,7 @@
+//! DBC files: descriptions of a bus's messages.
+
+mod dbc;
+mod names;
+mod signals;
+
+pub use self::dbc::{Database, DatabaseError};

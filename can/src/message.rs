@@ -1,0 +1,328 @@
+//! Where the signals of a message are, and how their bits become numbers.
+
+use std::ops::RangeInclusive;
+
+use crate::{
+    bits::BitRange,
+    frame::CanId,
+    indicator::{Indicator, indicator},
+    tally::Tally,
+    unit::SiUnit,
+};
+
+/// A message: what frames carry it, and its signals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Message {
+    /// Its name, such as `VehicleWeight`.
+    pub name: String,
+    /// Which frames carry it.
+    pub addressing: Addressing,
+    /// Its length (bytes).
+    pub len: usize,
+    /// The rules for its values.
+    pub protocol: Protocol,
+    /// Its signals.
+    pub signals: Vec<Signal>,
+}
+
+/// Which frames carry a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Addressing {
+    /// Those of this identifier.
+    Id(CanId),
+    /// Those of a parameter group of J1939, of any priority and destination.
+    ParameterGroup {
+        /// Parameter group number.
+        pgn: u32,
+        /// The only sender, if one is stated.
+        source: Option<u8>,
+    },
+}
+
+/// The rules for values and lengths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Protocol {
+    /// None beyond the description of the message.
+    Plain,
+    /// SAE J1939: the highest values of a signal say "not available" or "error", and messages are padded to 8 bytes.
+    J1939,
+}
+
+/// A signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signal {
+    /// Its name.
+    pub name: String,
+    pub(crate) bits: BitRange,
+    /// What the bits are.
+    pub kind: ValueKind,
+    /// Factor of the bits, before units are converted.
+    pub factor: f64,
+    /// Offset after the factor, before units are converted.
+    pub offset: f64,
+    /// Least and greatest value that the description states, in its unit.
+    pub range: Option<(f64, f64)>,
+    /// The unit as described.
+    pub unit: String,
+    /// Its SI unit. [`SiUnit::NONE`] also for a unit that is unknown: see [`Signal::is_converted`].
+    pub si: SiUnit,
+    /// Whether the unit is known, so that values are in SI units.
+    pub is_converted: bool,
+    /// Raw values, with sign, that the description calls not available, an error or invalid.
+    pub not_numbers: Vec<i64>,
+    /// When it is there.
+    pub multiplexed: Option<Multiplexed>,
+    /// Whether it selects other signals.
+    pub is_multiplexer: bool,
+    /// Whether it counts the messages, by its name.
+    pub is_counter: bool,
+    /// Whether it is a checksum, by its name.
+    pub is_checksum: bool,
+}
+
+/// What the bits of a signal are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ValueKind {
+    /// A whole number.
+    Unsigned,
+    /// A whole number in two's complement.
+    Signed,
+    /// IEEE 754, 32 bits.
+    Float32,
+    /// IEEE 754, 64 bits.
+    Float64,
+}
+
+/// A signal that is there only for some values of another.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Multiplexed {
+    /// Index of the multiplexer among the signals.
+    pub multiplexer: usize,
+    /// Its raw values for which the signal is there.
+    pub values: Vec<RangeInclusive<u64>>,
+}
+
+/// Multiplexers select multiplexers no deeper than this.
+const MOST_NESTED: usize = 8;
+/// Rounding must not move the ends of a range.
+const RANGE_TOLERANCE: f64 = 1e-9;
+
+/// What the raw bits of a signal say.
+pub(crate) enum Reading {
+    Number(f64),
+    NotAvailable,
+    Error,
+    OutOfRange,
+}
+
+impl Signal {
+    /// The number in SI units, or why there is none.
+    #[inline]
+    fn read(&self, raw: u64, protocol: Protocol) -> Reading {
+        if protocol == Protocol::J1939
+            && self.kind == ValueKind::Unsigned
+            && !self.is_multiplexer
+            && !self.is_counter
+            && let Some(said) = indicator(raw, self.bits.bit_count)
+        {
+            return match said {
+                Indicator::NotAvailable => Reading::NotAvailable,
+                Indicator::Error => Reading::Error,
+            };
+        }
+        let value = match self.kind {
+            ValueKind::Unsigned => raw as f64,
+            ValueKind::Signed => self.bits.signed(raw) as f64,
+            ValueKind::Float32 => f64::from(f32::from_bits(raw as u32)),
+            ValueKind::Float64 => f64::from_bits(raw),
+        };
+        if !self.not_numbers.is_empty() && self.not_numbers.contains(&self.integer(raw)) {
+            return Reading::NotAvailable;
+        }
+        let value = value * self.factor + self.offset;
+        if !value.is_finite() {
+            return Reading::NotAvailable;
+        }
+        if let Some((least, greatest)) = self.range {
+            let slack = RANGE_TOLERANCE * least.abs().max(greatest.abs());
+            if value < least - slack || value > greatest + slack {
+                return Reading::OutOfRange;
+            }
+        }
+        Reading::Number(value * self.si.factor + self.si.offset)
+    }
+
+    fn integer(&self, raw: u64) -> i64 {
+        match self.kind {
+            ValueKind::Signed => self.bits.signed(raw),
+            _ => raw as i64,
+        }
+    }
+}
+
+impl Message {
+    /// The parameter group number, of messages of SAE J1939.
+    #[must_use]
+    pub fn pgn(&self) -> Option<u32> {
+        match self.addressing {
+            Addressing::ParameterGroup { pgn, .. } => Some(pgn),
+            Addressing::Id(_) => None,
+        }
+    }
+
+    /// Whether its frames have identifiers of 29 bits.
+    #[must_use]
+    pub fn is_extended(&self) -> bool {
+        match self.addressing {
+            Addressing::ParameterGroup { .. } => true,
+            Addressing::Id(id) => id.is_extended,
+        }
+    }
+
+    /// The index of a signal.
+    #[must_use]
+    pub fn signal(&self, name: &str) -> Option<usize> {
+        self.signals.iter().position(|signal| signal.name == name)
+    }
+
+    /// Whether data of this length are those of the message. CAN FD has no lengths between 8 and 64 but a few; J1939
+    /// pads to 8 bytes.
+    pub(crate) fn has_length(&self, found: usize, is_fd: bool) -> bool {
+        const FD_LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
+        if found == self.len {
+            return true;
+        }
+        let padded = match self.protocol {
+            Protocol::J1939 if self.len < 8 => Some(8),
+            _ if is_fd => FD_LENGTHS.into_iter().find(|len| *len >= self.len),
+            _ => None,
+        };
+        padded == Some(found)
+    }
+
+    /// Reads all signals, in SI units where the unit is known. What is not there, or not a number, is NaN.
+    pub(crate) fn decode(&self, data: &[u8], values: &mut Vec<f64>, tally: &mut Tally) {
+        values.clear();
+        let mut unknown = None;
+        for (index, signal) in self.signals.iter().enumerate() {
+            if signal.multiplexed.is_some() && !self.is_selected(signal, data, MOST_NESTED) {
+                values.push(f64::NAN);
+                continue;
+            }
+            let Some(raw) = signal.bits.read(data) else {
+                values.push(f64::NAN);
+                continue;
+            };
+            if signal.is_multiplexer && !self.selects(index, raw) {
+                unknown = Some(raw);
+            }
+            let counts = match signal.read(raw, self.protocol) {
+                Reading::Number(value) => {
+                    values.push(value);
+                    continue;
+                }
+                Reading::NotAvailable => &mut tally.not_available,
+                Reading::Error => &mut tally.errors,
+                Reading::OutOfRange => &mut tally.out_of_range,
+            };
+            *counts.entry(index).or_default() += 1;
+            values.push(f64::NAN);
+        }
+        if let Some(value) = unknown {
+            let count = tally.unknown_multiplexer.map_or(0, |(count, _)| count);
+            tally.unknown_multiplexer = Some((count + 1, value));
+        }
+    }
+
+    /// Whether the multiplexers select a signal.
+    fn is_selected(&self, signal: &Signal, data: &[u8], levels: usize) -> bool {
+        let Some(multiplexed) = &signal.multiplexed else {
+            return true;
+        };
+        let Some(multiplexer) = self.signals.get(multiplexed.multiplexer) else {
+            return false;
+        };
+        let raw = multiplexer.bits.read(data);
+        let is_in = |raw: u64| {
+            multiplexed
+                .values
+                .iter()
+                .any(|values| values.contains(&raw))
+        };
+        levels > 0 && raw.is_some_and(is_in) && self.is_selected(multiplexer, data, levels - 1)
+    }
+
+    /// Whether a value of a multiplexer selects any signal.
+    fn selects(&self, multiplexer: usize, raw: u64) -> bool {
+        self.signals.iter().any(|signal| {
+            let multiplexed = signal.multiplexed.as_ref();
+            multiplexed.is_some_and(|by| {
+                by.multiplexer == multiplexer
+                    && by.values.iter().any(|values| values.contains(&raw))
+            })
+        })
+    }
+
+    /// Sentences about what of its frames did not become numbers; none if all did.
+    #[must_use]
+    pub fn told(&self, tally: &Tally) -> Vec<String> {
+        let name = &self.name;
+        let mut lines = Vec::new();
+        let mut tell = |count: u64, what: String| {
+            if count > 0 {
+                lines.push(format!("{name}: {count} of {} frames {what}", tally.frames));
+            }
+        };
+        if let Some((count, found)) = tally.wrong_length {
+            let expected = self.len;
+            tell(
+                count,
+                format!(
+                    "have a wrong length (expected {expected} bytes, found for example {found}): no numbers"
+                ),
+            );
+        }
+        if let Some((count, value)) = tally.unknown_multiplexer {
+            tell(
+                count,
+                format!(
+                    "have an unknown multiplexer (for example {value}): no numbers of multiplexed signals"
+                ),
+            );
+        }
+        tell(
+            tally.standing_counter,
+            "repeat the message counter of the frame before: no numbers".to_owned(),
+        );
+        tell(
+            tally.standing_checksum,
+            "have the checksum of the frame before although other data changed".to_owned(),
+        );
+        let of_signals = [
+            (&tally.not_available, "say \"not available\""),
+            (&tally.errors, "say \"error\" or are reserved"),
+            (&tally.out_of_range, "lie outside the stated range"),
+        ];
+        for (counts, what) in of_signals {
+            for (&index, count) in counts {
+                let signal = self.signals.get(index).map_or("?", |signal| &signal.name);
+                lines.push(format!(
+                    "{name}.{signal}: {count} values {what}: no numbers"
+                ));
+            }
+        }
+        if tally.incomplete > 0 {
+            let count = tally.incomplete;
+            lines.push(format!(
+                "{name}: {count} messages of several packets are incomplete: no numbers"
+            ));
+        }
+        if tally.remote > 0 {
+            lines.push(format!(
+                "{name}: {} remote frames carry no data",
+                tally.remote
+            ));
+        }
+        lines
+    }
+}

@@ -1,0 +1,30 @@
+//! What of a message's frames did not become numbers, and why.
+
+use std::collections::BTreeMap;
+
+/// Counts of one message.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Frames, or reassembled messages, of the message.
+    pub frames: u64,
+    /// Among them those of another length than the message has, and one of these lengths. They give no numbers.
+    pub wrong_length: Option<(u64, usize)>,
+    /// Frames whose multiplexer selects nothing that the description knows, and one such value.
+    pub unknown_multiplexer: Option<(u64, u64)>,
+    /// Frames whose counter stood still since the last frame, so that they are repetitions. They give no numbers.
+    pub standing_counter: u64,
+    /// Frames whose checksum stood still although other data changed.
+    pub standing_checksum: u64,
+    /// By index of the signal: values that say "not available".
+    pub not_available: BTreeMap<usize, u64>,
+    /// By index of the signal: values that say "error", or are reserved.
+    pub errors: BTreeMap<usize, u64>,
+    /// By index of the signal: values outside the range that the description states.
+    pub out_of_range: BTreeMap<usize, u64>,
+    /// Frames by source address (J1939).
+    pub sources: BTreeMap<u8, u64>,
+    /// Messages of several packets that were not complete (J1939).
+    pub incomplete: u64,
+    /// Remote frames with its identifier, which carry no data.
+    pub remote: u64,
+}

@@ -1,0 +1,83 @@
+//! Names of columns as fields of messages.
+
+use std::fmt::Write as _;
+
+/// The topic of all rows.
+pub(super) const TOPIC: &str = "table";
+pub(super) const TYPE: &str = "tipwatch_table/msg/Row";
+
+/// The columns other than the time, as fields.
+#[derive(Debug)]
+pub(super) struct Columns {
+    pub(super) definition: String,
+    /// Names as the table has them.
+    pub(super) names: Vec<String>,
+}
+
+impl Columns {
+    /// Makes field names of column names: letters, digits and underscores; `Boom angle [deg]` becomes
+    /// `Boom_angle_deg`.
+    pub(super) fn new(names: Vec<String>) -> Self {
+        let mut fields: Vec<String> = Vec::with_capacity(names.len());
+        let mut definition = String::new();
+        for name in &names {
+            let field = unused(&field_name(name), &fields);
+            // writing to a string cannot fail
+            let _ = writeln!(definition, "float64 {field} # {}", name.escape_default());
+            fields.push(field);
+        }
+        Self { definition, names }
+    }
+}
+
+fn field_name(name: &str) -> String {
+    let mut field = String::new();
+    for c in name.trim().chars() {
+        match c {
+            c if c.is_ascii_alphanumeric() => field.push(c),
+            _ if field.ends_with('_') => {}
+            _ => field.push('_'),
+        }
+    }
+    let field = field.trim_matches('_');
+    match field.chars().next() {
+        None => "column".to_owned(),
+        Some(first) if first.is_ascii_digit() => format!("column_{field}"),
+        Some(_) => field.to_owned(),
+    }
+}
+
+/// The name, with a number behind it if it is taken.
+fn unused(name: &str, taken: &[String]) -> String {
+    let numbered = (2..).map(|number| format!("{name}_{number}"));
+    let mut names = std::iter::once(name.to_owned()).chain(numbered);
+    let is_free = |name: &String| !taken.contains(name);
+    names.find(is_free).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_become_fields() {
+        let names = ["Boom angle [deg]", "2nd", "", "load", "load", "größe"];
+        let columns = Columns::new(names.map(str::to_owned).to_vec());
+        let fields: Vec<&str> = columns
+            .definition
+            .lines()
+            .map(|line| line.split(' ').nth(1).unwrap())
+            .collect();
+        assert_eq!(
+            fields,
+            [
+                "Boom_angle_deg",
+                "column_2nd",
+                "column",
+                "load",
+                "load_2",
+                "gr_e"
+            ]
+        );
+    }
+}

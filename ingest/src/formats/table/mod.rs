@@ -1,0 +1,8 @@
+//! Tables as logs: a column of time, and a topic `table` with a number for every other column.
+
+mod columns;
+mod csv;
+mod parquet;
+mod rows;
+
+pub(crate) use self::{csv::CsvReader, parquet::ParquetReader};

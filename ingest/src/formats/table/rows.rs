@@ -1,0 +1,81 @@
+//! Rows as messages: what both kinds of table share.
+
+use std::ops::ControlFlow;
+
+use super::columns::{Columns, TOPIC, TYPE};
+use crate::{
+    formats::reader::Request,
+    message::{RawMessage, TopicDescription, TopicId, TopicTable},
+};
+
+/// Rows between two progress reports.
+const ROWS_PER_PROGRESS: u64 = 4096;
+
+/// The topic of a table's rows.
+#[derive(Debug)]
+pub(super) struct RowTopic {
+    pub(super) topic: TopicId,
+    pub(super) bytes: u64,
+    pub(super) counted: Counted,
+}
+
+/// What the first pass finds out about the rows.
+#[derive(Debug, Default, Clone, Copy)]
+pub(super) struct Counted {
+    pub(super) rows: u64,
+    pub(super) span_ns: Option<(i64, i64)>,
+}
+
+impl Counted {
+    /// Counts a row of the first pass.
+    pub(super) fn count(&mut self, time_ns: i64) {
+        self.rows += 1;
+        let (first, last) = self.span_ns.unwrap_or((time_ns, time_ns));
+        self.span_ns = Some((first.min(time_ns), last.max(time_ns)));
+    }
+}
+
+impl RowTopic {
+    pub(super) fn register(columns: &Columns, bytes: u64, topics: &mut TopicTable) -> Self {
+        let topic = topics.register(&TopicDescription {
+            name: TOPIC,
+            type_name: TYPE,
+            encoding: "cdr",
+            schema_encoding: "ros2msg",
+            definition: Some(columns.definition.as_bytes()),
+        });
+        Self {
+            topic,
+            bytes,
+            counted: Counted::default(),
+        }
+    }
+
+    /// Passes on the row with this index.
+    pub(super) fn visit(
+        &self,
+        row: u64,
+        time_ns: i64,
+        values: &[f64],
+        message: &mut Vec<u8>,
+        request: &mut Request<'_>,
+    ) -> ControlFlow<()> {
+        const CDR: [u8; 4] = [0, 1, 0, 0];
+        if row.is_multiple_of(ROWS_PER_PROGRESS) {
+            let share = u128::from(row.min(self.counted.rows)) * u128::from(self.bytes);
+            request.advance((share / u128::from(self.counted.rows.max(1))) as u64);
+        }
+        message.clear();
+        message.extend_from_slice(&CDR);
+        for value in values {
+            message.extend_from_slice(&value.to_le_bytes());
+        }
+        (request.visit)(&RawMessage {
+            topic: self.topic,
+            log_time_ns: time_ns,
+            publish_time_ns: time_ns,
+            sequence: 0,
+            data: message,
+        })
+    }
+}

@@ -1,0 +1,156 @@
+//! Files of CAN loggers as logs: each channel a topic of frames.
+
+use std::{ops::ControlFlow, path::PathBuf};
+
+use tipwatch_can::{Database, j1939};
+use tipwatch_ingest::{CanTopic, FieldRequest, Log, Losses, record_fields, recover};
+
+use crate::support::TempLog;
+
+fn fixture(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../can/tests/data")
+        .join(name)
+}
+
+/// Messages by topic, and what was lost.
+fn read(log: &Log) -> (Vec<u64>, Losses) {
+    let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
+    let mut counts = vec![0; ids.len()];
+    let losses = log.read(&ids, &mut |message| {
+        counts[message.topic.index()] += 1;
+        ControlFlow::Continue(())
+    });
+    (counts, losses.unwrap())
+}
+
+#[test]
+fn every_format_is_recognised_by_its_content() {
+    let cases = [
+        ("mixed.log", "candump", ["can0", "can1"]),
+        ("mixed.asc", "Vector ASC", ["can1", "can2"]),
+        ("mixed.blf", "Vector BLF", ["can1", "can2"]),
+        ("mixed.mf4", "ASAM MF4", ["can0", "can1"]),
+    ];
+    for (name, format, channels) in cases {
+        // under a name that says nothing
+        let file = TempLog::new("trace", &std::fs::read(fixture(name)).unwrap());
+        let log = Log::open(&file.path).unwrap();
+        assert_eq!(log.format().to_string(), format);
+        let topics = log.topics();
+        let names: Vec<&str> = topics.iter().map(|topic| topic.name.as_str()).collect();
+        assert_eq!(names, channels, "{name}");
+        assert_eq!(topics[0].type_name, "ros2_socketcan_msgs/msg/FdFrame");
+        assert_eq!(topics[1].type_name, "can_msgs/msg/Frame");
+        // 120 frames, of which 20 on the second channel and 20 remote frames
+        let (counts, losses) = read(&log);
+        assert_eq!(counts, [80, 20], "{name}");
+        assert_eq!(topics[0].message_count, Some(80));
+        assert!(losses.is_empty(), "{name}: {losses:?}");
+        assert!(
+            losses
+                .notes
+                .iter()
+                .any(|note| note.contains("20 remote frames")),
+            "{losses:?}"
+        );
+        let (first, last) = log.span_ns().unwrap();
+        assert!((last - first - 119 * 15_625_000).abs() < 10_000, "{name}");
+    }
+}
+
+#[test]
+fn messages_become_topics_with_a_number_per_signal() {
+    let mut log = Log::open(&fixture("machine.log")).unwrap();
+    let database = Database::parse(&std::fs::read(fixture("machine.dbc")).unwrap()).unwrap();
+    let topic = |name: &str| CanTopic {
+        name: format!("can/{name}"),
+        bus: None,
+        message: database.message(name).unwrap().clone(),
+        source: None,
+        notes: vec!["a remark".to_owned()],
+    };
+    log.decode_can(&[topic("BoomState"), topic("AxleLoads")])
+        .unwrap();
+    let requests = [
+        FieldRequest::raw("can/BoomState", "BoomLength"),
+        FieldRequest::raw("can/AxleLoads", "AxleLoad1"),
+    ];
+    let (columns, losses) = record_fields(&log, &requests, None).unwrap();
+    assert_eq!(columns[0].values.len(), 45);
+    // 16716 mm
+    assert!((columns[0].values[0] - 16.716).abs() < 1e-12);
+    assert!(
+        columns[1]
+            .values
+            .iter()
+            .all(|mass| (0.0..32127.5).contains(mass))
+    );
+    assert_eq!(
+        losses
+            .notes
+            .iter()
+            .filter(|note| *note == "a remark")
+            .count(),
+        1
+    );
+    // on a bus that is not there
+    let elsewhere = CanTopic {
+        name: "other/Slope".into(),
+        bus: Some("can7".into()),
+        message: j1939::public_group(61481).unwrap(),
+        source: None,
+        notes: Vec::new(),
+    };
+    let error = log.decode_can(&[elsewhere]).unwrap_err().to_string();
+    assert!(error.contains("can7") && error.contains("can0"), "{error}");
+}
+
+#[test]
+fn damage_is_told_and_the_rest_is_read() {
+    for name in ["mixed.log", "mixed.asc", "mixed.blf", "mixed_plain.mf4"] {
+        let mut bytes = std::fs::read(fixture(name)).unwrap();
+        let cut = bytes.len() * 9 / 10 + 1;
+        bytes.truncate(cut);
+        let file = TempLog::new("cut", &bytes);
+        let log = Log::open(&file.path).unwrap();
+        let (counts, losses) = read(&log);
+        let frames: u64 = counts.iter().sum();
+        assert!((1..100).contains(&frames), "{name}: {frames}");
+        assert!(!losses.is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn frames_are_recovered_as_a_clean_file() {
+    let log = Log::open(&fixture("mixed.blf")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("clean.mcap");
+    recover(&log, &target).unwrap();
+    let clean = Log::open(&target).unwrap();
+    assert_eq!(read(&clean).0, read(&log).0);
+    let mut frames = [0, 0];
+    for (log, count) in [&log, &clean].into_iter().zip(&mut frames) {
+        let bus = log.can_buses().next().unwrap().id;
+        log.read_can_frames(bus, &mut |frame| *count += frame.data().len())
+            .unwrap();
+    }
+    assert!(frames[0] > 400 && frames[0] == frames[1], "{frames:?}");
+}
+
+#[test]
+fn a_measurement_without_frames_is_refused() {
+    let mut bytes = std::fs::read(fixture("mixed_plain.mf4")).unwrap();
+    // no channel is called like a frame any more
+    for at in 0..bytes.len() - 4 {
+        if &bytes[at..at + 4] == b"CAN_" {
+            bytes[at] = b'X';
+        }
+    }
+    let file = TempLog::new("decoded.mf4", &bytes);
+    let error = Log::open(&file.path).unwrap_err().to_string();
+    assert!(
+        error.contains("expected bus frames (CAN_DataFrame)"),
+        "{error}"
+    );
+}

@@ -1,0 +1,453 @@
+//! A machine heard over CAN: the numbers of a simulated log, sent as frames, give its loads again.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use mcap::WriteOptions;
+use mcap::records::MessageHeader;
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::Options;
+use tipwatch_binding::MachineFile;
+use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
+use tipwatch_mechanics::Quantity;
+use tipwatch_tests::data;
+
+const JOINTS: [&str; 4] = ["lift", "tilt", "slew", "extension"];
+const IMU_SOURCE: u8 = 0x21;
+
+/// A frame: time (ns), identifier, whether it has 29 bits, data.
+#[derive(Clone)]
+struct Sent {
+    time_ns: i64,
+    id: u32,
+    is_extended: bool,
+    data: [u8; 8],
+}
+
+/// The numbers of the fields of a topic in `tiny.mcap`, row by row.
+fn rows(topic: &str, fields: &[(&str, Option<&str>)]) -> (Vec<i64>, Vec<Vec<f64>>) {
+    let log = Log::open(&data("tiny.mcap")).unwrap();
+    let request = |(field, joint): &(&str, Option<&str>)| FieldRequest {
+        number: NumberField {
+            field: (*field).into(),
+            joint: joint.map(str::to_owned),
+            scale: 1.0,
+            offset: 0.0,
+        },
+        ..FieldRequest::raw(topic, field)
+    };
+    let requests: Vec<FieldRequest> = fields.iter().map(request).collect();
+    let (columns, _) = record_fields(&log, &requests, None).unwrap();
+    let rows =
+        (0..columns[0].values.len()).map(|row| columns.iter().map(|c| c.values[row]).collect());
+    (columns[0].stamps_ns.clone(), rows.collect())
+}
+
+/// 16-bit parameters, lowest byte first, then bytes that say "not available".
+fn parameters(values: &[(f64, f64, f64)]) -> [u8; 8] {
+    let mut data = [0xff; 8];
+    for (index, (value, scale, offset)) in values.iter().enumerate() {
+        let raw = ((value - offset) / scale).round() as u16;
+        data[2 * index..2 * index + 2].copy_from_slice(&raw.to_le_bytes());
+    }
+    data
+}
+
+/// `tiny.mcap` as frames, in the order of time.
+fn frames() -> Vec<Sent> {
+    let mut frames = Vec::new();
+    for (index, joint) in JOINTS.into_iter().enumerate() {
+        let fields = [("position", Some(joint)), ("velocity", Some(joint))];
+        let (times, rows) = rows("/joint_states", &fields);
+        for (count, (time_ns, row)) in times.into_iter().zip(rows).enumerate() {
+            let [position, velocity] = match joint {
+                "extension" => [row[0] * 1e3 / 0.01, row[1] * 1e3 / 0.01],
+                _ => [row[0].to_degrees() / 0.0005, row[1].to_degrees() / 0.001],
+            };
+            let (position, velocity) = (position.round() as i32, velocity.round() as i32);
+            let mut data = [0; 8];
+            if joint == "tilt" {
+                data[..4].copy_from_slice(&position.to_be_bytes());
+                data[4..7].copy_from_slice(&velocity.to_be_bytes()[1..]);
+            } else {
+                data[..4].copy_from_slice(&position.to_le_bytes());
+                data[4..7].copy_from_slice(&velocity.to_le_bytes()[..3]);
+            }
+            data[7] = count as u8;
+            frames.push(Sent {
+                time_ns,
+                id: 257 + index as u32,
+                is_extended: false,
+                data,
+            });
+        }
+    }
+    let imu = [
+        ("linear_acceleration.x", None),
+        ("linear_acceleration.y", None),
+        ("linear_acceleration.z", None),
+        ("angular_velocity.x", None),
+        ("angular_velocity.y", None),
+        ("angular_velocity.z", None),
+    ];
+    let (times, rows_of_imu) = rows("/imu/data", &imu);
+    for (time_ns, row) in times.into_iter().zip(rows_of_imu) {
+        let acceleration = |value: f64| (value, 0.01, -320.0);
+        let rate = |value: f64| (value.to_degrees(), 1.0 / 128.0, -250.0);
+        let messages = [
+            (
+                61485,
+                parameters(&[
+                    acceleration(row[1]),
+                    acceleration(row[0]),
+                    acceleration(row[2]),
+                ]),
+            ),
+            (
+                61482,
+                parameters(&[rate(row[4]), rate(row[3]), rate(row[5])]),
+            ),
+        ];
+        frames.extend(messages.map(|(pgn, data)| Sent {
+            time_ns,
+            id: 3 << 26 | pgn << 8 | u32::from(IMU_SOURCE),
+            is_extended: true,
+            data,
+        }));
+    }
+    let (times, speeds) = rows("/odom", &[("twist.twist.linear.x", None)]);
+    for (time_ns, row) in times.into_iter().zip(speeds) {
+        let raw = ((row[0] / 0.001).round() as i16).to_le_bytes();
+        frames.push(Sent {
+            time_ns,
+            id: 272,
+            is_extended: false,
+            data: [raw[0], raw[1], 0, 0, 0, 0, 0, 0],
+        });
+    }
+    frames.sort_by_key(|frame| frame.time_ns);
+    frames
+}
+
+fn candump(frames: &[Sent]) -> String {
+    let mut text = String::new();
+    for frame in frames {
+        let seconds = frame.time_ns / 1_000_000_000;
+        let nanos = frame.time_ns % 1_000_000_000;
+        let width = if frame.is_extended { 8 } else { 3 };
+        let bytes: String = frame
+            .data
+            .iter()
+            .map(|byte| format!("{byte:02X}"))
+            .collect();
+        writeln!(
+            text,
+            "({seconds}.{nanos:09}) can0 {:0width$X}#{bytes}",
+            frame.id
+        )
+        .unwrap();
+    }
+    text
+}
+
+/// The frames as `can_msgs/Frame`, in the encoding of ROS 1 or ROS 2.
+fn write_mcap(path: &Path, frames: &[Sent], encoding: &str) {
+    let options = WriteOptions::new().compression(None).chunk_size(Some(4096));
+    let file = std::fs::File::create(path).unwrap();
+    let mut writer = options.create(file).unwrap();
+    let (schema_encoding, name) = match encoding {
+        "ros1" => ("ros1msg", "can_msgs/Frame"),
+        _ => ("ros2msg", "can_msgs/msg/Frame"),
+    };
+    let definition = "std_msgs/Header header\nuint32 id\nbool is_rtr\nbool is_extended\nbool is_error\nuint8 dlc\nuint8[8] data\n";
+    let schema = writer
+        .add_schema(name, schema_encoding, definition.as_bytes())
+        .unwrap();
+    let channel = writer
+        .add_channel(schema, "/can_bus", encoding, &BTreeMap::new())
+        .unwrap();
+    for (sequence, frame) in frames.iter().enumerate() {
+        let stamp = [
+            (frame.time_ns / 1_000_000_000) as u32,
+            (frame.time_ns % 1_000_000_000) as u32,
+        ];
+        let mut bytes: Vec<u8> = Vec::new();
+        let frame_id: &[u8] = match encoding {
+            // sequence number first; a string without end, and no padding
+            "ros1" => {
+                bytes.extend((sequence as u32).to_le_bytes());
+                &[0, 0, 0, 0]
+            }
+            _ => {
+                bytes.extend([0, 1, 0, 0]);
+                &[1, 0, 0, 0, 0, 0, 0, 0]
+            }
+        };
+        bytes.extend(stamp.iter().flat_map(|part| part.to_le_bytes()));
+        bytes.extend(frame_id);
+        bytes.extend(frame.id.to_le_bytes());
+        bytes.extend([0, u8::from(frame.is_extended), 0, 8]);
+        bytes.extend(frame.data);
+        let header = MessageHeader {
+            channel_id: channel,
+            sequence: sequence as u32,
+            log_time: frame.time_ns as u64,
+            publish_time: frame.time_ns as u64,
+        };
+        writer.write_to_known_channel(&header, &bytes).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+/// The folder with a log, the machine's URDF and the DBC file.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["tiny.urdf", "can_machine.dbc"] {
+        std::fs::copy(data(name), folder.path().join(name)).unwrap();
+    }
+    folder
+}
+
+fn signals(topic: &str) -> String {
+    let joint = |name: &str| {
+        let of = |signal: &str| {
+            format!(
+                "{{ {topic}dbc = \"can_machine.dbc\", message = \"Joint_{name}\", signal = \"{signal}\" }}"
+            )
+        };
+        format!(
+            "[signals.joints.{name}]\nposition = {}\nvelocity = {}\n",
+            of("Position"),
+            of("Velocity")
+        )
+    };
+    let group = |pgn: u32, names: [&str; 3]| {
+        let numbers =
+            names.map(|name| format!("{{ {topic}pgn = {pgn}, source = 33, signal = \"{name}\" }}"));
+        numbers.join(", ")
+    };
+    let force = [
+        "longitudinal_acceleration",
+        "lateral_acceleration",
+        "vertical_acceleration",
+    ];
+    JOINTS.map(joint).concat()
+        + &format!(
+            "[signals.imu]\nspecific_force = [{}]\nangular_velocity = [{}]\n",
+            group(61485, force),
+            group(61482, ["roll_rate", "pitch_rate", "yaw_rate"])
+        )
+        + &format!(
+            "[signals.odometry]\nvelocity = [{{ {topic}dbc = \"can_machine.dbc\", message = \"Drive\", signal = \"Speed\" }}, 0, 0]\n"
+        )
+}
+
+fn machine(folder: &Path, signals: &str) -> MachineFile {
+    let text = std::fs::read_to_string(data("tiny.toml")).unwrap();
+    let kept = text.split("[signals]").next().unwrap();
+    MachineFile::from_text(&folder.join("machine.toml"), &format!("{kept}{signals}")).unwrap()
+}
+
+fn analysed(log: &Path, signals: &str) -> anyhow::Result<Analysis> {
+    let file = machine(log.parent().unwrap(), signals);
+    analyse(log, &file, Options::default(), &mut |_| {})
+}
+
+fn original() -> Analysis {
+    let file = MachineFile::read(&data("tiny.toml")).unwrap();
+    analyse(&data("tiny.mcap"), &file, Options::default(), &mut |_| {}).unwrap()
+}
+
+/// The largest difference of wheel loads, as a share of the mean load, and how many were compared.
+fn difference(left: &Analysis, right: &Analysis) -> (f64, usize) {
+    let (mut largest, mut compared, mut sum) = (0.0_f64, 0, 0.0);
+    for row in 0..left.rows.len() {
+        let time = left.rows.times_ns[row];
+        let Ok(other) = right.rows.times_ns.binary_search(&time) else {
+            continue;
+        };
+        if !(left.rows.is_valid(row) && right.rows.is_valid(other)) {
+            continue;
+        }
+        for wheel in 0..4 {
+            let load = |of: &Analysis, row| of.rows.outcomes.column(Quantity::Load(wheel))[row];
+            let (a, b) = (load(left, row), load(right, other));
+            largest = largest.max((a - b).abs());
+            sum += a.abs();
+            compared += 1;
+        }
+    }
+    (
+        largest / (sum / f64::from(compared.max(1))),
+        compared as usize,
+    )
+}
+
+#[test]
+fn val_loads_over_can_are_those_of_the_original_within_quantisation() {
+    let original = original();
+    let frames = frames();
+    let folder = folder();
+    let path = |name: &str| -> PathBuf { folder.path().join(name) };
+    std::fs::write(path("drive.log"), candump(&frames)).unwrap();
+    write_mcap(&path("ros1.mcap"), &frames, "ros1");
+    write_mcap(&path("ros2.mcap"), &frames, "cdr");
+    let cases = [
+        ("drive.log", String::new()),
+        ("drive.log", "topic = \"can0\", ".to_owned()),
+        ("ros1.mcap", String::new()),
+        ("ros2.mcap", "topic = \"/can_bus\", ".to_owned()),
+    ];
+    for (name, topic) in cases {
+        let analysis = analysed(&path(name), &signals(&topic)).unwrap();
+        assert!(analysis.losses.is_empty(), "{name}: {:?}", analysis.losses);
+        let (largest, compared) = difference(&original, &analysis);
+        assert!(compared > 400, "{name}: {compared} loads compared");
+        // accelerations come in steps of 0.01 m/s2, a thousandth of gravity
+        assert!(
+            largest < 0.01,
+            "{name}: loads differ by {largest} of the mean load"
+        );
+        let notes = analysis.losses.notes.join("\n");
+        assert!(notes.contains("deg is converted to rad"), "{name}: {notes}");
+    }
+}
+
+#[test]
+fn what_is_not_a_number_never_reaches_the_loads() {
+    let clean = frames();
+    let folder = folder();
+    let path = folder.path().join("faulty.log");
+    std::fs::write(&path, candump(&clean)).unwrap();
+    let undisturbed = analysed(&path, &signals("")).unwrap();
+    let mut faulty = clean.clone();
+    let mut seen: BTreeMap<u32, usize> = BTreeMap::new();
+    for frame in &mut faulty {
+        let count = seen.entry(frame.id).or_default();
+        *count += 1;
+        match (frame.id, *count) {
+            // error and "not available" in one axis of the accelerations
+            (id, 40) if id >> 8 & 0xffff == 61485 => {
+                frame.data[2..4].copy_from_slice(&[0xff, 0xff])
+            }
+            (id, 41) if id >> 8 & 0xffff == 61485 => {
+                frame.data[4..6].copy_from_slice(&[0x00, 0xfe])
+            }
+            // a position far outside its range
+            (259, 30) => frame.data[..4].copy_from_slice(&[0xff, 0xff, 0xff, 0x7f]),
+            _ => {}
+        }
+    }
+    // a controller that repeats its last frame
+    let place = faulty.iter().rposition(|frame| frame.id == 257).unwrap();
+    let mut repeated = faulty[place / 2..]
+        .iter()
+        .find(|frame| frame.id == 257)
+        .unwrap()
+        .clone();
+    repeated.time_ns += 1_000_000;
+    faulty.push(repeated);
+    faulty.sort_by_key(|frame| frame.time_ns);
+    std::fs::write(&path, candump(&faulty)).unwrap();
+    let analysis = analysed(&path, &signals("")).unwrap();
+    let (largest, compared) = difference(&undisturbed, &analysis);
+    assert!(
+        compared > 400 && largest < 0.05,
+        "{compared} loads, difference {largest}"
+    );
+    let notes = analysis.losses.notes.join("\n");
+    for expected in [
+        "longitudinal_acceleration: 1 values say \"not available\"",
+        "vertical_acceleration: 1 values say \"error\"",
+        "Joint_slew.Position: 1 values lie outside the stated range",
+        "1 of",
+        "repeat the message counter",
+    ] {
+        assert!(
+            notes.contains(expected),
+            "\"{expected}\" is not in: {notes}"
+        );
+    }
+}
+
+#[test]
+fn several_senders_and_buses_are_refused_until_one_is_named() {
+    let folder = folder();
+    let path = folder.path().join("two.log");
+    let mut frames = frames();
+    let mut other: Vec<Sent> = frames
+        .iter()
+        .filter(|frame| frame.is_extended)
+        .cloned()
+        .collect();
+    for frame in &mut other {
+        frame.id = frame.id & !0xff | 0x22;
+    }
+    frames.extend(other);
+    frames.sort_by_key(|frame| frame.time_ns);
+    std::fs::write(&path, candump(&frames)).unwrap();
+    let unnamed = signals("").replace(", source = 33", "");
+    let error = format!("{:#}", analysed(&path, &unnamed).unwrap_err());
+    assert!(error.contains("source addresses 33, 34"), "{error}");
+    assert!(analysed(&path, &signals("")).is_ok());
+    // the same frames on two buses
+    let text = candump(&frames);
+    let both = text.clone() + &text.replace(" can0 ", " can1 ");
+    std::fs::write(&path, both).unwrap();
+    let error = format!("{:#}", analysed(&path, &signals("")).unwrap_err());
+    assert!(
+        error.contains("can0, can1") && error.contains("topic ="),
+        "{error}"
+    );
+    assert!(analysed(&path, &signals("topic = \"can1\", ")).is_ok());
+}
+
+#[test]
+fn what_is_wrong_with_a_can_signal_is_said() {
+    let folder = folder();
+    let path = folder.path().join("drive.log");
+    std::fs::write(&path, candump(&frames())).unwrap();
+    let lift = |binding: &str| format!("[signals.joints.lift]\nposition = {{ {binding} }}\n");
+    let cases: [(&str, &[&str]); 5] = [
+        (
+            "dbc = \"none.dbc\", message = \"A\", signal = \"B\"",
+            &["none.dbc", "cannot be read"],
+        ),
+        (
+            "dbc = \"tiny.urdf\", message = \"A\", signal = \"B\"",
+            &["tiny.urdf", "not a valid DBC file"],
+        ),
+        (
+            "dbc = \"can_machine.dbc\", message = \"Joint\", signal = \"B\"",
+            &["expected the message Joint", "Joint_lift"],
+        ),
+        (
+            "dbc = \"can_machine.dbc\", message = \"Joint_lift\", signal = \"B\"",
+            &["expected the signal B", "Position, Velocity"],
+        ),
+        (
+            "pgn = 61443, signal = \"speed\"",
+            &["61443", "61481", "name a DBC file"],
+        ),
+    ];
+    for (binding, parts) in cases {
+        let error = format!("{:#}", analysed(&path, &lift(binding)).unwrap_err());
+        for part in parts {
+            assert!(error.contains(part), "\"{part}\" is not in: {error}");
+        }
+    }
+    let text = std::fs::read_to_string(data("tiny.toml")).unwrap();
+    let kept = text.split("[signals]").next().unwrap();
+    let wrong = lift("dbc = \"can_machine.dbc\", signal = \"Position\"");
+    let error = MachineFile::from_text(&folder.path().join("m.toml"), &format!("{kept}{wrong}"))
+        .unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("{ topic, dbc, message, signal }"),
+        "{error}"
+    );
+}
