@@ -23,7 +23,7 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 6] = [
+const RULES: [Rule; 7] = [
     Rule {
         folder: "mechanics",
         crates: &[],
@@ -83,9 +83,17 @@ const RULES: [Rule; 6] = [
         floors: &[],
     },
     Rule {
+        folder: "datasheet",
+        crates: &[],
+        floors: &[
+            "error", "quantity", "prior", "sheet", "body", "weights", "output", "dialogue",
+        ],
+    },
+    Rule {
         folder: "analyze",
         crates: &[
             "tipwatch_binding",
+            "tipwatch_datasheet",
             "tipwatch_ingest",
             "tipwatch_mechanics",
             "tipwatch_suspension",
