@@ -32,6 +32,7 @@ impl Sheet {
     /// # Errors
     /// Numbers that are missing, impossible, or contradict each other.
     pub fn machine(&self) -> Result<Machine, SheetError> {
+        self.check()?;
         let mut machine = body::build(self)?;
         weights::distribute(self, &mut machine)?;
         Ok(machine)

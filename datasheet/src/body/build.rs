@@ -3,7 +3,7 @@
 use super::machine::{Joint, JointKind, Link, Machine, Role, Shape, Solid};
 use super::reach::reach;
 use crate::error::SheetError;
-use crate::prior::{Assumptions, Prior};
+use crate::prior::{Assumptions, Prior, Template};
 use crate::sheet::Sheet;
 
 pub(super) const YELLOW: [f64; 3] = [0.93, 0.70, 0.13];
@@ -120,7 +120,6 @@ fn empty(sheet: &Sheet) -> Machine {
         unknown: Vec::new(),
         slew_x: None,
         height_sigma: 0.0,
-        arm_mass_is_assumed: false,
     }
 }
 
@@ -187,6 +186,8 @@ impl Build<'_> {
             mass: 0.0,
             com: [0.0; 3],
             inertia: [0.0; 3],
+            mass_sigma: 0.0,
+            com_sigma: [0.0; 3],
             extent: [0.0; 3],
             shapes: Vec::new(),
         });
@@ -216,6 +217,16 @@ impl Build<'_> {
             mimic: None,
             at: 0.0,
             role,
+        }
+    }
+
+    /// How well links from an index on are known: their masses as a share, their centres of mass as a share of their
+    /// size.
+    pub(super) fn known_within(&mut self, from: usize, mass: f64, place: f64) {
+        for link in &mut self.machine.links[from..] {
+            link.mass_sigma = mass * link.mass;
+            // a centimetre is as well as any drawing of a weldment is kept
+            link.com_sigma = link.extent.map(|side| place * side + 0.01);
         }
     }
 
@@ -326,6 +337,8 @@ impl Build<'_> {
         let rise = size.height - size.clearance;
         let deck = size.clearance + if has_upper { 0.25 } else { 0.4 } * rise;
         let slew_height = self.sheet.slew.as_ref().map(|slew| slew.height.si);
+        let is_small = self.prior.mass[0] <= 100.0;
+        let deck = if is_small { size.height } else { deck };
         let deck = match slew_height.filter(|_| has_upper) {
             Some(height) => height.max(size.clearance + 0.05),
             None => deck,
@@ -334,17 +347,17 @@ impl Build<'_> {
         let thickness = deck - size.clearance;
         let at = [middle, 0.0, size.clearance + thickness / 2.0];
         self.draw(link, Solid::Box([length, narrow, thickness]), at, YELLOW);
-        if has_cab && !has_upper && self.prior.mass[0] > 100.0 {
+        if has_cab && !has_upper && !is_small {
+            // the boom of a telehandler is beside the cab
+            let (wide, side) = match self.sheet.template {
+                Template::Telehandler => (0.34, 0.3),
+                _ => (0.55, 0.0),
+            };
             let cab = [
                 0.34 * length,
-                0.55 * size.width,
+                wide * size.width,
                 (size.height - deck).max(0.1),
             ];
-            let side = if self.sheet.template == crate::prior::Template::Telehandler {
-                0.22
-            } else {
-                0.0
-            };
             let x = match self.prior.cab_is_rear {
                 true => front - cab[0] / 2.0,
                 false => middle,

@@ -4,19 +4,9 @@ use super::build::{Build, DARK, GREY};
 use super::machine::{AxleGroup, JointKind, Role, Solid, Wheel};
 use crate::error::SheetError;
 use crate::prior::{BEAM_SHARE, WHEEL_DENSITY};
-use crate::sheet::{Axle, Sheet};
+use crate::sheet::Axle;
 
 const LEFT: [f64; 3] = [0.0, 1.0, 0.0];
-
-impl Sheet {
-    /// Radius of the tyre of a checked axle (m).
-    pub(crate) fn tyre_radius(&self, axle: &Axle) -> f64 {
-        let stated = axle.tyre_radius.map(|r| r.si);
-        stated
-            .or(axle.tyre().map(|tyre| tyre.radius))
-            .unwrap_or(0.5)
-    }
-}
 
 impl Build<'_> {
     pub(super) fn ground(&mut self) -> Result<(), SheetError> {
@@ -145,8 +135,9 @@ impl Build<'_> {
             format!("mass of {what} {mass:.0} kg"),
             "beams of this kind have some 6 % of the load that they carry",
         );
-        let link = &mut self.machine.links[link];
-        (link.mass, link.extent) = (mass, extent);
+        let described = &mut self.machine.links[link];
+        (described.mass, described.extent) = (mass, extent);
+        self.known_within(link, 0.5, 0.05);
     }
 
     #[allow(clippy::too_many_arguments, reason = "one wheel, told once")]
@@ -207,6 +198,8 @@ impl Build<'_> {
         let described = &mut self.machine.links[link];
         described.mass = mass;
         described.extent = [2.0 * radius, width, 2.0 * radius];
+        let is_stated = axle.wheel_mass.is_some();
+        self.known_within(link, if is_stated { 0.05 } else { 1.0 / 3.0 }, 0.01);
         let is_guess = axle.tyre_radius.is_none();
         if is_guess {
             let tyre = axle.tyre.as_deref().unwrap_or_default();

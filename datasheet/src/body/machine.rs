@@ -42,8 +42,6 @@ pub struct Machine {
     pub(crate) slew_x: Option<f64>,
     /// Standard deviation of the height of the centre of mass (m).
     pub(crate) height_sigma: f64,
-    /// Some masses of the arm were assumed.
-    pub(crate) arm_mass_is_assumed: bool,
 }
 
 /// A rigid body and the joint that holds it.
@@ -59,6 +57,10 @@ pub struct Link {
     pub com: [f64; 3],
     /// Inertia about the centre of mass: xx, yy, zz; the products are zero (kg m^2).
     pub inertia: [f64; 3],
+    /// Standard deviation of the mass (kg).
+    pub mass_sigma: f64,
+    /// Standard deviation of the centre of mass along each axis (m).
+    pub com_sigma: [f64; 3],
     /// Length, width and height of the box that its mass fills (m).
     pub extent: [f64; 3],
     /// Its shapes.

@@ -48,6 +48,7 @@ impl Machine {
         self.write_limits(&mut out);
         self.write_payload(&mut out);
         self.write_uncertainty(&mut out);
+        self.write_links(&mut out);
         self.write_weighed(&mut out);
         self.write_signals(&mut out, signals);
         out
@@ -181,25 +182,6 @@ impl Machine {
 
     fn write_uncertainty(&self, out: &mut String) {
         out.push_str("\n[uncertainty]\n");
-        let (mass, why) = match self.arm_mass_is_assumed {
-            true => (
-                0.1,
-                "masses of the arm are assumed within a third, the whole is known within 2 %: a tenth of every mass",
-            ),
-            false => (
-                0.04,
-                "masses are those of a series, and shared among the parts by assumption: a twenty-fifth",
-            ),
-        };
-        comment(out, &format!("assumed: {why}"));
-        let _ = writeln!(out, "mass_share = {mass}");
-        let com = self.height_sigma.max(0.02);
-        comment(
-            out,
-            "assumed: centres of mass within this (m), because the height of the whole is known no better; the axle loads \
-             determine the horizontal place better than this value says",
-        );
-        let _ = writeln!(out, "com = {}", float(com));
         comment(
             out,
             "assumed: half of every inertia, because boxes stand for the parts",
@@ -222,6 +204,26 @@ impl Machine {
                 0.015 * radius
             })
         );
+    }
+
+    /// How well each part is known.
+    fn write_links(&self, out: &mut String) {
+        out.push('\n');
+        comment(
+            out,
+            "assumed: standard deviations of masses (kg) and centres of mass (m, along the axes of the link): 2 % of the whole \
+             machine for the frame, a third of what no sheet states, the sides alike within a hundredth of the width, and the \
+             height as stated above, because a sheet describes a series and a posture, not this machine",
+        );
+        for link in self.links.iter().filter(|link| link.mass > 0.0) {
+            let _ = writeln!(
+                out,
+                "[links.{}]\nmass_sigma = {}\ncom_sigma = {}",
+                link.name,
+                float(link.mass_sigma),
+                triple(link.com_sigma)
+            );
+        }
     }
 
     fn write_weighed(&self, out: &mut String) {

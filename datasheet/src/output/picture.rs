@@ -11,6 +11,8 @@ use crate::body::Machine;
 /// Width of the picture and its margin (px).
 const WIDTH: f64 = 960.0;
 const MARGIN: f64 = 46.0;
+/// Largest height of the side view (px).
+const MOST_HEIGHT: f64 = 440.0;
 /// Space between the two views, for the axle loads (px).
 const BETWEEN: f64 = 120.0;
 
@@ -48,8 +50,9 @@ impl Machine {
         let [side_bounds, top_bounds] = [bounds(&side), bounds(&top)];
         let least = side_bounds[0][0].min(top_bounds[0][0]);
         let most = side_bounds[0][1].max(top_bounds[0][1]);
-        let scale = (WIDTH - 2.0 * MARGIN) / (most - least).max(0.1);
-        let left = MARGIN - scale * least;
+        let across = (WIDTH - 2.0 * MARGIN) / (most - least).max(0.1);
+        let scale = across.min(MOST_HEIGHT / side_bounds[1][1].max(0.1));
+        let left = 0.5 * (WIDTH - scale * (least + most));
         let ground = MARGIN + 26.0 + scale * side_bounds[1][1].max(0.1);
         let middle = ground + BETWEEN + scale * top_bounds[1][1];
         let height = middle - scale * top_bounds[1][0] + MARGIN + 30.0;
@@ -152,7 +155,7 @@ impl Machine {
         let pads = self.outriggers.iter().filter_map(|name| self.link(name));
         let pads: Vec<[f64; 2]> = pads.map(|link| View::Top.of(&self.place(link))).collect();
         if !pads.is_empty() {
-            polygons.push((hull(pads), "#b3261e", "of the outriggers"));
+            polygons.push((hull(pads), "#b3261e", "outriggers"));
         }
         let mut at = MARGIN;
         let bottom = self.bottom(frame);

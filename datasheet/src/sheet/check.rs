@@ -1,6 +1,6 @@
 //! Refuses numbers that no machine of this kind has, with the likely correction.
 
-use super::spec::{Axle, Segment, Sheet};
+use super::spec::{Axle, Segment, SegmentKind, Sheet};
 use crate::error::SheetError;
 use crate::prior::ROUNDING;
 
@@ -27,7 +27,7 @@ const LENGTH_UNITS: &[(&str, f64)] = &[("mm", 1e-3), ("cm", 1e-2), ("in", 0.0254
 
 impl Sheet {
     /// Checks every number by itself, and those that belong together.
-    pub(super) fn check(&self) -> Result<(), SheetError> {
+    pub(crate) fn check(&self) -> Result<(), SheetError> {
         let prior = self.template.prior();
         if self.name.trim().is_empty() || self.name.len() > 200 {
             let found = format!("{} characters", self.name.len());
@@ -103,12 +103,37 @@ impl Sheet {
         for (index, axle) in self.axles.iter().enumerate() {
             self.check_axle(index, axle)?;
         }
+        self.check_spacing()?;
         let wheels: usize = self.axles.iter().map(Axle::wheels).sum();
         if !(3..=12).contains(&wheels) {
             let likely = "Take twin tyres as one wheel, with tyre_width of both";
             return Err(self.wrong("axles", "3 to 12 wheels", wheels.to_string(), likely));
         }
         self.check_loads()
+    }
+
+    /// Wheels of neighbouring axles do not overlap.
+    fn check_spacing(&self) -> Result<(), SheetError> {
+        /// Share of the radii that must fit between two wheels in line.
+        const FITS: f64 = 0.9;
+        for (index, pair) in self.axles.windows(2).enumerate() {
+            let [front, rear] = [&pair[0], &pair[1]];
+            let of_bogie = |axle: &Axle| axle.bogie.map_or(0.0, |b| b.si / 2.0);
+            let between = rear.behind.map_or(0.0, |b| b.si) - of_bogie(front) - of_bogie(rear);
+            let radii = self.tyre_radius(front) + self.tyre_radius(rear);
+            if between < FITS * radii {
+                return Err(self.wrong(
+                    format!("axles[{}].behind", index + 1),
+                    format!(
+                        "at least {:.3} m between neighbouring wheels, whose radii add up to that",
+                        radii
+                    ),
+                    format!("{between:.3} m"),
+                    "Check the distance from axle to axle, and that the radius is not the diameter",
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn check_axle(&self, index: usize, axle: &Axle) -> Result<(), SheetError> {
@@ -220,7 +245,16 @@ impl Sheet {
         }
         let laden = self.rated_load.as_ref().map(|load| load.mass.si);
         let is_laden = laden.is_some_and(|load| (sum - mass - load).abs() <= ROUNDING * sum);
+        // single loads in another unit than the others
+        let in_kg = loads.iter().map(|load| match *load < 0.01 * mass {
+            true => 1000.0 * load,
+            false => *load,
+        });
+        let is_mixed = (in_kg.sum::<f64>() - mass).abs() <= ROUNDING * mass;
         let likely = match sum / mass {
+            _ if is_mixed => {
+                "Some loads are in t and the mass in kg: state the unit, such as \"18.6 t\""
+            }
             _ if is_laden => {
                 "The axle loads look like those with the rated load: write them as laden"
             }
@@ -393,6 +427,21 @@ impl Sheet {
                 tool.at.map(|a| a.si),
             )?;
         }
+        if let Some(tool) = &arm.tool {
+            let hangs = self.template.prior().hangs;
+            if hangs && tool.range.is_some() {
+                let expected = "none for a tool that hangs freely";
+                return Err(self.wrong("arm.tool.range", expected, "a range", ""));
+            }
+            if tool.at.is_some() && tool.range.is_none() {
+                let expected = "range beside at, for a tool that turns";
+                return Err(self.wrong("arm.tool.range", expected, "none", ""));
+            }
+        }
+        if self.rated_load.is_some() && arm.tool.is_none() {
+            let expected = "[arm.tool] that carries the rated load";
+            return Err(self.wrong("arm.tool", expected, "none", ""));
+        }
         if let Some(load) = &self.rated_load {
             self.mass_in("rated_load.mass", load.mass.si, [0.0, 2_000_000.0])?;
             self.length_in("rated_load.centre", load.centre.si, [0.0, 10.0])?;
@@ -430,6 +479,10 @@ impl Sheet {
         {
             let expected = "1 to 8 telescopic sections beside extension";
             return Err(self.wrong(place("sections"), expected, sections.to_string(), ""));
+        }
+        if segment.kind == SegmentKind::Mast && segment.sections.is_some() {
+            let expected = "none for a mast, which has two stages";
+            return Err(self.wrong(place("sections"), expected, "sections", ""));
         }
         if let Some(cylinder) = &segment.cylinder {
             for (key, length, least) in [
@@ -572,6 +625,16 @@ fn trim(text: &str) -> String {
         false => word,
     });
     words.collect::<Vec<_>>().join(" ")
+}
+
+impl Sheet {
+    /// Radius of the tyre of a checked axle (m).
+    pub(crate) fn tyre_radius(&self, axle: &Axle) -> f64 {
+        let stated = axle.tyre_radius.map(|r| r.si);
+        stated
+            .or(axle.tyre().map(|tyre| tyre.radius))
+            .unwrap_or(0.5)
+    }
 }
 
 impl Axle {

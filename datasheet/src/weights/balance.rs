@@ -14,7 +14,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::body::{Machine, poses};
 use crate::error::SheetError;
-use crate::prior::{Assumptions, Balance};
+use crate::prior::{Assumptions, Balance, SHEET_MASS_SIGMA};
 use crate::sheet::Sheet;
 
 /// Least share of the operating mass that frames and superstructure have.
@@ -107,11 +107,44 @@ pub(super) fn balance(sheet: &Sheet, machine: &mut Machine) -> Result<(), SheetE
         machine.links[*link].mass = *mass;
         machine.links[*link].com = local.coords.into();
     }
+    spread(sheet, machine, rest);
     let first: Vector3<f64> = places.iter().zip(&masses).map(|(p, m)| p * *m).sum();
     machine.centre_of_mass = ((first + moment) / machine.mass).into();
     check_stands(sheet, machine)?;
     machine.assumptions.extend(assumed.into_vec());
     Ok(())
+}
+
+/// Standard deviations of the bodies that take what is left. The sheet weighs the whole machine; what is shared among
+/// two bodies by a prior is known worse, and so is a place that no axle load determines.
+fn spread(sheet: &Sheet, machine: &mut Machine, rest: f64) {
+    let is_weighed = machine.stated_axle_loads().is_some();
+    let several = machine.unknown.len() > 1;
+    let of_whole = SHEET_MASS_SIGMA * machine.mass;
+    let height = machine.height_sigma * machine.mass / rest;
+    let stated = sheet
+        .superstructure
+        .as_ref()
+        .is_some_and(|upper| upper.mass.is_some())
+        || sheet
+            .articulation
+            .as_ref()
+            .is_some_and(|joint| joint.front_mass.is_some());
+    for (index, (link, _)) in machine.unknown.clone().into_iter().enumerate() {
+        let link = &mut machine.links[link];
+        let shared = if several && !stated {
+            0.15 * link.mass
+        } else {
+            0.0
+        };
+        link.mass_sigma = of_whole.hypot(shared);
+        let length = match (index, &sheet.superstructure) {
+            (1, Some(upper)) => 2.0 * upper.tail.si,
+            _ => link.extent[0],
+        };
+        let along = if is_weighed && !several { 0.015 } else { 0.05 };
+        link.com_sigma = [along * length, 0.01 + 0.01 * link.extent[1], height];
+    }
 }
 
 /// The axle loads weigh the machine better than the rounded operating mass.
