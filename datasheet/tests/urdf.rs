@@ -54,13 +54,18 @@ mod needs_pinocchio {
 import sys, json
 import numpy as np, pinocchio as pin, yourdfpy
 path, posture, mass, com = sys.argv[1], json.loads(sys.argv[2]), float(sys.argv[3]), json.loads(sys.argv[4])
-model = pin.buildModelFromUrdf(path)
+# a fixed base would lose the mass of the root link
+model = pin.buildModelFromUrdf(path, pin.JointModelFreeFlyer())
 data = model.createData()
 q = pin.neutral(model)
 for name, value in posture.items():
     joint = model.getJointId(name)
     assert joint < model.njoints, name
-    q[model.joints[joint].idx_q] = value
+    at = model.joints[joint].idx_q
+    if model.joints[joint].nq == 2:
+        q[at:at + 2] = np.cos(value), np.sin(value)
+    else:
+        q[at] = value
 found = pin.centerOfMass(model, data, q)
 total = pin.computeTotalMass(model)
 assert abs(total / mass - 1) < 1e-9, (total, mass)
