@@ -23,7 +23,7 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 7] = [
+const RULES: [Rule; 9] = [
     Rule {
         folder: "mechanics",
         crates: &[],
@@ -99,10 +99,18 @@ const RULES: [Rule; 7] = [
         floors: &[],
     },
     Rule {
+        folder: "datasheet",
+        crates: &[],
+        floors: &[
+            "error", "quantity", "prior", "sheet", "body", "weights", "output", "dialogue",
+        ],
+    },
+    Rule {
         folder: "analyze",
         crates: &[
             "tipwatch_binding",
             "tipwatch_can",
+            "tipwatch_datasheet",
             "tipwatch_ingest",
             "tipwatch_mechanics",
             "tipwatch_suspension",

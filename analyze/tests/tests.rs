@@ -11,6 +11,7 @@ mod csv_export; // logs made from tables
 mod custody; // who analysed what, and the same bits again
 mod derived; // derived.mcap read back
 mod first_machine; // inspect --write-machine
+mod from_sheet; // machine new
 mod gates; // logs and policies that decide nothing
 mod imu_mounting; // mounting from transforms, and mounting faults
 mod in_blocks; // nothing holds the whole table

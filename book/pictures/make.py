@@ -30,6 +30,8 @@ OUT = ROOT / "book" / "src" / "pictures"
 PROGRAMS = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target" / "debug").resolve()
 TIPWATCH, LIVE = PROGRAMS / "tipwatch", PROGRAMS / "tipwatch-live"
 LARGEST_BYTES = 300_000
+# Kinds of machines whose pictures the book shows
+SHEETS = ["forklift", "forwarder", "mobile-crane", "crawler-excavator"]
 # Columns and rows of the terminal
 COLUMNS, ROWS = 100, 25
 # Seconds of the replay after which the terminal is drawn: a wheel is about to lift
@@ -44,6 +46,16 @@ def main():
         fleet(folder)
         screenshot(folder / "fleet" / "fleet.html", OUT / "fleet.png", 1100, 1000, folder)
         (OUT / "watch.svg").write_text(watch(folder))
+        for template in SHEETS:
+            from_sheet(folder, template)
+
+
+def from_sheet(folder, template):
+    """The picture of a machine that is made from its example sheet."""
+    sheet, out = folder / f"{template}.toml", folder / template
+    sheet.write_bytes(subprocess.run([TIPWATCH, "machine", "example", template], stdout=subprocess.PIPE, check=True).stdout)
+    run(TIPWATCH, "--quiet", "machine", "new", sheet, "--out", out)
+    shutil.copy(out / "machine.svg", OUT / f"sheet_{template}.svg")
 
 
 def run(*command):

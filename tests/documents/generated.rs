@@ -140,6 +140,7 @@ fn tree() -> String {
         "suspension",
         "ingest",
         "binding",
+        "datasheet",
         "analyze",
         "live",
     ] {

@@ -88,6 +88,7 @@ fn files_that_the_documents_name_exist() {
         "analyze",
         "binding",
         "book",
+        "datasheet",
         "ingest",
         "live",
         "mechanics",

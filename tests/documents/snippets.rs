@@ -5,6 +5,7 @@ use std::fs;
 
 use tipwatch_analyze::policy::Policy;
 use tipwatch_analyze::screen::Fleet;
+use tipwatch_datasheet::Sheet;
 use tipwatch_mechanics::MachineSpec;
 use tipwatch_tests::data;
 
@@ -37,7 +38,7 @@ fn snippets_of_the_documents_parse() {
     fail_on(&differences);
 }
 
-/// A machine file, whole or a part of one; a fleet file; a policy.
+/// A machine file, whole or a part of one; a data sheet; a fleet file; a policy.
 fn parse_toml(block: &Block, place: &str) -> Result<(), String> {
     match block.kind.as_str() {
         "" => {
@@ -56,6 +57,11 @@ fn parse_toml(block: &Block, place: &str) -> Result<(), String> {
         "complete" => {
             let spec = MachineSpec::from_toml(&block.text, place);
             spec.map(drop).map_err(|e| e.to_string())
+        }
+        "sheet" => {
+            let sheet = Sheet::from_toml(&block.text, place);
+            let machine = sheet.and_then(|sheet| sheet.machine());
+            machine.map(drop).map_err(|e| e.to_string())
         }
         "policy" => {
             let policy = Policy::from_text(&block.text, place);

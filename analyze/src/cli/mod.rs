@@ -7,6 +7,7 @@ mod compare;
 mod demo;
 mod exit;
 mod inspect;
+mod machine;
 mod options;
 mod recover;
 mod screen;

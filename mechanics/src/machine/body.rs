@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::inertia::{Inertia, MassMoments};
+use super::link_sigma::LinkSigma;
 
 /// A rigid body: links connected by fixed joints. The z axis of its frame is the axis of its joint; the root's
 /// frame is the base frame.
@@ -85,6 +86,8 @@ pub struct Link {
     pub moments: MassMoments,
     /// The part of the machine that it belongs to.
     pub group: LinkGroup,
+    /// How well it is known, where the machine file states that.
+    pub sigma: LinkSigma,
 }
 
 /// A joint whose position is logged.

@@ -8,7 +8,8 @@ use serde::Deserialize;
 use crate::machine::HydraulicsSpec;
 
 use super::{
-    FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl, WeighedSpec,
+    FieldSpec, LinkSigma, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl,
+    WeighedSpec,
 };
 
 /// The machine file; the project's machine-file reference describes every key.
@@ -31,6 +32,9 @@ pub struct MachineSpec {
     pub wheels: BTreeMap<String, WheelSpec>,
     /// The manipulator.
     pub arm: Option<ArmSpec>,
+    /// How well single links are known, by name.
+    #[serde(default)]
+    pub links: BTreeMap<String, LinkSigma>,
     /// Linear actuators that close a triangle.
     #[serde(default)]
     pub linkage: Vec<LinkageSpec>,

@@ -29,8 +29,15 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::LinkInertia(..) => {
             spec.inertia_share * parameter.nominal(machine).unwrap_or(0.0).abs()
         }
-        Parameter::LinkMass(link) => spec.mass_share * machine.links[link].inertia.mass,
-        Parameter::LinkCom(..) => spec.com,
+        Parameter::LinkMass(link) => {
+            let link = &machine.links[link];
+            let default = spec.mass_share * link.inertia.mass;
+            link.sigma.mass_sigma.unwrap_or(default)
+        }
+        Parameter::LinkCom(link, axis) => {
+            let stated = machine.links[link].sigma.com_sigma;
+            stated.map_or(spec.com, |sigmas| sigmas[axis as usize])
+        }
         Parameter::PayloadMass(payload) => {
             let payload = &machine.payloads[payload];
             let default = spec.payload_mass_share * payload.inertia.mass;

@@ -8,6 +8,7 @@ mod joints;
 mod linkages;
 mod reference;
 mod render;
+mod section;
 mod signals;
 mod text;
 mod urdf;
@@ -15,4 +16,5 @@ mod wheels;
 mod words;
 mod write;
 
+pub use section::signals;
 pub use write::write;

@@ -191,7 +191,7 @@ fn write_contact(text: &mut Text, guesses: &Guesses) {
     }
 }
 
-fn write_joints(text: &mut Text, guesses: &Guesses) {
+pub(super) fn write_joints(text: &mut Text, guesses: &Guesses) {
     for guess in &guesses.joints {
         text.gap()
             .comment(&format!("{}: {}.", guess.joint, guess.why));

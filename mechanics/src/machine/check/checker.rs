@@ -63,6 +63,7 @@ impl Checker<'_> {
         let spec = self.spec;
         self.check_numbers()?;
         self.check_signals()?;
+        self.check_link_sigmas()?;
         let wheels = self.wheels()?;
         self.check_wheel_plausibility(&wheels, shapes)?;
         let notes_on_masses = self.check_mass_plausibility(&wheels)?;
@@ -230,6 +231,7 @@ impl Checker<'_> {
                 (false, true) => LinkGroup::Wheel,
                 (false, false) => LinkGroup::Chassis,
             },
+            sigma: self.link_sigma(index),
         }
     }
 

@@ -9,6 +9,7 @@ mod driving;
 mod implausible_masses;
 mod implausible_wheels;
 mod imu_mount;
+mod link_sigmas;
 mod payloads;
 mod reference;
 mod signals;

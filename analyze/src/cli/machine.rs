@@ -1,0 +1,106 @@
+//! `tipwatch machine`.
+
+use std::io::{IsTerminal, stderr, stdin};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Subcommand};
+use strum::VariantNames;
+use tipwatch_datasheet::{Sheet, Template, ask};
+
+use super::exit::{Exit, Terminal, Usage};
+use crate::base::stdout::to_stdout;
+use crate::setup::{check_machine, from_sheet};
+
+#[derive(Debug, Args)]
+pub(super) struct MachineArgs {
+    #[command(subcommand)]
+    command: MachineCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum MachineCommand {
+    /// Make URDF, machine file and picture of a machine from the numbers of its data sheet.
+    New(NewArgs),
+    /// List the kinds of machines.
+    Templates,
+    /// Print a filled-in and commented sheet of a kind of machine.
+    Example {
+        /// The kind of machine.
+        #[arg(value_parser = templates())]
+        template: String,
+    },
+}
+
+#[derive(Debug, Args)]
+struct NewArgs {
+    /// The sheet, in TOML; without it, the numbers are asked for on the terminal.
+    sheet: Option<PathBuf>,
+    /// The kind of machine, without a sheet.
+    #[arg(long, value_name = "NAME", conflicts_with = "sheet", value_parser = templates())]
+    template: Option<String>,
+    /// Output folder; existing files are never overwritten.
+    #[arg(long, value_name = "DIR", default_value = "machine")]
+    out: PathBuf,
+    /// A log of the machine, whose signals the machine file then binds.
+    #[arg(long)]
+    log: Option<PathBuf>,
+}
+
+fn templates() -> PossibleValuesParser {
+    PossibleValuesParser::new(Template::VARIANTS)
+}
+
+pub(super) fn run(args: &MachineArgs, terminal: Terminal) -> Result<Exit> {
+    match &args.command {
+        MachineCommand::New(args) => new(args, terminal),
+        MachineCommand::Templates => {
+            let lines = Template::VARIANTS.iter().map(|name| {
+                let title = name.parse::<Template>().map_or("", Template::title);
+                format!("{name:<20} {title}\n")
+            });
+            to_stdout(&lines.collect::<String>()).map(|()| Exit::DONE)
+        }
+        MachineCommand::Example { template } => {
+            let template: Template = template.parse()?;
+            to_stdout(template.example()).map(|()| Exit::DONE)
+        }
+    }
+}
+
+fn new(args: &NewArgs, terminal: Terminal) -> Result<Exit> {
+    let (sheet, answers) = match &args.sheet {
+        Some(path) => (read(path)?, None),
+        None => {
+            let text = answers(args)?;
+            (Sheet::from_toml(&text, "the answers")?, Some(text))
+        }
+    };
+    let made = from_sheet::create(&sheet, &args.out, args.log.as_deref(), answers.as_deref())?;
+    to_stdout(&format!("{}\n", made.summary))?;
+    check_machine::print(&made.check, false)?;
+    for file in &made.files {
+        terminal.print(&format!("wrote {}", file.display()));
+    }
+    Ok(Exit::DONE)
+}
+
+fn read(path: &Path) -> Result<Sheet> {
+    let text = tipwatch_binding::read_text(path)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
+    Ok(Sheet::from_toml(&text, &path.display().to_string())?)
+}
+
+/// Asks on the terminal.
+fn answers(args: &NewArgs) -> Result<String> {
+    let Some(template) = &args.template else {
+        return Err(
+            Usage("expected a SHEET, or --template NAME to be asked for the numbers").into(),
+        );
+    };
+    if !stdin().is_terminal() {
+        return Err(Usage("expected a SHEET, because standard input is not a terminal; `tipwatch machine example NAME` prints one to start from").into());
+    }
+    ask(template.parse()?, &mut stdin().lock(), &mut stderr().lock()).context("the terminal")
+}

@@ -1,0 +1,7 @@
+//! Questions on a terminal instead of a sheet: the answers become a sheet.
+
+mod ask;
+mod question;
+
+pub use ask::ask;
+pub use question::{Question, questions};

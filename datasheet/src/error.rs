@@ -1,0 +1,28 @@
+//! Why a sheet gives no machine.
+
+/// Numbers of a sheet that are missing, impossible, or contradict each other.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SheetError {
+    /// The text is not a sheet.
+    #[error("{file}: {message}")]
+    Text {
+        /// Name of the sheet.
+        file: String,
+        /// What is wrong, with line and column.
+        message: String,
+    },
+    /// A number is wrong.
+    #[error("{file}: {place}: expected {expected}, found {found}{}{likely}", if likely.is_empty() { "" } else { ". " })]
+    Value {
+        /// Name of the sheet.
+        file: String,
+        /// The key.
+        place: String,
+        /// What a machine of this kind has.
+        expected: String,
+        /// What the sheet says.
+        found: String,
+        /// The likely correction; may be empty.
+        likely: String,
+    },
+}

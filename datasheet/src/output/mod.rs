@@ -1,0 +1,9 @@
+//! What a machine is written as: URDF, machine file, picture, summary.
+
+mod machine_file;
+mod picture;
+mod project;
+mod summary;
+mod supports;
+mod text;
+mod urdf;

@@ -1,0 +1,11 @@
+//! The sheet: the numbers as written, their checks, and what follows from a tyre's name.
+
+mod check;
+mod spec;
+mod tyre;
+
+pub use spec::{
+    Arm, Articulation, Axle, Cylinder, Load, Outriggers, Segment, SegmentKind, Sheet, Slew,
+    Superstructure, Tool, Tracks,
+};
+pub(crate) use tyre::Tyre;

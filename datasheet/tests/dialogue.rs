@@ -1,0 +1,91 @@
+//! Questions instead of a sheet.
+
+use std::io::Cursor;
+
+use strum::IntoEnumIterator;
+use tipwatch_datasheet::{Sheet, Template, ask, questions};
+
+#[test]
+fn answers_become_a_sheet_and_a_machine() {
+    let template = Template::WheelLoader;
+    let answers = [
+        ("name", "Loader 7"),
+        ("mass", "15.2 t"),
+        ("height", "3280 mm"),
+        ("axles.0.track", "1960 mm"),
+        ("axles.0.load", "7000"),
+        ("axles.0.tyre", "20.5R25"),
+        ("axles.1.behind", "3.2"),
+        ("axles.1.track", "1960 mm"),
+        ("axles.1.load", "8.2 t"),
+        ("axles.1.tyre", "20.5R25"),
+        ("axles.1.pendulum", "13"),
+        ("articulation.behind", "1.6"),
+        ("articulation.angle", "37"),
+        ("arm.ahead", "-0.75"),
+        ("arm.height", "2.05"),
+        ("arm.segments.0.length", "2.55"),
+        ("arm.segments.0.range", "-45, 42"),
+        ("arm.segments.0.at", "-36"),
+        ("arm.tool.length", "1.15"),
+    ];
+    let mut input = String::from("\n");
+    for question in questions(template, 2) {
+        let answer = answers.iter().find(|(key, _)| *key == question.key);
+        if question.key == "mass" {
+            // a mistake is asked again
+            input.push_str("heavy\n");
+        }
+        input.push_str(answer.map_or("", |(_, answer)| answer));
+        input.push('\n');
+    }
+    let mut output = Vec::new();
+    let text = ask(template, &mut Cursor::new(input), &mut output).unwrap();
+    let machine = Sheet::from_toml(&text, "answers").and_then(|sheet| sheet.machine());
+    let machine = machine.unwrap_or_else(|e| panic!("{e}\n{text}"));
+    assert_eq!(machine.stated_axle_loads(), Some(vec![7000.0, 8200.0]));
+    let output = String::from_utf8(output).unwrap();
+    assert!(output.contains("found \"heavy\""), "{output}");
+}
+
+/// Every key that is asked for is a key of the sheet.
+#[test]
+fn every_question_is_a_key_of_the_sheet() {
+    for template in Template::iter() {
+        let axles = if template == Template::CrawlerExcavator {
+            0
+        } else {
+            2
+        };
+        let mut input = if axles == 0 {
+            String::new()
+        } else {
+            String::from("\n")
+        };
+        for question in questions(template, axles) {
+            let answer = match question.key.rsplit('.').next().unwrap() {
+                "name" => "x",
+                "tyre" => "20.5R25",
+                "range" => "-10, 20",
+                _ => "1",
+            };
+            input.push_str(answer);
+            input.push('\n');
+        }
+        let text = ask(template, &mut Cursor::new(input), &mut Vec::new()).unwrap();
+        let Err(refused) = Sheet::from_toml(&text, "answers") else {
+            continue;
+        };
+        let refused = refused.to_string();
+        assert!(
+            !refused.contains("unknown field") && !refused.contains("missing field"),
+            "{template}: {refused}\n{text}"
+        );
+    }
+}
+
+#[test]
+fn an_early_end_of_the_answers_is_an_error() {
+    let ended = ask(Template::Forklift, &mut Cursor::new("2\n"), &mut Vec::new());
+    assert!(ended.unwrap_err().to_string().contains("end of the input"));
+}

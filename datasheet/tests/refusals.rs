@@ -1,0 +1,237 @@
+//! What contradicts itself is refused, with what was expected, what was found, and the likely correction.
+
+use tipwatch_datasheet::{Sheet, Template};
+
+/// The refusal of an example in which a text is replaced.
+fn refusal(template: Template, from: &str, to: &str) -> String {
+    let text = template.example();
+    assert!(text.contains(from), "{template}: no {from}");
+    let sheet = Sheet::from_toml(&text.replacen(from, to, 1), "sheet.toml");
+    match sheet.and_then(|sheet| sheet.machine()) {
+        Err(error) => error.to_string(),
+        Ok(_) => panic!("{template} with {to} instead of {from} is accepted"),
+    }
+}
+
+#[test]
+fn wrong_units_are_refused_with_the_likely_unit() {
+    use Template::{CrawlerExcavator, Forklift, WheelLoader};
+    for (template, from, to, expected) in [
+        (
+            WheelLoader,
+            "mass = \"15.2 t\"",
+            "mass = 15.2",
+            "\"15.2 t\"",
+        ),
+        (
+            WheelLoader,
+            "behind = \"3200 mm\"",
+            "behind = 3200",
+            "\"3200 mm\"",
+        ),
+        (
+            WheelLoader,
+            "load = \"7.0 t\"",
+            "load = 7.0",
+            "state the unit",
+        ),
+        (Forklift, "track = \"914 mm\"", "track = 914", "\"914 mm\""),
+        (
+            Forklift,
+            "tyre_radius = \"0.203 m\"",
+            "tyre_radius = 203",
+            "\"203 mm\"",
+        ),
+        (
+            CrawlerExcavator,
+            "mass = \"22600 kg\"",
+            "mass = \"22600 t\"",
+            "expected",
+        ),
+        (
+            CrawlerExcavator,
+            "tail = \"2830 mm\"",
+            "tail = 2830",
+            "\"2830 mm\"",
+        ),
+        (
+            CrawlerExcavator,
+            "length = \"5.7 m\"",
+            "length = 5700",
+            "\"5700 mm\"",
+        ),
+        (
+            WheelLoader,
+            "mass = \"15.2 t\"",
+            "mass = \"15.2 stone\"",
+            "a mass [kg]",
+        ),
+        (WheelLoader, "angle = 37", "angle = 0.65", "\"0.65 rad\""),
+    ] {
+        let message = refusal(template, from, to);
+        assert!(message.contains(expected), "{to}: {message}");
+        assert!(
+            message.contains("expected") && message.contains("found"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn contradictions_are_refused() {
+    use Template::{Forklift, Forwarder, MobileCrane, Telehandler, TruckCrane, WheelLoader};
+    for (template, from, to, expected) in [
+        // axle loads that do not add up
+        (
+            WheelLoader,
+            "load = \"8.2 t\"",
+            "load = \"9.2 t\"",
+            "add up to the operating mass",
+        ),
+        // those with the rated load
+        (
+            Forklift,
+            "load = 1489",
+            "load = 3489",
+            "look like those with the rated load",
+        ),
+        // an arm heavier than the machine
+        (
+            WheelLoader,
+            "mass = \"2.9 t\"",
+            "mass = \"13.9 t\"",
+            "arm, tool, wheels and axles",
+        ),
+        // a longer arm than the reach
+        (
+            Telehandler,
+            "extension = 7.0",
+            "extension = 11.0",
+            "arm.reach",
+        ),
+        (
+            Telehandler,
+            "extension = 7.0",
+            "extension = 2.0",
+            "arm.reach",
+        ),
+        // loads that need a centre of mass outside the machine
+        (
+            MobileCrane,
+            "centre_of_mass_behind = 1.7",
+            "centre_of_mass_behind = 9.9",
+            "tail swing",
+        ),
+        (
+            TruckCrane,
+            "load = \"6.9 t\"",
+            "load = \"26.9 t\"",
+            "add up",
+        ),
+        // laden loads of another load centre
+        (
+            Forklift,
+            "ahead = \"340 mm\"",
+            "ahead = \"1340 mm\"",
+            "laden",
+        ),
+        // a cylinder that is too short
+        (
+            Forwarder,
+            "stroke = 0.75",
+            "stroke = 0.15",
+            "between its pins",
+        ),
+        (
+            Forwarder,
+            "bore = \"150 mm\", rod = \"90 mm\"",
+            "bore = \"90 mm\", rod = \"150 mm\"",
+            "Exchange",
+        ),
+        // a posture outside the range
+        (WheelLoader, "at = -36", "at = 60", "within the range"),
+        (WheelLoader, "at = -36", "att = -36", "unknown field"),
+        (
+            WheelLoader,
+            "tyre = \"20.5R25\"",
+            "tyre = \"round\"",
+            "designation",
+        ),
+        (
+            WheelLoader,
+            "tyre = \"20.5R25\"",
+            "tyre = \"20.5R25\"\ntyre_radius = 1.49",
+            "diameter",
+        ),
+        (
+            WheelLoader,
+            "name = \"boom\"",
+            "name = \"base_link\"",
+            "name of its own",
+        ),
+        (WheelLoader, "name = \"boom\"", "name = \"b om\"", "letters"),
+        (
+            WheelLoader,
+            "height = \"3280 mm\"",
+            "height = \"3280 mm\"\ntilt_angle = 30",
+            "pivot",
+        ),
+        (
+            WheelLoader,
+            "height = \"3280 mm\"",
+            "height = \"3280 mm\"\ncentre_of_mass_height = 3.2",
+            "centre_of_mass_height",
+        ),
+    ] {
+        let message = refusal(template, from, to);
+        assert!(message.contains(expected), "{to}: {message}");
+    }
+}
+
+/// Any number of a sheet replaced by an absurd one: a machine or a refusal, never a panic.
+#[test]
+fn absurd_numbers_never_panic() {
+    use strum::IntoEnumIterator;
+    let absurd = [
+        "0",
+        "-1",
+        "nan",
+        "inf",
+        "-inf",
+        "1e308",
+        "-1e308",
+        "1e-308",
+        "\"\"",
+        "\"nan\"",
+        "9223372036854775807",
+    ];
+    for template in Template::iter() {
+        let text = template.example();
+        for (at, _) in text.match_indices("= ") {
+            let start = at + 2;
+            let end = text[start..]
+                .find([',', '\n', '}', ' '])
+                .map_or(text.len(), |n| start + n);
+            for value in absurd {
+                let changed = format!("{}{value}{}", &text[..start], &text[end..]);
+                if let Ok(machine) =
+                    Sheet::from_toml(&changed, "x").and_then(|sheet| sheet.machine())
+                {
+                    let _ = (
+                        machine.urdf(),
+                        machine.machine_file("m.urdf", None),
+                        machine.picture(),
+                        machine.summary(),
+                    );
+                    assert!(
+                        machine
+                            .links
+                            .iter()
+                            .all(|l| l.mass >= 0.0 && l.mass.is_finite()),
+                        "{changed}"
+                    );
+                }
+            }
+        }
+    }
+}

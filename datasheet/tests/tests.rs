@@ -1,0 +1,9 @@
+//! Machines from data sheets.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot continue fails")]
+
+mod dialogue; // questions instead of a sheet
+mod examples; // every template's worked example weighs what its sheet says
+mod properties; // random sheets
+mod refusals; // contradictions, wrong units, absurd numbers
+mod urdf; // read by independent parsers
