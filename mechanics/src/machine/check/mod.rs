@@ -10,6 +10,7 @@ mod implausible_masses;
 mod implausible_wheels;
 mod imu_mount;
 mod payloads;
+mod quasi_static;
 mod reference;
 mod signals;
 mod suspension;
