@@ -44,9 +44,9 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
     let (stability, of_input) = events.split_at(of_input.unwrap_or(events.len()));
     let open = open_split::wheels(analysis);
     let may_conclude = analysis.gross_inputs.is_empty();
-    let calm = (stability.is_empty() && may_conclude)
+    let has_event = stability.iter().any(|event| event.kind.is_observed());
+    let calm = (!has_event && may_conclude)
         .then(|| scene.without_event(lowest_load(analysis), &open, analysis));
-    let has_event = !stability.is_empty();
     let others = has_event.then(|| scene.other_wheels(stability, &open));
     let partly = has_event.then(|| partly_known(analysis));
     let finding = |event: &&Event| scene.finding(event);
@@ -117,8 +117,9 @@ pub(super) fn rank(kind: EventKind) -> usize {
         EventKind::EdgeTipping => 1,
         EventKind::WheelLift => 2,
         EventKind::WheelLight => 3,
-        EventKind::InputGap => 4,
-        EventKind::InputFault => 5,
+        EventKind::LiftNotExcluded => 4,
+        EventKind::InputGap => 5,
+        EventKind::InputFault => 6,
     }
 }
 
@@ -171,7 +172,7 @@ impl Scene {
     /// Display name of the wheel, edge or signal.
     pub(super) fn subject(&self, event: &Event) -> String {
         match event.kind {
-            EventKind::WheelLight | EventKind::WheelLift => self
+            EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => self
                 .wheel(&event.subject)
                 .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
             _ => event.subject.clone(),
@@ -242,6 +243,9 @@ impl Scene {
             EventKind::EdgeTipping => format!("The machine was tipping about the {subject} edge"),
             EventKind::WheelLift => format!("Wheel {subject} was off the ground"),
             EventKind::WheelLight => format!("Wheel {subject} was below its load limit"),
+            EventKind::LiftNotExcluded => {
+                format!("Between rows, a lift of wheel {subject} cannot be excluded")
+            }
             EventKind::InputGap => format!("Input {subject} had no data"),
             EventKind::InputFault => format!("Input {subject} was implausible"),
         }
@@ -317,6 +321,9 @@ impl Scene {
             EventKind::WheelLight => {
                 format!("Minimum load: {worst}{}, {at}", self.shares(event))
             }
+            EventKind::LiftNotExcluded => format!(
+                "Smallest overturning force (OTF) that the greatest rates and accelerations allow, less two standard deviations: {worst}, after the row {at}"
+            ),
             EventKind::InputGap | EventKind::InputFault => {
                 format!(
                     "No value for {:.2} s; nothing is computed there",
@@ -378,7 +385,18 @@ impl Scene {
             Some(_) => "wheel fell below its load limit",
             None => "wheel left the ground",
         };
+        let coverage = &analysis.coverage;
         let claim = match partly_known(analysis) {
+            _ if coverage.lift_not_excluded_s().is_some() => {
+                let seconds = coverage.lift_not_excluded_s().unwrap_or(0.0);
+                format!(
+                    "At the rows of this sparse log no {claim}, but between them a lift cannot be excluded for {seconds:.1} of {:.1} s; at the rows",
+                    coverage.computable_s
+                )
+            }
+            None if coverage.between_rows.is_some() => format!(
+                "At the rows of this sparse log no {claim}, and between them the greatest rates and accelerations exclude a lift; at the rows"
+            ),
             Some(known) => format!("In the {known} of the log with known wheel loads, no {claim}"),
             None => format!("No {claim}"),
         };
