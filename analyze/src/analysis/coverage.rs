@@ -72,7 +72,9 @@ impl Coverage {
     /// Time between rows in which a lift cannot be excluded, if there is any (s).
     #[must_use]
     pub fn lift_not_excluded_s(&self) -> Option<f64> {
-        let known = self.between_rows.filter(|it| it.lift_not_excluded_s > 0.0)?;
+        let known = self
+            .between_rows
+            .filter(|it| it.lift_not_excluded_s > 0.0)?;
         Some(known.lift_not_excluded_s)
     }
 }

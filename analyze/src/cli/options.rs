@@ -6,7 +6,9 @@ use anyhow::Result;
 use clap::Args;
 
 use crate::analysis::DEFAULT_MIN_VALID;
-use crate::base::options::{ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options, QuasiStaticOption};
+use crate::base::options::{
+    ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options, QuasiStaticOption,
+};
 use crate::events::EventKind;
 use crate::output::custody::Origin;
 use crate::policy::Policy;

@@ -129,6 +129,7 @@ pub(super) struct Scene {
     wheels: Vec<WheelFacts>,
     split_rule: String,
     deciding: String,
+    is_sparse: bool,
 }
 
 struct WheelFacts {
@@ -161,6 +162,7 @@ impl Scene {
             wheels: wheels.collect(),
             split_rule: split_rule(machine),
             deciding: deciding_measurements(machine),
+            is_sparse: analysis.coverage.between_rows.is_some(),
         }
     }
 
@@ -196,6 +198,10 @@ impl Scene {
         let [under, any] = self.split_clauses(event);
         let duration = match is_undecided(event) {
             true => "on".to_string(),
+            // nothing shows how long it lasted before and after its only row
+            false if self.is_sparse && event.end_ns == Some(event.start_ns) => {
+                "(one row; how long is unknown)".to_string()
+            }
             false => duration(event),
         };
         Finding {
@@ -387,15 +393,9 @@ impl Scene {
         };
         let coverage = &analysis.coverage;
         let claim = match partly_known(analysis) {
-            _ if coverage.lift_not_excluded_s().is_some() => {
-                let seconds = coverage.lift_not_excluded_s().unwrap_or(0.0);
-                format!(
-                    "At the rows of this sparse log no {claim}, but between them a lift cannot be excluded for {seconds:.1} of {:.1} s; at the rows",
-                    coverage.computable_s
-                )
-            }
-            None if coverage.between_rows.is_some() => format!(
-                "At the rows of this sparse log no {claim}, and between them the greatest rates and accelerations exclude a lift; at the rows"
+            known if coverage.between_rows.is_some() => format!(
+                "At the rows of this sparse log{}, no {claim}",
+                known.map_or(String::new(), |known| format!(" (known in {known})"))
             ),
             Some(known) => format!("In the {known} of the log with known wheel loads, no {claim}"),
             None => format!("No {claim}"),
@@ -410,6 +410,16 @@ impl Scene {
             (true, true) => format!(" under the {}", self.split_rule),
             (true, false) => String::new(),
         };
+        let between = match (coverage.between_rows, coverage.lift_not_excluded_s()) {
+            (_, Some(seconds)) => format!(
+                "; between them a lift cannot be excluded for {seconds:.1} of {:.1} s",
+                coverage.computable_s
+            ),
+            (Some(_), None) => {
+                "; between them the stated greatest rates and accelerations exclude a lift under that split".into()
+            }
+            (None, None) => String::new(),
+        };
         let limit = match wheel.limit_n {
             Some(limit_n) => format!("Load limit of wheel {}: {} N", wheel.name, number(limit_n)),
             None => "No load limit is set".into(),
@@ -420,7 +430,7 @@ impl Scene {
         let ranges = self.ranges(open);
         Finding {
             headline: format!(
-                "{claim}{split}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
+                "{claim}{split}{between}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
                 number(lowest.load_n),
                 share(lowest.load_n, wheel.static_n),
                 wheel.name,

@@ -106,7 +106,10 @@ impl QuasiStaticSpec {
             ("tool_force", self.tool_force),
             ("tool_moment", self.tool_moment),
         ];
-        numbers.extend(tool.into_iter().filter_map(|(key, n)| Some((key.into(), n?))));
+        numbers.extend(
+            tool.into_iter()
+                .filter_map(|(key, n)| Some((key.into(), n?))),
+        );
         for (name, joint) in &self.joints {
             let both = [("rate", joint.rate), ("acceleration", joint.acceleration)];
             let stated = both.into_iter().filter_map(|(key, n)| Some((key, n?)));

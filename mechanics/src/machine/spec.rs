@@ -8,7 +8,8 @@ use serde::Deserialize;
 use crate::machine::HydraulicsSpec;
 
 use super::{
-    FieldSpec, MachineError, PlausibilitySpec, QuasiStaticSpec, SignalsSpec, SuspensionControl, WeighedSpec,
+    FieldSpec, MachineError, PlausibilitySpec, QuasiStaticSpec, SignalsSpec, SuspensionControl,
+    WeighedSpec,
 };
 
 /// The machine file; the project's machine-file reference describes every key.

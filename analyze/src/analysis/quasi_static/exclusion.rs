@@ -61,7 +61,10 @@ impl<'a> ExclusionPass<'a> {
             let is_judged = is_static[row] == 1.0 && rows.reasons[row].leave_loads();
             self.found.static_rows += u64::from(is_static[row] == 1.0);
             // written so that an unknown band excludes nothing
-            let opens: Vec<bool> = least.iter().map(|least| is_judged && !(least[row] > 0.0)).collect();
+            let opens: Vec<bool> = least
+                .iter()
+                .map(|least| is_judged && !(least[row] > 0.0))
+                .collect();
             if rows.reasons[row].leave_loads() {
                 match opens.contains(&true) {
                     true => self.found.lift_not_excluded_s += lasts_s,

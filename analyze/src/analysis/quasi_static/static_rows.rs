@@ -41,10 +41,13 @@ impl Widening for StaticRows {
             let time_ns = rows.times_ns[row];
             let next_ns = rows.times_ns.get(row + 1).copied().or(next_ns);
             rows.states.get(row, &mut state);
-            let read = self.motion.between(time_ns, time_ns, &state, &mut memory, &mut at);
+            let read = self
+                .motion
+                .between(time_ns, time_ns, &state, &mut memory, &mut at);
             let read = read.and_then(|()| {
                 let next_ns = next_ns.unwrap_or(time_ns);
-                self.motion.between(time_ns, next_ns, &state, &mut memory, &mut until)
+                self.motion
+                    .between(time_ns, next_ns, &state, &mut memory, &mut until)
             });
             if let Err(error) = read {
                 // unknown ranges exclude nothing
@@ -86,7 +89,11 @@ impl Widening for StaticRows {
                 };
                 let used = 1.0 - sure / static_load;
                 // in the opposite order a NaN would be ignored
-                utilisation = if used < utilisation { utilisation } else { used };
+                utilisation = if used < utilisation {
+                    utilisation
+                } else {
+                    used
+                };
             }
             columns[places.utilisation][row] = utilisation;
         }

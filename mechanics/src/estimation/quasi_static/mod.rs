@@ -9,6 +9,7 @@ mod motion;
 mod range;
 mod reach;
 mod sparse;
+mod usable;
 
 pub(in crate::estimation) use held::{held, is_dense};
 pub use motion::{SampleMemory, UnobservedMotion};

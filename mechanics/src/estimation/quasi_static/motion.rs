@@ -5,6 +5,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::range::{Exceeded, MotionRange, Span};
 use super::reach;
 use super::sparse::is_needed;
+use super::usable::UsableSamples;
 use crate::estimation::smoother::{Chunk, SampleSource, SortedSamples};
 use crate::machine::{JointBounds, Machine};
 use crate::state::{Sensor, Sensors, State, tilt_is_measured};
@@ -14,7 +15,7 @@ use crate::state::{Sensor, Sensors, State, tilt_is_measured};
 #[derive(Debug)]
 pub struct UnobservedMotion<S> {
     sensors: Sensors,
-    samples: Vec<SortedSamples<S>>,
+    samples: Vec<UsableSamples<S>>,
     max_gap_ns: i64,
     hold_ns: i64,
     gravity: f64,
@@ -49,10 +50,15 @@ impl<S: SampleSource> UnobservedMotion<S> {
     /// # Errors
     /// Samples cannot be read.
     pub fn new(machine: &Machine, sensors: &Sensors, sources: Vec<S>) -> Result<Self, S::Error> {
-        let mut samples: Vec<SortedSamples<S>> = Vec::new();
-        for source in sources.into_iter().filter(|s| is_needed(sensors, s.sensor())) {
+        let mut samples: Vec<UsableSamples<S>> = Vec::new();
+        for source in sources
+            .into_iter()
+            .filter(|s| is_needed(sensors, s.sensor()))
+        {
             let is_known = (samples.iter()).any(|known| known.sensor() == source.sensor());
-            samples.extend(SortedSamples::new(source, sensors).filter(|_| !is_known));
+            if let Some(sorted) = SortedSamples::new(source, sensors).filter(|_| !is_known) {
+                samples.push(UsableSamples::new(sorted)?);
+            }
         }
         let spec = machine.quasi_static();
         let joints = machine.joints().iter().enumerate();
@@ -124,7 +130,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
 
     fn add_sensor(
         &self,
-        samples: &SortedSamples<S>,
+        samples: &UsableSamples<S>,
         chunk: &mut Chunk,
         from_ns: i64,
         to_ns: i64,
@@ -158,7 +164,9 @@ impl<S: SampleSource> UnobservedMotion<S> {
         }
         range.held_s = match is_near(gap_after(first)) {
             true => range.held_s,
-            false => range.held_s.max((from_ns.saturating_sub(first_ns)) as f64 * 1e-9),
+            false => range
+                .held_s
+                .max((from_ns.saturating_sub(first_ns)) as f64 * 1e-9),
         };
         let mut k = first;
         while let Some(start_ns) = at(k).filter(|&start| start < to_ns || k == first) {
@@ -190,7 +198,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
 
     fn single(
         &self,
-        samples: &SortedSamples<S>,
+        samples: &UsableSamples<S>,
         chunk: &mut Chunk,
         k: usize,
         t: f64,
@@ -205,7 +213,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
 
     fn pair(
         &self,
-        samples: &SortedSamples<S>,
+        samples: &UsableSamples<S>,
         chunk: &mut Chunk,
         k: usize,
     ) -> Result<Pair, S::Error> {
@@ -339,8 +347,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
                 // a rotation by t moves a component u of a unit vector by at most t sqrt(1 - u^2) + t^2 / 2
                 let across = (1.0 - direction[axis].powi(2)).max(0.0).sqrt();
                 let by = self.gravity * (turned * across + 0.5 * turned * turned);
-                range.specific_force[axis]
-                    .add(Span::at(centre[axis]).widened(by + acceleration));
+                range.specific_force[axis].add(Span::at(centre[axis]).widened(by + acceleration));
                 if sensor == Sensor::Imu {
                     range.specific_force[axis].add(Span::at(values[axis]));
                 }
@@ -357,8 +364,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
                 low: reach.low.max(-most),
                 high: reach.high.min(most),
             });
-            range.angular_acceleration[axis]
-                .add(Span::at(0.0).widened(self.angular_acceleration));
+            range.angular_acceleration[axis].add(Span::at(0.0).widened(self.angular_acceleration));
         }
     }
 
@@ -429,12 +435,21 @@ impl<S: SampleSource> UnobservedMotion<S> {
                 ("acceleration", &mut bounds.acceleration, acceleration),
             ];
             for (key, stated, observed) in numbers {
-                raise(&mut self.exceeded, format!("joints.{name}.{key}"), stated, observed);
+                raise(
+                    &mut self.exceeded,
+                    format!("joints.{name}.{key}"),
+                    stated,
+                    observed,
+                );
             }
         }
         let [acceleration, rate, angular_acceleration] = shown.platform;
         for (key, stated, observed) in [
-            ("platform_acceleration", &mut self.acceleration, acceleration),
+            (
+                "platform_acceleration",
+                &mut self.acceleration,
+                acceleration,
+            ),
             ("platform_rate", &mut self.rate, rate),
             (
                 "platform_angular_acceleration",
@@ -460,7 +475,10 @@ impl<S: SampleSource> UnobservedMotion<S> {
                 self.for_joints(stream, pair, |joint, _, x, rates| {
                     let slope = (x[1] - x[0]) / pair.t;
                     let [rate, acceleration] = &mut shown.joints[joint];
-                    *rate = rate.max(slope.abs()).max(rates[0].abs()).max(rates[1].abs());
+                    *rate = rate
+                        .max(slope.abs())
+                        .max(rates[0].abs())
+                        .max(rates[1].abs());
                     // the mean value theorem twice
                     let by_slopes = 2.0 * (slope - slopes[joint]).abs() / (pair.t + before_s);
                     let by_rates = (rates[1] - rates[0]).abs() / pair.t;

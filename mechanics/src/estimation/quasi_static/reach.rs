@@ -68,7 +68,11 @@ mod tests {
 
     #[test]
     fn val_the_reach_by_acceleration_is_attained() {
-        for (x, t, a) in [([0.0, 0.0], 1.0, 0.5), ([0.2, -0.1], 2.0, 0.4), ([1.0, 3.0], 1.0, 0.1)] {
+        for (x, t, a) in [
+            ([0.0, 0.0], 1.0, 0.5),
+            ([0.2, -0.1], 2.0, 0.4),
+            ([1.0, 3.0], 1.0, 0.1),
+        ] {
             let found = positions(x, t, 1e9, a).high;
             assert!((found - farthest(x, t, a)).abs() < 1e-6, "{x:?} {found}");
         }
@@ -87,7 +91,8 @@ mod tests {
         // sines of every phase with the greatest velocity and acceleration of their own
         for k in 0..2000 {
             let f = f64::from(k);
-            let (amplitude, w, phase) = (0.1 + (f * 0.37).fract(), 0.3 + 5.0 * (f * 0.73).fract(), f);
+            let (amplitude, w, phase) =
+                (0.1 + (f * 0.37).fract(), 0.3 + 5.0 * (f * 0.73).fract(), f);
             let x = |s: f64| amplitude * (w * s + phase).sin();
             let (v, a) = (amplitude * w, amplitude * w * w);
             let t = 0.2 + 3.0 * (f * 0.19).fract();

@@ -283,8 +283,8 @@ impl Bench {
         let is_later = |until_ns: Option<i64>| until_ns.is_none_or(|until| until > start_ns);
         let mut walk = SpanWalk::new(faults.filter(|span| is_later(span.until_ns)));
         let first_ns = smoother.times_ns.first().copied().unwrap_or(start_ns);
-        let hold_ns = (machine.is_quasi_static())
-            .then(|| (machine.quasi_static().hold * 1e9) as i64);
+        let hold_ns =
+            (machine.is_quasi_static()).then(|| (machine.quasi_static().hold * 1e9) as i64);
         for (row, &time_ns) in into.times_ns.iter().enumerate() {
             let mut read = |followed: Followed, jets: &mut [ChannelState]| {
                 let mut readers = readers.iter_mut();

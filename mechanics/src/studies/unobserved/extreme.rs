@@ -13,6 +13,9 @@ const STEP: f64 = 0.2;
 const MOST_POINTS: usize = 13;
 /// Ranges narrower than this are linear: positions (rad or m) and velocities (rad/s or m/s).
 const NARROW: f64 = 0.01;
+/// The same for the angular velocity of the platform (rad/s): at a quarter of a radian per second, centripetal
+/// accelerations are some 0.06 m/s^2 a metre from the IMU.
+const NARROW_TURN: f64 = 0.5;
 /// How often the search goes through all positions and velocities.
 const SWEEPS: usize = 2;
 
@@ -41,15 +44,61 @@ enum Curved {
     AngularVelocity(usize),
 }
 
+impl Curved {
+    fn is_wide(self, span: Span) -> bool {
+        match self {
+            Self::Position(_) | Self::Rate(_) => span.width() > NARROW,
+            Self::AngularVelocity(_) => span.width() > NARROW_TURN,
+        }
+    }
+}
+
+/// The signals of a range in which the OTF is not linear.
+fn curved(range: &MotionRange) -> Vec<(Curved, Span)> {
+    let joints = range.joints.iter().enumerate();
+    let joints = joints.flat_map(|(joint, [position, rate, _])| {
+        [
+            (Curved::Position(joint), *position),
+            (Curved::Rate(joint), *rate),
+        ]
+    });
+    let platform = range.angular_velocity.into_iter().enumerate();
+    let platform = platform.map(|(axis, span)| (Curved::AngularVelocity(axis), span));
+    joints
+        .chain(platform)
+        .filter(|(_, span)| span.width() > 0.0)
+        .collect()
+}
+
+/// Whether the OTF is as good as linear over the whole range.
+pub(super) fn is_linear(range: &MotionRange) -> bool {
+    !curved(range)
+        .into_iter()
+        .any(|(signal, span)| signal.is_wide(span))
+}
+
+/// The largest change of `sign` times a number with these derivatives, over the range of those signals that are
+/// `counted`: the sum of the absolute values, signal by signal.
+pub(super) fn largest_change(
+    sign: f64,
+    derivatives: &[f64],
+    signals: impl Iterator<Item = (f64, Span)>,
+    counted: impl Fn(usize) -> bool,
+) -> f64 {
+    let each = signals.zip(derivatives).enumerate();
+    let counted = each.filter(|(place, _)| counted(*place));
+    let changes = counted.map(|(_, ((value, span), by))| {
+        let by = sign * by;
+        (by * (span.low - value)).max(by * (span.high - value))
+    });
+    changes.sum()
+}
+
 impl Search<'_> {
     pub(super) fn run(mut self) -> Extreme {
         self.scratch.clone_from(self.state);
-        let curved = self.curved();
+        let curved = curved(self.range);
         let linear = self.value(true);
-        let is_wide = |&(_, span): &(Curved, Span)| span.width() > NARROW;
-        if !curved.iter().any(is_wide) {
-            return Extreme { value: linear };
-        }
         // every signal at the end that its derivative points to
         let ends: Vec<f64> = (curved.iter())
             .map(|&(signal, span)| {
@@ -58,7 +107,10 @@ impl Search<'_> {
             })
             .collect();
         let mut best = self.value(false);
-        let start: Vec<f64> = curved.iter().map(|&(signal, _)| *self.signal(signal)).collect();
+        let start: Vec<f64> = curved
+            .iter()
+            .map(|&(signal, _)| *self.signal(signal))
+            .collect();
         for (&(signal, _), &end) in curved.iter().zip(&ends) {
             *self.signal(signal) = end;
         }
@@ -73,7 +125,7 @@ impl Search<'_> {
         let mut allowance = 0.0;
         for _ in 0..SWEEPS {
             allowance = 0.0;
-            for &(signal, span) in curved.iter().filter(|it| is_wide(it)) {
+            for &(signal, span) in curved.iter().filter(|it| it.0.is_wide(it.1)) {
                 let (found, curvature) = self.along(signal, span, best);
                 best = best.max(found);
                 allowance += curvature;
@@ -83,16 +135,6 @@ impl Search<'_> {
         Extreme {
             value: (best + allowance).max(linear),
         }
-    }
-
-    fn curved(&self) -> Vec<(Curved, Span)> {
-        let joints = self.range.joints.iter().enumerate();
-        let joints = joints.flat_map(|(joint, [position, rate, _])| {
-            [(Curved::Position(joint), *position), (Curved::Rate(joint), *rate)]
-        });
-        let platform = self.range.angular_velocity.into_iter().enumerate();
-        let platform = platform.map(|(axis, span)| (Curved::AngularVelocity(axis), span));
-        joints.chain(platform).filter(|(_, span)| span.width() > 0.0).collect()
     }
 
     fn signal(&mut self, signal: Curved) -> &mut f64 {
@@ -130,7 +172,11 @@ impl Search<'_> {
             })
             .collect();
         // a linkage that cannot close there does not reach that position
-        let known = values.iter().copied().enumerate().filter(|(_, value)| value.is_finite());
+        let known = values
+            .iter()
+            .copied()
+            .enumerate()
+            .filter(|(_, value)| value.is_finite());
         let found = known.max_by(|a, b| a.1.total_cmp(&b.1));
         let Some((k, value)) = found else {
             *self.signal(signal) = kept;
@@ -139,7 +185,9 @@ impl Search<'_> {
         *self.signal(signal) = if value > best { at(k) } else { kept };
         let around = (k > 0 && k + 1 < points).then(|| values[k - 1] - 2.0 * value + values[k + 1]);
         // the vertex of a parabola through three points is at most an eighth of its second difference above them
-        let curvature = around.filter(|c| c.is_finite()).map_or(0.0, |c| c.abs() / 8.0);
+        let curvature = around
+            .filter(|c| c.is_finite())
+            .map_or(0.0, |c| c.abs() / 8.0);
         (value.max(best), curvature)
     }
 
@@ -154,14 +202,8 @@ impl Search<'_> {
             place if place < 3 * joints => place % 3 == 2,
             place => !(3 * joints + 3..3 * joints + 6).contains(&place),
         };
-        let mut sum = self.sign * otf;
-        let all_signals = signals(self.machine, self.scratch, self.range).enumerate();
-        for ((place, (value, span)), by) in all_signals.zip(&derivatives) {
-            if all || is_linear(place) {
-                let by = self.sign * by;
-                sum += (by * (span.low - value)).max(by * (span.high - value));
-            }
-        }
-        sum
+        let signals = signals(self.machine, self.scratch, self.range);
+        let counted = |place: usize| all || is_linear(place);
+        self.sign * otf + largest_change(self.sign, &derivatives, signals, counted)
     }
 }

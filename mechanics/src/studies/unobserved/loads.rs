@@ -1,6 +1,6 @@
 //! The wheel loads over a range of motion.
 
-use super::extreme::{Extreme, Search};
+use super::extreme::{Extreme, Search, is_linear, largest_change};
 use crate::Scope;
 use crate::estimation::quasi_static::MotionRange;
 use crate::evaluate::evaluation::evaluate;
@@ -85,6 +85,21 @@ impl UnobservedLoads {
         range: &MotionRange,
     ) -> Vec<WheelReach> {
         let wheels = 0..machine.wheels().len();
+        if is_linear(range) {
+            evaluate(machine, state, &mut self.workspace);
+            let found = wheels.map(|wheel| {
+                let otf = self.workspace.outcome().otf[wheel];
+                let derivatives = self.workspace.sensitivity().otf(wheel);
+                let change = |sign: f64| {
+                    largest_change(sign, &derivatives, signals(machine, state, range), |_| true)
+                };
+                WheelReach {
+                    least_otf: otf - change(-1.0),
+                    largest_otf: otf + change(1.0),
+                }
+            });
+            return found.collect();
+        }
         wheels
             .map(|wheel| {
                 let mut extreme = |sign: f64| {
@@ -115,18 +130,27 @@ pub(super) fn signals<'a>(
     state: &'a State<f64>,
     range: &'a MotionRange,
 ) -> impl Iterator<Item = (f64, crate::estimation::quasi_static::Span)> + 'a {
-    let joints = state.joints.iter().zip(&range.joints).flat_map(|(joint, range)| {
-        [joint.position, joint.rate, joint.acceleration].into_iter().zip(*range)
-    });
+    let joints = state
+        .joints
+        .iter()
+        .zip(&range.joints)
+        .flat_map(|(joint, range)| {
+            [joint.position, joint.rate, joint.acceleration]
+                .into_iter()
+                .zip(*range)
+        });
     let imu = &state.imu;
     let vectors = [
         (imu.specific_force, range.specific_force),
         (imu.angular_velocity, range.angular_velocity),
         (imu.angular_acceleration, range.angular_acceleration),
     ];
-    let imu = (vectors.into_iter()).flat_map(|(value, range)| value.data.0[0].into_iter().zip(range));
+    let imu =
+        (vectors.into_iter()).flat_map(|(value, range)| value.data.0[0].into_iter().zip(range));
     let wrench = &state.tool_wrench;
     let tool = [wrench.force.data.0[0], wrench.moment.data.0[0]];
     let tool = tool.into_iter().flatten().zip(range.tool);
-    joints.chain(imu).chain(tool.filter(|_| machine.tool().is_some()))
+    joints
+        .chain(imu)
+        .chain(tool.filter(|_| machine.tool().is_some()))
 }
