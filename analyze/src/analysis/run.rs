@@ -158,9 +158,9 @@ fn analyse_with<S: RowSink>(
     table.reasons = gathered.found.reasons;
     let mut coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
     coverage.between_rows = gathered.exclusion;
-    let mut of_machine = gathered.found.events;
-    of_machine.extend(gathered.not_excluded);
-    let events = events::sorted(of_machine, input_events);
+    // what is only possible has no lead time
+    let others = [input_events, gathered.not_excluded].concat();
+    let events = events::sorted(gathered.found.events, others);
     let sensitivity = (gathered.sensitivity).and_then(|found| found.table(machine, &table));
     let advice = advise(
         machine,

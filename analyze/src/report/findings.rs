@@ -599,6 +599,7 @@ mod tests {
             wheels: vec![wheel("FL"), wheel("RL")],
             split_rule: "equal-stiffness split".into(),
             deciding: "To decide it: weighing".into(),
+            is_sparse: false,
         }
     }
 

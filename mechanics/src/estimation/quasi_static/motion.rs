@@ -205,7 +205,10 @@ impl<S: SampleSource> UnobservedMotion<S> {
     ) -> Result<Pair, S::Error> {
         let from = samples.sample(k, chunk)?.map(|s| s.values.to_vec());
         Ok(Pair {
-            from: from.unwrap_or_default(),
+            from: from.unwrap_or_else(|| {
+                let width = self.sensors.value_count(samples.sensor()).unwrap_or(0);
+                vec![f64::NAN; width]
+            }),
             to: None,
             t,
         })

@@ -159,7 +159,8 @@ impl Search<'_> {
     fn along(&mut self, signal: Curved, span: Span, best: f64) -> (f64, f64) {
         let points = match signal {
             Curved::Position(_) => {
-                ((span.width() / STEP).ceil() as usize + 1).clamp(3, MOST_POINTS)
+                let steps = (span.width() / STEP).ceil().min(MOST_POINTS as f64);
+                (steps as usize + 1).clamp(3, MOST_POINTS)
             }
             Curved::Rate(_) | Curved::AngularVelocity(_) => 3,
         };
