@@ -14,10 +14,10 @@ use crate::events::{Event, EventKind};
 pub struct Exclusion {
     /// Rows at which, or until the next of which, motion was not observed.
     pub static_rows: u64,
-    /// Time after rows with loads in which the greatest rates and accelerations exclude that a wheel lifted, under the
+    /// Time after static rows with loads in which the greatest rates and accelerations exclude that a wheel lifted, under the
     /// stated load split (s).
     pub lift_excluded_s: f64,
-    /// Time after rows with loads in which a lift cannot be excluded (s).
+    /// Time after static rows with loads in which a lift cannot be excluded (s).
     pub lift_not_excluded_s: f64,
 }
 
@@ -65,7 +65,7 @@ impl<'a> ExclusionPass<'a> {
                 .iter()
                 .map(|least| is_judged && !(least[row] > 0.0))
                 .collect();
-            if rows.reasons[row].leave_loads() {
+            if is_judged {
                 match opens.contains(&true) {
                     true => self.found.lift_not_excluded_s += lasts_s,
                     false => self.found.lift_excluded_s += lasts_s,

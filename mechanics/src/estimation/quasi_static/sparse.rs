@@ -7,6 +7,9 @@ use crate::state::{Sensor, Sensors};
 /// Share of its time in gaps from which on a sensor is sparse.
 const MOST_IN_GAPS: f64 = 0.5;
 
+/// Fewest gaps of a sensor that records in bursts: a dense recording with one or two holes is not sparse.
+const FEWEST_BURST_GAPS: usize = 3;
+
 /// How sparse the samples of a sensor are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sparseness {
@@ -14,15 +17,19 @@ pub struct Sparseness {
     pub sensor: Sensor,
     /// Share of its time in gaps that the estimator does not bridge.
     pub gap_share: f64,
+    /// Number of such gaps.
+    pub gaps: usize,
+    /// Whether even the median time between two samples is such a gap.
+    pub is_slow: bool,
     /// Median time between two samples (s).
     pub median_s: f64,
 }
 
 impl Sparseness {
-    /// Whether most of its time is in gaps.
+    /// Whether most of its time is in gaps, because it is slow or records in bursts.
     #[must_use]
     pub fn is_sparse(&self) -> bool {
-        self.gap_share > MOST_IN_GAPS
+        self.gap_share > MOST_IN_GAPS && (self.is_slow || self.gaps >= FEWEST_BURST_GAPS)
     }
 }
 
@@ -42,6 +49,7 @@ pub fn sparseness<S: SampleSource>(
         let steps = stamps.windows(2).map(|p| p[1].saturating_sub(p[0]));
         let mut steps: Vec<i64> = steps.collect();
         let gaps = steps.iter().filter(|&&step| step > max_gap_ns);
+        let count = gaps.clone().count();
         let gaps_s: f64 = gaps.map(|&step| step as f64).sum();
         let all_s: f64 = steps.iter().map(|&step| step as f64).sum();
         steps.sort_unstable();
@@ -49,6 +57,8 @@ pub fn sparseness<S: SampleSource>(
         Some(Sparseness {
             sensor: source.sensor(),
             gap_share: gaps_s / all_s,
+            gaps: count,
+            is_slow: median > max_gap_ns,
             median_s: median as f64 * 1e-9,
         })
     });
