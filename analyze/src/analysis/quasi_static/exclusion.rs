@@ -60,10 +60,10 @@ impl<'a> ExclusionPass<'a> {
             let lasts_s = next_ns.map_or(0.0, |next| next.saturating_sub(time_ns) as f64 * 1e-9);
             let is_judged = is_static[row] == 1.0 && rows.reasons[row].leave_loads();
             self.found.static_rows += u64::from(is_static[row] == 1.0);
-            // written so that an unknown band excludes nothing
+            // an unknown band excludes nothing
             let opens: Vec<bool> = least
                 .iter()
-                .map(|least| is_judged && !(least[row] > 0.0))
+                .map(|least| is_judged && (least[row].is_nan() || least[row] <= 0.0))
                 .collect();
             if is_judged {
                 match opens.contains(&true) {
