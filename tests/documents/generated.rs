@@ -78,6 +78,7 @@ fn columns() -> String {
         let option = match kind.when {
             When::Terms => " (`--model closed-form --columns terms`)",
             When::Parts => " (`--columns parts`)",
+            When::BetweenRows => " (quasi-static)",
             _ => "",
         };
         let name = kind.pattern.replace('{', "<").replace('}', ">");

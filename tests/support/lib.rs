@@ -102,6 +102,18 @@ impl Truth {
         }
     }
 
+    /// Times of the samples (ns).
+    #[must_use]
+    pub fn times_ns(&self) -> &[i64] {
+        &self.times_ns
+    }
+
+    /// Load of a wheel at a time (N).
+    #[must_use]
+    pub fn load(&self, wheel: usize, time_ns: i64) -> f64 {
+        self.at(wheel, time_ns)
+    }
+
     /// Linearly interpolated load of a wheel.
     fn at(&self, wheel: usize, time_ns: i64) -> f64 {
         let next = self

@@ -12,6 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::state::Sensor;
 
+use super::quasi_static::Exclusion;
 use crate::base::options::Options;
 use crate::base::table::Table;
 use crate::load::LoadedLog;
@@ -35,6 +36,9 @@ pub struct Coverage {
     pub valid_share: Option<f64>,
     /// Rows with wheel loads: the valid ones, and those of a machine that tips.
     pub computable_rows: u64,
+    /// What is known between the rows; absent for a log that is not sparse.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between_rows: Option<Exclusion>,
 }
 
 impl Coverage {
@@ -53,6 +57,7 @@ impl Coverage {
             computable_s,
             valid_share: (covered_s > 0.0).then(|| computable_s / covered_s),
             computable_rows: computable.count() as u64,
+            between_rows: None,
         }
     }
 
@@ -60,6 +65,17 @@ impl Coverage {
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.valid_share.is_some_and(|share| share >= WHOLE)
+    }
+}
+
+impl Coverage {
+    /// Time between rows in which a lift cannot be excluded, if there is any (s).
+    #[must_use]
+    pub fn lift_not_excluded_s(&self) -> Option<f64> {
+        let known = self
+            .between_rows
+            .filter(|it| it.lift_not_excluded_s > 0.0)?;
+        Some(known.lift_not_excluded_s)
     }
 }
 
@@ -122,7 +138,7 @@ fn first_joint_stamp(loaded: &LoadedLog) -> Option<i64> {
 
 /// The holes of the signals that every row needs, longer than the estimator bridges: sorted, disjoint.
 fn holes(loaded: &LoadedLog) -> Vec<(i64, i64)> {
-    let max_gap_ns = (loaded.machine.estimator().max_gap * 1e9) as i64;
+    let max_gap_ns = loaded.machine.longest_known_gap_ns();
     let sensors = &loaded.matched.sensors;
     let is_needed = |sensor: Sensor| match sensor {
         Sensor::Joints(_) => true,

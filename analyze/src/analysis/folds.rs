@@ -12,6 +12,7 @@ use super::evaluation::OtherModels;
 use super::model_comparison::{ComparedModel, ModelComparison};
 use super::monte_carlo::{MonteCarlo, MonteCarloPass};
 use super::notes::Seen;
+use super::quasi_static::{Exclusion, ExclusionPass};
 use super::sensitivity::SensitivityPass;
 use crate::base::options::Options;
 use crate::base::rows::Rows;
@@ -57,6 +58,9 @@ pub(super) struct Gathered {
     pub(super) monte_carlo: Option<MonteCarlo>,
     pub(super) seen: Seen,
     pub(super) digest: Digest,
+    /// Intervals between rows in which a lift cannot be excluded.
+    pub(super) not_excluded: Vec<Event>,
+    pub(super) exclusion: Option<Exclusion>,
 }
 
 /// Computes all rows and hands them to everything that needs them.
@@ -83,6 +87,7 @@ pub(super) fn gather(
     let mut sensitivity = (scope.sensitivities).then(|| SensitivityPass::new(machine));
     let mut seen = Seen::new(machine);
     let mut digest = DigestPass::new(machine, table, min_loads_n);
+    let mut exclusion = ExclusionPass::new(machine, table);
     let mut compared = Vec::new();
     for (other, model) in &others.models {
         compared.push(match model {
@@ -113,6 +118,7 @@ pub(super) fn gather(
                     events.take(rows);
                     seen.take(machine, rows);
                     digest.take(rows);
+                    exclusion.take(rows);
                     if let Some(sensitivity) = &mut sensitivity {
                         sensitivity.take(rows);
                     }
@@ -129,6 +135,7 @@ pub(super) fn gather(
         }
     })?;
     let found = events.finish();
+    let (not_excluded, exclusion) = exclusion.finish();
     sink.settle(table.len(), None, &found.events)?;
     Ok(Gathered {
         found,
@@ -139,6 +146,8 @@ pub(super) fn gather(
         monte_carlo: monte_carlo.map(|study| study.finish(bands)),
         seen,
         digest: digest.finish(),
+        not_excluded,
+        exclusion,
     })
 }
 

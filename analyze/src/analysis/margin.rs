@@ -192,7 +192,7 @@ impl<'a> MarginPass<'a> {
             sigma: otf_sigma_n.map(|sigma| sigma / wheels.static_load[wheel]),
             wheel: self.machine.wheels()[wheel].name.to_lowercase(),
             time_ns: wheels.rows.times_ns[row],
-            otf_n: wheels.otf[wheel][row],
+            otf_n: wheels.least_otf(wheel, row),
             otf_sigma_n,
         });
     }
@@ -213,6 +213,8 @@ impl<'a> MarginPass<'a> {
 struct Wheels<'a> {
     rows: &'a Rows,
     otf: Vec<&'a [f64]>,
+    /// Smallest OTF until the next row of a sparse log; empty for other logs.
+    least: Vec<&'a [f64]>,
     static_load: &'a [f64],
     /// By cause of [`WEIGHTS`] and [`MOTION_CAUSES`] and by wheel, the contributions; empty for models without them.
     contributions: Vec<Vec<&'a [f64]>>,
@@ -237,6 +239,12 @@ impl<'a> Wheels<'a> {
         };
         Self {
             rows,
+            least: wheels
+                .clone()
+                .map(Quantity::OtfBetweenLeast)
+                .filter(|quantity| has(*quantity))
+                .map(|quantity| rows.outcomes.column(quantity))
+                .collect(),
             otf: otf.collect(),
             static_load: &machine.reference().static_load,
             contributions: causes.map(of_cause).collect(),
@@ -245,11 +253,18 @@ impl<'a> Wheels<'a> {
 
     /// The worst wheel of a row and its margin; `None` unless all wheels have one.
     fn margin(&self, row: usize) -> Option<(usize, f64)> {
-        let margin = |wheel: usize| self.otf[wheel][row] / self.static_load[wheel];
+        let margin = |wheel: usize| self.least_otf(wheel, row) / self.static_load[wheel];
         let margins = (0..self.otf.len()).map(|wheel| (wheel, margin(wheel)));
         let worst = margins.reduce(|a, b| if b.1 < a.1 || b.1.is_nan() { b } else { a })?;
         let usable = self.static_load.iter().all(|&load| load > 0.0);
         (usable && worst.1.is_finite()).then_some(worst)
+    }
+
+    /// The OTF of a row; of a static row the smallest that motion until the next one allows, where it is known.
+    fn least_otf(&self, wheel: usize, row: usize) -> f64 {
+        let least = self.least.get(wheel).map(|least| least[row]);
+        let least = least.filter(|least| least.is_finite());
+        least.unwrap_or(self.otf[wheel][row])
     }
 
     fn column(&self, quantity: Quantity) -> Option<&'a [f64]> {

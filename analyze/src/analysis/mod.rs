@@ -15,6 +15,7 @@ pub mod model_comparison;
 pub mod monte_carlo;
 mod notes;
 pub mod payload;
+pub mod quasi_static;
 mod result;
 pub mod run;
 pub mod sensitivity;
@@ -26,5 +27,6 @@ mod verdicts;
 
 pub use coverage::Coverage;
 pub use digest::Digest;
+pub use quasi_static::Exclusion;
 pub use result::{Analysis, Input, Sources};
 pub use undecided::{DEFAULT_MIN_VALID, Undecided};

@@ -24,6 +24,7 @@ use super::inputs;
 use super::inputs::GrossInput;
 use super::notes;
 use super::payload;
+use super::quasi_static::{QuasiStatic, choose};
 use super::size;
 use super::states::{KeptStates, SmoothedStates};
 use super::verdicts;
@@ -95,7 +96,8 @@ fn analyse_with<S: RowSink>(
     let log = file.open_log(path)?;
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
-    let scope = evaluation::scope(&options);
+    let quasi_static = choose(&mut loaded, &options)?;
+    let scope = QuasiStatic::scope(quasi_static.as_ref(), evaluation::scope(&options));
     size::check(&loaded, &options, scope, is_kept, path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
     let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options)?;
@@ -134,6 +136,8 @@ fn analyse_with<S: RowSink>(
         false => MonitorRecord::default(),
     };
     let mut table = Table::new(machine, rows, scope, model, record);
+    let notes_on_static_rows = (quasi_static.as_ref()).map_or(Vec::new(), |it| it.notes.clone());
+    QuasiStatic::apply(quasi_static, &mut table);
     let min_loads_n = min_loads(machine);
     let input_events = events::of_inputs(&loaded, &quality.faults, &table);
     let prepared = Prepared {
@@ -152,8 +156,11 @@ fn analyse_with<S: RowSink>(
     let (provenance, gathered) = (provenance?, gathered?);
     table.check()?;
     table.reasons = gathered.found.reasons;
-    let coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
-    let events = events::sorted(gathered.found.events, input_events);
+    let mut coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
+    coverage.between_rows = gathered.exclusion;
+    // what is only possible has no lead time
+    let others = [input_events, gathered.not_excluded].concat();
+    let events = events::sorted(gathered.found.events, others);
     let sensitivity = (gathered.sensitivity).and_then(|found| found.table(machine, &table));
     let advice = advise(
         machine,
@@ -166,6 +173,7 @@ fn analyse_with<S: RowSink>(
     );
     let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &gathered.seen);
+    notes.splice(0..0, notes_on_static_rows);
     notes.splice(0..0, note_on_slope);
     if loaded.matched.sensors.imu {
         notes.splice(0..0, imu_check::note(machine, &gathered.seen.mounting));

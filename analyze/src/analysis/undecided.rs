@@ -17,6 +17,13 @@ pub enum Undecided {
         /// What is required.
         min_valid: f64,
     },
+    /// Between the rows of a sparse log a lift cannot be excluded.
+    LiftNotExcluded {
+        /// For how long (s).
+        not_excluded_s: f64,
+        /// Of which time with known loads (s).
+        computable_s: f64,
+    },
     /// Inputs are grossly wrong, so that computed loads mean nothing: one sentence each.
     GrossInputs(Vec<String>),
 }
@@ -32,9 +39,15 @@ impl Undecided {
             return Some(Self::NoComputableRow);
         }
         let is_enough = coverage.valid_share.is_some_and(|share| share >= min_valid);
-        (!is_enough).then_some(Self::TooLittleTime {
-            coverage: *coverage,
-            min_valid,
+        if !is_enough {
+            return Some(Self::TooLittleTime {
+                coverage: *coverage,
+                min_valid,
+            });
+        }
+        Some(Self::LiftNotExcluded {
+            not_excluded_s: coverage.lift_not_excluded_s()?,
+            computable_s: coverage.computable_s,
         })
     }
 
@@ -65,6 +78,14 @@ impl std::fmt::Display for Undecided {
                     None => formatter.write_str("the log covers no time"),
                 }
             }
+            Self::LiftNotExcluded {
+                not_excluded_s,
+                computable_s,
+            } => write!(
+                formatter,
+                "between the rows of this sparse log a wheel lift cannot be excluded for {not_excluded_s:.1} of \
+                 {computable_s:.1} s"
+            ),
             Self::GrossInputs(findings) => {
                 write!(formatter, "inputs are wrong: {}", findings.join("; "))
             }

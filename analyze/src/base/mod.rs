@@ -14,3 +14,4 @@ pub mod rows;
 pub(crate) mod stdout;
 pub mod table;
 pub mod verdicts;
+pub(crate) mod widening;

@@ -24,6 +24,9 @@ pub struct Options {
     pub apply_clock_offsets: ApplyClockOffsets,
     /// Number of machines drawn for the Monte Carlo study of the parameters; `None` for no study.
     pub monte_carlo: Option<usize>,
+    /// Whether rows of a sparse log are static; if absent, as the machine file says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quasi_static: Option<QuasiStaticOption>,
 }
 
 /// Optional columns.
@@ -91,6 +94,7 @@ impl Default for Options {
             columns: MoreColumns::default(),
             apply_clock_offsets: ApplyClockOffsets::Stated,
             monte_carlo: None,
+            quasi_static: None,
         }
     }
 }
@@ -106,6 +110,18 @@ pub enum ApplyClockOffsets {
     Estimated,
 }
 
+/// Whether rows without neighbours are static.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum QuasiStaticOption {
+    /// In a log whose samples are too far apart for most of its time.
+    Auto,
+    /// In every log.
+    Always,
+    /// In no log: rows in gaps are invalid.
+    Never,
+}
+
 /// Estimator of the states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -114,6 +130,17 @@ pub enum Estimator {
     Smoother,
     /// Uses past samples only; bit-identical to live operation.
     Causal,
+}
+
+impl Estimator {
+    /// Name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Smoother => "smoother",
+            Self::Causal => "causal",
+        }
+    }
 }
 
 /// Model of the ground wrench.

@@ -18,6 +18,7 @@ use tipwatch_mechanics::{
 use super::estimated::{EstimatedRows, StateSource};
 use super::rows::{Rows, row_at};
 use super::verdicts::{MonitorRecord, RowJudge};
+use super::widening::Widening;
 
 /// Rows of a block that is computed at once.
 pub const BLOCK_ROWS: usize = 1024;
@@ -39,6 +40,7 @@ pub struct Table {
     scope: Scope,
     model: Arc<Model>,
     record: MonitorRecord,
+    widening: Option<Arc<dyn Widening>>,
     whole: OnceLock<Arc<Rows>>,
 }
 
@@ -61,8 +63,14 @@ impl Table {
             scope,
             model,
             record,
+            widening: None,
             whole: OnceLock::new(),
         }
+    }
+
+    /// Widens the bands of all rows computed from now on.
+    pub(crate) fn widen_by(&mut self, widening: Arc<dyn Widening>) {
+        self.widening = Some(widening);
     }
 
     /// Number of rows.
@@ -117,7 +125,9 @@ impl Table {
     /// # Errors
     /// They could not.
     pub(crate) fn check(&self) -> Result<()> {
-        match self.states.failure() {
+        let widening = self.widening.as_ref();
+        let failure = widening.and_then(|widening| widening.failure());
+        match self.states.failure().or(failure) {
             Some(failure) => {
                 bail!("expected the samples of the log, found that they cannot be read: {failure}")
             }
@@ -146,7 +156,8 @@ impl Table {
         );
         let before = self.reasons[rows.clone()].iter().enumerate();
         let reasons = before.map(|(row, &reasons)| outcomes.reasons(row, reasons));
-        Rows {
+        let next_ns = self.times_ns.get(rows.end).copied();
+        let mut rows = Rows {
             first: rows.start,
             start_ns: self.times_ns[0],
             reasons: reasons.collect(),
@@ -154,7 +165,11 @@ impl Table {
             states,
             outcomes,
             verdicts: None,
+        };
+        if let Some(widening) = &self.widening {
+            widening.widen(&mut rows, next_ns);
         }
+        rows
     }
 
     /// Computes all rows on all cores; `take` receives the blocks in order, with their verdicts, while the next ones

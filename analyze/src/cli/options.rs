@@ -6,7 +6,9 @@ use anyhow::Result;
 use clap::Args;
 
 use crate::analysis::DEFAULT_MIN_VALID;
-use crate::base::options::{ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options};
+use crate::base::options::{
+    ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options, QuasiStaticOption,
+};
 use crate::events::EventKind;
 use crate::output::custody::Origin;
 use crate::policy::Policy;
@@ -29,6 +31,10 @@ pub(super) struct AnalysisArgs {
     /// Which offsets between the clocks of topics to correct.
     #[arg(long, value_enum, value_name = "WHICH", default_value_t = ApplyClockOffsets::Stated)]
     pub(super) apply_clock_offsets: ApplyClockOffsets,
+    /// Whether rows of a sparse log are static: they hold the last samples, and their bands contain what motion
+    /// between them can have done to the loads; default: as the machine file says, else auto.
+    #[arg(long, value_enum, value_name = "WHEN")]
+    pub(super) quasi_static: Option<QuasiStaticOption>,
 }
 
 impl AnalysisArgs {
@@ -39,6 +45,7 @@ impl AnalysisArgs {
             rate_hz: self.rate,
             closed_form_input: self.closed_form_input,
             apply_clock_offsets: self.apply_clock_offsets,
+            quasi_static: self.quasi_static,
             ..Options::default()
         }
     }

@@ -126,6 +126,9 @@ pub enum EventKind {
     /// A signal is implausible; the kind of fault defines `worst`. Unlike the others it is listed
     /// however short it is.
     InputFault,
+    /// Between the rows of a sparse log, motion within the greatest rates and accelerations can have lifted the
+    /// wheel; `worst` is the smallest OTF that they allow (N). Not a finding that it lifted.
+    LiftNotExcluded,
 }
 
 impl Event {
@@ -159,7 +162,9 @@ impl Event {
     /// How bad it is among events of its kind: the larger, the worse. Not comparable between kinds.
     pub(crate) fn severity(&self) -> f64 {
         let severity = match self.kind {
-            EventKind::WheelLight | EventKind::WheelLift => -self.worst,
+            EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => {
+                -self.worst
+            }
             EventKind::EdgeTipping | EventKind::TipOver | EventKind::InputGap => self.worst,
             // `worst` has another meaning for each kind of fault
             EventKind::InputFault => self.fault.map_or(0.0, |fault| fault.samples as f64),
@@ -182,9 +187,19 @@ impl EventKind {
     #[must_use]
     pub fn is_stability(self) -> bool {
         match self {
-            Self::WheelLight | Self::WheelLift | Self::EdgeTipping | Self::TipOver => true,
+            Self::WheelLight
+            | Self::WheelLift
+            | Self::EdgeTipping
+            | Self::TipOver
+            | Self::LiftNotExcluded => true,
             Self::InputGap | Self::InputFault => false,
         }
+    }
+
+    /// Whether rows show that it happened: not what is only possible between them, and not a matter of the log.
+    #[must_use]
+    pub fn is_observed(self) -> bool {
+        self.is_stability() && self != Self::LiftNotExcluded
     }
 
     /// Name in tables.

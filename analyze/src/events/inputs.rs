@@ -10,7 +10,7 @@ use crate::load::LoadedLog;
 
 /// Gaps between the first and the last row that are longer than the estimator bridges.
 pub(crate) fn gaps(loaded: &LoadedLog, rows: &Table) -> Vec<Event> {
-    let max_gap_ns = (loaded.machine.estimator().max_gap * 1e9) as i64;
+    let max_gap_ns = loaded.machine.longest_known_gap_ns();
     let (first, last) = ends(rows);
     let mut gaps = Vec::new();
     for signal in loaded.signals.iter() {

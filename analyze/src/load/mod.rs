@@ -11,4 +11,4 @@ mod smoothing;
 
 pub use loaded::{LoadedLog, Signal, load, load_within};
 pub use recording::{Recording, SampleReader};
-pub use smoothing::{SharedSignal, block_smoother};
+pub use smoothing::{SharedSignal, block_smoother, shared_signals};

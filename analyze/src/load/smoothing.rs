@@ -32,6 +32,16 @@ impl SampleSource for SharedSignal {
     }
 }
 
+/// All signals of a log.
+#[must_use]
+pub fn shared_signals(loaded: &LoadedLog) -> Vec<SharedSignal> {
+    let signals = (0..loaded.signals.len()).map(|index| SharedSignal {
+        signals: Arc::clone(&loaded.signals),
+        index,
+    });
+    signals.collect()
+}
+
 /// Prepares to smooth a log block by block: [`BlockSmoother::worker`].
 ///
 /// # Errors
@@ -40,10 +50,7 @@ pub fn block_smoother(
     loaded: &LoadedLog,
     clock: RowClock,
 ) -> io::Result<BlockSmoother<SharedSignal>> {
-    let signals = (0..loaded.signals.len()).map(|index| SharedSignal {
-        signals: Arc::clone(&loaded.signals),
-        index,
-    });
+    let signals = shared_signals(loaded);
     let run = |passes: Vec<Pass<'_>>| {
         rayon::scope(|scope| {
             for pass in passes {
@@ -52,6 +59,5 @@ pub fn block_smoother(
         });
     };
     let (machine, sensors) = (&loaded.machine, &loaded.matched.sensors);
-    let signals = signals.collect();
     BlockSmoother::new(machine, sensors, signals, clock, ROWS_PER_BLOCK, &run)
 }

@@ -39,6 +39,17 @@ fn nothing_known(analysis: &Analysis) -> Option<String> {
 /// "in this log", or in the part of its time that is known.
 fn scope(analysis: &Analysis) -> String {
     let coverage = &analysis.coverage;
+    match (coverage.lift_not_excluded_s(), coverage.between_rows) {
+        (Some(seconds), _) => {
+            return format!(
+                "at the rows of this sparse log ({coverage} with known wheel loads); between them a lift, and what may follow from it, cannot be excluded for {seconds:.1} s"
+            );
+        }
+        (None, Some(_)) if coverage.is_whole() => {
+            return "in this sparse log, given the stated greatest rates and accelerations between its rows".into();
+        }
+        _ => {}
+    }
     match coverage.is_whole() {
         true => "in this log".into(),
         false => format!(
@@ -162,7 +173,7 @@ fn certainty(analysis: &Analysis) -> String {
     let scene = Scene::of(analysis);
     let mut sentences = Vec::new();
     let mut events: Vec<&Event> = (analysis.events.iter())
-        .filter(|event| event.kind.is_stability())
+        .filter(|event| event.kind.is_observed())
         .collect();
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     match events.first() {
@@ -246,7 +257,7 @@ fn when(analysis: &Analysis) -> String {
         return format!("Unknown: {}.", calendar.source());
     };
     let mut events: Vec<&Event> = (analysis.events.iter())
-        .filter(|event| event.kind.is_stability())
+        .filter(|event| event.kind.is_observed())
         .collect();
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let event = events.first().and_then(|event| {

@@ -44,9 +44,9 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
     let (stability, of_input) = events.split_at(of_input.unwrap_or(events.len()));
     let open = open_split::wheels(analysis);
     let may_conclude = analysis.gross_inputs.is_empty();
-    let calm = (stability.is_empty() && may_conclude)
+    let has_event = stability.iter().any(|event| event.kind.is_observed());
+    let calm = (!has_event && may_conclude)
         .then(|| scene.without_event(lowest_load(analysis), &open, analysis));
-    let has_event = !stability.is_empty();
     let others = has_event.then(|| scene.other_wheels(stability, &open));
     let partly = has_event.then(|| partly_known(analysis));
     let finding = |event: &&Event| scene.finding(event);
@@ -117,8 +117,9 @@ pub(super) fn rank(kind: EventKind) -> usize {
         EventKind::EdgeTipping => 1,
         EventKind::WheelLift => 2,
         EventKind::WheelLight => 3,
-        EventKind::InputGap => 4,
-        EventKind::InputFault => 5,
+        EventKind::LiftNotExcluded => 4,
+        EventKind::InputGap => 5,
+        EventKind::InputFault => 6,
     }
 }
 
@@ -128,6 +129,7 @@ pub(super) struct Scene {
     wheels: Vec<WheelFacts>,
     split_rule: String,
     deciding: String,
+    is_sparse: bool,
 }
 
 struct WheelFacts {
@@ -160,6 +162,7 @@ impl Scene {
             wheels: wheels.collect(),
             split_rule: split_rule(machine),
             deciding: deciding_measurements(machine),
+            is_sparse: analysis.coverage.between_rows.is_some(),
         }
     }
 
@@ -171,7 +174,7 @@ impl Scene {
     /// Display name of the wheel, edge or signal.
     pub(super) fn subject(&self, event: &Event) -> String {
         match event.kind {
-            EventKind::WheelLight | EventKind::WheelLift => self
+            EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => self
                 .wheel(&event.subject)
                 .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
             _ => event.subject.clone(),
@@ -195,6 +198,10 @@ impl Scene {
         let [under, any] = self.split_clauses(event);
         let duration = match is_undecided(event) {
             true => "on".to_string(),
+            // nothing shows how long it lasted before and after its only row
+            false if self.is_sparse && event.end_ns == Some(event.start_ns) => {
+                "(one row; how long is unknown)".to_string()
+            }
             false => duration(event),
         };
         Finding {
@@ -242,6 +249,9 @@ impl Scene {
             EventKind::EdgeTipping => format!("The machine was tipping about the {subject} edge"),
             EventKind::WheelLift => format!("Wheel {subject} was off the ground"),
             EventKind::WheelLight => format!("Wheel {subject} was below its load limit"),
+            EventKind::LiftNotExcluded => {
+                format!("Between rows, a lift of wheel {subject} cannot be excluded")
+            }
             EventKind::InputGap => format!("Input {subject} had no data"),
             EventKind::InputFault => format!("Input {subject} was implausible"),
         }
@@ -317,6 +327,9 @@ impl Scene {
             EventKind::WheelLight => {
                 format!("Minimum load: {worst}{}, {at}", self.shares(event))
             }
+            EventKind::LiftNotExcluded => format!(
+                "Smallest overturning force (OTF) that the greatest rates and accelerations allow, less two standard deviations: {worst}, after the row {at}"
+            ),
             EventKind::InputGap | EventKind::InputFault => {
                 format!(
                     "No value for {:.2} s; nothing is computed there",
@@ -378,7 +391,12 @@ impl Scene {
             Some(_) => "wheel fell below its load limit",
             None => "wheel left the ground",
         };
+        let coverage = &analysis.coverage;
         let claim = match partly_known(analysis) {
+            known if coverage.between_rows.is_some() => format!(
+                "At the rows of this sparse log{}, no {claim}",
+                known.map_or(String::new(), |known| format!(" (known in {known})"))
+            ),
             Some(known) => format!("In the {known} of the log with known wheel loads, no {claim}"),
             None => format!("No {claim}"),
         };
@@ -392,6 +410,16 @@ impl Scene {
             (true, true) => format!(" under the {}", self.split_rule),
             (true, false) => String::new(),
         };
+        let between = match (coverage.between_rows, coverage.lift_not_excluded_s()) {
+            (_, Some(seconds)) => format!(
+                "; between them a lift cannot be excluded for {seconds:.1} of {:.1} s",
+                coverage.computable_s
+            ),
+            (Some(_), None) => {
+                "; between them the stated greatest rates and accelerations exclude a lift under that split".into()
+            }
+            (None, None) => String::new(),
+        };
         let limit = match wheel.limit_n {
             Some(limit_n) => format!("Load limit of wheel {}: {} N", wheel.name, number(limit_n)),
             None => "No load limit is set".into(),
@@ -402,7 +430,7 @@ impl Scene {
         let ranges = self.ranges(open);
         Finding {
             headline: format!(
-                "{claim}{split}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
+                "{claim}{split}{between}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
                 number(lowest.load_n),
                 share(lowest.load_n, wheel.static_n),
                 wheel.name,
@@ -571,6 +599,7 @@ mod tests {
             wheels: vec![wheel("FL"), wheel("RL")],
             split_rule: "equal-stiffness split".into(),
             deciding: "To decide it: weighing".into(),
+            is_sparse: false,
         }
     }
 

@@ -145,7 +145,7 @@ impl Moments {
     fn of(analysis: &Analysis, spread: &Instants) -> Self {
         let (machine, rows) = (&analysis.machine, &analysis.rows);
         let mut important: Vec<&Event> = (analysis.events.iter())
-            .filter(|event| event.kind.is_stability())
+            .filter(|event| event.kind.is_observed())
             .collect();
         important.sort_by_key(|event| (rank(event.kind), event.start_ns));
         important.truncate(MOST_EVENTS);

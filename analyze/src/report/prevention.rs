@@ -103,7 +103,7 @@ fn without_advice(analysis: &Analysis) -> &'static str {
     let mut events = analysis.events.iter();
     if analysis.sensitivity.is_none() {
         "The chosen model does not simulate changes."
-    } else if events.any(|event| event.kind.is_stability()) {
+    } else if events.any(|event| event.kind.is_observed()) {
         "Nothing was simulated: no wheel was below its limit in a valid row of an event."
     } else {
         "No wheel fell below its limit in an event; there was nothing to prevent."

@@ -27,7 +27,7 @@ fn gravest(analysis: &Analysis) -> Option<&Event> {
     let events = analysis
         .events
         .iter()
-        .filter(|event| event.kind.is_stability());
+        .filter(|event| event.kind.is_observed());
     events.min_by(|a, b| {
         let by_rank = rank(a.kind).cmp(&rank(b.kind));
         // of a kind, the least load or the largest moment or tilt

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail, ensure};
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::machine::{IMU_CONFLICT, LogFacts, MachineError};
+use tipwatch_mechanics::machine::{IMU_CONFLICT, LogFacts, MachineError, QuasiStaticMode};
 use tipwatch_mechanics::state::{JointStream, MatchedSensors, OtherSensors, Sensors};
 
 use crate::system::clock::monotonic_ns;
@@ -260,6 +260,12 @@ pub fn open_session(
     let session = Session::try_from(announced)
         .map_err(|error| Refusal::Damaged.because(format!("{error:#}")))?;
     let (machine, sensors) = session.machine(file, urdf)?;
+    if machine.quasi_static().mode == QuasiStaticMode::Always {
+        bail!(Refusal::Unsuitable.because(format!(
+            "quasi_static.mode: expected \"auto\" or \"never\" for a monitor, found \"always\": static rows are computed offline, where the next sample is known; live, every sensor must be sampled at least every {} s (estimator.max_gap)",
+            machine.estimator().max_gap
+        )));
+    }
     if session.pace == 0.0 && untimed == Untimed::Refused {
         bail!(Refusal::Untimed.because(
             "session: expected a clock in real time, found pace 0; a monitor of a replay as fast as possible needs --allow-untimed"

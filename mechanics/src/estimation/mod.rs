@@ -14,6 +14,7 @@ mod causal;
 mod history;
 mod kalman_filter;
 pub mod plausibility;
+pub mod quasi_static;
 mod rows;
 mod smoother;
 mod state_builder;

@@ -111,6 +111,18 @@ quantities! {
         |o| o.closed_form.at(place).sideslip;
     /// Contribution of a link to the OTF
     Part(link: Link, wheel: Wheel) "part", "part_{link}_{wheel}" ["N"] Causes, Parts, |o| o.parts[link][wheel];
+    /// 1 if the row is static: a signal holds its last sample at rest; else 0
+    Static "static row", "static" ["-"] Indicators, BetweenRows, |_o| T::constant(f64::NAN);
+    /// Age of the oldest sample that a static row holds
+    HeldAge "age of held samples", "held_age" ["s"] Indicators, BetweenRows, |_o| T::constant(f64::NAN);
+    /// Smallest OTF from this row to the next that the greatest rates and accelerations allow, less two standard
+    /// deviations
+    OtfBetweenLeast(wheel: Wheel) "smallest OTF to the next row", "otf_{wheel}_between_min" ["N"] Margins, BetweenRows,
+        |_o| { let _ = wheel; T::constant(f64::NAN) };
+    /// Largest OTF from this row to the next that the greatest rates and accelerations allow, plus two standard
+    /// deviations
+    OtfBetweenLargest(wheel: Wheel) "largest OTF to the next row", "otf_{wheel}_between_max" ["N"] Margins,
+        BetweenRows, |_o| { let _ = wheel; T::constant(f64::NAN) };
 }
 
 /// Calls a macro with the quantities of the live verdict, each as `field: Variant`, in the order of the

@@ -62,6 +62,8 @@ pub enum When {
     Terms,
     /// With [`Scope::parts`].
     Parts,
+    /// With [`Scope::between_rows`].
+    BetweenRows,
 }
 
 impl When {
@@ -76,6 +78,7 @@ impl When {
             Self::Contributions => scope.contributions,
             Self::Terms => scope.terms,
             Self::Parts => scope.parts,
+            Self::BetweenRows => scope.between_rows,
         }
     }
 }

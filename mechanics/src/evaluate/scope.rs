@@ -13,6 +13,8 @@ pub struct Scope {
     pub sensitivities: bool,
     /// Terms and wheel motion of the analytic model, where that model is used.
     pub terms: bool,
+    /// Columns for what motion between the rows of a sparse log can have done. An evaluation leaves them unknown.
+    pub between_rows: bool,
 }
 
 impl Scope {
@@ -23,6 +25,7 @@ impl Scope {
         parts: false,
         sensitivities: false,
         terms: false,
+        between_rows: false,
     };
 
     /// Everything except the contributions by link.
@@ -32,6 +35,7 @@ impl Scope {
         parts: false,
         sensitivities: true,
         terms: false,
+        between_rows: false,
     };
 
     pub(crate) fn needs_groups(self) -> bool {

@@ -4,6 +4,7 @@ use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mo
 use super::contact::Contact;
 use super::linkage::{Linkage, LinkageInput};
 use super::plausibility_spec::PlausibilitySpec;
+use super::quasi_static::QuasiStaticSpec;
 use super::signals::SignalsSpec;
 use super::spec::{EstimatorSpec, LimitsSpec, UncertaintySpec};
 use super::support_polygon::SupportPolygon;
@@ -37,6 +38,9 @@ pub struct Machine {
     pub(crate) estimator: EstimatorSpec,
     pub(crate) uncertainty: UncertaintySpec,
     pub(crate) plausibility: PlausibilitySpec,
+    pub(crate) quasi_static: QuasiStaticSpec,
+    /// Whether rows without neighbours are static.
+    pub(crate) is_quasi_static: bool,
     pub(crate) reference: super::Reference,
     pub(crate) suspension: Option<Suspension>,
 }

@@ -19,6 +19,7 @@ mod nominal;
 mod outline;
 mod parameter;
 mod plausibility_spec;
+mod quasi_static;
 mod reference;
 mod sampled;
 mod signals;
@@ -56,6 +57,7 @@ pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
 pub(crate) use parameter::links_with_mass;
 pub use parameter::{Axis, InertiaElement, Parameter};
 pub use plausibility_spec::{PlausibilitySpec, Policy};
+pub use quasi_static::{JointBounds, JointMotionSpec, QuasiStaticMode, QuasiStaticSpec};
 pub use reference::{Reference, ReferencePosture};
 pub(crate) use sampled::ParameterSampler;
 pub use signals::{

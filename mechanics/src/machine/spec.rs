@@ -8,8 +8,8 @@ use serde::Deserialize;
 use crate::machine::HydraulicsSpec;
 
 use super::{
-    FieldSpec, LinkSigma, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl,
-    WeighedSpec,
+    FieldSpec, LinkSigma, MachineError, PlausibilitySpec, QuasiStaticSpec, SignalsSpec,
+    SuspensionControl, WeighedSpec,
 };
 
 /// The machine file; the project's machine-file reference describes every key.
@@ -62,6 +62,9 @@ pub struct MachineSpec {
     /// Limits of plausible signals, and the treatment of implausible ones.
     #[serde(default)]
     pub plausibility: PlausibilitySpec,
+    /// Greatest rates and accelerations between the rows of a sparse log.
+    #[serde(default)]
+    pub quasi_static: QuasiStaticSpec,
     /// Guessed values that no person has confirmed, by key: `wheels.NAME.radius`, `imu` or
     /// `signals.joints.NAME`. They carry a wide standard deviation and a note.
     #[serde(default)]

@@ -9,3 +9,4 @@ pub(crate) mod payload_estimate;
 pub(crate) mod placement;
 pub(crate) mod standing;
 pub(crate) mod static_posture;
+pub mod unobserved;

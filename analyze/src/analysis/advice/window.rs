@@ -45,7 +45,7 @@ pub(super) struct Window {
 pub(super) fn event_around(events: &[Event], rows: &Table, row: usize) -> Option<[i64; 2]> {
     let last_ns = *rows.times_ns.last()?;
     let spans: Vec<[i64; 2]> = (events.iter())
-        .filter(|event| event.kind.is_stability())
+        .filter(|event| event.kind.is_observed())
         .map(|event| [event.start_ns, event.end_ns.unwrap_or(last_ns)])
         .collect();
     let at = rows.times_ns[row];

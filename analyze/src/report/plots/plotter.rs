@@ -156,5 +156,6 @@ fn tint(kind: EventKind) -> [u8; 3] {
         EventKind::WheelLight => [240, 200, 60],
         EventKind::InputGap => [120, 120, 120],
         EventKind::InputFault => [120, 60, 160],
+        EventKind::LiftNotExcluded => [170, 170, 120],
     }
 }

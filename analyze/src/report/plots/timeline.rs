@@ -45,6 +45,6 @@ fn colour_of(kind: EventKind) -> usize {
         EventKind::TipOver | EventKind::EdgeTipping => 1,
         EventKind::WheelLift => 3,
         EventKind::WheelLight => 6,
-        EventKind::InputGap | EventKind::InputFault => 4,
+        EventKind::InputGap | EventKind::InputFault | EventKind::LiftNotExcluded => 4,
     }
 }

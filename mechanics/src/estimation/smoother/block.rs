@@ -86,7 +86,8 @@ impl<S: SampleSource> BlockSmoother<S> {
         let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
         let joints = samples.iter().find(|s| s.sensor() == Sensor::Joints(0));
         let times_ns = joints.map_or(Vec::new(), |joints| {
-            row_times(joints.distinct_stamps_ns(), clock, max_gap_ns)
+            let longest_ns = machine.longest_known_gap_ns();
+            row_times(joints.distinct_stamps_ns(), clock, longest_ns)
         });
         let rows_per_block = rows_per_block.max(1);
         let starts_ns: Vec<i64> = times_ns.iter().step_by(rows_per_block).copied().collect();
@@ -282,11 +283,16 @@ impl Bench {
         let is_later = |until_ns: Option<i64>| until_ns.is_none_or(|until| until > start_ns);
         let mut walk = SpanWalk::new(faults.filter(|span| is_later(span.until_ns)));
         let first_ns = smoother.times_ns.first().copied().unwrap_or(start_ns);
+        let hold_ns =
+            (machine.is_quasi_static()).then(|| (machine.quasi_static().hold * 1e9) as i64);
         for (row, &time_ns) in into.times_ns.iter().enumerate() {
             let mut read = |followed: Followed, jets: &mut [ChannelState]| {
                 let mut readers = readers.iter_mut();
                 match readers.find(|(f, _)| *f == followed) {
-                    Some((_, reader)) => reader.read(time_ns, jets),
+                    Some((_, reader)) => match hold_ns {
+                        Some(hold_ns) => read_or_hold(reader, followed, time_ns, hold_ns, jets),
+                        None => reader.read(time_ns, jets),
+                    },
                     None => Reading::NOTHING,
                 }
             };
@@ -303,5 +309,21 @@ impl Bench {
             into.states.set(row, &mut self.state);
             into.reasons.push(reasons);
         }
+    }
+}
+
+/// What a static row takes of a filter. The force of an actuator belongs to the accelerations of its own moment, and is
+/// not held.
+fn read_or_hold(
+    reader: &mut HistoryReader<'_>,
+    followed: Followed,
+    time_ns: i64,
+    hold_ns: i64,
+    jets: &mut [ChannelState],
+) -> Reading {
+    let reading = reader.read_or_hold(time_ns, hold_ns, jets);
+    match followed {
+        Followed::Actuator(_) if !reader.was_dense(time_ns) => Reading::NOTHING,
+        _ => reading,
     }
 }

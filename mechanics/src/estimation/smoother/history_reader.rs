@@ -2,6 +2,7 @@
 
 use super::quintic::Quintic;
 use crate::estimation::history::History;
+use crate::estimation::quasi_static::{held, is_dense};
 use crate::estimation::state_builder::{FilterStatus, Reading};
 use crate::estimation::white_jerk::{ChannelState, Matrix, seconds, step};
 
@@ -64,6 +65,32 @@ impl<'a> HistoryReader<'a> {
             standing: FilterStatus::Known,
             covariance,
         }
+    }
+}
+
+impl HistoryReader<'_> {
+    /// The same, but where samples are too far apart to show motion, the last one up to `hold_ns` ago is held at rest.
+    pub(super) fn read_or_hold(
+        &mut self,
+        time_ns: i64,
+        hold_ns: i64,
+        jets: &mut [ChannelState],
+    ) -> Reading {
+        let reading = self.read(time_ns, jets);
+        let stamps = self.history.stamps_ns();
+        match self.next.checked_sub(1) {
+            Some(before) if !is_dense(stamps, before, time_ns, self.max_gap_ns) => {
+                held(self.history, before, time_ns, hold_ns, jets)
+            }
+            _ => reading,
+        }
+    }
+
+    /// Whether samples around the time last read show motion.
+    pub(super) fn was_dense(&self, time_ns: i64) -> bool {
+        let stamps = self.history.stamps_ns();
+        let before = self.next.checked_sub(1);
+        before.is_none_or(|before| is_dense(stamps, before, time_ns, self.max_gap_ns))
     }
 }
 

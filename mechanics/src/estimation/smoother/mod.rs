@@ -15,5 +15,6 @@ mod whole;
 
 pub use block::{BlockSmoother, BlockWorker, ROWS_PER_BLOCK, SmoothedBlock};
 pub use forward::Pass;
+pub(super) use sorted_samples::{Chunk, SortedSamples};
 pub use source::{SampleSource, SensorSamples};
 pub use whole::{SmoothedRows, smooth};

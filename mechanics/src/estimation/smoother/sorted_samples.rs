@@ -10,7 +10,7 @@ const CHUNK: usize = 256;
 
 /// A source whose samples are visited in stamp order.
 #[derive(Debug)]
-pub(super) struct SortedSamples<S> {
+pub(in crate::estimation) struct SortedSamples<S> {
     source: S,
     /// Number of values in a sample.
     width: usize,
@@ -20,7 +20,7 @@ pub(super) struct SortedSamples<S> {
 
 /// Consecutive samples read from a source.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Chunk {
+pub(in crate::estimation) struct Chunk {
     values: Vec<f64>,
     first: usize,
     count: usize,
@@ -28,7 +28,7 @@ pub(super) struct Chunk {
 
 impl<S: SampleSource> SortedSamples<S> {
     /// `None` where there is no such sensor.
-    pub(super) fn new(source: S, sensors: &Sensors) -> Option<Self> {
+    pub(in crate::estimation) fn new(source: S, sensors: &Sensors) -> Option<Self> {
         let stamps_ns = source.stamps_ns();
         let order = (!stamps_ns.is_sorted()).then(|| {
             let mut order: Vec<usize> = (0..stamps_ns.len()).collect();
@@ -42,16 +42,16 @@ impl<S: SampleSource> SortedSamples<S> {
         })
     }
 
-    pub(super) fn sensor(&self) -> Sensor {
+    pub(in crate::estimation) fn sensor(&self) -> Sensor {
         self.source.sensor()
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::estimation) fn len(&self) -> usize {
         self.source.stamps_ns().len()
     }
 
     /// Stamp of the k-th sample by time.
-    pub(super) fn stamp_ns(&self, k: usize) -> Option<i64> {
+    pub(in crate::estimation) fn stamp_ns(&self, k: usize) -> Option<i64> {
         let stamps_ns = self.source.stamps_ns();
         match &self.order {
             Some(order) => order.get(k).map(|&i| stamps_ns[i]),
@@ -59,8 +59,17 @@ impl<S: SampleSource> SortedSamples<S> {
         }
     }
 
+    /// Index of the first sample after a time.
+    pub(in crate::estimation) fn first_after(&self, time_ns: i64) -> usize {
+        let stamps_ns = self.source.stamps_ns();
+        match &self.order {
+            Some(order) => order.partition_point(|&i| stamps_ns[i] <= time_ns),
+            None => stamps_ns.partition_point(|&stamp| stamp <= time_ns),
+        }
+    }
+
     /// The stamps by time, each once.
-    pub(super) fn distinct_stamps_ns(&self) -> impl Iterator<Item = i64> {
+    pub(in crate::estimation) fn distinct_stamps_ns(&self) -> impl Iterator<Item = i64> {
         let mut last = None;
         (0..self.len())
             .map_while(|k| self.stamp_ns(k))
@@ -68,7 +77,7 @@ impl<S: SampleSource> SortedSamples<S> {
     }
 
     /// The k-th sample by time, from `chunk`, which is read anew where it does not hold the sample; `None` past the end.
-    pub(super) fn sample<'c>(
+    pub(in crate::estimation) fn sample<'c>(
         &self,
         k: usize,
         chunk: &'c mut Chunk,
@@ -110,7 +119,7 @@ impl<S: SampleSource> SortedSamples<S> {
 }
 
 /// Visits the samples of several sensors in stamp order, each with its index in `sensors`, until `visit` breaks off.
-pub(super) fn for_each_by_stamp<S: SampleSource>(
+pub(in crate::estimation) fn for_each_by_stamp<S: SampleSource>(
     sensors: &[&SortedSamples<S>],
     mut visit: impl FnMut(usize, &Sample<'_>) -> ControlFlow<()>,
 ) -> Result<(), S::Error> {

@@ -70,6 +70,7 @@ impl Checker<'_> {
         let polygon = self.polygon(&wheels)?;
         let driving = self.driving(&wheels)?;
         spec.check_weighed(&driving.joints)?;
+        self.check_quasi_static(&driving.joints)?;
         let contact = self.contact(&wheels, &polygon, &driving.linkages)?;
         let (imu, mut notes) = self.imu()?;
         notes.extend(notes_on_masses);
@@ -114,6 +115,8 @@ impl Checker<'_> {
             estimator: spec.estimator,
             uncertainty: spec.uncertainty,
             plausibility: spec.plausibility,
+            quasi_static: spec.quasi_static.clone(),
+            is_quasi_static: false,
             suspension: self.suspension()?,
         };
         self.add_doubts(&mut machine)?;

@@ -11,6 +11,7 @@ mod implausible_wheels;
 mod imu_mount;
 mod link_sigmas;
 mod payloads;
+mod quasi_static;
 mod reference;
 mod signals;
 mod suspension;

@@ -1,0 +1,102 @@
+//! Whether a lift between rows can be excluded.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::Machine;
+
+use crate::base::rows::Rows;
+use crate::base::table::Table;
+use crate::events::{Event, EventKind};
+
+/// What is known between the rows of a sparse log.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Exclusion {
+    /// Rows at which, or until the next of which, motion was not observed.
+    pub static_rows: u64,
+    /// Time after static rows with loads in which the greatest rates and accelerations exclude that a wheel lifted, under the
+    /// stated load split (s).
+    pub lift_excluded_s: f64,
+    /// Time after static rows with loads in which a lift cannot be excluded (s).
+    pub lift_not_excluded_s: f64,
+}
+
+/// Collects what is known between rows, block by block.
+pub(in crate::analysis) struct ExclusionPass<'a> {
+    machine: &'a Machine,
+    times_ns: &'a [i64],
+    is_sparse: bool,
+    found: Exclusion,
+    /// By wheel, the event that may go on.
+    open: Vec<Option<Event>>,
+    events: Vec<Event>,
+}
+
+impl<'a> ExclusionPass<'a> {
+    pub(in crate::analysis) fn new(machine: &'a Machine, table: &'a Table) -> Self {
+        Self {
+            machine,
+            times_ns: &table.times_ns,
+            is_sparse: table.has(Quantity::Static),
+            found: Exclusion::default(),
+            open: vec![None; machine.wheels().len()],
+            events: Vec::new(),
+        }
+    }
+
+    /// Takes the next rows.
+    pub(in crate::analysis) fn take(&mut self, rows: &Rows) {
+        if !self.is_sparse {
+            return;
+        }
+        let is_static = rows.outcomes.column(Quantity::Static);
+        let wheels = 0..self.open.len();
+        let least: Vec<&[f64]> = wheels
+            .map(|wheel| rows.outcomes.column(Quantity::OtfBetweenLeast(wheel)))
+            .collect();
+        for row in 0..rows.len() {
+            let time_ns = rows.times_ns[row];
+            let next_ns = self.times_ns.get(rows.first + row + 1).copied();
+            let lasts_s = next_ns.map_or(0.0, |next| next.saturating_sub(time_ns) as f64 * 1e-9);
+            let is_judged = is_static[row] == 1.0 && rows.reasons[row].leave_loads();
+            self.found.static_rows += u64::from(is_static[row] == 1.0);
+            // an unknown band excludes nothing
+            let opens: Vec<bool> = least
+                .iter()
+                .map(|least| is_judged && (least[row].is_nan() || least[row] <= 0.0))
+                .collect();
+            if is_judged {
+                match opens.contains(&true) {
+                    true => self.found.lift_not_excluded_s += lasts_s,
+                    false => self.found.lift_excluded_s += lasts_s,
+                }
+            }
+            for (wheel, is_open) in opens.into_iter().enumerate() {
+                match is_open {
+                    true => self.extend(wheel, time_ns, next_ns, least[wheel][row]),
+                    false => self.events.extend(self.open[wheel].take()),
+                }
+            }
+        }
+    }
+
+    fn extend(&mut self, wheel: usize, time_ns: i64, next_ns: Option<i64>, least_n: f64) {
+        let name = self.machine.wheels()[wheel].name.to_lowercase();
+        let event = self.open[wheel].get_or_insert_with(|| Event {
+            unit: "N",
+            ..Event::blank(EventKind::LiftNotExcluded, time_ns, name)
+        });
+        event.end_ns = next_ns;
+        // a band that is not known is the worst
+        let is_worse = event.worst.is_nan() && event.worst_ns == time_ns || least_n.is_nan();
+        if is_worse || least_n < event.worst {
+            (event.worst, event.worst_ns) = (least_n, time_ns);
+        }
+    }
+
+    /// The events, and what is known; `None` for a log that is not sparse.
+    pub(in crate::analysis) fn finish(mut self) -> (Vec<Event>, Option<Exclusion>) {
+        self.events.extend(self.open.into_iter().flatten());
+        (self.events, self.is_sparse.then_some(self.found))
+    }
+}

@@ -1,0 +1,10 @@
+//! Sparse logs: whether rows are static, what motion between them can have done to the loads, and whether a lift
+//! between them can be excluded.
+
+mod choice;
+mod exclusion;
+mod static_rows;
+
+pub(super) use choice::{QuasiStatic, choose};
+pub use exclusion::Exclusion;
+pub(super) use exclusion::ExclusionPass;

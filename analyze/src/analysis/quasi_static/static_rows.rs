@@ -1,0 +1,147 @@
+//! Widens the bands of rows by what motion between them can have done.
+
+use std::sync::OnceLock;
+
+use tipwatch_mechanics::estimation::quasi_static::{MotionRange, UnobservedMotion};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::studies::unobserved::UnobservedLoads;
+use tipwatch_mechanics::{Quantity, State};
+
+use crate::base::rows::Rows;
+use crate::base::widening::Widening;
+use crate::load::SharedSignal;
+
+/// The static rows of a log.
+#[derive(Debug)]
+pub(super) struct StaticRows {
+    machine: Machine,
+    motion: UnobservedMotion<SharedSignal>,
+    failure: OnceLock<String>,
+}
+
+impl StaticRows {
+    pub(super) fn new(machine: &Machine, motion: UnobservedMotion<SharedSignal>) -> Self {
+        Self {
+            machine: machine.clone(),
+            motion,
+            failure: OnceLock::new(),
+        }
+    }
+}
+
+impl Widening for StaticRows {
+    fn widen(&self, rows: &mut Rows, next_ns: Option<i64>) {
+        let machine = &self.machine;
+        let places = Places::of(machine, rows);
+        let mut memory = self.motion.memory();
+        let mut loads = UnobservedLoads::new(machine);
+        let mut state = State::zero(machine);
+        let (mut at, mut until) = (MotionRange::of(machine), MotionRange::of(machine));
+        for row in 0..rows.len() {
+            let time_ns = rows.times_ns[row];
+            let next_ns = rows.times_ns.get(row + 1).copied().or(next_ns);
+            rows.states.get(row, &mut state);
+            let read = self
+                .motion
+                .between(time_ns, time_ns, &state, &mut memory, &mut at);
+            let read = read.and_then(|()| {
+                let next_ns = next_ns.unwrap_or(time_ns);
+                self.motion
+                    .between(time_ns, next_ns, &state, &mut memory, &mut until)
+            });
+            if let Err(error) = read {
+                // unknown ranges exclude nothing
+                let _ = self.failure.set(error.to_string());
+                (until.is_unobserved, until.is_bounded) = (true, false);
+            }
+            let is_unobserved = at.is_unobserved || until.is_unobserved;
+            let columns = &mut rows.outcomes.columns;
+            columns[places.is_static][row] = f64::from(u8::from(is_unobserved));
+            columns[places.held_age][row] = at.held_s;
+            if !is_unobserved || !rows.reasons[row].leave_loads() {
+                continue;
+            }
+            let sigmas: Vec<f64> = (places.wheels.iter())
+                .map(|wheel| columns[wheel.otf_sigma][row])
+                .collect();
+            if at.is_unobserved {
+                let variances = loads.variances(machine, &state, &at);
+                for (wheel, [otf, load]) in places.wheels.iter().zip(variances) {
+                    for (column, variance) in [(wheel.otf_sigma, otf), (wheel.load_sigma, load)] {
+                        let sigma = &mut columns[column][row];
+                        *sigma = (*sigma * *sigma + variance).sqrt();
+                    }
+                }
+            }
+            let is_bounded = at.is_bounded && until.is_bounded;
+            let reach = is_bounded.then(|| loads.reach(machine, &state, &until));
+            let mut utilisation = f64::NEG_INFINITY;
+            for (wheel, place) in places.wheels.iter().enumerate() {
+                let static_load = machine.reference().static_load[wheel];
+                let sure = match &reach {
+                    Some(reach) => {
+                        let two_sigma = 2.0 * sigmas[wheel];
+                        columns[place.least][row] = reach[wheel].least_otf - two_sigma;
+                        columns[place.largest][row] = reach[wheel].largest_otf + two_sigma;
+                        columns[place.least][row]
+                    }
+                    None => columns[place.otf][row] - 2.0 * columns[place.otf_sigma][row],
+                };
+                let used = 1.0 - sure / static_load;
+                // in the opposite order a NaN would be ignored
+                utilisation = if used < utilisation {
+                    utilisation
+                } else {
+                    used
+                };
+            }
+            columns[places.utilisation][row] = utilisation;
+        }
+    }
+
+    fn failure(&self) -> Option<String> {
+        self.failure.get().cloned()
+    }
+}
+
+/// Where the columns are.
+struct Places {
+    is_static: usize,
+    held_age: usize,
+    utilisation: usize,
+    wheels: Vec<WheelPlaces>,
+}
+
+struct WheelPlaces {
+    otf: usize,
+    otf_sigma: usize,
+    load_sigma: usize,
+    least: usize,
+    largest: usize,
+}
+
+impl Places {
+    /// The table of a sparse log has all of them.
+    fn of(machine: &Machine, rows: &Rows) -> Self {
+        let quantities = &rows.outcomes.quantities;
+        let at = |quantity: Quantity| {
+            let found = quantities.iter().position(|&known| known == quantity);
+            found.unwrap_or_else(|| unreachable!("no column of {quantity:?}"))
+        };
+        let wheels = 0..machine.wheels().len();
+        Self {
+            is_static: at(Quantity::Static),
+            held_age: at(Quantity::HeldAge),
+            utilisation: at(Quantity::Utilisation),
+            wheels: wheels
+                .map(|wheel| WheelPlaces {
+                    otf: at(Quantity::Otf(wheel)),
+                    otf_sigma: at(Quantity::OtfSigma(wheel)),
+                    load_sigma: at(Quantity::LoadSigma(wheel)),
+                    least: at(Quantity::OtfBetweenLeast(wheel)),
+                    largest: at(Quantity::OtfBetweenLargest(wheel)),
+                })
+                .collect(),
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! What a table adds to computed rows because motion between them was not observed.
+
+use std::fmt::Debug;
+
+use super::rows::Rows;
+
+/// Widens the bands of consecutive rows.
+pub(crate) trait Widening: Debug + Send + Sync {
+    /// Widens them; `next_ns` is the time of the row that follows them.
+    fn widen(&self, rows: &mut Rows, next_ns: Option<i64>);
+
+    /// Why samples could not be read so far.
+    fn failure(&self) -> Option<String>;
+}

@@ -1,0 +1,77 @@
+//! Whether a log is sparse.
+
+use crate::estimation::smoother::SampleSource;
+use crate::machine::Machine;
+use crate::state::{Sensor, Sensors};
+
+/// Share of its time in gaps from which on a sensor is sparse.
+const MOST_IN_GAPS: f64 = 0.5;
+
+/// Fewest gaps of a sensor that records in bursts: a dense recording with one or two holes is not sparse.
+const FEWEST_BURST_GAPS: usize = 3;
+
+/// How sparse the samples of a sensor are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sparseness {
+    /// The sensor.
+    pub sensor: Sensor,
+    /// Share of its time in gaps that the estimator does not bridge.
+    pub gap_share: f64,
+    /// Number of such gaps.
+    pub gaps: usize,
+    /// Whether even the median time between two samples is such a gap.
+    pub is_slow: bool,
+    /// Median time between two samples (s).
+    pub median_s: f64,
+}
+
+impl Sparseness {
+    /// Whether most of its time is in gaps, because it is slow or records in bursts.
+    #[must_use]
+    pub fn is_sparse(&self) -> bool {
+        self.gap_share > MOST_IN_GAPS && (self.is_slow || self.gaps >= FEWEST_BURST_GAPS)
+    }
+}
+
+/// How sparse each sensor is that every row needs: joint states, and the IMU or else odometry. Sensors with fewer
+/// than two samples are left out.
+pub fn sparseness<S: SampleSource>(
+    machine: &Machine,
+    sensors: &Sensors,
+    sources: &[S],
+) -> Vec<Sparseness> {
+    let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
+    let needed = sources.iter().filter(|s| is_needed(sensors, s.sensor()));
+    let found = needed.filter_map(|source| {
+        let mut stamps = source.stamps_ns().to_vec();
+        stamps.sort_unstable();
+        stamps.dedup();
+        let steps = stamps.windows(2).map(|p| p[1].saturating_sub(p[0]));
+        let mut steps: Vec<i64> = steps.collect();
+        let gaps = steps.iter().filter(|&&step| step > max_gap_ns);
+        let count = gaps.clone().count();
+        let gaps_s: f64 = gaps.map(|&step| step as f64).sum();
+        let all_s: f64 = steps.iter().map(|&step| step as f64).sum();
+        steps.sort_unstable();
+        let median = *steps.get(steps.len() / 2)?;
+        Some(Sparseness {
+            sensor: source.sensor(),
+            gap_share: gaps_s / all_s,
+            gaps: count,
+            is_slow: median > max_gap_ns,
+            median_s: median as f64 * 1e-9,
+        })
+    });
+    found.collect()
+}
+
+/// Whether every row needs a sensor.
+pub(super) fn is_needed(sensors: &Sensors, sensor: Sensor) -> bool {
+    match sensor {
+        Sensor::Joints(_) => true,
+        Sensor::Imu => sensors.imu,
+        Sensor::Odometry => !sensors.imu,
+        Sensor::ToolWrench => sensors.tool_wrench,
+        Sensor::Actuator(_) => false,
+    }
+}

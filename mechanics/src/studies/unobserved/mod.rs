@@ -1,0 +1,6 @@
+//! What unobserved motion can have done to the loads.
+
+mod extreme;
+mod loads;
+
+pub use loads::{UnobservedLoads, WheelReach};
