@@ -13,14 +13,18 @@ use tipwatch_mechanics::{State, StateColumns};
 use crate::base::estimated::{EstimatedStates, StateSource};
 use crate::load::SharedSignal;
 
-/// Blocks that stay in memory for states that are asked for one by one.
+/// Blocks of a long log that stay in memory, for states that are asked for one by one.
 const MOST_KEPT: usize = 8;
+/// Most numbers of states that all stay in memory: a few minutes of a usual machine, 32 MB.
+const MOST_NUMBERS_KEPT: usize = 4 << 20;
 
 /// States that are smoothed when they are asked for.
 pub(super) struct SmoothedStates {
     machine: Machine,
     smoother: BlockSmoother<SharedSignal>,
     recent: Mutex<VecDeque<(usize, Arc<SmoothedBlock>)>>,
+    /// Whether all blocks stay in memory: those of a short log are smoothed once.
+    keeps_all: bool,
     failure: Mutex<Option<String>>,
 }
 
@@ -39,8 +43,10 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl SmoothedStates {
     pub(super) fn new(machine: &Machine, smoother: BlockSmoother<SharedSignal>) -> Self {
+        let numbers = smoother.row_times_ns().len() * State::<f64>::size(machine);
         Self {
             machine: machine.clone(),
+            keeps_all: numbers <= MOST_NUMBERS_KEPT,
             smoother,
             recent: Mutex::default(),
             failure: Mutex::default(),
@@ -67,19 +73,14 @@ impl StateSource for SmoothedStates {
 
     fn read(&self, rows: Range<usize>) -> EstimatedStates {
         let blocks = rows.start / ROWS_PER_BLOCK..rows.end.div_ceil(ROWS_PER_BLOCK);
-        let mut found = EstimatedStates {
+        let mut parts = blocks.map(|block| self.part(block, &rows));
+        let mut found = parts.next().unwrap_or_else(|| EstimatedStates {
             states: StateColumns::unknown(&self.machine, 0),
-            reasons: Vec::with_capacity(rows.len()),
-        };
-        for block in blocks {
-            let all = self.smoother.rows(block);
-            let smoothed = match all.len() > rows.len() {
-                true => self.recent(block),
-                false => Arc::new(self.block(block)),
-            };
-            let part = rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start;
-            found.states.append(&smoothed.states.block(part.clone()));
-            found.reasons.extend_from_slice(&smoothed.reasons[part]);
+            reasons: Vec::new(),
+        });
+        for part in parts {
+            found.states.append(&part.states);
+            found.reasons.extend(part.reasons);
         }
         found
     }
@@ -96,6 +97,23 @@ impl StateSource for SmoothedStates {
 }
 
 impl SmoothedStates {
+    /// The states of `rows` that are in a block.
+    fn part(&self, block: usize, rows: &Range<usize>) -> EstimatedStates {
+        let all = self.smoother.rows(block);
+        let part = rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start;
+        if !self.keeps_all && part.len() == all.len() {
+            let SmoothedBlock {
+                states, reasons, ..
+            } = self.block(block);
+            return EstimatedStates { states, reasons };
+        }
+        let smoothed = self.recent(block);
+        EstimatedStates {
+            states: smoothed.states.block(part.clone()),
+            reasons: smoothed.reasons[part].to_vec(),
+        }
+    }
+
     /// A block, kept for those who ask for its neighbours next.
     fn recent(&self, block: usize) -> Arc<SmoothedBlock> {
         let kept = |recent: &mut VecDeque<(usize, Arc<SmoothedBlock>)>| {
@@ -110,7 +128,9 @@ impl SmoothedStates {
         let rows = Arc::new(self.block(block));
         let mut recent = lock(&self.recent);
         recent.push_front((block, Arc::clone(&rows)));
-        recent.truncate(MOST_KEPT);
+        if !self.keeps_all {
+            recent.truncate(MOST_KEPT);
+        }
         rows
     }
 }
