@@ -25,7 +25,7 @@ use super::inputs::GrossInput;
 use super::notes;
 use super::payload;
 use super::size;
-use super::states::{KeptStates, SmoothedStates};
+use super::states::{self, KeptStates};
 use super::verdicts;
 use crate::analysis::Analysis;
 use crate::analysis::Coverage;
@@ -108,6 +108,7 @@ fn analyse_with<S: RowSink>(
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
     loaded.check_read()?;
+    loaded.forget_samples();
     if !gross_inputs.is_empty() {
         for reasons in &mut rows.reasons {
             reasons.add(Reason::GrossInput);
@@ -317,7 +318,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         faults: smoother.faults().to_vec(),
     };
     let times_ns = smoother.row_times_ns().to_vec();
-    let states = Arc::new(SmoothedStates::new(machine, smoother));
+    let states = states::smoothed(machine, smoother);
     Ok((estimated(machine, times_ns, states), quality))
 }
 
@@ -350,6 +351,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
     let states = Arc::new(KeptStates {
         states,
         reasons: estimates.iter().map(|e| e.reasons).collect(),
+        failure: None,
     });
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),

@@ -5,6 +5,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use rayon::prelude::*;
 use tipwatch_mechanics::estimation::{BlockSmoother, ROWS_PER_BLOCK, SmoothedBlock};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
@@ -13,18 +14,29 @@ use tipwatch_mechanics::{State, StateColumns};
 use crate::base::estimated::{EstimatedStates, StateSource};
 use crate::load::SharedSignal;
 
-/// Blocks of a long log that stay in memory, for states that are asked for one by one.
+/// Blocks that stay in memory for states that are asked for one by one.
 const MOST_KEPT: usize = 8;
-/// Most numbers of states that all stay in memory: a few minutes of a usual machine, 32 MB.
+/// Most numbers of states that are smoothed once and kept: those of a few minutes of a usual machine, 32 MB.
 const MOST_NUMBERS_KEPT: usize = 4 << 20;
 
+/// The states of a log: smoothed now and kept if they are few, else whenever they are asked for.
+pub(super) fn smoothed(
+    machine: &Machine,
+    smoother: BlockSmoother<SharedSignal>,
+) -> Arc<dyn StateSource> {
+    let numbers = smoother.row_times_ns().len() * State::<f64>::size(machine);
+    let states = SmoothedStates::new(machine, smoother);
+    match numbers <= MOST_NUMBERS_KEPT {
+        true => Arc::new(states.all()),
+        false => Arc::new(states),
+    }
+}
+
 /// States that are smoothed when they are asked for.
-pub(super) struct SmoothedStates {
+struct SmoothedStates {
     machine: Machine,
     smoother: BlockSmoother<SharedSignal>,
     recent: Mutex<VecDeque<(usize, Arc<SmoothedBlock>)>>,
-    /// Whether all blocks stay in memory: those of a short log are smoothed once.
-    keeps_all: bool,
     failure: Mutex<Option<String>>,
 }
 
@@ -42,15 +54,30 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl SmoothedStates {
-    pub(super) fn new(machine: &Machine, smoother: BlockSmoother<SharedSignal>) -> Self {
-        let numbers = smoother.row_times_ns().len() * State::<f64>::size(machine);
+    fn new(machine: &Machine, smoother: BlockSmoother<SharedSignal>) -> Self {
         Self {
             machine: machine.clone(),
-            keeps_all: numbers <= MOST_NUMBERS_KEPT,
             smoother,
             recent: Mutex::default(),
             failure: Mutex::default(),
         }
+    }
+
+    /// All states.
+    fn all(self) -> KeptStates {
+        let blocks = (0..self.smoother.blocks()).into_par_iter();
+        let blocks: Vec<SmoothedBlock> = blocks.map(|block| self.block(block)).collect();
+        let count = self.smoother.row_times_ns().len();
+        let mut kept = KeptStates {
+            states: StateColumns::with_capacity(&self.machine, count),
+            reasons: Vec::with_capacity(count),
+            failure: self.failure(),
+        };
+        for block in blocks {
+            kept.states.append(&block.states);
+            kept.reasons.extend(block.reasons);
+        }
+        kept
     }
 
     fn block(&self, block: usize) -> SmoothedBlock {
@@ -101,7 +128,7 @@ impl SmoothedStates {
     fn part(&self, block: usize, rows: &Range<usize>) -> EstimatedStates {
         let all = self.smoother.rows(block);
         let part = rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start;
-        if !self.keeps_all && part.len() == all.len() {
+        if part.len() == all.len() {
             let SmoothedBlock {
                 states, reasons, ..
             } = self.block(block);
@@ -128,9 +155,7 @@ impl SmoothedStates {
         let rows = Arc::new(self.block(block));
         let mut recent = lock(&self.recent);
         recent.push_front((block, Arc::clone(&rows)));
-        if !self.keeps_all {
-            recent.truncate(MOST_KEPT);
-        }
+        recent.truncate(MOST_KEPT);
         rows
     }
 }
@@ -140,6 +165,8 @@ impl SmoothedStates {
 pub(super) struct KeptStates {
     pub(super) states: StateColumns,
     pub(super) reasons: Vec<Reasons>,
+    /// Why they could not be read, if so.
+    pub(super) failure: Option<String>,
 }
 
 impl StateSource for KeptStates {
@@ -159,6 +186,6 @@ impl StateSource for KeptStates {
     }
 
     fn failure(&self) -> Option<String> {
-        None
+        self.failure.clone()
     }
 }
