@@ -1,4 +1,4 @@
-//! The states of the rows of a log: smoothed block by block, or kept as a causal estimator gave them.
+//! The states of the rows of a log: smoothed block by block, or kept where they are few or a causal estimator gave them.
 
 use std::collections::VecDeque;
 use std::fmt;

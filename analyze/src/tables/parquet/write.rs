@@ -30,7 +30,7 @@ use crate::tables::table::Table;
 const ROWS_OF_PAGE: usize = 1 << 13;
 /// Rows of a row group: what is held before it is encoded, one column after the other on each core. A column that is
 /// being encoded holds the memory of a compressor, ten times as much as its page.
-pub(super) const ROWS_OF_GROUP: usize = 4 * ROWS_OF_PAGE;
+pub(super) const ROWS_OF_GROUP: usize = 2 * ROWS_OF_PAGE;
 
 /// The provenance as an entry of a table's metadata.
 ///
