@@ -104,6 +104,17 @@ mod needs_long {
     }
 
     #[test]
+    #[ignore = "takes seconds without optimisation"]
+    fn a_log_of_a_minute_needs_little_memory() {
+        let folder = TempDir::new().unwrap();
+        let log = folder.path().join("minute.mcap");
+        repeated::write(&data("tip_over.mcap"), 60.0, &log);
+        let out = folder.path().join("out");
+        let peak = peak_mb(&log, &data("tip_over.toml"), 100, &out);
+        assert!(peak < 110, "{peak} MB");
+    }
+
+    #[test]
     #[ignore = "takes minutes without optimisation"]
     fn memory_does_not_grow_with_the_table() {
         let folder = TempDir::new().unwrap();

@@ -6,8 +6,6 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{State, Workspace, evaluate};
 
-use crate::base::rows::Rows;
-
 /// Prefix of notes on inputs that contradict the machine file.
 pub const FAULT: &str = "input_fault";
 /// Larger than the slopes on which such machines work (degrees).
@@ -40,8 +38,9 @@ pub(crate) fn note(machine: &Machine, found: &MountingCheck) -> Option<String> {
 }
 
 /// Directions of the specific force in steady rows, evenly spread.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct MountingCheck {
+    workspace: Workspace<f64>,
     /// Steady rows so far.
     steady: usize,
     /// Steady rows from one that is used to the next, as a power of two.
@@ -52,24 +51,28 @@ pub(crate) struct MountingCheck {
 }
 
 impl MountingCheck {
-    /// Takes the next rows.
-    pub(crate) fn take(&mut self, machine: &Machine, rows: &Rows) {
-        let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
-        for row in 0..rows.len() {
-            if rows.reasons[row].leave_state_unknown() {
-                continue;
-            }
-            rows.states.get(row, &mut state);
-            let imu = &state.imu;
-            let deviation = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
-            if !(deviation < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S) {
-                continue;
-            }
-            if self.steady.is_multiple_of(1 << self.step) {
-                self.add(direction(machine, &mut state, &mut workspace));
-            }
-            self.steady += 1;
+    /// Before the first row.
+    pub(crate) fn new(machine: &Machine) -> Self {
+        Self {
+            workspace: Workspace::new(machine),
+            steady: 0,
+            step: 0,
+            directions: Vec::new(),
         }
+    }
+
+    /// Takes the state of the next row with a known one.
+    pub(crate) fn take(&mut self, machine: &Machine, state: &State<f64>) {
+        let imu = &state.imu;
+        let deviation = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
+        if !(deviation < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S) {
+            return;
+        }
+        if self.steady.is_multiple_of(1 << self.step) {
+            let direction = direction(machine, state.clone(), &mut self.workspace);
+            self.add(direction);
+        }
+        self.steady += 1;
     }
 
     fn add(&mut self, direction: Option<Vector3<f64>>) {
@@ -97,13 +100,13 @@ impl MountingCheck {
 /// Direction of the specific force of a state.
 fn direction(
     machine: &Machine,
-    state: &mut State<f64>,
+    mut state: State<f64>,
     workspace: &mut Workspace<f64>,
 ) -> Option<Vector3<f64>> {
     // at rest every part of the machine has the same specific force, supplied by the ground
     state.tool_wrench.force = Vector3::zeros();
     state.tool_wrench.moment = Vector3::zeros();
-    let outcome = evaluate(machine, state, workspace);
+    let outcome = evaluate(machine, &state, workspace);
     let direction = outcome.ground_wrench.force.normalize();
     let plane = plane_from_base(&outcome.contact_normal);
     let is_known = direction.iter().chain(plane.iter()).all(|c| c.is_finite());

@@ -42,14 +42,13 @@ impl Seen {
             removed_bias: [0.0; 3],
             bias_variance: [0.0; 3],
             positions: vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()],
-            mounting: MountingCheck::default(),
+            mounting: MountingCheck::new(machine),
             excitation: Excitation::new(machine),
         }
     }
 
     /// Takes the next rows.
     pub(crate) fn take(&mut self, machine: &Machine, rows: &Rows) {
-        self.mounting.take(machine, rows);
         self.rows += rows.len();
         if rows
             .outcomes
@@ -65,6 +64,7 @@ impl Seen {
                 continue;
             }
             rows.states.get(row, &mut state);
+            self.mounting.take(machine, &state);
             self.excitation.take(rows.times_ns[row], &state);
             if !rows.is_valid(row) {
                 continue;

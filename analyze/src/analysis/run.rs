@@ -26,7 +26,7 @@ use super::notes;
 use super::payload;
 use super::quasi_static::{QuasiStatic, choose};
 use super::size;
-use super::states::{KeptStates, SmoothedStates};
+use super::states::{self, KeptStates};
 use super::verdicts;
 use crate::analysis::Analysis;
 use crate::analysis::Coverage;
@@ -100,10 +100,17 @@ fn analyse_with<S: RowSink>(
     let scope = QuasiStatic::scope(quasi_static.as_ref(), evaluation::scope(&options));
     size::check(&loaded, &options, scope, is_kept, path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
-    let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options)?;
+    // parts of the estimate take one core
+    let (estimated, log_hashes) = rayon::join(
+        || estimate_on_one_clock(&mut loaded, &mut forces, &options),
+        || -> Result<Vec<FileHash>> { log.files().iter().map(|file| hash_file(file)).collect() },
+    );
+    let (mut rows, quality, clock) = estimated?;
+    let log_hashes = log_hashes?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
     loaded.check_read()?;
+    loaded.forget_samples();
     if !gross_inputs.is_empty() {
         for reasons in &mut rows.reasons {
             reasons.add(Reason::GrossInput);
@@ -148,12 +155,8 @@ fn analyse_with<S: RowSink>(
     };
     let mut sink = begin(&prepared)?;
     let others = OtherModels::new(machine, &posture, has_odometry, &options);
-    // hashing a long log takes as long as reading it
-    let (provenance, gathered) = rayon::join(
-        || provenance(&log, file, &loaded),
-        || gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink),
-    );
-    let (provenance, gathered) = (provenance?, gathered?);
+    let gathered = gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink)?;
+    let provenance = provenance(&log, log_hashes, file, &loaded)?;
     table.check()?;
     table.reasons = gathered.found.reasons;
     let mut coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
@@ -339,7 +342,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         faults: smoother.faults().to_vec(),
     };
     let times_ns = smoother.row_times_ns().to_vec();
-    let states = Arc::new(SmoothedStates::new(machine, smoother));
+    let states = states::smoothed(machine, smoother);
     Ok((estimated(machine, times_ns, states), quality))
 }
 
@@ -372,6 +375,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
     let states = Arc::new(KeptStates {
         states,
         reasons: estimates.iter().map(|e| e.reasons).collect(),
+        failure: None,
     });
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
@@ -422,7 +426,12 @@ fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
         .then(|| static_load.iter().map(|load| load * share).collect())
 }
 
-fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Provenance> {
+fn provenance(
+    log: &Log,
+    log_hashes: Vec<FileHash>,
+    file: &MachineFile,
+    loaded: &LoadedLog,
+) -> Result<Provenance> {
     let urdf = Urdf {
         name: loaded.urdf.path.clone(),
         text: loaded.urdf_text.clone(),
@@ -443,11 +452,7 @@ fn provenance(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Result<Prove
         case: None,
         examiner: None,
         recovered_from: RecoveredFrom::all(&metadata_records(log)?),
-        log: log
-            .files()
-            .iter()
-            .map(|f| hash_file(f))
-            .collect::<Result<_>>()?,
+        log: log_hashes,
         log_format: log.format().to_string(),
         machine_file: hash_of(file.path.display().to_string(), file.text.as_bytes()),
         urdf: loaded.urdf.clone(),

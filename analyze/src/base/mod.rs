@@ -4,6 +4,7 @@ pub(crate) mod error_text;
 pub mod estimated;
 pub mod file_hash;
 pub(crate) mod files;
+mod in_order;
 pub(crate) mod memory;
 pub(crate) mod number;
 pub mod options;

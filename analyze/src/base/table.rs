@@ -16,6 +16,7 @@ use tipwatch_mechanics::{
 };
 
 use super::estimated::{EstimatedRows, StateSource};
+use super::in_order::in_order;
 use super::rows::{Rows, row_at};
 use super::verdicts::{MonitorRecord, RowJudge};
 use super::widening::Widening;
@@ -186,8 +187,8 @@ impl Table {
         let unit = self.states.rows_at_once();
         let compute_unit = |unit: Range<usize>| -> Vec<(Rows, W)> {
             let states = self.states.read(self.at_source(&unit)).states;
-            let firsts = (0..unit.len()).step_by(BLOCK_ROWS);
-            let blocks = firsts.map(|first| {
+            let firsts: Vec<usize> = (0..unit.len()).step_by(BLOCK_ROWS).collect();
+            let blocks = firsts.into_par_iter().map(|first| {
                 let rows = first..(first + BLOCK_ROWS).min(unit.len());
                 let states = states.block(rows.clone());
                 let rows = self.evaluated(unit.start + rows.start..unit.start + rows.end, states);
@@ -196,7 +197,7 @@ impl Table {
             });
             blocks.collect()
         };
-        let units = (self.first + self.len()).div_ceil(unit);
+        let units = self.first / unit..(self.first + self.len()).div_ceil(unit);
         let unit_at = |place: usize| {
             let start = (place * unit).saturating_sub(self.first);
             start
@@ -204,36 +205,20 @@ impl Table {
                     .saturating_sub(self.first)
                     .min(self.len())
         };
-        let compute = |wave: Range<usize>| -> Vec<(Rows, W)> {
-            wave.into_par_iter()
-                .flat_map_iter(|place| compute_unit(unit_at(place)))
-                .collect()
-        };
-        // enough of them that no core waits for the last one
-        let per_wave = 2 * rayon::current_num_threads();
-        let wave_at = |first: usize| first..(first + per_wave).min(units);
         let mut judge =
             (self.scope.sensitivities).then(|| RowJudge::new(&self.machine, &self.record));
-        let mut first = self.first / unit;
-        let mut next = compute(wave_at(first));
-        while !next.is_empty() {
-            let mut blocks = std::mem::take(&mut next);
-            first = (first + per_wave).min(units);
-            let (computed, taken) = rayon::join(
-                || compute(wave_at(first)),
-                || {
-                    if let Some(judge) = &mut judge {
-                        for (rows, _) in &mut blocks {
-                            rows.verdicts = Some(judge.judge(rows));
-                        }
+        in_order(
+            units.map(unit_at),
+            compute_unit,
+            |mut blocks| -> Result<(), E> {
+                if let Some(judge) = &mut judge {
+                    for (rows, _) in &mut blocks {
+                        rows.verdicts = Some(judge.judge(rows));
                     }
-                    take(blocks)
-                },
-            );
-            next = computed;
-            taken?;
-        }
-        Ok(())
+                }
+                take(blocks)
+            },
+        )
     }
 
     /// Hands all rows to `take`, block by block and in order: those that are kept, or computed once more.

@@ -13,7 +13,7 @@ use crate::base::rows::Rows;
 use crate::base::table::Table;
 
 /// Most blocks of the pass that are kept.
-const MOST_BLOCKS: usize = 24;
+const MOST_BLOCKS: usize = 16;
 /// Rows that are computed at once where the pass has gone on.
 const ROWS_ANEW: usize = 64;
 /// Most windows of such rows that are kept.

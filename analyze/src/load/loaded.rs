@@ -56,6 +56,13 @@ impl LoadedLog {
         self.check_read()
     }
 
+    /// Frees the memory of the samples, all but their stamps, unless somebody else still reads them.
+    pub(crate) fn forget_samples(&mut self) {
+        for signal in Arc::get_mut(&mut self.signals).into_iter().flatten() {
+            signal.recording.forget_samples();
+        }
+    }
+
     /// Checks that no [`SampleReader`](super::SampleReader) has failed so far.
     ///
     /// # Errors

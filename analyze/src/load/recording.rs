@@ -124,6 +124,11 @@ impl Recording {
         self.samples.width
     }
 
+    /// Frees the memory of the samples, which nobody reads any more.
+    pub(super) fn forget_samples(&mut self) {
+        self.samples = Samples::default();
+    }
+
     /// Reads samples one at a time.
     #[must_use]
     pub fn reader(&self) -> SampleReader<'_> {

@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::analysis::Analysis;
@@ -118,12 +119,12 @@ pub fn write(analysis: &Analysis, files: Files<'_>, folder: &Path) -> Result<Str
     if let Some(policy) = files.policy {
         inputs.push(input("policy", hash_file(policy)?));
     }
-    let mut outputs = Vec::new();
-    for name in files.written {
-        let mut file = hash_file(&folder.join(name))?;
-        file.path = (*name).into();
-        outputs.push(file);
-    }
+    let outputs = files.written.par_iter().map(|name| -> Result<FileHash> {
+        let path = (*name).into();
+        let file = hash_file(&folder.join(name))?;
+        Ok(FileHash { path, ..file })
+    });
+    let outputs: Vec<FileHash> = outputs.collect::<Result<_>>()?;
     let record = Custody {
         schema: SCHEMA,
         case: from.case.clone(),

@@ -23,6 +23,7 @@ use crate::tables::{events, parquet, studies};
 
 use self::options::{DERIVED, EVENTS, REPORT, SAMPLES, SUMMARY};
 pub use self::options::{OutputOptions, Outputs};
+use self::sinks::Documents;
 pub use self::sinks::Sinks;
 
 /// The report on paper.
@@ -59,26 +60,40 @@ pub fn write(
 /// A file cannot be written.
 pub fn finish(analysis: &Analysis, sinks: Sinks, folder: &Path) -> Result<Written> {
     let precision = sinks.options.precision;
-    (sinks.samples).finish(&analysis.provenance, &folder.join(SAMPLES))?;
+    let samples = sinks.samples;
+    let finish_samples = || samples.finish(&analysis.provenance, &folder.join(SAMPLES));
     let Some(documents) = sinks.documents else {
+        finish_samples()?;
         return Ok(Written {
             files: vec![SAMPLES],
             sketch: None,
         });
     };
-    let sketch = documents.sketch.finish();
-    let (tables, documents) = rayon::join(
+    let Documents {
+        sketch,
+        mut derived,
+    } = documents;
+    let (tables, sketch) = rayon::join(
         || {
+            finish_samples()?;
             write_events(analysis, folder)?;
             write_further_tables(analysis, folder, precision)
         },
         || {
-            let page = write_report(analysis, &sketch, folder)?;
-            (documents.derived).finish(analysis, &page, &folder.join(DERIVED))
+            let (report, rows) = rayon::join(
+                || {
+                    let sketch = sketch.finish();
+                    write_report(analysis, &sketch, folder).map(|page| (sketch, page))
+                },
+                || derived.write_rest(analysis),
+            );
+            rows?;
+            let (sketch, page) = report?;
+            derived.finish(analysis, &page, &folder.join(DERIVED))?;
+            Ok::<_, anyhow::Error>(sketch)
         },
     );
-    let further = tables?;
-    documents?;
+    let (further, sketch) = (tables?, sketch?);
     let always = [SAMPLES, EVENTS, SUMMARY, REPORT, DERIVED];
     Ok(Written {
         files: always.into_iter().chain(further).collect(),

@@ -96,16 +96,13 @@ impl Cell for Option<Vec<String>> {
 /// A column of numbers, null where they are not finite.
 pub(super) fn known<T: ArrowPrimitiveType>(
     values: impl Iterator<Item = T::Native>,
-    is_finite: fn(T::Native) -> bool,
+    is_finite: impl Fn(T::Native) -> bool,
 ) -> ArrayRef {
     let values: Vec<T::Native> = values.collect();
-    if values.iter().all(|&value| is_finite(value)) {
-        return Arc::new(PrimitiveArray::<T>::from_iter_values(values));
-    }
-    let known: Vec<bool> = values.iter().map(|&value| is_finite(value)).collect();
-    let mut builder = PrimitiveBuilder::<T>::with_capacity(values.len());
-    builder.append_values(&values, &known);
-    Arc::new(builder.finish())
+    let all_known = values.iter().all(|&value| is_finite(value));
+    let known = || -> Vec<bool> { values.iter().map(|&value| is_finite(value)).collect() };
+    let known = (!all_known).then(|| known().into());
+    Arc::new(PrimitiveArray::<T>::new(values.into(), known))
 }
 
 /// A column of lists of texts.

@@ -1,6 +1,7 @@
 //! Finds the gross inputs of a log.
 
 use anyhow::Result;
+use rayon::prelude::*;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 
@@ -20,16 +21,21 @@ pub fn gross_inputs(
     loaded: &LoadedLog,
     rows: &EstimatedRows,
 ) -> Result<Vec<GrossInput>> {
-    let mut found: Vec<GrossInput> = Vec::new();
-    found.extend(specific_force::scale(loaded));
-    found.extend(joints::scales(loaded));
-    found.extend(fields::angles_in_degrees(log, file)?);
-    found.extend(attitude::faults(loaded));
-    found.extend(attitude::slope_unknown(loaded));
-    found.extend(gyro::scale(loaded));
-    found.extend(odometry::scale(loaded));
-    found.extend(odometry::exchanged(loaded));
-    found.extend(actuators::scales(loaded));
+    // each looks through all samples of a signal
+    let checks: [&(dyn Fn() -> Result<Vec<GrossInput>> + Sync); 9] = [
+        &|| Ok(Vec::from_iter(specific_force::scale(loaded))),
+        &|| Ok(joints::scales(loaded)),
+        &|| fields::angles_in_degrees(log, file),
+        &|| Ok(attitude::faults(loaded)),
+        &|| Ok(Vec::from_iter(attitude::slope_unknown(loaded))),
+        &|| Ok(Vec::from_iter(gyro::scale(loaded))),
+        &|| Ok(Vec::from_iter(odometry::scale(loaded))),
+        &|| Ok(Vec::from_iter(odometry::exchanged(loaded))),
+        &|| Ok(actuators::scales(loaded)),
+    ];
+    let found = checks.into_par_iter().map(|check| check());
+    let found: Vec<Vec<GrossInput>> = found.collect::<Result<_>>()?;
+    let mut found = found.concat();
     // what these two say follows from a signal in another unit
     if !(found.iter()).any(|input| input.kind == GrossInputKind::SpecificForceScale) {
         found.extend(stance::direction(&loaded.machine, rows));

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use anyhow::Result;
 use rayon::prelude::*;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{Contribution, Quantity, State};
 
 pub(super) use self::thin::Point;
@@ -203,7 +202,11 @@ impl SketchPass {
                             .par_iter_mut()
                             .for_each(|curve| curve.add(rows, &inputs));
                     },
-                    || stacks.par_iter_mut().for_each(|stack| stack.add(rows)),
+                    || {
+                        stacks
+                            .par_iter_mut()
+                            .for_each(|stack| stack.add(rows, &inputs));
+                    },
                 )
             },
             || {
@@ -259,8 +262,10 @@ fn results(prepared: &Prepared<'_>) -> Vec<Quantity> {
         .collect()
 }
 
-/// The inputs of some rows, one column each.
+/// The inputs of some rows, one column each, and which of their results are drawn.
 struct Inputs {
+    /// Whether loads are usable.
+    usable: Vec<bool>,
     positions: Vec<Vec<f64>>,
     specific_force: [Vec<f64>; 3],
     angular_velocity: [Vec<f64>; 3],
@@ -269,7 +274,9 @@ struct Inputs {
 impl Inputs {
     fn of(machine: &Machine, rows: &Rows) -> Self {
         let mut state = State::zero(machine);
+        let usable = rows.reasons.iter().map(|reasons| reasons.leave_loads());
         let mut found = Self {
+            usable: usable.collect(),
             positions: vec![Vec::with_capacity(rows.len()); machine.joints().len()],
             specific_force: Default::default(),
             angular_velocity: Default::default(),
@@ -286,28 +293,22 @@ impl Inputs {
         }
         found
     }
-}
 
-/// A result in the rows whose loads are usable, else NaN.
-fn usable(value: f64, reasons: Reasons) -> f64 {
-    if reasons.leave_loads() {
-        value
-    } else {
-        f64::NAN
+    /// A result in the rows whose loads are usable, else NaN; NaN throughout if there is no such result.
+    fn usable(&self, rows: &Rows, quantity: Quantity) -> Vec<f64> {
+        if !rows.outcomes.quantities.contains(&quantity) {
+            return vec![f64::NAN; rows.len()];
+        }
+        let values = rows.outcomes.column(quantity).iter().zip(&self.usable);
+        values
+            .map(|(&value, &usable)| if usable { value } else { f64::NAN })
+            .collect()
     }
 }
 
 impl Drawn {
     fn add(&mut self, rows: &Rows, inputs: &Inputs) {
-        let column = |quantity: Quantity| -> Vec<f64> {
-            if !rows.outcomes.quantities.contains(&quantity) {
-                return vec![f64::NAN; rows.len()];
-            }
-            let values = rows.outcomes.column(quantity).iter().zip(&rows.reasons);
-            values
-                .map(|(&value, &reasons)| usable(value, reasons))
-                .collect()
-        };
+        let column = |quantity: Quantity| inputs.usable(rows, quantity);
         match self.curve {
             Curve::Result(quantity) => self.line(&column(quantity)),
             Curve::Position(joint) => self.line(&inputs.positions[joint]),
@@ -363,22 +364,15 @@ impl Drawn {
 }
 
 impl Stack {
-    fn add(&mut self, rows: &Rows) {
-        let wheel = self.wheel;
+    fn add(&mut self, rows: &Rows, inputs: &Inputs) {
         let mut above = vec![0.0; rows.len()];
         let mut below = vec![0.0; rows.len()];
         let count = self.layers.len();
-        let parts: Vec<Vec<f64>> = (self.layers.iter())
-            .map(|layer| {
-                let values = rows
-                    .outcomes
-                    .column(Quantity::Contribution(layer.cause, wheel));
-                let values = values.iter().zip(&rows.reasons);
-                values
-                    .map(|(&value, &reasons)| usable(value, reasons))
-                    .collect()
-            })
-            .collect();
+        let parts = self
+            .layers
+            .iter()
+            .map(|layer| inputs.usable(rows, Quantity::Contribution(layer.cause, self.wheel)));
+        let parts: Vec<Vec<f64>> = parts.collect();
         for (place, layer) in self.layers.iter_mut().enumerate() {
             layer.matters |= parts[place].iter().any(|value| value.abs() > 1.0);
             for row in 0..rows.len() {

@@ -66,43 +66,46 @@ impl Thinned {
 
     /// Takes the next row, chosen by `value`.
     pub(super) fn push(&mut self, value: f64, values: [f64; VALUES]) {
-        let (row, point) = (self.row, Point::new(self.row, values));
+        let row = self.row;
+        let point = || Point::new(row, values);
         self.row += 1;
         if self.rows <= self.most {
-            self.kept.push(point);
+            self.kept.push(point());
             return;
         }
         if row == 0 {
-            self.kept.push(point);
+            self.kept.push(point());
         }
         if row == self.end {
             self.end_bucket();
         }
-        self.last = Some(point);
+        if self.row == self.rows {
+            self.last = Some(point());
+        }
         if !value.is_finite() {
-            self.broken.get_or_insert(point);
+            self.broken.get_or_insert_with(point);
             return;
         }
         if self
             .least
             .is_none_or(|(least, _)| value.total_cmp(&least).is_lt())
         {
-            self.least = Some((value, point));
+            self.least = Some((value, point()));
         }
         if self
             .largest
             .is_none_or(|(largest, _)| value.total_cmp(&largest).is_ge())
         {
-            self.largest = Some((value, point));
+            self.largest = Some((value, point()));
         }
     }
 
     fn end_bucket(&mut self) {
         let extremes = [self.least.take(), self.largest.take()];
         let extremes = extremes.into_iter().flatten().map(|(_, point)| point);
-        let mut kept: Vec<Point> = extremes.chain(self.broken.take()).collect();
-        kept.sort_unstable_by_key(|point| point.row);
-        self.kept.extend(kept);
+        let before = self.kept.len();
+        self.kept.extend(extremes.chain(self.broken.take()));
+        self.kept[before..].sort_unstable_by_key(|point| point.row);
         self.bucket += 1;
         self.end = (self.bucket + 1) * self.rows / self.buckets;
     }

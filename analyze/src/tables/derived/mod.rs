@@ -117,11 +117,11 @@ impl DerivedPass {
         Ok(())
     }
 
-    /// Writes the remaining rows and the attachments, and gives the file its name.
+    /// Writes the remaining rows.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn finish(mut self, analysis: &Analysis, report: &str, path: &Path) -> Result<()> {
+    pub(crate) fn write_rest(&mut self, analysis: &Analysis) -> Result<()> {
         self.write_settled(usize::MAX, None, &analysis.events)?;
         let events = analysis.events.iter().chain(&self.input_events);
         let full_rate = self.selection.full_rate(events);
@@ -133,7 +133,14 @@ impl DerivedPass {
             })?;
         }
         let selected = self.selection.end_second(&full_rate);
-        (self.topics).write(&self.machine, selected, &mut self.writer)?;
+        (self.topics).write(&self.machine, selected, &mut self.writer)
+    }
+
+    /// Writes the attachments, and gives the file its name.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn finish(mut self, analysis: &Analysis, report: &str, path: &Path) -> Result<()> {
         let (times_ns, sources) = (&analysis.rows.times_ns, &analysis.sources);
         let time_ns = times_ns.first().copied().unwrap_or(0);
         for (name, media_type, text) in [

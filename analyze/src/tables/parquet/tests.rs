@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::read;
-use super::write::{PAGES_OF_GROUP, ROWS_OF_PAGE, TableWriter, write_with};
+use super::write::{ROWS_OF_GROUP, TableWriter, write_with};
 use crate::base::options::Precision;
 use crate::tables::cell::Value;
 use crate::tables::table::Table;
@@ -57,7 +57,7 @@ fn write_in_blocks(path: &Path, rows: i64, size: i64) {
 fn blocks_read_back_as_one_table() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("blocks.parquet");
-    let rows = (ROWS_OF_PAGE * PAGES_OF_GROUP) as i64 + 1234;
+    let rows = ROWS_OF_GROUP as i64 + 1234;
     write_in_blocks(&path, rows, 5000);
     let (found, expected) = (read(&path).unwrap(), block(0, rows));
     assert_eq!(found.rows(), expected.rows());
@@ -78,7 +78,7 @@ fn the_division_into_blocks_leaves_no_trace() {
     let path = |size: i64| folder.path().join(format!("{size}.parquet"));
     let sizes = [100_000, 4096, 777];
     for size in sizes {
-        write_in_blocks(&path(size), 30_000, size);
+        write_in_blocks(&path(size), 40_000, size);
     }
     let bytes = sizes.map(|size| std::fs::read(path(size)).unwrap());
     assert!(bytes[0] == bytes[1] && bytes[0] == bytes[2]);

@@ -8,11 +8,14 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use arrow_array::{Array, ArrayRef};
-use arrow_schema::{DataType, Fields, Schema};
+use arrow_schema::{DataType, Field, Fields, Schema};
 use arrow_select::concat::concat;
 use parquet::arrow::ArrowSchemaConverter;
-use parquet::arrow::arrow_writer::{ArrowColumnWriter, ArrowRowGroupWriterFactory, compute_leaves};
+use parquet::arrow::arrow_writer::{
+    ArrowColumnChunk, ArrowColumnWriter, ArrowRowGroupWriterFactory, compute_leaves,
+};
 use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
@@ -23,10 +26,11 @@ use super::{PROVENANCE, UNITS};
 use crate::base::provenance::Provenance;
 use crate::tables::table::Table;
 
-/// Rows of a page: what is held before it is encoded and compressed.
-pub(super) const ROWS_OF_PAGE: usize = 1 << 13;
-/// Pages of a row group: what is encoded of one is held until it is full.
-pub(super) const PAGES_OF_GROUP: usize = 8;
+/// Rows of a page, which is compressed as a whole.
+const ROWS_OF_PAGE: usize = 1 << 13;
+/// Rows of a row group: what is held before it is encoded, one column after the other on each core. A column that is
+/// being encoded holds the memory of a compressor, ten times as much as its page.
+pub(super) const ROWS_OF_GROUP: usize = 2 * ROWS_OF_PAGE;
 
 /// The provenance as an entry of a table's metadata.
 ///
@@ -61,11 +65,8 @@ pub(crate) struct TableWriter {
     fields: Fields,
     file: SerializedFileWriter<BufWriter<File>>,
     groups: ArrowRowGroupWriterFactory,
-    /// The columns of the row group that is being filled.
-    columns: Vec<ArrowColumnWriter>,
-    pages_in_group: usize,
     groups_written: usize,
-    /// Parts of blocks that do not fill a page yet: for each, its columns.
+    /// For each column, the parts of blocks that do not fill a row group yet.
     waiting: Vec<Vec<ArrayRef>>,
     rows_waiting: usize,
 }
@@ -92,12 +93,10 @@ impl TableWriter {
         Ok(Self {
             path: path.display().to_string(),
             groups: ArrowRowGroupWriterFactory::new(&file, schema),
+            waiting: vec![Vec::new(); fields.len()],
             fields,
             file,
-            columns: Vec::new(),
-            pages_in_group: 0,
             groups_written: 0,
-            waiting: Vec::new(),
             rows_waiting: 0,
         })
     }
@@ -112,26 +111,17 @@ impl TableWriter {
         }
         let mut at = 0;
         while at < block.rows() {
-            let rows = (ROWS_OF_PAGE - self.rows_waiting).min(block.rows() - at);
-            let columns = block.columns().iter();
-            let part = columns.map(|column| column.array().slice(at, rows));
-            self.waiting.push(part.collect());
+            let rows = (ROWS_OF_GROUP - self.rows_waiting).min(block.rows() - at);
+            let is_part = rows < block.rows();
+            for (waiting, column) in self.waiting.iter_mut().zip(block.columns()) {
+                let part = column.array().slice(at, rows);
+                // what waits must not hold on to the whole block
+                waiting.push(if is_part { concat(&[&part])? } else { part });
+            }
             self.rows_waiting += rows;
             at += rows;
-            if self.rows_waiting == ROWS_OF_PAGE {
-                self.write_page()?;
-                if self.pages_in_group == PAGES_OF_GROUP {
-                    self.end_group()?;
-                }
-            }
-        }
-        // what waits must not hold on to the whole block
-        if let Some(part) = self.waiting.last_mut().filter(|part| {
-            part.first()
-                .is_some_and(|column| column.len() < block.rows())
-        }) {
-            for column in part {
-                *column = concat(&[column])?;
+            if self.rows_waiting == ROWS_OF_GROUP {
+                self.write_group()?;
             }
         }
         Ok(())
@@ -148,59 +138,51 @@ impl TableWriter {
     /// # Errors
     /// The file cannot be written.
     pub(crate) fn finish(mut self) -> Result<()> {
-        self.write_page()?;
-        self.end_group()?;
+        self.write_group()?;
         let closed = self.file.close();
         closed.with_context(|| format!("{}: cannot be written", self.path))?;
         Ok(())
     }
 
-    /// Encodes and compresses the waiting rows.
-    fn write_page(&mut self) -> Result<()> {
+    /// Encodes, compresses and writes the waiting rows.
+    fn write_group(&mut self) -> Result<()> {
         if self.rows_waiting == 0 {
             return Ok(());
         }
-        if self.columns.is_empty() {
-            self.columns = self.groups.create_column_writers(self.groups_written)?;
-        }
-        let waiting = std::mem::take(&mut self.waiting);
-        let write = |(index, writer): (usize, &mut ArrowColumnWriter)| {
-            let parts: Vec<&dyn Array> = waiting.iter().map(|part| part[index].as_ref()).collect();
-            let whole = concat(&parts)?;
-            // no column is a structure: each has one leaf
-            compute_leaves(&self.fields[index], &whole)?
-                .iter()
-                .try_for_each(|leaf| writer.write(leaf))
-        };
-        (self.columns.par_iter_mut().enumerate())
-            .try_for_each(write)
-            .with_context(|| format!("{}: cannot be written", self.path))?;
-        self.rows_waiting = 0;
-        self.pages_in_group += 1;
-        Ok(())
-    }
-
-    fn end_group(&mut self) -> Result<()> {
-        if self.columns.is_empty() {
-            return Ok(());
-        }
-        let columns = std::mem::take(&mut self.columns);
-        let chunks: Result<Vec<_>, _> = columns
-            .into_par_iter()
-            .map(ArrowColumnWriter::close)
-            .collect();
+        let waiting = self.waiting.iter_mut().map(std::mem::take);
+        let waiting: Vec<Vec<ArrayRef>> = waiting.collect();
         let write = || {
+            let writers = self.groups.create_column_writers(self.groups_written)?;
+            let columns = self.fields.par_iter().zip(waiting).zip(writers);
+            let chunks: Vec<ArrowColumnChunk> = columns
+                .map(|((field, parts), writer)| encode(field, &parts, writer))
+                .collect::<Result<_, _>>()?;
             let mut group = self.file.next_row_group()?;
-            for chunk in chunks? {
+            for chunk in chunks {
                 chunk.append_to_row_group(&mut group)?;
             }
             group.close()
         };
         write().with_context(|| format!("{}: cannot be written", self.path))?;
         self.groups_written += 1;
-        self.pages_in_group = 0;
+        self.rows_waiting = 0;
         Ok(())
     }
+}
+
+/// Encodes and compresses the parts of a column.
+fn encode(
+    field: &Field,
+    parts: &[ArrayRef],
+    mut writer: ArrowColumnWriter,
+) -> Result<ArrowColumnChunk, ParquetError> {
+    let parts: Vec<&dyn Array> = parts.iter().map(AsRef::as_ref).collect();
+    let whole = concat(&parts)?;
+    // no column is a structure: each has one leaf
+    for leaf in compute_leaves(field, &whole)? {
+        writer.write(&leaf)?;
+    }
+    writer.close()
 }
 
 /// How the columns are encoded, each by its type, and the metadata.
