@@ -8,10 +8,10 @@ use anyhow::{Context, Result};
 use crate::base::memory;
 
 /// Memory of an analysis regardless of the size of the log (bytes).
-const BASE_BYTES: u64 = 64 << 20;
-/// Additional memory per byte of the log, if it contains only joint states and IMU samples under zstd: their stamps
-/// and what is known of each row; images and point clouds need none.
-const BYTES_PER_BYTE: u64 = 4;
+const BASE_BYTES: u64 = 96 << 20;
+/// Additional memory per byte of the log, if it contains only joint states and IMU samples under zstd;
+/// images and point clouds need none.
+const BYTES_PER_BYTE: u64 = 12;
 /// Stack size of a worker, as large as that of a main thread.
 const STACK_BYTES: usize = 8 << 20;
 
