@@ -12,8 +12,10 @@ mod contact;
 mod error;
 mod fault_kind;
 mod hydraulics;
+mod identified;
 mod inertia;
 mod linkage;
+mod load_sensor;
 mod nominal;
 mod outline;
 mod parameter;
@@ -30,6 +32,7 @@ mod suspension;
 mod suspension_control;
 mod travel;
 mod tree;
+mod unknown;
 mod urdf;
 #[cfg(test)]
 mod val_suspension_triangle;
@@ -48,8 +51,10 @@ pub use contact::Contact;
 pub use error::MachineError;
 pub use fault_kind::FaultKind;
 pub use hydraulics::{HydraulicParameters, HydraulicsSpec};
+pub use identified::{Identified, IdentifiedDirection, IdentifiedSpec};
 pub use inertia::{Inertia, MassMoments};
 pub use linkage::{Linkage, LinkageBodies, LinkageInput, LinkageMotion};
+pub use load_sensor::LoadSensor;
 pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
 pub(crate) use parameter::links_with_mass;
 pub use parameter::{Axis, InertiaElement, Parameter};
@@ -57,8 +62,8 @@ pub use plausibility_spec::{PlausibilitySpec, Policy};
 pub use reference::{Reference, ReferencePosture};
 pub(crate) use sampled::ParameterSampler;
 pub use signals::{
-    FieldSpec, ImuFields, JointFields, NumberSpec, OdometryFields, OneOrMany, SignalSpec,
-    SignalsSpec, WrenchFields,
+    FieldSpec, ImuFields, JointFields, LoadSumFields, NumberSpec, OdometryFields, OneOrMany,
+    SignalSpec, SignalsSpec, WheelFields, WrenchFields,
 };
 pub use spec::{
     ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,
@@ -71,6 +76,7 @@ pub use support_polygon::{Edge, SupportPolygon};
 pub use suspension::Suspension;
 pub use suspension_control::{ControlMode, ControlWeights, PairWeight, SuspensionControl};
 pub use travel::BaseMotion;
+pub use unknown::Unknown;
 pub use warp::Warp;
-pub use weighed::{WeighedSpec, WeighedSum, WeighedUnit};
+pub use weighed::{WeighedPosture, WeighedSpec, WeighedSum, WeighedUnit};
 pub use wheel::{MAX_WHEELS, Wheel};

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::machine::HydraulicsSpec;
 
 use super::{
-    FieldSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl, WeighedSpec,
+    FieldSpec, IdentifiedSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl, WeighedSpec,
 };
 
 /// The machine file; the project's machine-file reference describes every key.
@@ -64,6 +64,8 @@ pub struct MachineSpec {
     pub unconfirmed: Vec<String>,
     /// Measured weights of the real machine.
     pub weighed: Option<WeighedSpec>,
+    /// Parameters corrected by `tipwatch identify`.
+    pub identified: Option<IdentifiedSpec>,
     /// Active suspension.
     pub suspension: Option<SuspensionSpec>,
     /// Name of the machine file, for messages.
