@@ -21,6 +21,8 @@ const ROUNDS: usize = 3;
 /// end).
 const FULL_WEIGHT: f64 = 2.5;
 const NO_WEIGHT: f64 = 8.0;
+/// Fewest instants among which one can be out of the others.
+const FEWEST: usize = 5;
 /// A change of a predicted reading by this share of the largest one makes a posture of its own.
 const OWN_POSTURE: f64 = 0.05;
 
@@ -72,6 +74,8 @@ struct Problem<'a> {
     /// Column of each channel's constant error, after the unknowns, and its standard deviation.
     biases: Vec<Option<(usize, f64)>>,
     size: usize,
+    /// By source.
+    is_log: Vec<bool>,
 }
 
 /// Fits the unknowns of `machine` to the data; `None` if no instant can be used.
@@ -117,6 +121,7 @@ pub(crate) fn fit(machine: &Machine, prior: &Prior, data: &Data) -> Option<Fit> 
         rows,
         biases,
         size,
+        is_log: data.sources.iter().map(|source| source.is_log).collect(),
     };
     Some(problem.solve(data))
 }
@@ -248,36 +253,39 @@ impl Problem<'_> {
         .collect()
     }
 
-    /// Weight of every row: of its source, and by how far it is out.
+    /// Weight of every row: of its source, and by how far it is out of the others. All weighings are judged together.
     fn weights(&self, whitened: &[Whitened], sources: &mut [SourceWeight]) -> Vec<f64> {
         let size = |w: &Whitened| (w.residual.norm_squared() / w.residual.len() as f64).sqrt();
-        let mut found = vec![0.0; self.rows.len()];
-        for (index, source) in sources.iter_mut().enumerate() {
-            let places: Vec<usize> = (0..self.rows.len())
-                .filter(|&row| self.rows[row].source == index)
-                .collect();
-            let sizes: Vec<f64> = places.iter().map(|&row| size(&whitened[row])).collect();
-            // One weighing says nothing about the spread of its errors.
-            let usual = match sizes.len() {
-                0..4 => 1.0,
-                _ => median(sizes.clone()).max(1.0),
-            };
-            let of_source = 1.0 / (source.scale.powi(2) * source.correlated);
-            source.outliers = 0;
-            for (&row, size) in places.iter().zip(sizes) {
-                let out = size / usual;
-                let known = out.is_finite() && whitened[row].derivatives.iter().all(|v| v.is_finite());
-                let robust = match out {
-                    _ if !known => 0.0,
-                    _ if out <= FULL_WEIGHT => 1.0,
-                    _ if out <= NO_WEIGHT => FULL_WEIGHT / out,
-                    _ => 0.0,
-                };
-                source.outliers += usize::from(robust == 0.0);
-                found[row] = robust * of_source;
+        let sizes: Vec<f64> = whitened.iter().map(size).collect();
+        let usual = |is_of: &dyn Fn(usize) -> bool| {
+            let of = (0..self.rows.len()).filter(|&row| is_of(self.rows[row].source));
+            let of: Vec<f64> = of.map(|row| sizes[row]).collect();
+            // A few say nothing about the spread of their errors.
+            match of.len() {
+                0..FEWEST => f64::INFINITY,
+                _ => median(of).max(1.0),
             }
-        }
-        found
+        };
+        let of_weighings = usual(&|source| !self.is_log[source]);
+        let of_logs: Vec<f64> = (0..sources.len())
+            .map(|log| usual(&|source| source == log))
+            .collect();
+        sources.iter_mut().for_each(|source| source.outliers = 0);
+        let weight = |(row, of): (usize, &Row<'_>)| {
+            let usual = if self.is_log[of.source] { of_logs[of.source] } else { of_weighings };
+            let derivatives = &whitened[row].derivatives;
+            let is_known = sizes[row].is_finite() && derivatives.iter().all(|v| v.is_finite());
+            let robust = match sizes[row] / usual {
+                _ if !is_known => 0.0,
+                out if out <= FULL_WEIGHT => 1.0,
+                out if out <= NO_WEIGHT => FULL_WEIGHT / out,
+                _ => 0.0,
+            };
+            let source = &mut sources[of.source];
+            source.outliers += usize::from(robust == 0.0);
+            robust / (source.scale.powi(2) * source.correlated)
+        };
+        self.rows.iter().enumerate().map(weight).collect()
     }
 
     /// Learns from the residuals how large they are and how many instants are independent.

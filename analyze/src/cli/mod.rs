@@ -6,11 +6,13 @@ mod command_line;
 mod compare;
 mod demo;
 mod exit;
+mod identify;
 mod inspect;
 mod options;
 mod recover;
 mod screen;
 mod stabilise;
+mod validate;
 mod verify;
 mod whatif;
 

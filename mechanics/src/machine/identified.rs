@@ -10,7 +10,7 @@
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use super::{Axis, Machine, Parameter, Unknown};
+use super::{Axis, Machine, Parameter, UncertaintySpec, Unknown};
 use crate::geometry::coordinate::Motion;
 
 /// `[identified]`: written by `tipwatch identify`.
@@ -174,6 +174,13 @@ impl Machine {
     pub(crate) fn correct_angular_velocity(&self, measured: &Vector3<f64>) -> Vector3<f64> {
         let correction = self.corrections.as_ref().map(|by| by.angular_velocity);
         correction.map_or(*measured, |by| measured + Vector3::from(by))
+    }
+
+    /// The same machine with other stated uncertainties.
+    #[must_use]
+    pub fn with_uncertainty(mut self, uncertainty: UncertaintySpec) -> Self {
+        self.uncertainty = uncertainty;
+        self
     }
 
     /// This machine with these parameters changed, and their joint uncertainty. It must not have been identified

@@ -8,13 +8,17 @@ const SAME: f64 = 1e-6;
 impl MachineSpec {
     /// The machine with its identified parameters.
     pub(super) fn with_identified(&self, machine: Machine) -> Result<Machine, MachineError> {
-        match self.checked_identified(&machine)? {
+        match self.identified_of(&machine)? {
             Some(identified) => Ok(machine.with_identified(identified)),
             None => Ok(machine),
         }
     }
 
-    fn checked_identified(&self, machine: &Machine) -> Result<Option<Identified>, MachineError> {
+    /// The identified parameters of the machine file, checked against a machine of it without them.
+    ///
+    /// # Errors
+    /// They belong to another machine.
+    pub fn identified_of(&self, machine: &Machine) -> Result<Option<Identified>, MachineError> {
         let Some(spec) = &self.identified else {
             return Ok(None);
         };

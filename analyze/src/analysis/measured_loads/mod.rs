@@ -1,0 +1,11 @@
+//! Measured loads against computed ones: row by row, in bands, and where they contradict each other.
+
+mod compare;
+mod contradiction;
+mod statistics;
+
+pub(crate) use compare::{Comparison, sampled_rows};
+pub use compare::{ComparedRow, LoadComparison};
+pub use contradiction::Contradiction;
+pub(crate) use statistics::EXPECTED;
+pub use statistics::SensorStatistics;
