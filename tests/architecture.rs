@@ -23,7 +23,7 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 6] = [
+const RULES: [Rule; 7] = [
     Rule {
         folder: "mechanics",
         crates: &[],
@@ -61,6 +61,11 @@ const RULES: [Rule; 6] = [
         ],
     },
     Rule {
+        folder: "identification",
+        crates: &["tipwatch_mechanics"],
+        floors: &[],
+    },
+    Rule {
         folder: "ingest",
         crates: &[],
         floors: &[
@@ -86,6 +91,7 @@ const RULES: [Rule; 6] = [
         folder: "analyze",
         crates: &[
             "tipwatch_binding",
+            "tipwatch_identification",
             "tipwatch_ingest",
             "tipwatch_mechanics",
             "tipwatch_suspension",

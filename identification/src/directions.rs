@@ -56,7 +56,9 @@ pub(crate) fn named(posterior: &Posterior) -> Named {
         .filter(|&place| posterior.shares[place] < TOLD)
         .collect();
     let inside = |unknown: usize| -> f64 {
-        let parts = rest.iter().map(|&place| posterior.directions[(unknown, place)].powi(2));
+        let parts = rest
+            .iter()
+            .map(|&place| posterior.directions[(unknown, place)].powi(2));
         parts.sum()
     };
     let (untold, mixed): (Vec<usize>, Vec<usize>) =

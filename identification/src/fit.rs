@@ -86,7 +86,10 @@ pub(crate) fn fit(machine: &Machine, prior: &Prior, data: &Data) -> Option<Fit> 
         .collect();
     let usable = all.par_iter().map(|&(source, instant)| {
         let root = covariance_root(&start, instant)?;
-        let is_known = start.predict(instant, [0.0; 2]).iter().all(|v| v.is_finite());
+        let is_known = start
+            .predict(instant, [0.0; 2])
+            .iter()
+            .all(|v| v.is_finite());
         is_known.then_some(Row {
             instant,
             source,
@@ -203,8 +206,14 @@ impl Problem<'_> {
         let off = at.rows(0, unknowns) - &self.prior.mean;
         let biases = at.rows(unknowns, self.size - unknowns).norm_squared();
         let prior = off.dot(&(&self.prior.precision * &off)) + biases;
-        let data = residuals.iter().zip(weights).filter(|(_, weight)| **weight > 0.0);
-        prior + data.map(|(r, weight)| weight * r.norm_squared()).sum::<f64>()
+        let data = residuals
+            .iter()
+            .zip(weights)
+            .filter(|(_, weight)| **weight > 0.0);
+        prior
+            + data
+                .map(|(r, weight)| weight * r.norm_squared())
+                .sum::<f64>()
     }
 
     fn changed(&self, at: &DVector<f64>) -> Changed {
@@ -244,7 +253,9 @@ impl Problem<'_> {
                     derivatives[(place, column)] = sigma;
                 }
             }
-            row.root.l_dirty().solve_lower_triangular_mut(&mut derivatives);
+            row.root
+                .l_dirty()
+                .solve_lower_triangular_mut(&mut derivatives);
             Whitened {
                 residual: self.residual(row, &changed, at),
                 derivatives,
@@ -272,7 +283,11 @@ impl Problem<'_> {
             .collect();
         sources.iter_mut().for_each(|source| source.outliers = 0);
         let weight = |(row, of): (usize, &Row<'_>)| {
-            let usual = if self.is_log[of.source] { of_logs[of.source] } else { of_weighings };
+            let usual = if self.is_log[of.source] {
+                of_logs[of.source]
+            } else {
+                of_weighings
+            };
             let derivatives = &whitened[row].derivatives;
             let is_known = sizes[row].is_finite() && derivatives.iter().all(|v| v.is_finite());
             let robust = match sizes[row] / usual {
@@ -305,7 +320,10 @@ impl Problem<'_> {
             let channels = channels.min().unwrap_or(0);
             let mut correlated = rows.len() as f64 / self.postures(&rows) as f64;
             for channel in 0..channels {
-                let series: Vec<f64> = rows.iter().map(|&row| whitened[row].residual[channel]).collect();
+                let series: Vec<f64> = rows
+                    .iter()
+                    .map(|&row| whitened[row].residual[channel])
+                    .collect();
                 correlated = correlated.max(correlated_samples(&series));
             }
             source.correlated = correlated.max(1.0);
@@ -320,7 +338,10 @@ impl Problem<'_> {
     /// Number of stretches between which the readings of a log change.
     fn postures(&self, rows: &[usize]) -> usize {
         let values = |row: usize| self.rows[row].instant.readings.iter().map(|r| r.value);
-        let largest = rows.iter().flat_map(|&row| values(row)).fold(0.0_f64, |a, b| a.max(b.abs()));
+        let largest = rows
+            .iter()
+            .flat_map(|&row| values(row))
+            .fold(0.0_f64, |a, b| a.max(b.abs()));
         let mut count = 1;
         let mut last = rows[0];
         for &row in rows {

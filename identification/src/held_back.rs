@@ -29,7 +29,11 @@ pub(crate) fn split(data: &Data) -> (Data, Data) {
         counted[kind] += 1;
         let total = [weighings, logs][kind];
         if total >= ONE_IN {
-            let to = if place % ONE_IN == ONE_IN - 2 { &mut held } else { &mut fitted };
+            let to = if place % ONE_IN == ONE_IN - 2 {
+                &mut held
+            } else {
+                &mut fitted
+            };
             to.sources.push(source.clone());
         } else if source.is_log {
             let (kept, back) = stretches(source);
@@ -50,8 +54,12 @@ fn stretches(log: &Source) -> (Source, Source) {
         instants,
     };
     let times = log.instants.iter().map(|instant| instant.time_s);
-    let (start, end) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
-    let count = ((end - start) / LEAST_STRETCH_S).floor().min(MOST_STRETCHES);
+    let (start, end) = times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| {
+        (a.min(t), b.max(t))
+    });
+    let count = ((end - start) / LEAST_STRETCH_S)
+        .floor()
+        .min(MOST_STRETCHES);
     if !(count >= LEAST_STRETCHES) {
         return (of(log.instants.clone()), of(Vec::new()));
     }
@@ -106,7 +114,10 @@ mod tests {
         let (fitted, held) = (times(&fitted), times(&held));
         assert!((800..1200).contains(&held.len()), "{}", held.len());
         for time in &fitted {
-            let nearest = held.iter().map(|other| (other - time).abs()).fold(f64::MAX, f64::min);
+            let nearest = held
+                .iter()
+                .map(|other| (other - time).abs())
+                .fold(f64::MAX, f64::min);
             assert!(nearest > 0.1, "{time}");
         }
     }

@@ -224,7 +224,11 @@ fn held_back(held: &Data, before: &Changed, after: &Changed) -> Option<HeldBack>
 fn errors(data: &Data, before: &Changed, after: &Changed) -> (Vec<ChannelError>, [f64; 2], usize) {
     use rayon::prelude::*;
 
-    let instants: Vec<_> = data.sources.iter().flat_map(|source| &source.instants).collect();
+    let instants: Vec<_> = data
+        .sources
+        .iter()
+        .flat_map(|source| &source.instants)
+        .collect();
     let predicted = instants.par_iter().map(|instant| {
         let predict = |by: &Changed| by.predict(instant, [0.0; 2]);
         (*instant, predict(before), predict(after))
@@ -248,20 +252,24 @@ fn errors(data: &Data, before: &Changed, after: &Changed) -> (Vec<ChannelError>,
         }
     }
     let pairs = || data.channels.iter().zip(&sums);
-    let channels = pairs().filter(|(_, sum)| sum[0] > 0.0).map(|(channel, sum)| {
-        let mean = |k: usize| sum[k] / sum[0];
-        ChannelError {
-            name: channel.name.clone(),
-            unit: channel.unit,
-            readings: sum[0] as usize,
-            bias_before: mean(1),
-            rms_before: mean(2).sqrt(),
-            bias_after: mean(3),
-            rms_after: mean(4).sqrt(),
-        }
-    });
+    let channels = pairs()
+        .filter(|(_, sum)| sum[0] > 0.0)
+        .map(|(channel, sum)| {
+            let mean = |k: usize| sum[k] / sum[0];
+            ChannelError {
+                name: channel.name.clone(),
+                unit: channel.unit,
+                readings: sum[0] as usize,
+                bias_before: mean(1),
+                rms_before: mean(2).sqrt(),
+                bias_after: mean(3),
+                rms_after: mean(4).sqrt(),
+            }
+        });
     let of_loads = |k: usize| {
-        let loads = pairs().filter(|(channel, _)| channel.is_load).map(|(_, sum)| sum);
+        let loads = pairs()
+            .filter(|(channel, _)| channel.is_load)
+            .map(|(_, sum)| sum);
         let (squares, count) = loads.fold((0.0, 0.0), |(a, b), sum| (a + sum[k], b + sum[0]));
         (squares / count).sqrt()
     };

@@ -37,7 +37,12 @@ impl Columns {
     fn row(&self, by: &[f64], sigmas: &[f64]) -> Vec<f64> {
         let columns = self.of.iter().zip(sigmas);
         columns
-            .map(|(of, sigma)| of.iter().map(|&(place, factor)| by[place] * factor).sum::<f64>() * sigma)
+            .map(|(of, sigma)| {
+                of.iter()
+                    .map(|&(place, factor)| by[place] * factor)
+                    .sum::<f64>()
+                    * sigma
+            })
             .collect()
     }
 }
@@ -45,7 +50,10 @@ impl Columns {
 /// Whether every reading of an instant has an adjoint.
 pub(crate) fn has_adjoint(instant: &Instant) -> bool {
     matches!(instant.situation, Situation::Logged(_))
-        && instant.readings.iter().all(|reading| reading.what.is_load())
+        && instant
+            .readings
+            .iter()
+            .all(|reading| reading.what.is_load())
 }
 
 /// Derivatives of an instant with an adjoint, by prior standard deviation of each unknown.

@@ -82,12 +82,16 @@ impl Changed {
         let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
         evaluate_one(machine, state, &mut workspace);
         let needs_axes = |what: &Measured| matches!(what, Measured::SpecificForce { .. });
-        let axes = (instant.readings.iter().any(|reading| needs_axes(&reading.what)))
-            .then(|| self.accelerometer(state));
+        let axes = (instant
+            .readings
+            .iter()
+            .any(|reading| needs_axes(&reading.what)))
+        .then(|| self.accelerometer(state));
         let predict = |what: &Measured| match what {
-            Measured::Load { wheels } => {
-                wheels.iter().map(|&wheel| workspace.outcome().load[wheel]).sum()
-            }
+            Measured::Load { wheels } => wheels
+                .iter()
+                .map(|&wheel| workspace.outcome().load[wheel])
+                .sum(),
             Measured::ActuatorForce { linkage } => {
                 actuator_force(machine, state, &workspace, *linkage)
             }
@@ -109,7 +113,9 @@ impl Changed {
         std::array::from_fn(|axis| {
             shown.imu.specific_force.fill(0.0);
             shown.imu.specific_force[axis] = 1.0;
-            let pushed = evaluate_one(&self.machine, &shown, &mut workspace).ground_wrench.force;
+            let pushed = evaluate_one(&self.machine, &shown, &mut workspace)
+                .ground_wrench
+                .force;
             pushed.normalize().dot(&state.imu.specific_force)
         })
     }

@@ -7,7 +7,9 @@
 //! that balance themselves, whose split uneven ground leaves open, and s is what is unknown of the slope.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use tipwatch_mechanics::{Scope, Workspace, evaluate_one, resting_on_slope, self_equilibrated_loads};
+use tipwatch_mechanics::{
+    Scope, Workspace, evaluate_one, resting_on_slope, self_equilibrated_loads,
+};
 
 use crate::data::{Instant, Measured, Situation};
 use crate::model::Changed;
@@ -18,10 +20,7 @@ const LEAST_SHARE: f64 = 0.02;
 const SLOPE_STEP: f64 = 1e-4;
 
 /// The square root of an instant's covariance; `None` where it cannot be computed.
-pub(crate) fn covariance_root(
-    changed: &Changed,
-    instant: &Instant,
-) -> Option<Cholesky<f64, Dyn>> {
+pub(crate) fn covariance_root(changed: &Changed, instant: &Instant) -> Option<Cholesky<f64, Dyn>> {
     let readings = &instant.readings;
     let wheels = changed.machine.wheels().len();
     let mut covariance = DMatrix::from_diagonal(&DVector::from_iterator(
@@ -74,8 +73,15 @@ fn of_loads(changed: &Changed, instant: &Instant) -> (Vec<Vec<f64>>, f64, f64) {
         evaluate_one(machine, state, &mut workspace);
         let loads = &workspace.outcome().load;
         let mean = loads.iter().sum::<f64>() / loads.len() as f64;
-        let least = loads.iter().copied().reduce(|a, b| if a < b { a } else { b });
-        (self_equilibrated_loads(&workspace), mean, least.unwrap_or(f64::NAN))
+        let least = loads
+            .iter()
+            .copied()
+            .reduce(|a, b| if a < b { a } else { b });
+        (
+            self_equilibrated_loads(&workspace),
+            mean,
+            least.unwrap_or(f64::NAN),
+        )
     };
     match &instant.situation {
         Situation::Logged(state) => evaluated(&changed.machine, &changed.corrected(state)),

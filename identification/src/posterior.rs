@@ -7,7 +7,7 @@ use crate::fit::Fit;
 use crate::prior::Prior;
 
 /// Directions whose variance the data lower by less than this share are left out.
-const LEAST_SHARE: f64 = 1e-4;
+const LEAST_SHARE: f64 = 0.01;
 /// Most of a variance that is ever removed: beyond, rounding decides.
 const MOST_SHARE: f64 = 1.0 - 1e-12;
 
@@ -30,8 +30,13 @@ impl Posterior {
             0 => own,
             _ => {
                 let cross = fit.precision.view((0, size), (size, biases)).into_owned();
-                let of_biases = fit.precision.view((size, size), (biases, biases)).into_owned();
-                let solved = of_biases.cholesky().map(|root| root.solve(&cross.transpose()));
+                let of_biases = fit
+                    .precision
+                    .view((size, size), (biases, biases))
+                    .into_owned();
+                let solved = of_biases
+                    .cholesky()
+                    .map(|root| root.solve(&cross.transpose()));
                 solved.map_or(own.clone(), |solved| own - cross * solved)
             }
         };

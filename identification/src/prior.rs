@@ -32,11 +32,14 @@ impl Prior {
             })
             .collect();
         let mean = places.iter().zip(&sigmas);
-        let mean = mean.map(|(place, sigma)| place.map_or(0.0, |place| earlier.change[place] / sigma));
+        let mean =
+            mean.map(|(place, sigma)| place.map_or(0.0, |place| earlier.change[place] / sigma));
         let mean = DVector::from_iterator(size, mean);
         let mut covariance = DMatrix::identity(size, size);
         for direction in &earlier.directions {
-            let weights = places.iter().map(|place| place.map_or(0.0, |p| direction.weights[p]));
+            let weights = places
+                .iter()
+                .map(|place| place.map_or(0.0, |p| direction.weights[p]));
             let weights = DVector::from_iterator(size, weights);
             covariance -= &weights * weights.transpose() * direction.share;
         }

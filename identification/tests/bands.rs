@@ -38,24 +38,37 @@ fn the_band_is_the_propagated_covariance() {
             };
             // the bias of the accelerometer is that of its own estimator, in every row
             let mut bias = 0.0;
-            let slope = known.unknowns.iter().zip(&known.prior_sigma).map(|(unknown, sigma)| {
-                let slope = match *unknown {
-                    // relative to the machine before
-                    Unknown::Inertia(_) => unknown.derivative(&identified, &parameters, &by),
-                    _ => unknown.derivative(&identified, &parameters, &by),
-                };
-                if is_bias(unknown) {
-                    bias += (slope * identified.uncertainty().accelerometer_bias).powi(2);
-                    return 0.0;
-                }
-                slope * sigma
-            });
+            let slope = known
+                .unknowns
+                .iter()
+                .zip(&known.prior_sigma)
+                .map(|(unknown, sigma)| {
+                    let slope = unknown.derivative(&identified, &parameters, &by);
+                    if is_bias(unknown) {
+                        bias += (slope * identified.uncertainty().accelerometer_bias).powi(2);
+                        return 0.0;
+                    }
+                    slope * sigma
+                });
             let slope = DVector::from_iterator(size, slope);
             let mean = workspace.outcome().normal_force / 4.0;
             let model = (identified.uncertainty().model_share * mean).powi(2);
             let expected = (slope.dot(&(&covariance * &slope)) + bias + model).sqrt();
             let band = workspace.outcome().uncertainty.load[wheel];
-            assert!((band - expected).abs() < 1e-6 * expected, "{band} {expected}");
+            let parts: f64 = known
+                .variance_parts(&identified, &parameters, &by)
+                .into_iter()
+                .flatten()
+                .sum();
+            let of_parameters = expected.powi(2) - bias - model;
+            assert!(
+                (parts - of_parameters).abs() < 1e-6 * of_parameters,
+                "{parts} {of_parameters}"
+            );
+            assert!(
+                (band - expected).abs() < 1e-6 * expected,
+                "{band} {expected}"
+            );
         }
     }
 }

@@ -34,7 +34,10 @@ fn loads_of_a_row_change_as_the_adjoint_says() {
                 let difference = (above[wheel] - below[wheel]) / (2.0 * step);
                 let scale = 1e-4 * exact.abs() + 1e-3 / unknown.stated_sigma(&machine);
                 let name = unknown.name(&machine);
-                assert!((exact - difference).abs() < scale, "{name}: {exact} {difference}");
+                assert!(
+                    (exact - difference).abs() < scale,
+                    "{name}: {exact} {difference}"
+                );
             }
         }
     }

@@ -43,7 +43,10 @@ fn a_log_with_load_cells_corrects_the_machine() {
         let found = identify(&stated, None, &log(&truth, 40, 10, &mut noise)).unwrap();
         let held = found.held_back.as_ref().unwrap();
         assert!(held.instants > 50, "{held:?}");
-        assert!(held.loads_after < 1.5 * SAMPLE && held.loads_before > 5.0 * SAMPLE, "{held:?}");
+        assert!(
+            held.loads_after < 1.5 * SAMPLE && held.loads_before > 5.0 * SAMPLE,
+            "{held:?}"
+        );
         let identified = stated.with_identified(found.identified);
         let others = postures(&truth, 30, &mut noise);
         let error = load_error(&truth, &identified, &others);
@@ -102,7 +105,10 @@ fn the_stated_errors_of_the_estimates_are_the_true_ones() {
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     let outside = squares.iter().filter(|square| **square > 4.0).count() as f64;
     let outside = outside / squares.len() as f64;
-    assert!((0.1..1.6).contains(&mean) && outside < 0.1, "{mean} {outside}");
+    assert!(
+        (0.1..1.6).contains(&mean) && outside < 0.1,
+        "{mean} {outside}"
+    );
 }
 
 #[test]
@@ -144,7 +150,12 @@ fn unknown_numbers_and_lifted_wheels_are_left_out() {
     state.joints[0].position = f64::NAN;
     data.sources[0].instants[2].situation = Situation::Logged(Box::new(state));
     let found = identify(&truth, None, &data).unwrap();
-    assert!(found.estimates.iter().all(|e| e.change.is_finite() && e.sigma.is_finite()));
+    assert!(
+        found
+            .estimates
+            .iter()
+            .all(|e| e.change.is_finite() && e.sigma.is_finite())
+    );
     let used = &found.sources[0];
     assert!(used.left_out + used.outliers >= 2, "{used:?}");
 }

@@ -1,6 +1,8 @@
 //! A machine, a copy of it with wrong parameters, and what scales would show of the true one.
 
-use tipwatch_identification::{Channel, Data, Instant, Measured, Reading, Situation, Source, predict};
+use tipwatch_identification::{
+    Channel, Data, Instant, Measured, Reading, Situation, Source, predict,
+};
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, Parameter, Unknown};
 use tipwatch_mechanics::{Axis, State};
 
@@ -14,7 +16,10 @@ impl Noise {
     }
 
     pub(crate) fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) as f64 / f64::from(1_u32 << 31)
     }
 
@@ -34,7 +39,8 @@ pub(crate) fn machine(more: &str) -> Machine {
         + "\n[uncertainty]\nmass_share = 0.05\ncom = 0.03\nmodel_share = 0.001\n"
         + more;
     let spec = MachineSpec::from_toml(&file, "machine.toml").unwrap();
-    spec.check(&text("rigid.urdf"), "machine.urdf", LogFacts::default()).unwrap()
+    spec.check(&text("rigid.urdf"), "machine.urdf", LogFacts::default())
+        .unwrap()
 }
 
 /// The machine whose platform and heavy arm links are off by about 5 % of mass and 3 cm of centre of mass.
@@ -56,7 +62,11 @@ pub(crate) fn wrong(machine: &Machine, noise: &mut Noise) -> Machine {
 }
 
 pub(crate) fn joint(machine: &Machine, name: &str) -> usize {
-    machine.joints().iter().position(|joint| joint.name == name).unwrap()
+    machine
+        .joints()
+        .iter()
+        .position(|joint| joint.name == name)
+        .unwrap()
 }
 
 /// A posture of the arm: slew, lift, tilt, extension.
@@ -94,13 +104,25 @@ pub(crate) fn channels(machine: &Machine, bias_sigma: f64) -> Vec<Channel> {
         bias_sigma,
         is_load: true,
     };
-    machine.wheels().iter().map(|wheel| channel(&wheel.name)).collect()
+    machine
+        .wheels()
+        .iter()
+        .map(|wheel| channel(&wheel.name))
+        .collect()
 }
 
 /// An instant at which every wheel is on a scale, with what `truth` loads them, and noise.
-pub(crate) fn weighed(truth: &Machine, situation: Situation, time_s: f64, sigma: f64, noise: &mut Noise) -> Instant {
+pub(crate) fn weighed(
+    truth: &Machine,
+    situation: Situation,
+    time_s: f64,
+    sigma: f64,
+    noise: &mut Noise,
+) -> Instant {
     let reading = |wheel: usize| Reading {
-        what: Measured::Load { wheels: vec![wheel] },
+        what: Measured::Load {
+            wheels: vec![wheel],
+        },
         value: 0.0,
         sigma,
         channel: wheel,
@@ -119,18 +141,21 @@ pub(crate) fn weighed(truth: &Machine, situation: Situation, time_s: f64, sigma:
 
 /// Weighings of `truth` in random postures on level ground.
 pub(crate) fn weighings(truth: &Machine, count: usize, sigma: f64, noise: &mut Noise) -> Data {
-    let sources = postures(truth, count, noise).into_iter().enumerate().map(|(i, positions)| {
-        let situation = Situation::AtRest {
-            positions,
-            slope: [0.0; 2],
-            slope_sigma: 0.0,
-        };
-        Source {
-            name: format!("weighing {}", i + 1),
-            is_log: false,
-            instants: vec![weighed(truth, situation, 0.0, sigma, noise)],
-        }
-    });
+    let sources = postures(truth, count, noise)
+        .into_iter()
+        .enumerate()
+        .map(|(i, positions)| {
+            let situation = Situation::AtRest {
+                positions,
+                slope: [0.0; 2],
+                slope_sigma: 0.0,
+            };
+            Source {
+                name: format!("weighing {}", i + 1),
+                is_log: false,
+                instants: vec![weighed(truth, situation, 0.0, sigma, noise)],
+            }
+        });
     Data {
         channels: channels(truth, 0.0),
         sources: sources.collect(),
@@ -141,7 +166,8 @@ pub(crate) fn weighings(truth: &Machine, count: usize, sigma: f64, noise: &mut N
 pub(crate) fn load_error(truth: &Machine, model: &Machine, postures: &[Vec<f64>]) -> f64 {
     let mut squares = Vec::new();
     for positions in postures {
-        let [a, b] = [truth, model].map(|of| tipwatch_mechanics::static_outcome(of, positions).load);
+        let [a, b] =
+            [truth, model].map(|of| tipwatch_mechanics::static_outcome(of, positions).load);
         squares.extend(a.iter().zip(b).map(|(a, b)| (a - b).powi(2)));
     }
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()

@@ -43,19 +43,31 @@ fn what_scales_on_level_ground_cannot_tell_keeps_its_standard_deviation() {
     let found = identify(&stated, None, &data).unwrap();
     let place = |name: &str| found.estimates.iter().position(|e| e.name == name).unwrap();
     // the height of the platform's centre of mass, its inertia and the gyro have no effect on a level machine at rest
-    for name in ["base_link.com_z", "base_link.inertia_share", "imu.angular_velocity_z", "imu.rotation_z"] {
+    for name in [
+        "base_link.com_z",
+        "base_link.inertia_share",
+        "imu.angular_velocity_z",
+        "imu.rotation_z",
+    ] {
         let place = place(name);
         let estimate = &found.estimates[place];
         assert_eq!(estimate.knowledge, Knowledge::Untold, "{estimate:?}");
         assert!(estimate.sigma > 0.98 * estimate.prior_sigma, "{estimate:?}");
-        assert!(estimate.change.abs() < 0.2 * estimate.prior_sigma, "{estimate:?}");
+        assert!(
+            estimate.change.abs() < 0.2 * estimate.prior_sigma,
+            "{estimate:?}"
+        );
         assert!(found.untold.contains(&place), "{name}");
     }
     // the total mass is told far better than that of any part
     let mass = &found.estimates[place("base_link.mass")];
     assert_eq!(mass.knowledge, Knowledge::Told, "{mass:?}");
     let identified = stated.with_identified(found.identified.clone());
-    assert!((identified.mass() - truth.mass()).abs() < 10.0, "{}", identified.mass());
+    assert!(
+        (identified.mass() - truth.mass()).abs() < 10.0,
+        "{}",
+        identified.mass()
+    );
     // the four wheels' masses and that of the platform are told only together
     assert!(!found.indistinguishable.is_empty());
 }
@@ -67,7 +79,11 @@ fn one_weighing_on_a_known_slope_tells_the_height_of_the_centre_of_mass() {
     let stated = wrong(&truth, &mut noise);
     let sigma_of_height = |sigma_of_slope: f64, noise: &mut Noise| {
         let mut data = weighings(&truth, 3, SCALE, noise);
-        for (source, slope) in data.sources.iter_mut().zip([[0.2, 0.0], [-0.2, 0.0], [0.0, 0.15]]) {
+        for (source, slope) in data
+            .sources
+            .iter_mut()
+            .zip([[0.2, 0.0], [-0.2, 0.0], [0.0, 0.15]])
+        {
             let Situation::AtRest { positions, .. } = &source.instants[0].situation else {
                 unreachable!();
             };
@@ -82,7 +98,10 @@ fn one_weighing_on_a_known_slope_tells_the_height_of_the_centre_of_mass() {
         let height = Unknown::Parameter(Parameter::LinkCom(0, tipwatch_mechanics::Axis::Z));
         found.identified.sigma(height).unwrap()
     };
-    let (known, unknown) = (sigma_of_height(0.0, &mut noise), sigma_of_height(0.1, &mut noise));
+    let (known, unknown) = (
+        sigma_of_height(0.0, &mut noise),
+        sigma_of_height(0.1, &mut noise),
+    );
     assert!(known < 0.75 * 0.03, "{known}");
     // a slope of which nobody knows anything tells nothing
     assert!(unknown > 0.9 * 0.03, "{unknown}");
@@ -96,24 +115,30 @@ fn an_accelerometer_on_level_ground_tells_its_mounting() {
     let leaning = Parameter::ImuRotation(tipwatch_mechanics::Axis::Y);
     let real = truth.changed(&[(leaning, 0.01)]);
     let mut data = weighings(&real, 3, SCALE, &mut noise);
-    data.channels.extend((0..3).map(|_| tipwatch_identification::Channel {
-        name: "IMU".into(),
-        unit: "m/s^2",
-        bias_sigma: 0.0,
-        is_load: false,
-    }));
+    data.channels
+        .extend((0..3).map(|_| tipwatch_identification::Channel {
+            name: "IMU".into(),
+            unit: "m/s^2",
+            bias_sigma: 0.0,
+            is_load: false,
+        }));
     for source in &mut data.sources {
         let instant = &mut source.instants[0];
-        instant.readings.extend((0..3).map(|axis| tipwatch_identification::Reading {
-            what: Measured::SpecificForce { axis },
-            value: 0.0,
-            sigma: 0.002,
-            channel: 4 + axis,
-        }));
+        instant
+            .readings
+            .extend((0..3).map(|axis| tipwatch_identification::Reading {
+                what: Measured::SpecificForce { axis },
+                value: 0.0,
+                sigma: 0.002,
+                channel: 4 + axis,
+            }));
         let predicted = tipwatch_identification::predict(&real, instant);
         let straight = tipwatch_identification::predict(&truth, instant);
         let lean = (predicted[4] - straight[4]).abs();
-        assert!((lean - 9.8066 * 0.01_f64.sin()).abs() < 1e-3, "{predicted:?} {straight:?}");
+        assert!(
+            (lean - 9.8066 * 0.01_f64.sin()).abs() < 1e-3,
+            "{predicted:?} {straight:?}"
+        );
         for axis in 0..3 {
             instant.readings[4 + axis].value = predicted[4 + axis];
         }
@@ -128,8 +153,14 @@ fn an_accelerometer_on_level_ground_tells_its_mounting() {
     let (rotation, bias) = (change("imu.rotation_y"), change("imu.specific_force_x"));
     let together = rotation.0 + bias.0 / 9.8066;
     // the rest is in the radii of the wheels, which lean the base by 0.001 rad
-    assert!((together.abs() - 0.01).abs() < 2e-3, "{rotation:?} {bias:?}");
-    assert!(rotation.1 > 0.4 * rotation.2 && bias.1 > 0.6 * bias.2, "{rotation:?} {bias:?}");
+    assert!(
+        (together.abs() - 0.01).abs() < 2e-3,
+        "{rotation:?} {bias:?}"
+    );
+    assert!(
+        rotation.1 > 0.4 * rotation.2 && bias.1 > 0.6 * bias.2,
+        "{rotation:?} {bias:?}"
+    );
 }
 
 #[test]
@@ -149,7 +180,13 @@ fn weighing_twice_is_one_identification_of_both() {
     for (whole, then) in pairs {
         assert_eq!(whole.name, then.name);
         let sigma = whole.prior_sigma;
-        assert!((whole.sigma - then.sigma).abs() < 0.05 * sigma, "{whole:?} {then:?}");
-        assert!((whole.change - then.change).abs() < 0.05 * sigma, "{whole:?} {then:?}");
+        assert!(
+            (whole.sigma - then.sigma).abs() < 0.05 * sigma,
+            "{whole:?} {then:?}"
+        );
+        assert!(
+            (whole.change - then.change).abs() < 0.05 * sigma,
+            "{whole:?} {then:?}"
+        );
     }
 }

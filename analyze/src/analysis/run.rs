@@ -313,9 +313,17 @@ impl MeasuredLog {
         let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
         loaded.check_read()?;
         if rows.is_empty() {
-            bail!("{}: expected usable joint states, found none", path.display());
+            bail!(
+                "{}: expected usable joint states, found none",
+                path.display()
+            );
         }
-        if loaded.machine.payloads().iter().any(|payload| payload.is_estimated) {
+        if loaded
+            .machine
+            .payloads()
+            .iter()
+            .any(|payload| payload.is_estimated)
+        {
             payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
         }
         Ok(Self {

@@ -8,9 +8,7 @@ use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal};
 use crate::base::stdout::to_stdout;
-use crate::setup::identify::{
-    IdentificationDocument, Request, identify, machine_file_text, text,
-};
+use crate::setup::identify::{IdentificationDocument, Request, identify, machine_file_text, text};
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyArgs {
@@ -76,7 +74,9 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
 }
 
 fn folder(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+    path.parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .unwrap_or(Path::new("."))
 }
 
 /// Writes the machine file, once it is known to be one.

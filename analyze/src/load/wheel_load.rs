@@ -131,6 +131,9 @@ mod tests {
         assert_eq!([at(0), at(50), at(200)], [0.0, 25.0, 100.0]);
         assert!(at(1000).is_nan() && at(-50).is_nan() && at(2050).is_nan());
         // near a sample that stands alone
-        assert_eq!([at(215), at(1990), at(2010), at(-10)], [100.0, 200.0, 200.0, 0.0]);
+        assert_eq!(
+            [at(215), at(1990), at(2010), at(-10)],
+            [100.0, 200.0, 200.0, 0.0]
+        );
     }
 }

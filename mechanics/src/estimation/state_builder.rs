@@ -334,7 +334,6 @@ impl StateBuilder {
         } else {
             up
         };
-        machine.correct_joints(&mut state.joints);
         let turning = turning.unwrap_or_default();
         let (mut w, alpha) = (turning.value, turning.rate);
         if imu {
@@ -381,6 +380,7 @@ impl StateBuilder {
                 state.joints[joint].position = position;
             }
         }
+        machine.correct_joints(&mut state.joints);
         for wheel in &self.rolling {
             state.joints[wheel.joint] = wheel.motion(velocity.as_ref(), &w, &alpha);
         }

@@ -81,6 +81,43 @@ impl Identified {
         self.prior_sigma[a] * self.prior_sigma[b] * (own - removed)
     }
 
+    /// The parts of the variance of a number with these derivatives (in the order of `parameters`, those of
+    /// [`Parameter::all`]) that come from the identified parameters, correlations included: they can be negative. `None`
+    /// for the other parameters.
+    #[must_use]
+    pub fn variance_parts(
+        &self,
+        machine: &Machine,
+        parameters: &[Parameter],
+        derivatives: &[f64],
+    ) -> Vec<Option<f64>> {
+        let in_bands = |unknown: Unknown| f64::from(u8::from(Self::is_in_bands(unknown)));
+        // D d
+        let scaled: Vec<f64> = (self.unknowns.iter().zip(&self.prior_sigma))
+            .map(|(unknown, sigma)| {
+                let by = unknown.derivative(machine, parameters, derivatives);
+                by * sigma * in_bands(*unknown)
+            })
+            .collect();
+        let mut left = scaled.clone();
+        for direction in &self.directions {
+            let pairs = direction.weights.iter().zip(&scaled);
+            let along = direction.share * pairs.map(|(weight, by)| weight * by).sum::<f64>();
+            let pairs = left.iter_mut().zip(&direction.weights);
+            pairs.for_each(|(left, weight)| *left -= along * weight);
+        }
+        let mut parts = vec![None; parameters.len()];
+        let unknowns = self.unknowns.iter().enumerate();
+        for (place, unknown) in unknowns.filter(|(_, unknown)| Self::is_in_bands(**unknown)) {
+            for (parameter, factor) in unknown.changes(machine, self.prior_sigma[place]) {
+                if let Some(index) = parameters.iter().position(|known| *known == parameter) {
+                    parts[index] = Some(derivatives[index] * factor * left[place]);
+                }
+            }
+        }
+        parts
+    }
+
     /// Whether bands take a parameter's uncertainty from here: that of the accelerometer's bias changes from row to row
     /// and is its estimator's.
     #[must_use]

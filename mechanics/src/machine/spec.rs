@@ -8,7 +8,8 @@ use serde::Deserialize;
 use crate::machine::HydraulicsSpec;
 
 use super::{
-    FieldSpec, IdentifiedSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl, WeighedSpec,
+    FieldSpec, IdentifiedSpec, MachineError, PlausibilitySpec, SignalsSpec, SuspensionControl,
+    WeighedSpec,
 };
 
 /// The machine file; the project's machine-file reference describes every key.

@@ -73,8 +73,9 @@ impl Unknown {
                 let elements = InertiaElement::ALL.into_iter();
                 let of = |element| {
                     let parameter = Parameter::LinkInertia(link, element);
-                    place(parameter)
-                        .map_or(0.0, |place| by[place] * parameter.nominal(machine).unwrap_or(0.0))
+                    place(parameter).map_or(0.0, |place| {
+                        by[place] * parameter.nominal(machine).unwrap_or(0.0)
+                    })
                 };
                 elements.map(of).sum()
             }
@@ -90,7 +91,10 @@ impl Unknown {
                 let elements = InertiaElement::ALL.into_iter();
                 let of = |element| {
                     let parameter = Parameter::LinkInertia(link, element);
-                    (parameter, change * parameter.nominal(machine).unwrap_or(0.0))
+                    (
+                        parameter,
+                        change * parameter.nominal(machine).unwrap_or(0.0),
+                    )
                 };
                 elements.map(of).collect()
             }

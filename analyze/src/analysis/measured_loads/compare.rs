@@ -99,12 +99,17 @@ impl Comparison<'_> {
         }
         let time_ns = self.rows.times_ns[row];
         let sensors = &self.measured.sensors;
-        let factors: Vec<Vec<f64>> = sensors.iter().map(|m| m.sensor.factors(loads.len())).collect();
+        let factors: Vec<Vec<f64>> = sensors
+            .iter()
+            .map(|m| m.sensor.factors(loads.len()))
+            .collect();
         let sigma_of = |factors: &[f64]| combination_sigma(machine, state, &workspace, factors);
         let mut found = ComparedRow {
             row,
             time_ns,
-            measured: (0..sensors.len()).map(|k| self.measured.at(k, time_ns)).collect(),
+            measured: (0..sensors.len())
+                .map(|k| self.measured.at(k, time_ns))
+                .collect(),
             computed: sensors.iter().map(|m| m.sensor.of(&loads)).collect(),
             sigma: factors.iter().map(|factors| sigma_of(factors)).collect(),
             distance: f64::NAN,
@@ -122,7 +127,11 @@ impl Comparison<'_> {
             if i == j {
                 return found.sigma[a].powi(2) + sensors[a].sensor.sigma.powi(2);
             }
-            let both: Vec<f64> = factors[a].iter().zip(&factors[b]).map(|(a, b)| a + b).collect();
+            let both: Vec<f64> = factors[a]
+                .iter()
+                .zip(&factors[b])
+                .map(|(a, b)| a + b)
+                .collect();
             let apart = found.sigma[a].powi(2) + found.sigma[b].powi(2);
             0.5 * (sigma_of(&both).powi(2) - apart)
         });

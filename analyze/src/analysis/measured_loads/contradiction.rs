@@ -44,10 +44,16 @@ pub(super) fn contradictions(sensors: &[&LoadSensor], rows: &[ComparedRow]) -> V
 
 fn worst(sensors: &[&LoadSensor], span: &[&ComparedRow]) -> Contradiction {
     let mean = |k: usize| {
-        let known = span.iter().filter(|row| row.measured[k].is_finite() && row.sigma[k].is_finite());
+        let known = span
+            .iter()
+            .filter(|row| row.measured[k].is_finite() && row.sigma[k].is_finite());
         let sum = known.fold([0.0; 3], |[count, error, sigma], row| {
             let own = row.sigma[k].hypot(sensors[k].sigma);
-            [count + 1.0, error + row.measured[k] - row.computed[k], sigma + own]
+            [
+                count + 1.0,
+                error + row.measured[k] - row.computed[k],
+                sigma + own,
+            ]
         });
         (sum[1] / sum[0], sum[2] / sum[0])
     };
@@ -58,7 +64,9 @@ fn worst(sensors: &[&LoadSensor], span: &[&ComparedRow]) -> Contradiction {
     Contradiction {
         start_ns: span[0].time_ns,
         end_ns: span[span.len() - 1].time_ns,
-        sensor: sensors.get(sensor).map_or(String::new(), |sensor| sensor.name.clone()),
+        sensor: sensors
+            .get(sensor)
+            .map_or(String::new(), |sensor| sensor.name.clone()),
         difference_n,
         sigma_n,
     }

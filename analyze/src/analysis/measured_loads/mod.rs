@@ -4,8 +4,8 @@ mod compare;
 mod contradiction;
 mod statistics;
 
-pub(crate) use compare::{Comparison, sampled_rows};
 pub use compare::{ComparedRow, LoadComparison};
+pub(crate) use compare::{Comparison, sampled_rows};
 pub use contradiction::Contradiction;
 pub(crate) use statistics::EXPECTED;
 pub use statistics::SensorStatistics;

@@ -40,15 +40,20 @@ pub(super) fn statistics(sensors: &[&LoadSensor], rows: &[ComparedRow]) -> Vec<S
     let of = |(k, sensor): (usize, &&LoadSensor)| {
         let known_rows = rows.iter().filter(|row| row.measured[k].is_finite());
         let errors: Vec<[f64; 3]> = known_rows
-            .map(|row| [row.measured[k], row.measured[k] - row.computed[k], row.sigma[k]])
+            .map(|row| {
+                [
+                    row.measured[k],
+                    row.measured[k] - row.computed[k],
+                    row.sigma[k],
+                ]
+            })
             .filter(|values| values.iter().all(|value| value.is_finite()))
             .collect();
         let count = errors.len() as f64;
         let mean = |value: fn(&[f64; 3]) -> f64| errors.iter().map(value).sum::<f64>() / count;
         let inside = |sigmas: f64| {
-            let within = |[_, error, sigma]: &&[f64; 3]| {
-                error.abs() <= sigmas * sigma.hypot(sensor.sigma)
-            };
+            let within =
+                |[_, error, sigma]: &&[f64; 3]| error.abs() <= sigmas * sigma.hypot(sensor.sigma);
             known(errors.iter().filter(within).count() as f64 / count)
         };
         let rms = mean(|[_, error, _]| error * error).sqrt();

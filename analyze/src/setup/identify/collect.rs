@@ -72,7 +72,10 @@ struct Channels {
 impl Channels {
     fn of(log: &MeasuredLog, spec: &MachineSpec, data: &mut Data) -> Self {
         let mut add = |name: String, bias_sigma: f64, is_load: bool| {
-            let found = data.channels.iter().position(|channel| channel.name == name);
+            let found = data
+                .channels
+                .iter()
+                .position(|channel| channel.name == name);
             found.unwrap_or_else(|| {
                 data.channels.push(Channel {
                     name,
@@ -173,7 +176,11 @@ fn at_rest(log: &MeasuredLog, name: &str, slope_sigma: f64, data: &mut Data) -> 
         what: Measured::SpecificForce { axis },
         value: sum[axis] / count,
         sigma: SPECIFIC_FORCE,
-        channel: channel(data, format!("accelerometer {}", ["x", "y", "z"][axis]), "m/s^2"),
+        channel: channel(
+            data,
+            format!("accelerometer {}", ["x", "y", "z"][axis]),
+            "m/s^2",
+        ),
     });
     let readings = readings.collect();
     Some(Source {

@@ -94,7 +94,11 @@ impl IdentificationDocument {
         let name = |index: usize| result.estimates[index].name.clone();
         let combination = |c: &Combination| CombinationRow {
             singular_value: (c.singular_value > 0.0).then_some(c.singular_value),
-            parts: c.terms.iter().map(|t| (name(t.unknown), t.weight)).collect(),
+            parts: c
+                .terms
+                .iter()
+                .map(|t| (name(t.unknown), t.weight))
+                .collect(),
         };
         let source = |source: &SourceUse| SourceRow {
             name: source.name.clone(),

@@ -11,8 +11,12 @@ use super::run::Identified;
 #[must_use]
 pub fn machine_file_text(file: &MachineFile, found: &Identified, folder: &Path) -> String {
     let kept = without_identified(&file.text);
-    let beside = file.path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let places = [beside.unwrap_or(Path::new(".")), folder].map(|folder| folder.canonicalize().ok());
+    let beside = file
+        .path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let places =
+        [beside.unwrap_or(Path::new(".")), folder].map(|folder| folder.canonicalize().ok());
     let is_elsewhere = places[0].is_none() || places[0] != places[1];
     let mut text = String::with_capacity(kept.len() + 4096);
     for line in kept.lines() {
@@ -25,7 +29,10 @@ pub fn machine_file_text(file: &MachineFile, found: &Identified, folder: &Path) 
                 let _ = writeln!(text, "urdf = {}", quoted(&path));
             }
             ("commissioning", _) if line.contains('=') => {
-                let _ = writeln!(text, "# of the machine file before its identification:\n# {line}");
+                let _ = writeln!(
+                    text,
+                    "# of the machine file before its identification:\n# {line}"
+                );
             }
             _ => {
                 let _ = writeln!(text, "{line}");
@@ -63,10 +70,16 @@ fn without_identified(text: &str) -> String {
 /// The table. Numbers are written so that they are read back to the bit.
 fn table(found: &Identified) -> String {
     let (machine, known) = (&found.machine, &found.result.identified);
-    let names = known.unknowns.iter().map(|unknown| quoted(&unknown.name(machine)));
+    let names = known
+        .unknowns
+        .iter()
+        .map(|unknown| quoted(&unknown.name(machine)));
     let nominal = known.unknowns.iter();
     let nominal = nominal.map(|unknown| unknown.nominal(machine).unwrap_or(f64::NAN));
-    let sigma = known.unknowns.iter().map(|&unknown| known.sigma(unknown).unwrap_or(0.0));
+    let sigma = known
+        .unknowns
+        .iter()
+        .map(|&unknown| known.sigma(unknown).unwrap_or(0.0));
     let mut text = String::from(
         "# Written by tipwatch identify. URDF and the tables above keep their values; the changes are added to them.\n\
          # Standard deviations and correlations replace [uncertainty] for these parameters. They hold for these nominal\n\
@@ -81,7 +94,11 @@ fn table(found: &Identified) -> String {
         ("prior_sigma", known.prior_sigma.clone()),
         ("sigma", sigma.collect()),
     ] {
-        let _ = writeln!(text, "{key} = [{}]", joined(numbers.into_iter().map(number)));
+        let _ = writeln!(
+            text,
+            "{key} = [{}]",
+            joined(numbers.into_iter().map(number))
+        );
     }
     for direction in &known.directions {
         let weights = direction.weights.iter().map(|&weight| number(weight));

@@ -38,7 +38,11 @@ fn write(out: &mut String, found: &Identified) -> std::fmt::Result {
             )?;
         }
         if source.scale > 1.05 {
-            write!(out, "; residuals {:.1} times as large as stated", source.scale)?;
+            write!(
+                out,
+                "; residuals {:.1} times as large as stated",
+                source.scale
+            )?;
         }
         writeln!(out)?;
     }
@@ -49,7 +53,10 @@ fn write(out: &mut String, found: &Identified) -> std::fmt::Result {
         let [a, b] = &row.parameters;
         writeln!(out, "  {:+.2}  {a}, {b}", row.correlation)?;
     }
-    writeln!(out, "\nresiduals of the fitted data (measured minus computed):")?;
+    writeln!(
+        out,
+        "\nresiduals of the fitted data (measured minus computed):"
+    )?;
     errors(out, &result.fitted)?;
     match &result.held_back {
         None => writeln!(
@@ -106,10 +113,18 @@ fn estimates(out: &mut String, found: &Identified) -> std::fmt::Result {
             e.change,
             e.prior_sigma,
             e.sigma,
-            if e.knowledge == Knowledge::Partly { "  partly" } else { "" }
+            if e.knowledge == Knowledge::Partly {
+                "  partly"
+            } else {
+                ""
+            }
         )?;
     }
-    let rest = result.estimates.iter().filter(told(Knowledge::Untold)).count();
+    let rest = result
+        .estimates
+        .iter()
+        .filter(told(Knowledge::Untold))
+        .count();
     writeln!(
         out,
         "The data do not tell the other {rest} of {} parameters by themselves: each keeps its standard deviation from \
@@ -124,13 +139,25 @@ fn not_told(out: &mut String, found: &Identified) -> std::fmt::Result {
     let names: Vec<&str> = (result.untold.iter())
         .map(|&index| result.estimates[index].name.as_str())
         .collect();
-    writeln!(out, "\ncombinations that the data tell (singular value; 1 is as much as was known before):")?;
+    writeln!(
+        out,
+        "\ncombinations that the data tell (singular value; 1 is as much as was known before):"
+    )?;
     for combination in result.told.iter().take(MOST) {
-        writeln!(out, "  {:>8.1}  {}", combination.singular_value, parts(found, combination))?;
+        writeln!(
+            out,
+            "  {:>8.1}  {}",
+            combination.singular_value,
+            parts(found, combination)
+        )?;
     }
     if !names.is_empty() {
         let more = names.len().saturating_sub(MOST);
-        write!(out, "\nnot told at all: {}", names[..names.len() - more].join(", "))?;
+        write!(
+            out,
+            "\nnot told at all: {}",
+            names[..names.len() - more].join(", ")
+        )?;
         match more {
             0 => writeln!(out)?,
             more => writeln!(out, " and {more} more")?,

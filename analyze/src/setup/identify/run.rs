@@ -51,7 +51,11 @@ pub fn identify(file: &MachineFile, request: &Request) -> Result<Identified> {
     for path in &request.logs {
         let log = MeasuredLog::read(path, &reading)?;
         let name = file_name(path);
-        let known = log.loaded.machine.clone().with_uncertainty(plain.spec.uncertainty);
+        let known = log
+            .loaded
+            .machine
+            .clone()
+            .with_uncertainty(plain.spec.uncertainty);
         match &machine {
             None => machine = Some(known),
             Some(first) if joints(first) != joints(&known) => bail!(
@@ -70,8 +74,13 @@ pub fn identify(file: &MachineFile, request: &Request) -> Result<Identified> {
             );
         }
         notes.extend(log.loads.notes.iter().cloned());
-        let unreadable = log.forces.iter().filter_map(|force| force.series.as_ref().err());
-        notes.extend(unreadable.map(|error| format!("{name}: a cylinder force is not used: {error}.")));
+        let unreadable = log
+            .forces
+            .iter()
+            .filter_map(|force| force.series.as_ref().err());
+        notes.extend(
+            unreadable.map(|error| format!("{name}: a cylinder force is not used: {error}.")),
+        );
         has_losses |= !log.loaded.losses.is_empty();
         collect::add(&log, &name, &plain.spec, request.level, &mut data);
         let files = log.files.iter();
@@ -115,10 +124,16 @@ fn earlier(
 }
 
 fn joints(machine: &Machine) -> Vec<&str> {
-    machine.joints().iter().map(|joint| joint.name.as_str()).collect()
+    machine
+        .joints()
+        .iter()
+        .map(|joint| joint.name.as_str())
+        .collect()
 }
 
 fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
 }
-

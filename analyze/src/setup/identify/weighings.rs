@@ -66,7 +66,12 @@ fn readings(
     };
     let mut found = Vec::new();
     for (wheel, &value) in &weighing.wheels {
-        found.push(load(wheel.clone(), std::slice::from_ref(wheel), value, None));
+        found.push(load(
+            wheel.clone(),
+            std::slice::from_ref(wheel),
+            value,
+            None,
+        ));
     }
     for sum in &weighing.sums {
         found.push(load(sum.label(), &sum.wheels, sum.load, sum.sigma));
@@ -86,7 +91,10 @@ fn readings(
 
 /// The channel of this name, without a constant error: that of an accelerometer is a parameter of the machine.
 pub(super) fn channel(data: &mut Data, name: String, unit: &'static str) -> usize {
-    let found = data.channels.iter().position(|channel| channel.name == name);
+    let found = data
+        .channels
+        .iter()
+        .position(|channel| channel.name == name);
     found.unwrap_or_else(|| {
         data.channels.push(Channel {
             is_load: unit == "N" && name.starts_with("scale"),

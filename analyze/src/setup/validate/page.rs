@@ -6,7 +6,8 @@ use plotly::common::{Fill, Line, Mode};
 
 use super::run::{LogValidation, Validation};
 use crate::page::{
-    self, Document, Figure, PlotLibrary, Plots, colour, layout, line, plain, scatter, section, table,
+    self, Document, Figure, PlotLibrary, Plots, colour, layout, line, plain, scatter, section,
+    table,
 };
 
 const HEIGHT: usize = 360;
@@ -44,7 +45,8 @@ fn result(found: &Validation) -> Markup {
 
 fn of_log(log: &LogValidation) -> Markup {
     let number = |value: Option<f64>| value.map_or("unknown".into(), |v| format!("{v:.1}"));
-    let share = |value: Option<f64>| value.map_or("unknown".into(), |v| format!("{:.1} %", 100.0 * v));
+    let share =
+        |value: Option<f64>| value.map_or("unknown".into(), |v| format!("{:.1} %", 100.0 * v));
     let rows: Vec<Vec<String>> = (log.sensors.iter())
         .map(|sensor| {
             vec![
@@ -111,7 +113,12 @@ fn figures(log: &LogValidation) -> [Figure; 2] {
                 .show_legend(false)
                 .line(Line::new().width(0.0)),
         );
-        loads.push(line(k, &format!("{name} computed"), &seconds, &column(&|row| rows[row].computed[k])));
+        loads.push(line(
+            k,
+            &format!("{name} computed"),
+            &seconds,
+            &column(&|row| rows[row].computed[k]),
+        ));
         loads.push(
             scatter(&seconds, &column(&|row| rows[row].measured[k]))
                 .name(format!("{name} measured"))
@@ -124,7 +131,10 @@ fn figures(log: &LogValidation) -> [Figure; 2] {
     let axes = |unit: &str| layout(unit, HEIGHT, ABOVE, last);
     [
         Figure::new(
-            &format!("{}: loads, with bands of two standard deviations of computed and measured load together", log.log),
+            &format!(
+                "{}: loads, with bands of two standard deviations of computed and measured load together",
+                log.log
+            ),
             loads,
             axes("Load [N]"),
         ),

@@ -32,8 +32,10 @@ fn write(out: &mut String, found: &Validation) -> std::fmt::Result {
         )?;
         for sensor in &log.sensors {
             let number = |value: Option<f64>| value.map_or("-".into(), |v| format!("{v:.1}"));
-            let percent = |value: Option<f64>| value.map_or("-".into(), |v| format!("{:.2}", 100.0 * v));
-            let share = |value: Option<f64>| value.map_or("-".into(), |v| format!("{:.0} %", 100.0 * v));
+            let percent =
+                |value: Option<f64>| value.map_or("-".into(), |v| format!("{:.2}", 100.0 * v));
+            let share =
+                |value: Option<f64>| value.map_or("-".into(), |v| format!("{:.0} %", 100.0 * v));
             writeln!(
                 out,
                 "  {:<16} {:>6} {:>10} {:>9} {:>9} {:>7} {:>9} {:>9.1} {:>8} {:>8}",

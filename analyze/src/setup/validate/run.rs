@@ -88,7 +88,10 @@ pub fn validate(file: &MachineFile, logs: &[PathBuf]) -> Result<Validation> {
             file.path.display()
         );
     }
-    let logs: Vec<LogValidation> = logs.iter().map(|log| of_log(file, log)).collect::<Result<_>>()?;
+    let logs: Vec<LogValidation> = logs
+        .iter()
+        .map(|log| of_log(file, log))
+        .collect::<Result<_>>()?;
     let sensors = || logs.iter().flat_map(|log| &log.sensors);
     let mean = |value: &dyn Fn(&SensorStatistics) -> Option<f64>| {
         let weighted = sensors().filter_map(|s| Some((value(s)?, s.rows as f64)));

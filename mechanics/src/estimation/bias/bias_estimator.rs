@@ -180,7 +180,9 @@ impl BiasEstimator {
     fn take_imu(&mut self, stamp_ns: i64, values: &[f64], up: Option<Vector3<f64>>) {
         let next = ImuReading {
             stamp_ns,
-            force: self.setting.corrected(Vector3::from_column_slice(&values[..3])),
+            force: self
+                .setting
+                .corrected(Vector3::from_column_slice(&values[..3])),
             turning: Vector3::from_column_slice(&values[3..6]),
             up,
         };

@@ -9,7 +9,16 @@ impl MachineSpec {
     /// The machine with its identified parameters.
     pub(super) fn with_identified(&self, machine: Machine) -> Result<Machine, MachineError> {
         match self.identified_of(&machine)? {
-            Some(identified) => Ok(machine.with_identified(identified)),
+            Some(identified) => {
+                let mut machine = machine.with_identified(identified);
+                let from = self.identified.as_ref().map_or(&[][..], |spec| &spec.from);
+                machine.notes.push(format!(
+                    "Parameters of the machine were identified from {}. Their joint uncertainty replaces that of \
+                     [uncertainty].",
+                    if from.is_empty() { "data that are not named".into() } else { from.join(", ") }
+                ));
+                Ok(machine)
+            }
             None => Ok(machine),
         }
     }
@@ -33,7 +42,10 @@ impl MachineSpec {
             ("prior_sigma", &spec.prior_sigma),
             ("sigma", &spec.sigma),
         ];
-        let weights = spec.direction.iter().map(|d| ("direction.weights", &d.weights));
+        let weights = spec
+            .direction
+            .iter()
+            .map(|d| ("direction.weights", &d.weights));
         for (key, list) in lists.into_iter().chain(weights) {
             if list.len() != size {
                 let expected = format!("{size} numbers, one for each of identified.parameters");
@@ -53,7 +65,11 @@ impl MachineSpec {
             }
             let length: f64 = direction.weights.iter().map(|w| w * w).sum();
             if (length - 1.0).abs() > SAME {
-                return fault("direction.weights", "a length of 1".into(), length.sqrt().to_string());
+                return fault(
+                    "direction.weights",
+                    "a length of 1".into(),
+                    length.sqrt().to_string(),
+                );
             }
         }
         let known = Unknown::all(machine);

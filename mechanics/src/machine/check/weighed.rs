@@ -31,8 +31,7 @@ impl MachineSpec {
     }
 
     fn check_has_readings(&self, weighed: &WeighedSpec) -> Result<(), MachineError> {
-        match weighed.posture.is_empty() || !weighed.wheels.is_empty() || !weighed.sums.is_empty()
-        {
+        match weighed.posture.is_empty() || !weighed.wheels.is_empty() || !weighed.sums.is_empty() {
             true => Ok(()),
             false => {
                 let expected = "wheels or sums of [weighed] in this posture";
@@ -47,7 +46,12 @@ impl MachineSpec {
             return Ok(());
         }
         let expected = "a standard deviation that is not negative";
-        Err(MachineError::value(&self.file, place, expected, sigma.to_string()))
+        Err(MachineError::value(
+            &self.file,
+            place,
+            expected,
+            sigma.to_string(),
+        ))
     }
 
     fn check_weighing(
@@ -95,7 +99,10 @@ impl MachineSpec {
         };
         let of_slope = [weighing.slope_sigma, weighing.specific_force_sigma];
         for sigma in of_slope.into_iter().flatten() {
-            self.check_sigmas(sigma, &format!("{place}.slope_sigma or specific_force_sigma"))?;
+            self.check_sigmas(
+                sigma,
+                &format!("{place}.slope_sigma or specific_force_sigma"),
+            )?;
         }
         let steep = |angle: &f64| !(angle.abs() < 1.0);
         if let Some(slope) = weighing.slope.filter(|slope| slope.iter().any(steep)) {
