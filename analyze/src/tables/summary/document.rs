@@ -67,6 +67,7 @@ pub struct Summary<'a> {
     pub estimated_payloads: Vec<PayloadSummary<'a>>,
     /// Measured against computed loads, by load sensor of the machine file; absent without one in the log.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(default)]
     pub measured_loads: Vec<MeasuredLoadSummary<'a>>,
     /// Monte Carlo study of the parameters; null if not requested.
     pub monte_carlo: Option<MonteCarloSummary>,
