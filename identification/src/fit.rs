@@ -69,8 +69,8 @@ struct Problem<'a> {
     prior: &'a Prior,
     columns: Columns,
     rows: Vec<Row<'a>>,
-    /// Derivatives of the instants without an adjoint.
-    differences: Vec<DMatrix<f64>>,
+    /// The instants without an adjoint.
+    without: Vec<&'a Instant>,
     /// Column of each channel's constant error, after the unknowns, and its standard deviation.
     biases: Vec<Option<(usize, f64)>>,
     size: usize,
@@ -115,12 +115,11 @@ pub(crate) fn fit(machine: &Machine, prior: &Prior, data: &Data) -> Option<Fit> 
         })
     });
     let biases = biases.collect();
-    let changes = prior.changes(&prior.mean);
     let problem = Problem {
         machine,
         prior,
         columns: Columns::new(machine, &prior.unknowns),
-        differences: by_differences(machine, &prior.unknowns, &prior.sigmas, &changes, &without),
+        without,
         rows,
         biases,
         size,
@@ -146,8 +145,13 @@ impl Problem<'_> {
                 }
             })
             .collect();
-        let mut whitened = self.whitened(&at);
+        let mut differences = self.differences(&at);
+        let mut whitened = self.whitened(&at, &differences);
         for round in 0..ROUNDS {
+            if round > 0 {
+                differences = self.differences(&at);
+                whitened = self.whitened(&at, &differences);
+            }
             for _ in 0..MOST_STEPS {
                 let weights = self.weights(&whitened, &mut sources);
                 let (precision, slope) = self.normal_equations(&at, &whitened, &weights);
@@ -157,7 +161,7 @@ impl Problem<'_> {
                 let step = root.solve(&slope);
                 let length = step.amax();
                 let taken = self.take_step(&mut at, &step, &whitened, &weights);
-                whitened = self.whitened(&at);
+                whitened = self.whitened(&at, &differences);
                 if !taken || length < SMALL_STEP {
                     break;
                 }
@@ -239,12 +243,25 @@ impl Problem<'_> {
         lower_solved(&row.root, left)
     }
 
-    fn whitened(&self, at: &DVector<f64>) -> Vec<Whitened> {
+    /// Derivatives of the instants without an adjoint.
+    fn differences(&self, at: &DVector<f64>) -> Vec<DMatrix<f64>> {
+        let unknowns = at.rows(0, self.prior.unknowns.len()).into_owned();
+        let (changes, prior) = (self.prior.changes(&unknowns), self.prior);
+        by_differences(
+            self.machine,
+            &prior.unknowns,
+            &prior.sigmas,
+            &changes,
+            &self.without,
+        )
+    }
+
+    fn whitened(&self, at: &DVector<f64>, differences: &[DMatrix<f64>]) -> Vec<Whitened> {
         let changed = self.changed(at);
         let rows = self.rows.par_iter();
         rows.map(|row| {
             let unknowns = match row.difference {
-                Some(place) => self.differences[place].clone(),
+                Some(place) => differences[place].clone(),
                 None => by_adjoint(&changed, &self.columns, &self.prior.sigmas, row.instant),
             };
             let mut derivatives = unknowns.resize_horizontally(self.size, 0.0);
