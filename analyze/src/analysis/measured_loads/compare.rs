@@ -7,6 +7,7 @@ use tipwatch_mechanics::{
     Scope, State, Workspace, combination_sigma, evaluate_one, self_equilibrated_loads,
 };
 
+use super::compared_row::ComparedRow;
 use super::contradiction::{Contradiction, contradictions};
 use super::statistics::{SensorStatistics, statistics};
 use crate::base::estimated::EstimatedRows;
@@ -26,26 +27,6 @@ pub struct LoadComparison {
     pub contradictions: Vec<Contradiction>,
     /// Rows left out because a wheel is off the ground.
     pub lifted: usize,
-}
-
-/// A compared row.
-#[derive(Debug, Clone)]
-pub struct ComparedRow {
-    /// Its index.
-    pub row: usize,
-    /// Its time (ns).
-    pub time_ns: i64,
-    /// Measured load by sensor (N); NaN where there is none.
-    pub measured: Vec<f64>,
-    /// Computed load by sensor (N).
-    pub computed: Vec<f64>,
-    /// Standard deviation of the computed load by sensor (N).
-    pub sigma: Vec<f64>,
-    /// How far measured and computed loads are apart, all sensors together, whatever the split between diagonals:
-    /// r' S^-1 r.
-    pub(super) distance: f64,
-    /// Number of sensors in `distance`.
-    pub(super) sensors: usize,
 }
 
 /// Rows that are looked at, of `count`.

@@ -7,7 +7,7 @@
 
 use tipwatch_mechanics::machine::LoadSensor;
 
-use super::compare::ComparedRow;
+use super::compared_row::ComparedRow;
 
 /// Excess over the root of the number of sensors.
 const EXCESS: f64 = 3.5;

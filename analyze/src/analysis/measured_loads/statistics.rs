@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_mechanics::machine::LoadSensor;
 
-use super::compare::ComparedRow;
+use super::compared_row::ComparedRow;
 use crate::base::number::known;
 
 /// Share of a normal distribution within one and two standard deviations.
