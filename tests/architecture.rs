@@ -23,7 +23,7 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 9] = [
+const RULES: [Rule; 10] = [
     Rule {
         folder: "mechanics",
         crates: &[],
@@ -59,6 +59,11 @@ const RULES: [Rule; 9] = [
             "replay",
             "protocol",
         ],
+    },
+    Rule {
+        folder: "identification",
+        crates: &["tipwatch_mechanics"],
+        floors: &[],
     },
     Rule {
         folder: "can",
@@ -111,6 +116,7 @@ const RULES: [Rule; 9] = [
             "tipwatch_binding",
             "tipwatch_can",
             "tipwatch_datasheet",
+            "tipwatch_identification",
             "tipwatch_ingest",
             "tipwatch_mechanics",
             "tipwatch_suspension",

@@ -15,6 +15,8 @@ mod fuzz; // no input makes the program panic
 mod gaps; // missing data is reported, never filled in
 mod golden; // results equal the recorded ones bit for bit
 mod gross_inputs; // signals in other units, impossible machines
+mod identification; // parameters from measured loads
+mod measured_loads; // measured loads beside the computed ones
 mod number_signals; // any field of any message as a signal
 mod payload; // payload mass from cylinder forces
 mod plausibility; // implausible signals

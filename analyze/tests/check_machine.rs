@@ -175,3 +175,86 @@ fn invalid_weighed_loads_are_rejected() {
         );
     }
 }
+
+#[test]
+fn several_postures_are_compared_each_on_its_slope() {
+    let [fl, fr, rl, rr] = SCALES_N.map(|(_, n)| n);
+    let sums = |front: f64| {
+        format!(
+            "sums = [{{ name = \"front axle\", wheels = [\"FL\", \"FR\"], load = {front} }}, {{ wheels = [\"FL\", \"FR\", \"RL\", \"RR\"], load = {} }}]\n",
+            fl + fr + rl + rr
+        )
+    };
+    let posture = "posture = { lift = -1.294, tilt = -1.728, slew = 0.0, extension = 0.204 }\n";
+    let weighed = format!(
+        "\n[weighed]\nunit = \"N\"\nsigma = 50\n[[weighed.postures]]\nname = \"level\"\n{posture}{}\
+         [[weighed.postures]]\nname = \"uphill\"\nslope = [0.1, 0.0]\n{posture}{}\
+         [[weighed.postures]]\nname = \"anywhere\"\nslope_unknown = true\n{posture}{}",
+        sums(fl + fr),
+        sums(fl + fr),
+        sums(fl + fr)
+    );
+    let (_folder, machine) = machine(&weighed, |urdf| urdf);
+    let check = checked(&machine, false);
+    assert!(check["weighed"].is_null());
+    let weighings = check["weighings"].as_array().unwrap();
+    let number = |weighing: usize, reading: usize, key: &str| {
+        weighings[weighing]["readings"][reading][key]
+            .as_f64()
+            .unwrap()
+    };
+    // nose up, the front axle is lighter, and the scales show the weight along the normal
+    assert!(
+        number(1, 0, "model_n") < number(0, 0, "model_n") - 500.0,
+        "{weighings:?}"
+    );
+    let share = number(1, 1, "model_n") / number(0, 1, "model_n");
+    assert!((share - 0.1_f64.cos()).abs() < 1e-3, "{share}");
+    // an unknown slope makes the model's load uncertain, not that of all wheels
+    assert!(
+        number(2, 0, "model_sigma_n") > 3.0 * number(0, 0, "model_sigma_n"),
+        "{weighings:?}"
+    );
+    assert!(
+        number(2, 1, "model_sigma_n") < 1.2 * number(0, 1, "model_sigma_n"),
+        "{weighings:?}"
+    );
+}
+
+#[test]
+fn what_is_wrong_with_a_posture_is_said() {
+    let said = |posture: &str| {
+        let weighed = format!("\n[weighed]\nunit = \"N\"\n[[weighed.postures]]\n{posture}");
+        let (_folder, machine) = machine(&weighed, |urdf| urdf);
+        let output = tipwatch(&["check-machine", &machine]);
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    for (posture, expected) in [
+        (
+            "posture = { lift = -1.0 }\n",
+            "weighed.postures 1: expected wheels, sums or specific_force",
+        ),
+        ("wheels = { XX = 1.0 }\n", "weighed.postures 1.wheels.XX"),
+        ("wheels = { FL = nan }\n", "a load that is not negative"),
+        (
+            "posture = { no = 1.0 }\nwheels = { FL = 1.0 }\n",
+            "weighed.postures 1.posture.no",
+        ),
+        (
+            "slope = [3.0, 0.0]\nwheels = { FL = 1.0 }\n",
+            "weighed.postures 1.slope",
+        ),
+        (
+            "slope = [0.1, 0.0]\nslope_unknown = true\nwheels = { FL = 1.0 }\n",
+            "slope_unknown",
+        ),
+        (
+            "specific_force = [0.0, 0.0, 1.0]\n",
+            "about as long as gravity",
+        ),
+    ] {
+        let message = said(posture);
+        assert!(message.contains(expected), "{posture}: {message}");
+    }
+}

@@ -5,6 +5,7 @@ pub mod by_release;
 mod documents;
 mod edited_log;
 pub mod fingerprint;
+mod load_log;
 mod python_package;
 
 use std::path::{Path, PathBuf};
@@ -19,6 +20,7 @@ use tipwatch_mechanics::estimation::SensorSamples;
 use tipwatch_mechanics::state::Sensor;
 
 pub use edited_log::{Values, write_edited, write_edited_without};
+pub use load_log::{LOADS, write_with_loads};
 pub use python_package::python_package;
 
 /// A file in `data/`.
@@ -112,6 +114,16 @@ impl Truth {
     #[must_use]
     pub fn load(&self, wheel: usize, time_ns: i64) -> f64 {
         self.at(wheel, time_ns)
+    }
+
+    /// Every `step`th row: its time (ns) and the loads of four wheels (N).
+    #[must_use]
+    pub fn rows(&self, step: usize) -> Vec<(i64, [f64; 4])> {
+        let row = |row: usize| {
+            let loads = std::array::from_fn(|wheel| self.loads[wheel][row]);
+            (self.times_ns[row], loads)
+        };
+        (0..self.times_ns.len()).step_by(step).map(row).collect()
     }
 
     /// Linearly interpolated load of a wheel.

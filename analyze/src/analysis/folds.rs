@@ -18,6 +18,7 @@ use crate::base::options::Options;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
 use crate::events::{Event, EventPass, Found};
+use crate::load::MeasuredLoads;
 
 /// Receives the rows of a log block by block, in order.
 pub trait RowSink: Send {
@@ -48,6 +49,8 @@ pub struct Prepared<'a> {
     pub options: &'a Options,
     /// The events of the inputs.
     pub input_events: &'a [Event],
+    /// The measured loads.
+    pub measured_loads: &'a Arc<MeasuredLoads>,
 }
 
 /// What the pass found.

@@ -11,6 +11,7 @@ mod folds;
 pub mod imu_check;
 pub mod inputs;
 pub mod margin;
+pub mod measured_loads;
 pub mod model_comparison;
 pub mod monte_carlo;
 mod notes;

@@ -8,9 +8,10 @@ use tipwatch_mechanics::{Quantity, State};
 use super::clock::{self, ClockOffsets, text::TopicsFinding};
 use super::excitation;
 use super::imu_check::MountingCheck;
+use super::measured_loads::LoadComparison;
 use super::payload::EstimatedPayload;
 use crate::base::rows::Rows;
-use crate::load::LoadedLog;
+use crate::load::{LoadedLog, MeasuredLoads};
 
 /// What notes and advice need of all rows.
 #[derive(Debug)]
@@ -149,6 +150,47 @@ pub(crate) fn of(
             .note()
             .map(|note| format!("{note}; implausible values are flagged instead.")),
     );
+    notes
+}
+
+/// What measured loads say of the computed ones.
+pub(crate) fn of_measured_loads(
+    measured: &MeasuredLoads,
+    comparison: &LoadComparison,
+    start_ns: i64,
+) -> Vec<String> {
+    let mut notes = measured.notes.clone();
+    for sensor in &comparison.sensors {
+        let (Some(bias), Some(rms), Some(inside)) =
+            (sensor.bias_n, sensor.rms_n, sensor.inside_2_sigma)
+        else {
+            notes.push(format!(
+                "Measured load {}: no row to compare it with the computed load.",
+                sensor.sensor
+            ));
+            continue;
+        };
+        notes.push(format!(
+            "Measured load {}: measured minus computed {bias:+.0} N in the mean, {rms:.0} N root mean square over {} \
+             rows; {:.0} % of them inside two standard deviations of both.",
+            sensor.sensor,
+            sensor.rows,
+            100.0 * inside
+        ));
+    }
+    for span in &comparison.contradictions {
+        let seconds = |time_ns: i64| (time_ns - start_ns) as f64 * 1e-9;
+        notes.push(format!(
+            "From t = {:.2} s to {:.2} s measured and computed loads contradict each other, most at {}: measured minus \
+             computed {:+.0} N, standard deviation of both together {:.0} N. Either may be wrong, so these rows are not \
+             valid.",
+            seconds(span.start_ns),
+            seconds(span.end_ns),
+            span.sensor,
+            span.difference_n,
+            span.sigma_n
+        ));
+    }
     notes
 }
 

@@ -1,5 +1,7 @@
 //! The result of an analysis: the source of tables, summary and report.
 
+use std::sync::Arc;
+
 use tipwatch_ingest::{Losses, StampCorrection, TopicStatistics};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::StreamCounts;
@@ -8,6 +10,7 @@ use super::advice::Advice;
 use super::clock::{ClockOffsets, text::TopicsFinding};
 use super::coverage::Coverage;
 use super::digest::Digest;
+use super::measured_loads::LoadComparison;
 use super::model_comparison::ModelComparison;
 use super::monte_carlo::MonteCarlo;
 use super::payload::EstimatedPayload;
@@ -18,6 +21,7 @@ use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::base::table::Table;
 use crate::events::Event;
+use crate::load::MeasuredLoads;
 
 /// The analysis of one log.
 #[derive(Debug)]
@@ -62,6 +66,10 @@ pub struct Analysis {
     pub clock_findings: Vec<TopicsFinding>,
     /// Comparison with each other model, or why it cannot be computed.
     pub comparisons: Vec<Result<ModelComparison, String>>,
+    /// Measured wheel loads.
+    pub measured_loads: Arc<MeasuredLoads>,
+    /// Measured against computed loads.
+    pub load_comparison: LoadComparison,
 }
 
 impl Analysis {

@@ -22,6 +22,7 @@ pub use super::folds::{Prepared, RowSink};
 use super::imu_check;
 use super::inputs;
 use super::inputs::GrossInput;
+use super::measured_loads::{Comparison, LoadComparison, sampled_rows};
 use super::notes;
 use super::payload;
 use super::quasi_static::{QuasiStatic, choose};
@@ -44,6 +45,7 @@ use crate::base::table::Table;
 use crate::base::verdicts::MonitorRecord;
 use crate::events;
 use crate::load::LoadedLog;
+use crate::load::MeasuredLoads;
 use crate::load::block_smoother;
 use crate::load::linkage_force;
 use crate::load::linkage_force::LinkageForce;
@@ -122,6 +124,7 @@ fn analyse_with<S: RowSink>(
             path.display()
         );
     }
+    let measured_loads = Arc::new(MeasuredLoads::read(&log, file, &loaded));
     let payloads = payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
     if let Err(error) = loaded.machine.set_reference_loads() {
         let is_stated = loaded.machine.reference().posture.is_stated;
@@ -134,6 +137,10 @@ fn analyse_with<S: RowSink>(
             .notes
             .push(format!("Utilisation is unknown: {error}."));
     }
+    let load_comparison = match scope.sensitivities {
+        true => compare_loads(&loaded.machine, &mut rows, &measured_loads),
+        false => LoadComparison::default(),
+    };
     let posture = first_posture(&loaded.machine, &rows);
     let machine = &loaded.machine;
     let has_odometry = loaded.matched.sensors.odometry;
@@ -152,6 +159,7 @@ fn analyse_with<S: RowSink>(
         table: &table,
         options: &options,
         input_events: &input_events,
+        measured_loads: &measured_loads,
     };
     let mut sink = begin(&prepared)?;
     let others = OtherModels::new(machine, &posture, has_odometry, &options);
@@ -178,6 +186,11 @@ fn analyse_with<S: RowSink>(
     let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &gathered.seen);
     notes.splice(0..0, notes_on_static_rows);
     notes.splice(0..0, note_on_slope);
+    notes.extend(notes::of_measured_loads(
+        &measured_loads,
+        &load_comparison,
+        table.times_ns[0],
+    ));
     if loaded.matched.sensors.imu {
         notes.splice(0..0, imu_check::note(machine, &gathered.seen.mounting));
     }
@@ -224,6 +237,8 @@ fn analyse_with<S: RowSink>(
         comparisons: gathered.comparisons,
         clock,
         clock_findings,
+        measured_loads,
+        load_comparison,
     };
     Ok((analysis, sink))
 }
@@ -279,6 +294,86 @@ pub fn states(
     let (rows, _) = estimate(&loaded, options)?;
     loaded.check_read()?;
     Ok((loaded.machine, rows))
+}
+
+/// Compares measured with computed loads. Rows in which they contradict each other are not valid: either may be wrong.
+fn compare_loads(
+    machine: &Machine,
+    rows: &mut EstimatedRows,
+    measured: &MeasuredLoads,
+) -> LoadComparison {
+    let comparison = Comparison {
+        machine,
+        rows,
+        measured,
+    }
+    .compare();
+    for span in &comparison.contradictions {
+        let pairs = rows.times_ns.iter().zip(&mut rows.reasons);
+        for (_, reasons) in pairs.filter(|(time, _)| (span.start_ns..=span.end_ns).contains(time)) {
+            reasons.add(Reason::Contradiction);
+        }
+    }
+    comparison
+}
+
+/// A log's machine and rows with what was measured beside them, for validation and identification.
+pub(crate) struct MeasuredLog {
+    pub(crate) loaded: LoadedLog,
+    pub(crate) rows: EstimatedRows,
+    pub(crate) forces: Vec<LinkageForce>,
+    pub(crate) loads: MeasuredLoads,
+    pub(crate) gross_inputs: Vec<GrossInput>,
+    /// Hashes of the files of the log.
+    pub(crate) files: Vec<FileHash>,
+}
+
+impl MeasuredLog {
+    /// # Errors
+    /// The log cannot be read, or the machine does not fit it.
+    pub(crate) fn read(path: &Path, file: &MachineFile) -> Result<Self> {
+        let log = Log::open(path)?;
+        let mut loaded = load(&log, file, &mut |_| {})?;
+        let forces = linkage_force::read_all(&log, file, &loaded);
+        let loads = MeasuredLoads::read(&log, file, &loaded);
+        let (rows, _) = estimate(&loaded, &Options::default())?;
+        let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
+        loaded.check_read()?;
+        if rows.is_empty() {
+            bail!(
+                "{}: expected usable joint states, found none",
+                path.display()
+            );
+        }
+        if loaded
+            .machine
+            .payloads()
+            .iter()
+            .any(|payload| payload.is_estimated)
+        {
+            payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
+        }
+        Ok(Self {
+            loaded,
+            rows,
+            forces,
+            loads,
+            gross_inputs,
+            files: (log.files().iter())
+                .map(|file| hash_file(file))
+                .collect::<Result<_>>()?,
+        })
+    }
+
+    /// Measured against computed loads.
+    pub(crate) fn compare(&self) -> LoadComparison {
+        Comparison {
+            machine: &self.loaded.machine,
+            rows: &self.rows,
+            measured: &self.loads,
+        }
+        .compare()
+    }
 }
 
 /// Estimates the offsets between the clocks of a log's topics that remain after those of the machine file.
@@ -348,7 +443,12 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
 
 /// The rows with what is asked of all their states before outcomes are computed.
 fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>) -> EstimatedRows {
-    let kept = inputs::looked_at(&times_ns);
+    let mut kept = inputs::looked_at(&times_ns);
+    if !machine.load_sensors().is_empty() {
+        kept.extend(sampled_rows(times_ns.len()));
+        kept.sort_unstable();
+        kept.dedup();
+    }
     EstimatedRows::new(machine, times_ns, states, &kept, |machine, state| {
         clock::activity(machine, state, inputs::is_quiet(machine, state))
     })

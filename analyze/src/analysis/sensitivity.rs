@@ -37,7 +37,8 @@ pub struct SensitivityRow {
     /// Change that would bring the wheel's OTF to zero at its worst instant; `None` if the parameter has
     /// no effect.
     pub change_to_zero: Option<f64>,
-    /// The parameter's share of the OTF variance at that instant.
+    /// The parameter's share of the OTF variance at that instant; of parameters that were identified together it contains
+    /// their correlations, and can be negative.
     pub variance_share: f64,
     /// The worst instant (ns).
     pub worst_ns: i64,
@@ -93,9 +94,14 @@ impl SensitivityPass {
                 (outcome.otf[wheel], outcome.uncertainty.otf[wheel].powi(2));
             let derivatives = workspace.sensitivity().otf(wheel);
             let root_mean_squares = self.sums.root_mean_squares(wheel);
-            for ((&parameter, derivative), rms) in
-                parameters.iter().zip(derivatives).zip(root_mean_squares)
+            let together = machine.identified().map_or(Vec::new(), |identified| {
+                identified.variance_parts(machine, &parameters, &derivatives)
+            });
+            for (place, ((&parameter, derivative), rms)) in
+                (parameters.iter().zip(derivatives).zip(root_mean_squares)).enumerate()
             {
+                let alone = |sigma: f64| (derivative * sigma).powi(2);
+                let together = together.get(place).copied().flatten();
                 let sigma = state.sigma(machine, parameter);
                 let change = -worst_otf_n / derivative;
                 table.push(SensitivityRow {
@@ -108,7 +114,7 @@ impl SensitivityPass {
                     derivative,
                     rms,
                     change_to_zero: Some(change).filter(|change| change.is_finite()),
-                    variance_share: (derivative * sigma).powi(2) / variance,
+                    variance_share: together.unwrap_or(alone(sigma)) / variance,
                     worst_ns: rows.times_ns[row],
                     worst_otf_n,
                 });

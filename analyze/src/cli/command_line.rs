@@ -8,8 +8,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use super::analyze::AnalyzeArgs;
 use super::exit::{Exit, Terminal, Usage};
 use super::{
-    analyze, check_machine, compare, demo, inspect, machine, recover, screen, stabilise, verify,
-    whatif,
+    analyze, check_machine, compare, demo, identify, inspect, machine, recover, screen, stabilise,
+    validate, verify, whatif,
 };
 use crate::base::stdout::to_stdout;
 use crate::output::custody::Custody;
@@ -44,6 +44,11 @@ enum Command {
     CheckMachine(check_machine::CheckMachineArgs),
     /// Make a machine from its data sheet.
     Machine(machine::MachineArgs),
+    /// Compare computed with measured wheel loads of logs: error, coverage of the bands, contradictions.
+    Validate(validate::ValidateArgs),
+    /// Estimate masses, centres of mass, positions and sensor errors of a machine from weighings, measured loads and
+    /// cylinder forces, with their joint uncertainty.
+    Identify(identify::IdentifyArgs),
     /// Replay a log with the suspension locked, as recorded, or controlled, and compare the wheel loads.
     Whatif(whatif::WhatIfArgs),
     /// Control an active suspension over standard input and output: one line of JSON per state and per
@@ -79,6 +84,8 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Inspect(args) => inspect::run(args, terminal),
         Command::CheckMachine(args) => check_machine::run(args, terminal),
         Command::Machine(args) => machine::run(args, terminal),
+        Command::Validate(args) => validate::run(args, terminal),
+        Command::Identify(args) => identify::run(args, terminal),
         Command::Whatif(args) => whatif::run(args, terminal),
         Command::Stabilise(args) => stabilise::run(args),
         Command::Recover(args) => recover::run(args, terminal),

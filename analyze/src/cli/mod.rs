@@ -6,12 +6,14 @@ mod command_line;
 mod compare;
 mod demo;
 mod exit;
+mod identify;
 mod inspect;
 mod machine;
 mod options;
 mod recover;
 mod screen;
 mod stabilise;
+mod validate;
 mod verify;
 mod whatif;
 

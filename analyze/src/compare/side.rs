@@ -84,7 +84,8 @@ impl Side {
     /// The tables cannot be built.
     pub fn of_analysis(analysis: &Analysis, name: &str) -> Result<Self> {
         let summary = serde_json::to_value(Summary::of(analysis, report::main_findings(analysis)))?;
-        let samples = samples::samples(&analysis.machine, &analysis.rows, Precision::Double);
+        let (machine, loads) = (&analysis.machine, &analysis.measured_loads);
+        let samples = samples::samples(machine, &analysis.rows, Precision::Double, loads);
         Self::new(name, summary, &samples, &events::events(&analysis.events))
     }
 

@@ -25,11 +25,7 @@ pub(crate) struct LinkageForce {
 
 /// Reads the forces of all linkages for which the machine file binds one.
 pub(crate) fn read_all(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Vec<LinkageForce> {
-    let first = loaded.signals.first();
-    let clocks = Clocks {
-        time_base: first.map(|signal| &signal.recording.time_base),
-        offsets_s: &file.spec.clock.offset,
-    };
+    let clocks = Clocks::of(file, loaded);
     let forces = file.spec.linkage.iter().enumerate();
     forces
         .filter_map(|(linkage, spec)| {
@@ -56,11 +52,27 @@ impl LinkageForce {
     }
 }
 
-/// The clock to which the stamps of forces are converted.
-struct Clocks<'a> {
+/// The clock to which the stamps of numbers are converted.
+pub(super) struct Clocks<'a> {
     time_base: Option<&'a TimeBase>,
     /// Clock offsets (s) from the machine file, by topic.
     offsets_s: &'a BTreeMap<String, f64>,
+}
+
+impl<'a> Clocks<'a> {
+    pub(super) fn of(file: &'a MachineFile, loaded: &'a LoadedLog) -> Self {
+        let first = loaded.signals.first();
+        Self {
+            time_base: first.map(|signal| &signal.recording.time_base),
+            offsets_s: &file.spec.clock.offset,
+        }
+    }
+}
+
+/// The numbers of one field, in order of time.
+pub(super) fn series_of(log: &Log, field: &FieldSpec, clocks: &Clocks<'_>) -> Result<Series> {
+    let (recordings, _) = read(log, &[field], clocks)?;
+    Ok(series(&recordings[0], field, clocks))
 }
 
 /// A force over time: stamps (ns) and values (N).

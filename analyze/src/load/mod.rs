@@ -1,4 +1,4 @@
-//! Reads a log as the machine file binds it: the checked machine, the samples of its sensors, cylinder forces.
+//! Reads a log as the machine file binds it: the checked machine, the samples of its sensors, cylinder forces, measured loads.
 
 mod arrivals;
 mod column;
@@ -8,7 +8,9 @@ pub(crate) mod recorder_gaps;
 mod recording;
 mod sample_store;
 mod smoothing;
+mod wheel_load;
 
 pub use loaded::{LoadedLog, Signal, load, load_within};
 pub use recording::{Recording, SampleReader};
 pub use smoothing::{SharedSignal, block_smoother, shared_signals};
+pub use wheel_load::{MeasuredLoad, MeasuredLoads};

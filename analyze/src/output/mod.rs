@@ -47,6 +47,7 @@ pub fn write(
         table: &analysis.rows,
         options: &analysis.options,
         input_events: &input_events,
+        measured_loads: &analysis.measured_loads,
     };
     let mut sinks = Sinks::begin(&prepared, folder, options)?;
     analysis.rows.feed(&mut |rows| sinks.take(rows))?;

@@ -16,6 +16,7 @@ use crate::base::options::Precision;
 use crate::base::provenance::Provenance;
 use crate::base::rows::Rows;
 use crate::events::Event;
+use crate::load::MeasuredLoads;
 use crate::report::SketchPass;
 use crate::tables::derived::DerivedPass;
 use crate::tables::parquet::{TableWriter, provenance_entry};
@@ -47,6 +48,7 @@ impl Sinks {
             machine: prepared.machine.clone(),
             folder: folder.into(),
             precision: options.precision,
+            measured_loads: Arc::clone(prepared.measured_loads),
             file: None,
         };
         let documents = match options.outputs {
@@ -97,12 +99,13 @@ pub(super) struct SamplesFile {
     machine: Machine,
     folder: PathBuf,
     precision: Precision,
+    measured_loads: Arc<MeasuredLoads>,
     file: Option<(TableWriter, TempPath)>,
 }
 
 impl SamplesFile {
     fn take(&mut self, rows: &Rows) -> Result<()> {
-        let block = samples::samples(&self.machine, rows, self.precision);
+        let block = samples::samples(&self.machine, rows, self.precision, &self.measured_loads);
         let (writer, _) = match &mut self.file {
             Some(file) => file,
             none => {

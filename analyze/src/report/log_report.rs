@@ -8,7 +8,8 @@ use super::plots::{self, MOST_EVENTS};
 use super::sketch::Sketch;
 use super::when::Calendar;
 use super::{
-    basis, charts, clocks, conclusion, explanations, moment, path, pdf, prevention, tables, worst,
+    basis, charts, clocks, conclusion, explanations, measured_loads, moment, path, pdf, prevention,
+    tables, worst,
 };
 use crate::analysis::Analysis;
 use crate::page::{self, Document, Figure, MOST_POINTS, PlotLibrary, Plots, section};
@@ -115,6 +116,9 @@ fn closing(analysis: &Analysis) -> Markup {
     html! {
         (section("What would have prevented it", prevention::section(analysis)))
         (section("Sensitivity", explanations::sensitivity(analysis)))
+        @if let Some(measured) = measured_loads::section(analysis) {
+            (section("Measured loads", measured))
+        }
         (section("Models and uncertainty", explanations::models(analysis)))
         (section("Inputs", tables::inputs(analysis)))
         (section("Clocks", clocks::clocks(analysis)))

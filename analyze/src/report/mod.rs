@@ -9,6 +9,7 @@ mod explanations;
 mod faults;
 mod findings;
 mod log_report;
+mod measured_loads;
 mod moment;
 mod open_split;
 mod path;

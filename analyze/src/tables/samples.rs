@@ -3,17 +3,23 @@
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
-use tipwatch_mechanics::{ColumnNames, RowColumn};
+use tipwatch_mechanics::{ColumnNames, Quantity, RowColumn};
 
 use super::cell;
 use super::table::Table;
 use crate::base::options::Precision;
 use crate::base::rows::{Rows, Verdicts};
+use crate::load::MeasuredLoads;
 
 /// The table of a block of rows. Its columns depend on the machine and on what was asked for alone, not on the
 /// values: all blocks of a log have the same.
 #[must_use]
-pub fn samples(machine: &Machine, rows: &Rows, precision: Precision) -> Table {
+pub fn samples(
+    machine: &Machine,
+    rows: &Rows,
+    precision: Precision,
+    measured: &MeasuredLoads,
+) -> Table {
     let mut table = Table::default();
     let names = ColumnNames::of(machine);
     add_times(&mut table, rows);
@@ -26,6 +32,7 @@ pub fn samples(machine: &Machine, rows: &Rows, precision: Precision) -> Table {
         let unit = quantity.kind().unit;
         table.add_known(quantity.column(&names), unit, precision, values);
     }
+    add_measured(&mut table, rows, precision, measured);
     if let Some(verdicts) = &rows.verdicts {
         add_verdicts(&mut table, verdicts, precision);
     }
@@ -35,6 +42,23 @@ pub fn samples(machine: &Machine, rows: &Rows, precision: Precision) -> Table {
 pub(super) fn add_times(table: &mut Table, rows: &Rows) {
     let RowColumn { name, unit, .. } = RowColumn::TIME;
     table.add(name, Some(unit), rows.times_ns.iter().copied());
+}
+
+/// The measured loads, and what they are more than the computed ones.
+fn add_measured(table: &mut Table, rows: &Rows, precision: Precision, measured: &MeasuredLoads) {
+    for (index, load) in measured.sensors.iter().enumerate() {
+        let times = rows.times_ns.iter();
+        let values: Vec<f64> = times.map(|&time| measured.at(index, time)).collect();
+        let mut residual = values.clone();
+        for &wheel in &load.sensor.wheels {
+            let computed = rows.outcomes.column(Quantity::Load(wheel));
+            let pairs = residual.iter_mut().zip(computed);
+            pairs.for_each(|(residual, computed)| *residual -= computed);
+        }
+        let name = &load.sensor.name;
+        table.add_known(format!("load_measured_{name}"), "N", precision, &values);
+        table.add_known(format!("load_residual_{name}"), "N", precision, &residual);
+    }
 }
 
 fn add_verdicts(table: &mut Table, verdicts: &Verdicts, precision: Precision) {

@@ -335,7 +335,10 @@ impl StateBuilder {
             up
         };
         let turning = turning.unwrap_or_default();
-        let (w, alpha) = (turning.value, turning.rate);
+        let (mut w, alpha) = (turning.value, turning.rate);
+        if imu {
+            w = machine.correct_angular_velocity(&w);
+        }
         state.imu.angular_velocity = w;
         state.imu.angular_acceleration = alpha;
         state.noise.turning = turning.value_and_rate_covariance();
@@ -348,7 +351,8 @@ impl StateBuilder {
         }
         if imu {
             let measured = triple(Followed::SpecificForce).unwrap_or_default();
-            state.imu.specific_force = measured.value - bias.removed;
+            state.imu.specific_force =
+                machine.correct_specific_force(&measured.value) - bias.removed;
             state.noise.specific_force = measured.covariance[0][0];
             state.noise.accelerometer_bias = *bias;
         } else if let Some(base_velocity) = &velocity {
@@ -376,6 +380,7 @@ impl StateBuilder {
                 state.joints[joint].position = position;
             }
         }
+        machine.correct_joints(&mut state.joints);
         for wheel in &self.rolling {
             state.joints[wheel.joint] = wheel.motion(velocity.as_ref(), &w, &alpha);
         }

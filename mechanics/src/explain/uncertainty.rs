@@ -7,10 +7,11 @@
 //! ```
 //! where g are the derivatives with respect to value, velocity and acceleration of a signal, and P is their
 //! covariance from the estimator. Parameters are treated as independent, except for the elements of one
-//! link's inertia tensor, which share one factor.
+//! link's inertia tensor, which share one factor, and for parameters that were identified together, whose joint
+//! covariance [`Identified`](crate::machine::Identified) states.
 
 use crate::explain::sensitivity::Sensitivity;
-use crate::machine::{InertiaElement, MAX_WHEELS, Machine, Parameter};
+use crate::machine::{Identified, InertiaElement, MAX_WHEELS, Machine, Parameter, Unknown};
 use crate::number::{Real, Wheels};
 use crate::state::SignalNoise;
 
@@ -46,24 +47,46 @@ pub(crate) struct ParameterSigmas {
     /// Start index of each link's inertia tensor, and the standard deviations of its elements, which share
     /// one factor.
     inertias: Vec<(usize, [f64; 6])>,
+    /// What an identification removed of these variances.
+    identified: Vec<ToldDirection>,
     pub(crate) model_share: f64,
+}
+
+/// A direction that an identification told.
+#[derive(Debug, Clone)]
+struct ToldDirection {
+    /// Share of the variance that it removed.
+    share: f64,
+    /// Index of each parameter, and its weight times its prior standard deviation.
+    weights: Vec<(usize, f64)>,
 }
 
 impl ParameterSigmas {
     pub(crate) fn of(machine: &Machine) -> Self {
         let parameters = Parameter::all(machine);
-        let share = machine.uncertainty.inertia_share;
+        // Those before an identification; the directions remove what it told.
+        let prior = |unknown: Unknown| {
+            let identified = machine.identified.as_ref();
+            let place = identified.and_then(|i| i.unknowns.iter().position(|u| *u == unknown));
+            match (identified, place) {
+                (Some(identified), Some(place)) if Identified::is_in_bands(unknown) => {
+                    identified.prior_sigma[place]
+                }
+                _ => unknown.stated_sigma(machine),
+            }
+        };
         let mut inertias = Vec::new();
         for (i, &parameter) in parameters.iter().enumerate() {
             if let Parameter::LinkInertia(link, InertiaElement::Xx) = parameter {
                 let element = |e| Parameter::LinkInertia(link, e).nominal(machine);
+                let share = prior(Unknown::Inertia(link));
                 let sigmas = InertiaElement::ALL.map(|e| share * element(e).unwrap_or(0.0));
                 inertias.push((i, sigmas));
             }
         }
         let alone = |&parameter: &Parameter| match parameter {
             Parameter::LinkInertia(..) => 0.0,
-            _ => parameter.sigma(machine).powi(2),
+            _ => prior(Unknown::Parameter(parameter)).powi(2),
         };
         let mut variances: Vec<(usize, Vec<f64>)> = Vec::new();
         for (place, variance) in parameters.iter().map(alone).enumerate() {
@@ -77,6 +100,7 @@ impl ParameterSigmas {
         Self {
             variances,
             inertias,
+            identified: told_directions(machine, &parameters),
             model_share: machine.uncertainty.model_share,
         }
     }
@@ -104,8 +128,42 @@ impl ParameterSigmas {
             }
             variance += together * together;
         }
-        variance
+        if self.identified.is_empty() {
+            return variance;
+        }
+        for direction in &self.identified {
+            let mut along = T::zero();
+            for &(place, weight) in &direction.weights {
+                along += derivatives[place] * T::constant(weight);
+            }
+            variance -= along * along * T::constant(direction.share);
+        }
+        // Rounding may leave less than nothing, and NaN stays.
+        T::select(variance.lt(T::zero()), T::zero(), variance)
     }
+}
+
+/// The directions that an identification told, by the indices of [`Parameter::all`].
+fn told_directions(machine: &Machine, parameters: &[Parameter]) -> Vec<ToldDirection> {
+    let Some(identified) = &machine.identified else {
+        return Vec::new();
+    };
+    let place = |wanted| parameters.iter().position(|&parameter| parameter == wanted);
+    let directions = identified.directions.iter().map(|direction| {
+        let mut weights = Vec::new();
+        let unknowns = identified.unknowns.iter().enumerate();
+        for (i, unknown) in unknowns.filter(|(_, unknown)| Identified::is_in_bands(**unknown)) {
+            let weight = direction.weights[i] * identified.prior_sigma[i];
+            let changes = unknown.changes(machine, weight).into_iter();
+            weights.extend(changes.filter_map(|(parameter, by)| Some((place(parameter)?, by))));
+        }
+        weights.retain(|(_, weight)| *weight != 0.0);
+        ToldDirection {
+            share: direction.share,
+            weights,
+        }
+    });
+    directions.collect()
 }
 
 /// Adds squared derivatives times variances, one after the other.

@@ -2,7 +2,9 @@
 
 use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
 use super::contact::Contact;
+use super::identified::{Identified, SensorCorrections};
 use super::linkage::{Linkage, LinkageInput};
+use super::load_sensor::LoadSensor;
 use super::plausibility_spec::PlausibilitySpec;
 use super::quasi_static::QuasiStaticSpec;
 use super::signals::SignalsSpec;
@@ -43,6 +45,9 @@ pub struct Machine {
     pub(crate) is_quasi_static: bool,
     pub(crate) reference: super::Reference,
     pub(crate) suspension: Option<Suspension>,
+    pub(crate) load_sensors: Vec<LoadSensor>,
+    pub(crate) identified: Option<Identified>,
+    pub(crate) corrections: Option<SensorCorrections>,
 }
 
 impl Machine {
@@ -122,6 +127,12 @@ impl Machine {
     #[must_use]
     pub fn tool(&self) -> Option<&Mount> {
         self.tool.as_ref()
+    }
+
+    /// Sensors that measure the load of wheels.
+    #[must_use]
+    pub fn load_sensors(&self) -> &[LoadSensor] {
+        &self.load_sensors
     }
 
     /// Uncertainty of its parameters.
@@ -230,7 +241,8 @@ const WARP_SHARE: f64 = 0.5;
 impl Machine {
     /// Prior standard deviation of each wheel's share of the warp (N): half the mean load; on ground declared
     /// flat, at most what the stated uncertainty of the wheels' heights causes.
-    pub(crate) fn warp_sigma(&self) -> f64 {
+    #[must_use]
+    pub fn warp_sigma(&self) -> f64 {
         let unknown = WARP_SHARE * self.mass() * self.gravity / self.wheels.len() as f64;
         // Four heights, each off by sigma, deflect each wheel of one diagonal by half a height.
         let by_heights = |stiffness: f64| 0.5 * stiffness * self.uncertainty.wheel_position;

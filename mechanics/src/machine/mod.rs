@@ -12,12 +12,16 @@ mod contact;
 mod error;
 mod fault_kind;
 mod hydraulics;
+mod identified;
+mod identified_machine;
 mod inertia;
 mod link_sigma;
 mod linkage;
+mod load_sensor;
 mod nominal;
 mod outline;
 mod parameter;
+mod parameters_of;
 mod plausibility_spec;
 mod quasi_static;
 mod reference;
@@ -32,6 +36,8 @@ mod suspension;
 mod suspension_control;
 mod travel;
 mod tree;
+mod unknown;
+mod unknowns_of;
 mod urdf;
 #[cfg(test)]
 mod val_suspension_triangle;
@@ -50,19 +56,21 @@ pub use contact::Contact;
 pub use error::MachineError;
 pub use fault_kind::FaultKind;
 pub use hydraulics::{HydraulicParameters, HydraulicsSpec};
+pub use identified::{Identified, IdentifiedDirection, IdentifiedSpec};
 pub use inertia::{Inertia, MassMoments};
 pub use link_sigma::LinkSigma;
 pub use linkage::{Linkage, LinkageBodies, LinkageInput, LinkageMotion};
+pub use load_sensor::LoadSensor;
 pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
-pub(crate) use parameter::links_with_mass;
 pub use parameter::{Axis, InertiaElement, Parameter};
+pub(crate) use parameters_of::links_with_mass;
 pub use plausibility_spec::{PlausibilitySpec, Policy};
 pub use quasi_static::{JointBounds, JointMotionSpec, QuasiStaticMode, QuasiStaticSpec};
 pub use reference::{Reference, ReferencePosture};
 pub(crate) use sampled::ParameterSampler;
 pub use signals::{
-    CanMessageSpec, CanSpec, FieldSpec, ImuFields, JointFields, NumberSpec, OdometryFields,
-    OneOrMany, SignalSpec, SignalsSpec, WrenchFields, can_signals,
+    CanMessageSpec, CanSpec, FieldSpec, ImuFields, JointFields, LoadSumFields, NumberSpec,
+    OdometryFields, OneOrMany, SignalSpec, SignalsSpec, WheelFields, WrenchFields, can_signals,
 };
 pub use spec::{
     ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,
@@ -75,6 +83,7 @@ pub use support_polygon::{Edge, SupportPolygon};
 pub use suspension::Suspension;
 pub use suspension_control::{ControlMode, ControlWeights, PairWeight, SuspensionControl};
 pub use travel::BaseMotion;
+pub use unknown::Unknown;
 pub use warp::Warp;
-pub use weighed::{WeighedSpec, WeighedSum, WeighedUnit};
+pub use weighed::{WeighedPosture, WeighedSpec, WeighedSum, WeighedUnit};
 pub use wheel::{MAX_WHEELS, Wheel};

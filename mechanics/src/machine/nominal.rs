@@ -2,7 +2,7 @@
 
 use super::parameter::Parameter;
 use super::stated_sigma::stated_sigma;
-use super::{Machine, Mounting, Split};
+use super::{Identified, Machine, Mounting, Split, Unknown};
 
 impl Parameter {
     /// Unit of the parameter.
@@ -96,11 +96,22 @@ impl Parameter {
         }
     }
 
-    /// Standard deviation, in its unit, from the machine file or by default; for a signal, that of its systematic
+    /// Standard deviation, in its unit, identified, from the machine file or by default; for a signal, that of its systematic
     /// error.
     #[must_use]
     pub fn sigma(self, machine: &Machine) -> f64 {
-        stated_sigma(machine, self)
+        let unknown = Unknown::Parameter(self);
+        let identified = machine.identified.as_ref();
+        let identified = identified.and_then(|identified| match self {
+            // one factor for all of its elements
+            Self::LinkInertia(link, _) => {
+                let share = identified.sigma(Unknown::Inertia(link))?;
+                Some(share * self.nominal(machine)?.abs())
+            }
+            _ if !Identified::is_in_bands(unknown) => None,
+            _ => identified.sigma(unknown),
+        });
+        identified.unwrap_or_else(|| stated_sigma(machine, self))
     }
 }
 

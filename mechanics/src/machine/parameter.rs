@@ -1,7 +1,6 @@
-//! Signals and parameters with respect to which the loads can be differentiated, with their names.
+//! Signals and parameters with respect to which the loads can be differentiated.
 
 use super::travel::BaseMotion;
-use super::{Machine, Split};
 
 /// An axis of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -108,52 +107,6 @@ impl InertiaElement {
 }
 
 impl Parameter {
-    /// All signals and parameters of a machine, signals first: the order of every gradient.
-    #[must_use]
-    pub fn all(machine: &Machine) -> Vec<Self> {
-        let mut all = Vec::new();
-        for joint in 0..machine.joints.len() {
-            all.extend([
-                Self::JointPosition(joint),
-                Self::JointVelocity(joint),
-                Self::JointAcceleration(joint),
-            ]);
-        }
-        let mut triple = |of: fn(Axis) -> Self| all.extend(Axis::ALL.map(of));
-        triple(Self::SpecificForce);
-        triple(Self::AngularVelocity);
-        triple(Self::AngularAcceleration);
-        if machine.tool.is_some() {
-            triple(Self::ToolForce);
-            triple(Self::ToolMoment);
-        }
-        all.extend((0..machine.contact.actuated_joints.len()).map(Self::ActuatorForce));
-        let mut triple = |of: fn(Axis) -> Self| all.extend(Axis::ALL.map(of));
-        triple(Self::ImuPosition);
-        triple(Self::ImuRotation);
-        if machine.arm_mounting.is_some() {
-            triple(Self::ArmPosition);
-        }
-        for link in links_with_mass(machine) {
-            all.push(Self::LinkMass(link));
-            all.extend(Axis::ALL.map(|axis| Self::LinkCom(link, axis)));
-            all.extend(InertiaElement::ALL.map(|element| Self::LinkInertia(link, element)));
-        }
-        all.extend((0..machine.payloads.len()).map(Self::PayloadMass));
-        for wheel in 0..machine.wheels.len() {
-            all.extend(Axis::ALL.map(|axis| Self::WheelPosition(wheel, axis)));
-            all.push(Self::WheelRadius(wheel));
-        }
-        if matches!(machine.contact.split, Split::RollMomentDistribution { .. }) {
-            all.push(Self::RollMomentDistribution);
-        }
-        if machine.contact.tyres_deflect {
-            all.extend((0..machine.wheels.len()).map(Self::TyreStiffness));
-        }
-        all.extend(BaseMotion::ALL.map(Self::BaseMotion));
-        all
-    }
-
     /// Whether it is a signal, which varies with time, and not a parameter of the machine.
     #[must_use]
     pub fn is_signal(self) -> bool {
@@ -171,43 +124,4 @@ impl Parameter {
                 | Self::BaseMotion(_)
         )
     }
-
-    /// Name, composed of the names of the machine's parts.
-    #[must_use]
-    pub fn name(self, machine: &Machine) -> String {
-        let joint = |j: usize| &machine.joints[j].name;
-        let link = |l: usize| &machine.links[l].name;
-        let wheel = |w: usize| machine.wheels[w].name.to_lowercase();
-        match self {
-            Self::JointPosition(j) => format!("{}.position", joint(j)),
-            Self::JointVelocity(j) => format!("{}.rate", joint(j)),
-            Self::JointAcceleration(j) => format!("{}.acceleration", joint(j)),
-            Self::SpecificForce(axis) => format!("imu.specific_force_{}", axis.name()),
-            Self::AngularVelocity(axis) => format!("imu.angular_velocity_{}", axis.name()),
-            Self::AngularAcceleration(axis) => format!("imu.angular_acceleration_{}", axis.name()),
-            Self::ToolForce(axis) => format!("tool.force_{}", axis.name()),
-            Self::ToolMoment(axis) => format!("tool.moment_{}", axis.name()),
-            Self::ActuatorForce(j) => {
-                let joint = &machine.contact.actuated_joints[j];
-                format!("{}.force", machine.linkages[joint.linkage].name)
-            }
-            Self::LinkMass(l) => format!("{}.mass", link(l)),
-            Self::LinkCom(l, axis) => format!("{}.com_{}", link(l), axis.name()),
-            Self::LinkInertia(l, element) => format!("{}.inertia_{}", link(l), element.name()),
-            Self::PayloadMass(p) => format!("payload_{}.mass", p + 1),
-            Self::WheelPosition(w, axis) => format!("wheel_{}.position_{}", wheel(w), axis.name()),
-            Self::WheelRadius(w) => format!("wheel_{}.radius", wheel(w)),
-            Self::ArmPosition(axis) => format!("arm.position_{}", axis.name()),
-            Self::ImuPosition(axis) => format!("imu.position_{}", axis.name()),
-            Self::ImuRotation(axis) => format!("imu.rotation_{}", axis.name()),
-            Self::RollMomentDistribution => "contact.front_share".into(),
-            Self::TyreStiffness(w) => format!("wheel_{}.stiffness_share", wheel(w)),
-            Self::BaseMotion(travel) => format!("base.{}", travel.name()),
-        }
-    }
-}
-
-/// Indices of the links that have mass.
-pub(crate) fn links_with_mass(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
-    (0..machine.links.len()).filter(|&link| machine.links[link].inertia.mass > 0.0)
 }

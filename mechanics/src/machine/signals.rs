@@ -24,6 +24,37 @@ pub struct SignalsSpec {
     pub odometry: Option<SignalSpec<OdometryFields>>,
     /// `geometry_msgs/WrenchStamped`, or single number fields: force and moment of the surroundings on the tool.
     pub tool_wrench: Option<SignalSpec<WrenchFields>>,
+    /// Measured loads of single wheels, by the names of `[wheels]`. The loads are computed without them; they are
+    /// compared with the computed ones.
+    #[serde(default)]
+    pub wheels: BTreeMap<String, WheelFields>,
+    /// Measured total loads of several wheels: axle scales, load pins, weighbridges.
+    #[serde(default)]
+    pub load_sums: Vec<LoadSumFields>,
+}
+
+/// `[signals.wheels.NAME]`: the measured load of a wheel.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WheelFields {
+    /// Force of the ground on the wheel along the normal of the ground (N).
+    pub load: FieldSpec,
+    /// Standard deviation of its systematic error (N); default: 2 % of the mean wheel load.
+    pub sigma: Option<f64>,
+}
+
+/// `[[signals.load_sums]]`: a sensor that measures the total load of several wheels.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadSumFields {
+    /// Name of the sensor; default: its wheels.
+    pub name: Option<String>,
+    /// The wheels.
+    pub wheels: Vec<String>,
+    /// Sum of their loads (N).
+    pub load: FieldSpec,
+    /// Standard deviation of its systematic error (N); default: 2 % of the mean wheel load for each of its wheels.
+    pub sigma: Option<f64>,
 }
 
 /// One name, or several.

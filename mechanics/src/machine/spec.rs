@@ -8,8 +8,8 @@ use serde::Deserialize;
 use crate::machine::HydraulicsSpec;
 
 use super::{
-    FieldSpec, LinkSigma, MachineError, PlausibilitySpec, QuasiStaticSpec, SignalsSpec,
-    SuspensionControl, WeighedSpec,
+    FieldSpec, IdentifiedSpec, LinkSigma, MachineError, PlausibilitySpec, QuasiStaticSpec,
+    SignalsSpec, SuspensionControl, WeighedSpec,
 };
 
 /// The machine file; the project's machine-file reference describes every key.
@@ -71,6 +71,8 @@ pub struct MachineSpec {
     pub unconfirmed: Vec<String>,
     /// Measured weights of the real machine.
     pub weighed: Option<WeighedSpec>,
+    /// Parameters corrected by `tipwatch identify`.
+    pub identified: Option<IdentifiedSpec>,
     /// Active suspension.
     pub suspension: Option<SuspensionSpec>,
     /// Name of the machine file, for messages.

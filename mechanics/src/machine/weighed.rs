@@ -24,6 +24,87 @@ pub struct WeighedSpec {
     /// posture, joints not listed are at zero.
     #[serde(default)]
     pub posture: BTreeMap<String, f64>,
+    /// Weighings in further postures.
+    #[serde(default)]
+    pub postures: Vec<WeighedPosture>,
+}
+
+/// `[[weighed.postures]]`: the machine weighed at rest in one posture, on ground of known or unknown slope.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WeighedPosture {
+    /// Name for messages; default: the number of the table.
+    pub name: Option<String>,
+    /// Joint positions as the log would show them (rad or m); joints not listed are at zero.
+    #[serde(default)]
+    pub posture: BTreeMap<String, f64>,
+    /// Slope of the plane through the contact points (rad): how far it rises forward and to the left. Default: level.
+    pub slope: Option<[f64; 2]>,
+    /// Standard deviation of either slope (rad); default: exact if a slope or level ground is stated.
+    pub slope_sigma: Option<f64>,
+    /// Whether nobody knows the slope.
+    #[serde(default)]
+    pub slope_unknown: bool,
+    /// Loads of single wheels, by name.
+    #[serde(default)]
+    pub wheels: BTreeMap<String, f64>,
+    /// Total loads of several wheels.
+    #[serde(default)]
+    pub sums: Vec<WeighedSum>,
+    /// Standard deviation of readings that state none; default: that of `[weighed]`.
+    pub sigma: Option<f64>,
+    /// Mean reading of the accelerometer at rest, in its own axes (m/s^2).
+    pub specific_force: Option<[f64; 3]>,
+    /// Standard deviation of that mean along each axis, without its bias (m/s^2).
+    pub specific_force_sigma: Option<f64>,
+}
+
+/// Slopes of ground that nobody measured are within this standard deviation (rad).
+const UNKNOWN_SLOPE: f64 = 0.1;
+
+impl WeighedSpec {
+    /// All weighings: that of `[weighed]` itself, if it has readings, then those of `[[weighed.postures]]`.
+    #[must_use]
+    pub fn weighings(&self) -> Vec<WeighedPosture> {
+        let own = WeighedPosture {
+            name: Some("[weighed]".into()),
+            posture: self.posture.clone(),
+            wheels: self.wheels.clone(),
+            sums: self.sums.clone(),
+            ..WeighedPosture::default()
+        };
+        let has_own = !(own.wheels.is_empty() && own.sums.is_empty());
+        let more = self.postures.iter().enumerate().map(|(i, posture)| {
+            let name = posture.name.clone();
+            WeighedPosture {
+                name: Some(name.unwrap_or_else(|| format!("weighed.postures {}", i + 1))),
+                ..posture.clone()
+            }
+        });
+        let all = has_own.then_some(own).into_iter().chain(more);
+        all.map(|posture| WeighedPosture {
+            sigma: posture.sigma.or(Some(self.sigma)),
+            ..posture
+        })
+        .collect()
+    }
+}
+
+impl WeighedPosture {
+    /// Its name.
+    #[must_use]
+    pub fn label(&self) -> &str {
+        self.name.as_deref().unwrap_or("weighing")
+    }
+
+    /// Standard deviation of either slope (rad).
+    #[must_use]
+    pub fn slope_uncertainty(&self) -> f64 {
+        match self.slope_unknown {
+            true => UNKNOWN_SLOPE,
+            false => self.slope_sigma.unwrap_or(0.0),
+        }
+    }
 }
 
 /// One reading of a scale under several wheels.

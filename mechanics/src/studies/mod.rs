@@ -7,6 +7,7 @@ pub(crate) mod combination_sigma;
 pub mod monte_carlo;
 pub(crate) mod payload_estimate;
 pub(crate) mod placement;
+pub(crate) mod self_equilibrated;
 pub(crate) mod standing;
 pub(crate) mod static_posture;
 pub mod unobserved;

@@ -2,12 +2,14 @@
 
 use nalgebra::Vector3;
 
+use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::outcome::Outcome;
 use crate::evaluate::scope::Scope;
+use crate::evaluate::workspace::Workspace;
 use crate::geometry::spatial::rotate;
 use crate::machine::{LinkGroup, Machine};
 use crate::studies::combination_sigma::combination_sigma;
-use crate::studies::static_posture::{AtRest, at_rest};
+use crate::studies::static_posture::{AtRest, at_rest, resting_on_slope};
 
 /// A machine at rest in one posture.
 #[derive(Debug)]
@@ -55,7 +57,30 @@ impl RestingMachine {
             sensitivities: true,
             ..Scope::LOADS
         };
-        let at_rest = at_rest(machine, joint_positions, scope);
+        Self::of(machine, at_rest(machine, joint_positions, scope))
+    }
+
+    /// The same on ground that rises by these angles forward and to the left (rad).
+    #[must_use]
+    pub fn on_slope(machine: &Machine, joint_positions: &[f64], slope: [f64; 2]) -> Self {
+        let scope = Scope {
+            sensitivities: true,
+            ..Scope::LOADS
+        };
+        let (resting, state) = resting_on_slope(machine, joint_positions, slope);
+        let mut workspace = Workspace::with_scope(&resting, scope);
+        evaluate(&resting, &state, &mut workspace);
+        Self::of(
+            machine,
+            AtRest {
+                machine: resting,
+                state,
+                workspace,
+            },
+        )
+    }
+
+    fn of(machine: &Machine, at_rest: AtRest) -> Self {
         let workspace = &at_rest.workspace;
         let place = |body: usize, com: &Vector3<f64>| {
             let motion = &workspace.motions[body];

@@ -7,7 +7,7 @@ use crate::evaluate::outcome::Outcome;
 use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
 use crate::geometry::coordinate::Motion;
-use crate::machine::{Machine, Mount, UncertaintySpec};
+use crate::machine::{Machine, Mount, Parameter, UncertaintySpec, Unknown};
 use crate::state::State;
 use crate::state::{Reason, Reasons};
 
@@ -46,6 +46,30 @@ pub fn static_contributions(
     let mut workspace = Workspace::with_scope(&machine, scope);
     evaluate(&machine, &state, &mut workspace);
     workspace.outcome
+}
+
+/// A machine with an error-free IMU at its base frame, and its state at rest in this posture on ground that rises by
+/// these angles forward and to the left (rad).
+#[must_use]
+pub fn resting_on_slope(
+    machine: &Machine,
+    joint_positions: &[f64],
+    slope: [f64; 2],
+) -> (Machine, State<f64>) {
+    let AtRest {
+        machine,
+        mut state,
+        workspace,
+    } = at_rest(machine, joint_positions, Scope::LOADS);
+    let normal = workspace.outcome.contact_normal;
+    // The contact plane's own axes: forward is what remains of x in it.
+    let forward = (Vector3::x() - normal * normal.x).normalize();
+    let left = normal.cross(&forward);
+    let [rise, lean] = slope.map(f64::tan);
+    // Up in a plane that rises by tan of these angles along its axes.
+    let up = (normal + forward * rise + left * lean).normalize();
+    state.imu.specific_force = up * machine.gravity();
+    (machine, state)
 }
 
 /// Evaluation of a machine at rest on level ground.
@@ -121,6 +145,21 @@ pub struct ReferenceLoadError {
     pub found: String,
 }
 
+/// Whether a parameter is one of the IMU or of the tool's sensor.
+fn is_of_sensors(unknown: Unknown) -> bool {
+    matches!(
+        unknown,
+        Unknown::Parameter(
+            Parameter::ImuPosition(_)
+                | Parameter::ImuRotation(_)
+                | Parameter::SpecificForce(_)
+                | Parameter::AngularVelocity(_)
+                | Parameter::ToolForce(_)
+                | Parameter::ToolMoment(_)
+        )
+    )
+}
+
 impl Machine {
     /// Computes the reference loads: those at rest on level ground in the machine's reference posture, payloads
     /// without a time limit attached. Optimal loads stated in the machine file are kept.
@@ -182,6 +221,8 @@ impl Machine {
         Self {
             imu,
             uncertainty,
+            identified: (self.identified.as_ref()).map(|known| known.without(is_of_sensors)),
+            corrections: None,
             ..self.clone()
         }
     }

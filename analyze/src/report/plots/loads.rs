@@ -1,12 +1,12 @@
 //! Wheel loads over time, with their uncertainty and the range that equilibrium allows.
 
 use plotly::color::Rgba;
-use plotly::common::{DashType, Line, Mode, Visible};
+use plotly::common::{DashType, Line, Marker, Mode, Visible};
 use plotly::{Trace, Traces};
 use tipwatch_mechanics::Quantity;
 
 use super::plotter::{Plotter, axis};
-use crate::page::{Figure, colour, scatter};
+use crate::page::{Figure, colour, line, plain, scatter};
 use crate::report::sketch::Curve;
 
 impl Plotter<'_> {
@@ -25,6 +25,7 @@ impl Plotter<'_> {
         for (wheel, name) in names.iter().enumerate() {
             traces.push(self.curve(wheel, name, Curve::Result(Quantity::Load(wheel))));
         }
+        self.add_measured(&mut traces);
         self.add_limits(&mut traces, &names);
         for (wheel, name) in names.iter().enumerate() {
             let otf = Quantity::Otf(wheel);
@@ -38,6 +39,29 @@ impl Plotter<'_> {
             480,
             traces,
         )
+    }
+
+    /// What load sensors measured, as points in the colour of the wheel; beside those of several wheels the sum of the
+    /// computed loads.
+    fn add_measured(&self, traces: &mut Traces) {
+        let compared = &self.analysis.load_comparison.rows;
+        let seconds: Vec<f64> = compared.iter().map(|row| self.seconds(row.row)).collect();
+        let wheels = self.analysis.machine.wheels().len();
+        for (k, load) in self.analysis.measured_loads.sensors.iter().enumerate() {
+            let (name, of) = (plain(&load.sensor.name), &load.sensor.wheels);
+            let tint = if of.len() == 1 { of[0] } else { wheels + k };
+            if of.len() > 1 {
+                let computed: Vec<f64> = compared.iter().map(|row| row.computed[k]).collect();
+                traces.push(line(tint, &format!("{name} computed"), &seconds, &computed));
+            }
+            let measured: Vec<f64> = compared.iter().map(|row| row.measured[k]).collect();
+            traces.push(
+                scatter(&seconds, &measured)
+                    .name(format!("{name} measured"))
+                    .mode(Mode::Markers)
+                    .marker(Marker::new().size(3).color(colour(tint, 0.8))),
+            );
+        }
     }
 
     /// Two standard deviations on either side of a load, never below zero.

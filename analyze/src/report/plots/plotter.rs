@@ -30,7 +30,7 @@ pub(super) fn axis(what: &str, quantity: Quantity) -> String {
 }
 
 impl Plotter<'_> {
-    fn seconds(&self, row: usize) -> f64 {
+    pub(super) fn seconds(&self, row: usize) -> f64 {
         (self.analysis.rows.seconds(row) * 1e6).round() / 1e6
     }
 

@@ -78,6 +78,7 @@ impl Sketch {
             table: &analysis.rows,
             options: &analysis.options,
             input_events: &[],
+            measured_loads: &analysis.measured_loads,
         });
         let fed = analysis.rows.feed(&mut |rows| {
             pass.add(rows);

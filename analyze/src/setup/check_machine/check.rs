@@ -58,7 +58,11 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
         wheels: wheels(&machine, &standing),
         sums: sums(&machine, &standing),
         imu_mounting: imu_mounting(&machine, log.is_some()),
-        weighed: weighed.map(|weighed| readings::compare(&machine, weighed, &positions, &posture)),
+        weighed: weighed
+            .and_then(|weighed| readings::compare(&machine, weighed, &positions, &posture)),
+        weighings: weighed.map_or(Vec::new(), |weighed| {
+            readings::compare_postures(&machine, weighed, &positions)
+        }),
         posture,
         notes,
         commissioning: None,

@@ -31,6 +31,9 @@ pub struct MachineCheck {
     pub(super) imu_mounting: String,
     /// Comparison with `[weighed]` of the machine file.
     pub(super) weighed: Option<Weighed>,
+    /// The same in the postures of `[[weighed.postures]]`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) weighings: Vec<Weighed>,
     pub(super) notes: Vec<String>,
     /// What the log shows of signs, axes, order, scale and mounting of the sensors; null without a log.
     pub(super) commissioning: Option<Commissioned>,

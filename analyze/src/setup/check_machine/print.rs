@@ -28,7 +28,7 @@ fn table(check: &MachineCheck) -> Result<String, std::fmt::Error> {
     geometry(out, check)?;
     writeln!(out, "\nIMU: {}", check.imu_mounting)?;
     loads(out, check)?;
-    if let Some(weighed) = &check.weighed {
+    for weighed in check.weighed.iter().chain(&check.weighings) {
         readings(out, weighed)?;
     }
     for note in &check.notes {

@@ -1,42 +1,121 @@
 //! Compares weighed loads with the model.
 
 use tipwatch_mechanics::RestingMachine;
-use tipwatch_mechanics::machine::{Machine, MeasuredJoint, WeighedSpec};
+use tipwatch_mechanics::machine::{Machine, MeasuredJoint, WeighedPosture, WeighedSpec};
 
 use super::document::{Posture, Reading, Weighed, posture};
 use crate::base::number::known;
 
 /// Largest difference between model and scale that is consistent (standard deviations).
 const WITHIN_SIGMAS: f64 = 2.0;
+/// Step of the difference by slope (rad).
+const SLOPE_STEP: f64 = 1e-3;
 
-/// Compares weighed loads with the model in the posture of `[weighed]`, else in the displayed one.
+/// Compares weighed loads with the model in the posture of `[weighed]`, else in the displayed one. `None` if `[weighed]`
+/// has further postures only.
 pub(super) fn compare(
     machine: &Machine,
     weighed: &WeighedSpec,
     positions: &[f64],
     shown: &Posture,
-) -> Weighed {
+) -> Option<Weighed> {
+    if weighed.wheels.is_empty() && weighed.sums.is_empty() && !weighed.postures.is_empty() {
+        return None;
+    }
     let is_stated = !weighed.posture.is_empty();
-    let at = |(joint, &shown): (&MeasuredJoint, &f64)| match is_stated {
-        true => weighed.posture.get(&joint.name).copied().unwrap_or(0.0),
-        false => shown,
+    let own = WeighedPosture {
+        posture: weighed.posture.clone(),
+        wheels: weighed.wheels.clone(),
+        sums: weighed.sums.clone(),
+        ..WeighedPosture::default()
     };
-    let positions: Vec<f64> = machine.joints().iter().zip(positions).map(at).collect();
+    let positions = match is_stated {
+        true => stated(machine, &own, positions),
+        false => positions.to_vec(),
+    };
     let source = match is_stated {
         true => "posture of [weighed]".into(),
         false => shown.source.clone(),
     };
-    let standing = RestingMachine::new(machine, &positions);
+    Some(in_posture(machine, weighed, &own, positions, source))
+}
+
+/// Compares the weighings of `[[weighed.postures]]`.
+pub(super) fn compare_postures(
+    machine: &Machine,
+    weighed: &WeighedSpec,
+    positions: &[f64],
+) -> Vec<Weighed> {
+    let own = usize::from(!(weighed.wheels.is_empty() && weighed.sums.is_empty()));
+    let further = weighed.weighings().into_iter().skip(own);
+    further
+        .map(|weighing| {
+            let mut source = weighing.label().to_string();
+            if let Some([forward, left]) = weighing.slope {
+                source +=
+                    &format!(", ground rises {forward} rad forward and {left} rad to the left");
+            }
+            if weighing.slope_unknown {
+                source += ", slope unknown";
+            }
+            let positions = stated(machine, &weighing, positions);
+            in_posture(machine, weighed, &weighing, positions, source)
+        })
+        .collect()
+}
+
+/// The joint positions of a weighing, with the errors of the encoders that are known.
+fn stated(machine: &Machine, weighing: &WeighedPosture, shown: &[f64]) -> Vec<f64> {
+    let at = |(joint, &shown): (&MeasuredJoint, &f64)| {
+        let other = if joint.constant.is_some() { shown } else { 0.0 };
+        weighing.posture.get(&joint.name).copied().unwrap_or(other)
+    };
+    let mut positions: Vec<f64> = machine.joints().iter().zip(shown).map(at).collect();
+    machine.correct_positions(&mut positions);
+    positions
+}
+
+fn in_posture(
+    machine: &Machine,
+    weighed: &WeighedSpec,
+    weighing: &WeighedPosture,
+    positions: Vec<f64>,
+    source: String,
+) -> Weighed {
+    let slope = weighing.slope.unwrap_or([0.0; 2]);
+    let sigma = weighing.slope_uncertainty();
+    let tilted = |axis: usize, by: f64| {
+        let mut slope = slope;
+        slope[axis] += by;
+        RestingMachine::on_slope(machine, &positions, slope)
+    };
+    let standing = match weighing.slope {
+        None => RestingMachine::new(machine, &positions),
+        Some(slope) => RestingMachine::on_slope(machine, &positions, slope),
+    };
+    let tilts: Vec<[RestingMachine; 2]> = match sigma > 0.0 {
+        true => [0, 1]
+            .map(|axis| [-SLOPE_STEP, SLOPE_STEP].map(|by| tilted(axis, by)))
+            .into(),
+        false => Vec::new(),
+    };
+    let scene = Scene {
+        machine,
+        standing: &standing,
+        tilts: &tilts,
+        slope_sigma: sigma,
+    };
     let newtons = weighed.unit.newtons(machine.gravity());
-    let single = weighed.wheels.iter().map(|(wheel, &load)| {
+    let usual = weighing.sigma.unwrap_or(weighed.sigma);
+    let single = weighing.wheels.iter().map(|(wheel, &load)| {
         let wheels = vec![wheel.clone()];
-        let scale = [load * newtons, weighed.sigma * newtons];
-        reading(machine, &standing, wheel.clone(), wheels, scale)
+        let scale = [load * newtons, usual * newtons];
+        reading(&scene, wheel.clone(), wheels, scale)
     });
-    let sums = weighed.sums.iter().map(|sum| {
-        let sigma = sum.sigma.unwrap_or(weighed.sigma);
+    let sums = weighing.sums.iter().map(|sum| {
+        let sigma = sum.sigma.unwrap_or(usual);
         let scale = [sum.load * newtons, sigma * newtons];
-        reading(machine, &standing, sum.label(), sum.wheels.clone(), scale)
+        reading(&scene, sum.label(), sum.wheels.clone(), scale)
     });
     Weighed {
         readings: single.chain(sums).collect(),
@@ -44,16 +123,29 @@ pub(super) fn compare(
     }
 }
 
+/// A machine on the scales.
+struct Scene<'a> {
+    machine: &'a Machine,
+    standing: &'a RestingMachine,
+    /// The same with less and with more slope, along both axes; empty where the slope is known.
+    tilts: &'a [[RestingMachine; 2]],
+    slope_sigma: f64,
+}
+
 fn reading(
-    machine: &Machine,
-    standing: &RestingMachine,
+    scene: &Scene<'_>,
     name: String,
     wheels: Vec<String>,
     [weighed_n, weighed_sigma_n]: [f64; 2],
 ) -> Reading {
-    let index = |name: &String| machine.wheels().iter().position(|w| w.name == *name);
+    let index = |name: &String| scene.machine.wheels().iter().position(|w| w.name == *name);
     let indices: Vec<usize> = wheels.iter().filter_map(index).collect();
-    let (model, sigma) = standing.load_of(&indices);
+    let (model, of_machine) = scene.standing.load_of(&indices);
+    let of_slope = scene.tilts.iter().map(|tilts| {
+        let [less, more] = tilts.each_ref().map(|tilted| tilted.load_of(&indices).0);
+        (more - less) / (2.0 * SLOPE_STEP) * scene.slope_sigma
+    });
+    let sigma = of_slope.fold(of_machine, f64::hypot);
     let difference = model - weighed_n;
     let sigmas = known(difference / sigma.hypot(weighed_sigma_n));
     Reading {

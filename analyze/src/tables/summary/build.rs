@@ -51,6 +51,7 @@ impl<'a> Summary<'a> {
             sensitivity: sensitivity_summary(analysis),
             advice: analysis.advice.as_ref(),
             estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
+            measured_loads: measured_loads(analysis),
             monte_carlo: monte_carlo_summary(analysis),
             uncertainty: uncertainty_by_key(analysis),
             options: analysis.options,
@@ -116,6 +117,19 @@ fn payload_summary(found: &EstimatedPayload) -> PayloadSummary<'_> {
         residual_n: found.estimate.residual,
         samples: found.estimate.samples,
     }
+}
+
+fn measured_loads(analysis: &Analysis) -> Vec<MeasuredLoadSummary<'_>> {
+    let comparison = &analysis.load_comparison;
+    let sensors = comparison.sensors.iter().map(|statistics| {
+        let spans = comparison.contradictions.iter();
+        let own = spans.filter(|span| span.sensor == statistics.sensor);
+        MeasuredLoadSummary {
+            statistics,
+            contradictions_ns: own.map(|span| [span.start_ns, span.end_ns]).collect(),
+        }
+    });
+    sensors.collect()
 }
 
 fn monte_carlo_summary(analysis: &Analysis) -> Option<MonteCarloSummary> {

@@ -10,6 +10,7 @@ use crate::analysis::Coverage;
 use crate::analysis::advice::Advice;
 use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
 use crate::analysis::inputs::GrossInput;
+use crate::analysis::measured_loads::SensorStatistics;
 use crate::analysis::model_comparison::LoadDifference;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
@@ -64,6 +65,10 @@ pub struct Summary<'a> {
     pub advice: Option<&'a Advice>,
     /// Payload masses estimated from cylinder forces.
     pub estimated_payloads: Vec<PayloadSummary<'a>>,
+    /// Measured against computed loads, by load sensor of the machine file; absent without one in the log.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(default)]
+    pub measured_loads: Vec<MeasuredLoadSummary<'a>>,
     /// Monte Carlo study of the parameters; null if not requested.
     pub monte_carlo: Option<MonteCarloSummary>,
     /// Standard deviation of each parameter, stated or default.
@@ -156,6 +161,16 @@ pub struct PayloadSummary<'a> {
     pub(super) friction_share: f64,
     pub(super) residual_n: f64,
     pub(super) samples: usize,
+}
+
+/// A load sensor.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct MeasuredLoadSummary<'a> {
+    #[serde(flatten)]
+    pub(super) statistics: &'a SensorStatistics,
+    /// Spans in which measured and computed loads contradict each other and this sensor is furthest off: first and last
+    /// row. Their rows are not valid.
+    pub(super) contradictions_ns: Vec<[i64; 2]>,
 }
 
 /// Monte Carlo study of the parameters.

@@ -48,6 +48,8 @@ pub(crate) struct BiasEstimator {
 struct Setting {
     /// Whether there is an IMU on the base, and a bias to estimate.
     is_used: bool,
+    /// Identified bias, to be added to the specific force (m/s^2).
+    correction: Option<Vector3<f64>>,
     stated: Stated,
     attitude_variance: f64,
     accelerometer_variance: f64,
@@ -58,6 +60,12 @@ struct Setting {
     max_gap_ns: i64,
     /// Index of each wheel in its stream of joint states, and its radius (m).
     wheels: Vec<Vec<(usize, f64)>>,
+}
+
+impl Setting {
+    fn corrected(&self, force: Vector3<f64>) -> Vector3<f64> {
+        self.correction.map_or(force, |by| force + by)
+    }
 }
 
 /// The last sample of the IMU.
@@ -101,6 +109,8 @@ impl BiasEstimator {
         Self {
             setting: Setting {
                 is_used: sensors.imu && imu.body == 0 && spec.accelerometer_bias > 0.0,
+                correction: Some(machine.correct_specific_force(&Vector3::zeros()))
+                    .filter(|correction| *correction != Vector3::zeros()),
                 stated: Stated {
                     bias: spec.accelerometer_bias,
                     tilt: spec.attitude_bias * machine.gravity(),
@@ -170,7 +180,9 @@ impl BiasEstimator {
     fn take_imu(&mut self, stamp_ns: i64, values: &[f64], up: Option<Vector3<f64>>) {
         let next = ImuReading {
             stamp_ns,
-            force: Vector3::from_column_slice(&values[..3]),
+            force: self
+                .setting
+                .corrected(Vector3::from_column_slice(&values[..3])),
             turning: Vector3::from_column_slice(&values[3..6]),
             up,
         };

@@ -118,9 +118,14 @@ impl Checker<'_> {
             quasi_static: spec.quasi_static.clone(),
             is_quasi_static: false,
             suspension: self.suspension()?,
+            load_sensors: Vec::new(),
+            identified: None,
+            corrections: None,
         };
+        let weight = machine.mass() * machine.gravity;
+        machine.load_sensors = self.load_sensors(&machine.wheels, weight)?;
         self.add_doubts(&mut machine)?;
-        Ok(machine)
+        spec.with_identified(machine)
     }
 
     pub(super) fn value_error(

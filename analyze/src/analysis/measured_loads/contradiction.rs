@@ -1,0 +1,73 @@
+//! Spans in which measured and computed loads contradict each other beyond what both uncertainties allow.
+//!
+//! At a row all sensors are judged together, d = r' S^-1 r with S the covariance of the differences: the joint band of
+//! the computed loads, the sensors' own errors, and the split between diagonals that uneven ground leaves open. A row is
+//! off where the root of d exceeds that of the number of sensors by 3.5, which chance makes once in some thousand rows.
+//! A contradiction needs rows that are off for two seconds on end.
+
+use tipwatch_mechanics::machine::LoadSensor;
+
+use super::compared_row::ComparedRow;
+
+/// Excess over the root of the number of sensors.
+const EXCESS: f64 = 3.5;
+/// Shortest contradiction (ns), and the fewest rows of one.
+const LEAST_NS: i64 = 2_000_000_000;
+const FEWEST_ROWS: usize = 4;
+
+/// A span in which measured and computed loads contradict each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contradiction {
+    /// Time of the first row (ns).
+    pub start_ns: i64,
+    /// Time of the last row (ns).
+    pub end_ns: i64,
+    /// The sensor that is furthest off.
+    pub sensor: String,
+    /// Its mean of measured minus computed load (N).
+    pub difference_n: f64,
+    /// Mean standard deviation of that difference (N).
+    pub sigma_n: f64,
+}
+
+pub(super) fn contradictions(sensors: &[&LoadSensor], rows: &[ComparedRow]) -> Vec<Contradiction> {
+    let is_off = |row: &ComparedRow| row.distance.sqrt() > (row.sensors as f64).sqrt() + EXCESS;
+    // rows without a number say nothing and end nothing
+    let judged: Vec<&ComparedRow> = rows.iter().filter(|row| row.distance.is_finite()).collect();
+    let spans = judged.chunk_by(|a, b| is_off(a) == is_off(b));
+    let long = spans.filter(|span| {
+        let length = span[span.len() - 1].time_ns.saturating_sub(span[0].time_ns);
+        is_off(span[0]) && length >= LEAST_NS && span.len() >= FEWEST_ROWS
+    });
+    long.map(|span| worst(sensors, span)).collect()
+}
+
+fn worst(sensors: &[&LoadSensor], span: &[&ComparedRow]) -> Contradiction {
+    let mean = |k: usize| {
+        let known = span
+            .iter()
+            .filter(|row| row.measured[k].is_finite() && row.sigma[k].is_finite());
+        let sum = known.fold([0.0; 3], |[count, error, sigma], row| {
+            let own = row.sigma[k].hypot(sensors[k].sigma);
+            [
+                count + 1.0,
+                error + row.measured[k] - row.computed[k],
+                sigma + own,
+            ]
+        });
+        (sum[1] / sum[0], sum[2] / sum[0])
+    };
+    let all = (0..sensors.len()).map(|k| (k, mean(k)));
+    let known = all.filter(|(_, (error, _))| error.is_finite());
+    let worst = known.max_by(|(_, a), (_, b)| (a.0 / a.1).abs().total_cmp(&(b.0 / b.1).abs()));
+    let (sensor, (difference_n, sigma_n)) = worst.unwrap_or((0, (f64::NAN, f64::NAN)));
+    Contradiction {
+        start_ns: span[0].time_ns,
+        end_ns: span[span.len() - 1].time_ns,
+        sensor: sensors
+            .get(sensor)
+            .map_or(String::new(), |sensor| sensor.name.clone()),
+        difference_n,
+        sigma_n,
+    }
+}

@@ -1,0 +1,13 @@
+//! Measured loads against computed ones: row by row, in bands, and where they contradict each other.
+
+mod compare;
+mod compared_row;
+mod contradiction;
+mod statistics;
+
+pub use compare::LoadComparison;
+pub(crate) use compare::{Comparison, sampled_rows};
+pub use compared_row::ComparedRow;
+pub use contradiction::Contradiction;
+pub(crate) use statistics::EXPECTED;
+pub use statistics::SensorStatistics;

@@ -1,0 +1,53 @@
+//! `tipwatch validate`.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use tipwatch_binding::MachineFile;
+
+use super::exit::{Exit, Terminal};
+use crate::base::stdout::to_stdout;
+use crate::setup::validate::{page, text, validate};
+
+#[derive(Debug, Args)]
+pub(super) struct ValidateArgs {
+    /// The logs, which must contain measured loads.
+    #[arg(required = true)]
+    logs: Vec<PathBuf>,
+    /// The machine file, which binds the measured loads: [signals.wheels.NAME] or [[signals.load_sums]].
+    #[arg(long)]
+    machine: PathBuf,
+    /// The URDF, for a machine file that names none; otherwise that of the log is used.
+    #[arg(long)]
+    urdf: Option<PathBuf>,
+    /// Write a page with the loads over time to this file.
+    #[arg(long, value_name = "FILE.html")]
+    out: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &ValidateArgs, terminal: Terminal) -> Result<Exit> {
+    let mut file = MachineFile::read(&args.machine)?;
+    if let Some(urdf) = &args.urdf {
+        file = file.with_urdf(urdf)?;
+    }
+    let found = validate(&file, &args.logs)?;
+    match args.json {
+        true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(&found)?))?,
+        false => to_stdout(&text(&found))?,
+    }
+    if let Some(path) = &args.out {
+        std::fs::write(path, page(&found))
+            .with_context(|| format!("{}: cannot be written", path.display()))?;
+        terminal.print(&format!("page: {}", path.display()));
+    }
+    Ok(Exit {
+        broken: found.is_contradicted(),
+        undecided: !found.has_compared(),
+        lost: found.logs.iter().any(|log| log.has_losses),
+        ..Exit::DONE
+    })
+}

@@ -1,0 +1,13 @@
+//! `identify`: parameters of a machine from weighings and logs, and the machine file that results.
+
+mod collect;
+mod document;
+mod machine_file;
+mod print;
+mod run;
+mod weighings;
+
+pub use document::IdentificationDocument;
+pub use machine_file::machine_file_text;
+pub use print::text;
+pub use run::{Identified, Request, identify};

@@ -1,0 +1,147 @@
+//! The comparison as a page: measured and computed loads over time, and the differences.
+
+use maud::{Markup, html};
+use plotly::Traces;
+use plotly::common::{Fill, Line, Mode};
+
+use super::run::{LogValidation, Validation};
+use crate::page::{
+    self, Document, Figure, PlotLibrary, Plots, colour, layout, line, plain, scatter, section,
+    table,
+};
+
+const HEIGHT: usize = 360;
+/// Room above a plot (pixels).
+const ABOVE: usize = 24;
+
+/// The page. The same validation gives the same bytes.
+#[must_use]
+pub fn page(found: &Validation) -> String {
+    let figures: Vec<Figure> = found.logs.iter().flat_map(figures).collect();
+    let content = html! {
+        (section("Result", result(found)))
+        @for log in &found.logs { (section(&log.log, of_log(log))) }
+        (section("Over time", page::figures(&figures)))
+    };
+    Document {
+        title: "Computed against measured wheel loads",
+        subtitle: &format!("Machine file {}", found.machine_file),
+        styles: &[],
+        plots: Some(Plots {
+            library: PlotLibrary::Inside,
+            figures: &figures,
+            script: "",
+        }),
+    }
+    .render(&content)
+}
+
+fn result(found: &Validation) -> Markup {
+    let text = super::print::text(found);
+    // the last lines sum up; the tables above them are below as tables
+    let lines: Vec<&str> = text.lines().rev().take(2).collect();
+    html! { @for line in lines.iter().rev() { p { (line) } } }
+}
+
+fn of_log(log: &LogValidation) -> Markup {
+    let number = |value: Option<f64>| value.map_or("unknown".into(), |v| format!("{v:.1}"));
+    let share =
+        |value: Option<f64>| value.map_or("unknown".into(), |v| format!("{:.1} %", 100.0 * v));
+    let rows: Vec<Vec<String>> = (log.sensors.iter())
+        .map(|sensor| {
+            vec![
+                sensor.sensor.clone(),
+                sensor.rows.to_string(),
+                number(sensor.mean_measured_n),
+                number(sensor.bias_n),
+                number(sensor.rms_n),
+                number(sensor.computed_sigma_n),
+                number(Some(sensor.sensor_sigma_n)),
+                share(sensor.inside_1_sigma),
+                share(sensor.inside_2_sigma),
+            ]
+        })
+        .collect();
+    let head = [
+        "Measured load",
+        "Rows",
+        "Mean (N)",
+        "Bias (N)",
+        "RMS (N)",
+        "σ computed (N)",
+        "σ sensor (N)",
+        "Inside 1 σ",
+        "Inside 2 σ",
+    ];
+    let contradictions = log.contradictions.iter().map(|span| {
+        format!(
+            "Contradiction from t = {:.2} s to {:.2} s, most at {}: measured minus computed {:+.0} N, standard deviation of \
+             both together {:.0} N.",
+            span.from_s, span.to_s, span.sensor, span.difference_n, span.sigma_n
+        )
+    });
+    html! {
+        (table(&head, &rows))
+        p.hint { "SHA-256 of the log: " (log.sha256.join(", ")) "." }
+        (page::list(contradictions.chain(log.notes.iter().cloned())))
+    }
+}
+
+/// One figure of loads and one of differences.
+fn figures(log: &LogValidation) -> [Figure; 2] {
+    let rows = &log.comparison.rows;
+    let seconds: Vec<f64> = (rows.iter())
+        .map(|row| (row.time_ns - log.start_ns) as f64 * 1e-9)
+        .collect();
+    let last = seconds.last().copied().unwrap_or(0.0);
+    let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..rows.len()).map(of).collect() };
+    let (mut loads, mut differences) = (Traces::new(), Traces::new());
+    for (k, sensor) in log.sensors.iter().enumerate() {
+        let name = plain(&sensor.sensor);
+        let sigma = |row: usize| rows[row].sigma[k].hypot(sensor.sensor_sigma_n);
+        let low = column(&|row| rows[row].computed[k] - 2.0 * sigma(row));
+        let high = column(&|row| rows[row].computed[k] + 2.0 * sigma(row));
+        let times = seconds.iter().chain(seconds.iter().rev()).copied();
+        let edges = high.iter().chain(low.iter().rev()).copied();
+        let (times, edges): (Vec<f64>, Vec<f64>) = (times.collect(), edges.collect());
+        loads.push(
+            scatter(&times, &edges)
+                .name(format!("{name} ± 2 σ"))
+                .mode(Mode::Lines)
+                .fill(Fill::ToSelf)
+                .fill_color(colour(k, 0.14))
+                .show_legend(false)
+                .line(Line::new().width(0.0)),
+        );
+        loads.push(line(
+            k,
+            &format!("{name} computed"),
+            &seconds,
+            &column(&|row| rows[row].computed[k]),
+        ));
+        loads.push(
+            scatter(&seconds, &column(&|row| rows[row].measured[k]))
+                .name(format!("{name} measured"))
+                .mode(Mode::Markers)
+                .marker(plotly::common::Marker::new().size(3).color(colour(k, 0.9))),
+        );
+        let difference = column(&|row| rows[row].measured[k] - rows[row].computed[k]);
+        differences.push(line(k, &name, &seconds, &difference));
+    }
+    let axes = |unit: &str| layout(unit, HEIGHT, ABOVE, last);
+    [
+        Figure::new(
+            &format!(
+                "{}: loads, with bands of two standard deviations of computed and measured load together",
+                log.log
+            ),
+            loads,
+            axes("Load [N]"),
+        ),
+        Figure::new(
+            &format!("{}: measured minus computed load", log.log),
+            differences,
+            axes("Difference [N]"),
+        ),
+    ]
+}

@@ -1,0 +1,104 @@
+//! What was measured: instants of logs and weighings, with the readings of each.
+
+use tipwatch_mechanics::State;
+
+/// All that was measured.
+#[derive(Debug, Clone, Default)]
+pub struct Data {
+    /// The sensors.
+    pub channels: Vec<Channel>,
+    /// The logs and the weighings.
+    pub sources: Vec<Source>,
+}
+
+/// A sensor whose readings share a constant error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Its name, for messages.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Standard deviation of its constant error; zero where each reading has an error of its own.
+    pub bias_sigma: f64,
+    /// Whether it measures loads of wheels.
+    pub is_load: bool,
+}
+
+/// A log, or a weighing in one posture.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// Its name, for messages.
+    pub name: String,
+    /// Whether it is a log, whose instants follow each other in time.
+    pub is_log: bool,
+    /// Its instants, in order of time.
+    pub instants: Vec<Instant>,
+}
+
+/// The readings of one instant.
+#[derive(Debug, Clone)]
+pub struct Instant {
+    /// Time (s) after the start of the log.
+    pub time_s: f64,
+    /// The situation of the machine.
+    pub situation: Situation,
+    /// What was measured.
+    pub readings: Vec<Reading>,
+}
+
+/// The situation of the machine at an instant.
+#[derive(Debug, Clone)]
+pub enum Situation {
+    /// A row of a log: the motion is known from its signals.
+    Logged(Box<State<f64>>),
+    /// At rest on ground of stated slope.
+    AtRest {
+        /// Positions of the joints as the encoders show them (rad or m).
+        positions: Vec<f64>,
+        /// How far the ground rises forward and to the left (rad).
+        slope: [f64; 2],
+        /// Standard deviation of either (rad).
+        slope_sigma: f64,
+    },
+}
+
+/// A measured number.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// What it is.
+    pub what: Measured,
+    /// The number (N or m/s^2).
+    pub value: f64,
+    /// Standard deviation of its own error, beyond that of its channel.
+    pub sigma: f64,
+    /// Index of its channel.
+    pub channel: usize,
+}
+
+/// What a reading measures.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Measured {
+    /// Total load of some wheels (N).
+    Load {
+        /// Their indices.
+        wheels: Vec<usize>,
+    },
+    /// Force of the actuator of a linkage, positive when it extends the rod (N).
+    ActuatorForce {
+        /// Index of the linkage.
+        linkage: usize,
+    },
+    /// Specific force along an axis of the IMU, at rest (m/s^2).
+    SpecificForce {
+        /// 0 to 2.
+        axis: usize,
+    },
+}
+
+impl Measured {
+    /// Whether it is a load of wheels.
+    #[must_use]
+    pub fn is_load(&self) -> bool {
+        matches!(self, Self::Load { .. })
+    }
+}

@@ -1,0 +1,96 @@
+//! The unknowns of a machine, with their names, units and standard deviations.
+
+use super::stated_sigma::stated_sigma;
+use super::unknown::Unknown;
+use super::{InertiaElement, Machine, Parameter};
+
+impl Unknown {
+    /// Everything of a machine whose stated standard deviation is not zero, in the order of [`Parameter::all`].
+    #[must_use]
+    pub fn all(machine: &Machine) -> Vec<Self> {
+        let all = Parameter::all(machine).into_iter();
+        let unknowns = all.filter_map(|parameter| match parameter {
+            Parameter::LinkInertia(link, InertiaElement::Xx) => Some(Self::Inertia(link)),
+            Parameter::LinkInertia(..) => None,
+            other => Some(Self::Parameter(other)),
+        });
+        unknowns
+            .filter(|unknown| unknown.stated_sigma(machine) > 0.0)
+            .collect()
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self, machine: &Machine) -> String {
+        match self {
+            Self::Parameter(parameter) => parameter.name(machine),
+            Self::Inertia(link) => format!("{}.inertia_share", machine.links[link].name),
+        }
+    }
+
+    /// Its unit.
+    #[must_use]
+    pub fn unit(self, machine: &Machine) -> &'static str {
+        match self {
+            Self::Parameter(parameter) => parameter.unit(machine),
+            Self::Inertia(_) => "-",
+        }
+    }
+
+    /// The value that a change is added to; `None` where only a change is meaningful.
+    #[must_use]
+    pub fn nominal(self, machine: &Machine) -> Option<f64> {
+        match self {
+            Self::Parameter(parameter) => parameter.nominal(machine),
+            Self::Inertia(_) => None,
+        }
+    }
+
+    /// Standard deviation before anything was identified, from the machine file or by default.
+    #[must_use]
+    pub fn stated_sigma(self, machine: &Machine) -> f64 {
+        match self {
+            Self::Parameter(parameter) => stated_sigma(machine, parameter),
+            Self::Inertia(_) => machine.uncertainty.inertia_share,
+        }
+    }
+
+    /// Derivative of a number with respect to it, from those with respect to all parameters ([`Parameter::all`], which
+    /// is `parameters`).
+    #[must_use]
+    pub fn derivative(self, machine: &Machine, parameters: &[Parameter], by: &[f64]) -> f64 {
+        let place = |wanted| parameters.iter().position(|&parameter| parameter == wanted);
+        match self {
+            Self::Parameter(parameter) => place(parameter).map_or(0.0, |place| by[place]),
+            Self::Inertia(link) => {
+                let elements = InertiaElement::ALL.into_iter();
+                let of = |element| {
+                    let parameter = Parameter::LinkInertia(link, element);
+                    place(parameter).map_or(0.0, |place| {
+                        by[place] * parameter.nominal(machine).unwrap_or(0.0)
+                    })
+                };
+                elements.map(of).sum()
+            }
+        }
+    }
+
+    /// The changes of parameters that this change is.
+    #[must_use]
+    pub fn changes(self, machine: &Machine, change: f64) -> Vec<(Parameter, f64)> {
+        match self {
+            Self::Parameter(parameter) => vec![(parameter, change)],
+            Self::Inertia(link) => {
+                let elements = InertiaElement::ALL.into_iter();
+                let of = |element| {
+                    let parameter = Parameter::LinkInertia(link, element);
+                    (
+                        parameter,
+                        change * parameter.nominal(machine).unwrap_or(0.0),
+                    )
+                };
+                elements.map(of).collect()
+            }
+        }
+    }
+}
