@@ -15,7 +15,7 @@ use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
 use tipwatch_mechanics::Quantity;
 use tipwatch_tests::data;
 
-const JOINTS: [&str; 4] = ["lift", "tilt", "slew", "extension"];
+const JOINTS: [&str; 6] = ["lift", "tilt", "slew", "extension", "steer_fl", "steer_fr"];
 const IMU_SOURCE: u8 = 0x21;
 
 /// A frame: time (ns), identifier, whether it has 29 bits, data.

@@ -2,69 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use tipwatch_can::{Database, DatabaseError, Message, Protocol, Signal, j1939};
+use tipwatch_can::{Database, Message, Protocol, Signal, j1939};
 use tipwatch_ingest::{CanTopic, Log};
 use tipwatch_mechanics::machine::{CanMessageSpec, CanSpec, can_signals};
 
+use crate::can_error::CanError;
 use crate::machine_file::{MachineFile, MachineFileError};
 
 /// Far above any DBC file.
 const LIMIT_BYTES: u64 = 32 << 20;
-
-/// Why a CAN signal cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum CanError {
-    /// The DBC file cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: io::Error,
-    },
-    /// It is not a DBC file.
-    #[error("{}: {source}", path.display())]
-    Dbc {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: DatabaseError,
-    },
-    /// It lacks a message.
-    #[error("{}: expected the message {message}, found: {}", path.display(), available.join(", "))]
-    NoMessage {
-        /// The file.
-        path: PathBuf,
-        /// The message.
-        message: String,
-        /// Those that it has.
-        available: Vec<String>,
-    },
-    /// A parameter group whose layout is not built in.
-    #[error(
-        "expected a parameter group whose layout is built in ({}), found {pgn}: name a DBC file and a message",
-        known.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
-    )]
-    NoGroup {
-        /// The parameter group number.
-        pgn: u32,
-        /// Those that are.
-        known: Vec<u32>,
-    },
-    /// A message lacks a signal.
-    #[error("CAN message {message}: expected the signal {signal}, found: {}", available.join(", "))]
-    NoSignal {
-        /// The message.
-        message: String,
-        /// The signal.
-        signal: String,
-        /// Those that it has.
-        available: Vec<String>,
-    },
-}
 
 /// Reads a DBC file.
 ///
@@ -206,7 +155,7 @@ fn unit_note(can: &CanSpec, signal: &Signal) -> Option<String> {
         (true, "") => Some(format!(
             "{name}: no unit is stated; its values are taken as SI units"
         )),
-        (true, unit) if unit != signal.si.symbol => Some(format!(
+        (true, unit) if unit != signal.si.symbol && signal.si.factor != 1.0 => Some(format!(
             "{name}: {unit} is converted to {}",
             signal.si.symbol
         )),

@@ -116,7 +116,7 @@ fn damage_is_told_and_the_rest_is_read() {
         let log = Log::open(&file.path).unwrap();
         let (counts, losses) = read(&log);
         let frames: u64 = counts.iter().sum();
-        assert!((1..100).contains(&frames), "{name}: {frames}");
+        assert!((1..=100).contains(&frames), "{name}: {frames}");
         assert!(!losses.is_empty(), "{name}");
     }
 }

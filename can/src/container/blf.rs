@@ -4,7 +4,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 
 use flate2::read::ZlibDecoder;
 
-use super::{asc::days_since_1970, channels::Channels, lost::LostRanges, open::OpenError};
+use super::{asc::days_since_1970, channels::Channels, lost::LostRanges, open_error::OpenError};
 use crate::{
     bits::{array_at, u16_at, u32_at, u64_at},
     frame::{CanId, Frame, FrameKind, fd_length},

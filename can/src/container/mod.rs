@@ -8,10 +8,7 @@ mod format;
 mod lost;
 mod mf4;
 mod open;
+mod open_error;
 mod text;
 
-pub use self::{
-    format::ContainerFormat,
-    lost::Lost,
-    open::{Container, OpenError},
-};
+pub use self::{format::ContainerFormat, lost::Lost, open::Container, open_error::OpenError};

@@ -10,28 +10,12 @@ use super::{
     format::ContainerFormat,
     lost::{Lost, LostRanges},
     mf4::Mf4,
+    open_error::OpenError,
 };
 use crate::frame::{Frame, FrameSource};
 
 /// Enough of a file to see its format.
 const BEGINNING_BYTES: u64 = 4096;
-
-/// Why a file cannot be opened.
-#[derive(Debug, thiserror::Error)]
-pub enum OpenError {
-    /// It cannot be read.
-    #[error(transparent)]
-    Io(#[from] io::Error),
-    /// It is not a file of frames.
-    #[error("expected candump text, Vector ASC, Vector BLF or ASAM MF4, found \"{found}\"")]
-    Unknown {
-        /// Its first bytes.
-        found: String,
-    },
-    /// Its structure is damaged, or it has no bus frames.
-    #[error("{0}")]
-    Invalid(String),
-}
 
 /// A file of frames.
 #[derive(Debug)]

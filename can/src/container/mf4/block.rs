@@ -88,19 +88,15 @@ impl<R: Read + Seek> BlockFile<R> {
     }
 
     /// The text of a block of text, empty if there is none.
-    pub(super) fn text(&mut self, at: u64) -> io::Result<String> {
+    pub(super) fn text(&mut self, at: u64) -> io::Result<Result<String, String>> {
         if at == 0 {
-            return Ok(String::new());
+            return Ok(Ok(String::new()));
         }
-        let text = self
-            .block(at, *b"TX")?
-            .map(|block| block.data)
-            .unwrap_or_default();
-        let end = text
-            .iter()
-            .position(|&byte| byte == 0)
-            .unwrap_or(text.len());
-        Ok(String::from_utf8_lossy(text.get(..end).unwrap_or_default()).into_owned())
+        Ok(self.block(at, *b"TX")?.map(|block| {
+            let end = block.data.iter().position(|&byte| byte == 0);
+            let text = block.data.get(..end.unwrap_or(block.data.len()));
+            String::from_utf8_lossy(text.unwrap_or_default()).into_owned()
+        }))
     }
 }
 

@@ -5,6 +5,7 @@ use std::io::{self, Read, Seek};
 use super::block::{Block, BlockFile};
 use crate::{
     bits::{BitRange, array_at, u16_at, u32_at, u64_at},
+    container::lost::LostRanges,
     frame::{CanId, Frame, FrameKind, fd_length},
 };
 
@@ -64,9 +65,10 @@ impl FrameLayout {
     pub(super) fn find<R: Read + Seek>(
         file: &mut BlockFile<R>,
         first_channel: u64,
+        lost: &mut LostRanges,
     ) -> io::Result<Option<Self>> {
         let mut channels = Vec::new();
-        collect(file, first_channel, MOST_NESTED, &mut channels)?;
+        collect(file, first_channel, MOST_NESTED, &mut channels, lost)?;
         let kind = channels.iter().find_map(|channel| {
             let name = channel.name.split('.').next();
             match name {
@@ -193,18 +195,30 @@ fn collect<R: Read + Seek>(
     first: u64,
     levels: usize,
     into: &mut Vec<Channel>,
+    lost: &mut LostRanges,
 ) -> io::Result<()> {
     let mut next = first;
     while next != 0 && into.len() < MOST_CHANNELS {
-        let Ok(block) = file.block(next, *b"CN")? else {
-            return Ok(());
+        let block = match file.block(next, *b"CN")? {
+            Ok(block) => block,
+            Err(reason) => {
+                lost.lose(next.min(file.len)..(next + 1).min(file.len), reason);
+                return Ok(());
+            }
         };
         next = block.link(0);
         let composition = block.link(1);
-        let name = file.text(block.link(2))?;
+        let name = match file.text(block.link(2))? {
+            Ok(name) => name,
+            Err(reason) => {
+                let at = block.link(2).min(file.len);
+                lost.lose(at..(at + 1).min(file.len), reason);
+                String::new()
+            }
+        };
         into.push(Channel { name, block });
         if composition != 0 && levels > 0 {
-            collect(file, composition, levels - 1, into)?;
+            collect(file, composition, levels - 1, into, lost)?;
         }
     }
     Ok(())

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     bits::{u16_at, u32_at, u64_at},
-    container::{channels::Channels, lost::LostRanges, open::OpenError},
+    container::{channels::Channels, lost::LostRanges, open_error::OpenError},
     frame::Frame,
 };
 
@@ -161,7 +161,7 @@ fn data_group<R: Read + Seek>(
                 recent: VecDeque::new(),
             }
         } else {
-            match FrameLayout::find(file, group.link(1))? {
+            match FrameLayout::find(file, group.link(1), lost)? {
                 Some(layout) => Content::Frames(Box::new(Frames {
                     layout,
                     values: None,

@@ -1,0 +1,20 @@
+//! Why a file of frames cannot be opened.
+
+use std::io;
+
+/// Why a file cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// It is not a file of frames.
+    #[error("expected candump text, Vector ASC, Vector BLF or ASAM MF4, found \"{found}\"")]
+    Unknown {
+        /// Its first bytes.
+        found: String,
+    },
+    /// Its structure is damaged, or it has no bus frames.
+    #[error("{0}")]
+    Invalid(String),
+}
