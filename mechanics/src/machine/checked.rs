@@ -1,5 +1,7 @@
 //! The machine that is computed: valid by construction.
 
+use std::sync::Arc;
+
 use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
 use super::contact::Contact;
 use super::linkage::{Linkage, LinkageInput};
@@ -7,6 +9,7 @@ use super::plausibility_spec::PlausibilitySpec;
 use super::signals::SignalsSpec;
 use super::spec::{EstimatorSpec, LimitsSpec, UncertaintySpec};
 use super::support_polygon::SupportPolygon;
+use super::support_set::Supports;
 use super::suspension::Suspension;
 use super::wheel::Wheel;
 
@@ -24,6 +27,8 @@ pub struct Machine {
     pub(crate) linkages: Vec<Linkage>,
     pub(crate) joints: Vec<MeasuredJoint>,
     pub(crate) wheels: Vec<Wheel>,
+    pub(crate) supports: Arc<Supports>,
+    pub(crate) stands_on: Vec<usize>,
     pub(crate) polygon: SupportPolygon,
     pub(crate) contact: Contact,
     pub(crate) imu: Mount,
@@ -84,7 +89,7 @@ impl Machine {
         &self.joints
     }
 
-    /// The wheels, sorted by name.
+    /// The wheels and other supports on the ground, sorted by name.
     #[must_use]
     pub fn wheels(&self) -> &[Wheel] {
         &self.wheels

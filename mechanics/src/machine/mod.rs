@@ -26,6 +26,8 @@ mod split;
 mod stated_sigma;
 mod static_transform;
 mod support_polygon;
+mod support_set;
+mod support_spec;
 mod suspension;
 mod suspension_control;
 mod travel;
@@ -37,7 +39,7 @@ mod warp;
 mod weighed;
 mod wheel;
 
-pub use actuated_joint::{ActuatedJoint, ActuatorSignal, TorqueJoint};
+pub use actuated_joint::{ActuatedJoint, ActuatorSignal, ForceSource, TorqueJoint};
 pub(crate) use body::rotation_in_body;
 pub use body::{
     Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Mounting, Payload,
@@ -68,6 +70,10 @@ pub use spec::{
 pub use split::Split;
 pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};
+pub use support_set::{Presence, SupportSetError, Supports};
+pub use support_spec::{
+    MeasuredLoad, PresenceSpec, SupportKind, SupportOrigin, SupportSpec, SwitchSpec, TrackSpec,
+};
 pub use suspension::Suspension;
 pub use suspension_control::{ControlMode, ControlWeights, PairWeight, SuspensionControl};
 pub use travel::BaseMotion;

@@ -12,6 +12,7 @@ mod imu_mount;
 mod payloads;
 mod reference;
 mod signals;
+mod supports;
 mod suspension;
 mod suspension_control;
 mod weighed;

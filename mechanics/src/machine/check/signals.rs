@@ -135,7 +135,7 @@ impl Checker<'_> {
     }
 
     /// Checks that a field is located; `has_default` where a joint name suffices.
-    fn check_field(
+    pub(super) fn check_field(
         &self,
         place: &str,
         field: &FieldSpec,
