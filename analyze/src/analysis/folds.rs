@@ -16,7 +16,7 @@ use super::sensitivity::SensitivityPass;
 use crate::base::options::Options;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
-use crate::events::{Event, EventPass, Found};
+use crate::events::{AnyPass, Event, Found, OnSet};
 
 /// Receives the rows of a log block by block, in order.
 pub trait RowSink: Send {
@@ -66,6 +66,7 @@ pub(super) struct Gathered {
 pub(super) fn gather(
     prepared: Prepared<'_>,
     min_loads_n: Option<&[f64]>,
+    sets: &[OnSet<'_>],
     scope: Scope,
     others: &OtherModels,
     sink: &mut dyn RowSink,
@@ -79,8 +80,10 @@ pub(super) fn gather(
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| MonteCarloPass::new(machine, draws));
     let mut bands: Vec<Vec<Band>> = Vec::new();
-    let mut events = EventPass::new(machine, table, min_loads_n, scope);
-    let mut sensitivity = (scope.sensitivities).then(|| SensitivityPass::new(machine));
+    let mut events = AnyPass::new(machine, table, min_loads_n, sets, scope);
+    let is_one_set = table.supports().is_none();
+    let mut sensitivity =
+        (scope.sensitivities && is_one_set).then(|| SensitivityPass::new(machine));
     let mut seen = Seen::new(machine);
     let mut digest = DigestPass::new(machine, table, min_loads_n);
     let mut compared = Vec::new();

@@ -21,6 +21,7 @@ pub mod sensitivity;
 mod size;
 mod spread_values;
 mod states;
+mod supports;
 pub mod undecided;
 mod verdicts;
 

@@ -26,6 +26,7 @@ use super::notes;
 use super::payload;
 use super::size;
 use super::states::{KeptStates, SmoothedStates};
+use super::supports;
 use super::verdicts;
 use crate::analysis::Analysis;
 use crate::analysis::Coverage;
@@ -39,9 +40,11 @@ use crate::base::options::{ApplyClockOffsets, Estimator, Options};
 use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 use crate::base::rows::Rows;
+use crate::base::support_sets::SupportSets;
 use crate::base::table::Table;
 use crate::base::verdicts::MonitorRecord;
 use crate::events;
+use crate::events::OnSet;
 use crate::load::LoadedLog;
 use crate::load::block_smoother;
 use crate::load::linkage_force;
@@ -126,14 +129,27 @@ fn analyse_with<S: RowSink>(
             .push(format!("Utilisation is unknown: {error}."));
     }
     let posture = first_posture(&loaded.machine, &rows);
-    let machine = &loaded.machine;
+    supports::check_options(&loaded, &options)?;
     let has_odometry = loaded.matched.sensors.odometry;
-    let model = evaluation::model(machine, options.model, &posture, has_odometry, &options)?;
+    let model = evaluation::model(
+        &loaded.machine,
+        options.model,
+        &posture,
+        has_odometry,
+        &options,
+    )?;
+    let on_supports = supports::of_rows(&mut loaded, &rows.times_ns, scope);
+    let machine = on_supports
+        .as_ref()
+        .map_or(&loaded.machine, |(named, _)| named);
     let record = match scope.sensitivities {
         true => verdicts::monitor_record(&log)?,
         false => MonitorRecord::default(),
     };
     let mut table = Table::new(machine, rows, scope, model, record);
+    if let Some((named, sets)) = &on_supports {
+        table = table.on_supports(named, SupportSets::clone(sets));
+    }
     let min_loads_n = min_loads(machine);
     let input_events = events::of_inputs(&loaded, &quality.faults, &table);
     let prepared = Prepared {
@@ -143,13 +159,21 @@ fn analyse_with<S: RowSink>(
         input_events: &input_events,
     };
     let mut sink = begin(&prepared)?;
-    let others = OtherModels::new(machine, &posture, has_odometry, &options);
+    let others = match &on_supports {
+        Some(_) => OtherModels::none(),
+        None => OtherModels::new(machine, &posture, has_odometry, &options),
+    };
+    let sets = OnSet::all(&table, min_loads);
     // hashing a long log takes as long as reading it
     let (provenance, gathered) = rayon::join(
         || provenance(&log, file, &loaded),
-        || gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink),
+        || {
+            let min_loads_n = min_loads_n.as_deref();
+            gather(prepared, min_loads_n, &sets, scope, &others, &mut sink)
+        },
     );
     let (provenance, gathered) = (provenance?, gathered?);
+    drop(sets);
     table.check()?;
     table.reasons = gathered.found.reasons;
     let coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
@@ -195,7 +219,10 @@ fn analyse_with<S: RowSink>(
     let analysis = Analysis {
         sources,
         inputs: signals.collect(),
-        machine: loaded.machine,
+        machine: match on_supports {
+            Some((named, _)) => named,
+            None => loaded.machine,
+        },
         options,
         provenance,
         notes,

@@ -10,13 +10,14 @@ use std::sync::{Arc, OnceLock};
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::{
     Model, OutcomeColumns, Quantity, Scope, State, StateColumns, evaluate_rows,
 };
 
 use super::estimated::{EstimatedRows, StateSource};
 use super::rows::{Rows, row_at};
+use super::support_sets::SupportSets;
 use super::verdicts::{MonitorRecord, RowJudge};
 
 /// Rows of a block that is computed at once.
@@ -39,6 +40,8 @@ pub struct Table {
     scope: Scope,
     model: Arc<Model>,
     record: MonitorRecord,
+    /// The sets of supports, if they come and go; `machine` then only names the columns.
+    supports: Option<Arc<SupportSets>>,
     whole: OnceLock<Arc<Rows>>,
 }
 
@@ -61,7 +64,54 @@ impl Table {
             scope,
             model,
             record,
+            supports: None,
             whole: OnceLock::new(),
+        }
+    }
+
+    /// The table of a machine on different supports, which `machine` names.
+    pub(crate) fn on_supports(mut self, machine: &Machine, supports: SupportSets) -> Self {
+        self.quantities = Quantity::all(machine, self.scope);
+        self.machine = machine.clone();
+        self.supports = Some(Arc::new(supports));
+        self
+    }
+
+    /// The same rows on the set of supports with this index, without those at other times: their reasons say so.
+    pub(crate) fn on_set(&self, index: usize, machine: &Machine) -> Self {
+        let mut reasons = self.reasons.clone();
+        let spans = self.supports().map_or(&[][..], |supports| &supports.spans);
+        for (rows, _) in spans.iter().filter(|(_, set)| *set != Some(index)) {
+            for reasons in &mut reasons[rows.clone()] {
+                reasons.add(Reason::SupportsUnknown);
+            }
+        }
+        Self {
+            times_ns: self.times_ns.clone(),
+            reasons,
+            quantities: Quantity::all(machine, self.scope),
+            machine: machine.clone(),
+            states: Arc::clone(&self.states),
+            first: self.first,
+            scope: self.scope,
+            model: Arc::clone(&self.model),
+            record: MonitorRecord::default(),
+            supports: None,
+            whole: OnceLock::new(),
+        }
+    }
+
+    /// The sets of supports, if they come and go.
+    pub(crate) fn supports(&self) -> Option<&SupportSets> {
+        self.supports.as_deref()
+    }
+
+    /// The machine on the supports of a row; `None` where these are unknown.
+    #[must_use]
+    pub fn machine_at(&self, row: usize) -> Option<&Machine> {
+        match &self.supports {
+            Some(supports) => supports.of_row(row).map(|set| &set.machine),
+            None => Some(&self.machine),
         }
     }
 
@@ -137,19 +187,24 @@ impl Table {
     }
 
     fn evaluated(&self, rows: Range<usize>, states: StateColumns) -> Rows {
-        let outcomes = evaluate_rows(
-            &self.machine,
-            &states,
-            0..rows.len(),
-            self.scope,
-            &self.model,
-        );
-        let before = self.reasons[rows.clone()].iter().enumerate();
-        let reasons = before.map(|(row, &reasons)| outcomes.reasons(row, reasons));
+        let so_far = &self.reasons[rows.clone()];
+        let (scope, model) = (self.scope, &self.model);
+        let (outcomes, reasons) = match &self.supports {
+            Some(supports) => {
+                supports.evaluate(&self.machine, rows.start, &states, so_far, scope, model)
+            }
+            None => {
+                let outcomes = evaluate_rows(&self.machine, &states, 0..rows.len(), scope, model);
+                let before = so_far.iter().enumerate();
+                let reasons = before.map(|(row, &reasons)| outcomes.reasons(row, reasons));
+                let reasons = reasons.collect();
+                (outcomes, reasons)
+            }
+        };
         Rows {
             first: rows.start,
             start_ns: self.times_ns[0],
-            reasons: reasons.collect(),
+            reasons,
             times_ns: self.times_ns[rows].to_vec(),
             states,
             outcomes,
@@ -197,8 +252,8 @@ impl Table {
         // enough of them that no core waits for the last one
         let per_wave = 2 * rayon::current_num_threads();
         let wave_at = |first: usize| first..(first + per_wave).min(units);
-        let mut judge =
-            (self.scope.sensitivities).then(|| RowJudge::new(&self.machine, &self.record));
+        let mut judge = (self.scope.sensitivities)
+            .then(|| RowJudge::new(&self.machine, &self.record, self.supports()));
         let mut first = self.first / unit;
         let mut next = compute(wave_at(first));
         while !next.is_empty() {

@@ -8,6 +8,7 @@ pub(crate) mod recorder_gaps;
 mod recording;
 mod sample_store;
 mod smoothing;
+pub(crate) mod supports;
 
 pub use loaded::{LoadedLog, Signal, load, load_within};
 pub use recording::{Recording, SampleReader};

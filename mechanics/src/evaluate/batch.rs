@@ -108,6 +108,16 @@ impl OutcomeColumns {
         self.linkage_closure[rows].copy_from_slice(&others.linkage_closure);
     }
 
+    /// Some of the rows, without sums of derivatives.
+    #[must_use]
+    pub fn block(mut self, rows: Range<usize>) -> Self {
+        for column in self.every_column() {
+            column.truncate(rows.end);
+            column.drain(..rows.start);
+        }
+        self
+    }
+
     /// The columns with the indices `places`, as those of a machine and scope with as many quantities.
     #[must_use]
     pub fn chosen(&self, machine: &Machine, scope: Scope, places: &[usize]) -> Self {
