@@ -294,7 +294,7 @@ def make_forklift(out):
     joints = [part.name for part in parts if part.parent]
     half = 0.5 * slope
     # from MuJoCo's world to a world whose z axis is up: a turn about x
-    write(out, "forklift", parts, joints, rows, (math.cos(half), -math.sin(half), 0, 0), FORKLIFT_TOML)
+    write(out, "forklift", parts, joints, rows, (math.cos(half), math.sin(half), 0, 0), FORKLIFT_TOML)
 
 
 # ---- files

@@ -114,7 +114,7 @@ pub(super) fn gather(
             || {
                 for rows in &taken {
                     events.take(rows);
-                    seen.take(machine, rows);
+                    take_seen(&mut seen, machine, table, scope, rows);
                     digest.take(rows);
                     if let Some(sensitivity) = &mut sensitivity {
                         sensitivity.take(rows);
@@ -143,6 +143,26 @@ pub(super) fn gather(
         seen,
         digest: digest.finish(),
     })
+}
+
+/// Shows rows to the notes, those of each set of supports with the machine on it.
+fn take_seen(seen: &mut Seen, machine: &Machine, table: &Table, scope: Scope, rows: &Rows) {
+    let Some(supports) = table.supports() else {
+        seen.take(machine, rows);
+        return;
+    };
+    let end = rows.first + rows.len();
+    let begin = supports
+        .spans
+        .partition_point(|(span, _)| span.end <= rows.first);
+    let within = supports.spans[begin..].iter();
+    for (span, set) in within.take_while(|(span, _)| span.start < end) {
+        let Some(set) = set.map(|set| &supports.sets[set]) else {
+            continue;
+        };
+        let part = span.start.max(rows.first) - rows.first..span.end.min(end) - rows.first;
+        seen.take(&set.machine, &rows.on_set(set, scope, part));
+    }
 }
 
 /// What is computed with each block.

@@ -227,7 +227,7 @@ impl Machine {
     }
 
     /// A machine for the names and the order of results on several sets of supports: all supports, and the edges of
-    /// all these sets by name. Nothing can be computed with it.
+    /// all these sets by name. Loads cannot be computed with it: it would stand on all supports at once.
     #[must_use]
     pub fn for_names_of(&self, sets: &[Self]) -> Self {
         let mut edges: Vec<Edge> = Vec::new();
@@ -268,12 +268,20 @@ impl Machine {
         };
         reference.static_load = of_sets(|set| &set.reference.static_load);
         reference.optimal_load = of_sets(|set| &set.reference.optimal_load);
+        let all: Vec<usize> = (0..supports.all.len()).collect();
+        let polygon = SupportPolygon { edges };
+        let free_joints = supports.free_joints.clone();
         Self {
+            contact: Contact {
+                split: Split::Springs,
+                warp: None,
+                ..self.contact_on(&all, &supports.all, &polygon, free_joints)
+            },
             wheels: supports.all.clone(),
-            polygon: SupportPolygon { edges },
+            polygon,
             joints,
             reference,
-            stands_on: (0..supports.all.len()).collect(),
+            stands_on: all,
             ..self.clone()
         }
     }
