@@ -9,7 +9,7 @@ use super::plausibility_spec::PlausibilitySpec;
 use super::signals::SignalsSpec;
 use super::spec::{EstimatorSpec, LimitsSpec, UncertaintySpec};
 use super::support_polygon::SupportPolygon;
-use super::support_set::Supports;
+use super::supports::Supports;
 use super::suspension::Suspension;
 use super::wheel::Wheel;
 

@@ -4,6 +4,7 @@
 //! joint names into a [`Machine`], or explains what is wrong.
 
 mod actuated_joint;
+mod add_supports;
 mod body;
 mod changed;
 mod check;
@@ -28,6 +29,7 @@ mod static_transform;
 mod support_polygon;
 mod support_set;
 mod support_spec;
+mod supports;
 mod suspension;
 mod suspension_control;
 mod travel;
@@ -70,10 +72,11 @@ pub use spec::{
 pub use split::Split;
 pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};
-pub use support_set::{Presence, SupportSetError, Supports};
+pub use support_set::SupportSetError;
 pub use support_spec::{
     MeasuredLoad, PresenceSpec, SupportKind, SupportOrigin, SupportSpec, SwitchSpec, TrackSpec,
 };
+pub use supports::{Presence, Supports};
 pub use suspension::Suspension;
 pub use suspension_control::{ControlMode, ControlWeights, PairWeight, SuspensionControl};
 pub use travel::BaseMotion;

@@ -7,7 +7,6 @@ use serde::Deserialize;
 
 use crate::machine::HydraulicsSpec;
 
-use super::support_spec::ByName;
 use super::{
     FieldSpec, MachineError, PlausibilitySpec, PresenceSpec, SignalsSpec, SupportOrigin,
     SupportSpec, SuspensionControl, TrackSpec, WeighedSpec,
@@ -33,10 +32,10 @@ pub struct MachineSpec {
     pub wheels: BTreeMap<String, WheelSpec>,
     /// Supports other than wheels by name, until they are added to the wheels.
     #[serde(default)]
-    pub supports: ByName<SupportSpec>,
+    pub supports: BTreeMap<String, SupportSpec>,
     /// Tracks by name, until their points are added to the wheels.
     #[serde(default)]
-    pub tracks: ByName<TrackSpec>,
+    pub tracks: BTreeMap<String, TrackSpec>,
     /// The manipulator.
     pub arm: Option<ArmSpec>,
     /// Linear actuators that close a triangle.

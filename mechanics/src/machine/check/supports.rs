@@ -2,7 +2,7 @@
 
 use super::checker::Checker;
 use crate::machine::spec::WheelSpec;
-use crate::machine::support_set::TRANSITION_S;
+use crate::machine::supports::TRANSITION_S;
 use crate::machine::{
     ActuatedJoint, Contact, ForceSource, MAX_WHEELS, MachineError, MeasuredJoint, Presence,
     PresenceSpec, SupportKind, Supports, Wheel,
