@@ -157,7 +157,15 @@ pub fn load_within(
         notes: bound.notes,
         supports: None,
     };
-    loaded.supports = supports::read(log, file, &loaded);
+    let recordings = || loaded.signals.iter().map(|signal| &signal.recording);
+    let start_ns = recordings().filter_map(|recording| recording.stamps_ns.iter().min());
+    loaded.supports = supports::read(
+        log,
+        file,
+        loaded.machine.supports(),
+        start_ns.min().copied(),
+        recordings().next().map(|recording| &recording.time_base),
+    );
     if let Some(timeline) = &loaded.supports {
         loaded.notes.extend_from_slice(&timeline.notes);
     }

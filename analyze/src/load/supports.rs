@@ -2,10 +2,9 @@
 
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, number_field};
-use tipwatch_ingest::{FieldRequest, Log, record_fields};
+use tipwatch_ingest::{FieldRequest, Log, TimeBase, record_fields};
 use tipwatch_mechanics::machine::{FieldSpec, PresenceSpec, SupportKind, Supports};
 
-use super::LoadedLog;
 use crate::base::error_text::error_text;
 
 /// Samples of a measured load without a switch tell whether a support is set for so long (s).
@@ -70,20 +69,24 @@ impl SupportTimeline {
 }
 
 /// Reads the supports of a machine from a log; `None` if they are always the same.
-pub(crate) fn read(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Option<SupportTimeline> {
-    let supports = loaded.machine.supports();
+///
+/// Spans count from `start_ns`; stamps are converted to the clock `time_base`.
+pub(crate) fn read(
+    log: &Log,
+    file: &MachineFile,
+    supports: &Supports,
+    start_ns: Option<i64>,
+    time_base: Option<&TimeBase>,
+) -> Option<SupportTimeline> {
     if !supports.vary() {
         return None;
     }
-    let start_ns = (loaded.signals.iter())
-        .filter_map(|signal| signal.recording.stamps_ns.iter().min())
-        .min();
     let mut notes = Vec::new();
     let courses = (0..supports.all.len()).map(|support| {
         let presence = &supports.presence[support];
         let is_wheel = supports.all[support].kind == SupportKind::Wheel;
         let mut from_log = |field: &FieldSpec, above: f64, max_age_s: f64| match series(
-            log, file, loaded, field,
+            log, file, time_base, field,
         ) {
             Ok(samples) => by_samples(&samples, above, max_age_s),
             Err(error) => {
@@ -97,7 +100,7 @@ pub(crate) fn read(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Option<
         };
         match (&presence.told, &presence.load) {
             (Some(PresenceSpec::Always(told)), _) => always(*told),
-            (Some(PresenceSpec::Spans(spans)), _) => by_spans(spans, start_ns.copied()),
+            (Some(PresenceSpec::Spans(spans)), _) => by_spans(spans, start_ns),
             (Some(PresenceSpec::Signal(switch)), _) => {
                 from_log(&switch.number(), switch.above, switch.max_age)
             }
@@ -116,14 +119,13 @@ pub(crate) fn read(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Option<
 fn series(
     log: &Log,
     file: &MachineFile,
-    loaded: &LoadedLog,
+    time_base: Option<&TimeBase>,
     field: &FieldSpec,
 ) -> Result<Vec<(i64, f64)>> {
     let request = FieldRequest {
         topic: field.topic.clone(),
         number: number_field(field, "effort"),
     };
-    let time_base = loaded.signals.first().map(|s| &s.recording.time_base);
     let (recordings, _) = record_fields(log, &[request], time_base)?;
     let offset_s = file.spec.clock.offset.get(&field.topic);
     let shift_ns = (offset_s.copied().unwrap_or(0.0) * 1e9).round() as i64;
