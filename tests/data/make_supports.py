@@ -10,7 +10,7 @@ crane       12 t crane on four wheels and four outriggers, 42 s, level ground. I
             18 s. From 22 s on the boom is over the front left corner and the rear right foot carries nothing. It folds, lowers itself to
             its wheels (32 to 38 s) and drives on. Joint states 50 Hz, IMU 50 Hz, forces and states of the outriggers 20 Hz, all with noise.
 forklift    4.5 t forklift with a rear axle that swings about a pivot (three-point support), standing on a side slope of 12 degrees, 11.5 s. It
-            lifts a load of 1.2 t to 3.6 m from 2 to 10 s. From 8.4 s on the uphill front wheel is off the ground; when the axle reaches its stop the machine goes on tipping over.
+            lifts a load of 1.2 t to 3.6 m from 2 to 10 s. From 8.2 s on the uphill front wheel is off the ground; when the axle reaches its stop the machine goes on tipping over.
 """
 import math
 from pathlib import Path
