@@ -3,7 +3,7 @@
 use tipwatch_ingest::{
     Error, Log, SampleSpec, SensorKind, SensorRequest, ValueSource, topic_of_field,
 };
-use tipwatch_mechanics::machine::ActuatorSignal;
+use tipwatch_mechanics::machine::{ActuatorSignal, ForceSource};
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
 use tipwatch_mechanics::state::Sensor;
 
@@ -32,42 +32,67 @@ pub(crate) fn find(
     machine: &Machine,
 ) -> Result<FoundActuators, Error> {
     let contact = machine.contact();
-    let bound: Vec<(&LinkageSpec, Vec<(&FieldSpec, &str)>)> = (contact.actuated_joints.iter())
-        .map(|joint| &spec.linkage[joint.linkage])
-        .map(|linkage| (linkage, bound_fields(spec, linkage)))
+    let bound: Vec<Bound<'_>> = (contact.actuated_joints.iter())
+        .map(|joint| Bound::of(spec, &joint.source))
         .collect();
     let lacks =
         |(field, _): &&(&FieldSpec, &str)| !log.topics().iter().any(|t| t.name == field.topic);
-    let missing = |joint: usize| bound[joint].1.iter().find(lacks);
+    let missing = |joint: usize| bound[joint].fields.iter().find(lacks);
     let mut found = FoundActuators {
         signals: contact.actuator_signals(|joint| missing(joint).is_none()),
         ..FoundActuators::default()
     };
     for (index, signal) in found.signals.iter().enumerate() {
-        let (linkage, fields) = &bound[signal.joint];
-        let (field, description) = fields[signal.signal];
+        let bound = &bound[signal.joint];
+        let (field, description) = bound.fields[signal.signal];
         found.sensors.push(BoundSensor {
             sensor: Sensor::Actuator(index),
             request: request(log, field)?,
-            why: format!(
-                "{description} of linkage {}, named by the machine file",
-                linkage.name
-            ),
+            why: format!("{description} of {}, named by the machine file", bound.of),
         });
     }
-    for (joint, (linkage, _)) in bound.iter().enumerate() {
+    for (joint, bound) in bound.iter().enumerate() {
         if let Some((field, _)) = missing(joint) {
+            let (first, rest) = bound.of.split_at(1);
             found.notes.push(format!(
-                "Linkage {}: the log has no topic {}, so its force is unknown and the load split follows the rule alone.",
-                linkage.name, field.topic
+                "{}{rest}: the log has no topic {}, so its force is unknown and the load split follows the rule alone.",
+                first.to_uppercase(),
+                field.topic
             ));
         }
     }
     Ok(found)
 }
 
-/// The fields of [`ActuatedJoint::signals`](tipwatch_mechanics::machine::ActuatedJoint), in order,
-/// each with its description.
+/// What a measured force is of, and its numbers in the log.
+struct Bound<'s> {
+    of: String,
+    /// The fields of [`ActuatedJoint::signals`](tipwatch_mechanics::machine::ActuatedJoint), in order, each with its
+    /// description.
+    fields: Vec<(&'s FieldSpec, &'static str)>,
+}
+
+impl<'s> Bound<'s> {
+    fn of(spec: &'s MachineSpec, source: &ForceSource) -> Self {
+        match source {
+            ForceSource::Linkage(linkage) => {
+                let linkage = &spec.linkage[*linkage];
+                Self {
+                    of: format!("linkage {}", linkage.name),
+                    fields: bound_fields(spec, linkage),
+                }
+            }
+            ForceSource::Support { name, .. } => {
+                let load = spec.wheels.get(name).and_then(|w| w.origin.force.as_ref());
+                Self {
+                    of: format!("support {name}"),
+                    fields: load.iter().map(|load| (&load.field, "load")).collect(),
+                }
+            }
+        }
+    }
+}
+
 fn bound_fields<'s>(
     spec: &'s MachineSpec,
     linkage: &'s LinkageSpec,

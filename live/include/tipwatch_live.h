@@ -218,6 +218,8 @@ enum tipwatch_reason {
     TIPWATCH_REASON_GROSS_INPUT = 1 << 13,
     /* Signals contradict each other, and which one is wrong is unknown. */
     TIPWATCH_REASON_CONTRADICTION = 1 << 14,
+    /* Which supports are on the ground is unknown, is changing, or contradicts a measured load. */
+    TIPWATCH_REASON_SUPPORTS_UNKNOWN = 1 << 15,
 };
 
 /* Numbers: event of the verdict and of the command. */

@@ -42,5 +42,7 @@ mod val_newton_euler;
 mod val_petrovic_mattila;
 // Platforms whose inertia follows their actuators.
 mod variable_inertia;
+// A machine on any set of its supports.
+mod supports;
 // Stamps at the ends of their range.
 mod wild_stamps;

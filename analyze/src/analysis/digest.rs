@@ -87,6 +87,8 @@ pub(super) struct DigestPass<'a> {
     lightest_share: f64,
     sigmas: Vec<SpreadValues>,
     widths: SpreadValues,
+    /// Valid rows with a load, by wheel.
+    loaded_rows: Vec<usize>,
 }
 
 impl<'a> DigestPass<'a> {
@@ -124,6 +126,7 @@ impl<'a> DigestPass<'a> {
             lightest_share: f64::INFINITY,
             sigmas: vec![SpreadValues::default(); wheels],
             widths: SpreadValues::default(),
+            loaded_rows: vec![0; wheels],
         }
     }
 
@@ -149,6 +152,11 @@ impl<'a> DigestPass<'a> {
         let found = &mut self.digest.wheels[wheel];
         for &row in valid {
             let load_n = load[row];
+            if load_n.is_nan() {
+                // off the ground, while the machine is on other supports
+                continue;
+            }
+            self.loaded_rows[wheel] += 1;
             found.mean_load_n += load_n;
             let with = |known: Option<f64>, of: fn(f64, f64) -> f64| {
                 Some(known.map_or(load_n, |known| of(known, load_n)))
@@ -191,6 +199,7 @@ impl<'a> DigestPass<'a> {
             let sigma = column(Quantity::LoadSigma(wheel));
             valid
                 .iter()
+                .filter(|&&row| !load[row].is_nan())
                 .for_each(|&row| self.sigmas[wheel].push(sigma[row]));
         }
     }
@@ -228,8 +237,9 @@ impl<'a> DigestPass<'a> {
         let mut digest = self.digest;
         digest.margins = self.margins.finish();
         digest.open_split = self.widths.middle().unwrap_or(0.0);
-        for (wheel, sigmas) in digest.wheels.iter_mut().zip(self.sigmas) {
-            wheel.mean_load_n /= digest.valid_rows as f64;
+        let wheels = digest.wheels.iter_mut().zip(self.sigmas);
+        for ((wheel, sigmas), rows) in wheels.zip(self.loaded_rows) {
+            wheel.mean_load_n /= rows as f64;
             wheel.median_load_sigma_n = sigmas.middle();
         }
         digest

@@ -85,6 +85,11 @@ impl OtherModels {
         }
     }
 
+    /// No models: the analytic ones are of four wheels that stay on the ground.
+    pub(crate) fn none() -> Self {
+        Self { models: Vec::new() }
+    }
+
     /// The loads of a block by each model that can be computed.
     pub(crate) fn evaluate(&self, machine: &Machine, rows: &Rows) -> Vec<OutcomeColumns> {
         let models = self

@@ -17,7 +17,7 @@ use super::sensitivity::SensitivityPass;
 use crate::base::options::Options;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
-use crate::events::{Event, EventPass, Found};
+use crate::events::{AnyPass, Event, Found, OnSet};
 use crate::load::MeasuredLoads;
 
 /// Receives the rows of a log block by block, in order.
@@ -73,6 +73,7 @@ pub(super) struct Gathered {
 pub(super) fn gather(
     prepared: Prepared<'_>,
     min_loads_n: Option<&[f64]>,
+    sets: &[OnSet<'_>],
     scope: Scope,
     others: &OtherModels,
     sink: &mut dyn RowSink,
@@ -86,8 +87,10 @@ pub(super) fn gather(
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| MonteCarloPass::new(machine, draws));
     let mut bands: Vec<Vec<Band>> = Vec::new();
-    let mut events = EventPass::new(machine, table, min_loads_n, scope);
-    let mut sensitivity = (scope.sensitivities).then(|| SensitivityPass::new(machine));
+    let mut events = AnyPass::new(machine, table, min_loads_n, sets, scope);
+    let is_one_set = table.supports().is_none();
+    let mut sensitivity =
+        (scope.sensitivities && is_one_set).then(|| SensitivityPass::new(machine));
     let mut seen = Seen::new(machine);
     let mut digest = DigestPass::new(machine, table, min_loads_n);
     let mut exclusion = ExclusionPass::new(machine, table);
@@ -119,7 +122,7 @@ pub(super) fn gather(
             || {
                 for rows in &taken {
                     events.take(rows);
-                    seen.take(machine, rows);
+                    take_seen(&mut seen, machine, table, scope, rows);
                     digest.take(rows);
                     exclusion.take(rows);
                     if let Some(sensitivity) = &mut sensitivity {
@@ -152,6 +155,26 @@ pub(super) fn gather(
         not_excluded,
         exclusion,
     })
+}
+
+/// Shows rows to the notes, those of each set of supports with the machine on it.
+fn take_seen(seen: &mut Seen, machine: &Machine, table: &Table, scope: Scope, rows: &Rows) {
+    let Some(supports) = table.supports() else {
+        seen.take(machine, rows);
+        return;
+    };
+    let end = rows.first + rows.len();
+    let begin = supports
+        .spans
+        .partition_point(|(span, _)| span.end <= rows.first);
+    let within = supports.spans[begin..].iter();
+    for (span, set) in within.take_while(|(span, _)| span.start < end) {
+        let Some(set) = set.map(|set| &supports.sets[set]) else {
+            continue;
+        };
+        let part = span.start.max(rows.first) - rows.first..span.end.min(end) - rows.first;
+        seen.take(&set.machine, &rows.on_set(set, scope, part));
+    }
 }
 
 /// What is computed with each block.

@@ -23,6 +23,7 @@ pub mod sensitivity;
 mod size;
 mod spread_values;
 mod states;
+mod supports;
 pub mod undecided;
 mod verdicts;
 

@@ -212,7 +212,7 @@ fn measured_torques(loaded: &LoadedLog, seen: &Seen) -> Option<String> {
     let machine = &loaded.machine;
     let mut linkages: Vec<&str> = (sensors.actuators.iter())
         .map(|signal| &machine.contact().actuated_joints[signal.joint])
-        .map(|joint| machine.linkages()[joint.linkage].name.as_str())
+        .map(|joint| joint.name(machine.linkages()))
         .collect();
     linkages.dedup();
     if linkages.is_empty() {

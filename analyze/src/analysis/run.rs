@@ -28,6 +28,7 @@ use super::payload;
 use super::quasi_static::{QuasiStatic, choose};
 use super::size;
 use super::states::{self, KeptStates};
+use super::supports;
 use super::verdicts;
 use crate::analysis::Analysis;
 use crate::analysis::Coverage;
@@ -41,9 +42,11 @@ use crate::base::options::{ApplyClockOffsets, Estimator, Options};
 use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 use crate::base::rows::Rows;
+use crate::base::support_sets::SupportSets;
 use crate::base::table::Table;
 use crate::base::verdicts::MonitorRecord;
 use crate::events;
+use crate::events::OnSet;
 use crate::load::LoadedLog;
 use crate::load::MeasuredLoads;
 use crate::load::block_smoother;
@@ -142,14 +145,27 @@ fn analyse_with<S: RowSink>(
         false => LoadComparison::default(),
     };
     let posture = first_posture(&loaded.machine, &rows);
-    let machine = &loaded.machine;
+    supports::check_options(&loaded, &options)?;
     let has_odometry = loaded.matched.sensors.odometry;
-    let model = evaluation::model(machine, options.model, &posture, has_odometry, &options)?;
+    let model = evaluation::model(
+        &loaded.machine,
+        options.model,
+        &posture,
+        has_odometry,
+        &options,
+    )?;
+    let on_supports = supports::of_rows(&mut loaded, &rows.times_ns, scope);
+    let machine = on_supports
+        .as_ref()
+        .map_or(&loaded.machine, |(named, _)| named);
     let record = match scope.sensitivities {
         true => verdicts::monitor_record(&log)?,
         false => MonitorRecord::default(),
     };
     let mut table = Table::new(machine, rows, scope, model, record);
+    if let Some((named, sets)) = &on_supports {
+        table = table.on_supports(named, SupportSets::clone(sets));
+    }
     let notes_on_static_rows = (quasi_static.as_ref()).map_or(Vec::new(), |it| it.notes.clone());
     QuasiStatic::apply(quasi_static, &mut table);
     let min_loads_n = min_loads(machine);
@@ -162,8 +178,20 @@ fn analyse_with<S: RowSink>(
         measured_loads: &measured_loads,
     };
     let mut sink = begin(&prepared)?;
-    let others = OtherModels::new(machine, &posture, has_odometry, &options);
-    let gathered = gather(prepared, min_loads_n.as_deref(), scope, &others, &mut sink)?;
+    let others = match &on_supports {
+        Some(_) => OtherModels::none(),
+        None => OtherModels::new(machine, &posture, has_odometry, &options),
+    };
+    let sets = OnSet::all(&table, min_loads);
+    let gathered = gather(
+        prepared,
+        min_loads_n.as_deref(),
+        &sets,
+        scope,
+        &others,
+        &mut sink,
+    )?;
+    drop(sets);
     let provenance = provenance(&log, log_hashes, file, &loaded)?;
     table.check()?;
     table.reasons = gathered.found.reasons;
@@ -219,7 +247,10 @@ fn analyse_with<S: RowSink>(
     let analysis = Analysis {
         sources,
         inputs: signals.collect(),
-        machine: loaded.machine,
+        machine: match on_supports {
+            Some((named, _)) => named,
+            None => loaded.machine,
+        },
         options,
         provenance,
         notes,

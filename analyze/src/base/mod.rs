@@ -13,6 +13,7 @@ pub mod provenance;
 pub mod recovered;
 pub mod rows;
 pub(crate) mod stdout;
+pub(crate) mod support_sets;
 pub mod table;
 pub mod verdicts;
 pub(crate) mod widening;

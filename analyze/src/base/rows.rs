@@ -1,10 +1,14 @@
 //! The results of consecutive rows of a log: of a block, of a window or of the whole log.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::verdict::{Conditions, Verdict};
-use tipwatch_mechanics::{OutcomeColumns, Quantity, State, StateColumns};
+use tipwatch_mechanics::{OutcomeColumns, Quantity, Scope, State, StateColumns};
+
+use super::support_sets::SupportSet;
 
 /// Results of consecutive rows. Rows are counted from the first of these.
 #[derive(Debug, Clone)]
@@ -69,6 +73,20 @@ impl Rows {
     pub fn value(&self, quantity: Quantity, row: usize) -> f64 {
         let found = (self.outcomes.quantities.iter()).position(|&known| known == quantity);
         found.map_or(f64::NAN, |column| self.outcomes.columns[column][row])
+    }
+
+    /// Some of these rows on one set of supports, without verdicts.
+    pub(crate) fn on_set(&self, set: &SupportSet, scope: Scope, rows: Range<usize>) -> Self {
+        let chosen = self.outcomes.chosen(&set.machine, scope, &set.places);
+        Self {
+            first: self.first + rows.start,
+            start_ns: self.start_ns,
+            times_ns: self.times_ns[rows.clone()].to_vec(),
+            reasons: self.reasons[rows.clone()].to_vec(),
+            states: self.states.block(rows.clone()),
+            outcomes: chosen.block(rows),
+            verdicts: None,
+        }
     }
 
     /// Appends a row of `other`, without its verdict.

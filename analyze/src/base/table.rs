@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::{
     Model, OutcomeColumns, Quantity, Scope, State, StateColumns, evaluate_rows,
 };
@@ -18,6 +18,7 @@ use tipwatch_mechanics::{
 use super::estimated::{EstimatedRows, StateSource};
 use super::in_order::in_order;
 use super::rows::{Rows, row_at};
+use super::support_sets::SupportSets;
 use super::verdicts::{MonitorRecord, RowJudge};
 use super::widening::Widening;
 
@@ -42,6 +43,8 @@ pub struct Table {
     model: Arc<Model>,
     record: MonitorRecord,
     widening: Option<Arc<dyn Widening>>,
+    /// The sets of supports, if they come and go; `machine` then only names the columns.
+    supports: Option<Arc<SupportSets>>,
     whole: OnceLock<Arc<Rows>>,
 }
 
@@ -65,6 +68,7 @@ impl Table {
             model,
             record,
             widening: None,
+            supports: None,
             whole: OnceLock::new(),
         }
     }
@@ -72,6 +76,53 @@ impl Table {
     /// Widens the bands of all rows computed from now on.
     pub(crate) fn widen_by(&mut self, widening: Arc<dyn Widening>) {
         self.widening = Some(widening);
+    }
+
+    /// The table of a machine on different supports, which `machine` names.
+    pub(crate) fn on_supports(mut self, machine: &Machine, supports: SupportSets) -> Self {
+        self.quantities = Quantity::all(machine, self.scope);
+        self.machine = machine.clone();
+        self.supports = Some(Arc::new(supports));
+        self
+    }
+
+    /// The same rows on the set of supports with this index, without those at other times: their reasons say so.
+    pub(crate) fn on_set(&self, index: usize, machine: &Machine) -> Self {
+        let mut reasons = self.reasons.clone();
+        let spans = self.supports().map_or(&[][..], |supports| &supports.spans);
+        for (rows, _) in spans.iter().filter(|(_, set)| *set != Some(index)) {
+            for reasons in &mut reasons[rows.clone()] {
+                reasons.add(Reason::SupportsUnknown);
+            }
+        }
+        Self {
+            times_ns: self.times_ns.clone(),
+            reasons,
+            quantities: Quantity::all(machine, self.scope),
+            machine: machine.clone(),
+            states: Arc::clone(&self.states),
+            first: self.first,
+            scope: self.scope,
+            model: Arc::clone(&self.model),
+            record: MonitorRecord::default(),
+            widening: self.widening.clone(),
+            supports: None,
+            whole: OnceLock::new(),
+        }
+    }
+
+    /// The sets of supports, if they come and go.
+    pub(crate) fn supports(&self) -> Option<&SupportSets> {
+        self.supports.as_deref()
+    }
+
+    /// The machine on the supports of a row; `None` where these are unknown.
+    #[must_use]
+    pub fn machine_at(&self, row: usize) -> Option<&Machine> {
+        match &self.supports {
+            Some(supports) => supports.of_row(row).map(|set| &set.machine),
+            None => Some(&self.machine),
+        }
     }
 
     /// Number of rows.
@@ -148,20 +199,25 @@ impl Table {
     }
 
     fn evaluated(&self, rows: Range<usize>, states: StateColumns) -> Rows {
-        let outcomes = evaluate_rows(
-            &self.machine,
-            &states,
-            0..rows.len(),
-            self.scope,
-            &self.model,
-        );
-        let before = self.reasons[rows.clone()].iter().enumerate();
-        let reasons = before.map(|(row, &reasons)| outcomes.reasons(row, reasons));
+        let so_far = &self.reasons[rows.clone()];
+        let (scope, model) = (self.scope, &self.model);
+        let (outcomes, reasons) = match &self.supports {
+            Some(supports) => {
+                supports.evaluate(&self.machine, rows.start, &states, so_far, scope, model)
+            }
+            None => {
+                let outcomes = evaluate_rows(&self.machine, &states, 0..rows.len(), scope, model);
+                let before = so_far.iter().enumerate();
+                let reasons = before.map(|(row, &reasons)| outcomes.reasons(row, reasons));
+                let reasons = reasons.collect();
+                (outcomes, reasons)
+            }
+        };
         let next_ns = self.times_ns.get(rows.end).copied();
         let mut rows = Rows {
             first: rows.start,
             start_ns: self.times_ns[0],
-            reasons: reasons.collect(),
+            reasons,
             times_ns: self.times_ns[rows].to_vec(),
             states,
             outcomes,
@@ -205,8 +261,8 @@ impl Table {
                     .saturating_sub(self.first)
                     .min(self.len())
         };
-        let mut judge =
-            (self.scope.sensitivities).then(|| RowJudge::new(&self.machine, &self.record));
+        let mut judge = (self.scope.sensitivities)
+            .then(|| RowJudge::new(&self.machine, &self.record, self.supports()));
         in_order(
             units.map(unit_at),
             compute_unit,

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::verdict::{Conditions, Judge, Latch, LiftOffForecast, RowFacts};
+use tipwatch_mechanics::verdict::{Conditions, Judge, Latch, LiftOff, LiftOffForecast, RowFacts};
 
 use super::rows::{Rows, Verdicts};
+use super::support_sets::SupportSets;
 
 /// What a monitor recorded in the log, and what its session began with.
 #[derive(Debug, Clone, Default)]
@@ -25,11 +26,19 @@ pub(crate) struct RowJudge<'a> {
     judge: Judge,
     forecast: LiftOffForecast,
     otf: Vec<f64>,
+    /// The sets of supports, if they come and go.
+    supports: Option<&'a SupportSets>,
+    /// The set of the forecast.
+    set: Option<usize>,
 }
 
 impl<'a> RowJudge<'a> {
     /// A judge before the first row.
-    pub(crate) fn new(machine: &'a Machine, record: &'a MonitorRecord) -> Self {
+    pub(crate) fn new(
+        machine: &'a Machine,
+        record: &'a MonitorRecord,
+        supports: Option<&'a SupportSets>,
+    ) -> Self {
         let mut judge = Judge::new(machine.limits());
         judge.resume(record.inherited);
         Self {
@@ -38,7 +47,26 @@ impl<'a> RowJudge<'a> {
             judge,
             forecast: LiftOffForecast::new(machine),
             otf: vec![f64::NAN; machine.wheels().len()],
+            supports,
+            set: None,
         }
+    }
+
+    /// The next wheel to lift, by the OTF of a row of the log with meaningful loads. It begins anew on other supports.
+    fn forecast(&mut self, row: usize, time_ns: i64) -> Option<LiftOff> {
+        let Some(supports) = self.supports else {
+            return self.forecast.row(self.machine, time_ns, &self.otf);
+        };
+        let index = supports.index_of_row(row)?;
+        let machine = &supports.sets[index].machine;
+        if self.set != Some(index) {
+            self.set = Some(index);
+            self.forecast = LiftOffForecast::new(machine);
+        }
+        let of_set: Vec<f64> = (machine.stands_on().iter())
+            .map(|&support| self.otf[support])
+            .collect();
+        self.forecast.row(machine, time_ns, &of_set)
     }
 
     /// Verdicts of the next rows.
@@ -70,7 +98,7 @@ impl<'a> RowJudge<'a> {
             });
             all.verdicts.push(verdict);
             let next = (reasons.leave_loads())
-                .then(|| self.forecast.row(self.machine, time_ns, &self.otf))
+                .then(|| self.forecast(rows.first + row, time_ns))
                 .flatten()
                 .filter(|_| verdict.level.announces_lift_off());
             all.time_to_lift_off_s

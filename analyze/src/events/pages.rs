@@ -43,6 +43,11 @@ impl<'a> Pages<'a> {
         }
     }
 
+    /// Adds rows that belong to other supports.
+    pub(super) fn skip(&mut self, reasons: &[Reasons]) {
+        self.reasons.extend_from_slice(reasons);
+    }
+
     /// Adds the next block.
     pub(super) fn add(&mut self, rows: &Arc<Rows>) {
         self.reasons.extend_from_slice(&rows.reasons);

@@ -92,6 +92,16 @@ impl<'a> EventPass<'a> {
         }
     }
 
+    /// Takes rows, with these reasons, in which the machine is on other supports.
+    pub(crate) fn skip(&mut self, reasons: &[Reasons]) {
+        self.rows.skip(reasons);
+        let Some(last) = self.rows.known().checked_sub(1) else {
+            return;
+        };
+        self.close_before(last);
+        self.look_into_spells(last);
+    }
+
     /// Takes the next block.
     pub(crate) fn take(&mut self, rows: &Arc<Rows>) {
         self.rows.add(rows);

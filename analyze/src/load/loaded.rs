@@ -12,6 +12,7 @@ use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 use super::arrivals::for_each_arrival;
 use super::recording::Recording;
 use super::sample_store::SampleStore;
+use super::supports::{self, SupportTimeline};
 use crate::base::file_hash::{FileHash, hash_of};
 
 /// Most values of samples that stay in memory: a quarter of an hour of a usual machine, 32 MB.
@@ -36,6 +37,8 @@ pub struct LoadedLog {
     pub clock_offsets_s: BTreeMap<String, f64>,
     /// Bound signals that are missing from the log, as sentences.
     pub notes: Vec<String>,
+    /// When which supports are on the ground; `None` if they are always the same.
+    pub(crate) supports: Option<SupportTimeline>,
 }
 
 impl LoadedLog {
@@ -150,7 +153,7 @@ pub fn load_within(
             recording,
         });
     }
-    Ok(LoadedLog {
+    let mut loaded = LoadedLog {
         machine: bound.machine,
         urdf: hash_of(urdf.name, urdf.text.as_bytes()),
         urdf_text: urdf.text,
@@ -159,5 +162,19 @@ pub fn load_within(
         losses,
         clock_offsets_s: bound.clock_offsets_s,
         notes: bound.notes,
-    })
+        supports: None,
+    };
+    let recordings = || loaded.signals.iter().map(|signal| &signal.recording);
+    let start_ns = recordings().filter_map(|recording| recording.stamps_ns.iter().min());
+    loaded.supports = supports::read(
+        log,
+        file,
+        loaded.machine.supports(),
+        start_ns.min().copied(),
+        recordings().next().map(|recording| &recording.time_base),
+    );
+    if let Some(timeline) = &loaded.supports {
+        loaded.notes.extend_from_slice(&timeline.notes);
+    }
+    Ok(loaded)
 }

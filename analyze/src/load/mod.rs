@@ -8,6 +8,7 @@ pub(crate) mod recorder_gaps;
 mod recording;
 mod sample_store;
 mod smoothing;
+pub(crate) mod supports;
 mod wheel_load;
 
 pub use loaded::{LoadedLog, Signal, load, load_within};

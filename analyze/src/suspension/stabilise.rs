@@ -66,7 +66,14 @@ fn machine(file: &MachineFile, opening: &Opening) -> Result<Machine> {
         joint_names: Some(&names),
         ..LogFacts::default()
     };
-    Ok(file.spec.check(&urdf.text, &urdf.name, facts)?)
+    let machine = file.spec.check(&urdf.text, &urdf.name, facts)?;
+    if let Some(which) = machine.supports().not_constant() {
+        bail!(
+            "{}: {which}: expected supports that are always on the ground, found one that comes and goes or whose load is measured",
+            file.spec.file
+        );
+    }
+    Ok(machine)
 }
 
 fn write_line(output: &mut impl Write, value: &impl Serialize) -> Result<()> {

@@ -70,7 +70,7 @@ pub(super) fn preamble(
 fn actuator_topic(machine: &Machine, sensors: &Sensors, signal: usize) -> String {
     let signal = sensors.actuators[signal];
     let joint = &machine.contact().actuated_joints[signal.joint];
-    let linkage = &machine.linkages()[joint.linkage].name;
+    let linkage = joint.name(machine.linkages());
     match (joint.signals.len(), signal.signal) {
         (1, _) => monitor_topic::force(linkage),
         (_, 0) => monitor_topic::piston_pressure(linkage),

@@ -106,6 +106,12 @@ impl Session {
                 file.spec.file
             );
         }
+        if let Some(which) = machine.supports().not_constant() {
+            bail!(Refusal::Unsuitable.because(format!(
+                "{}: {which}: expected supports that are always on the ground for live use, found one that comes and goes or whose load is measured; a verdict has the same wheels in every row, and such supports are computed offline only (tipwatch analyze)",
+                file.spec.file
+            )));
+        }
         self.check_imu_mounting(file, &machine)?;
         let sensors = self.sensors(&machine)?;
         if !sensors.tool_wrench {
@@ -221,7 +227,7 @@ impl Session {
         let bound = &machine.contact().actuated_joints;
         let mut missing = (0..bound.len()).filter(|&k| !self.actuated_joints.contains(&(k as u32)));
         if let Some(k) = missing.next() {
-            let linkage = &machine.linkages()[bound[k].linkage].name;
+            let linkage = bound[k].name(machine.linkages());
             return Err(Refusal::SensorMissing.because(format!(
                 "session: expected the bound force or pressures of linkage \"{linkage}\", found none"
             )));

@@ -85,6 +85,50 @@ impl OutcomeColumns {
         so_far.with_signs(&signs)
     }
 
+    /// Rows of which nothing is known.
+    #[must_use]
+    pub fn unknown(machine: &Machine, scope: Scope, rows: usize) -> Self {
+        let mut unknown = Self::empty(machine, scope);
+        for column in unknown.every_column() {
+            column.resize(rows, f64::NAN);
+        }
+        unknown
+    }
+
+    /// Writes all rows of `others` from row `first` on, its columns to those with the indices `places`. Sums of
+    /// derivatives stay: those of `others` are of other parameters.
+    ///
+    /// # Panics
+    /// There is no such row or column.
+    pub fn write(&mut self, first: usize, others: &Self, places: &[usize]) {
+        let rows = first..first + others.linkage_closure.len();
+        for (&place, column) in places.iter().zip(&others.columns) {
+            self.columns[place][rows.clone()].copy_from_slice(column);
+        }
+        self.linkage_closure[rows].copy_from_slice(&others.linkage_closure);
+    }
+
+    /// Some of the rows, without sums of derivatives.
+    #[must_use]
+    pub fn block(mut self, rows: Range<usize>) -> Self {
+        for column in self.every_column() {
+            column.truncate(rows.end);
+            column.drain(..rows.start);
+        }
+        self
+    }
+
+    /// The columns with the indices `places`, as those of a machine and scope with as many quantities.
+    #[must_use]
+    pub fn chosen(&self, machine: &Machine, scope: Scope, places: &[usize]) -> Self {
+        let mut chosen = Self::empty(machine, scope);
+        for (&place, column) in places.iter().zip(&mut chosen.columns) {
+            column.clone_from(&self.columns[place]);
+        }
+        chosen.linkage_closure.clone_from(&self.linkage_closure);
+        chosen
+    }
+
     fn every_column(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         self.columns.iter_mut().chain([&mut self.linkage_closure])
     }

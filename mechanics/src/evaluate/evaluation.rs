@@ -236,7 +236,7 @@ fn stand<T: Real>(
     let force = GroundForce::in_plane(ground, plane);
     w.equations.set_equilibrium(&force, &w.contacts);
     w.equations.set_offsets(machine, plane, &w.wheel_centres);
-    if !w.distal.is_empty() {
+    if !w.distal.is_empty() || w.equations.are_measured() {
         let distal = DistalSubtrees {
             motions: &w.motions,
             wrenches: &w.distal,

@@ -114,7 +114,7 @@ impl ColumnNames {
                 .map(|e| e.name.clone())
                 .collect(),
             linkages: actuated
-                .map(|joint| machine.linkages[joint.linkage].name.to_lowercase())
+                .map(|joint| joint.name(&machine.linkages).to_lowercase())
                 .collect(),
             links: machine
                 .links

@@ -1,5 +1,6 @@
 //! Joints that an actuator of known force turns, with some of the wheels in their distal subtree.
 
+use super::linkage::Linkage;
 use super::spec::{LinkageSpec, MachineSpec};
 
 /// A joint whose torque enters an equation of the loads.
@@ -13,14 +14,14 @@ pub struct TorqueJoint {
     pub supports_wheel: Vec<bool>,
 }
 
-/// The pivot of a linkage whose actuator force may be logged, with some but not all wheels in its distal
-/// subtree.
+/// A measured force that says something about the split of the load: that of the actuator of a linkage whose pivot
+/// has some but not all wheels in its distal subtree, or the load of a support itself.
 #[derive(Debug, Clone)]
 pub struct ActuatedJoint {
-    /// Index of the linkage.
-    pub linkage: usize,
-    /// Its pivot, its cylinder's hinge, its rod.
-    pub steps: [TorqueJoint; 3],
+    /// Where the force acts.
+    pub source: ForceSource,
+    /// The linkage's pivot, its cylinder's hinge, its rod; none for the load of a support.
+    pub steps: Vec<TorqueJoint>,
     /// Coefficients of the signals in the force, N = sum of coefficient times signal: 1 for a force, the areas of
     /// piston and annulus (m^2, the latter negative) for the chamber pressures.
     pub signals: Vec<f64>,
@@ -28,6 +29,22 @@ pub struct ActuatedJoint {
     pub force_sigma: f64,
     /// Standard deviation of the friction in the cylinder, as a fraction of the force.
     pub friction_share: f64,
+}
+
+/// Where a measured force acts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ForceSource {
+    /// In the actuator of the linkage with this index.
+    Linkage(usize),
+    /// On the support of this name.
+    Support {
+        /// Its name.
+        name: String,
+        /// Its index in [`Supports::all`](super::Supports::all).
+        support: usize,
+        /// Its index in the wheels while it is on the ground.
+        wheel: Option<usize>,
+    },
 }
 
 /// A signal of an actuated joint's force.
@@ -40,6 +57,34 @@ pub struct ActuatorSignal {
 }
 
 impl ActuatedJoint {
+    /// Index of the linkage; `None` for the load of a support.
+    #[must_use]
+    pub fn linkage(&self) -> Option<usize> {
+        match self.source {
+            ForceSource::Linkage(linkage) => Some(linkage),
+            ForceSource::Support { .. } => None,
+        }
+    }
+
+    /// Name of the linkage or of the support.
+    #[must_use]
+    pub fn name<'a>(&'a self, linkages: &'a [Linkage]) -> &'a str {
+        match &self.source {
+            ForceSource::Linkage(linkage) => &linkages[*linkage].name,
+            ForceSource::Support { name, .. } => name,
+        }
+    }
+
+    /// Leaves only these supports on the ground, out of all.
+    pub(super) fn stand_on(&mut self, on: &[usize]) {
+        for step in &mut self.steps {
+            step.supports_wheel = on.iter().map(|&s| step.supports_wheel[s]).collect();
+        }
+        if let ForceSource::Support { support, wheel, .. } = &mut self.source {
+            *wheel = on.iter().position(|on| on == support);
+        }
+    }
+
     /// Coefficients of the signals bound in a linkage's table; empty if it binds no force.
     pub(super) fn bound_signals(spec: &MachineSpec, linkage: &LinkageSpec) -> Vec<f64> {
         match (spec.force_of(linkage), &linkage.pressure) {

@@ -1,5 +1,7 @@
 //! The machine that is computed: valid by construction.
 
+use std::sync::Arc;
+
 use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
 use super::contact::Contact;
 use super::identified::{Identified, SensorCorrections};
@@ -10,6 +12,7 @@ use super::quasi_static::QuasiStaticSpec;
 use super::signals::SignalsSpec;
 use super::spec::{EstimatorSpec, LimitsSpec, UncertaintySpec};
 use super::support_polygon::SupportPolygon;
+use super::supports::Supports;
 use super::suspension::Suspension;
 use super::wheel::Wheel;
 
@@ -27,6 +30,8 @@ pub struct Machine {
     pub(crate) linkages: Vec<Linkage>,
     pub(crate) joints: Vec<MeasuredJoint>,
     pub(crate) wheels: Vec<Wheel>,
+    pub(crate) supports: Arc<Supports>,
+    pub(crate) stands_on: Vec<usize>,
     pub(crate) polygon: SupportPolygon,
     pub(crate) contact: Contact,
     pub(crate) imu: Mount,
@@ -93,7 +98,7 @@ impl Machine {
         &self.joints
     }
 
-    /// The wheels, sorted by name.
+    /// The wheels and other supports on the ground, sorted by name.
     #[must_use]
     pub fn wheels(&self) -> &[Wheel] {
         &self.wheels

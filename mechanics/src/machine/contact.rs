@@ -51,7 +51,8 @@ impl Contact {
         signals.collect()
     }
 
-    /// Index of a joint of an actuated linkage in [`Contact::torque_joints`].
+    /// Index of a joint of an actuated linkage in [`Contact::torque_joints`]. Supports of measured load, which have no
+    /// joints, come after the linkages.
     pub(crate) fn torque_place(&self, actuated: usize, step: usize) -> usize {
         self.free_joints.len() + 3 * actuated + step
     }

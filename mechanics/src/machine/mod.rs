@@ -4,6 +4,7 @@
 //! joint names into a [`Machine`], or explains what is wrong.
 
 mod actuated_joint;
+mod add_supports;
 mod body;
 mod changed;
 mod check;
@@ -32,6 +33,9 @@ mod split;
 mod stated_sigma;
 mod static_transform;
 mod support_polygon;
+mod support_set;
+mod support_spec;
+mod supports;
 mod suspension;
 mod suspension_control;
 mod travel;
@@ -45,7 +49,7 @@ mod warp;
 mod weighed;
 mod wheel;
 
-pub use actuated_joint::{ActuatedJoint, ActuatorSignal, TorqueJoint};
+pub use actuated_joint::{ActuatedJoint, ActuatorSignal, ForceSource, TorqueJoint};
 pub(crate) use body::rotation_in_body;
 pub use body::{
     Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Mounting, Payload,
@@ -80,6 +84,11 @@ pub use spec::{
 pub use split::Split;
 pub use static_transform::StaticTransform;
 pub use support_polygon::{Edge, SupportPolygon};
+pub use support_set::SupportSetError;
+pub use support_spec::{
+    MeasuredLoad, PresenceSpec, SupportKind, SupportOrigin, SupportSpec, SwitchSpec, TrackSpec,
+};
+pub use supports::{Presence, Supports};
 pub use suspension::Suspension;
 pub use suspension_control::{ControlMode, ControlWeights, PairWeight, SuspensionControl};
 pub use travel::BaseMotion;

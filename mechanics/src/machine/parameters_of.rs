@@ -68,7 +68,7 @@ impl Parameter {
             Self::ToolMoment(axis) => format!("tool.moment_{}", axis.name()),
             Self::ActuatorForce(j) => {
                 let joint = &machine.contact.actuated_joints[j];
-                format!("{}.force", machine.linkages[joint.linkage].name)
+                format!("{}.force", joint.name(&machine.linkages))
             }
             Self::LinkMass(l) => format!("{}.mass", link(l)),
             Self::LinkCom(l, axis) => format!("{}.com_{}", link(l), axis.name()),

@@ -8,8 +8,9 @@ use serde::Deserialize;
 use crate::machine::HydraulicsSpec;
 
 use super::{
-    FieldSpec, IdentifiedSpec, LinkSigma, MachineError, PlausibilitySpec, QuasiStaticSpec,
-    SignalsSpec, SuspensionControl, WeighedSpec,
+    FieldSpec, IdentifiedSpec, LinkSigma, MachineError, PlausibilitySpec, PresenceSpec,
+    QuasiStaticSpec, SignalsSpec, SupportOrigin, SupportSpec, SuspensionControl, TrackSpec,
+    WeighedSpec,
 };
 
 /// The machine file; the project's machine-file reference describes every key.
@@ -30,6 +31,12 @@ pub struct MachineSpec {
     /// The wheels by name, three or more.
     #[serde(default)]
     pub wheels: BTreeMap<String, WheelSpec>,
+    /// Supports other than wheels by name, until they are added to the wheels.
+    #[serde(default)]
+    pub supports: BTreeMap<String, SupportSpec>,
+    /// Tracks by name, until their points are added to the wheels.
+    #[serde(default)]
+    pub tracks: BTreeMap<String, TrackSpec>,
     /// The manipulator.
     pub arm: Option<ArmSpec>,
     /// How well single links are known, by name.
@@ -106,6 +113,14 @@ pub struct WheelSpec {
     pub link: String,
     /// Unloaded radius (m).
     pub radius: f64,
+    /// When it is off the ground because the machine is jacked.
+    pub raised: Option<PresenceSpec>,
+    /// The supports that keep it off the ground while all of them are set.
+    #[serde(default)]
+    pub raised_by: Vec<String>,
+    /// Which table of the machine file it is from.
+    #[serde(skip)]
+    pub origin: SupportOrigin,
 }
 
 /// `[arm]`: the links of the manipulator.
@@ -186,6 +201,9 @@ pub struct ContactSpec {
     /// Whether the ground is assumed to be flat.
     #[serde(default)]
     pub ground: Ground,
+    /// Time around each change of the supports on the ground in which it is unknown which of them carry (s);
+    /// default 1.
+    pub transition: Option<f64>,
 }
 
 /// One stiffness for all wheels, or one per wheel.
@@ -505,9 +523,11 @@ impl MachineSpec {
             file: file.into(),
             message: e.to_string().trim_end().to_string(),
         })?;
-        Ok(Self {
+        let mut spec = Self {
             file: file.into(),
             ..spec
-        })
+        };
+        spec.add_supports()?;
+        Ok(spec)
     }
 }

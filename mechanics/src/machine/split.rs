@@ -1,5 +1,7 @@
 //! The rule that splits the load where equilibrium leaves it open.
 
+use super::support_polygon::SupportPolygon;
+
 /// The rule for the load split that equilibrium leaves open.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Split {
@@ -13,4 +15,22 @@ pub enum Split {
     },
     /// The wheels are springs of their stiffness under a rigid frame.
     Springs,
+}
+
+impl Split {
+    /// The rule by roll moment distribution; `None` unless four wheels are at four corners.
+    pub(super) fn by_roll_moment(
+        share: f64,
+        polygon: &SupportPolygon,
+        wheels: usize,
+    ) -> Option<Self> {
+        let edges = polygon.edges();
+        let [front, _, rear, _] = edges else {
+            return None;
+        };
+        (wheels == 4).then(|| Self::RollMomentDistribution {
+            share,
+            wheels: [front.to, front.from, rear.from, rear.to],
+        })
+    }
 }

@@ -3,15 +3,18 @@
 use nalgebra::Vector3;
 
 use super::body::Mounting;
+use super::support_spec::SupportKind;
 
 /// Maximum number of wheels; the load envelope enumerates the possible sets of loaded wheels.
 pub const MAX_WHEELS: usize = 12;
 
-/// A wheel.
+/// A wheel, or another support: a contact point fixed to a body.
 #[derive(Debug, Clone)]
 pub struct Wheel {
     /// Name in the machine file.
     pub name: String,
+    /// What it is.
+    pub kind: SupportKind,
     /// The body that carries the wheel's centre.
     pub body: usize,
     /// Centre in the body's frame (m).

@@ -48,6 +48,8 @@ pub enum Reason {
     GrossInput,
     /// Signals contradict each other, and which one is wrong is unknown.
     Contradiction,
+    /// Which supports are on the ground is unknown, is changing, or contradicts a measured load.
+    SupportsUnknown,
 }
 
 impl Reason {
@@ -143,6 +145,6 @@ impl Reasons {
     /// The set with these bits; unknown bits are ignored.
     #[must_use]
     pub fn from_bits(bits: u16) -> Self {
-        Self(bits & ((1 << Reason::ALL.len()) - 1))
+        Self(bits & (u16::MAX >> (16 - Reason::ALL.len())))
     }
 }

@@ -264,6 +264,9 @@ impl Judge {
         if reasons.have_implausible_signal() {
             return RowAssessment::Unknown;
         }
+        if reasons.has(Reason::SupportsUnknown) {
+            return RowAssessment::Unknown;
+        }
         if reasons.has(Reason::LinkageOpen)
             || reasons.has(Reason::NotFinite)
             || reasons.has(Reason::NoGroundContact)

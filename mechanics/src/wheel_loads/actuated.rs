@@ -19,11 +19,15 @@
 //! ```text
 //!     N = K (u + A' l),   (A K A' + diag S) l = b - A K u;      covariance s_0^2 (I - L A) K                   A(3)
 //! ```
+//! The measured load F of a support, such as the force of a jack, is a row of its own:
+//! ```text
+//!     N_i = F,      s_j^2 = s_f^2 + (mu F)^2                                                                   A(4)
+//! ```
 
 use super::equilibrium::{DistalSubtrees, Equations, RULE_COMPLIANCE};
 use crate::dynamics::newton_euler_derivatives::joint_form;
 use crate::geometry::coordinate::Motion;
-use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, Machine};
+use crate::machine::{ActuatedJoint, ForceSource, Linkage, MAX_WHEELS, Machine};
 use crate::number::{Mask, Real};
 use crate::state::State;
 
@@ -75,6 +79,16 @@ impl<T: Real> Gearing<T> {
     }
 }
 
+impl<T: Real> Gearing<T> {
+    /// A(4): the load itself is measured, positive upwards, where a rod's force enters A(1) with the opposite sign.
+    fn of_support() -> Self {
+        Self {
+            by_pivot: [T::zero(), T::zero(), -T::one()],
+            slope: [T::zero(); 3],
+        }
+    }
+}
+
 impl<T: Real> Actuation<T> {
     pub(crate) fn unknown() -> Self {
         let nothing = [T::zero(); 3];
@@ -92,10 +106,15 @@ impl<T: Real> Actuation<T> {
     pub(crate) fn fill(machine: &Machine, state: &State<T>, actuations: &mut [Self]) {
         let joints = machine.contact.actuated_joints.iter();
         for ((joint, &force), actuation) in joints.zip(&state.actuator_force).zip(actuations) {
-            let linkage = &machine.linkages[joint.linkage];
             let known = force.abs().lt(T::constant(f64::INFINITY));
             *actuation = Self {
-                gearing: Gearing::of(linkage, &state.joints[linkage.measured_joint]),
+                gearing: match joint.source {
+                    ForceSource::Linkage(linkage) => {
+                        let linkage = &machine.linkages[linkage];
+                        Gearing::of(linkage, &state.joints[linkage.measured_joint])
+                    }
+                    ForceSource::Support { .. } => Gearing::of_support(),
+                },
                 force: T::select(known, force, T::zero()),
                 known: T::select(known, T::one(), T::zero()),
             };
@@ -148,7 +167,12 @@ impl<T: Real> Equations<T> {
         let mut any = T::Mask::splat(false);
         for (j, (joint, actuation)) in contact.actuated_joints.iter().zip(actuations).enumerate() {
             let row = self.measured + j;
-            let levers = self.set_distal_wheels(row, &joint.steps[0], distal);
+            let (levers, on_ground) = match (&joint.source, joint.steps.first()) {
+                (ForceSource::Support { wheel, .. }, _) => (T::zero(), self.set_load(row, *wheel)),
+                (_, Some(pivot)) => (self.set_distal_wheels(row, pivot, distal), T::one()),
+                (_, None) => (T::zero(), T::zero()),
+            };
+            let known = actuation.known * on_ground;
             let [_, _, by_rod] = actuation.gearing.by_pivot;
             let mut value = -(by_rod * actuation.force);
             for (s, (step, &factor)) in joint
@@ -162,16 +186,26 @@ impl<T: Real> Equations<T> {
                 value += distal.wrenches[contact.torque_place(j, s)].contracted(&form);
             }
             self.value[row] = value;
-            self.holds[row] = actuation.known;
+            self.holds[row] = known;
             let variance = self.variance(machine, joint, actuation, levers);
             let compliance = variance.held() * T::constant(self.prior_scale.powi(-2));
-            self.compliance[row] = compliance.max(T::constant(LEAST_COMPLIANCE)) * actuation.known;
-            any = any | T::zero().lt(actuation.known);
+            self.compliance[row] = compliance.max(T::constant(LEAST_COMPLIANCE)) * known;
+            any = any | T::zero().lt(known);
         }
         for row in self.certain..self.measured {
             let soft = T::constant(RULE_COMPLIANCE);
             self.compliance[row] = T::select(any, soft, T::zero());
         }
+    }
+
+    /// Sets the factors of the row of a measured load; returns 1, or 0 while the support is off the ground.
+    fn set_load(&mut self, row: usize, wheel: Option<usize>) -> T {
+        self.factor[row] = [T::zero(); MAX_WHEELS];
+        let Some(wheel) = wheel else {
+            return T::zero();
+        };
+        self.factor[row][wheel] = T::one();
+        T::one()
     }
 
     /// A(2) except for the part that depends on the loads; `levers` is the sum of h_i (m).

@@ -390,8 +390,10 @@ impl<'a, T: Real> LinearForm<'a, T> {
             .enumerate()
         {
             let row = configuration.equations.measured + j;
-            let pivot = contact.torque_place(j, 0);
-            self.fill_distal_wheels(row, pivot, &joint.steps[0], by_plane, &mut by_traction, out);
+            if let Some(step) = joint.steps.first() {
+                let pivot = contact.torque_place(j, 0);
+                self.fill_distal_wheels(row, pivot, step, by_plane, &mut by_traction, out);
+            }
             let [_, _, by_rod] = actuation.gearing.by_pivot;
             out.actuator[j] = -(self.value(row) * T::Wheels::each(by_rod));
             out.gearing[j] = self.value(row);

@@ -69,7 +69,9 @@ impl Replay {
             measured_force: std::array::from_fn(|k| {
                 let linkage = suspended.linkages.get(k)?;
                 let joints = &machine.contact().actuated_joints;
-                joints.iter().position(|joint| joint.linkage == *linkage)
+                joints
+                    .iter()
+                    .position(|joint| joint.linkage() == Some(*linkage))
             }),
             suspended,
         })

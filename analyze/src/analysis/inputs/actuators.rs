@@ -18,6 +18,8 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
     let joints = machine.contact().actuated_joints.iter().enumerate();
     joints
         .filter_map(|(index, joint)| {
+            // an outrigger carries nothing for most of the time
+            joint.linkage()?;
             let mut forces = Vec::new();
             let mut topics = Vec::new();
             for signal in loaded.signals.iter() {
@@ -40,7 +42,7 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
             if force == 0.0 || (least..=largest).contains(&(force / weight)) {
                 return None;
             }
-            let name = &machine.linkages()[joint.linkage].name;
+            let name = joint.name(machine.linkages());
             Some(GrossInput {
                 kind: GrossInputKind::ActuatorScale,
                 headline: format!(

@@ -1,5 +1,7 @@
 //! Finds the gross inputs of a log.
 
+use std::borrow::Cow;
+
 use anyhow::Result;
 use rayon::prelude::*;
 use tipwatch_binding::MachineFile;
@@ -41,7 +43,14 @@ pub fn gross_inputs(
         found.extend(stance::direction(&loaded.machine, rows));
     }
     if found.is_empty() {
-        found.extend(stance::rests_while_tipping(&loaded.machine, rows));
+        let machine_at = |row: usize| match &loaded.supports {
+            None => Some(Cow::Borrowed(&loaded.machine)),
+            Some(supports) => {
+                let on = supports.on_at(rows.times_ns[row])?;
+                Some(Cow::Owned(loaded.machine.standing_on(on).ok()?))
+            }
+        };
+        found.extend(stance::rests_while_tipping(&machine_at, rows));
     }
     Ok(found)
 }

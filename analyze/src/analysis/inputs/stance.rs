@@ -1,6 +1,7 @@
 //! A machine that stands still must be able to stand: the specific force points away from the ground, and the
 //! computed loads hold it up.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use nalgebra::Vector3;
@@ -82,13 +83,28 @@ pub(super) fn direction(machine: &Machine, rows: &EstimatedRows) -> Option<Gross
 }
 
 /// A machine that rests where it would tip over.
-pub(super) fn rests_while_tipping(machine: &Machine, rows: &EstimatedRows) -> Option<GrossInput> {
-    let window = quiet_windows(rows).into_iter().next()?;
+///
+/// `machine_at` is the machine on the supports of a row, where these are known.
+pub(super) fn rests_while_tipping<'m>(
+    machine_at: &dyn Fn(usize) -> Option<Cow<'m, Machine>>,
+    rows: &EstimatedRows,
+) -> Option<GrossInput> {
+    let mut windows = quiet_windows(rows).into_iter();
+    let (window, machine) = windows.find_map(|window| {
+        let machine = machine_at(window.start)?;
+        // on the same supports until its end
+        let last = machine_at(window.end - 1)?;
+        (last.stands_on() == machine.stands_on()).then_some((window, machine))
+    })?;
+    let machine = machine.as_ref();
     let mut scratch = Scratch::new(machine);
     let earlier = 0..window.start;
     let step = window.start.div_ceil(MOST_EARLIER).max(1);
     for row in earlier.step_by(step) {
         rows.state(row, &mut scratch.state);
+        if machine_at(row).is_none_or(|at| at.stands_on() != machine.stands_on()) {
+            continue;
+        }
         let outcome = evaluate(machine, &scratch.state, &mut scratch.workspace);
         let stood = outcome.itom_full.iter().all(|moment| *moment <= 0.0);
         if stood && !rows.reasons[row].leave_state_unknown() {

@@ -148,8 +148,8 @@ impl Part {
             Self::ToolMoment => "moment",
             Self::Actuator(joint) => {
                 let joint = &machine.contact().actuated_joints[joint];
-                let linkage = &machine.linkages()[joint.linkage];
-                return format!("actuator.{}", linkage.name.to_lowercase());
+                let name = joint.name(machine.linkages());
+                return format!("actuator.{}", name.to_lowercase());
             }
         };
         let signal = match sensor {

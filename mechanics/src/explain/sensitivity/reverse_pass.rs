@@ -180,7 +180,10 @@ impl<T: Real> ReversePass<T> {
             self.by_joint_of(body, by);
         }
         for (j, joint) in machine.contact.actuated_joints.iter().enumerate() {
-            let measured = machine.linkages[joint.linkage].measured_joint;
+            let Some(linkage) = joint.linkage() else {
+                continue;
+            };
+            let measured = machine.linkages[linkage].measured_joint;
             let by_position = T::Wheels::each(self.by_gearing[j]);
             self.by_joint[measured][0] += by_position * adjoint.gearing[j];
         }

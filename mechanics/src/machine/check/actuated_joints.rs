@@ -1,7 +1,9 @@
 //! Linkages with a bound force whose pivot carries wheels.
 
 use super::checker::Checker;
-use crate::machine::{ActuatedJoint, Linkage, MAX_WHEELS, MachineError, TorqueJoint, Wheel};
+use crate::machine::{
+    ActuatedJoint, ForceSource, Linkage, MAX_WHEELS, MachineError, TorqueJoint, Wheel,
+};
 
 /// Default standard deviation of the traction from its proportional share.
 const TRACTION_SHARE: f64 = 0.1;
@@ -31,7 +33,8 @@ impl Checker<'_> {
             let signals = ActuatedJoint::bound_signals(self.spec, spec);
             let bodies = &linkage.bodies;
             let steps = [bodies.pivot, bodies.cylinder, bodies.rod]
-                .map(|body| self.torque_joint(body, wheels));
+                .map(|body| self.torque_joint(body, wheels))
+                .to_vec();
             let carried = &steps[0].supports_wheel;
             if signals.is_empty() || carried.iter().all(|&c| c) || carried.iter().all(|&c| !c) {
                 continue;
@@ -57,7 +60,7 @@ impl Checker<'_> {
                 }
             }
             joints.push(ActuatedJoint {
-                linkage: index,
+                source: ForceSource::Linkage(index),
                 steps,
                 signals,
                 force_sigma: spec.force_sigma,

@@ -2,6 +2,7 @@
 //! them.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
@@ -11,7 +12,7 @@ use crate::machine::tree::{Tree, TreeBody, TreeJoint};
 use crate::machine::urdf::Urdf;
 use crate::machine::{
     Body, JointCoupling, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec,
-    MassMoments, Mount, Mounting, StaticTransform, Wheel,
+    MassMoments, Mount, Mounting, StaticTransform, SupportKind, Wheel,
 };
 
 /// Facts about a log against which a machine is checked.
@@ -72,6 +73,9 @@ impl Checker<'_> {
         spec.check_weighed(&driving.joints)?;
         self.check_quasi_static(&driving.joints)?;
         let contact = self.contact(&wheels, &polygon, &driving.linkages)?;
+        let reference = self.reference(&driving)?;
+        let supports =
+            self.supports(&wheels, &contact, &driving.joints, &reference.optimal_load)?;
         let (imu, mut notes) = self.imu()?;
         notes.extend(notes_on_masses);
         let arm_root = spec
@@ -99,10 +103,12 @@ impl Checker<'_> {
             arm_root: arm_root.map(|root| {
                 self.mount(root, Isometry3::identity(), "arm.root of the machine file")
             }),
-            reference: self.reference(&driving)?,
+            reference,
             linkages: driving.linkages,
             joints: driving.joints,
+            stands_on: (0..wheels.len()).collect(),
             wheels,
+            supports: Arc::new(supports),
             polygon,
             contact,
             imu,
@@ -125,7 +131,29 @@ impl Checker<'_> {
         let weight = machine.mass() * machine.gravity;
         machine.load_sensors = self.load_sensors(&machine.wheels, weight)?;
         self.add_doubts(&mut machine)?;
-        spec.with_identified(machine)
+        if let Some(supports) = Arc::get_mut(&mut machine.supports) {
+            supports.all.clone_from(&machine.wheels);
+        }
+        spec.with_identified(self.at_rest(machine)?)
+    }
+
+    /// The machine on the supports that are there where none comes and goes; on all of them where it cannot stand
+    /// on these.
+    fn at_rest(&self, machine: Machine) -> Result<Machine, MachineError> {
+        let supports = Arc::clone(&machine.supports);
+        let at_rest = supports.at_rest();
+        if at_rest.len() == supports.all.len() {
+            return Ok(machine);
+        }
+        match machine.standing_on(&at_rest) {
+            Ok(machine) => Ok(machine),
+            Err(_) if supports.vary() => Ok(machine),
+            Err(error) => Err(self.value_error(
+                "supports",
+                "wheels and supports on which the machine can stand",
+                error,
+            )),
+        }
     }
 
     pub(super) fn value_error(
@@ -249,6 +277,7 @@ impl Checker<'_> {
             .spec
             .wheels
             .values()
+            .filter(|wheel| wheel.origin.kind == SupportKind::Wheel)
             .filter_map(|wheel| self.tree.link(&wheel.link));
         let below = |wheel: usize| self.tree.link_is_below(index, wheel);
         let body = self.tree.links[index].body;

@@ -7,7 +7,7 @@ use crate::machine::linkage::{self, LinkageBodies, LinkageInput};
 use crate::machine::spec::LinkageSpec;
 use crate::machine::tree::TreeJoint;
 use crate::machine::{
-    JointCoupling, JointKind, Linkage, MachineError, MeasuredJoint, NumberSpec, Wheel,
+    JointCoupling, JointKind, Linkage, MachineError, MeasuredJoint, NumberSpec, SupportKind, Wheel,
 };
 
 /// The coupling of each body's joint, and the resulting measured joints and closed chains.
@@ -212,7 +212,11 @@ impl Checker<'_> {
             .is_some_and(|j| j.kind == JointKind::Revolute);
         let lies = |z: &Vector3<f64>| (self.tree.bodies[body].base_from_body * z).z.abs() < 0.5;
         wheels.iter().position(|w| {
-            revolute && w.body == body && w.centre_in_body.xy().norm() < 1e-6 && lies(&Vector3::z())
+            w.kind == SupportKind::Wheel
+                && revolute
+                && w.body == body
+                && w.centre_in_body.xy().norm() < 1e-6
+                && lies(&Vector3::z())
         })
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::checker::Checker;
 use super::wheel_side::{End, Side, place_in_name};
 use crate::machine::outline::Shape;
-use crate::machine::{MachineError, Wheel};
+use crate::machine::{MachineError, SupportKind, Wheel};
 
 /// Ratio of a stated radius to that of the URDF's round shape from which they contradict each other: above
 /// the difference of tyre and rim, below that of diameter and radius.
@@ -36,13 +36,15 @@ impl Checker<'_> {
     ) -> Result<(), MachineError> {
         self.check_places(wheels)?;
         let widest = self.widest(wheels)?;
-        for wheel in wheels {
+        let rolls = |wheel: &&Wheel| wheel.kind == SupportKind::Wheel;
+        let rolling: Vec<Wheel> = wheels.iter().filter(rolls).cloned().collect();
+        for wheel in &rolling {
             self.check_against_shape(wheel, shapes)?;
         }
-        self.check_radii(wheels, widest)?;
-        self.check_overlap(wheels)?;
+        self.check_radii(&rolling, widest)?;
+        self.check_overlap(&rolling)?;
         self.check_sides(wheels)?;
-        self.check_ends(wheels)
+        self.check_ends(&rolling)
     }
 
     fn check_places(&self, wheels: &[Wheel]) -> Result<(), MachineError> {
@@ -50,7 +52,9 @@ impl Checker<'_> {
             for other in &wheels[..index] {
                 let [link, of_other] = [wheel, other].map(|w| &self.spec.wheels[&w.name].link);
                 let apart = (wheel.centre_at_zero - other.centre_at_zero).norm();
-                if link != of_other && apart > ONE_PLACE_M {
+                let roll = [wheel, other].map(|w| w.kind == SupportKind::Wheel);
+                let share_link = link == of_other && roll == [true; 2];
+                if !share_link && apart > ONE_PLACE_M {
                     continue;
                 }
                 let found = match link == of_other {
@@ -62,7 +66,7 @@ impl Checker<'_> {
                     ),
                 };
                 return Err(self.implausible(
-                    format!("wheels.{}.link", wheel.name),
+                    format!("{}.{}.link", wheel.kind.table(), wheel.name),
                     "a link and a place of its own",
                     found,
                     "Name the link of each wheel.",

@@ -16,6 +16,7 @@ mod payloads;
 mod quasi_static;
 mod reference;
 mod signals;
+mod supports;
 mod suspension;
 mod suspension_control;
 mod weighed;

@@ -82,6 +82,10 @@ pub(super) struct Lean {
 impl LeanModel {
     /// `None` where the wheels stand on one line, or the IMU is not on the base.
     pub(super) fn new(machine: &Machine) -> Option<Self> {
+        if machine.supports().vary() {
+            // jacks and soft ground lean the platform too
+            return None;
+        }
         if machine.imu().body != 0 {
             return None;
         }

@@ -50,7 +50,10 @@ impl Rolling {
                 return None;
             };
             let measured = &machine.joints()[joint];
-            let wheel = measured.spins_wheel.filter(|_| measured.logged)?;
+            let wheel = measured
+                .spins_wheel
+                // a raised wheel turns without the machine moving
+                .filter(|_| measured.logged && !machine.supports().vary())?;
             let radius = machine.wheels()[wheel].radius;
             Some(RollingWheel {
                 joint,

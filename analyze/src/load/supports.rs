@@ -1,0 +1,378 @@
+//! Which supports are on the ground when: from signals, spans of time and measured loads.
+
+use anyhow::Result;
+use tipwatch_binding::{MachineFile, number_field};
+use tipwatch_ingest::{FieldRequest, Log, TimeBase, record_fields};
+use tipwatch_mechanics::machine::{FieldSpec, PresenceSpec, SupportKind, Supports};
+
+use crate::base::error_text::error_text;
+
+/// Samples of a measured load without a switch tell whether a support is set for so long (s).
+const LOAD_MAX_AGE_S: f64 = 2.0;
+/// A support without a switch is set while its measured load is above so many of its standard deviations.
+const LOADED_SIGMAS: f64 = 2.0;
+
+/// What is known about a support.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Status {
+    On,
+    Off,
+    /// Between two samples that differ.
+    Changing,
+    /// No sample that is young enough.
+    Missing,
+}
+
+/// Times (ns) from which on a status holds, rising; the first is `i64::MIN`.
+type Course = Vec<(i64, Status)>;
+
+/// Why it is unknown which supports are on the ground.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Unknown {
+    /// The weight passes from some supports to others.
+    Transition,
+    /// The signal of this support is missing or too old.
+    Missing(usize),
+    /// The machine cannot stand on what is reported.
+    Impossible(String),
+}
+
+/// A time in which the same supports are on the ground.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct SupportSpan {
+    /// Its begin (ns).
+    pub(crate) from_ns: i64,
+    /// Its end (ns), where the next one begins.
+    pub(crate) to_ns: i64,
+    /// Index in [`SupportTimeline::sets`].
+    pub(crate) set: Result<usize, Unknown>,
+}
+
+/// When which supports are on the ground.
+#[derive(Debug, Clone)]
+pub(crate) struct SupportTimeline {
+    /// The different sets, as indices in [`Supports::all`].
+    pub(crate) sets: Vec<Vec<usize>>,
+    /// Times without gaps, in order.
+    pub(crate) spans: Vec<SupportSpan>,
+    /// Signals that could not be read, as sentences.
+    pub(crate) notes: Vec<String>,
+}
+
+impl SupportTimeline {
+    /// The supports on the ground at a time (ns); `None` where they are unknown.
+    pub(crate) fn on_at(&self, time_ns: i64) -> Option<&[usize]> {
+        let place = self.spans.partition_point(|span| span.to_ns <= time_ns);
+        let set = self.spans.get(place)?.set.as_ref().ok()?;
+        Some(&self.sets[*set])
+    }
+}
+
+/// Reads the supports of a machine from a log; `None` if they are always the same.
+///
+/// Spans count from `start_ns`; stamps are converted to the clock `time_base`.
+pub(crate) fn read(
+    log: &Log,
+    file: &MachineFile,
+    supports: &Supports,
+    start_ns: Option<i64>,
+    time_base: Option<&TimeBase>,
+) -> Option<SupportTimeline> {
+    if !supports.vary() {
+        return None;
+    }
+    let mut notes = Vec::new();
+    let courses = (0..supports.all.len()).map(|support| {
+        let presence = &supports.presence[support];
+        let is_wheel = supports.all[support].kind == SupportKind::Wheel;
+        let mut from_log = |field: &FieldSpec, above: f64, max_age_s: f64| match series(
+            log, file, time_base, field,
+        ) {
+            Ok(samples) => by_samples(&samples, above, max_age_s),
+            Err(error) => {
+                notes.push(format!(
+                    "Support {}: its signal cannot be read, so the loads are unknown: {}.",
+                    supports.all[support].name,
+                    error_text(&error)
+                ));
+                vec![(i64::MIN, Status::Missing)]
+            }
+        };
+        match (&presence.told, &presence.load) {
+            (Some(PresenceSpec::Always(told)), _) => always(*told),
+            (Some(PresenceSpec::Spans(spans)), _) => by_spans(spans, start_ns),
+            (Some(PresenceSpec::Signal(switch)), _) => {
+                from_log(&switch.number(), switch.above, switch.max_age)
+            }
+            (None, Some(load)) => from_log(&load.field, LOADED_SIGMAS * load.sigma, LOAD_MAX_AGE_S),
+            // a wheel that is never raised; a point of a track
+            (None, None) => always(!is_wheel),
+        }
+    });
+    let courses: Vec<Course> = courses.collect();
+    let mut timeline = timeline(supports, &courses);
+    timeline.notes = notes;
+    Some(timeline)
+}
+
+/// Stamps (ns) and values of a number, by time.
+fn series(
+    log: &Log,
+    file: &MachineFile,
+    time_base: Option<&TimeBase>,
+    field: &FieldSpec,
+) -> Result<Vec<(i64, f64)>> {
+    let request = FieldRequest {
+        topic: field.topic.clone(),
+        number: number_field(field, "effort"),
+    };
+    let (recordings, _) = record_fields(log, &[request], time_base)?;
+    let offset_s = file.spec.clock.offset.get(&field.topic);
+    let shift_ns = (offset_s.copied().unwrap_or(0.0) * 1e9).round() as i64;
+    let mut samples: Vec<(i64, f64)> = Vec::new();
+    for recording in recordings {
+        let stamps = recording
+            .stamps_ns
+            .iter()
+            .map(|s| s.saturating_add(shift_ns));
+        samples.extend(stamps.zip(recording.values));
+    }
+    samples.sort_by_key(|(stamp, _)| *stamp);
+    Ok(samples)
+}
+
+fn always(on: bool) -> Course {
+    vec![(i64::MIN, status(on))]
+}
+
+fn status(on: bool) -> Status {
+    if on { Status::On } else { Status::Off }
+}
+
+fn by_spans(spans: &[[f64; 2]], start_ns: Option<i64>) -> Course {
+    let mut course = always(false);
+    let at = |s: f64| {
+        start_ns
+            .unwrap_or(0)
+            .saturating_add((s * 1e9).round() as i64)
+    };
+    for &[from, to] in spans {
+        course.push((at(from), Status::On));
+        course.push((at(to), Status::Off));
+    }
+    course
+}
+
+/// A sample holds until the next one, but not for longer than its greatest age. Between two samples that differ the
+/// support changes at an unknown time.
+fn by_samples(samples: &[(i64, f64)], above: f64, max_age_s: f64) -> Course {
+    let max_age_ns = (max_age_s * 1e9).min(9e18) as i64;
+    let told = |value: f64| match value.is_nan() {
+        true => Status::Missing,
+        false => status(value >= above),
+    };
+    let mut course = vec![(i64::MIN, Status::Missing)];
+    for (at, &(stamp, value)) in samples.iter().enumerate() {
+        let now = told(value);
+        course.push((stamp, now));
+        let next = samples.get(at + 1);
+        let old = stamp.saturating_add(max_age_ns);
+        if next.is_none_or(|&(next, _)| next > old) {
+            course.push((old, Status::Missing));
+        } else if next.is_some_and(|&(_, value)| told(value) != now && now != Status::Missing) {
+            course.push((stamp.saturating_add(1), Status::Changing));
+        }
+    }
+    course
+}
+
+/// The set of supports at all times, from what is known about each.
+fn timeline(supports: &Supports, courses: &[Course]) -> SupportTimeline {
+    let mut times: Vec<i64> = courses.iter().flatten().map(|(from, _)| *from).collect();
+    times.sort_unstable();
+    times.dedup();
+    let mut places = vec![0; courses.len()];
+    let mut sets: Vec<Vec<usize>> = Vec::new();
+    let mut spans: Vec<SupportSpan> = Vec::new();
+    for (k, &from_ns) in times.iter().enumerate() {
+        let to_ns = times.get(k + 1).copied().unwrap_or(i64::MAX);
+        for (place, course) in places.iter_mut().zip(courses) {
+            while course
+                .get(*place + 1)
+                .is_some_and(|(from, _)| *from <= from_ns)
+            {
+                *place += 1;
+            }
+        }
+        let told = |support: usize| courses[support][places[support]].1;
+        let set = on_ground(supports, &told).map(|on| {
+            let known = sets.iter().position(|set| *set == on);
+            known.unwrap_or_else(|| {
+                sets.push(on);
+                sets.len() - 1
+            })
+        });
+        match spans.last_mut() {
+            Some(last) if last.set == set => last.to_ns = to_ns,
+            _ => spans.push(SupportSpan {
+                from_ns,
+                to_ns,
+                set,
+            }),
+        }
+    }
+    let transition_ns = (supports.transition_s * 1e9).min(9e18) as i64;
+    SupportTimeline {
+        sets,
+        spans: with_transitions(spans, transition_ns),
+        notes: Vec::new(),
+    }
+}
+
+/// The supports on the ground; what is unknown about one of them leaves the set unknown.
+fn on_ground(supports: &Supports, told: &impl Fn(usize) -> Status) -> Result<Vec<usize>, Unknown> {
+    let mut on = Vec::new();
+    let mut is_changing = false;
+    for (support, presence) in supports.presence.iter().enumerate() {
+        let is_wheel = supports.all[support].kind == SupportKind::Wheel;
+        let status = match (is_wheel, presence.raised_by.is_empty()) {
+            (true, false) => raised_by(&presence.raised_by, told),
+            _ => told(support),
+        };
+        match (status, is_wheel) {
+            (Status::On, false) | (Status::Off, true) => on.push(support),
+            (Status::On, true) | (Status::Off, false) => {}
+            (Status::Changing, _) => is_changing = true,
+            (Status::Missing, _) => return Err(Unknown::Missing(support)),
+        }
+    }
+    match is_changing {
+        true => Err(Unknown::Transition),
+        false => Ok(on),
+    }
+}
+
+/// A wheel is raised while all of some supports are set.
+fn raised_by(by: &[usize], told: &impl Fn(usize) -> Status) -> Status {
+    let mut all = by.iter().map(|&support| told(support));
+    if all.clone().any(|status| status == Status::Off) {
+        return Status::Off;
+    }
+    all.find(|status| *status != Status::On)
+        .unwrap_or(Status::On)
+}
+
+/// Leaves the set unknown around each change from one set to another.
+fn with_transitions(spans: Vec<SupportSpan>, transition_ns: i64) -> Vec<SupportSpan> {
+    let mut wider: Vec<SupportSpan> = Vec::with_capacity(2 * spans.len());
+    let known: Vec<usize> = (0..spans.len()).filter(|&k| spans[k].set.is_ok()).collect();
+    for (k, span) in spans.iter().enumerate() {
+        if span.set.is_err() {
+            wider.push(span.clone());
+            continue;
+        }
+        let place = known.partition_point(|&other| other < k);
+        let differs = |other: Option<&usize>| other.is_some_and(|&o| spans[o].set != span.set);
+        let before = place.checked_sub(1).and_then(|place| known.get(place));
+        let (from_ns, to_ns) = (
+            match differs(before) {
+                true => span.from_ns.saturating_add(transition_ns).min(span.to_ns),
+                false => span.from_ns,
+            },
+            match differs(known.get(place + 1)) {
+                true => span.to_ns.saturating_sub(transition_ns).max(span.from_ns),
+                false => span.to_ns,
+            },
+        );
+        let mut push = |from_ns: i64, to_ns: i64, set: Result<usize, Unknown>| {
+            if from_ns < to_ns {
+                wider.push(SupportSpan {
+                    from_ns,
+                    to_ns,
+                    set,
+                });
+            }
+        };
+        if from_ns >= to_ns {
+            push(span.from_ns, span.to_ns, Err(Unknown::Transition));
+            continue;
+        }
+        push(span.from_ns, from_ns, Err(Unknown::Transition));
+        push(from_ns, to_ns, span.set.clone());
+        push(to_ns, span.to_ns, Err(Unknown::Transition));
+    }
+    wider.dedup_by(|next, span| {
+        let same = next.set == span.set && next.set.is_err();
+        if same {
+            span.to_ns = next.to_ns;
+        }
+        same
+    });
+    wider
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const S: i64 = 1_000_000_000;
+
+    fn at(spans: &[SupportSpan], seconds: f64) -> &Result<usize, Unknown> {
+        let ns = (seconds * 1e9) as i64;
+        let span = spans.iter().find(|s| (s.from_ns..s.to_ns).contains(&ns));
+        &span.unwrap().set
+    }
+
+    #[test]
+    fn a_sample_ages_and_a_change_is_uncertain() {
+        let samples = [(0, 0.0), (S, 0.0), (2 * S, 1.0), (10 * S, 1.0)];
+        let course = by_samples(&samples, 0.5, 2.0);
+        let status = |ns: i64| course.iter().rfind(|(from, _)| *from <= ns).unwrap().1;
+        assert_eq!(status(-1), Status::Missing);
+        assert_eq!(status(S / 2), Status::Off);
+        assert_eq!(status(3 * S / 2), Status::Changing);
+        assert_eq!(status(3 * S), Status::On);
+        assert_eq!(status(5 * S), Status::Missing);
+        assert_eq!(status(11 * S), Status::On);
+        assert_eq!(status(13 * S), Status::Missing);
+    }
+
+    #[test]
+    fn a_change_of_the_set_leaves_it_unknown_for_a_time() {
+        let span = |from: i64, to: i64, set| SupportSpan {
+            from_ns: from * S,
+            to_ns: to * S,
+            set,
+        };
+        let spans = vec![
+            span(0, 10, Ok(0)),
+            span(10, 20, Ok(1)),
+            span(20, 21, Err(Unknown::Missing(3))),
+            span(21, 30, Ok(1)),
+        ];
+        let wider = with_transitions(spans, S);
+        assert_eq!(at(&wider, 8.9), &Ok(0));
+        assert_eq!(at(&wider, 9.1), &Err(Unknown::Transition));
+        assert_eq!(at(&wider, 10.9), &Err(Unknown::Transition));
+        assert_eq!(at(&wider, 11.1), &Ok(1));
+        // the same set before and after a gap of its signal
+        assert_eq!(at(&wider, 19.9), &Ok(1));
+        assert_eq!(at(&wider, 20.5), &Err(Unknown::Missing(3)));
+        assert_eq!(at(&wider, 21.1), &Ok(1));
+        for pair in wider.windows(2) {
+            assert_eq!(pair[0].to_ns, pair[1].from_ns);
+        }
+    }
+
+    #[test]
+    fn a_set_that_is_shorter_than_its_transitions_is_never_known() {
+        let span = |from: i64, to: i64, set| SupportSpan {
+            from_ns: from * S,
+            to_ns: to * S,
+            set: Ok(set),
+        };
+        let wider = with_transitions(vec![span(0, 10, 0), span(10, 11, 1), span(11, 20, 0)], S);
+        assert!(wider.iter().all(|span| span.set != Ok(1)));
+        assert_eq!(at(&wider, 10.5), &Err(Unknown::Transition));
+    }
+}

@@ -1,0 +1,232 @@
+//! Sets of supports: the same machine on other wheels, outriggers or tracks.
+//!
+//! A machine stands on some of its supports at a time. [`Machine::standing_on`] gives the machine on any set of them:
+//! the same bodies and joints, with contact points, support polygon, split rule and free joints of that set. What
+//! follows from the loads is computed by the same equations for every set.
+
+use std::sync::Arc;
+
+use nalgebra::{Vector2, Vector3};
+
+use super::contact::Contact;
+use super::split::Split;
+use super::support_polygon::{Edge, SupportPolygon};
+use super::support_spec::SupportKind;
+use super::supports::Supports;
+use super::wheel::{MAX_WHEELS, Wheel};
+use super::{Machine, TorqueJoint};
+use crate::geometry::contact_plane::ContactPlane;
+
+/// A set of supports on which a machine cannot be computed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SupportSetError {
+    /// Too few or too many.
+    #[error("expected 3 to {MAX_WHEELS} supports on the ground, found {0}")]
+    Count(usize),
+    /// They span no area.
+    #[error("expected supports that span an area, found {0} in one line")]
+    InLine(String),
+    /// More joints without torque than the supports leave open.
+    #[error("expected at most {most} free joints for {supports} supports, found {found}")]
+    FreeJoints {
+        /// Supports on the ground.
+        supports: usize,
+        /// Joints that they can balance.
+        most: usize,
+        /// Joints that carry some of them.
+        found: usize,
+    },
+}
+
+impl Machine {
+    /// All supports of the machine, those that are off the ground included.
+    #[must_use]
+    pub fn supports(&self) -> &Supports {
+        &self.supports
+    }
+
+    /// Indices in [`Supports::all`] of the supports on the ground, which are [`Machine::wheels`].
+    #[must_use]
+    pub fn stands_on(&self) -> &[usize] {
+        &self.stands_on
+    }
+
+    /// The same machine on these supports, indices in [`Supports::all`] in rising order. Parameters of the supports
+    /// are those of the machine file; reference loads are unknown.
+    ///
+    /// # Errors
+    /// It cannot stand on them.
+    pub fn standing_on(&self, on: &[usize]) -> Result<Self, SupportSetError> {
+        let supports = Arc::clone(&self.supports);
+        let on: Vec<usize> = (0..supports.all.len())
+            .filter(|support| on.contains(support))
+            .collect();
+        if !(3..=MAX_WHEELS).contains(&on.len()) {
+            return Err(SupportSetError::Count(on.len()));
+        }
+        let mut wheels: Vec<Wheel> = on.iter().map(|&s| supports.all[s].clone()).collect();
+        share_stiffness(&mut wheels);
+        let polygon =
+            polygon_of(&wheels).ok_or_else(|| SupportSetError::InLine(supports.names(&on)))?;
+        let of_set = |joint: &TorqueJoint| TorqueJoint {
+            supports_wheel: on.iter().map(|&s| joint.supports_wheel[s]).collect(),
+            ..joint.clone()
+        };
+        // a joint with a raised wheel beyond it is not free: it rests against its stop
+        let is_free = |joint: &&TorqueJoint| {
+            let mut carried = (0..supports.all.len()).filter(|&s| joint.supports_wheel[s]);
+            let beyond = carried.clone().count();
+            carried.all(|s| on.contains(&s)) && beyond < on.len()
+        };
+        let free_joints: Vec<TorqueJoint> = supports
+            .free_joints
+            .iter()
+            .filter(is_free)
+            .map(of_set)
+            .collect();
+        if free_joints.len() + 3 > on.len() {
+            return Err(SupportSetError::FreeJoints {
+                supports: on.len(),
+                most: on.len() - 3,
+                found: free_joints.len(),
+            });
+        }
+        let contact = self.contact_on(&on, &wheels, &polygon, free_joints);
+        let mut joints = self.joints.clone();
+        for (joint, spins) in joints.iter_mut().zip(&supports.spins) {
+            joint.spins_wheel = spins.and_then(|wheel| on.iter().position(|&s| s == wheel));
+        }
+        let mut reference = self.reference.clone();
+        reference.static_load = vec![f64::NAN; on.len()];
+        reference.optimal_load = on.iter().map(|&s| supports.optimal_load[s]).collect();
+        Ok(Self {
+            wheels,
+            polygon,
+            contact,
+            joints,
+            reference,
+            stands_on: on,
+            ..self.clone()
+        })
+    }
+
+    fn contact_on(
+        &self,
+        on: &[usize],
+        wheels: &[Wheel],
+        polygon: &SupportPolygon,
+        free_joints: Vec<TorqueJoint>,
+    ) -> Contact {
+        let supports = &self.supports;
+        let mut actuated_joints = supports.actuated_joints.clone();
+        if self.contact.actuated_joints.is_empty() {
+            // nobody has measured their forces
+            actuated_joints.clear();
+        }
+        for joint in &mut actuated_joints {
+            joint.stand_on(on);
+        }
+        let by_rule = |wheel: &Wheel| wheel.kind == SupportKind::Wheel;
+        let rule = supports.roll_moment_distribution;
+        let rule = rule.filter(|_| wheels.iter().all(by_rule) && free_joints.is_empty());
+        let mut contact = Contact {
+            split: rule
+                .and_then(|share| Split::by_roll_moment(share, polygon, wheels.len()))
+                .unwrap_or(Split::Springs),
+            free_joints,
+            actuated_joints,
+            radii_differ: wheels.iter().any(|w| w.radius != wheels[0].radius),
+            mean_stiffness: None,
+            warp: None,
+            ..self.contact.clone()
+        };
+        contact.set_warp(wheels);
+        contact
+    }
+
+    /// A machine for the names and the order of results on several sets of supports: all supports, and the edges of
+    /// all these sets by name. Loads cannot be computed with it: it would stand on all supports at once.
+    #[must_use]
+    pub fn for_names_of(&self, sets: &[Self]) -> Self {
+        let mut edges: Vec<Edge> = Vec::new();
+        for set in sets {
+            for edge in set.polygon.edges() {
+                if edges.iter().any(|known| known.name == edge.name) {
+                    continue;
+                }
+                let place = |wheel: usize| set.stands_on[wheel];
+                let mut carries = vec![false; self.supports.all.len()];
+                for (wheel, &carried) in edge.carries.iter().enumerate() {
+                    carries[place(wheel)] = carried;
+                }
+                edges.push(Edge {
+                    name: edge.name.clone(),
+                    from: place(edge.from),
+                    to: place(edge.to),
+                    carries,
+                });
+            }
+        }
+        let supports = &self.supports;
+        let mut joints = self.joints.clone();
+        for (joint, &spins) in joints.iter_mut().zip(&supports.spins) {
+            joint.spins_wheel = spins;
+        }
+        let mut reference = self.reference.clone();
+        let of_sets = |load: fn(&Self) -> &Vec<f64>| -> Vec<f64> {
+            let first = |support: usize| {
+                sets.iter().find_map(|set| {
+                    let wheel = set.stands_on.iter().position(|&s| s == support)?;
+                    Some(load(set)[wheel])
+                })
+            };
+            let all = 0..supports.all.len();
+            all.map(|support| first(support).unwrap_or(f64::NAN))
+                .collect()
+        };
+        reference.static_load = of_sets(|set| &set.reference.static_load);
+        reference.optimal_load = of_sets(|set| &set.reference.optimal_load);
+        let all: Vec<usize> = (0..supports.all.len()).collect();
+        let polygon = SupportPolygon { edges };
+        let free_joints = supports.free_joints.clone();
+        Self {
+            contact: Contact {
+                split: Split::Springs,
+                warp: None,
+                ..self.contact_on(&all, &supports.all, &polygon, free_joints)
+            },
+            wheels: supports.all.clone(),
+            polygon,
+            joints,
+            reference,
+            stands_on: all,
+            ..self.clone()
+        }
+    }
+}
+
+/// Relative stiffness of some wheels: one where none is stated.
+pub(super) fn share_stiffness(wheels: &mut [Wheel]) {
+    if wheels.iter().any(|wheel| wheel.stiffness.is_none()) {
+        return;
+    }
+    let sum: f64 = wheels.iter().filter_map(|wheel| wheel.stiffness).sum();
+    let mean = sum / wheels.len() as f64;
+    for wheel in wheels {
+        wheel.relative_stiffness = wheel.stiffness.unwrap_or(mean) / mean;
+    }
+}
+
+/// The support polygon of some wheels with all joints at zero; `None` if they span no area.
+pub(super) fn polygon_of(wheels: &[Wheel]) -> Option<SupportPolygon> {
+    let centres: Vec<Vector3<f64>> = wheels.iter().map(|w| w.centre_at_zero).collect();
+    let radii: Vec<f64> = wheels.iter().map(|w| w.radius).collect();
+    let plane = ContactPlane::through(&centres, &radii, true);
+    let points: Vec<Vector2<f64>> = centres
+        .iter()
+        .zip(wheels)
+        .map(|(c, w)| (c - plane.normal * w.radius).xy())
+        .collect();
+    let names: Vec<&str> = wheels.iter().map(|w| w.name.as_str()).collect();
+    SupportPolygon::build(&points, &names)
+}

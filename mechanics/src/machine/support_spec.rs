@@ -1,0 +1,189 @@
+//! `[supports.NAME]`, `[tracks.NAME]` and `raised` of wheels: supports that come and go, as written.
+//!
+//! Every support is a wheel of the machine: a contact point fixed to a body, with a stiffness, that stands on the
+//! ground or not. [`MachineSpec::from_toml`](super::MachineSpec::from_toml) adds them to the wheels.
+
+use serde::Deserialize;
+
+use super::signals::FieldSpec;
+
+/// Contact points of a track that states no number of them.
+const TRACK_POINTS: usize = 3;
+
+/// `[supports.NAME]`: an outrigger, a stabiliser, a blade, a fork or a tool that can stand on the ground.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SupportSpec {
+    /// The link that carries the contact point.
+    pub link: String,
+    /// The contact point on that link (m).
+    #[serde(default)]
+    pub xyz: [f64; 3],
+    /// Distance of the ground from that point (m).
+    #[serde(default)]
+    pub radius: f64,
+    /// Vertical stiffness (N/m), where that of the tyres is stated.
+    pub stiffness: Option<f64>,
+    /// When it stands on the ground.
+    pub set: Option<PresenceSpec>,
+    /// Field of its measured load (N).
+    pub force: Option<FieldSpec>,
+    /// Standard deviation of one sample of that load (N).
+    #[serde(default = "force_sigma")]
+    pub force_sigma: f64,
+    /// Standard deviation of its friction, as a fraction of the load.
+    #[serde(default = "friction_share")]
+    pub friction_share: f64,
+}
+
+fn force_sigma() -> f64 {
+    500.0
+}
+
+fn friction_share() -> f64 {
+    0.03
+}
+
+/// `[tracks.NAME]`: a track, which stands on the ground along its length.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrackSpec {
+    /// The link that carries it.
+    pub link: String,
+    /// The rear end of its contact line on that link (m).
+    pub from: [f64; 3],
+    /// The front end.
+    pub to: [f64; 3],
+    /// Number of contact points, evenly spaced, the ends included.
+    #[serde(default = "track_points")]
+    pub points: usize,
+    /// Vertical stiffness of each point (N/m), where that of the tyres is stated.
+    pub stiffness: Option<f64>,
+}
+
+fn track_points() -> usize {
+    TRACK_POINTS
+}
+
+/// When something is the case.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "true, false, a list of spans [[from, to], ...] in seconds, or a table { topic, field }"
+)]
+pub enum PresenceSpec {
+    /// Always or never.
+    Always(bool),
+    /// Within these spans of time (s after the first sample).
+    Spans(Vec<[f64; 2]>),
+    /// While a number of the log is above a threshold.
+    Signal(SwitchSpec),
+}
+
+/// A number of a log that switches.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SwitchSpec {
+    /// Topic, of any type.
+    pub topic: String,
+    /// Path of the number in its messages.
+    pub field: Option<String>,
+    /// The name whose index in a list of names selects the number.
+    pub joint: Option<String>,
+    /// Factor applied to the number.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// Offset added after scaling.
+    #[serde(default)]
+    pub offset: f64,
+    /// The value from which it is on.
+    #[serde(default = "half")]
+    pub above: f64,
+    /// Age of the last message from which the state is unknown (s).
+    #[serde(default = "max_age")]
+    pub max_age: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn half() -> f64 {
+    0.5
+}
+
+fn max_age() -> f64 {
+    2.0
+}
+
+impl SwitchSpec {
+    /// The number.
+    #[must_use]
+    pub fn number(&self) -> FieldSpec {
+        FieldSpec {
+            topic: self.topic.clone(),
+            field: self.field.clone(),
+            joint: self.joint.clone(),
+            scale: self.scale,
+            offset: self.offset,
+        }
+    }
+}
+
+/// What a support is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum SupportKind {
+    /// A wheel, caster or skid of `[wheels]`.
+    #[default]
+    Wheel,
+    /// A support of `[supports]`.
+    Foot,
+    /// A point of a track.
+    TrackPoint,
+}
+
+impl SupportKind {
+    /// The table of the machine file that it is from.
+    #[must_use]
+    pub fn table(self) -> &'static str {
+        match self {
+            Self::Wheel => "wheels",
+            Self::Foot => "supports",
+            Self::TrackPoint => "tracks",
+        }
+    }
+}
+
+/// How a wheel of [`MachineSpec::wheels`](super::MachineSpec::wheels) came about, and when it stands on the ground.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SupportOrigin {
+    /// What it is.
+    pub kind: SupportKind,
+    /// The contact point, or the wheel's centre, on its link (m).
+    pub xyz: [f64; 3],
+    /// Vertical stiffness (N/m), where its own table states it.
+    pub stiffness: Option<f64>,
+    /// When it stands on the ground.
+    pub set: Option<PresenceSpec>,
+    /// Its measured load.
+    pub force: Option<MeasuredLoad>,
+}
+
+/// The measured load of a support.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredLoad {
+    /// The number of the log (N).
+    pub field: FieldSpec,
+    /// Standard deviation of one sample (N).
+    pub sigma: f64,
+    /// Standard deviation of the friction, as a fraction of the load.
+    pub friction_share: f64,
+}
+
+impl PresenceSpec {
+    /// Whether it changes with time.
+    #[must_use]
+    pub fn varies(&self) -> bool {
+        !matches!(self, Self::Always(_))
+    }
+}

@@ -1,0 +1,314 @@
+//! A machine on any set of its supports: one set of equations for wheels, outriggers and tracks.
+
+use std::fmt::Write as _;
+
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use tipwatch_mechanics::machine::{ForceSource, LogFacts, MachineSpec, SupportSetError};
+use tipwatch_mechanics::{Machine, MachineError, Quantity, Scope, State, Workspace, evaluate};
+
+use crate::support::cases;
+
+const FEET: [(&str, f64, f64); 4] = [
+    ("OFL", 2.2, 2.4),
+    ("OFR", 2.2, -2.4),
+    ("ORL", -2.2, 2.4),
+    ("ORR", -2.2, -2.4),
+];
+const WHEELS: [(&str, f64, f64); 4] = [
+    ("FL", 1.6, 0.95),
+    ("FR", 1.6, -0.95),
+    ("RL", -1.6, 0.95),
+    ("RR", -1.6, -0.95),
+];
+
+fn urdf() -> String {
+    let mut text = String::from(
+        r#"<robot name="crane"><link name="base_link"><inertial><origin xyz="0.1 0.05 0.6"/><mass value="9000"/>
+        <inertia ixx="3000" iyy="16000" izz="17000" ixy="0" ixz="0" iyz="0"/></inertial></link>"#,
+    );
+    for (name, x, y) in WHEELS {
+        let _ = write!(
+            text,
+            r#"<link name="{name}"><inertial><mass value="150"/><inertia ixx="9" iyy="16" izz="9" ixy="0" ixz="0" iyz="0"/></inertial></link>
+            <joint name="{name}" type="continuous"><parent link="base_link"/><child link="{name}"/><origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>"#
+        );
+    }
+    text + "</robot>"
+}
+
+/// A machine file with these feet, in the order given.
+fn toml(feet: &[(&str, f64, f64)], more: &str) -> String {
+    let mut text = String::from("name = \"crane\"\n[imu]\nlink = \"base_link\"\n");
+    for (name, ..) in WHEELS {
+        let _ = writeln!(
+            text,
+            "[wheels.{name}]\nlink = \"{name}\"\nradius = 0.5\nraised_by = [{}]",
+            feet.iter()
+                .map(|(name, ..)| format!("\"{name}\""))
+                .collect::<Vec<_>>()
+                .join(", ")
+        );
+    }
+    for (name, x, y) in feet {
+        let _ = writeln!(
+            text,
+            "[supports.{name}]\nlink = \"base_link\"\nxyz = [{x}, {y}, -0.5]\n\
+            set = {{ topic = \"/set\", field = \"{name}\" }}\nforce = {{ topic = \"/force\", field = \"{name}\" }}\nforce_sigma = 100.0"
+        );
+    }
+    text + more
+}
+
+fn checked(text: &str) -> Result<Machine, MachineError> {
+    let spec = MachineSpec::from_toml(text, "crane.toml")?;
+    spec.check(&urdf(), "crane.urdf", LogFacts::default())
+}
+
+fn crane() -> Machine {
+    checked(&toml(&FEET, "")).unwrap()
+}
+
+/// Indices of supports by name.
+fn on(machine: &Machine, names: &[&str]) -> Vec<usize> {
+    let all = &machine.supports().all;
+    let index = |name: &&str| all.iter().position(|wheel| wheel.name == **name).unwrap();
+    names.iter().map(index).collect()
+}
+
+fn leaning(machine: &Machine, [x, y]: [f64; 2]) -> State<f64> {
+    let mut state = State::zero(machine);
+    state.imu.specific_force = Vector3::new(x, y, 9.8);
+    state.imu.angular_velocity = Vector3::new(0.02, -0.05, 0.1);
+    state
+}
+
+/// Loads by name.
+fn loads(machine: &Machine, state: &State<f64>) -> Vec<(String, f64)> {
+    let mut workspace = Workspace::with_scope(machine, Scope::ALL);
+    let outcome = evaluate(machine, state, &mut workspace);
+    let names = machine.wheels().iter().map(|wheel| wheel.name.clone());
+    names.zip(outcome.load.iter().copied()).collect()
+}
+
+#[test]
+fn without_set_supports_the_machine_is_on_its_wheels() {
+    let machine = crane();
+    let names: Vec<&str> = machine.wheels().iter().map(|w| w.name.as_str()).collect();
+    assert_eq!(names, ["FL", "FR", "RL", "RR"]);
+    assert!(machine.supports().vary());
+    assert_eq!(machine.supports().all.len(), 8);
+    // the same loads, to the bit, as without a support in the machine file
+    let alone = checked(&toml(&[], "")).unwrap();
+    let state = leaning(&alone, [0.7, -0.4]);
+    let of_crane = leaning(&machine, [0.7, -0.4]);
+    assert_eq!(loads(&machine, &of_crane), loads(&alone, &state));
+}
+
+proptest! {
+    #![proptest_config(cases(64))]
+
+    /// Whatever stands on the ground carries the weight, its moments are those of the centre of pressure, and the
+    /// overturning moments about its edges follow from its OTF.
+    #[test]
+    fn loads_of_any_set_balance_the_weight(
+        set in 0_usize..256,
+        x in -1.5_f64..1.5,
+        y in -1.5_f64..1.5,
+    ) {
+        let whole = crane();
+        let indices: Vec<usize> = (0..8).filter(|support| set >> support & 1 == 1).collect();
+        let machine = match whole.standing_on(&indices) {
+            Ok(machine) => machine,
+            Err(SupportSetError::Count(count)) => {
+                prop_assert!(count < 3);
+                return Ok(());
+            }
+            Err(error) => {
+                prop_assert!(indices.len() < 5, "{error}");
+                return Ok(());
+            }
+        };
+        let state = leaning(&machine, [x, y]);
+        let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
+        let outcome = evaluate(&machine, &state, &mut workspace);
+        prop_assert_eq!(outcome.load.len(), indices.len());
+        let weight = outcome.normal_force;
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-6 * weight;
+        prop_assert!(close(outcome.load.iter().sum(), weight));
+        prop_assert!(close(outcome.otf.iter().sum(), weight));
+        for (edge, &moment) in machine.polygon().edges().iter().zip(&outcome.itom_full) {
+            let place = |wheel: usize| {
+                let wheel = &machine.wheels()[wheel];
+                wheel.centre_at_zero - outcome.contact_normal * wheel.radius
+            };
+            let along = (place(edge.to) - place(edge.from)).normalize();
+            let inwards = outcome.contact_normal.cross(&along);
+            let held: f64 = (0..indices.len())
+                .map(|wheel| outcome.otf[wheel] * inwards.dot(&(place(wheel) - place(edge.from))))
+                .sum();
+            prop_assert!((moment + held).abs() < 1e-5 * weight, "{}: {moment} {held}", edge.name);
+        }
+        for wheel in 0..indices.len() {
+            let (least, largest) = (outcome.load_least[wheel], outcome.load_largest[wheel]);
+            if least.is_finite() {
+                let load = outcome.load[wheel];
+                prop_assert!(least - 1e-6 * weight <= load && load <= largest + 1e-6 * weight);
+            }
+        }
+    }
+
+    /// Three supports are statically determinate: the loads are those of the lever rule.
+    #[test]
+    fn three_supports_follow_the_lever_rule(left_out in 0_usize..4, x in -0.6_f64..0.6, y in -0.6_f64..0.6) {
+        let whole = crane();
+        let feet: Vec<&str> = FEET.iter().map(|(name, ..)| *name).collect();
+        let three: Vec<&str> = feet.iter().enumerate().filter(|(k, _)| *k != left_out).map(|(_, n)| *n).collect();
+        let machine = whole.standing_on(&on(&whole, &three)).unwrap();
+        let mut state = State::zero(&machine);
+        state.imu.specific_force = Vector3::new(x, y, 9.8);
+        let mut workspace = Workspace::with_scope(&machine, Scope::LOADS);
+        let outcome = evaluate(&machine, &state, &mut workspace);
+        let points: Vec<_> = machine.wheels().iter().map(|w| w.centre_at_zero.xy()).collect();
+        let pressure = nalgebra::Vector2::new(outcome.zmp_x, outcome.zmp_y);
+        let area = |a: usize, b: usize| (points[b] - points[a]).perp(&(pressure - points[a]));
+        let whole_area = (points[1] - points[0]).perp(&(points[2] - points[0]));
+        for wheel in 0..3 {
+            let share = area((wheel + 1) % 3, (wheel + 2) % 3) / whole_area;
+            let expected = share * outcome.normal_force;
+            prop_assert!((outcome.otf[wheel] - expected).abs() < 1e-6 * outcome.normal_force);
+            // inside the triangle
+            if outcome.otf.iter().all(|otf| *otf > 0.0) {
+                prop_assert!((outcome.load_least[wheel] - expected.max(0.0)).abs() < 1e-5 * outcome.normal_force);
+            }
+        }
+    }
+
+    /// The order of the tables in the machine file changes nothing.
+    #[test]
+    fn the_order_of_supports_changes_nothing(shift in 1_usize..4, x in -1.0_f64..1.0) {
+        let mut feet = FEET;
+        feet.rotate_left(shift);
+        let (a, b) = (crane(), checked(&toml(&feet, "")).unwrap());
+        let names = ["OFL", "OFR", "ORL", "ORR"];
+        let a = a.standing_on(&on(&a, &names)).unwrap();
+        let mut reversed = on(&b, &names);
+        reversed.reverse();
+        let b = b.standing_on(&reversed).unwrap();
+        prop_assert_eq!(loads(&a, &leaning(&a, [x, 0.3])), loads(&b, &leaning(&b, [x, 0.3])));
+    }
+
+    /// Measured loads that agree with equilibrium are what the supports carry, whatever springs would say.
+    #[test]
+    fn measured_loads_decide_the_split(warp in -9000.0_f64..9000.0, x in -0.5_f64..0.5) {
+        let whole = crane();
+        let machine = whole.standing_on(&on(&whole, &["OFL", "OFR", "ORL", "ORR"])).unwrap();
+        let mut state = leaning(&machine, [x, 0.0]);
+        let by_springs = loads(&machine, &state);
+        // OFL and ORR lose what OFR and ORL gain: no moment, no force
+        let sign = [1.0, -1.0, -1.0, 1.0];
+        let truth: Vec<f64> = by_springs.iter().zip(sign).map(|((_, n), s)| n + s * warp).collect();
+        prop_assume!(truth.iter().all(|load| *load > 1000.0));
+        for (joint, force) in machine.contact().actuated_joints.iter().zip(&mut state.actuator_force) {
+            let ForceSource::Support { wheel: Some(wheel), .. } = joint.source else {
+                panic!("{joint:?}");
+            };
+            *force = truth[wheel];
+        }
+        for ((name, load), expected) in loads(&machine, &state).iter().zip(&truth) {
+            prop_assert!((load - expected).abs() < 0.01 * expected.abs() + 100.0, "{name}: {load} {expected}");
+        }
+    }
+}
+
+#[test]
+fn derivatives_by_measured_loads_are_differences() {
+    let whole = crane();
+    let machine = whole
+        .standing_on(&on(&whole, &["OFL", "OFR", "ORL", "ORR"]))
+        .unwrap();
+    let mut state = leaning(&machine, [0.3, -0.2]);
+    // nearly what equilibrium and springs give: weights of the rows then hardly matter
+    let by_springs = loads(&machine, &state);
+    for ((force, (_, load)), off) in (state.actuator_force.iter_mut())
+        .zip(&by_springs)
+        .zip([40.0, -40.0, -40.0, 40.0])
+    {
+        *force = load + off;
+    }
+    let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
+    evaluate(&machine, &state, &mut workspace);
+    let parameters = tipwatch_mechanics::Parameter::all(&machine);
+    for (joint, step) in [(0, 10.0), (3, 10.0)] {
+        let parameter = tipwatch_mechanics::Parameter::ActuatorForce(joint);
+        let place = parameters.iter().position(|p| *p == parameter).unwrap();
+        for wheel in 0..4 {
+            let derivative = workspace
+                .sensitivity()
+                .otf(wheel)
+                .into_iter()
+                .nth(place)
+                .unwrap();
+            let at = |amount: f64| {
+                let mut state = state.clone();
+                state.actuator_force[joint] += amount;
+                let mut workspace = Workspace::with_scope(&machine, Scope::LOADS);
+                evaluate(&machine, &state, &mut workspace).otf[wheel]
+            };
+            let difference = (at(step) - at(-step)) / (2.0 * step);
+            // the compliance of the row follows the force too, through its friction
+            assert!(
+                (derivative - difference).abs() < 0.03,
+                "{wheel}: {derivative} {difference}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_track_stands_along_its_length() {
+    let tracks = "[tracks.LEFT]\nlink = \"base_link\"\nfrom = [-1.4, 1.1, -0.5]\nto = [1.4, 1.1, -0.5]\npoints = 4\n\
+                  [tracks.RIGHT]\nlink = \"base_link\"\nfrom = [-1.4, -1.1, -0.5]\nto = [1.4, -1.1, -0.5]\npoints = 4\n";
+    let text = format!("name = \"excavator\"\n[imu]\nlink = \"base_link\"\n{tracks}");
+    let wheels = WHEELS.map(|(name, ..)| format!("[signals.joints.{name}]\nposition = 0.0\n"));
+    let machine = checked(&(text + &wheels.concat())).unwrap();
+    assert_eq!(machine.wheels().len(), 8);
+    assert_eq!(machine.polygon().edges().len(), 4);
+    assert!(!machine.supports().vary());
+    let state = leaning(&machine, [0.0, 0.5]);
+    let sum: f64 = loads(&machine, &state).iter().map(|(_, load)| load).sum();
+    let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
+    let weight = evaluate(&machine, &state, &mut workspace).get(Quantity::NormalForce);
+    assert!((sum - weight).abs() < 1e-6 * weight);
+}
+
+#[test]
+fn impossible_supports_are_refused_with_a_reason() {
+    let refused = |text: String| checked(&text).unwrap_err().to_string();
+    let neither = toml(&[], "[supports.A]\nlink = \"base_link\"\n");
+    assert!(
+        refused(neither).contains("supports.A"),
+        "neither set nor force"
+    );
+    let twice = toml(&[], "[supports.FL]\nlink = \"base_link\"\nset = true\n");
+    assert!(refused(twice).contains("\"FL\" twice"));
+    let unknown = toml(&FEET, "").replace("raised_by = [\"OFL\"", "raised_by = [\"OXX\"");
+    assert!(refused(unknown).contains("wheels.FL.raised_by"));
+    let order = toml(
+        &[],
+        "[supports.A]\nlink = \"base_link\"\nxyz = [0.0, 0.0, -0.5]\nset = [[5.0, 3.0]]\n",
+    );
+    assert!(refused(order).contains("rising order"));
+    let text = toml(&[], "[supports.A]\nlink = \"base_link\"\nset = \"yes\"\n");
+    assert!(refused(text).contains("a list of spans"));
+    let stiffness = toml(&FEET, "[contact]\ntyre_stiffness = 8e5\n");
+    assert!(refused(stiffness).contains("supports.OFL.stiffness"));
+    let points = toml(
+        &[],
+        "[tracks.T]\nlink = \"base_link\"\nfrom = [0.0, 0.0, 0.0]\nto = [1.0, 0.0, 0.0]\npoints = 1\n",
+    );
+    assert!(refused(points).contains("2 to 6 points"));
+    let machine = crane();
+    let in_line = machine.standing_on(&on(&machine, &["FL", "FR"]));
+    assert_eq!(in_line.unwrap_err(), SupportSetError::Count(2));
+}
