@@ -331,10 +331,10 @@ fn what_is_not_a_number_never_reaches_the_loads() {
         match (frame.id, *count) {
             // error and "not available" in one axis of the accelerations
             (id, 40) if id >> 8 & 0xffff == 61485 => {
-                frame.data[2..4].copy_from_slice(&[0xff, 0xff])
+                frame.data[2..4].copy_from_slice(&[0xff, 0xff]);
             }
             (id, 41) if id >> 8 & 0xffff == 61485 => {
-                frame.data[4..6].copy_from_slice(&[0x00, 0xfe])
+                frame.data[4..6].copy_from_slice(&[0x00, 0xfe]);
             }
             // a position far outside its range
             (259, 30) => frame.data[..4].copy_from_slice(&[0xff, 0xff, 0xff, 0x7f]),

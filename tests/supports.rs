@@ -121,7 +121,7 @@ fn val_loads_of_a_crane_follow_its_supports() {
         let t = analysis.rows.seconds(row);
         let absent: &[&str] = match t {
             t if (12.5..32.0).contains(&t) => &WHEELS,
-            t if t < 9.0 || t > 35.5 => &FEET,
+            t if !(9.0..=35.5).contains(&t) => &FEET,
             _ => continue,
         };
         for name in absent {

@@ -10,6 +10,7 @@ use tipwatch_analyze::analysis::run::{Prepared, RowSink, analyse_into};
 use tipwatch_analyze::base::options::{Options, Precision};
 use tipwatch_analyze::base::rows::Rows;
 use tipwatch_analyze::events::Event;
+use tipwatch_analyze::load::MeasuredLoads;
 use tipwatch_analyze::output::{self, OutputOptions, Sinks};
 use tipwatch_analyze::report;
 use tipwatch_analyze::tables::summary::Summary;
@@ -90,6 +91,7 @@ impl Analysis {
 /// Takes the rows of an analysis as tables, and for files where these are wanted.
 struct Collector<'a> {
     machine: machine::Machine,
+    measured_loads: MeasuredLoads,
     precision: Precision,
     blocks: Vec<table::Table>,
     sinks: Option<Sinks>,
@@ -101,8 +103,12 @@ impl RowSink for Collector<'_> {
         if self.stop.load(Ordering::Relaxed) {
             bail!("interrupted");
         }
-        self.blocks
-            .push(samples::samples(&self.machine, rows, self.precision));
+        self.blocks.push(samples::samples(
+            &self.machine,
+            rows,
+            self.precision,
+            &self.measured_loads,
+        ));
         match &mut self.sinks {
             Some(sinks) => sinks.take(rows),
             None => Ok(()),
@@ -150,6 +156,7 @@ fn run(
         let out = request.out.as_ref();
         Ok(Collector {
             machine: prepared.machine.clone(),
+            measured_loads: prepared.measured_loads.clone(),
             precision: request.precision,
             blocks: Vec::new(),
             sinks: out

@@ -102,7 +102,7 @@ pub(crate) fn read(
             (Some(PresenceSpec::Always(told)), _) => always(*told),
             (Some(PresenceSpec::Spans(spans)), _) => by_spans(spans, start_ns),
             (Some(PresenceSpec::Signal(switch)), _) => {
-                from_log(&switch.number(), switch.above, switch.max_age)
+                from_log(&switch.number, switch.above, switch.max_age)
             }
             (None, Some(load)) => from_log(&load.field, LOADED_SIGMAS * load.sigma, LOAD_MAX_AGE_S),
             // a wheel that is never raised; a point of a track

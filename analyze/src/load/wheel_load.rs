@@ -110,6 +110,7 @@ mod tests {
                 joint: None,
                 scale: 1.0,
                 offset: 0.0,
+                can: None,
             },
         };
         let stamps = stamps_ms.iter().map(|ms| ms * 1_000_000);

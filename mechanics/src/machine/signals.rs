@@ -172,19 +172,19 @@ impl CanSpec {
 /// The keys of a [`FieldSpec`] as written.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct FieldTable {
-    topic: Option<String>,
-    field: Option<String>,
-    joint: Option<String>,
+pub(super) struct FieldTable {
+    pub(super) topic: Option<String>,
+    pub(super) field: Option<String>,
+    pub(super) joint: Option<String>,
     #[serde(default = "one")]
-    scale: f64,
+    pub(super) scale: f64,
     #[serde(default)]
-    offset: f64,
-    dbc: Option<String>,
-    message: Option<String>,
-    pgn: Option<u32>,
-    source: Option<u8>,
-    signal: Option<String>,
+    pub(super) offset: f64,
+    pub(super) dbc: Option<String>,
+    pub(super) message: Option<String>,
+    pub(super) pgn: Option<u32>,
+    pub(super) source: Option<u8>,
+    pub(super) signal: Option<String>,
 }
 
 impl TryFrom<FieldTable> for FieldSpec {
@@ -242,9 +242,13 @@ pub fn can_signals(text: &str) -> Vec<CanSpec> {
     fn collect(value: &toml::Value, into: &mut Vec<CanSpec>) {
         match value {
             toml::Value::Table(table) => {
-                let field = table
-                    .contains_key("signal")
-                    .then(|| FieldSpec::deserialize(value.clone()));
+                let field = table.contains_key("signal").then(|| {
+                    let mut field = table.clone();
+                    // of a number that switches
+                    field.remove("above");
+                    field.remove("max_age");
+                    FieldSpec::deserialize(toml::Value::Table(field))
+                });
                 match field {
                     Some(Ok(FieldSpec { can: Some(can), .. })) => into.push(can),
                     _ => table.values().for_each(|value| collect(value, into)),

@@ -28,7 +28,7 @@ impl Split {
         let [front, _, rear, _] = edges else {
             return None;
         };
-        (wheels == 4).then(|| Self::RollMomentDistribution {
+        (wheels == 4).then_some(Self::RollMomentDistribution {
             share,
             wheels: [front.to, front.from, rear.from, rear.to],
         })

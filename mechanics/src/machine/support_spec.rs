@@ -5,7 +5,7 @@
 
 use serde::Deserialize;
 
-use super::signals::FieldSpec;
+use super::signals::{FieldSpec, FieldTable};
 
 /// Contact points of a track that states no number of them.
 const TRACK_POINTS: usize = 3;
@@ -82,26 +82,36 @@ pub enum PresenceSpec {
 
 /// A number of a log that switches.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "SwitchTable")]
 pub struct SwitchSpec {
-    /// Topic, of any type.
-    pub topic: String,
-    /// Path of the number in its messages.
-    pub field: Option<String>,
-    /// The name whose index in a list of names selects the number.
-    pub joint: Option<String>,
-    /// Factor applied to the number.
-    #[serde(default = "one")]
-    pub scale: f64,
-    /// Offset added after scaling.
-    #[serde(default)]
-    pub offset: f64,
+    /// The number.
+    pub number: FieldSpec,
     /// The value from which it is on.
-    #[serde(default = "half")]
     pub above: f64,
     /// Age of the last message from which the state is unknown (s).
-    #[serde(default = "max_age")]
     pub max_age: f64,
+}
+
+/// The keys of a [`SwitchSpec`] as written: those of a field, and its own.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SwitchTable {
+    topic: Option<String>,
+    field: Option<String>,
+    joint: Option<String>,
+    #[serde(default = "one")]
+    scale: f64,
+    #[serde(default)]
+    offset: f64,
+    dbc: Option<String>,
+    message: Option<String>,
+    pgn: Option<u32>,
+    source: Option<u8>,
+    signal: Option<String>,
+    #[serde(default = "half")]
+    above: f64,
+    #[serde(default = "max_age")]
+    max_age: f64,
 }
 
 fn one() -> f64 {
@@ -116,17 +126,27 @@ fn max_age() -> f64 {
     2.0
 }
 
-impl SwitchSpec {
-    /// The number.
-    #[must_use]
-    pub fn number(&self) -> FieldSpec {
-        FieldSpec {
-            topic: self.topic.clone(),
-            field: self.field.clone(),
-            joint: self.joint.clone(),
-            scale: self.scale,
-            offset: self.offset,
-        }
+impl TryFrom<SwitchTable> for SwitchSpec {
+    type Error = &'static str;
+
+    fn try_from(table: SwitchTable) -> Result<Self, Self::Error> {
+        let number = FieldTable {
+            topic: table.topic,
+            field: table.field,
+            joint: table.joint,
+            scale: table.scale,
+            offset: table.offset,
+            dbc: table.dbc,
+            message: table.message,
+            pgn: table.pgn,
+            source: table.source,
+            signal: table.signal,
+        };
+        Ok(Self {
+            number: number.try_into()?,
+            above: table.above,
+            max_age: table.max_age,
+        })
     }
 }
 

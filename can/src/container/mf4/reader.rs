@@ -216,7 +216,7 @@ fn bind_values<R: Read + Seek>(
         match blocks.get(&link) {
             Some(id) => frames.values_id = Some(*id),
             None if link != 0 => {
-                frames.values = Some(Stream::open(file, link, is_finalised, lost)?)
+                frames.values = Some(Stream::open(file, link, is_finalised, lost)?);
             }
             None => {}
         }

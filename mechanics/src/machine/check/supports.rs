@@ -96,7 +96,7 @@ impl Checker<'_> {
                 Ok(())
             }
             PresenceSpec::Signal(switch) => {
-                self.check_field(place, &switch.number(), false)?;
+                self.check_field(place, &switch.number, false)?;
                 if !switch.above.is_finite() {
                     let place = format!("{place}.above");
                     return Err(self.value_error(place, "a finite number", switch.above));
