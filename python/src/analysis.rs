@@ -91,7 +91,7 @@ impl Analysis {
 /// Takes the rows of an analysis as tables, and for files where these are wanted.
 struct Collector<'a> {
     machine: machine::Machine,
-    measured_loads: MeasuredLoads,
+    measured_loads: Arc<MeasuredLoads>,
     precision: Precision,
     blocks: Vec<table::Table>,
     sinks: Option<Sinks>,
@@ -156,7 +156,7 @@ fn run(
         let out = request.out.as_ref();
         Ok(Collector {
             machine: prepared.machine.clone(),
-            measured_loads: prepared.measured_loads.clone(),
+            measured_loads: Arc::clone(prepared.measured_loads),
             precision: request.precision,
             blocks: Vec::new(),
             sinks: out
