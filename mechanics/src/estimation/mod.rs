@@ -11,6 +11,7 @@
 
 mod bias;
 mod causal;
+mod held;
 mod history;
 mod kalman_filter;
 pub mod plausibility;

@@ -4,14 +4,12 @@
 //! log a row without neighbours is static: it holds the last known sample, at rest. [`UnobservedMotion`] gives the
 //! range of every signal that the stated greatest rates and accelerations allow at that row and until the next one.
 
-mod held;
 mod motion;
 mod range;
 mod reach;
 mod sparse;
 mod usable;
 
-pub(in crate::estimation) use held::{held, is_dense};
 pub use motion::{SampleMemory, UnobservedMotion};
 pub use range::{Exceeded, MotionRange, Span};
 pub use sparse::{Sparseness, sparseness};

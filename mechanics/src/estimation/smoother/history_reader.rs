@@ -1,8 +1,8 @@
 //! Reads the smoothed estimates of a filter between its samples.
 
 use super::quintic::Quintic;
+use crate::estimation::held::{held, is_dense};
 use crate::estimation::history::History;
-use crate::estimation::quasi_static::{held, is_dense};
 use crate::estimation::state_builder::{FilterStatus, Reading};
 use crate::estimation::white_jerk::{ChannelState, Matrix, seconds, step};
 

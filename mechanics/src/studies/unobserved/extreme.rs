@@ -1,6 +1,6 @@
 //! The extreme of a wheel's OTF over a range of motion.
 
-use super::loads::signals;
+use super::signals::signals;
 use crate::estimation::quasi_static::{MotionRange, Span};
 use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::workspace::Workspace;

@@ -1,6 +1,7 @@
 //! The wheel loads over a range of motion.
 
 use super::extreme::{Extreme, Search, is_linear, largest_change};
+use super::signals::signals;
 use crate::Scope;
 use crate::estimation::quasi_static::MotionRange;
 use crate::evaluate::evaluation::evaluate;
@@ -122,35 +123,4 @@ impl UnobservedLoads {
             })
             .collect()
     }
-}
-
-/// Value and range of every signal, in the order of the derivatives.
-pub(super) fn signals<'a>(
-    machine: &'a Machine,
-    state: &'a State<f64>,
-    range: &'a MotionRange,
-) -> impl Iterator<Item = (f64, crate::estimation::quasi_static::Span)> + 'a {
-    let joints = state
-        .joints
-        .iter()
-        .zip(&range.joints)
-        .flat_map(|(joint, range)| {
-            [joint.position, joint.rate, joint.acceleration]
-                .into_iter()
-                .zip(*range)
-        });
-    let imu = &state.imu;
-    let vectors = [
-        (imu.specific_force, range.specific_force),
-        (imu.angular_velocity, range.angular_velocity),
-        (imu.angular_acceleration, range.angular_acceleration),
-    ];
-    let imu =
-        (vectors.into_iter()).flat_map(|(value, range)| value.data.0[0].into_iter().zip(range));
-    let wrench = &state.tool_wrench;
-    let tool = [wrench.force.data.0[0], wrench.moment.data.0[0]];
-    let tool = tool.into_iter().flatten().zip(range.tool);
-    joints
-        .chain(imu)
-        .chain(tool.filter(|_| machine.tool().is_some()))
 }

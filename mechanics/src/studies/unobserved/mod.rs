@@ -2,5 +2,6 @@
 
 mod extreme;
 mod loads;
+mod signals;
 
 pub use loads::{UnobservedLoads, WheelReach};

@@ -22,7 +22,7 @@ pub(in crate::estimation) fn is_dense(
 
 /// Holds the last sample up to a time, if it is not older than `hold_ns`: its value, and at its own stamp its
 /// measured velocity; no acceleration. What that leaves unknown is in
-/// [`UnobservedMotion`](super::UnobservedMotion), not in the covariance.
+/// [`UnobservedMotion`](super::quasi_static::UnobservedMotion), not in the covariance.
 pub(in crate::estimation) fn held(
     history: &History,
     before: usize,
