@@ -137,44 +137,6 @@ impl Manoeuvre {
         manoeuvre
     }
 
-    /// The second paper's manoeuvre: the arm, folded over the platform, is raised and lowered a little, for so many seconds.
-    pub(crate) fn folded(machine: &Machine, seconds: usize) -> Self {
-        let sine = |middle: f64, amplitude: f64, w: f64| Sine {
-            middle,
-            amplitude,
-            w,
-            phase: 0.0,
-        };
-        let arm = [
-            ("slew", sine(0.0, 0.1, 0.3)),
-            ("lift", sine(-0.154, 0.07, 0.4)),
-            ("tilt", sine(-3.082, 0.0, 0.4)),
-            ("extension", sine(0.0, 0.0, 0.4)),
-            ("suspension_right", sine(-0.1, 0.0, 0.4)),
-            ("suspension_left", sine(-0.1, 0.0, 0.4)),
-        ];
-        let rows = RATE * seconds;
-        let mut states = StateColumns::unknown(machine, rows);
-        let mut state = State::zero(machine);
-        state.base.up = Vector3::z();
-        state.imu.specific_force = Vector3::z() * machine.gravity();
-        for row in 0..rows {
-            for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
-                if let Some((_, sine)) = arm.iter().find(|(name, _)| *name == joint.name) {
-                    *motion = sine.at(row as f64 / RATE as f64);
-                }
-            }
-            states.set(row, &mut state);
-        }
-        Self {
-            times_ns: (0..rows)
-                .map(|row| (row * (1_000_000_000 / RATE)) as i64)
-                .collect(),
-            reasons: vec![Reasons::default(); rows],
-            states,
-        }
-    }
-
     pub(crate) fn compared(&self, machine: &Machine, motion: &SuspensionMotion) -> Comparison {
         let rows = RecordedRows {
             times_ns: &self.times_ns,
