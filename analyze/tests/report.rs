@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::read::GzDecoder;
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::events::{Event, EventKind, InputFault};
@@ -182,9 +185,7 @@ fn pictures_have_dimensions_and_the_envelope_is_drawn() {
         }
         assert_eq!(worst.matches("</tr>").count(), wheels + 1);
         assert!(page.contains("moment-space") && page.contains("moment-side"));
-        let figures = page.split_once("id=\"figures\">").unwrap().1;
-        let figures: serde_json::Value =
-            serde_json::from_str(figures.split("</script>").next().unwrap()).unwrap();
+        let figures = figures(&page);
         let traces = figures
             .as_array()
             .unwrap()
@@ -196,6 +197,14 @@ fn pictures_have_dimensions_and_the_envelope_is_drawn() {
         assert_eq!(envelopes.len(), wheels);
         assert!(envelopes.iter().all(|trace| trace.get("visible").is_none()));
     }
+}
+
+/// The figures of a page: gzip in base64.
+fn figures(page: &str) -> serde_json::Value {
+    let packed = page.split_once("id=\"figures\">").unwrap().1;
+    let packed = packed.split("</script>").next().unwrap();
+    let packed = STANDARD.decode(packed).unwrap();
+    serde_json::from_reader(GzDecoder::new(packed.as_slice())).unwrap()
 }
 
 #[test]

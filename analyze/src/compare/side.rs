@@ -99,7 +99,7 @@ impl Side {
         }
         let file = machine.with_context(|| {
             let place = path.display();
-            format!("{place}: expected a machine for a log, found none")
+            format!("{place}: expected a machine file for a log (--machine), found none")
         })?;
         let analysis = analyse(path, file, options, &mut |_| {})?;
         Self::of_analysis(&analysis, &path.display().to_string())
