@@ -11,8 +11,7 @@ mod actuators;
 mod arrivals;
 mod bind;
 mod bound_log;
-mod can_error;
-mod can_signals;
+mod can;
 mod commissioning;
 mod error;
 mod machine_file;
@@ -26,8 +25,7 @@ mod transforms;
 pub use arrivals::arrivals;
 pub use bind::{bind, named_topics};
 pub use bound_log::{BoundLog, BoundSensor};
-pub use can_error::CanError;
-pub use can_signals::read_dbc;
+pub use can::{CanError, read_dbc};
 pub use commissioning::{
     Commissioning, CommissioningError, CommissioningItem, CommissioningSource, NOT_COMMISSIONED,
     commissioning_of, commissioning_text, sha256,

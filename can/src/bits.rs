@@ -114,7 +114,11 @@ mod tests {
         for place in 0..count {
             if is_big_endian {
                 number = number << 1 | bit(at)?;
-                at = if at.is_multiple_of(8) { at + 15 } else { at - 1 };
+                at = if at.is_multiple_of(8) {
+                    at + 15
+                } else {
+                    at - 1
+                };
             } else {
                 number |= bit(at)? << place;
                 at += 1;

@@ -100,6 +100,17 @@ impl Crate {
 
     /// File and name of the item that a path names; `None` of what is not in the crate, and of modules themselves.
     fn resolve(&self, base: &[String], path: &[String], depth: usize) -> Option<(String, String)> {
+        self.find(base, path, depth, &mut BTreeSet::new())
+    }
+
+    /// As [`resolve`](Self::resolve); `tried` are the places where globs have been followed to.
+    fn find(
+        &self,
+        base: &[String],
+        path: &[String],
+        depth: usize,
+        tried: &mut BTreeSet<(ModulePath, Vec<String>)>,
+    ) -> Option<(String, String)> {
         let (mut current, mut rest) = self.start(base, path, depth)?;
         while let Some((name, after)) = rest.split_first() {
             let below = [current.as_slice(), std::slice::from_ref(name)].concat();
@@ -117,16 +128,36 @@ impl Crate {
             let whole = [target.as_slice(), &rest[1..]].concat();
             // a name that is brought in under itself is another crate's
             return (whole != rest || !base.starts_with(&current))
-                .then(|| self.resolve(&current, &whole, depth + 1))?;
+                .then(|| self.find(&current, &whole, depth + 1, tried))?;
         }
         if !module.items.contains(name) {
-            let passed_on = module.globs.iter().find_map(|glob| {
+            // modules may take everything of each other
+            if !tried.insert((current.clone(), rest.clone())) {
+                return None;
+            }
+            let mut own = module
+                .globs
+                .iter()
+                .filter(|glob| self.is_own(&current, glob));
+            let passed_on = own.find_map(|glob| {
                 let whole = [glob.as_slice(), &rest].concat();
-                self.resolve(&current, &whole, depth + 1)
+                self.find(&current, &whole, depth + 1, tried)
             });
             return passed_on;
         }
         Some((module.file.clone(), name.clone()))
+    }
+
+    /// Whether a path from this module leads into the crate and not into another one.
+    fn is_own(&self, base: &[String], path: &[String]) -> bool {
+        let Some(first) = path.first() else {
+            return false;
+        };
+        let module = &self.modules[base];
+        ["crate", "self", "super"].contains(&first.as_str())
+            || module.names.contains_key(first)
+            || module.items.contains(first)
+            || self.modules.contains_key(&[base, &path[..1]].concat())
     }
 
     /// The module that a path starts in, and what is left of the path.

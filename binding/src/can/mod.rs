@@ -1,0 +1,7 @@
+//! CAN (controller area network) signals of a machine file: the DBC files that it names, and their messages as topics.
+
+mod error;
+mod signals;
+
+pub use error::CanError;
+pub use signals::read_dbc;
