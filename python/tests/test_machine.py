@@ -66,10 +66,25 @@ def test_a_changed_machine_carries_the_change(machine):
     assert machine.evaluate(machine.zero_posture).load.sum() < heavier.evaluate(machine.zero_posture).load.sum()
 
 
+def test_analyses_refuse_a_changed_machine(machine):
+    name = next(name for name in machine.parameters if name.endswith(".mass"))
+    with pytest.raises(tw.TipwatchError, match="expected a machine as in its file .*demo.toml"):
+        tw.analyze("drive.mcap", machine.changed({name: 100.0}))
+    with pytest.raises(tw.TipwatchError, match="drive.mcap"):
+        tw.analyze("drive.mcap", machine.changed({}))
+
+
 def test_causes_add_up(machine):
     result = machine.evaluate(postures_of(machine, 8), what=["causes"])
     assert result.cause.shape[0] == 8 and result.cause.shape[2] == 4
-    assert np.allclose(result.cause.sum(axis=1), result.otf, atol=1e-6)
+    names = result.columns("cause")[:: len(machine.wheels)]
+    suffix = "_" + machine.wheels[0].lower()
+    causes = dict(zip((name.removesuffix(suffix) for name in names), result.cause.swapaxes(0, 1)))
+    # with the attitude known, the specific force is told apart into slope and accelerations
+    assert np.isnan(causes.pop("cause_specific_force")).all()
+    lift_off = causes.pop("cause_lift_off")
+    assert np.allclose(sum(causes.values()), result.otf, atol=1e-6)
+    assert np.allclose(sum(causes.values()) + lift_off, result.load, atol=1e-6)
 
 
 def test_inputs_may_be_tuples_and_lists(machine):

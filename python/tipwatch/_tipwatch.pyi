@@ -62,6 +62,11 @@ class Machine:
     @property
     def gradient_names(self) -> list[str]: ...
     def changed(self, changes: Mapping[str, float]) -> Machine: ...
+    @property
+    def urdf(self) -> str: ...
+    def link_poses(self, posture: ArrayLike | None = None) -> dict[str, Floats]: ...
+    def layout(self, posture: ArrayLike | None = None) -> dict[str, NDArray[Any]]: ...
+    def draw(self, posture: ArrayLike | None = None, ax: Any = None) -> tuple[Any, Any]: ...
     def evaluate(
         self,
         positions: ArrayLike,
@@ -106,8 +111,27 @@ def analyze(
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
     parts: bool = False,
     precision: Literal[32, 64] = 64,
-    progress: Callable[[int], object] | None = None,
+    progress: bool | Callable[[int], object] | None = None,
 ) -> Analysis: ...
+
+class Identification:
+    @property
+    def document(self) -> dict[str, Any]: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def holds(self) -> bool | None: ...
+    @property
+    def file(self) -> Path | None: ...
+
+def identify(
+    machine: Machine | str | PathLike[str],
+    logs: Sequence[str | PathLike[str]] = (),
+    *,
+    level: float | None = None,
+    out: str | PathLike[str] | None = None,
+) -> Identification: ...
+
 class Fleet:
     @property
     def logs_uri(self) -> str: ...
@@ -149,7 +173,7 @@ def screen(
     estimator: Literal["smoother", "causal"] | None = None,
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
     min_valid: float = 0.5,
-    progress: Callable[[int, int], object] | None = None,
+    progress: bool | Callable[[int, int], object] | None = None,
 ) -> Fleet: ...
 def compare(
     a: str | PathLike[str],
