@@ -13,9 +13,6 @@ use crate::machine::machine_file;
 use crate::options::options;
 use crate::progress::Progress;
 
-/// Least share of a log's time that must be computable, as on the command line.
-const MIN_VALID: f64 = 0.5;
-
 /// The result of a screening: the data set in its folder, and what was counted.
 #[pyclass(frozen, module = "tipwatch")]
 pub(crate) struct Fleet {
@@ -101,7 +98,7 @@ impl Fleet {
 #[pyfunction]
 #[pyo3(signature = (
     logs, *, out, machine=None, fleet=None, resume=false, jobs=None, rate=None, estimator=None, model=None,
-    min_valid=MIN_VALID, progress=None
+    min_valid=0.5, progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn screen(

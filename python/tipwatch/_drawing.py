@@ -29,7 +29,6 @@ def draw(machine: Machine, posture: ArrayLike | None = None, ax: Any = None) -> 
     poses, layout = machine.link_poses(posture), machine.layout(posture)
     side, top = pyplot.subplots(1, 2, figsize=(11, 4.5), layout="constrained")[1] if ax is None else _pair(ax)
     links = _Links(machine.urdf)
-    # the ground, the wheels and the support polygon count as the machine's outline, too
     for axes, view in ((side, "side"), (top, "top")):
         _draw_links(axes, view, links, poses)
         _draw_wheels(axes, view, machine, layout)
@@ -41,7 +40,7 @@ def draw(machine: Machine, posture: ArrayLike | None = None, ax: Any = None) -> 
     side.set_title(f"{machine.name} from the right")
     top.set_ylabel("y, left (m)")
     top.set_title("from above")
-    top.legend(loc="best", fontsize="small")
+    top.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=2, fontsize="small", frameon=False)
     return side, top
 
 
@@ -136,25 +135,27 @@ def _draw_links(axes: Any, view: str, links: _Links, poses: dict[str, NDArray[np
 
 def _draw_wheels(axes: Any, view: str, machine: Machine, layout: dict[str, NDArray[Any]]) -> None:
     turn = np.linspace(0, 2 * np.pi, 2 * _CIRCLE)
-    for name, centre, radius in zip(machine.wheels, layout["wheel_centres"], layout["wheel_radii"]):
+    wheels = zip(machine.wheels, layout["wheel_centres"], layout["wheel_radii"], layout["contacts"])
+    for name, centre, radius, contact in wheels:
         if view == "side":
             outline = centre[[0, 2]] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
             axes.plot(*outline.T, color="black", linewidth=1.2)
         else:
-            # edge on: the machine file states no width
-            axes.plot(centre[0] + radius * np.array([-1, 1]), [centre[1]] * 2, color="black", linewidth=5)
-            below = np.sign(centre[1]) or 1
-            axes.annotate(name, centre[:2], xytext=(0, 10 * below), textcoords="offset points", ha="center",
+            # the machine file states neither width nor steering: the contact point is all that is known of the wheel
+            axes.plot(*contact[:2], color="black", marker="o", markersize=7)
+            outward = np.sign(contact[1]) or 1
+            axes.annotate(name, contact[:2], xytext=(0, 12 * outward), textcoords="offset points", ha="center",
                           va="center", fontsize="small")
 
 
 def _draw_balance(axes: Any, view: str, layout: dict[str, NDArray[Any]]) -> None:
-    """Support polygon and centre of mass, and where the centre of mass is above the ground."""
+    """Support polygon, centre of mass and its plumb line on level ground."""
     contacts, com, normal = layout["contacts"], layout["centre_of_mass"], layout["normal"]
     for number, edge in enumerate(layout["edges"]):
         ends = contacts[edge][:, _VIEWS[view]]
         axes.plot(*ends.T, color="tab:blue", linestyle="--", label=None if number else "support polygon")
-    foot = com - normal * (normal @ (com - contacts.mean(axis=0)))
+    # plumb line of the centre of mass, down to the contact plane: n . (foot - contact) = 0
+    foot = com - np.array([0, 0, normal @ (com - contacts[0]) / normal[2]])
     line = np.stack([com, foot])[:, _VIEWS[view]]
     if view == "side":
         axes.plot(*line.T, color="tab:red", linewidth=1, linestyle=":")

@@ -3,18 +3,39 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__all__ = [
+    "Analysis",
+    "Evaluation",
+    "Fleet",
+    "Identification",
+    "Machine",
+    "Table",
+    "TipwatchError",
+    "WhatIf",
+    "__version__",
+    "analyze",
+    "compare",
+    "identify",
+    "main",
+    "read",
+    "screen",
+    "set_program",
+    "whatif",
+]
+
 __version__: str
 
-Floats = NDArray[np.float64]
-What = Literal["loads", "indicators", "causes", "sigma", "parts", "gradient", "all"]
+_Floats: TypeAlias = NDArray[np.float64]
+_What: TypeAlias = Literal["loads", "indicators", "causes", "sigma", "parts", "gradient", "all"]
 
 class TipwatchError(Exception): ...
 
+@final
 class Table:
     @property
     def columns(self) -> list[str]: ...
@@ -23,15 +44,17 @@ class Table:
     def __len__(self) -> int: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
+@final
 class Evaluation:
     @property
     def names(self) -> list[str]: ...
     def describe(self, name: str) -> str: ...
     def columns(self, name: str) -> list[str]: ...
-    def __getattr__(self, name: str) -> Floats: ...
+    def __getattr__(self, name: str) -> _Floats: ...
 
+@final
 class Machine:
-    def __init__(self, file: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> None: ...
+    def __new__(cls, file: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> Self: ...
     @property
     def name(self) -> str: ...
     @property
@@ -50,11 +73,11 @@ class Machine:
     def wheel(self, name: str) -> int: ...
     def edge(self, name: str) -> int: ...
     @property
-    def zero_posture(self) -> Floats: ...
+    def zero_posture(self) -> _Floats: ...
     @property
-    def joint_limits(self) -> Floats: ...
+    def joint_limits(self) -> _Floats: ...
     @property
-    def static_load(self) -> Floats: ...
+    def static_load(self) -> _Floats: ...
     @property
     def notes(self) -> list[str]: ...
     @property
@@ -64,7 +87,7 @@ class Machine:
     def changed(self, changes: Mapping[str, float]) -> Machine: ...
     @property
     def urdf(self) -> str: ...
-    def link_poses(self, posture: ArrayLike | None = None) -> dict[str, Floats]: ...
+    def link_poses(self, posture: ArrayLike | None = None) -> dict[str, _Floats]: ...
     def layout(self, posture: ArrayLike | None = None) -> dict[str, NDArray[Any]]: ...
     def draw(self, posture: ArrayLike | None = None, ax: Any = None) -> tuple[Any, Any]: ...
     def evaluate(
@@ -79,10 +102,11 @@ class Machine:
         angular_acceleration: ArrayLike | None = None,
         tool_force: ArrayLike | None = None,
         tool_moment: ArrayLike | None = None,
-        what: Sequence[What] | None = None,
+        what: Sequence[_What] | None = None,
         frame: Literal["base", "imu"] = "base",
     ) -> Evaluation: ...
 
+@final
 class Analysis:
     @property
     def samples(self) -> Table: ...
@@ -114,6 +138,7 @@ def analyze(
     progress: bool | Callable[[int], object] | None = None,
 ) -> Analysis: ...
 
+@final
 class Identification:
     @property
     def document(self) -> dict[str, Any]: ...
@@ -132,6 +157,7 @@ def identify(
     out: str | PathLike[str] | None = None,
 ) -> Identification: ...
 
+@final
 class Fleet:
     @property
     def logs_uri(self) -> str: ...
@@ -144,6 +170,7 @@ class Fleet:
     @property
     def page(self) -> Path | None: ...
 
+@final
 class WhatIf:
     @property
     def samples(self) -> Table: ...
@@ -161,6 +188,7 @@ def read(
     end: float | None = None,
     estimator: Literal["smoother", "causal"] | None = None,
 ) -> Table: ...
+
 def screen(
     logs: str | PathLike[str] | Sequence[str | PathLike[str]],
     *,
@@ -175,6 +203,7 @@ def screen(
     min_valid: float = 0.5,
     progress: bool | Callable[[int, int], object] | None = None,
 ) -> Fleet: ...
+
 def compare(
     a: str | PathLike[str],
     b: str | PathLike[str],
@@ -185,6 +214,7 @@ def compare(
     estimator: Literal["smoother", "causal"] | None = None,
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
 ) -> dict[str, Any]: ...
+
 def whatif(
     log: str | PathLike[str],
     machine: Machine | str | PathLike[str],
@@ -197,5 +227,6 @@ def whatif(
     estimator: Literal["smoother", "causal"] | None = None,
     out: str | PathLike[str] | None = None,
 ) -> WhatIf: ...
+
 def set_program(file: str | PathLike[str]) -> None: ...
 def main(arguments: Sequence[str]) -> int: ...
