@@ -65,8 +65,7 @@ impl Machine {
     }
 
     fn posture(&self, given: Option<&Numbers<'_>>) -> PyResult<Posture<'_>> {
-        let posture =
-            positions(given, self.zero()).and_then(|at| Posture::new(&self.machine, &at));
+        let posture = positions(given, self.zero()).and_then(|at| Posture::new(&self.machine, &at));
         posture.map_err(|error| exception(&error))
     }
 
@@ -146,6 +145,13 @@ impl Machine {
     fn wheels(&self) -> Vec<&str> {
         let wheels = self.machine.wheels().iter();
         wheels.map(|wheel| wheel.name.as_str()).collect()
+    }
+
+    /// Names of all wheels and supports, those off the ground included: ``wheels`` are the ones that it stands on.
+    #[getter]
+    fn supports(&self) -> Vec<&str> {
+        let all = self.machine.supports().all.iter();
+        all.map(|support| support.name.as_str()).collect()
     }
 
     /// Names of the edges of the support polygon, in the order of every array by edge.
@@ -251,6 +257,35 @@ impl Machine {
         let mut changed = Self::with(self.file.clone(), self.machine.changed(&changes));
         changed.is_changed = self.is_changed || !changes.is_empty();
         Ok(changed)
+    }
+
+    /// This machine on other supports: on its outriggers, or with a wheel in the air. Their parameters are those of the
+    /// machine file. It is for ``evaluate`` and ``draw``: analyses find the supports in the log.
+    ///
+    /// Parameters
+    /// ----------
+    /// supports : sequence of str
+    ///     Names out of ``supports``; the order does not matter.
+    ///
+    /// Raises
+    /// ------
+    /// TipwatchError
+    ///     There is no such support, the machine cannot stand on these, or it was changed before: use ``changed`` on the
+    ///     result.
+    fn standing_on(&self, supports: Vec<String>) -> PyResult<Self> {
+        if self.is_changed {
+            return Err(exception(&anyhow!(
+                "expected standing_on before changed, found a machine that was changed"
+            )));
+        }
+        let all = self.supports();
+        let place = |name: &String| position("support", all.iter().copied(), name);
+        let on: Vec<usize> = supports.iter().map(place).collect::<PyResult<_>>()?;
+        let machine = self.machine.standing_on(&on);
+        let machine = machine.map_err(|error| exception(&anyhow::Error::from(error)))?;
+        let mut standing = Self::with(self.file.clone(), machine);
+        standing.is_changed = true;
+        Ok(standing)
     }
 
     /// Pose of every link's frame in the base frame, by the link's name: arrays of shape (4, 4), translation in m.
@@ -432,7 +467,7 @@ pub(crate) fn machine_file(machine: &Bound<'_, PyAny>) -> PyResult<MachineFile> 
         let machine = machine.get();
         if machine.is_changed {
             return Err(exception(&anyhow!(
-                "expected a machine as in its file {}, found one from Machine.changed: change the machine file",
+                "expected a machine as in its file {}, found one from Machine.changed or standing_on: change the machine file",
                 machine.file.path.display()
             )));
         }

@@ -136,7 +136,11 @@ pub(crate) fn whatif(
     let compute = move |stop: &Stop| {
         let options = options(rate, start, end, estimator.as_deref(), None)?;
         let motion = WhatIfOptions {
-            suspension: value("suspension", suspension.as_deref(), SuspensionMode::LookAhead)?,
+            suspension: value(
+                "suspension",
+                suspension.as_deref(),
+                SuspensionMode::LookAhead,
+            )?,
             step_s: step,
         };
         let replay = what_if(&log, &file, options, motion, &mut |_| {})?;

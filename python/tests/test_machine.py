@@ -2,11 +2,14 @@
 
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import tipwatch as tw
+
+DATA = Path(__file__).resolve().parents[2] / "tests" / "data"
 
 
 def test_a_machine_names_its_parts(machine):
@@ -72,6 +75,23 @@ def test_analyses_refuse_a_changed_machine(machine):
         tw.analyze("drive.mcap", machine.changed({name: 100.0}))
     with pytest.raises(tw.TipwatchError, match="drive.mcap"):
         tw.analyze("drive.mcap", machine.changed({}))
+
+
+def test_a_machine_stands_on_its_outriggers():
+    crane = tw.Machine(DATA / "crane.toml")
+    feet = [name for name in crane.supports if name not in crane.wheels]
+    standing = crane.standing_on(feet)
+    assert len(feet) == 4 and standing.wheels == feet
+    loads = standing.evaluate(standing.zero_posture)
+    assert loads.otf.sum() == pytest.approx(crane.mass * crane.gravity, rel=2e-3)
+    # the feet are farther apart than the wheels
+    assert loads.zmp_margin[0] > crane.evaluate(crane.zero_posture).zmp_margin[0]
+    with pytest.raises(tw.TipwatchError, match='expected a support .*found "XX"'):
+        crane.standing_on(["XX"])
+    with pytest.raises(tw.TipwatchError, match="expected"):
+        crane.standing_on(feet[:2])
+    with pytest.raises(tw.TipwatchError, match="found one from Machine.changed or standing_on"):
+        tw.analyze("drive.mcap", standing)
 
 
 def test_causes_add_up(machine):
