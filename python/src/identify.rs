@@ -104,8 +104,7 @@ pub(crate) fn identify(
                 bail!("expected a positive level (rad), found {level}");
             }
             let found = identified(&file, &Request { logs, level })?;
-            let held_back = found.result.held_back.as_ref();
-            let holds = held_back.map(|held| held.is_no_worse());
+            let holds = found.holds();
             let out = out.filter(|_| holds != Some(false) && !stop.is_set());
             if let Some(out) = &out {
                 write_machine_file(out, &file, &found)?;

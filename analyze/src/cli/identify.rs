@@ -58,7 +58,7 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
         }
         false => to_stdout(&text(&found))?,
     }
-    let is_worse = (found.result.held_back.as_ref()).is_some_and(|held| !held.is_no_worse());
+    let is_worse = found.holds() == Some(false);
     if is_worse {
         terminal.verdict("not decided: the result does not hold on the data that were held back");
     }
