@@ -1,6 +1,6 @@
 """Makes the pictures of README and book from the program's own output.
 
-    pip install pyte pillow
+    pip install pyte pillow matplotlib polars ./python
     cargo build --workspace --bins
     python book/pictures/make.py [FOLDER OF THE PROGRAMS]
 
@@ -48,6 +48,7 @@ def main():
         (OUT / "watch.svg").write_text(watch(folder))
         for template in SHEETS:
             from_sheet(folder, template)
+        of_python(folder)
 
 
 def from_sheet(folder, template):
@@ -56,6 +57,21 @@ def from_sheet(folder, template):
     sheet.write_bytes(subprocess.run([TIPWATCH, "machine", "example", template], stdout=subprocess.PIPE, check=True).stdout)
     run(TIPWATCH, "--quiet", "machine", "new", sheet, "--out", out)
     shutil.copy(out / "machine.svg", OUT / f"sheet_{template}.svg")
+
+
+def of_python(folder):
+    """The figure of the notebook and the drawing of a machine; tipwatch must be importable (PYTHONPATH)."""
+    folder = folder / "python"
+    folder.mkdir()
+    run(TIPWATCH, "--quiet", "demo", "--out", folder / "demo")
+    script = (f"import sys; sys.path.insert(0, {str(ROOT / 'book' / 'notebooks')!r}); import run; "
+              f"run.run({str(ROOT / 'book' / 'notebooks' / 'utilisation.ipynb')!r})")
+    of_machine = (f"import tipwatch; machine = tipwatch.Machine({str(DATA / 'crane.toml')!r}); "
+                  "machine.draw()[0].figure.savefig('machine.png', dpi=80)")
+    for code, picture in [(script, "utilisation"), (of_machine, "machine")]:
+        subprocess.run([sys.executable, "-c", code], cwd=folder, env={**os.environ, "MPLBACKEND": "Agg"}, check=True)
+        found = Image.open(folder / f"{picture}.png").convert("RGB").quantize(128, dither=Image.Dither.NONE)
+        found.save(OUT / f"python_{picture}.png", optimize=True)
 
 
 def run(*command):

@@ -1,8 +1,8 @@
 //! Analyses of whole logs.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::{Context, Result, bail};
 use pyo3::prelude::*;
@@ -18,9 +18,10 @@ use tipwatch_analyze::tables::{events, samples, studies, table};
 use tipwatch_mechanics::machine;
 
 use crate::error::exception;
-use crate::interrupt::interruptible;
+use crate::interrupt::{Stop, leavable};
 use crate::machine::machine_file;
 use crate::options::options;
+use crate::progress::Progress;
 use crate::table::Table;
 
 /// The analysis of one log: tables, findings, summary.
@@ -95,12 +96,12 @@ struct Collector<'a> {
     precision: Precision,
     blocks: Vec<table::Table>,
     sinks: Option<Sinks>,
-    stop: &'a AtomicBool,
+    stop: &'a Stop,
 }
 
 impl RowSink for Collector<'_> {
     fn take(&mut self, rows: &Arc<Rows>) -> Result<()> {
-        if self.stop.load(Ordering::Relaxed) {
+        if self.stop.is_set() {
             bail!("interrupted");
         }
         self.blocks.push(samples::samples(
@@ -146,7 +147,7 @@ fn run(
     request: &Request,
     file: &tipwatch_binding::MachineFile,
     bytes: &AtomicU64,
-    stop: &AtomicBool,
+    stop: &Stop,
 ) -> Result<Found> {
     let begin = |prepared: &Prepared<'_>| {
         let output = OutputOptions {
@@ -169,6 +170,9 @@ fn run(
     let (analysis, collector) =
         analyse_into(&request.log, file, request.options, &mut progress, begin)?;
     let Collector { blocks, sinks, .. } = collector;
+    if stop.is_set() {
+        bail!("interrupted");
+    }
     let files = match (sinks, &request.out) {
         (Some(sinks), Some(out)) => {
             let written = output::finish(&analysis, sinks, out)?;
@@ -188,7 +192,7 @@ fn run(
     })
 }
 
-/// Analyses one log.
+/// Analyses one log: loads, margins, events and their causes, as ``tipwatch analyze`` does.
 ///
 /// Parameters
 /// ----------
@@ -210,13 +214,20 @@ fn run(
 ///     Whether samples have the contribution of every link.
 /// precision : 64 or 32
 ///     Bits of the computed numbers in samples.
-/// progress : callable, optional
-///     Called some times a second with the number of bytes read so far.
+/// progress : bool or callable
+///     True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
+///     times a second with the number of bytes read so far.
+///
+/// Returns
+/// -------
+/// Analysis
 ///
 /// Raises
 /// ------
 /// TipwatchError
 ///     The log cannot be read, the machine does not fit it, or no row remains.
+/// KeyboardInterrupt
+///     Ctrl+C. Files in ``out`` may be incomplete.
 #[pyfunction]
 #[pyo3(signature = (
     log, machine, *, out=None, rate=None, start=None, end=None, estimator=None, model=None, parts=false,
@@ -253,20 +264,23 @@ pub(crate) fn analyze(
         })
     };
     let request = request().map_err(|error| exception(&error))?;
-    let bytes = AtomicU64::new(0);
-    let last = Mutex::new(0);
-    let compute = |stop: &AtomicBool| run(&request, &file, &bytes, stop);
-    let found = interruptible(py, compute, |_| {
-        let read = bytes.load(Ordering::Relaxed);
-        let is_new = last
-            .lock()
-            .is_ok_and(|mut last| std::mem::replace(&mut *last, read) != read);
-        match &progress {
-            Some(progress) if is_new => progress.call1((read,)).map(drop),
-            _ => Ok(()),
-        }
-    })?;
-    let found = found.map_err(|error| exception(&error))?;
+    let progress = Progress::of(py, progress, "Log", (request.log.as_os_str(),))?;
+    let bytes = Arc::new(AtomicU64::new(0));
+    let read = Arc::clone(&bytes);
+    let mut last = 0;
+    let found = leavable(
+        py,
+        move |stop| run(&request, &file, &read, stop),
+        |_| {
+            let read = bytes.load(Ordering::Relaxed);
+            match std::mem::replace(&mut last, read) == read {
+                true => Ok(()),
+                false => progress.tell((read,)),
+            }
+        },
+    );
+    progress.end(matches!(found, Ok(Ok(_))))?;
+    let found = found?.map_err(|error| exception(&error))?;
     let table = |blocks: &[table::Table]| -> PyResult<Py<Table>> {
         let table = Table::of(blocks).context("a table of the analysis");
         Py::new(py, table.map_err(|error| exception(&error))?)

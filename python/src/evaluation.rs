@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Result, anyhow, bail};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
@@ -17,7 +16,7 @@ use tipwatch_mechanics::{
 
 use crate::error::exception;
 use crate::inputs::{Given, Inputs};
-use crate::interrupt::interruptible;
+use crate::interrupt::{Stop, interruptible};
 
 /// Rows that one core evaluates at once.
 const CHUNK_ROWS: usize = 1024;
@@ -296,7 +295,7 @@ pub(crate) fn evaluate(
     let mut gradient = request
         .gradient
         .then(|| vec![f64::NAN; gradient_width * rows]);
-    let compute = |stop: &AtomicBool| {
+    let compute = |stop: &Stop| {
         let chunks = chunks(
             rows,
             &mut arrays,
@@ -305,7 +304,7 @@ pub(crate) fn evaluate(
             &widths,
         );
         chunks.into_par_iter().for_each(|mut chunk| {
-            if !stop.load(Ordering::Relaxed) {
+            if !stop.is_set() {
                 evaluate_chunk(machine, request.scope, &inputs, &ranges, &mut chunk);
             }
         });

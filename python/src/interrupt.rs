@@ -1,10 +1,10 @@
 //! Long computations beside the interpreter: it stays free for other threads, and Ctrl+C ends them.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -12,40 +12,88 @@ use pyo3::prelude::*;
 /// How often the interpreter is asked whether it was interrupted.
 const INTERVAL: Duration = Duration::from_millis(50);
 
-/// Runs `compute` on a thread of its own. On an interruption it is told to stop, and its end is awaited. `report`
-/// is called at intervals with the interpreter.
+/// How long an interrupted computation that may be left has to end by itself.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// Whether a computation was interrupted: nobody waits for its result, and it must write nothing more.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    pub(crate) fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// The flag itself, for computations that know nothing of Python.
+    pub(crate) fn flag(&self) -> &AtomicBool {
+        &self.0
+    }
+}
+
+/// Runs `compute` on a thread of its own. On an interruption it is told to stop, and its end is awaited: for
+/// computations that notice soon, or that must not be left halfway. `report` is called at intervals with the
+/// interpreter.
 pub(crate) fn interruptible<R: Send>(
     py: Python<'_>,
-    compute: impl FnOnce(&AtomicBool) -> R + Send,
-    mut report: impl FnMut(Python<'_>) -> PyResult<()>,
+    compute: impl FnOnce(&Stop) -> R + Send,
+    report: impl FnMut(Python<'_>) -> PyResult<()>,
 ) -> PyResult<R> {
-    let stop = &AtomicBool::new(false);
+    let stop = &Stop::default();
     thread::scope(|scope| {
         let (sender, receiver) = channel();
-        // only shared with closures that run in place
-        let receiver = Mutex::new(receiver);
         scope.spawn(move || {
             // nobody waits for the result after an interruption
             let _ = sender.send(compute(stop));
         });
-        loop {
-            let received = py.detach(|| wait(&receiver));
-            let asked = match received {
-                Ok(result) => return report(py).map(|()| result),
-                Err(RecvTimeoutError::Timeout) => py.check_signals().and_then(|()| report(py)),
-                Err(RecvTimeoutError::Disconnected) => Err(PyRuntimeError::new_err(
-                    "expected a result of the computation, found that it panicked",
-                )),
-            };
-            if let Err(interruption) = asked {
-                stop.store(true, Ordering::Relaxed);
-                // until the computation has noticed
-                let is_running = || matches!(wait(&receiver), Err(RecvTimeoutError::Timeout));
-                py.detach(|| while is_running() {});
-                return Err(interruption);
-            }
-        }
+        attend(py, receiver, stop, report, None)
     })
+}
+
+/// The same for a computation that owns everything it uses: after an interruption it is left behind if it does not
+/// end soon.
+pub(crate) fn leavable<R: Send + 'static>(
+    py: Python<'_>,
+    compute: impl FnOnce(&Stop) -> R + Send + 'static,
+    report: impl FnMut(Python<'_>) -> PyResult<()>,
+) -> PyResult<R> {
+    let stop = Stop::default();
+    let (sender, receiver) = channel();
+    let told = stop.clone();
+    thread::spawn(move || {
+        // nobody waits for the result after an interruption
+        let _ = sender.send(compute(&told));
+    });
+    attend(py, receiver, &stop, report, Some(GRACE))
+}
+
+/// Waits for the result; after an interruption at most `grace` for the end.
+fn attend<R: Send>(
+    py: Python<'_>,
+    receiver: Receiver<R>,
+    stop: &Stop,
+    mut report: impl FnMut(Python<'_>) -> PyResult<()>,
+    grace: Option<Duration>,
+) -> PyResult<R> {
+    // only shared with closures that run in place
+    let receiver = Mutex::new(receiver);
+    loop {
+        let received = py.detach(|| wait(&receiver));
+        let asked = match received {
+            Ok(result) => return report(py).map(|()| result),
+            Err(RecvTimeoutError::Timeout) => py.check_signals().and_then(|()| report(py)),
+            Err(RecvTimeoutError::Disconnected) => Err(PyRuntimeError::new_err(
+                "expected a result of the computation, found that it panicked",
+            )),
+        };
+        if let Err(interruption) = asked {
+            stop.0.store(true, Ordering::Relaxed);
+            let asked_at = Instant::now();
+            let may_wait = || grace.is_none_or(|grace| asked_at.elapsed() < grace);
+            let is_running = || matches!(wait(&receiver), Err(RecvTimeoutError::Timeout));
+            py.detach(|| while is_running() && may_wait() {});
+            return Err(interruption);
+        }
+    }
 }
 
 /// Waits one interval for the result.

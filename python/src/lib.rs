@@ -5,11 +5,14 @@
 mod analysis;
 mod error;
 mod evaluation;
+mod identify;
 mod inputs;
 mod interrupt;
 mod machine;
 mod options;
+mod pose;
 mod program;
+mod progress;
 mod read;
 mod screen;
 mod studies;
@@ -29,6 +32,8 @@ mod _tipwatch {
     use super::error::TipwatchError;
     #[pymodule_export]
     use super::evaluation::Evaluation;
+    #[pymodule_export]
+    use super::identify::{Identification, identify};
     #[pymodule_export]
     use super::machine::Machine;
     #[pymodule_export]

@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use anyhow::{Context, anyhow};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Parameter, machine};
 
 use crate::error::exception;
 use crate::evaluation::{Evaluation, evaluate};
 use crate::inputs::{Given, Numbers};
+use crate::pose::{Posture, positions};
 
 /// A machine, from its machine file and URDF.
 ///
@@ -31,6 +33,8 @@ pub(crate) struct Machine {
     pub(crate) machine: machine::Machine,
     /// Why the static loads are unknown.
     reference_error: Option<String>,
+    /// Whether it differs from its machine file.
+    is_changed: bool,
 }
 
 impl Machine {
@@ -45,7 +49,24 @@ impl Machine {
             file,
             machine,
             reference_error,
+            is_changed: false,
         }
+    }
+
+    /// All joints at zero, or at the limit next to zero (rad or m).
+    fn zero(&self) -> Vec<f64> {
+        let joints = self.machine.joints().iter();
+        let zero = joints.map(|joint| match (joint.constant, joint.limits) {
+            (Some(constant), _) => constant,
+            (None, Some([low, high])) => 0.0_f64.max(low).min(high),
+            (None, None) => 0.0,
+        });
+        zero.collect()
+    }
+
+    fn posture(&self, given: Option<&Numbers<'_>>) -> PyResult<Posture<'_>> {
+        let posture = positions(given, self.zero()).and_then(|at| Posture::new(&self.machine, &at));
+        posture.map_err(|error| exception(&error))
     }
 
     fn parameter(&self, name: &str) -> anyhow::Result<Parameter> {
@@ -126,6 +147,13 @@ impl Machine {
         wheels.map(|wheel| wheel.name.as_str()).collect()
     }
 
+    /// Names of all wheels and supports, those off the ground included: ``wheels`` are the ones that it stands on.
+    #[getter]
+    fn supports(&self) -> Vec<&str> {
+        let all = self.machine.supports().all.iter();
+        all.map(|support| support.name.as_str()).collect()
+    }
+
     /// Names of the edges of the support polygon, in the order of every array by edge.
     #[getter]
     fn edges(&self) -> Vec<&str> {
@@ -154,13 +182,7 @@ impl Machine {
     /// All joints at zero, or at the limit next to zero (rad or m): shape (joints,).
     #[getter]
     fn zero_posture<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        let joints = self.machine.joints().iter();
-        let zero = joints.map(|joint| match (joint.constant, joint.limits) {
-            (Some(constant), _) => constant,
-            (None, Some([low, high])) => 0.0_f64.max(low).min(high),
-            (None, None) => 0.0,
-        });
-        zero.collect::<Vec<f64>>().into_pyarray(py)
+        self.zero().into_pyarray(py)
     }
 
     /// Smallest and largest position of each joint (rad or m); NaN where the URDF states none: shape (joints, 2).
@@ -197,7 +219,7 @@ impl Machine {
         self.machine.notes().to_vec()
     }
 
-    /// Names of the parameters that [`changed`](Self::changed) takes, as "boom.mass".
+    /// Names of the parameters that ``changed`` takes, as "boom.mass".
     #[getter]
     fn parameters(&self) -> Vec<String> {
         let all = Parameter::all(&self.machine).into_iter();
@@ -214,7 +236,8 @@ impl Machine {
     }
 
     /// This machine with each parameter changed by an amount in its SI unit:
-    /// ``machine.changed({"boom.mass": +50.0})``.
+    /// ``machine.changed({"boom.mass": +50.0})``. It is for ``evaluate`` and ``draw``: analyses read machine files,
+    /// and refuse it.
     ///
     /// Raises
     /// ------
@@ -231,10 +254,129 @@ impl Machine {
         };
         let changes: anyhow::Result<Vec<_>> = changes.iter().map(change).collect();
         let changes = changes.map_err(|error| exception(&error))?;
-        Ok(Self::with(
-            self.file.clone(),
-            self.machine.changed(&changes),
-        ))
+        let mut changed = Self::with(self.file.clone(), self.machine.changed(&changes));
+        changed.is_changed = self.is_changed || !changes.is_empty();
+        Ok(changed)
+    }
+
+    /// This machine on other supports: on its outriggers, or with a wheel in the air. Their parameters are those of the
+    /// machine file. It is for ``evaluate`` and ``draw``: analyses find the supports in the log.
+    ///
+    /// Parameters
+    /// ----------
+    /// supports : sequence of str
+    ///     Names out of ``supports``; the order does not matter.
+    ///
+    /// Raises
+    /// ------
+    /// TipwatchError
+    ///     There is no such support, the machine cannot stand on these, or it was changed before: use ``changed`` on the
+    ///     result.
+    fn standing_on(&self, supports: Vec<String>) -> PyResult<Self> {
+        if self.is_changed {
+            return Err(exception(&anyhow!(
+                "expected standing_on before changed, found a machine that was changed"
+            )));
+        }
+        let all = self.supports();
+        let place = |name: &String| position("support", all.iter().copied(), name);
+        let on: Vec<usize> = supports.iter().map(place).collect::<PyResult<_>>()?;
+        let machine = self.machine.standing_on(&on);
+        let machine = machine.map_err(|error| exception(&anyhow::Error::from(error)))?;
+        let mut standing = Self::with(self.file.clone(), machine);
+        standing.is_changed = true;
+        Ok(standing)
+    }
+
+    /// Pose of every link's frame in the base frame, by the link's name: arrays of shape (4, 4), translation in m.
+    ///
+    /// Parameters
+    /// ----------
+    /// posture : array, shape (joints,), optional
+    ///     Joint positions (rad or m); ``zero_posture`` if not given.
+    ///
+    /// Raises
+    /// ------
+    /// TipwatchError
+    ///     The array has the wrong shape or is not finite, or a linkage cannot close.
+    #[pyo3(signature = (posture=None))]
+    fn link_poses<'py>(
+        &self,
+        py: Python<'py>,
+        posture: Option<Numbers<'py>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.posture(posture.as_ref())?.links(py)
+    }
+
+    /// Wheels, support polygon and centre of mass at rest on level ground, in the base frame (m).
+    ///
+    /// Parameters
+    /// ----------
+    /// posture : array, shape (joints,), optional
+    ///     Joint positions (rad or m); ``zero_posture`` if not given.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``wheel_centres`` and ``contacts`` (wheels, 3), ``wheel_radii`` (wheels,), ``edges`` (edges, 2): the
+    ///     wheels at both ends of an edge of the support polygon; ``normal`` (3,): unit normal of the contact plane,
+    ///     up; ``centre_of_mass`` (3,), payloads without a time limit included; ``arm`` (2 segments, 3): start and
+    ///     end of each segment of the arm in turn.
+    ///
+    /// Raises
+    /// ------
+    /// TipwatchError
+    ///     As in ``link_poses``.
+    #[pyo3(signature = (posture=None))]
+    fn layout<'py>(
+        &self,
+        py: Python<'py>,
+        posture: Option<Numbers<'py>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        self.posture(posture.as_ref())?.layout(py)
+    }
+
+    /// The text of the URDF.
+    ///
+    /// Raises
+    /// ------
+    /// TipwatchError
+    ///     Its file cannot be read any more.
+    #[getter]
+    fn urdf(&self) -> PyResult<String> {
+        let urdf = self.file.urdf(None, None).map_err(anyhow::Error::from);
+        Ok(urdf.map_err(|error| exception(&error))?.text)
+    }
+
+    /// Draws the machine in a posture, from the right and from above: boxes, cylinders and spheres of the URDF,
+    /// lines between links, wheels, support polygon and centre of mass. Meshes are not drawn. Needs matplotlib.
+    ///
+    /// Parameters
+    /// ----------
+    /// posture : array, shape (joints,), optional
+    ///     Joint positions (rad or m); ``zero_posture`` if not given.
+    /// ax : pair of matplotlib axes, optional
+    ///     Axes for the view from the right and for that from above; a new figure if not given.
+    ///
+    /// Returns
+    /// -------
+    /// tuple
+    ///     Both axes; ``machine.draw()[0].figure.savefig("machine.png")`` saves the figure.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     matplotlib is not installed.
+    /// TipwatchError
+    ///     As in ``link_poses``.
+    #[pyo3(signature = (posture=None, ax=None))]
+    fn draw<'py>(
+        this: &Bound<'py, Self>,
+        posture: Option<Bound<'py, PyAny>>,
+        ax: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let drawing = this.py().import("tipwatch._drawing")?;
+        drawing.call_method1("draw", (this, posture, ax))
     }
 
     /// Wheel loads and stability of many postures, on all cores, without the interpreter's lock.
@@ -264,6 +406,11 @@ impl Machine {
     ///     Where specific force and angular motion are given: in the origin and axes of the base frame, or as the
     ///     machine's inertial measurement unit (IMU) measures them. The standard deviations of "sigma" count
     ///     errors of the IMU only with "imu".
+    ///
+    /// Returns
+    /// -------
+    /// Evaluation
+    ///     One array per quantity, rows first; loads in N. NaN where a row cannot be computed.
     ///
     /// Raises
     /// ------
@@ -317,7 +464,14 @@ impl Machine {
 /// Reads a machine file for an analysis: a machine, or the path of its file.
 pub(crate) fn machine_file(machine: &Bound<'_, PyAny>) -> PyResult<MachineFile> {
     if let Ok(machine) = machine.cast::<Machine>() {
-        return Ok(machine.get().file.clone());
+        let machine = machine.get();
+        if machine.is_changed {
+            return Err(exception(&anyhow!(
+                "expected a machine as in its file {}, found one from Machine.changed or standing_on: change the machine file",
+                machine.file.path.display()
+            )));
+        }
+        return Ok(machine.file.clone());
     }
     let path: PathBuf = machine.extract()?;
     MachineFile::read(&path)

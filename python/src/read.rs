@@ -7,7 +7,7 @@ use tipwatch_analyze::analysis::run::states;
 use tipwatch_analyze::tables;
 
 use crate::error::exception;
-use crate::interrupt::interruptible;
+use crate::interrupt::leavable;
 use crate::machine::machine_file;
 use crate::options::options;
 use crate::table::Table;
@@ -31,7 +31,13 @@ use crate::table::Table;
 /// Returns
 /// -------
 /// Table
-///     One row per time; null where a signal is unknown, with the reasons in a column.
+///     One row per time; null where a signal is unknown, with the reasons in a column. Positions in rad or m,
+///     specific force in m/s^2, angular velocity in rad/s; ``Table.units`` has the unit of every column.
+///
+/// Raises
+/// ------
+/// TipwatchError
+///     The log cannot be read, or the machine does not fit it.
 #[pyfunction]
 #[pyo3(signature = (log, machine, *, rate=None, start=None, end=None, estimator=None))]
 pub(crate) fn read(
@@ -41,14 +47,14 @@ pub(crate) fn read(
     rate: Option<f64>,
     start: Option<f64>,
     end: Option<f64>,
-    estimator: Option<&str>,
+    estimator: Option<String>,
 ) -> PyResult<Table> {
     let file = machine_file(machine)?;
-    let compute = |_: &_| {
-        let options = options(rate, start, end, estimator, None)?;
+    let compute = move |_: &_| {
+        let options = options(rate, start, end, estimator.as_deref(), None)?;
         let (machine, rows) = states(&log, &file, &options)?;
         Table::of(&[tables::states::states(&machine, &rows)])
     };
-    let found = interruptible(py, compute, |_| Ok(()))?;
+    let found = leavable(py, compute, |_| Ok(()))?;
     found.map_err(|error| exception(&error))
 }

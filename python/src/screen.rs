@@ -1,19 +1,17 @@
 //! Whole fleets.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::screen::{Fleet as Machines, Gate, Request, Update, screen as screen_logs};
 
 use crate::error::exception;
-use crate::interrupt::interruptible;
+use crate::interrupt::{Stop, interruptible};
 use crate::machine::machine_file;
 use crate::options::options;
-
-/// Least share of a log's time that must be computable, as on the command line.
-const MIN_VALID: f64 = 0.5;
+use crate::progress::Progress;
 
 /// The result of a screening: the data set in its folder, and what was counted.
 #[pyclass(frozen, module = "tipwatch")]
@@ -82,18 +80,25 @@ impl Fleet {
 ///     Those of ``analyze``.
 /// min_valid : float
 ///     Least share of a log's time that must be computable for it to decide anything.
-/// progress : callable, optional
-///     Called some times a second with the number of finished logs and that of all logs.
+/// progress : bool or callable
+///     True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
+///     times a second with the number of finished logs and that of all logs.
+///
+/// Returns
+/// -------
+/// Fleet
 ///
 /// Raises
 /// ------
 /// TipwatchError
 ///     There is no log, or the folder cannot be used. A log that cannot be analysed is not an error: the data set
 ///     has it with the reason.
+/// KeyboardInterrupt
+///     Ctrl+C, once the logs in work are finished: the data set stays whole, and ``resume=True`` continues.
 #[pyfunction]
 #[pyo3(signature = (
     logs, *, out, machine=None, fleet=None, resume=false, jobs=None, rate=None, estimator=None, model=None,
-    min_valid=MIN_VALID, progress=None
+    min_valid=0.5, progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn screen(
@@ -137,7 +142,7 @@ pub(crate) fn screen(
         }
         Update::Note(_) => {}
     };
-    let compute = |stop: &AtomicBool| {
+    let compute = |stop: &Stop| {
         let request = Request {
             logs: &logs,
             out: &out,
@@ -146,7 +151,7 @@ pub(crate) fn screen(
             shard: None,
             resume,
             options,
-            stop: Some(stop),
+            stop: Some(stop.flag()),
         };
         let gate = Gate {
             policy: None,
@@ -154,14 +159,12 @@ pub(crate) fn screen(
         };
         screen_logs(&request, &fleet, gate, &notify)
     };
-    let found = interruptible(py, compute, |_| match &progress {
-        Some(progress) => {
-            let counts = (done.load(Ordering::Relaxed), all.load(Ordering::Relaxed));
-            progress.call1(counts).map(drop)
-        }
-        None => Ok(()),
-    })?;
-    let found = found.map_err(|error| exception(&error))?;
+    let progress = Progress::of(py, progress, "Logs", ())?;
+    let found = interruptible(py, compute, |_| {
+        progress.tell((done.load(Ordering::Relaxed), all.load(Ordering::Relaxed)))
+    });
+    progress.end(matches!(found, Ok(Ok(_))))?;
+    let found = found?.map_err(|error| exception(&error))?;
     let totals = serde_json::to_string(&found.totals).context("the totals of a screening");
     Ok(Fleet {
         out,

@@ -8,7 +8,7 @@ use tipwatch_analyze::compare::{Side, compare as differences};
 use tipwatch_analyze::suspension::{self, SuspensionMode, WhatIfOptions, what_if};
 
 use crate::error::exception;
-use crate::interrupt::interruptible;
+use crate::interrupt::{Stop, leavable};
 use crate::machine::machine_file;
 use crate::options::{options, value};
 use crate::table::Table;
@@ -29,7 +29,12 @@ use crate::table::Table;
 /// Returns
 /// -------
 /// dict
-///     The document that ``tipwatch compare --json`` prints.
+///     The document that ``tipwatch compare --json`` prints; SI units.
+///
+/// Raises
+/// ------
+/// TipwatchError
+///     A log or folder cannot be read, or a log has no machine.
 #[pyfunction]
 #[pyo3(signature = (a, b, *, machine=None, machine_b=None, rate=None, estimator=None, model=None))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
@@ -46,12 +51,12 @@ pub(crate) fn compare<'py>(
     let machine_a = machine.map(machine_file).transpose()?;
     let machine_b = machine_b.or(machine).map(machine_file).transpose()?;
     let options = options(rate, None, None, estimator, model).map_err(|e| exception(&e))?;
-    let compute = |_: &_| {
+    let compute = move |_: &_| {
         let a = Side::of(&a, machine_a.as_ref(), options)?;
         let b = Side::of(&b, machine_b.as_ref(), options)?;
         serde_json::to_string(&differences(&a, &b)).context("a comparison")
     };
-    let found = interruptible(py, compute, |_| Ok(()))?;
+    let found = leavable(py, compute, |_| Ok(()))?;
     let json = found.map_err(|error| exception(&error))?;
     py.import("json")?.call_method1("loads", (json,))
 }
@@ -101,6 +106,15 @@ impl WhatIf {
 ///     Those of ``analyze``.
 /// out : path, optional
 ///     A folder for the files of ``tipwatch whatif``.
+///
+/// Returns
+/// -------
+/// WhatIf
+///
+/// Raises
+/// ------
+/// TipwatchError
+///     The log cannot be read, the machine does not fit it, or the machine file describes no suspension.
 #[pyfunction]
 #[pyo3(signature = (
     log, machine, *, suspension=None, step=None, rate=None, start=None, end=None, estimator=None, out=None
@@ -110,23 +124,27 @@ pub(crate) fn whatif(
     py: Python<'_>,
     log: PathBuf,
     machine: &Bound<'_, PyAny>,
-    suspension: Option<&str>,
+    suspension: Option<String>,
     step: Option<f64>,
     rate: Option<f64>,
     start: Option<f64>,
     end: Option<f64>,
-    estimator: Option<&str>,
+    estimator: Option<String>,
     out: Option<PathBuf>,
 ) -> PyResult<WhatIf> {
     let file = machine_file(machine)?;
-    let compute = |_: &_| {
-        let options = options(rate, start, end, estimator, None)?;
+    let compute = move |stop: &Stop| {
+        let options = options(rate, start, end, estimator.as_deref(), None)?;
         let motion = WhatIfOptions {
-            suspension: value("suspension", suspension, SuspensionMode::LookAhead)?,
+            suspension: value(
+                "suspension",
+                suspension.as_deref(),
+                SuspensionMode::LookAhead,
+            )?,
             step_s: step,
         };
         let replay = what_if(&log, &file, options, motion, &mut |_| {})?;
-        if let Some(out) = &out {
+        if let Some(out) = out.as_ref().filter(|_| !stop.is_set()) {
             replay.write(out)?;
         }
         let summary = serde_json::to_string(&suspension::Summary::of(&replay))?;
@@ -136,7 +154,7 @@ pub(crate) fn whatif(
             .collect();
         anyhow::Ok((suspension::table::table(&replay), summary, findings))
     };
-    let found = interruptible(py, compute, |_| Ok(()))?;
+    let found = leavable(py, compute, |_| Ok(()))?;
     let (table, summary, findings) = found.map_err(|error| exception(&error))?;
     let table = Table::of(&[table]).map_err(|error| exception(&error))?;
     Ok(WhatIf {

@@ -2,11 +2,14 @@
 
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import tipwatch as tw
+
+DATA = Path(__file__).resolve().parents[2] / "tests" / "data"
 
 
 def test_a_machine_names_its_parts(machine):
@@ -66,10 +69,42 @@ def test_a_changed_machine_carries_the_change(machine):
     assert machine.evaluate(machine.zero_posture).load.sum() < heavier.evaluate(machine.zero_posture).load.sum()
 
 
+def test_analyses_refuse_a_changed_machine(machine):
+    name = next(name for name in machine.parameters if name.endswith(".mass"))
+    with pytest.raises(tw.TipwatchError, match="expected a machine as in its file .*demo.toml"):
+        tw.analyze("drive.mcap", machine.changed({name: 100.0}))
+    with pytest.raises(tw.TipwatchError, match="drive.mcap"):
+        tw.analyze("drive.mcap", machine.changed({}))
+
+
+def test_a_machine_stands_on_its_outriggers():
+    crane = tw.Machine(DATA / "crane.toml")
+    feet = [name for name in crane.supports if name not in crane.wheels]
+    standing = crane.standing_on(feet)
+    assert len(feet) == 4 and standing.wheels == feet
+    loads = standing.evaluate(standing.zero_posture)
+    assert loads.otf.sum() == pytest.approx(crane.mass * crane.gravity, rel=2e-3)
+    # the feet are farther apart than the wheels
+    assert loads.zmp_margin[0] > crane.evaluate(crane.zero_posture).zmp_margin[0]
+    with pytest.raises(tw.TipwatchError, match='expected a support .*found "XX"'):
+        crane.standing_on(["XX"])
+    with pytest.raises(tw.TipwatchError, match="expected"):
+        crane.standing_on(feet[:2])
+    with pytest.raises(tw.TipwatchError, match="found one from Machine.changed or standing_on"):
+        tw.analyze("drive.mcap", standing)
+
+
 def test_causes_add_up(machine):
     result = machine.evaluate(postures_of(machine, 8), what=["causes"])
     assert result.cause.shape[0] == 8 and result.cause.shape[2] == 4
-    assert np.allclose(result.cause.sum(axis=1), result.otf, atol=1e-6)
+    names = result.columns("cause")[:: len(machine.wheels)]
+    suffix = "_" + machine.wheels[0].lower()
+    causes = dict(zip((name.removesuffix(suffix) for name in names), result.cause.swapaxes(0, 1)))
+    # with the attitude known, the specific force is told apart into slope and accelerations
+    assert np.isnan(causes.pop("cause_specific_force")).all()
+    lift_off = causes.pop("cause_lift_off")
+    assert np.allclose(sum(causes.values()), result.otf, atol=1e-6)
+    assert np.allclose(sum(causes.values()) + lift_off, result.load, atol=1e-6)
 
 
 def test_inputs_may_be_tuples_and_lists(machine):

@@ -3,18 +3,39 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__all__ = [
+    "Analysis",
+    "Evaluation",
+    "Fleet",
+    "Identification",
+    "Machine",
+    "Table",
+    "TipwatchError",
+    "WhatIf",
+    "__version__",
+    "analyze",
+    "compare",
+    "identify",
+    "main",
+    "read",
+    "screen",
+    "set_program",
+    "whatif",
+]
+
 __version__: str
 
-Floats = NDArray[np.float64]
-What = Literal["loads", "indicators", "causes", "sigma", "parts", "gradient", "all"]
+_Floats: TypeAlias = NDArray[np.float64]
+_What: TypeAlias = Literal["loads", "indicators", "causes", "sigma", "parts", "gradient", "all"]
 
 class TipwatchError(Exception): ...
 
+@final
 class Table:
     @property
     def columns(self) -> list[str]: ...
@@ -23,15 +44,17 @@ class Table:
     def __len__(self) -> int: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
+@final
 class Evaluation:
     @property
     def names(self) -> list[str]: ...
     def describe(self, name: str) -> str: ...
     def columns(self, name: str) -> list[str]: ...
-    def __getattr__(self, name: str) -> Floats: ...
+    def __getattr__(self, name: str) -> _Floats: ...
 
+@final
 class Machine:
-    def __init__(self, file: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> None: ...
+    def __new__(cls, file: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> Self: ...
     @property
     def name(self) -> str: ...
     @property
@@ -45,16 +68,18 @@ class Machine:
     @property
     def wheels(self) -> list[str]: ...
     @property
+    def supports(self) -> list[str]: ...
+    @property
     def edges(self) -> list[str]: ...
     def joint(self, name: str) -> int: ...
     def wheel(self, name: str) -> int: ...
     def edge(self, name: str) -> int: ...
     @property
-    def zero_posture(self) -> Floats: ...
+    def zero_posture(self) -> _Floats: ...
     @property
-    def joint_limits(self) -> Floats: ...
+    def joint_limits(self) -> _Floats: ...
     @property
-    def static_load(self) -> Floats: ...
+    def static_load(self) -> _Floats: ...
     @property
     def notes(self) -> list[str]: ...
     @property
@@ -62,6 +87,12 @@ class Machine:
     @property
     def gradient_names(self) -> list[str]: ...
     def changed(self, changes: Mapping[str, float]) -> Machine: ...
+    def standing_on(self, supports: Sequence[str]) -> Machine: ...
+    @property
+    def urdf(self) -> str: ...
+    def link_poses(self, posture: ArrayLike | None = None) -> dict[str, _Floats]: ...
+    def layout(self, posture: ArrayLike | None = None) -> dict[str, NDArray[Any]]: ...
+    def draw(self, posture: ArrayLike | None = None, ax: Any = None) -> tuple[Any, Any]: ...
     def evaluate(
         self,
         positions: ArrayLike,
@@ -74,10 +105,11 @@ class Machine:
         angular_acceleration: ArrayLike | None = None,
         tool_force: ArrayLike | None = None,
         tool_moment: ArrayLike | None = None,
-        what: Sequence[What] | None = None,
+        what: Sequence[_What] | None = None,
         frame: Literal["base", "imu"] = "base",
     ) -> Evaluation: ...
 
+@final
 class Analysis:
     @property
     def samples(self) -> Table: ...
@@ -106,8 +138,29 @@ def analyze(
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
     parts: bool = False,
     precision: Literal[32, 64] = 64,
-    progress: Callable[[int], object] | None = None,
+    progress: bool | Callable[[int], object] | None = None,
 ) -> Analysis: ...
+
+@final
+class Identification:
+    @property
+    def document(self) -> dict[str, Any]: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def holds(self) -> bool | None: ...
+    @property
+    def file(self) -> Path | None: ...
+
+def identify(
+    machine: Machine | str | PathLike[str],
+    logs: Sequence[str | PathLike[str]] = (),
+    *,
+    level: float | None = None,
+    out: str | PathLike[str] | None = None,
+) -> Identification: ...
+
+@final
 class Fleet:
     @property
     def logs_uri(self) -> str: ...
@@ -120,6 +173,7 @@ class Fleet:
     @property
     def page(self) -> Path | None: ...
 
+@final
 class WhatIf:
     @property
     def samples(self) -> Table: ...
@@ -137,6 +191,7 @@ def read(
     end: float | None = None,
     estimator: Literal["smoother", "causal"] | None = None,
 ) -> Table: ...
+
 def screen(
     logs: str | PathLike[str] | Sequence[str | PathLike[str]],
     *,
@@ -149,8 +204,9 @@ def screen(
     estimator: Literal["smoother", "causal"] | None = None,
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
     min_valid: float = 0.5,
-    progress: Callable[[int, int], object] | None = None,
+    progress: bool | Callable[[int, int], object] | None = None,
 ) -> Fleet: ...
+
 def compare(
     a: str | PathLike[str],
     b: str | PathLike[str],
@@ -161,6 +217,7 @@ def compare(
     estimator: Literal["smoother", "causal"] | None = None,
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
 ) -> dict[str, Any]: ...
+
 def whatif(
     log: str | PathLike[str],
     machine: Machine | str | PathLike[str],
@@ -173,5 +230,6 @@ def whatif(
     estimator: Literal["smoother", "causal"] | None = None,
     out: str | PathLike[str] | None = None,
 ) -> WhatIf: ...
+
 def set_program(file: str | PathLike[str]) -> None: ...
 def main(arguments: Sequence[str]) -> int: ...

@@ -1,14 +1,14 @@
 //! `tipwatch identify`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal};
 use crate::base::stdout::to_stdout;
-use crate::setup::identify::{IdentificationDocument, Request, identify, machine_file_text, text};
+use crate::setup::identify::{IdentificationDocument, Request, identify, text, write_machine_file};
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyArgs {
@@ -58,12 +58,12 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
         }
         false => to_stdout(&text(&found))?,
     }
-    let is_worse = (found.result.held_back.as_ref()).is_some_and(|held| !held.is_no_worse());
+    let is_worse = found.holds() == Some(false);
     if is_worse {
         terminal.verdict("not decided: the result does not hold on the data that were held back");
     }
     if let Some(path) = args.out.as_deref().filter(|_| !is_worse) {
-        write(path, &file, &machine_file_text(&file, &found, folder(path)))?;
+        write_machine_file(path, &file, &found)?;
         terminal.print(&format!("machine file: {}", path.display()));
     }
     Ok(Exit {
@@ -71,27 +71,4 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
         lost: found.has_losses,
         ..Exit::DONE
     })
-}
-
-fn folder(path: &Path) -> &Path {
-    path.parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."))
-}
-
-/// Writes the machine file, once it is known to be one.
-fn write(path: &Path, before: &MachineFile, text: &str) -> Result<()> {
-    let file = MachineFile::from_text(path, text)
-        .with_context(|| format!("{}: the result is not a valid machine file", path.display()))?;
-    if before.spec.urdf.is_some() {
-        // without a log, joints may differ; with a URDF everything else is checked
-        let checked = file.check_alone();
-        ensure!(
-            checked.is_ok(),
-            "{}: the result does not describe a valid machine: {:?}",
-            path.display(),
-            checked.err()
-        );
-    }
-    std::fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
 }

@@ -3,9 +3,32 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use anyhow::{Context, Result, ensure};
 use tipwatch_binding::MachineFile;
 
 use super::run::Identified;
+
+/// Writes the machine file with what was identified, once it is known to be one.
+///
+/// # Errors
+/// The result is not a valid machine, or the file cannot be written.
+pub fn write_machine_file(path: &Path, before: &MachineFile, found: &Identified) -> Result<()> {
+    let beside = (path.parent()).filter(|folder| !folder.as_os_str().is_empty());
+    let text = machine_file_text(before, found, beside.unwrap_or(Path::new(".")));
+    let file = MachineFile::from_text(path, &text)
+        .with_context(|| format!("{}: the result is not a valid machine file", path.display()))?;
+    if before.spec.urdf.is_some() {
+        // without a log, joints may differ; with a URDF everything else is checked
+        let checked = file.check_alone();
+        ensure!(
+            checked.is_ok(),
+            "{}: the result does not describe a valid machine: {:?}",
+            path.display(),
+            checked.err()
+        );
+    }
+    std::fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
+}
 
 /// The text of a machine file with the table `[identified]`, for a file in `folder`.
 #[must_use]

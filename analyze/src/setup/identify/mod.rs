@@ -8,6 +8,6 @@ mod run;
 mod weighings;
 
 pub use document::IdentificationDocument;
-pub use machine_file::machine_file_text;
+pub use machine_file::{machine_file_text, write_machine_file};
 pub use print::text;
 pub use run::{Identified, Request, identify};

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
-use tipwatch_identification::{Data, Identification};
+use tipwatch_identification::{Data, HeldBack, Identification};
 use tipwatch_mechanics::machine::Machine;
 
 use super::{collect, weighings};
@@ -32,6 +32,14 @@ pub struct Identified {
     pub notes: Vec<String>,
     /// Whether parts of a log were lost.
     pub has_losses: bool,
+}
+
+impl Identified {
+    /// Whether the result predicts data that were held back no worse than before; `None` if none were held back.
+    #[must_use]
+    pub fn holds(&self) -> Option<bool> {
+        self.result.held_back.as_ref().map(HeldBack::is_no_worse)
+    }
 }
 
 /// Identifies the parameters of the machine of a machine file.

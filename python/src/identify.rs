@@ -1,0 +1,122 @@
+//! Parameters of a machine from weighings and logs.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use pyo3::prelude::*;
+use tipwatch_analyze::setup::identify::{
+    IdentificationDocument, Request, identify as identified, text, write_machine_file,
+};
+
+use crate::error::exception;
+use crate::interrupt::leavable;
+use crate::machine::machine_file;
+
+/// What an identification found.
+#[pyclass(frozen, module = "tipwatch")]
+pub(crate) struct Identification {
+    document: String,
+    text: String,
+    holds: Option<bool>,
+    file: Option<PathBuf>,
+}
+
+#[pymethods]
+impl Identification {
+    /// The document that ``tipwatch identify --json`` prints: parameters with their change and standard deviation
+    /// (SI units), what the data tell and what they do not, errors before and after.
+    #[getter]
+    fn document<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (&self.document,))
+    }
+
+    /// The result as ``tipwatch identify`` prints it.
+    #[getter]
+    fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Whether the result predicts data that were held back no worse than before; None if none were held back.
+    #[getter]
+    fn holds(&self) -> Option<bool> {
+        self.holds
+    }
+
+    /// The machine file that was written; None without ``out``, or if the result does not hold.
+    #[getter]
+    fn file(&self) -> Option<PathBuf> {
+        self.file.clone()
+    }
+
+    fn __str__(&self) -> &str {
+        &self.text
+    }
+
+    fn __repr__(&self) -> String {
+        let holds = match self.holds {
+            Some(true) => "holds on held-back data",
+            Some(false) => "does not hold on held-back data",
+            None => "no data held back",
+        };
+        format!("<tipwatch.Identification: {holds}>")
+    }
+}
+
+/// Identifies parameters of a machine: masses, centres of mass, positions, tyre stiffness, errors of sensors.
+///
+/// The standard deviations of the machine file are the prior; its weighings count, too.
+///
+/// Parameters
+/// ----------
+/// machine : Machine or path
+///     The machine, or its machine file.
+/// logs : sequence of paths
+///     Logs with measured loads or cylinder forces; may be empty if the machine file has weighings.
+/// level : float, optional
+///     The ground of the logs is level, with this standard deviation of its slope (rad).
+/// out : path, optional
+///     A machine file with what was identified is written there, unless the result does not hold on held-back data.
+///
+/// Returns
+/// -------
+/// Identification
+///
+/// Raises
+/// ------
+/// TipwatchError
+///     A log cannot be read or does not fit the machine, or there is nothing to identify from.
+#[pyfunction]
+#[pyo3(signature = (machine, logs=Vec::new(), *, level=None, out=None), text_signature = "(machine, logs=(), *, level=None, out=None)")]
+pub(crate) fn identify(
+    py: Python<'_>,
+    machine: &Bound<'_, PyAny>,
+    logs: Vec<PathBuf>,
+    level: Option<f64>,
+    out: Option<PathBuf>,
+) -> PyResult<Identification> {
+    let file = machine_file(machine)?;
+    let found = leavable(
+        py,
+        move |stop| {
+            if let Some(level) = level
+                && !(level.is_finite() && level > 0.0)
+            {
+                bail!("expected a positive level (rad), found {level}");
+            }
+            let found = identified(&file, &Request { logs, level })?;
+            let holds = found.holds();
+            let out = out.filter(|_| holds != Some(false) && !stop.is_set());
+            if let Some(out) = &out {
+                write_machine_file(out, &file, &found)?;
+            }
+            Ok(Identification {
+                document: serde_json::to_string(&IdentificationDocument::of(&found))?,
+                text: text(&found),
+                holds,
+                file: out,
+            })
+        },
+        |_| Ok(()),
+    )?;
+    found.map_err(|error| exception(&error))
+}
