@@ -165,12 +165,9 @@ const RULES: [Rule; 10] = [
         folder: "python",
         crates: &["tipwatch_analyze", "tipwatch_binding", "tipwatch_mechanics"],
         floors: &[
-            "error",
-            "interrupt",
-            "options",
+            "call",
             "program",
             "table",
-            "progress",
             "inputs",
             "pose",
             "evaluation",

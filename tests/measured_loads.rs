@@ -35,9 +35,12 @@ pub(crate) fn with_loads(
 ) -> PathBuf {
     let path = folder.join(log.file_name().unwrap());
     let rows = Truth::of(log, &WHEELS).rows(5);
-    let start = rows[0].0;
+    let (start, end) = (rows[0].0, rows[rows.len() - 1].0);
+    // where the truth is not smoothed, and the simulated machine comes to rest on its tyres
+    let inside = start + 500_000_000..end - 500_000_000;
     let edited = rows
         .into_iter()
+        .filter(|(time, _)| inside.contains(time))
         .map(|(time, loads)| (time, edit((time - start) as f64 * 1e-9, loads)));
     write_with_loads(log, &path, &edited.collect::<Vec<_>>());
     path
@@ -103,7 +106,7 @@ fn measured_and_residual_are_columns_and_the_summary_compares_them() {
             compared += 1;
         }
     }
-    assert!(compared > 600, "{compared}");
+    assert!(compared > 550, "{compared}");
     assert_eq!(column("load_measured_front_axle").len(), rows.len());
     let summary =
         serde_json::to_value(Summary::of(&analysis, report::main_findings(&analysis))).unwrap();

@@ -25,12 +25,12 @@ mod transforms;
 pub use arrivals::arrivals;
 pub use bind::{bind, named_topics};
 pub use bound_log::{BoundLog, BoundSensor};
-pub use can::{CanError, read_dbc};
+pub use can::read_dbc;
 pub use commissioning::{
     Commissioning, CommissioningError, CommissioningItem, CommissioningSource, NOT_COMMISSIONED,
     commissioning_of, commissioning_text, sha256,
 };
-pub use error::BindError;
+pub use error::{BindError, CanError};
 pub use machine_file::{MachineFile, MachineFileError, Urdf};
 pub use number_signals::number_field;
 pub use text_file::read_text;

@@ -6,7 +6,7 @@ use tipwatch_ingest::{Log, robot_description};
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 
-use crate::can::CanError;
+use crate::error::CanError;
 use crate::text_file::read_text;
 
 /// A machine file as read.

@@ -17,11 +17,11 @@ use tipwatch_analyze::tables::summary::Summary;
 use tipwatch_analyze::tables::{events, samples, studies, table};
 use tipwatch_mechanics::machine;
 
-use crate::error::exception;
-use crate::interrupt::{Stop, leavable};
+use crate::call::error::exception;
+use crate::call::interrupt::{Stop, leavable};
+use crate::call::options::options;
+use crate::call::progress::Progress;
 use crate::machine::machine_file;
-use crate::options::options;
-use crate::progress::Progress;
 use crate::table::Table;
 
 /// The analysis of one log: tables, findings, summary.

@@ -14,9 +14,9 @@ use tipwatch_mechanics::{
     evaluate as evaluate_state, evaluate_into, machine,
 };
 
-use crate::error::exception;
+use crate::call::error::exception;
+use crate::call::interrupt::{Stop, interruptible};
 use crate::inputs::{Given, Inputs};
-use crate::interrupt::{Stop, interruptible};
 
 /// Rows that one core evaluates at once.
 const CHUNK_ROWS: usize = 1024;

@@ -8,8 +8,8 @@ use tipwatch_analyze::setup::identify::{
     IdentificationDocument, Request, identify as identified, text, write_machine_file,
 };
 
-use crate::error::exception;
-use crate::interrupt::leavable;
+use crate::call::error::exception;
+use crate::call::interrupt::leavable;
 use crate::machine::machine_file;
 
 /// What an identification found.

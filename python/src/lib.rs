@@ -3,16 +3,13 @@
 //! The package itself (`python/tipwatch`) adds what is better said in Python: drawing, progress bars, names.
 
 mod analysis;
-mod error;
+mod call;
 mod evaluation;
 mod identify;
 mod inputs;
-mod interrupt;
 mod machine;
-mod options;
 mod pose;
 mod program;
-mod progress;
 mod read;
 mod screen;
 mod studies;
@@ -29,7 +26,7 @@ mod _tipwatch {
     #[pymodule_export]
     use super::analysis::{Analysis, analyze};
     #[pymodule_export]
-    use super::error::TipwatchError;
+    use super::call::error::TipwatchError;
     #[pymodule_export]
     use super::evaluation::Evaluation;
     #[pymodule_export]

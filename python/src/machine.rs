@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Parameter, machine};
 
-use crate::error::exception;
+use crate::call::error::exception;
 use crate::evaluation::{Evaluation, evaluate};
 use crate::inputs::{Given, Numbers};
 use crate::pose::{Posture, positions};

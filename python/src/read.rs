@@ -6,10 +6,10 @@ use pyo3::prelude::*;
 use tipwatch_analyze::analysis::run::states;
 use tipwatch_analyze::tables;
 
-use crate::error::exception;
-use crate::interrupt::leavable;
+use crate::call::error::exception;
+use crate::call::interrupt::leavable;
+use crate::call::options::options;
 use crate::machine::machine_file;
-use crate::options::options;
 use crate::table::Table;
 
 /// Reads the sensors of a log, filtered and on one clock: joint positions, rates and accelerations, specific force and

@@ -7,11 +7,11 @@ use anyhow::{Context, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::screen::{Fleet as Machines, Gate, Request, Update, screen as screen_logs};
 
-use crate::error::exception;
-use crate::interrupt::{Stop, interruptible};
+use crate::call::error::exception;
+use crate::call::interrupt::{Stop, interruptible};
+use crate::call::options::options;
+use crate::call::progress::Progress;
 use crate::machine::machine_file;
-use crate::options::options;
-use crate::progress::Progress;
 
 /// The result of a screening: the data set in its folder, and what was counted.
 #[pyclass(frozen, module = "tipwatch")]

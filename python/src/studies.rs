@@ -7,10 +7,10 @@ use pyo3::prelude::*;
 use tipwatch_analyze::compare::{Side, compare as differences};
 use tipwatch_analyze::suspension::{self, SuspensionMode, WhatIfOptions, what_if};
 
-use crate::error::exception;
-use crate::interrupt::{Stop, leavable};
+use crate::call::error::exception;
+use crate::call::interrupt::{Stop, leavable};
+use crate::call::options::{options, value};
 use crate::machine::machine_file;
-use crate::options::{options, value};
 use crate::table::Table;
 
 /// Compares two logs or output folders of ``analyze``: events, figures, rows.

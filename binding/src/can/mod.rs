@@ -1,7 +1,5 @@
 //! CAN (controller area network) signals of a machine file: the DBC files that it names, and their messages as topics.
 
-mod error;
 mod signals;
 
-pub use error::CanError;
 pub use signals::read_dbc;

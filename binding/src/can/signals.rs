@@ -9,7 +9,7 @@ use tipwatch_can::{Database, Message, Protocol, Signal, j1939};
 use tipwatch_ingest::{CanTopic, Log};
 use tipwatch_mechanics::machine::{CanMessageSpec, CanSpec, can_signals};
 
-use super::error::CanError;
+use crate::error::CanError;
 use crate::machine_file::{MachineFile, MachineFileError};
 
 /// Far above any DBC file.
