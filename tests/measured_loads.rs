@@ -206,7 +206,7 @@ fn validation_states_error_coverage_and_draws_them() {
     assert!(two > 0.95 && one > 0.68, "{one} {two}");
     let (text, page) = (text(&found), page(&found));
     assert!(text.contains("all loads: root mean square"), "{text}");
-    assert!(page.contains("plot-1") && page.contains("fl measured"));
+    assert!(page.contains("plot-1") && page.contains("id=\"figures\""));
     assert!(page.contains("default-src 'none'"));
 }
 
