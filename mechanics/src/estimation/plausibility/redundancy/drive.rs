@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector1, Vector3};
 
 use super::super::notice::{Found, Limits};
 use super::lasting::LastingDifference;
-use super::leaky::LeakyIntegral;
+use super::leaky::{LeakyIntegral, opposition};
 use super::low_pass::LowPass;
 use super::rolling::Rolled;
 
@@ -89,11 +89,7 @@ impl DriveWatch {
         self.imu
             .add(step_s, &((Vector1::new(forward) - bias) * step_s));
         let (a, b) = (self.wheels.value.x, self.imu.value.x);
-        let opposite = if a * b < 0.0 {
-            a.abs().min(b.abs())
-        } else {
-            0.0
-        };
+        let opposite = opposition(a, b);
         self.apart.check(stamp_ns, opposite, limits, found);
     }
 }

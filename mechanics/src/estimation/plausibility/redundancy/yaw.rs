@@ -18,7 +18,7 @@ use nalgebra::Vector1;
 use super::super::fault::YawBy;
 use super::super::notice::{Found, Limits, Notice};
 use super::lasting::LastingDifference;
-use super::leaky::LeakyIntegral;
+use super::leaky::{LeakyIntegral, opposition};
 use super::rolling::Rolled;
 
 /// Time of the comparison T (s).
@@ -163,11 +163,7 @@ impl YawWatch {
         it.wheels.add(step_s, &Vector1::new(rolled.speed * step_s));
         it.odometry.add(step_s, &Vector1::new(forward * step_s));
         let (a, b) = (it.wheels.value.x, it.odometry.value.x);
-        let opposite = if a * b < 0.0 {
-            a.abs().min(b.abs())
-        } else {
-            0.0
-        };
+        let opposite = opposition(a, b);
         it.apart.check(stamp_ns, opposite, limits, found);
     }
 }
