@@ -8,7 +8,7 @@ use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::analysis::run::{analyse, states};
 use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
@@ -314,6 +314,17 @@ fn val_loads_over_can_are_those_of_the_original_within_quantisation() {
         let notes = analysis.losses.notes.join("\n");
         assert!(notes.contains("deg is converted to rad"), "{name}: {notes}");
     }
+}
+
+#[test]
+fn states_are_read_over_can_as_an_analysis_reads_them() {
+    let folder = folder();
+    let path = folder.path().join("drive.log");
+    std::fs::write(&path, candump(&frames())).unwrap();
+    let file = machine(folder.path(), &signals(""));
+    let analysis = analysed(&path, &signals("")).unwrap();
+    let (_, rows) = states(&path, &file, &Options::default()).unwrap();
+    assert!(!rows.is_empty() && rows.times_ns == analysis.rows.times_ns);
 }
 
 #[test]

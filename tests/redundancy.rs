@@ -102,6 +102,14 @@ fn stop(values: &mut Values<'_>, topic: &str, name: &'static str, memory: &mut M
     }
 }
 
+fn stop_with_noise(values: &mut Values<'_>, topic: &str, name: &'static str, memory: &mut Memory) {
+    stop(values, topic, name, memory);
+    if topic == "/joint_states" {
+        let noise = 3e-4 * memory.noise();
+        values.set(name, values.get(name) + noise);
+    }
+}
+
 fn swap(values: &mut Values<'_>, topic: &str, [a, b]: [&str; 2]) {
     if topic != "/joint_states" {
         return;
@@ -199,13 +207,7 @@ const WRONG: [Wrong; 17] = [
     },
     Wrong {
         name: "slew encoder stands still, with noise",
-        edit: |topic, values, _, memory| {
-            stop(values, topic, "position.slew", memory);
-            if topic == "/joint_states" {
-                let noise = 3e-4 * memory.noise();
-                values.set("position.slew", values.get("position.slew") + noise);
-            }
-        },
+        edit: |topic, values, _, memory| stop_with_noise(values, topic, "position.slew", memory),
     },
     Wrong {
         name: "lift encoder stands still",
@@ -217,13 +219,7 @@ const WRONG: [Wrong; 17] = [
     },
     Wrong {
         name: "tilt encoder stands still, with noise",
-        edit: |topic, values, _, memory| {
-            stop(values, topic, "position.tilt", memory);
-            if topic == "/joint_states" {
-                let noise = 3e-4 * memory.noise();
-                values.set("position.tilt", values.get("position.tilt") + noise);
-            }
-        },
+        edit: |topic, values, _, memory| stop_with_noise(values, topic, "position.tilt", memory),
     },
 ];
 

@@ -175,30 +175,52 @@ fn chunks<'a>(
         .collect()
 }
 
+/// What the chunks of one core use in turn.
+struct Memory {
+    batch: BatchWorkspace,
+    single: Workspace<f64>,
+    state: State<f64>,
+    states: StateColumns,
+    outcomes: OutcomeColumns,
+}
+
+impl Memory {
+    fn new(machine: &machine::Machine, scope: Scope) -> Self {
+        let model = Arc::new(Model::WholeBody);
+        let gradient = Scope {
+            sensitivities: true,
+            ..Scope::LOADS
+        };
+        Self {
+            batch: BatchWorkspace::new(machine, scope, &model),
+            single: Workspace::with_model(machine, gradient, model),
+            state: State::zero(machine),
+            states: StateColumns::with_capacity(machine, CHUNK_ROWS),
+            outcomes: OutcomeColumns::empty(machine, scope),
+        }
+    }
+}
+
 fn evaluate_chunk(
     machine: &machine::Machine,
-    scope: Scope,
     inputs: &Inputs,
     ranges: &[Range<usize>],
+    memory: &mut Memory,
     chunk: &mut Chunk<'_>,
 ) {
-    let model = Arc::new(Model::WholeBody);
-    let mut workspace = BatchWorkspace::new(machine, scope, &model);
-    let mut states = StateColumns::unknown(machine, chunk.rows.len());
-    let mut state = State::zero(machine);
+    let Memory {
+        batch,
+        single,
+        state,
+        states,
+        outcomes,
+    } = memory;
+    states.resize(chunk.rows.len());
     for (place, row) in chunk.rows.clone().enumerate() {
-        inputs.state(row, &mut state);
-        states.set(place, &mut state);
+        inputs.state(row, state);
+        states.set(place, state);
     }
-    let mut outcomes = OutcomeColumns::empty(machine, scope);
-    let rows = 0..chunk.rows.len();
-    evaluate_into(
-        machine,
-        &states,
-        rows.clone(),
-        &mut workspace,
-        &mut outcomes,
-    );
+    evaluate_into(machine, states, 0..chunk.rows.len(), batch, outcomes);
     for (array, range) in chunk.arrays.iter_mut().zip(ranges) {
         let width = range.len();
         for (place, column) in outcomes.columns[range.clone()].iter().enumerate() {
@@ -207,17 +229,12 @@ fn evaluate_chunk(
         }
     }
     if let Some(gradient) = &mut chunk.gradient {
-        let scope = Scope {
-            sensitivities: true,
-            ..Scope::LOADS
-        };
-        let mut workspace = Workspace::with_model(machine, scope, model);
         let mut cells = gradient.iter_mut();
         for row in chunk.rows.clone() {
-            inputs.state(row, &mut state);
-            evaluate_state(machine, &state, &mut workspace);
+            inputs.state(row, state);
+            evaluate_state(machine, state, single);
             for wheel in 0..machine.wheels().len() {
-                for value in workspace.sensitivity().load(wheel) {
+                for value in single.sensitivity().load(wheel) {
                     if let Some(cell) = cells.next() {
                         *cell = value;
                     }
@@ -303,11 +320,14 @@ pub(crate) fn evaluate(
             gradient_width,
             &widths,
         );
-        chunks.into_par_iter().for_each(|mut chunk| {
-            if !stop.is_set() {
-                evaluate_chunk(machine, request.scope, &inputs, &ranges, &mut chunk);
-            }
-        });
+        let memory = || Memory::new(machine, request.scope);
+        chunks
+            .into_par_iter()
+            .for_each_init(memory, |memory, mut chunk| {
+                if !stop.is_set() {
+                    evaluate_chunk(machine, &inputs, &ranges, memory, &mut chunk);
+                }
+            });
     };
     interruptible(py, compute, |_| Ok(()))?;
     let mut found = BTreeMap::new();

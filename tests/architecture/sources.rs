@@ -100,17 +100,6 @@ impl Crate {
 
     /// File and name of the item that a path names; `None` of what is not in the crate, and of modules themselves.
     fn resolve(&self, base: &[String], path: &[String], depth: usize) -> Option<(String, String)> {
-        self.find(base, path, depth, &mut BTreeSet::new())
-    }
-
-    /// As [`resolve`](Self::resolve); `tried` are the places where globs have been followed to.
-    fn find(
-        &self,
-        base: &[String],
-        path: &[String],
-        depth: usize,
-        tried: &mut BTreeSet<(ModulePath, Vec<String>)>,
-    ) -> Option<(String, String)> {
         let (mut current, mut rest) = self.start(base, path, depth)?;
         while let Some((name, after)) = rest.split_first() {
             let below = [current.as_slice(), std::slice::from_ref(name)].concat();
@@ -128,20 +117,16 @@ impl Crate {
             let whole = [target.as_slice(), &rest[1..]].concat();
             // a name that is brought in under itself is another crate's
             return (whole != rest || !base.starts_with(&current))
-                .then(|| self.find(&current, &whole, depth + 1, tried))?;
+                .then(|| self.resolve(&current, &whole, depth + 1))?;
         }
         if !module.items.contains(name) {
-            // modules may take everything of each other
-            if !tried.insert((current.clone(), rest.clone())) {
-                return None;
-            }
             let mut own = module
                 .globs
                 .iter()
                 .filter(|glob| self.is_own(&current, glob));
             let passed_on = own.find_map(|glob| {
                 let whole = [glob.as_slice(), &rest].concat();
-                self.find(&current, &whole, depth + 1, tried)
+                self.resolve(&current, &whole, depth + 1)
             });
             return passed_on;
         }
@@ -179,12 +164,7 @@ impl Crate {
             rest = &rest[1..];
         }
         if rest.len() == path.len() {
-            let module = &self.modules[base];
-            let below = [base, &rest[..1]].concat();
-            let is_known = module.names.contains_key(&rest[0])
-                || module.items.contains(&rest[0])
-                || self.modules.contains_key(&below)
-                || !module.globs.is_empty();
+            let is_known = self.is_own(base, rest) || !self.modules[base].globs.is_empty();
             // a name that a function's own scope or another crate gives
             if !is_known || depth > LONGEST_CHAIN {
                 return None;

@@ -302,9 +302,7 @@ pub(crate) fn posture_in_log(
     path: &Path,
     file: &MachineFile,
 ) -> Result<(Machine, Vec<f64>, Vec<GrossInput>)> {
-    let log = file.open_log(path)?;
-    let loaded = load(&log, file, &mut |_| {})?;
-    let (rows, _) = estimate(&loaded, &Options::default())?;
+    let (log, loaded, rows) = open(path, file, &Options::default())?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     loaded.check_read()?;
     let posture = first_posture(&loaded.machine, &rows);
@@ -320,11 +318,21 @@ pub fn states(
     file: &MachineFile,
     options: &Options,
 ) -> Result<(Machine, EstimatedRows)> {
-    let log = Log::open(path)?;
-    let loaded = load(&log, file, &mut |_| {})?;
-    let (rows, _) = estimate(&loaded, options)?;
+    let (_, loaded, rows) = open(path, file, options)?;
     loaded.check_read()?;
     Ok((loaded.machine, rows))
+}
+
+/// A log as the machine file binds it, and the states of its rows in the requested time range.
+fn open(
+    path: &Path,
+    file: &MachineFile,
+    options: &Options,
+) -> Result<(Log, LoadedLog, EstimatedRows)> {
+    let log = file.open_log(path)?;
+    let loaded = load(&log, file, &mut |_| {})?;
+    let (rows, _) = estimate(&loaded, options)?;
+    Ok((log, loaded, rows))
 }
 
 /// Compares measured with computed loads. Rows in which they contradict each other are not valid: either may be wrong.
@@ -363,11 +371,9 @@ impl MeasuredLog {
     /// # Errors
     /// The log cannot be read, or the machine does not fit it.
     pub(crate) fn read(path: &Path, file: &MachineFile) -> Result<Self> {
-        let log = Log::open(path)?;
-        let mut loaded = load(&log, file, &mut |_| {})?;
+        let (log, mut loaded, rows) = open(path, file, &Options::default())?;
         let forces = linkage_force::read_all(&log, file, &loaded);
         let loads = MeasuredLoads::read(&log, file, &loaded);
-        let (rows, _) = estimate(&loaded, &Options::default())?;
         let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
         loaded.check_read()?;
         if rows.is_empty() {

@@ -172,19 +172,19 @@ impl CanSpec {
 /// The keys of a [`FieldSpec`] as written.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct FieldTable {
-    pub(super) topic: Option<String>,
-    pub(super) field: Option<String>,
-    pub(super) joint: Option<String>,
+struct FieldTable {
+    topic: Option<String>,
+    field: Option<String>,
+    joint: Option<String>,
     #[serde(default = "one")]
-    pub(super) scale: f64,
+    scale: f64,
     #[serde(default)]
-    pub(super) offset: f64,
-    pub(super) dbc: Option<String>,
-    pub(super) message: Option<String>,
-    pub(super) pgn: Option<u32>,
-    pub(super) source: Option<u8>,
-    pub(super) signal: Option<String>,
+    offset: f64,
+    dbc: Option<String>,
+    message: Option<String>,
+    pgn: Option<u32>,
+    source: Option<u8>,
+    signal: Option<String>,
 }
 
 impl TryFrom<FieldTable> for FieldSpec {
@@ -236,6 +236,9 @@ impl TryFrom<FieldTable> for FieldSpec {
     }
 }
 
+/// The keys that a number that switches has besides those of a field.
+pub(super) const SWITCH_KEYS: [&str; 2] = ["above", "max_age"];
+
 /// All CAN signals that a machine file names, wherever they stand in it.
 #[must_use]
 pub fn can_signals(text: &str) -> Vec<CanSpec> {
@@ -244,9 +247,7 @@ pub fn can_signals(text: &str) -> Vec<CanSpec> {
             toml::Value::Table(table) => {
                 let field = table.contains_key("signal").then(|| {
                     let mut field = table.clone();
-                    // of a number that switches
-                    field.remove("above");
-                    field.remove("max_age");
+                    field.retain(|key, _| !SWITCH_KEYS.contains(&key));
                     FieldSpec::deserialize(toml::Value::Table(field))
                 });
                 match field {

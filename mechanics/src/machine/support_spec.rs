@@ -5,7 +5,7 @@
 
 use serde::Deserialize;
 
-use super::signals::{FieldSpec, FieldTable};
+use super::signals::{FieldSpec, SWITCH_KEYS};
 
 /// Contact points of a track that states no number of them.
 const TRACK_POINTS: usize = 3;
@@ -82,7 +82,7 @@ pub enum PresenceSpec {
 
 /// A number of a log that switches.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(try_from = "SwitchTable")]
+#[serde(try_from = "toml::Table")]
 pub struct SwitchSpec {
     /// The number.
     pub number: FieldSpec,
@@ -92,60 +92,19 @@ pub struct SwitchSpec {
     pub max_age: f64,
 }
 
-/// The keys of a [`SwitchSpec`] as written: those of a field, and its own.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SwitchTable {
-    topic: Option<String>,
-    field: Option<String>,
-    joint: Option<String>,
-    #[serde(default = "one")]
-    scale: f64,
-    #[serde(default)]
-    offset: f64,
-    dbc: Option<String>,
-    message: Option<String>,
-    pgn: Option<u32>,
-    source: Option<u8>,
-    signal: Option<String>,
-    #[serde(default = "half")]
-    above: f64,
-    #[serde(default = "max_age")]
-    max_age: f64,
-}
+impl TryFrom<toml::Table> for SwitchSpec {
+    type Error = toml::de::Error;
 
-fn one() -> f64 {
-    1.0
-}
-
-fn half() -> f64 {
-    0.5
-}
-
-fn max_age() -> f64 {
-    2.0
-}
-
-impl TryFrom<SwitchTable> for SwitchSpec {
-    type Error = &'static str;
-
-    fn try_from(table: SwitchTable) -> Result<Self, Self::Error> {
-        let number = FieldTable {
-            topic: table.topic,
-            field: table.field,
-            joint: table.joint,
-            scale: table.scale,
-            offset: table.offset,
-            dbc: table.dbc,
-            message: table.message,
-            pgn: table.pgn,
-            source: table.source,
-            signal: table.signal,
+    fn try_from(mut table: toml::Table) -> Result<Self, Self::Error> {
+        let [above, max_age] = SWITCH_KEYS.map(|key| table.remove(key));
+        let number = |value: Option<toml::Value>, default: f64| match value {
+            Some(value) => value.try_into(),
+            None => Ok(default),
         };
         Ok(Self {
-            number: number.try_into()?,
-            above: table.above,
-            max_age: table.max_age,
+            above: number(above, 0.5)?,
+            max_age: number(max_age, 2.0)?,
+            number: table.try_into()?,
         })
     }
 }

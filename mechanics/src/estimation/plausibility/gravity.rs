@@ -89,12 +89,7 @@ mod tests {
     use super::super::vector::VectorWatch;
     use super::*;
 
-    const LIMITS: Limits = Limits {
-        max_gap_s: 0.25,
-        frozen_samples: 100,
-        quaternion_tolerance: 0.01,
-        rate_tolerance_share: 0.2,
-    };
+    const LIMITS: Limits = Limits::OF_TESTS;
 
     /// Time after which a fault is reported (s); samples every ten milliseconds.
     fn found_after_s(attitude: [f64; 4], force: impl Fn(f64) -> [f64; 3]) -> Option<f64> {

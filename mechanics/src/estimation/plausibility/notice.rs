@@ -13,6 +13,14 @@ pub(super) struct Limits {
 }
 
 impl Limits {
+    #[cfg(test)]
+    pub(super) const OF_TESTS: Self = Self {
+        max_gap_s: 0.25,
+        frozen_samples: 100,
+        quaternion_tolerance: 0.01,
+        rate_tolerance_share: 0.2,
+    };
+
     pub(super) fn elapsed_s(&self, from_ns: i64, to_ns: i64) -> f64 {
         to_ns.saturating_sub(from_ns) as f64 * 1e-9
     }

@@ -98,12 +98,7 @@ impl DriveWatch {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits {
-        max_gap_s: 0.25,
-        frozen_samples: 100,
-        quaternion_tolerance: 0.01,
-        rate_tolerance_share: 0.2,
-    };
+    const LIMITS: Limits = Limits::OF_TESTS;
 
     /// When a drive is first reported (s): it speeds up to 1.6 m/s from 3 s on and brakes at 8 s. `wheels` gives the speed by
     /// the wheels, `sign` turns the IMU, `bias` tilts it (m/s^2).

@@ -220,13 +220,13 @@ mod tests {
     /// Step of the samples (ns).
     const STEP_NS: i64 = 8_000_000;
 
-    /// Time after which the evidence stands (s), in 20 s. `leans` gives predicted and measured lean (rad) at a time.
-    fn found_after_s(
-        known: bool,
+    /// Time after which `stands` holds (s), in 20 s. `leans` gives predicted and measured lean (rad) at a time.
+    fn first_s(
+        mut difference: LeanDifference,
         rocking: f64,
         leans: impl Fn(f64) -> [Vector2<f64>; 2],
+        stands: impl Fn(&mut LeanDifference) -> bool,
     ) -> Option<f64> {
-        let mut difference = LeanDifference::new(known);
         (0..2500_i64).find_map(|step| {
             let (stamp_ns, time_s) = (step * STEP_NS, step as f64 * 8e-3);
             let lean = Lean {
@@ -236,7 +236,19 @@ mod tests {
             };
             let [a, b] = leans(time_s);
             difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], [4e-8; 2], rocking);
-            difference.evidence.stands(LIMIT).map(|_| time_s)
+            stands(&mut difference).then_some(time_s)
+        })
+    }
+
+    /// Time after which the evidence stands (s).
+    fn found_after_s(
+        known: bool,
+        rocking: f64,
+        leans: impl Fn(f64) -> [Vector2<f64>; 2],
+    ) -> Option<f64> {
+        let difference = LeanDifference::new(known);
+        first_s(difference, rocking, leans, |difference| {
+            difference.evidence.stands(LIMIT).is_some()
         })
     }
 
@@ -246,18 +258,9 @@ mod tests {
         leans: impl Fn(f64) -> [Vector2<f64>; 2],
     ) -> Option<f64> {
         let mut difference = LeanDifference::new(true);
-        (0..2500_i64).find_map(|step| {
-            let (stamp_ns, time_s) = (step * STEP_NS, step as f64 * 8e-3);
-            let lean = Lean {
-                angle: Vector2::zeros(),
-                by_load: Vector2::x(),
-                is_beyond_model: false,
-            };
-            let [a, b] = leans(time_s);
-            difference.expect_standstill(stands_out);
-            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], [4e-8; 2], 0.0);
-            let [_, standstill] = difference.evidences();
-            standstill.stands(LIMIT).map(|_| time_s)
+        difference.expect_standstill(stands_out);
+        first_s(difference, 0.0, leans, |difference| {
+            difference.of_standstill.stands(LIMIT).is_some()
         })
     }
 

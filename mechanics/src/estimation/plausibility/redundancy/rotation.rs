@@ -109,12 +109,7 @@ impl RotationWatch {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits {
-        max_gap_s: 0.25,
-        frozen_samples: 100,
-        quaternion_tolerance: 0.01,
-        rate_tolerance_share: 0.2,
-    };
+    const LIMITS: Limits = Limits::OF_TESTS;
 
     /// Time of the first report (s) in 20 s at 100 Hz: the machine rocks and turns; `gyro` makes the measured angular
     /// velocity of the true one, `attitude` the measured attitude.

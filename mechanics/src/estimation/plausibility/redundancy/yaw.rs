@@ -172,12 +172,7 @@ impl YawWatch {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits {
-        max_gap_s: 0.25,
-        frozen_samples: 100,
-        quaternion_tolerance: 0.01,
-        rate_tolerance_share: 0.2,
-    };
+    const LIMITS: Limits = Limits::OF_TESTS;
 
     /// What is reported, and when first (s), in 20 s at 100 Hz of curves to both sides.
     fn found(gyro: f64, odometry: f64, speeds: f64, steering: f64) -> Vec<(YawBy, f64)> {
