@@ -14,20 +14,20 @@ use tipwatch_analyze::tables::table::Table;
 use super::support::{code_and_stderr, command, data, stderr, text, tipwatch};
 
 /// Screens with these arguments into `out`; returns exit code and messages.
-fn screen(logs: &Path, out: &Path, more: &[&str]) -> (i32, String) {
+pub(super) fn screen(logs: &Path, out: &Path, more: &[&str]) -> (i32, String) {
     let mut args = vec!["screen", text(logs), "--out", text(out)];
     args.extend(more);
     code_and_stderr(&tipwatch(&args))
 }
 
 /// All Parquet files of a kind, by path within the folder.
-fn tables(out: &Path, kind: &str) -> BTreeMap<String, Table> {
+pub(super) fn tables(out: &Path, kind: &str) -> BTreeMap<String, Table> {
     let read = |(name, path): (String, PathBuf)| (name, parquet::read(&path).unwrap());
     files(&out.join(kind)).into_iter().map(read).collect()
 }
 
 /// The files in a folder tree, by path within it.
-fn files(folder: &Path) -> BTreeMap<String, PathBuf> {
+pub(super) fn files(folder: &Path) -> BTreeMap<String, PathBuf> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).into_iter().flatten() {
         let path = entry.unwrap().path();
@@ -46,17 +46,17 @@ fn files(folder: &Path) -> BTreeMap<String, PathBuf> {
     found
 }
 
-fn texts(table: &Table, column: &str) -> Vec<Option<String>> {
+pub(super) fn texts(table: &Table, column: &str) -> Vec<Option<String>> {
     table.column(column).unwrap().texts().unwrap()
 }
 
-fn json(path: &Path) -> Value {
+pub(super) fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
 /// What must not depend on the course of a run: tables, page and totals to the byte, and the names of the
 /// reports (their contents include the time of the analysis).
-fn result(out: &Path) -> BTreeMap<String, Vec<u8>> {
+pub(super) fn result(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut result = files(out);
     result.retain(|name, _| !name.starts_with("state/"));
     let bytes = |name: &str, path: PathBuf| match name.starts_with("reports/") {
@@ -70,7 +70,7 @@ fn result(out: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 /// A folder with logs of one machine: two good ones, a copy, a damaged one, and one that is not a log.
-fn mixed_logs() -> TempDir {
+pub(super) fn mixed_logs() -> TempDir {
     let folder = TempDir::new().unwrap();
     let at = |name: &str| folder.path().join(name);
     fs::copy(data("tiny.mcap"), at("calm.mcap")).unwrap();
@@ -218,7 +218,7 @@ fn copies_analysed_in_parallel_count_as_one_log() {
 }
 
 /// Twelve noisy logs of the same machine.
-fn fleet_logs() -> TempDir {
+pub(super) fn fleet_logs() -> TempDir {
     let folder = TempDir::new().unwrap();
     for i in 0..12 {
         let name = format!("coverage_{i:02}.mcap");
@@ -621,7 +621,37 @@ fn usage_errors_of_screen_exit_with_2() {
             "--fleet",
             "f",
         ],
-        vec!["screen", "logs", "--out", "o", "--gather"],
+        vec!["screen", "--out", "o", "--gather", "--jobs", "2"],
+        vec![
+            "screen",
+            "logs",
+            "--machine",
+            "m",
+            "--records",
+            "r",
+            "--out",
+            "o",
+        ],
+        vec![
+            "screen",
+            "logs",
+            "--machine",
+            "m",
+            "--out",
+            "o",
+            "--attempts",
+            "2",
+        ],
+        vec![
+            "screen",
+            "logs",
+            "--machine",
+            "m",
+            "--records",
+            "r",
+            "--shard",
+            "auto/3",
+        ],
         vec![
             "screen",
             "logs",

@@ -10,6 +10,7 @@ mod compare; // two results
 mod csv_export; // logs made from tables
 mod custody; // who analysed what, and the same bits again
 mod derived; // derived.mcap read back
+mod engines; // the files of deploy
 mod first_machine; // inspect --write-machine
 mod from_sheet; // machine new
 mod gates; // logs and policies that decide nothing

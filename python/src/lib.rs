@@ -38,7 +38,7 @@ mod _tipwatch {
     #[pymodule_export]
     use super::read::read;
     #[pymodule_export]
-    use super::screen::{Fleet, screen};
+    use super::screen::{Fleet, FleetTask, screen};
     #[pymodule_export]
     use super::studies::{WhatIf, compare, whatif};
     #[pymodule_export]

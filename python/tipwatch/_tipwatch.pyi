@@ -12,6 +12,7 @@ __all__ = [
     "Analysis",
     "Evaluation",
     "Fleet",
+    "FleetTask",
     "Identification",
     "Machine",
     "Table",
@@ -192,6 +193,27 @@ def read(
     estimator: Literal["smoother", "causal"] | None = None,
 ) -> Table: ...
 
+@final
+class FleetTask:
+    def __new__(
+        cls,
+        records: str | PathLike[str],
+        *,
+        machine: str | PathLike[str] | None = None,
+        fleet: str | PathLike[str] | None = None,
+        rate: float | None = None,
+        estimator: Literal["smoother", "causal"] | None = None,
+        model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
+    ) -> Self: ...
+    def files(self) -> list[Path]: ...
+    def logs(self, logs: Sequence[str | PathLike[str]]) -> list[tuple[Path, int]]: ...
+    def records(self) -> int: ...
+    def run(self, log: str | PathLike[str]) -> tuple[str, str] | None: ...
+    def fail(self, log: str | PathLike[str], kind: str, reason: str) -> None: ...
+    def gather(
+        self, out: str | PathLike[str], logs: Sequence[str | PathLike[str]], min_valid: float
+    ) -> Fleet: ...
+
 def screen(
     logs: str | PathLike[str] | Sequence[str | PathLike[str]],
     *,
@@ -205,6 +227,8 @@ def screen(
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
     min_valid: float = 0.5,
     progress: bool | Callable[[int, int], object] | None = None,
+    runner: Literal["threads", "ray", "dask"] = "threads",
+    retries: int = 2,
 ) -> Fleet: ...
 
 def compare(

@@ -24,14 +24,7 @@ pub fn python_package() -> &'static Path {
         let built = test.ancestors().nth(2).expect("the folder of the build");
         let folder = built.join("python-package");
         let package = folder.join("tipwatch");
-        fs::create_dir_all(&package).expect("a folder");
-        for file in fs::read_dir(root.join("python/tipwatch")).expect("the package") {
-            let file = file.expect("a file").path();
-            if file.is_file() {
-                let name = file.file_name().expect("a name");
-                fs::copy(&file, package.join(name)).expect("a copy");
-            }
-        }
+        copy(&root.join("python/tipwatch"), &package);
         let library = built.join(format!("lib_tipwatch{}", std::env::consts::DLL_SUFFIX));
         let module = package.join("_tipwatch.abi3.so");
         // another process may have it loaded: replaced, not written over
@@ -40,4 +33,18 @@ pub fn python_package() -> &'static Path {
         fs::rename(&next, &module).expect("the module");
         folder
     })
+}
+
+/// Copies the files of a folder tree.
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("the package") {
+        let path = entry.expect("a file").path();
+        let name = path.file_name().expect("a name");
+        if path.is_file() {
+            fs::copy(&path, to.join(name)).expect("a copy");
+        } else if name != "__pycache__" {
+            copy(&path, &to.join(name));
+        }
+    }
 }

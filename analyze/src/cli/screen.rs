@@ -1,15 +1,17 @@
 //! `tipwatch screen`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal};
 use super::options::{AnalysisArgs, PolicyArgs};
 use crate::base::progress::LogCount;
-use crate::screen::{Fleet, Gate, Request, Screen, Shard, Update, gather, screen};
+use crate::screen::{
+    Fleet, Gate, Gathering, Output, Request, Screen, Shard, Update, gather, screen,
+};
 
 /// Logs that decide nothing, printed one by one; more with `--verbose`.
 const MOST_UNDECIDED: usize = 20;
@@ -26,8 +28,18 @@ pub(super) struct ScreenArgs {
     #[arg(long)]
     fleet: Option<PathBuf>,
     /// Output folder for data set, page and reports.
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
+    #[arg(long, value_name = "DIR", required_unless_present = "records")]
+    out: Option<PathBuf>,
+    /// Write records and reports alone, into a folder that many processes share; exit with 0 when every log
+    /// has its record, whatever it says. Logs that have a record are skipped. `--gather PLACE` makes the
+    /// data set.
+    #[arg(long, value_name = "PLACE", conflicts_with_all = ["out", "gather", "resume"])]
+    records: Option<PathBuf>,
+    /// With `--records`: number of processes that may be lost while they analyse a log, before it counts as
+    /// failed.
+    #[arg(long, value_name = "N", default_value_t = 3, requires = "records",
+          value_parser = clap::value_parser!(u32).range(1..))]
+    attempts: u32,
     /// Number of logs analysed in parallel; default: number of processors.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     jobs: Option<u32>,
@@ -35,16 +47,20 @@ pub(super) struct ScreenArgs {
     /// One log is always analysed.
     #[arg(long, value_name = "GIB", value_parser = clap::value_parser!(u32).range(1..))]
     memory: Option<u32>,
-    /// Analyse the I-th of N parts of the logs, for array jobs; `--gather` combines the parts.
+    /// Analyse the I-th of N parts of the logs, for array jobs; `--gather` combines the parts. `auto/N`
+    /// takes the index from the variables of Kubernetes, AWS Batch, Slurm, Google Batch or Cloud Run
+    /// (counted from 0); `auto` the number of parts, too, where the engine tells it.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
     /// Resume the run in DIR: skip logs already analysed with the same content, machine, options and
     /// program version. Failed logs are retried.
     #[arg(long)]
     resume: bool,
-    /// Analyse nothing; build data set and page from the records in DIR.
-    #[arg(long, conflicts_with_all = ["logs", "machine", "fleet", "shard", "resume", "jobs", "memory"])]
-    gather: bool,
+    /// Analyse nothing; build data set and page from the records in PLACE (default: DIR). If logs are named,
+    /// those without a record are in the data set as failed.
+    #[arg(long, value_name = "PLACE", num_args = 0..=1,
+          conflicts_with_all = ["machine", "fleet", "shard", "resume", "jobs", "memory"])]
+    gather: Option<Option<PathBuf>>,
     #[command(flatten)]
     analysis: AnalysisArgs,
     #[command(flatten)]
@@ -70,22 +86,23 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
         policy: policy.as_ref(),
         min_valid: args.policy.min_valid(policy.as_ref()),
     };
-    let found = if args.gather {
-        gather(&args.out, gate, &notify)?
-    } else {
-        let fleet = fleet(args)?;
-        let jobs = args.jobs.map_or_else(processors, |jobs| jobs as usize);
-        let request = Request {
-            logs: &args.logs,
-            out: &args.out,
-            jobs,
-            memory_bytes: args.memory.map(|gib| u64::from(gib) << 30),
-            shard: args.shard,
-            resume: args.resume,
-            options: args.analysis.options(),
-            stop: None,
-        };
-        screen(&request, &fleet, gate, &notify)?
+    let (found, is_for_gathering) = match (&args.gather, &args.records, &args.out) {
+        (Some(records), _, Some(out)) => {
+            let asked = Gathering {
+                records: records.as_ref().unwrap_or(out),
+                out,
+                logs: &args.logs,
+                options: args.analysis.options(),
+            };
+            (gather(&asked, gate, &notify)?, false)
+        }
+        (None, Some(records), _) => {
+            let attempts = args.attempts;
+            let found = analyse(args, records, Output::Records { attempts }, gate, &notify)?;
+            (found, true)
+        }
+        (None, None, Some(out)) => (analyse(args, out, Output::DataSet, gate, &notify)?, false),
+        (_, _, None) => bail!("expected --out or --records"),
     };
     count.finish();
     let shown = if terminal.verbose {
@@ -97,7 +114,35 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
         terminal.print(&format!("not decided: {log}: {reason}"));
     }
     terminal.print(&result_line(&found));
-    Ok(exit_of(&found))
+    // whether a log failed is the verdict of the gathered data set, not of the process that wrote its record
+    Ok(if is_for_gathering {
+        Exit::DONE
+    } else {
+        exit_of(&found)
+    })
+}
+
+fn analyse(
+    args: &ScreenArgs,
+    out: &Path,
+    output: Output,
+    gate: Gate<'_>,
+    notify: &(dyn Fn(Update<'_>) + Sync),
+) -> Result<Screen> {
+    let fleet = fleet(args)?;
+    let jobs = args.jobs.map_or_else(processors, |jobs| jobs as usize);
+    let request = Request {
+        logs: &args.logs,
+        out,
+        output,
+        jobs,
+        memory_bytes: args.memory.map(|gib| u64::from(gib) << 30),
+        shard: args.shard,
+        resume: args.resume,
+        options: args.analysis.options(),
+        stop: None,
+    };
+    screen(&request, &fleet, gate, notify)
 }
 
 /// Names the log unless the reason does.
@@ -148,9 +193,7 @@ fn result_line(found: &Screen) -> String {
     match &found.page {
         Some(page) => text.push_str(&format!("\npage: {}", page.display())),
         None => {
-            text.push_str(
-                "\nthis is one part of the logs; --gather builds data set and page from all parts",
-            );
+            text.push_str("\nrecords only; --gather builds data set and page from all of them");
         }
     }
     text
@@ -168,12 +211,5 @@ fn exit_of(found: &Screen) -> Exit {
 }
 
 fn shard(text: &str) -> Result<Shard, String> {
-    let expected = || format!("expected I/N, such as 2/8, with I from 1 to N, found \"{text}\"");
-    let (index, count) = text.split_once('/').ok_or_else(expected)?;
-    let number = |part: &str| part.parse::<usize>().map_err(|_| expected());
-    let (index, count) = (number(index)?, number(count)?);
-    match (1..=count).contains(&index) {
-        true => Ok(Shard { index, count }),
-        false => Err(expected()),
-    }
+    Shard::read(text, |name| std::env::var(name).ok()).map_err(|error| format!("{error:#}"))
 }

@@ -19,7 +19,7 @@ use crate::tables::parquet::write_with;
 use crate::tables::table::Table;
 
 /// Version of the columns.
-pub(super) const DATA_SET_SCHEMA: u32 = 2;
+pub(super) const DATA_SET_SCHEMA: u32 = 3;
 /// Hive's name for an unknown machine or day; readers convert it to null.
 const UNKNOWN: &str = "__HIVE_DEFAULT_PARTITION__";
 
@@ -137,8 +137,13 @@ fn worst<'a>(row: &&'a LogRow) -> Option<&'a WorstMargin> {
 fn add_identity(rows: &[&LogRow], table: &mut Table) {
     let records = || rows.iter().map(|row| &row.record);
     let machine = |record: &'_ super::record::Record| Some(record.machine.as_ref()?.sha256.clone());
+    let kind = |record: &'_ super::record::Record| record.machine.as_ref()?.kind.clone();
     let reason = |row: &&LogRow| match &row.record.result {
-        Outcome::Failed { reason } => Some(reason.clone()),
+        Outcome::Failed { reason, .. } => Some(reason.clone()),
+        Outcome::Analysed { .. } => None,
+    };
+    let failure = |row: &&LogRow| match &row.record.result {
+        Outcome::Failed { kind, .. } => Some(kind.to_string()),
         Outcome::Analysed { .. } => None,
     };
     let status = |row: &&LogRow| match row.record.is_failed() {
@@ -150,9 +155,11 @@ fn add_identity(rows: &[&LogRow], table: &mut Table) {
     table.add("copies", Some("files"), rows.iter().map(|row| row.copies));
     table.add("bytes", Some("bytes"), records().map(|r| r.bytes));
     table.add("status", None, rows.iter().map(status));
+    table.add("failure", None, rows.iter().map(failure));
     table.add("reason", None, rows.iter().map(reason));
     let report = |r: &super::record::Record| r.report_folder().map(|f| format!("{f}/report.html"));
     table.add("report", None, records().map(report));
+    table.add("machine_type", None, records().map(kind));
     table.add("machine_file_sha256", None, records().map(machine));
     let version = records().map(|r| r.analysis_version.clone());
     table.add("analysis_version", None, version);

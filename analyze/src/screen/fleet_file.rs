@@ -16,6 +16,9 @@
 //! metadata = { record = "session", key = "vehicle", value = "FW-009*" }
 //! ```
 //!
+//! `type = "forwarder 8 t"` in a rule names the type of its machine, whose machines are compared with each
+//! other; without it machines with the same URDF are of one type.
+//!
 //! All conditions of a rule must hold. If rules of different machine files match one log, the log fails,
 //! because a wrong machine gives plausible but wrong loads.
 
@@ -26,6 +29,9 @@ use glob::{MatchOptions, Pattern};
 use serde::Deserialize;
 use tipwatch_binding::{MachineFile, read_text};
 use tipwatch_ingest::{Log, MetadataRecord, metadata_records};
+
+use super::failure::FailureKind;
+use crate::base::file_hash::hash_file;
 
 /// A fleet file as written.
 #[derive(Debug, Deserialize)]
@@ -43,6 +49,8 @@ struct RuleSpec {
     path: Option<String>,
     topic: Option<String>,
     metadata: Option<MetadataSpec>,
+    #[serde(rename = "type")]
+    kind: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -69,6 +77,27 @@ struct Rule {
     path: Option<Pattern>,
     topic: Option<Pattern>,
     metadata: Option<MetadataRule>,
+    kind: Option<String>,
+}
+
+/// The machine of a log.
+pub(super) struct Assigned<'a> {
+    pub(super) machine: &'a MachineFile,
+    kind: Option<&'a str>,
+}
+
+impl Assigned<'_> {
+    /// Type of the machine: that of the fleet file, else its URDF; `None` without both.
+    pub(super) fn kind(&self) -> Option<String> {
+        if let Some(kind) = self.kind {
+            return Some(kind.into());
+        }
+        let folder = self.machine.path.parent().unwrap_or(Path::new(""));
+        let urdf = self.machine.spec.urdf.as_ref()?;
+        let hash = hash_file(&folder.join(urdf)).ok()?.sha256;
+        let name = Path::new(urdf).file_name()?.to_string_lossy();
+        Some(format!("{name} {}", hash.get(..8)?))
+    }
 }
 
 #[derive(Debug)]
@@ -144,39 +173,54 @@ impl Fleet {
         Ok(self.machines.len() - 1)
     }
 
+    /// All files that the analyses need: machine files, their URDF and DBC files.
+    #[must_use]
+    pub fn files(&self) -> Vec<PathBuf> {
+        let of_machine = |machine: &MachineFile| {
+            let mut files = vec![machine.path.clone()];
+            let folder = machine.path.parent().unwrap_or(Path::new(""));
+            files.extend(machine.spec.urdf.as_ref().map(|name| folder.join(name)));
+            files.extend(machine.dbc_files());
+            files
+        };
+        self.machines.iter().flat_map(of_machine).collect()
+    }
+
     /// The machine file of a log.
     ///
     /// # Errors
     /// A rule needs the contents of the log and it cannot be opened, no rule matches, or rules of
     /// several machines match.
-    pub fn machine_of(&self, log: &Path) -> Result<&MachineFile> {
+    pub(super) fn machine_of(&self, log: &Path) -> Result<Assigned<'_>> {
         let content = match self.rules.iter().any(Rule::needs_content) {
             true => Some(Content::of(log)?),
             false => None,
         };
-        let matches = |rule: &&Rule| rule.holds(log, content.as_ref());
-        let mut chosen: Vec<usize> = self
+        let matching = self
             .rules
             .iter()
-            .filter(matches)
-            .map(|r| r.machine)
-            .collect();
+            .filter(|rule| rule.holds(log, content.as_ref()));
+        let matching: Vec<&Rule> = matching.collect();
+        let mut chosen: Vec<usize> = matching.iter().map(|rule| rule.machine).collect();
         chosen.sort_unstable();
         chosen.dedup();
         match (chosen.as_slice(), self.default) {
-            (&[machine], _) | (&[], Some(machine)) => Ok(&self.machines[machine]),
-            (&[], None) => bail!(
+            (&[machine], _) | (&[], Some(machine)) => Ok(Assigned {
+                machine: &self.machines[machine],
+                kind: matching.iter().find_map(|rule| rule.kind.as_deref()),
+            }),
+            (&[], None) => Err(FailureKind::Machine.error(format!(
                 "{}: expected a matching rule or a default in the fleet file, found neither",
                 log.display()
-            ),
+            ))),
             (several, _) => {
                 let name = |&m: &usize| self.machines[m].path.display().to_string();
                 let names: Vec<_> = several.iter().map(name).collect();
-                bail!(
+                Err(FailureKind::Machine.error(format!(
                     "{}: expected one machine, found matching rules for {}",
                     log.display(),
                     names.join(" and ")
-                )
+                )))
             }
         }
     }
@@ -217,6 +261,7 @@ impl RuleSpec {
         let value = pattern("metadata.value", metadata.map(|wanted| &wanted.value))?;
         Ok(Rule {
             machine,
+            kind: self.kind,
             path: pattern("path", self.path.as_ref())?,
             topic: pattern("topic", self.topic.as_ref())?,
             metadata: self.metadata.zip(value).map(|(spec, value)| MetadataRule {

@@ -1,4 +1,4 @@
-//! Merges records with the same content to one row.
+//! Which record of a log becomes its row: one of each path, then one of each content.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,54 @@ pub(super) struct LogRow {
     pub(super) copies: u64,
 }
 
-/// Rows of all records; of records with the same content, the first analysed one by path.
+/// The record of each path, sorted by path: of the newest program, then the latest. The records in `now`
+/// are those of this run and replace all others of their paths.
+pub(super) fn latest(all: Vec<Record>, now: Vec<Record>) -> Vec<Record> {
+    let mut by_path: BTreeMap<String, Record> = BTreeMap::new();
+    for record in all {
+        match by_path.get_mut(&record.path) {
+            None => {
+                by_path.insert(record.path.clone(), record);
+            }
+            Some(known) if replaces(&record, known) => *known = record,
+            Some(_) => {}
+        }
+    }
+    for record in now {
+        match by_path.get(&record.path) {
+            // another process analysed what this one could not
+            Some(known) if record.is_failed() && !replaces(&record, known) => {}
+            _ => {
+                by_path.insert(record.path.clone(), record);
+            }
+        }
+    }
+    by_path.into_values().collect()
+}
+
+/// Whether a record takes the place of another of the same path. With the same program a failure never
+/// replaces a result unless it is known to be about another content or another version of the analysis: a
+/// lost worker does not undo what another one found.
+fn replaces(record: &Record, known: &Record) -> bool {
+    let order = record.program().cmp(&known.program());
+    if order.is_ne() || record.is_failed() == known.is_failed() {
+        return record.age() > known.age();
+    }
+    let (failure, result) = match record.is_failed() {
+        true => (record, known),
+        false => (known, record),
+    };
+    let differs = |a: &Option<String>, b: &Option<String>| a.is_some() && a != b;
+    let is_about_another = differs(&failure.log_id, &result.log_id)
+        || differs(&failure.analysis_version, &result.analysis_version);
+    match record.is_failed() {
+        true => is_about_another && record.age() > known.age(),
+        false => !is_about_another || record.age() > known.age(),
+    }
+}
+
+/// Rows of the records of different paths, sorted by path; of records with the same content, that of the
+/// newest program, then the first analysed one by path.
 pub(super) fn merge(records: Vec<Record>) -> Vec<LogRow> {
     let mut rows: Vec<LogRow> = Vec::with_capacity(records.len());
     let mut index_of: BTreeMap<String, usize> = BTreeMap::new();
@@ -27,7 +74,9 @@ pub(super) fn merge(records: Vec<Record>) -> Vec<LogRow> {
             continue;
         };
         row.copies += 1;
-        if row.record.is_failed() && !record.is_failed() {
+        let order = record.program().cmp(&row.record.program());
+        let is_better = row.record.is_failed() && !record.is_failed();
+        if order.then(is_better.cmp(&false)).is_gt() {
             row.record = record;
         }
     }

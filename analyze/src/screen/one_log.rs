@@ -3,20 +3,25 @@
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result};
 use tipwatch_binding::MachineFile;
 
+use super::attempts::{Attempt, Attempts};
+use super::failure::FailureKind;
 use super::fleet_file::Fleet;
 use super::identity::{Identity, identify};
-use super::record::{MachineName, Outcome, RECORD_SCHEMA, Record, report_folder};
+use super::place::Place;
+use super::record::{
+    MachineName, Outcome, RECORD_SCHEMA, REPORT_FILES, REPORT_PAGE, Record, report_folder,
+};
+use super::store::{Before, Store};
 use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, analyse_into};
 use crate::base::error_text::{error_text, without_path};
-use crate::base::files::{make_atomically, write_atomically};
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::report::{self, PlotLibrary, Sketch, SketchPass};
@@ -28,9 +33,13 @@ use crate::tables::summary::Summary;
 pub(super) struct Screening<'a> {
     pub(super) fleet: &'a Fleet,
     pub(super) options: Options,
-    pub(super) out: &'a Path,
-    /// Records of earlier runs, by content.
-    pub(super) done_before: BTreeMap<String, Record>,
+    /// Where records and reports go.
+    pub(super) place: Place,
+    pub(super) store: Store,
+    /// Records of earlier runs.
+    pub(super) before: Before,
+    /// Marks of attempts, where processes may be lost.
+    pub(super) attempts: Option<Attempts>,
     /// Work of this run.
     pub(super) current: CurrentRun,
 }
@@ -55,9 +64,6 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Path of the shared plot library within the output folder.
-pub(super) const PLOT_LIBRARY: &str = "reports/plots.js";
-
 /// A log's record, and whether it is from an earlier run.
 pub(super) struct Screened {
     pub(super) record: Record,
@@ -65,39 +71,49 @@ pub(super) struct Screened {
 }
 
 impl Screening<'_> {
-    /// Analyses one log. Never fails: an error becomes a record, too.
-    pub(super) fn screen(&self, path: &Path) -> Screened {
-        let mut record = Record {
-            schema: RECORD_SCHEMA,
-            path: path.to_string_lossy().into(),
-            log_id: None,
-            bytes: None,
-            machine: None,
-            analysis_version: None,
-            tipwatch_version: env!("CARGO_PKG_VERSION").into(),
-            model: self.options.model.name().into(),
-            result: Outcome::Failed {
-                reason: String::new(),
-            },
-        };
+    /// Analyses one log and writes its record. A log that cannot be analysed is no error: its record says why.
+    ///
+    /// # Errors
+    /// The record cannot be written.
+    pub(super) fn screen(&self, path: &Path) -> Result<Screened> {
+        let mut attempt = None;
+        let screened = self.analysed_or_failed(path, &mut attempt);
+        if !screened.is_from_before {
+            self.store.save(&screened.record)?;
+        }
+        if let (Some(attempts), Some(attempt)) = (&self.attempts, &attempt) {
+            attempts.finish(attempt)?;
+        }
+        if !screened.record.is_failed() {
+            self.store
+                .forget_failure(&self.before, &screened.record.path)?;
+        }
+        Ok(screened)
+    }
+
+    fn analysed_or_failed(&self, path: &Path, attempt: &mut Option<Attempt>) -> Screened {
+        let mut record = empty_record(path, &self.options);
         // only the record survives a panic, filled as far as it got
-        let screened = catch_unwind(AssertUnwindSafe(|| self.fill(path, &mut record)));
-        let reason = match screened {
+        let screened = catch_unwind(AssertUnwindSafe(|| self.fill(path, &mut record, attempt)));
+        record.finished_ns = now_ns();
+        let (kind, reason) = match screened {
             Ok(Ok(is_from_before)) => {
                 return Screened {
                     record,
                     is_from_before,
                 };
             }
-            Ok(Err(error)) => self
-                .fleet
-                .without_folders(&without_path(&error_text(&error), path)),
-            Err(panic) => format!(
-                "internal error of tipwatch: {}",
-                panic_message(panic.as_ref())
-            ),
+            Ok(Err(error)) => {
+                let text = without_path(&error_text(&error), path);
+                (FailureKind::of(&error), self.fleet.without_folders(&text))
+            }
+            Err(panic) => {
+                let message = panic_message(panic.as_ref());
+                let reason = format!("internal error of tipwatch: {message}");
+                (FailureKind::Internal, reason)
+            }
         };
-        record.result = Outcome::Failed { reason };
+        record.result = Outcome::Failed { kind, reason };
         Screened {
             record,
             is_from_before: false,
@@ -105,41 +121,60 @@ impl Screening<'_> {
     }
 
     /// Fills the record of a log; returns whether it is from an earlier run.
-    fn fill(&self, path: &Path, record: &mut Record) -> Result<bool> {
+    fn fill(
+        &self,
+        path: &Path,
+        record: &mut Record,
+        attempt: &mut Option<Attempt>,
+    ) -> Result<bool> {
         let identity = identify(path)?;
         record.log_id = Some(identity.id.clone());
         record.bytes = Some(identity.bytes);
-        let machine = self.fleet.machine_of(path)?;
+        let assigned = self.fleet.machine_of(path)?;
+        let machine = assigned.machine;
         record.machine = Some(MachineName {
             name: machine.spec.name.clone(),
             sha256: machine_sha256(machine),
+            kind: assigned.kind(),
         });
-        let version = analysis_version(machine, &self.options)?;
-        record.analysis_version = Some(version);
+        let version = analysis_version(machine, &self.options)
+            .map_err(|error| FailureKind::Machine.error(error_text(&error)))?;
+        record.analysis_version = Some(version.clone());
         let one_at_a_time = self.current.lock_of(&identity.id);
         let _guard = lock(&one_at_a_time);
-        if let Some(known) = self.done_before.get(&identity.id)
-            && self.is_reusable(known, record)
-        {
-            record.result = known.result.clone();
+        let known = self.store.analysed(&self.before, &identity.id, &version)?;
+        if let Some(known) = known.filter(|known| self.has_its_report(known)) {
+            let is_own = known.path == record.path;
+            let is_same = known.machine == record.machine;
+            record.result = known.result;
+            if !is_own {
+                record.finished_ns = now_ns();
+                self.store.save(record)?;
+            } else if !is_same {
+                // the fleet file states another type now
+                self.store.replace(record)?;
+            }
             return Ok(true);
         }
         let of_copy = lock(&self.current.done).get(&identity.id).cloned();
-        record.result = match of_copy {
-            Some(known) if self.is_reusable(&known, record) => known.result,
-            _ => self.analyse(path, machine, &identity)?,
+        let of_copy = of_copy.filter(|known| known.analysis_version == record.analysis_version);
+        record.result = match of_copy.filter(|known| self.has_its_report(known)) {
+            Some(known) => known.result,
+            None => {
+                if let Some(attempts) = &self.attempts {
+                    *attempt = Some(attempts.begin(record)?);
+                }
+                self.analyse(path, machine, &identity)?
+            }
         };
         lock(&self.current.done).insert(identity.id, record.clone());
         Ok(false)
     }
 
-    /// Whether the result of a record applies: same version, and its report still exists.
-    fn is_reusable(&self, known: &Record, record: &Record) -> bool {
-        let is_same = known.analysis_version == record.analysis_version && !known.is_failed();
-        let page = known
-            .report_folder()
-            .map(|folder| self.out.join(folder).join("report.html"));
-        is_same && page.is_none_or(|page| page.is_file())
+    /// Whether the report of an analysed log still exists, if it has one.
+    fn has_its_report(&self, known: &Record) -> bool {
+        let folder = known.report_folder();
+        folder.is_none_or(|folder| self.place.exists(&format!("{folder}/{REPORT_PAGE}")))
     }
 
     fn analyse(&self, path: &Path, machine: &MachineFile, identity: &Identity) -> Result<Outcome> {
@@ -147,18 +182,19 @@ impl Screening<'_> {
         let (analysis, sketch) = analyse_into(path, machine, self.options, &mut |_| {}, begin)?;
         let read = analysis.provenance.log.iter().map(|file| &file.sha256);
         if !read.eq(&identity.files) {
-            bail!(
+            let text = format!(
                 "{}: the log changed while it was being read",
                 path.display()
             );
+            return Err(FailureKind::Changed.error(text));
         }
         let facts = LogFacts::of(&analysis);
         let has_report = facts.has_findings();
-        let folder = self.out.join(report_folder(&identity.id));
+        let folder = report_folder(&identity.id);
         if has_report {
-            write_report(&analysis, &sketch.finish(), &folder)?;
+            write_report(&analysis, &sketch.finish(), &self.place, &folder)?;
         } else {
-            remove_report(&folder);
+            remove_report(&self.place, &folder);
         }
         Ok(Outcome::Analysed {
             events: event_facts(&analysis),
@@ -168,35 +204,57 @@ impl Screening<'_> {
     }
 }
 
-fn write_report(analysis: &Analysis, sketch: &Sketch, folder: &Path) -> Result<()> {
+/// The record of a log of which nothing is known but its path.
+pub(super) fn empty_record(path: &Path, options: &Options) -> Record {
+    Record {
+        schema: RECORD_SCHEMA,
+        path: path.to_string_lossy().into(),
+        log_id: None,
+        bytes: None,
+        machine: None,
+        analysis_version: None,
+        tipwatch_version: env!("CARGO_PKG_VERSION").into(),
+        model: options.model.name().into(),
+        finished_ns: now_ns(),
+        result: Outcome::Failed {
+            kind: FailureKind::Internal,
+            reason: String::new(),
+        },
+    }
+}
+
+/// Time of the clock (ns since 1970, UTC).
+fn now_ns() -> i64 {
+    // the clock of a machine is neither before 1970 nor after 2262
+    i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(i64::MAX)
+}
+
+fn write_report(analysis: &Analysis, sketch: &Sketch, place: &Place, folder: &str) -> Result<()> {
     let summary = Summary::of(analysis, report::main_findings(analysis));
     let summary = serde_json::to_string_pretty(&summary)?;
-    write_atomically(&folder.join("summary.json"), summary.as_bytes())?;
-    make_atomically(&folder.join("events.parquet"), |path| {
-        parquet::write(&events(&analysis.events), &analysis.provenance, path)
-    })?;
+    place.put(&format!("{folder}/summary.json"), summary.as_bytes())?;
+    let unfinished = tempfile::NamedTempFile::new().context("no temporary file can be made")?;
+    let table = events(&analysis.events);
+    parquet::write(&table, &analysis.provenance, unfinished.path())?;
+    let table = std::fs::read(unfinished.path()).context("a temporary file cannot be read")?;
+    place.put(&format!("{folder}/events.parquet"), &table)?;
     let page = report::render_sketch(analysis, sketch, PlotLibrary::Beside("../plots.js"));
-    write_atomically(&folder.join("report.html"), page.as_bytes())
+    place.put(&format!("{folder}/{REPORT_PAGE}"), page.as_bytes())
 }
 
 /// Removes the report of an earlier version that had findings.
-fn remove_report(folder: &Path) {
-    for name in ["summary.json", "events.parquet", "report.html"] {
+fn remove_report(place: &Place, folder: &str) {
+    for name in REPORT_FILES {
         // usually there are no such files
-        let _ = std::fs::remove_file(folder.join(name));
+        let _ = place.remove(&format!("{folder}/{name}"));
     }
-    let _ = std::fs::remove_dir(folder);
+    if let Some(local) = place.local() {
+        let _ = std::fs::remove_dir(local.join(folder));
+    }
 }
 
 fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str))
         .unwrap_or("no message")
-}
-
-/// Writes the plot library shared by the reports.
-pub(super) fn write_plot_library(out: &Path) -> Result<PathBuf> {
-    let path = out.join(PLOT_LIBRARY);
-    write_atomically(&path, report::plot_library_script()?.as_bytes())?;
-    Ok(path)
 }

@@ -45,7 +45,7 @@ pub(super) fn judge(
 ) -> Vec<Option<Judgement>> {
     let judged = rows.iter().map(|row| match &row.record.result {
         Outcome::Analysed { facts, events, .. } => Some(policy?.judge(facts, events, min_valid)),
-        Outcome::Failed { reason } => Some(policy?.judge_failed(reason)),
+        Outcome::Failed { reason, .. } => Some(policy?.judge_failed(reason)),
     });
     judged.collect()
 }

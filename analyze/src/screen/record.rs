@@ -1,13 +1,15 @@
-//! The record of a finished log: one small document, written atomically.
+//! The record of a finished log: one small document.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::failure::FailureKind;
+use crate::base::file_hash::hash_of;
 use crate::policy::facts::{EventFacts, LogFacts};
 
 /// Version of the document.
-pub(super) const RECORD_SCHEMA: u32 = 2;
+pub(super) const RECORD_SCHEMA: u32 = 3;
 
 /// A finished log: analysed or failed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,6 +30,9 @@ pub(super) struct Record {
     pub(super) tipwatch_version: String,
     /// Name of the model.
     pub(super) model: String,
+    /// When the log was finished (ns since 1970, UTC). It only orders the records of one path; the data
+    /// set does not contain it.
+    pub(super) finished_ns: i64,
     /// The result.
     pub(super) result: Outcome,
 }
@@ -39,6 +44,8 @@ pub(super) struct MachineName {
     pub(super) name: String,
     /// SHA-256 of its machine file.
     pub(super) sha256: String,
+    /// Its type; `None` if the fleet file states none and the machine file names no URDF.
+    pub(super) kind: Option<String>,
 }
 
 /// The result of a log.
@@ -56,12 +63,36 @@ pub(super) enum Outcome {
     },
     /// The log could not be analysed.
     Failed {
+        /// What failed.
+        kind: FailureKind,
         /// The reason.
         reason: String,
     },
 }
 
 impl Record {
+    /// Name in the store. An analysed log has one name per content, version and path, so that its record
+    /// is written once; a failed one has one name per path, so that the last attempt replaces the others.
+    pub(super) fn key(&self) -> String {
+        let path = path_key(&self.path);
+        match (&self.result, &self.log_id, &self.analysis_version) {
+            (Outcome::Analysed { .. }, Some(content), Some(version)) => {
+                format!("{}{path}", content_key(content, version))
+            }
+            _ => format!("{path}{FAILED}"),
+        }
+    }
+
+    /// The order of two records of one path: by version of the program, then by time.
+    pub(super) fn age(&self) -> (Option<semver::Version>, i64) {
+        (self.program(), self.finished_ns)
+    }
+
+    /// The version of the program; `None` if it is none, which sorts as the oldest.
+    pub(super) fn program(&self) -> Option<semver::Version> {
+        semver::Version::parse(&self.tipwatch_version).ok()
+    }
+
     /// Folder of the report within the output folder; `None` without a report.
     pub(super) fn report_folder(&self) -> Option<String> {
         let Outcome::Analysed {
@@ -101,6 +132,28 @@ impl Record {
         Some(stamp.strftime("%Y-%m-%d").to_string())
     }
 }
+
+/// End of the names of failed logs.
+pub(super) const FAILED: &str = ".failed";
+/// Digits of a hash in a name.
+const DIGITS: usize = 16;
+
+/// First part of the names of all records of this content and version.
+pub(super) fn content_key(log_id: &str, version: &str) -> String {
+    format!("{}-{version}-", log_id.get(..DIGITS).unwrap_or(log_id))
+}
+
+/// The part of a record's name that its path determines.
+pub(super) fn path_key(path: &str) -> String {
+    let mut key = hash_of(String::new(), path.as_bytes()).sha256;
+    key.truncate(DIGITS);
+    key
+}
+
+/// The page of a report.
+pub(super) const REPORT_PAGE: &str = "report.html";
+/// The files of a report, the page last: if it exists, the report is complete.
+pub(super) const REPORT_FILES: [&str; 3] = ["summary.json", "events.parquet", REPORT_PAGE];
 
 /// Folder of a log's report within the output folder.
 pub(super) fn report_folder(log_id: &str) -> String {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use super::shard::Shard;
 use super::totals::Totals;
 use crate::base::options::Options;
 use crate::policy::Policy;
@@ -14,6 +15,8 @@ pub struct Request<'a> {
     pub logs: &'a [PathBuf],
     /// The output folder.
     pub out: &'a Path,
+    /// What is written there.
+    pub output: Output,
     /// Number of logs analysed in parallel.
     pub jobs: usize,
     /// Limit of the estimated memory of all analyses (bytes); if `None`, three quarters of the free memory.
@@ -28,13 +31,30 @@ pub struct Request<'a> {
     pub stop: Option<&'a AtomicBool>,
 }
 
-/// One part of the logs, for one of several processes.
+/// What a run writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shard {
-    /// Number of the part, from 1.
-    pub index: usize,
-    /// Number of parts.
-    pub count: usize,
+pub enum Output {
+    /// Records and reports, and data set and page of all of them; of a shard records and reports alone.
+    DataSet,
+    /// Records and reports alone, in a place that many processes share and any of them may be lost.
+    Records {
+        /// Number of processes that may be lost while they analyse a log, before it counts as failed.
+        attempts: u32,
+    },
+}
+
+/// Which records to gather, and where to.
+#[derive(Debug)]
+pub struct Gathering<'a> {
+    /// The place of the records.
+    pub records: &'a Path,
+    /// The output folder; it may be the same.
+    pub out: &'a Path,
+    /// The logs that must have a record, if any are named: folders, patterns, manifests and logs. Those
+    /// without one are in the data set as failed.
+    pub logs: &'a [PathBuf],
+    /// Options, of which the failed logs name the model.
+    pub options: Options,
 }
 
 /// How the logs of a run are judged.

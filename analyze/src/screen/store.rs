@@ -1,70 +1,177 @@
-//! Records on disk: `state/<hash of the log's path>.json`, each written atomically.
+//! The records of a place, in `state/`: each is written once and never changed.
 //!
-//! Tables and page are built from them. A killed program leaves the records of the finished logs.
+//! The name of an analysed log's record holds its content, the version of the analysis and its path. Two
+//! processes that analyse the same log therefore end in one record, and a list of the names tells what is
+//! done. Tables and page are built from the records.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
-use super::record::{RECORD_SCHEMA, Record};
+use super::place::Place;
+use super::record::{FAILED, RECORD_SCHEMA, Record, content_key, path_key};
 use crate::base::error_text::error_text;
-use crate::base::file_hash::hash_of;
-use crate::base::files::{remove_unfinished, write_atomically};
 
-/// The folder of records.
+const FOLDER: &str = "state";
+const ENDING: &str = ".json";
+
+/// The records of a place.
 #[derive(Debug)]
 pub(super) struct Store {
-    folder: PathBuf,
+    place: Place,
+}
+
+/// The names of the records that were there when it was made.
+#[derive(Debug, Default)]
+pub(super) struct Index {
+    /// Keys of analysed logs, by [`content_key`].
+    analysed: BTreeMap<String, Vec<String>>,
+    /// Path keys of failed logs.
+    failed: BTreeSet<String>,
+}
+
+/// How a run knows what was done before.
+#[derive(Debug)]
+pub(super) enum Before {
+    /// Earlier records are not reused.
+    Ignored,
+    /// All names were listed: for many logs.
+    Listed(Index),
+    /// The store is asked for each log: for one.
+    OnDemand,
+}
+
+impl Index {
+    pub(super) fn is_empty(&self) -> bool {
+        self.analysed.is_empty() && self.failed.is_empty()
+    }
+
+    /// Number of records.
+    pub(super) fn len(&self) -> usize {
+        self.analysed.values().map(Vec::len).sum::<usize>() + self.failed.len()
+    }
 }
 
 impl Store {
-    pub(super) fn in_folder(out: &Path) -> Result<Self> {
-        let folder = out.join("state");
-        fs::create_dir_all(&folder)
-            .with_context(|| format!("{}: cannot be created", folder.display()))?;
-        Ok(Self { folder })
+    pub(super) fn of(place: &Place) -> Self {
+        Self {
+            place: place.clone(),
+        }
     }
 
-    /// Removes partial files of a killed program; only while holding the lock.
-    pub(super) fn tidy(&self) {
-        remove_unfinished(&self.folder);
-    }
-
+    /// Writes a record; of an analysed log only if there is none of this name.
     pub(super) fn save(&self, record: &Record) -> Result<()> {
-        let key = hash_of(String::new(), record.path.as_bytes()).sha256;
-        let name = format!("{}.json", key.get(..32).unwrap_or(&key));
+        let name = name_of(&record.key());
         let text = serde_json::to_string_pretty(record)?;
-        write_atomically(&self.folder.join(name), text.as_bytes())
+        if record.is_failed() {
+            return self.place.put(&name, text.as_bytes());
+        }
+        let is_new = self.place.put_if_absent(&name, text.as_bytes())?;
+        if !is_new && self.read(&name).is_err() {
+            // a damaged record is worth less than a new one
+            self.place.put(&name, text.as_bytes())?;
+        }
+        Ok(())
     }
 
-    /// All records by path, and a note on each invalid file, whose log is analysed again.
+    /// Writes a record in place of the one of its name.
+    pub(super) fn replace(&self, record: &Record) -> Result<()> {
+        let text = serde_json::to_string_pretty(record)?;
+        self.place.put(&name_of(&record.key()), text.as_bytes())
+    }
+
+    /// Removes the failure of a path that is analysed now.
+    pub(super) fn forget_failure(&self, before: &Before, path: &str) -> Result<()> {
+        let key = path_key(path);
+        let may_exist = match before {
+            Before::Ignored => false,
+            Before::Listed(index) => index.failed.contains(&key),
+            Before::OnDemand => true,
+        };
+        match may_exist {
+            true => self.place.remove(&name_of(&format!("{key}{FAILED}"))),
+            false => Ok(()),
+        }
+    }
+
+    /// The names of all records.
+    pub(super) fn index(&self) -> Result<Index> {
+        let mut index = Index::default();
+        for name in self.place.list(FOLDER)? {
+            let Some(key) = name.strip_suffix(ENDING) else {
+                continue;
+            };
+            match (key.strip_suffix(FAILED), key.rsplit_once('-')) {
+                (Some(path), _) => {
+                    index.failed.insert(path.into());
+                }
+                (None, Some((content, _))) => {
+                    let keys = index.analysed.entry(format!("{content}-")).or_default();
+                    keys.push(key.into());
+                }
+                (None, None) => {}
+            }
+        }
+        Ok(index)
+    }
+
+    /// A record of this content and version, under any path.
+    pub(super) fn analysed(
+        &self,
+        before: &Before,
+        log_id: &str,
+        version: &str,
+    ) -> Result<Option<Record>> {
+        let content = content_key(log_id, version);
+        let keys = match before {
+            Before::Ignored => return Ok(None),
+            Before::Listed(index) => index.analysed.get(&content).cloned().unwrap_or_default(),
+            Before::OnDemand => {
+                let names = self.place.list_with_prefix(FOLDER, &content)?.into_iter();
+                let keys = names.filter_map(|name| Some(name.strip_suffix(ENDING)?.to_string()));
+                keys.collect()
+            }
+        };
+        let records = keys.iter().filter_map(|key| self.read(&name_of(key)).ok());
+        let is_it = |record: &Record| {
+            record.log_id.as_deref() == Some(log_id)
+                && record.analysis_version.as_deref() == Some(version)
+                && !record.is_failed()
+        };
+        Ok(records.into_iter().find(is_it))
+    }
+
+    /// All records, and a note on each that is not valid: its log counts as not analysed.
     pub(super) fn load(&self) -> Result<(Vec<Record>, Vec<String>)> {
         let mut records = Vec::new();
         let mut unusable = Vec::new();
-        let entries = fs::read_dir(&self.folder)
-            .with_context(|| format!("{}: cannot be read", self.folder.display()))?;
-        for entry in entries {
-            let path = entry?.path();
-            if path.extension().is_none_or(|extension| extension != "json") {
+        for name in self.place.list(FOLDER)? {
+            if !Path::new(&name).extension().is_some_and(|e| e == "json") {
                 continue;
             }
-            match read(&path) {
+            let name = format!("{FOLDER}/{name}");
+            match self.read(&name) {
                 Ok(record) => records.push(record),
-                Err(error) => unusable.push(format!("{}: {}", path.display(), error_text(&error))),
+                Err(error) => {
+                    unusable.push(format!("{}/{name}: {}", self.place, error_text(&error)));
+                }
             }
         }
-        records.sort_by(|a: &Record, b: &Record| a.path.cmp(&b.path));
         Ok((records, unusable))
+    }
+
+    fn read(&self, name: &str) -> Result<Record> {
+        let record: Record = serde_json::from_slice(&self.place.read(name)?)?;
+        anyhow::ensure!(
+            record.schema == RECORD_SCHEMA,
+            "expected a record of schema {RECORD_SCHEMA}, found {}",
+            record.schema
+        );
+        Ok(record)
     }
 }
 
-fn read(path: &Path) -> Result<Record> {
-    let record: Record = serde_json::from_slice(&fs::read(path)?)?;
-    anyhow::ensure!(
-        record.schema == RECORD_SCHEMA,
-        "expected a record of schema {RECORD_SCHEMA}, found {}",
-        record.schema
-    );
-    Ok(record)
+fn name_of(key: &str) -> String {
+    format!("{FOLDER}/{key}{ENDING}")
 }

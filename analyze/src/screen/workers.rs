@@ -56,18 +56,29 @@ pub(super) fn for_each_log(
     };
     std::thread::scope(|scope| -> Result<()> {
         for _ in 0..jobs.min(logs.len()) {
-            // parallel parts of the analysis stay on this worker
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(1)
-                .stack_size(STACK_BYTES)
-                .build()
-                .context("cannot start a worker thread")?;
+            let pool = own_thread()?;
             let (shared, work) = (&shared, &work);
             scope.spawn(move || pool.install(|| shared.work_off(work)));
         }
         Ok(())
     })?;
     shared.lock().failure.take().map_or(Ok(()), Err)
+}
+
+/// Calls `work` on a worker of its own.
+///
+/// # Errors
+/// The thread cannot be started.
+pub(super) fn on_own_thread<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R> {
+    Ok(own_thread()?.install(work))
+}
+
+/// A worker: parallel parts of an analysis stay on it.
+fn own_thread() -> Result<rayon::ThreadPool> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1);
+    pool.stack_size(STACK_BYTES)
+        .build()
+        .context("cannot start a worker thread")
 }
 
 impl Shared {
@@ -112,6 +123,11 @@ impl Shared {
                 .unwrap_or_else(PoisonError::into_inner);
         }
     }
+}
+
+/// Estimated memory of the analysis of a log (bytes).
+pub(super) fn estimated_memory(log: &Path) -> u64 {
+    memory_of(size_of(log))
 }
 
 /// Estimated memory of the analysis of a log of this size (bytes).

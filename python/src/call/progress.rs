@@ -56,6 +56,14 @@ impl<'py> Progress<'py> {
         }
     }
 
+    /// What is told, for callers in Python.
+    pub(crate) fn function(&self) -> Option<&Bound<'py, PyAny>> {
+        match self {
+            Self::Silent => None,
+            Self::Function(function) | Self::Bar(function) => Some(function),
+        }
+    }
+
     /// Ends a bar; it is full if the call `is_done`.
     pub(crate) fn end(&self, is_done: bool) -> PyResult<()> {
         match self {

@@ -3,11 +3,12 @@
 use maud::html;
 
 use super::seen::{Seen, by_machine};
-use super::{distributions, ranking, tables, trend};
+use super::{distributions, outliers, ranking, tables, trend};
 use crate::page::svg::CHART_STYLE;
 use crate::page::{Document, section, time};
 use crate::policy::Judgement;
 use crate::screen::merge::LogRow;
+use crate::screen::outliers::Comparison;
 use crate::screen::record::Record;
 use crate::screen::totals::Totals;
 
@@ -18,6 +19,7 @@ pub(in crate::screen) fn render(
     rows: &[LogRow],
     judgements: &[Option<Judgement>],
     totals: &Totals,
+    compared: &[Comparison],
     min_valid: f64,
 ) -> String {
     let analysed = rows.iter().zip(judgements).filter_map(|(row, judgement)| {
@@ -40,6 +42,7 @@ pub(in crate::screen) fn render(
         ("Distributions", distributions::margins(&seen)),
         ("Exposure by cause", Some(distributions::causes(&seen))),
         ("Trend per machine", Some(trend::machines(&seen))),
+        ("Machines that stand out", outliers::section(compared)),
         ("Events", tables::events(&seen)),
         (
             "Logs that could not be analysed",

@@ -3,6 +3,7 @@
 
 mod distributions;
 mod fleet_page;
+mod outliers;
 mod ranking;
 mod seen;
 mod tables;

@@ -157,7 +157,7 @@ pub(super) fn failed(failed: &[&Record]) -> Markup {
 
 fn reason(record: &Record) -> String {
     match &record.result {
-        Outcome::Failed { reason } => reason.clone(),
+        Outcome::Failed { reason, .. } => reason.clone(),
         Outcome::Analysed { .. } => String::new(),
     }
 }

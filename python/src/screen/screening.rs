@@ -1,65 +1,24 @@
-//! Whole fleets.
+//! `screen`: chooses who runs the analyses.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use anyhow::{Context, bail};
+use anyhow::{anyhow, bail};
 use pyo3::prelude::*;
-use tipwatch_analyze::screen::{Fleet as Machines, Gate, Request, Update, screen as screen_logs};
+use pyo3::types::PyDict;
+use tipwatch_analyze::screen::{
+    Fleet as Machines, Gate, Output, Request, Update, screen as screen_logs,
+};
+use tipwatch_binding::MachineFile;
 
+use super::fleet::Fleet;
 use crate::call::error::exception;
 use crate::call::interrupt::{Stop, interruptible};
 use crate::call::options::options;
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
 
-/// The result of a screening: the data set in its folder, and what was counted.
-#[pyclass(frozen, module = "tipwatch")]
-pub(crate) struct Fleet {
-    out: PathBuf,
-    totals: String,
-    undecided: Vec<(String, String)>,
-    page: Option<PathBuf>,
-}
-
-#[pymethods]
-impl Fleet {
-    /// Pattern of the files with one row per log: ``polars.scan_parquet(fleet.logs_uri)``.
-    #[getter]
-    fn logs_uri(&self) -> String {
-        self.out.join("logs/**/*.parquet").display().to_string()
-    }
-
-    /// Pattern of the files with one row per event.
-    #[getter]
-    fn events_uri(&self) -> String {
-        self.out.join("events/**/*.parquet").display().to_string()
-    }
-
-    /// Counts over the whole data set (``screen.json``).
-    #[getter]
-    fn totals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        py.import("json")?.call_method1("loads", (&self.totals,))
-    }
-
-    /// The logs that decide nothing, each with the reason.
-    #[getter]
-    fn undecided(&self) -> Vec<(String, String)> {
-        self.undecided.clone()
-    }
-
-    /// The page (``fleet.html``); None for one part of a fleet.
-    #[getter]
-    fn page(&self) -> Option<PathBuf> {
-        self.page.clone()
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<tipwatch.Fleet in {}>", self.out.display())
-    }
-}
-
-/// Analyses many logs on all cores, and builds a data set and a page from them.
+/// Analyses many logs on all cores or on a cluster, and builds a data set and a page from them.
 ///
 /// Parameters
 /// ----------
@@ -75,7 +34,8 @@ impl Fleet {
 ///     Resume the run in the folder: logs already analysed with the same content, machine, options and program are
 ///     skipped.
 /// jobs : int, optional
-///     Number of logs analysed in parallel; default: number of processors.
+///     Number of logs analysed in parallel; default: number of processors. With an engine: number of tasks it is given
+///     at a time; default: four for each of its processors.
 /// rate, estimator, model
 ///     Those of ``analyze``.
 /// min_valid : float
@@ -83,6 +43,12 @@ impl Fleet {
 /// progress : bool or callable
 ///     True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
 ///     times a second with the number of finished logs and that of all logs.
+/// runner : {"threads", "ray", "dask"}
+///     Who runs the analyses: threads of this process, or an engine, with one task per log. Ray is the cluster of
+///     ``ray.init`` or ``RAY_ADDRESS``, else one on this machine; Dask that of the current ``distributed.Client``, else
+///     one on this machine. Workers need this package and the paths of logs and ``out``; machine files are sent to them.
+/// retries : int
+///     With an engine: further workers that a log may lose before it is a failure.
 ///
 /// Returns
 /// -------
@@ -92,13 +58,13 @@ impl Fleet {
 /// ------
 /// TipwatchError
 ///     There is no log, or the folder cannot be used. A log that cannot be analysed is not an error: the data set
-///     has it with the reason.
+///     has it with the reason and its kind; so is a log whose worker is lost.
 /// KeyboardInterrupt
 ///     Ctrl+C, once the logs in work are finished: the data set stays whole, and ``resume=True`` continues.
 #[pyfunction]
 #[pyo3(signature = (
     logs, *, out, machine=None, fleet=None, resume=false, jobs=None, rate=None, estimator=None, model=None,
-    min_valid=0.5, progress=None
+    min_valid=0.5, progress=None, runner="threads", retries=2
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn screen(
@@ -114,12 +80,38 @@ pub(crate) fn screen(
     model: Option<&str>,
     min_valid: f64,
     progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<Fleet> {
+    runner: &str,
+    retries: u32,
+) -> PyResult<Py<Fleet>> {
+    if !(0.0..=1.0).contains(&min_valid) {
+        let text = format!("expected min_valid from 0 to 1, found {min_valid}");
+        return Err(exception(&anyhow!(text)));
+    }
     let machine = machine.map(machine_file).transpose()?;
+    let logs = match logs {
+        Logs::One(log) => vec![log],
+        Logs::Several(logs) => logs,
+    };
+    let progress = Progress::of(py, progress, "Logs", ())?;
+    if runner != "threads" {
+        let arguments = PyDict::new(py);
+        arguments.set_item("out", &out)?;
+        arguments.set_item("machine", machine.map(as_in_its_file).transpose()?)?;
+        arguments.set_item("fleet", fleet)?;
+        arguments.set_item("rate", rate)?;
+        arguments.set_item("estimator", estimator)?;
+        arguments.set_item("model", model)?;
+        arguments.set_item("resume", resume)?;
+        arguments.set_item("jobs", jobs)?;
+        arguments.set_item("min_valid", min_valid)?;
+        arguments.set_item("retries", retries)?;
+        arguments.set_item("tell", progress.function())?;
+        let engines = py.import("tipwatch._engines")?;
+        let found = engines.call_method("screen", (runner, logs), Some(&arguments));
+        progress.end(found.is_ok())?;
+        return Ok(found?.cast_into::<Fleet>()?.unbind());
+    }
     let read = || {
-        if !(0.0..=1.0).contains(&min_valid) {
-            bail!("expected min_valid from 0 to 1, found {min_valid}");
-        }
         let fleet = match (machine, &fleet) {
             (Some(machine), None) => Machines::of_one(machine),
             (None, Some(fleet)) => Machines::read(fleet)?,
@@ -128,10 +120,6 @@ pub(crate) fn screen(
         Ok((fleet, options(rate, None, None, estimator, model)?))
     };
     let (fleet, options) = read().map_err(|error: anyhow::Error| exception(&error))?;
-    let logs = match logs {
-        Logs::One(log) => vec![log],
-        Logs::Several(logs) => logs,
-    };
     let processors = || std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = jobs.unwrap_or_else(processors).max(1);
     let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -146,6 +134,7 @@ pub(crate) fn screen(
         let request = Request {
             logs: &logs,
             out: &out,
+            output: Output::DataSet,
             jobs,
             memory_bytes: None,
             shard: None,
@@ -159,19 +148,25 @@ pub(crate) fn screen(
         };
         screen_logs(&request, &fleet, gate, &notify)
     };
-    let progress = Progress::of(py, progress, "Logs", ())?;
     let found = interruptible(py, compute, |_| {
         progress.tell((done.load(Ordering::Relaxed), all.load(Ordering::Relaxed)))
     });
     progress.end(matches!(found, Ok(Ok(_))))?;
-    let found = found?.map_err(|error| exception(&error))?;
-    let totals = serde_json::to_string(&found.totals).context("the totals of a screening");
-    Ok(Fleet {
-        out,
-        totals: totals.map_err(|error| exception(&error))?,
-        undecided: found.undecided,
-        page: found.page,
-    })
+    let found = found?.and_then(|found| Fleet::of(out, found));
+    Py::new(py, found.map_err(|error| exception(&error))?)
+}
+
+/// The file of a machine, for workers, which read it by themselves.
+fn as_in_its_file(machine: MachineFile) -> PyResult<PathBuf> {
+    let in_file = MachineFile::read(&machine.path);
+    let in_file = in_file.map_err(|error| exception(&anyhow::Error::from(error)))?;
+    match in_file.text == machine.text && in_file.spec.urdf == machine.spec.urdf {
+        true => Ok(machine.path),
+        false => Err(exception(&anyhow!(
+            "expected a machine as in its file {}, which workers read; found another text or another URDF",
+            machine.path.display()
+        ))),
+    }
 }
 
 /// One place of logs, or several.

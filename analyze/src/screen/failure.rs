@@ -1,0 +1,58 @@
+//! Why a log has no result: the kinds of failure, which programs can tell apart without reading a text.
+
+use serde::{Deserialize, Serialize};
+use strum::{Display, EnumString};
+
+/// What failed.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, Display, EnumString,
+)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum FailureKind {
+    /// The log cannot be read or analysed.
+    Log,
+    /// No machine, or more than one, is assigned to it.
+    Machine,
+    /// It changed while it was being read.
+    Changed,
+    /// An error of the program.
+    Internal,
+    /// The process ended while the log was analysed.
+    WorkerLost,
+    /// The process was ended because it needed too much memory.
+    OutOfMemory,
+    /// The engine could not run the analysis.
+    Engine,
+    /// The log was asked for, and no process finished it.
+    NoRecord,
+}
+
+impl FailureKind {
+    /// The kind of an analysis's error.
+    pub(super) fn of(error: &anyhow::Error) -> Self {
+        error
+            .downcast_ref::<Marked>()
+            .map_or(Self::Log, |marked| marked.kind)
+    }
+
+    /// An error of this kind.
+    pub(super) fn error(self, text: String) -> anyhow::Error {
+        Marked { kind: self, text }.into()
+    }
+}
+
+/// An error whose kind is not [`FailureKind::Log`].
+#[derive(Debug)]
+struct Marked {
+    kind: FailureKind,
+    text: String,
+}
+
+impl std::fmt::Display for Marked {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl std::error::Error for Marked {}

@@ -1,0 +1,196 @@
+//! Builds data set and page from records, without reading any log.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File, TryLockError};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+
+use super::failure::FailureKind;
+use super::inputs;
+use super::merge::{LogRow, latest, merge};
+use super::one_log::empty_record;
+use super::outliers::comparisons;
+use super::place::Place;
+use super::policy_result::{judge, write_policy};
+use super::record::{Outcome, REPORT_FILES, REPORT_PAGE, Record};
+use super::request::{Gate, Gathering, Screen, Update};
+use super::store::Store;
+use super::totals::Totals;
+use super::{data_set, page};
+use crate::base::files::write_atomically;
+use crate::policy::Judgement;
+use crate::report;
+
+/// Builds data set and page from the records of a place.
+///
+/// # Errors
+/// The place holds no records, a named log does not exist, or the output folder cannot be written.
+pub fn gather(
+    asked: &Gathering<'_>,
+    gate: Gate<'_>,
+    notify: &(dyn Fn(Update<'_>) + Sync),
+) -> Result<Screen> {
+    let place = Place::at(asked.records);
+    let store = Store::of(&place);
+    if store.index()?.is_empty() {
+        bail!("{place}: expected the records of an earlier run, found none");
+    }
+    let _lock = lock(asked.out, false)?;
+    let mut missing = Vec::new();
+    let (records, unusable) = store.load()?;
+    unusable
+        .into_iter()
+        .for_each(|note| notify(Update::Note(note)));
+    if !asked.logs.is_empty() {
+        let done: BTreeSet<&str> = records.iter().map(|record| record.path.as_str()).collect();
+        for log in inputs::find(asked.logs, asked.out)? {
+            let mut record = empty_record(&log, &asked.options);
+            if !done.contains(record.path.as_str()) {
+                record.result = Outcome::Failed {
+                    kind: FailureKind::NoRecord,
+                    reason: "no process finished this log".into(),
+                };
+                missing.push(record);
+            }
+        }
+    }
+    let finished = finish(records, missing, &place, asked.out, gate, notify)?;
+    Ok(Screen {
+        from_before: finished.totals.logs,
+        totals: finished.totals,
+        analysed_now: 0,
+        failed_now: 0,
+        undecided: finished.undecided,
+        page: Some(asked.out.join(PAGE)),
+    })
+}
+
+const PAGE: &str = "fleet.html";
+/// Path of the shared plot library within the output folder.
+const PLOT_LIBRARY: &str = "reports/plots.js";
+
+/// What was built.
+pub(super) struct Finished {
+    pub(super) totals: Totals,
+    pub(super) undecided: Vec<(String, String)>,
+}
+
+/// Builds everything from `records`, of which those in `now` are the newest.
+pub(super) fn finish(
+    records: Vec<Record>,
+    now: Vec<Record>,
+    place: &Place,
+    out: &Path,
+    gate: Gate<'_>,
+    notify: &(dyn Fn(Update<'_>) + Sync),
+) -> Result<Finished> {
+    // written again when the data set is complete
+    let totals_path = out.join("screen.json");
+    if totals_path.exists() {
+        fs::remove_file(&totals_path)
+            .with_context(|| format!("{}: cannot be removed", totals_path.display()))?;
+    }
+    let rows = merge(latest(records, now));
+    note_versions(&rows, notify);
+    data_set::write(&rows, out)?;
+    let library = report::plot_library_script()?;
+    write_atomically(&out.join(PLOT_LIBRARY), library.as_bytes())?;
+    copy_reports(&rows, place, out)?;
+    let judgements = gate.judge(&rows);
+    write_policy(&rows, &judgements, gate.policy, gate.min_valid, out)?;
+    let totals = Totals::of(&rows, &judgements, gate.min_valid);
+    let compared = comparisons(&rows, gate.min_valid);
+    let text = serde_json::to_string_pretty(&compared)?;
+    write_atomically(&out.join("outliers.json"), text.as_bytes())?;
+    let html = page::render(&rows, &judgements, &totals, &compared, gate.min_valid);
+    write_atomically(&out.join(PAGE), html.as_bytes())?;
+    let text = serde_json::to_string_pretty(&totals)?;
+    write_atomically(&totals_path, text.as_bytes())?;
+    Ok(Finished {
+        totals,
+        undecided: gate.undecided(&rows),
+    })
+}
+
+/// Says that rows of one machine were analysed in different ways: they do not compare.
+fn note_versions(rows: &[LogRow], notify: &(dyn Fn(Update<'_>) + Sync)) {
+    let mut versions = std::collections::BTreeMap::<&str, BTreeSet<&str>>::new();
+    for record in rows.iter().map(|row| &row.record) {
+        if let (Some(machine), Some(version), Some(_)) =
+            (&record.machine, &record.analysis_version, record.analysed())
+        {
+            versions.entry(&machine.name).or_default().insert(version);
+        }
+    }
+    for (machine, versions) in versions.iter().filter(|(_, versions)| versions.len() > 1) {
+        notify(Update::Note(format!(
+            "machine {machine}: its rows come from {} versions of the analysis (program, options, machine file), the \
+             latest of each log; analyse all logs again to compare them",
+            versions.len()
+        )));
+    }
+}
+
+/// Copies the reports of the rows from another place into the output folder.
+fn copy_reports(rows: &[LogRow], place: &Place, out: &Path) -> Result<()> {
+    let is_same = |folder: &Path| {
+        let same = folder.canonicalize().ok().zip(out.canonicalize().ok());
+        folder == out || same.is_some_and(|(a, b)| a == b)
+    };
+    if place.local().is_some_and(is_same) {
+        return Ok(());
+    }
+    for folder in rows.iter().filter_map(|row| row.record.report_folder()) {
+        if out.join(&folder).join(REPORT_PAGE).is_file() {
+            // a newer analysis of the same content may have changed it
+            fs::remove_file(out.join(&folder).join(REPORT_PAGE)).ok();
+        }
+        for name in REPORT_FILES {
+            let name = format!("{folder}/{name}");
+            write_atomically(&out.join(&name), &place.read(&name)?)?;
+        }
+    }
+    Ok(())
+}
+
+impl Gate<'_> {
+    pub(super) fn judge(&self, rows: &[LogRow]) -> Vec<Option<Judgement>> {
+        judge(rows, self.policy, self.min_valid)
+    }
+
+    /// The analysed logs that decide nothing, by path, with the reason.
+    pub(super) fn undecided(&self, rows: &[LogRow]) -> Vec<(String, String)> {
+        let analysed = rows.iter().filter_map(|row| {
+            let reason = row.record.analysed()?.0.undecided(self.min_valid)?;
+            Some((row.record.path.clone(), reason.to_string()))
+        });
+        analysed.collect()
+    }
+}
+
+/// Locks a folder until dropped; shards share the lock among themselves.
+pub(super) fn lock(folder: &Path, is_shared: bool) -> Result<File> {
+    let state = folder.join("state");
+    fs::create_dir_all(&state)
+        .with_context(|| format!("{}: cannot be created", state.display()))?;
+    let path = state.join("lock");
+    let file = File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(&path)
+        .with_context(|| format!("{}: cannot be created", path.display()))?;
+    let locked = match is_shared {
+        true => file.try_lock_shared(),
+        false => file.try_lock(),
+    };
+    match locked {
+        Err(TryLockError::WouldBlock) => bail!(
+            "{}: another run writes to this folder; wait for it, or split the logs with --shard",
+            folder.display()
+        ),
+        // a file system without locks: the user must avoid concurrent runs
+        Err(TryLockError::Error(_)) | Ok(()) => Ok(file),
+    }
+}

@@ -1,0 +1,113 @@
+//! Machines that stand out against their own history or their type, and what cannot be compared.
+
+use maud::{Markup, html};
+
+use crate::page::{percent, table};
+use crate::screen::outliers::{Against, Comparison, LEAST_CONFIDENCE, Quantity, Verdict};
+
+/// Most rows of a table; `outliers.json` has all.
+const MOST_ROWS: usize = 100;
+
+/// The section; `None` without machines.
+pub(super) fn section(comparisons: &[Comparison]) -> Option<Markup> {
+    if comparisons.is_empty() {
+        return None;
+    }
+    let of = |wanted: fn(&Verdict) -> bool| -> Vec<&Comparison> {
+        let found = comparisons.iter().filter(|c| wanted(&c.verdict));
+        found.collect()
+    };
+    let mut outliers = of(|verdict| matches!(verdict, Verdict::Outlier { .. }));
+    outliers.sort_by_key(|c| !matches!(c.verdict, Verdict::Outlier { is_worse: true }));
+    let inconspicuous = of(|verdict| matches!(verdict, Verdict::Inconspicuous)).len();
+    let unknown = of(|verdict| matches!(verdict, Verdict::NotComparable { .. }));
+    let rows: Vec<Vec<String>> = outliers.iter().take(MOST_ROWS).map(|c| row(c)).collect();
+    let reasons: Vec<Vec<String>> = unknown.iter().take(MOST_ROWS).map(|c| reason(c)).collect();
+    Some(html! {
+        p.hint {
+            "Worst margin and share of the computable time below the notice level, each machine against itself (the recent quarter of "
+            "its days, at least 3, against those before, at least 9; rank-sum test of the medians of the days) and against the other machines "
+            "of its type (its median against at least 8 others; median absolute deviation, and the uncertainty of its own margins). "
+            "A machine is listed if the difference is at least 5 % of the static load or 1 % of the time and the confidence at least "
+            (percent(LEAST_CONFIDENCE)) ", corrected for all " (outliers.len() + inconspicuous) " comparisons together (Holm). "
+            "The confidence assumes that days are independent of each other and that machines of one type scatter about "
+            "normally. It says that a difference is no chance, not what caused it: other work and other ground do the same as a fault."
+        }
+        @if outliers.is_empty() {
+            p {
+                @if inconspicuous == 0 { "No machine can be compared yet." }
+                @else { "No machine stands out in " (inconspicuous) " comparisons." }
+            }
+        } @else {
+            (table(&["Machine", "Compared with", "Quantity", "Here", "Usual", "Confidence", "From"], &rows))
+            p.hint { (inconspicuous) " other comparisons show nothing." }
+        }
+        @if !reasons.is_empty() {
+            details {
+                summary { (unknown.len()) " comparisons that cannot be made" }
+                (table(&["Machine", "Compared with", "Quantity", "Why not"], &reasons))
+            }
+        }
+    })
+}
+
+fn row(comparison: &Comparison) -> Vec<String> {
+    let Comparison {
+        value,
+        usual,
+        confidence,
+        count,
+        usual_count,
+        ..
+    } = comparison;
+    let shown = |number: &Option<f64>| number.map_or("unknown".into(), percent);
+    let direction = match comparison.verdict {
+        Verdict::Outlier { is_worse: true } => "worse",
+        _ => "better",
+    };
+    let from = match comparison.against {
+        Against::History => format!("{count} recent and {usual_count} earlier days"),
+        Against::Type { .. } => format!("{count} logs, {usual_count} other machines"),
+    };
+    // never "100 %": what is rounded is not certain
+    let confidence = confidence.map_or("unknown".into(), |c| match c > 0.999 {
+        true => "above 99.9 %".into(),
+        false => format!("{:.1} %", 100.0 * c),
+    });
+    vec![
+        comparison.machine.clone(),
+        with(comparison),
+        name(comparison.quantity).into(),
+        format!("{} ({direction})", shown(value)),
+        shown(usual),
+        confidence,
+        from,
+    ]
+}
+
+fn reason(comparison: &Comparison) -> Vec<String> {
+    let reason = match &comparison.verdict {
+        Verdict::NotComparable { reason } => reason.clone(),
+        _ => String::new(),
+    };
+    vec![
+        comparison.machine.clone(),
+        with(comparison),
+        name(comparison.quantity).into(),
+        reason,
+    ]
+}
+
+fn with(comparison: &Comparison) -> String {
+    match &comparison.against {
+        Against::History => "its own history".into(),
+        Against::Type { machine_type } => format!("type {machine_type}"),
+    }
+}
+
+fn name(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::WorstMargin => "worst margin (median)",
+        Quantity::ExposedShare => "time below the notice level (median share)",
+    }
+}

@@ -1,0 +1,101 @@
+//! One log as a task of an engine: what a worker of Ray or Dask calls, and what the driver writes when the
+//! worker is lost.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+
+use super::failure::FailureKind;
+use super::fleet_file::Fleet;
+use super::inputs;
+use super::one_log::{CurrentRun, Screening, empty_record};
+use super::place::Place;
+use super::record::Outcome;
+use super::store::{Before, Store};
+use super::workers;
+use crate::base::options::Options;
+
+/// The analysis of single logs into one place.
+#[derive(Debug)]
+pub struct Task<'a> {
+    /// The place of records and reports.
+    pub records: &'a Path,
+    /// Options of the analysis.
+    pub options: Options,
+}
+
+/// How a task ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TaskResult {
+    /// Kind and reason of the failure; `None` for an analysed log.
+    pub failure: Option<(FailureKind, String)>,
+    /// Whether the result is from an earlier task.
+    pub is_from_before: bool,
+}
+
+impl Task<'_> {
+    /// Analyses a log, unless its content was analysed before, and writes its record.
+    ///
+    /// # Errors
+    /// The record cannot be written. A log that cannot be analysed is not an error.
+    pub fn run(&self, log: &Path, fleet: &Fleet) -> Result<TaskResult> {
+        let place = Place::at(self.records);
+        let screening = Screening {
+            fleet,
+            options: self.options,
+            before: Before::OnDemand,
+            store: Store::of(&place),
+            place,
+            attempts: None,
+            current: CurrentRun::default(),
+        };
+        let screened = workers::on_own_thread(|| screening.screen(log))??;
+        let failure = match screened.record.result {
+            Outcome::Failed { kind, reason } => Some((kind, reason)),
+            Outcome::Analysed { .. } => None,
+        };
+        Ok(TaskResult {
+            failure,
+            is_from_before: screened.is_from_before,
+        })
+    }
+
+    /// Number of logs that have a record.
+    ///
+    /// # Errors
+    /// The place cannot be listed.
+    pub fn records(&self) -> Result<usize> {
+        Ok(Store::of(&Place::at(self.records)).index()?.len())
+    }
+
+    /// Writes the failure of a log whose worker could not do it.
+    ///
+    /// # Errors
+    /// The record cannot be written.
+    pub fn fail(&self, log: &Path, kind: FailureKind, reason: &str) -> Result<()> {
+        let mut record = empty_record(log, &self.options);
+        record.result = Outcome::Failed {
+            kind,
+            reason: reason.into(),
+        };
+        Store::of(&Place::at(self.records)).save(&record)
+    }
+}
+
+/// The logs of a run over a fleet, each with the estimated memory of its analysis (bytes), the largest
+/// first.
+///
+/// # Errors
+/// A pattern matches nothing, a manifest cannot be read, or there is no log at all.
+pub fn logs_of(requested: &[PathBuf], out: &Path) -> Result<Vec<(PathBuf, u64)>> {
+    let logs = inputs::find(requested, out)?;
+    let mut logs: Vec<(PathBuf, u64)> = logs
+        .into_iter()
+        .map(|log| {
+            let bytes = workers::estimated_memory(&log);
+            (log, bytes)
+        })
+        .collect();
+    logs.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+    Ok(logs)
+}

@@ -1,0 +1,64 @@
+//! The result of a screening.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use pyo3::prelude::*;
+use tipwatch_analyze::screen::Screen;
+
+/// The result of a screening: the data set in its folder, and what was counted.
+#[pyclass(frozen, module = "tipwatch")]
+pub(crate) struct Fleet {
+    out: PathBuf,
+    totals: String,
+    undecided: Vec<(String, String)>,
+    page: Option<PathBuf>,
+}
+
+impl Fleet {
+    pub(super) fn of(out: PathBuf, found: Screen) -> Result<Self> {
+        Ok(Self {
+            out,
+            totals: serde_json::to_string(&found.totals).context("the totals of a screening")?,
+            undecided: found.undecided,
+            page: found.page,
+        })
+    }
+}
+
+#[pymethods]
+impl Fleet {
+    /// Pattern of the files with one row per log: ``polars.scan_parquet(fleet.logs_uri)``.
+    #[getter]
+    fn logs_uri(&self) -> String {
+        self.out.join("logs/**/*.parquet").display().to_string()
+    }
+
+    /// Pattern of the files with one row per event.
+    #[getter]
+    fn events_uri(&self) -> String {
+        self.out.join("events/**/*.parquet").display().to_string()
+    }
+
+    /// Counts over the whole data set (``screen.json``).
+    #[getter]
+    fn totals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (&self.totals,))
+    }
+
+    /// The logs that decide nothing, each with the reason.
+    #[getter]
+    fn undecided(&self) -> Vec<(String, String)> {
+        self.undecided.clone()
+    }
+
+    /// The page (``fleet.html``); None for one part of a fleet.
+    #[getter]
+    fn page(&self) -> Option<PathBuf> {
+        self.page.clone()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<tipwatch.Fleet in {}>", self.out.display())
+    }
+}

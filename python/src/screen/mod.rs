@@ -1,0 +1,9 @@
+//! Whole fleets: on the threads of this process, or as tasks of an engine.
+
+mod fleet;
+mod screening;
+mod task;
+
+pub(crate) use fleet::Fleet;
+pub(crate) use screening::screen;
+pub(crate) use task::FleetTask;
