@@ -19,6 +19,7 @@ mod in_blocks; // nothing holds the whole table
 mod long_logs; // samples in temporary files
 mod report; // the report in a browser
 mod screen; // fleets of logs
+mod shards; // a fleet split over processes
 mod sizes; // small outputs
 mod summary_schema; // the published JSON schema
 mod support;

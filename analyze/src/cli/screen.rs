@@ -37,7 +37,7 @@ pub(super) struct ScreenArgs {
     records: Option<PathBuf>,
     /// With `--records`: number of processes that may be lost while they analyse a log, before it counts as
     /// failed.
-    #[arg(long, value_name = "N", default_value_t = 3, requires = "records",
+    #[arg(long, value_name = "N", default_value_t = 3, conflicts_with_all = ["out", "gather"],
           value_parser = clap::value_parser!(u32).range(1..))]
     attempts: u32,
     /// Number of logs analysed in parallel; default: number of processors.
