@@ -23,7 +23,7 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 10] = [
+const RULES: [Rule; 11] = [
     Rule {
         folder: "mechanics",
         crates: &[],
@@ -82,8 +82,16 @@ const RULES: [Rule; 10] = [
         ],
     },
     Rule {
+        folder: "storage",
+        crates: &[],
+        floors: &[
+            "error", "redact", "runtime", "ranges", "counted", "place", "bucket", "folder",
+            "object",
+        ],
+    },
+    Rule {
         folder: "ingest",
-        crates: &["tipwatch_can"],
+        crates: &["tipwatch_can", "tipwatch_storage"],
         floors: &[
             "large_columns",
             "schema",
@@ -119,6 +127,7 @@ const RULES: [Rule; 10] = [
             "tipwatch_identification",
             "tipwatch_ingest",
             "tipwatch_mechanics",
+            "tipwatch_storage",
             "tipwatch_suspension",
         ],
         floors: &[
@@ -163,7 +172,12 @@ const RULES: [Rule; 10] = [
     },
     Rule {
         folder: "python",
-        crates: &["tipwatch_analyze", "tipwatch_binding", "tipwatch_mechanics"],
+        crates: &[
+            "tipwatch_analyze",
+            "tipwatch_binding",
+            "tipwatch_mechanics",
+            "tipwatch_storage",
+        ],
         floors: &[
             "call",
             "program",

@@ -1,0 +1,47 @@
+//! The places that a pattern names.
+
+use crate::error::Error;
+use crate::place::Location;
+
+use super::any::Folder;
+use super::pattern::{has_wildcard, split};
+
+/// A place found by a pattern.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Found {
+    /// The object.
+    pub location: Location,
+    /// Its length (bytes).
+    pub bytes: u64,
+    /// The tag of its version, if the server states one.
+    pub e_tag: Option<String>,
+}
+
+/// The objects of a bucket or server that a URL with wildcards names ("s3://logs/2026-*/**/*.mcap"), by name; `None`
+/// if the text has no wildcard or is local.
+///
+/// # Errors
+/// It cannot be listed.
+pub fn expand(text: &str) -> Result<Option<Vec<Found>>, Error> {
+    let Some((scheme, rest)) = text.split_once("://") else {
+        return Ok(None);
+    };
+    let rest = match scheme.starts_with("http") {
+        // the rest of a web server's URL is its query
+        true => rest.split('?').next().unwrap_or(rest),
+        false => rest,
+    };
+    if scheme == "file" || !has_wildcard(rest) {
+        return Ok(None);
+    }
+    let (folder, pattern) = split(rest);
+    let folder = Folder::open(&Location::parse(&format!("{scheme}://{folder}"))?)?;
+    let found = folder.list(pattern)?.into_iter().map(|entry| {
+        Ok(Found {
+            location: folder.location().join(&entry.key)?,
+            bytes: entry.bytes,
+            e_tag: entry.e_tag,
+        })
+    });
+    found.collect::<Result<_, Error>>().map(Some)
+}

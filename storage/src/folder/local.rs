@@ -1,0 +1,96 @@
+//! A folder of the local file system.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::Error;
+
+use super::entry::{Entry, Put};
+
+/// Ending of the names of unfinished files; they are not listed.
+const UNFINISHED: &str = ".tipwatch-part";
+
+/// All files below a folder with keys relative to it; none if it is absent.
+pub(crate) fn list(folder: &Path) -> Result<Vec<Entry>, Error> {
+    let mut found = Vec::new();
+    let mut open = vec![(folder.to_path_buf(), String::new())];
+    while let Some((folder, prefix)) = open.pop() {
+        let entries = match fs::read_dir(&folder) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(Error::local(folder.display().to_string(), &error)),
+        };
+        for entry in entries {
+            let failed = |error: std::io::Error| Error::local(folder.display().to_string(), &error);
+            let entry = entry.map_err(failed)?;
+            let path = entry.path();
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let key = format!("{prefix}{name}");
+            // a file that disappears meanwhile is not there
+            let Ok(metadata) = fs::metadata(&path) else {
+                continue;
+            };
+            if metadata.is_dir() {
+                // a link to a folder may lead in a circle
+                if !entry.file_type().map_err(failed)?.is_symlink() {
+                    open.push((path, format!("{key}/")));
+                }
+            } else if !name.ends_with(UNFINISHED) {
+                found.push(Entry {
+                    key,
+                    bytes: metadata.len(),
+                    e_tag: None,
+                });
+            }
+        }
+    }
+    found.sort_by(|a, b| a.key.cmp(&b.key));
+    Ok(found)
+}
+
+/// Writes a file as a whole: a reader sees the old one or the new one.
+pub(crate) fn put(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let unfinished = unfinished(path, bytes).map_err(|error| failed(path, &error))?;
+    unfinished
+        .persist(path)
+        .map(drop)
+        .map_err(|error| failed(path, &error.error))
+}
+
+/// Writes a file as a whole unless one is there.
+pub(crate) fn put_if_absent(path: &Path, bytes: &[u8]) -> Result<Put, Error> {
+    let unfinished = unfinished(path, bytes).map_err(|error| failed(path, &error))?;
+    match unfinished.persist_noclobber(path) {
+        Ok(_) => Ok(Put::Written),
+        Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => {
+            Ok(Put::AlreadyThere)
+        }
+        Err(error) => Err(failed(path, &error.error)),
+    }
+}
+
+fn unfinished(path: &Path, bytes: &[u8]) -> std::io::Result<NamedTempFile> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    fs::create_dir_all(folder)?;
+    let folder: PathBuf = match folder.as_os_str().is_empty() {
+        true => ".".into(),
+        false => folder.into(),
+    };
+    let mut file = tempfile::Builder::new()
+        .prefix(".")
+        .suffix(UNFINISHED)
+        // with the permissions of any other new file, not for the owner alone
+        .make_in(folder, |path| fs::File::create_new(path))?;
+    file.write_all(bytes)?;
+    Ok(NamedTempFile::from_parts(
+        fs::OpenOptions::new().write(true).open(file.path())?,
+        file.into_temp_path(),
+    ))
+}
+
+fn failed(path: &Path, error: &std::io::Error) -> Error {
+    Error::local(path.display().to_string(), error)
+}
