@@ -60,8 +60,14 @@ fn parts_named_by_engines_gather_to_the_data_set_of_one_run() {
     // four engines share the logs: each variable counts from 0
     let variables: [&[(&str, &str)]; 4] = [
         &[("JOB_COMPLETION_INDEX", "0")],
-        &[("AWS_BATCH_JOB_ARRAY_INDEX", "1"), ("AWS_BATCH_JOB_ARRAY_SIZE", "4")],
-        &[("SLURM_ARRAY_TASK_ID", "2"), ("SLURM_ARRAY_TASK_COUNT", "1")],
+        &[
+            ("AWS_BATCH_JOB_ARRAY_INDEX", "1"),
+            ("AWS_BATCH_JOB_ARRAY_SIZE", "4"),
+        ],
+        &[
+            ("SLURM_ARRAY_TASK_ID", "2"),
+            ("SLURM_ARRAY_TASK_COUNT", "1"),
+        ],
         &[("BATCH_TASK_INDEX", "3"), ("BATCH_TASK_COUNT", "4")],
     ];
     let start = |variables: &[(&str, &str)]| -> Child {
@@ -75,7 +81,9 @@ fn parts_named_by_engines_gather_to_the_data_set_of_one_run() {
     }
     let records_only: Vec<String> = files(&at("records")).into_keys().collect();
     assert!(
-        records_only.iter().all(|name| name.starts_with("state/") || name.starts_with("reports/")),
+        records_only
+            .iter()
+            .all(|name| name.starts_with("state/") || name.starts_with("reports/")),
         "{records_only:?}"
     );
     // all parts once more, as an engine that is not sure does: nothing is written
@@ -102,7 +110,9 @@ fn parts_named_by_engines_gather_to_the_data_set_of_one_run() {
 fn result_with_state(out: &Path) -> std::collections::BTreeMap<String, Vec<u8>> {
     let found = files(out).into_iter();
     let found = found.filter(|(name, _)| name != "state/lock");
-    found.map(|(name, path)| (name, fs::read(path).unwrap())).collect()
+    found
+        .map(|(name, path)| (name, fs::read(path).unwrap()))
+        .collect()
 }
 
 #[test]
@@ -118,7 +128,9 @@ fn a_log_that_takes_its_process_with_it_fails_and_the_others_do_not() {
         }
         std::thread::yield_now();
     };
-    let mut child = part(logs.path(), &place, &machine, &["1/1", "--jobs", "1"]).spawn().unwrap();
+    let mut child = part(logs.path(), &place, &machine, &["1/1", "--jobs", "1"])
+        .spawn()
+        .unwrap();
     let mark = wait_for_mark(&mut child).expect("a mark of the first log");
     child.kill().unwrap();
     child.wait().unwrap();
@@ -132,19 +144,32 @@ fn a_log_that_takes_its_process_with_it_fails_and_the_others_do_not() {
         let again = place.join("attempts").join(format!("{log}.{number}"));
         fs::write(again, &lost).unwrap();
     }
-    let ended = part(logs.path(), &place, &machine, &["1/1"]).output().unwrap();
+    let ended = part(logs.path(), &place, &machine, &["1/1"])
+        .output()
+        .unwrap();
     assert_eq!(ended.status.code(), Some(0), "{}", stderr(&ended));
     assert_eq!(records(&place).len(), 12);
-    let (_, failure) = record(&place, Path::new(&lost).file_name().unwrap().to_str().unwrap());
+    let (_, failure) = record(
+        &place,
+        Path::new(&lost).file_name().unwrap().to_str().unwrap(),
+    );
     assert_eq!(failure["result"]["status"], "failed");
     assert_eq!(failure["result"]["kind"], "worker_lost");
     let (code, _) = gathered(&place, &out.path().join("fleet"), &[text(logs.path())]);
     assert_eq!(code, 1);
     let totals = json(&out.path().join("fleet/screen.json"));
-    assert_eq!((&totals["logs"], &totals["failed"]), (&12.into(), &1.into()));
+    assert_eq!(
+        (&totals["logs"], &totals["failed"]),
+        (&12.into(), &1.into())
+    );
     // more attempts are allowed: the log is analysed, and its failure and its marks are gone
     let more = ["1/1", "--attempts", "5"];
-    assert!(part(logs.path(), &place, &machine, &more).status().unwrap().success());
+    assert!(
+        part(logs.path(), &place, &machine, &more)
+            .status()
+            .unwrap()
+            .success()
+    );
     assert_eq!(record(&place, &lost).1["result"]["status"], "analysed");
     assert!(files(&place.join("attempts")).is_empty());
     let (code, messages) = gathered(&place, &out.path().join("fleet"), &[text(logs.path())]);
@@ -158,20 +183,37 @@ fn a_log_without_a_record_is_a_failure_until_its_record_comes() {
     let (place, fleet) = (out.path().join("records"), out.path().join("fleet"));
     let machine = data("coverage.toml");
     for shard in ["1/3", "3/3"] {
-        assert!(part(logs.path(), &place, &machine, &[shard]).status().unwrap().success());
+        assert!(
+            part(logs.path(), &place, &machine, &[shard])
+                .status()
+                .unwrap()
+                .success()
+        );
     }
     let (code, messages) = gathered(&place, &fleet, &[text(logs.path())]);
     assert_eq!(code, 1, "{messages}");
     let failed = tables(&fleet, "logs");
-    let failed: Vec<_> = failed.values().flat_map(|table| texts(table, "failure")).flatten().collect();
+    let failed: Vec<_> = failed
+        .values()
+        .flat_map(|table| texts(table, "failure"))
+        .flatten()
+        .collect();
     assert_eq!(failed, ["no_record"; 4]);
     // without the list of logs nobody can know that four are missing
     assert_eq!(gathered(&place, &fleet, &[]).0, 0);
-    assert!(part(logs.path(), &place, &machine, &["2/3"]).status().unwrap().success());
+    assert!(
+        part(logs.path(), &place, &machine, &["2/3"])
+            .status()
+            .unwrap()
+            .success()
+    );
     assert_eq!(gathered(&place, &fleet, &[text(logs.path())]).0, 0);
     let whole = out.path().join("whole");
     screen(logs.path(), &whole, &["--machine", text(&machine)]);
-    assert!(result(&fleet) == result(&whole), "a late record changes nothing else");
+    assert!(
+        result(&fleet) == result(&whole),
+        "a late record changes nothing else"
+    );
 }
 
 /// A record as another version of the program would have left it.
@@ -182,7 +224,10 @@ fn leave_record(place: &Path, log: &str, version: &str, change: impl Fn(&mut Val
     left["analysis_version"] = analysis.as_str().into();
     change(&mut left);
     let name = path.file_name().unwrap().to_str().unwrap();
-    let old = json(&path)["analysis_version"].as_str().unwrap().to_string();
+    let old = json(&path)["analysis_version"]
+        .as_str()
+        .unwrap()
+        .to_string();
     let name = name.replace(&old, &analysis);
     fs::write(path.with_file_name(name), left.to_string()).unwrap();
 }
@@ -192,7 +237,12 @@ fn a_new_version_replaces_the_rows_of_an_old_one() {
     let (logs, out) = (mixed_logs(), TempDir::new().unwrap());
     let (place, fleet) = (out.path().join("records"), out.path().join("fleet"));
     let machine = data("tiny_lift.toml");
-    assert!(part(logs.path(), &place, &machine, &["1/1"]).status().unwrap().success());
+    assert!(
+        part(logs.path(), &place, &machine, &["1/1"])
+            .status()
+            .unwrap()
+            .success()
+    );
     gathered(&place, &fleet, &[]);
     let before = result(&fleet);
     // older records, even if they were written later
@@ -206,7 +256,10 @@ fn a_new_version_replaces_the_rows_of_an_old_one() {
     leave_record(&place, "calm.mcap", "0.10.0", newer);
     leave_record(&place, "lift_again.mcap", "0.10.0", newer);
     let (_, messages) = gathered(&place, &fleet, &[]);
-    assert!(messages.contains("2 versions of the analysis"), "{messages}");
+    assert!(
+        messages.contains("2 versions of the analysis"),
+        "{messages}"
+    );
     let rows: Vec<_> = tables(&fleet, "logs")
         .values()
         .flat_map(|table| {
@@ -214,13 +267,23 @@ fn a_new_version_replaces_the_rows_of_an_old_one() {
             let versions = texts(table, "tipwatch_version");
             let copies = table.column("copies").unwrap().numbers().unwrap();
             let rows = rows.into_iter().zip(versions).zip(copies);
-            rows.map(|((rows, version), copies)| (version.unwrap(), rows, copies)).collect::<Vec<_>>()
+            rows.map(|((rows, version), copies)| (version.unwrap(), rows, copies))
+                .collect::<Vec<_>>()
         })
         .collect();
-    let newest: Vec<_> = rows.iter().filter(|(version, ..)| version == "0.10.0").collect();
+    let newest: Vec<_> = rows
+        .iter()
+        .filter(|(version, ..)| version == "0.10.0")
+        .collect();
     assert_eq!(rows.len(), 4, "no row was doubled: {rows:?}");
-    assert!(newest.len() == 2 && newest.iter().all(|(_, rows, _)| *rows == 7777.0), "{rows:?}");
-    assert!(newest.iter().any(|(_, _, copies)| *copies == 1.0), "{rows:?}");
+    assert!(
+        newest.len() == 2 && newest.iter().all(|(_, rows, _)| *rows == 7777.0),
+        "{rows:?}"
+    );
+    assert!(
+        newest.iter().any(|(_, _, copies)| *copies == 1.0),
+        "{rows:?}"
+    );
 }
 
 fn record_of_version(place: &Path, log: &str, version: &str) -> std::path::PathBuf {
@@ -241,12 +304,25 @@ fn a_damaged_record_is_written_again() {
     fs::copy(data("tiny_lift.mcap"), logs.path().join("lift.mcap")).unwrap();
     let out = TempDir::new().unwrap();
     let (place, machine) = (out.path().join("records"), data("tiny_lift.toml"));
-    assert!(part(logs.path(), &place, &machine, &["1/1"]).status().unwrap().success());
+    assert!(
+        part(logs.path(), &place, &machine, &["1/1"])
+            .status()
+            .unwrap()
+            .success()
+    );
     let (path, good) = record(&place, "calm.mcap");
     fs::write(&path, "{\"schema\": 3, \"path\"").unwrap();
     let (_, messages) = gathered(&place, &out.path().join("fleet"), &[text(logs.path())]);
-    assert!(messages.contains("note:") && messages.contains("state/"), "{messages}");
+    assert!(
+        messages.contains("note:") && messages.contains("state/"),
+        "{messages}"
+    );
     assert_eq!(json(&out.path().join("fleet/screen.json"))["failed"], 1);
-    assert!(part(logs.path(), &place, &machine, &["1/1"]).status().unwrap().success());
+    assert!(
+        part(logs.path(), &place, &machine, &["1/1"])
+            .status()
+            .unwrap()
+            .success()
+    );
     assert_eq!(json(&path)["result"], good["result"]);
 }

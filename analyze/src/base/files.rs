@@ -1,7 +1,6 @@
 //! Atomic replacement of files: a reader sees the old file or the new one, never a part.
 
 use std::fs::{self, File};
-use std::io::ErrorKind;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -15,21 +14,6 @@ pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     make_atomically(path, |unfinished| {
         fs::write(unfinished, bytes).with_context(|| cannot(path, "written"))
     })
-}
-
-/// Writes a new file with these bytes; returns whether it is new. An existing file stays as it is, and of
-/// several writers exactly one succeeds.
-pub(crate) fn write_if_absent(path: &Path, bytes: &[u8]) -> Result<bool> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))?;
-    let name = path.file_name().unwrap_or_default();
-    let unfinished = unfinished_in(folder, &name.to_string_lossy())?;
-    fs::write(&unfinished, bytes).with_context(|| cannot(path, "written"))?;
-    match unfinished.persist_noclobber(path) {
-        Ok(()) => Ok(true),
-        Err(refused) if refused.error.kind() == ErrorKind::AlreadyExists => Ok(false),
-        Err(refused) => Err(refused.error).with_context(|| cannot(path, "written")),
-    }
 }
 
 /// Replaces a file by the one that `make` writes to a temporary path in the same folder.

@@ -5,6 +5,7 @@ use std::fs::{self, File, TryLockError};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use tipwatch_storage::{Folder, Location};
 
 use super::failure::FailureKind;
 use super::inputs;
@@ -13,7 +14,7 @@ use super::one_log::empty_record;
 use super::outliers::comparisons;
 use super::place::Place;
 use super::policy_result::{judge, write_policy};
-use super::record::{Outcome, REPORT_FILES, REPORT_PAGE, Record};
+use super::record::{Outcome, REPORT_FILES, Record};
 use super::request::{Gate, Gathering, Screen, Update};
 use super::store::Store;
 use super::totals::Totals;
@@ -31,12 +32,12 @@ pub fn gather(
     gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
-    let place = Place::at(asked.records);
+    let (place, out) = (Place::at(asked.records)?, Place::at(asked.out)?);
     let store = Store::of(&place);
     if store.index()?.is_empty() {
         bail!("{place}: expected the records of an earlier run, found none");
     }
-    let _lock = lock(asked.out, false)?;
+    let _lock = lock(&out, false)?;
     let mut missing = Vec::new();
     let (records, unusable) = store.load()?;
     unusable
@@ -55,7 +56,7 @@ pub fn gather(
             }
         }
     }
-    let finished = finish(records, missing, &place, asked.out, gate, notify)?;
+    let finished = finish(records, missing, &place, &out, gate, notify)?;
     Ok(Screen {
         from_before: finished.totals.logs,
         totals: finished.totals,
@@ -66,7 +67,10 @@ pub fn gather(
     })
 }
 
-const PAGE: &str = "fleet.html";
+/// The page.
+pub(super) const PAGE: &str = "fleet.html";
+/// Counts; written last.
+const TOTALS: &str = "screen.json";
 /// Path of the shared plot library within the output folder.
 const PLOT_LIBRARY: &str = "reports/plots.js";
 
@@ -81,36 +85,72 @@ pub(super) fn finish(
     records: Vec<Record>,
     now: Vec<Record>,
     place: &Place,
-    out: &Path,
+    out: &Place,
     gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Finished> {
-    // written again when the data set is complete
-    let totals_path = out.join("screen.json");
-    if totals_path.exists() {
-        fs::remove_file(&totals_path)
-            .with_context(|| format!("{}: cannot be removed", totals_path.display()))?;
-    }
     let rows = merge(latest(records, now));
     note_versions(&rows, notify);
-    data_set::write(&rows, out)?;
+    // written again when the data set is complete
+    out.remove(TOTALS)?;
+    let finished = match out.local() {
+        Some(folder) => {
+            let (finished, totals) = build(&rows, folder, gate)?;
+            copy_reports(&rows, place, out)?;
+            write_atomically(&folder.join(TOTALS), totals.as_bytes())?;
+            finished
+        }
+        None => {
+            let folder = tempfile::tempdir().context("no temporary folder can be made")?;
+            let (finished, totals) = build(&rows, folder.path(), gate)?;
+            copy_reports(&rows, place, out)?;
+            publish(folder.path(), out)?;
+            out.put(TOTALS, totals.as_bytes())?;
+            finished
+        }
+    };
+    Ok(finished)
+}
+
+/// Builds data set and page in a local folder; returns the totals as text, which are written last.
+fn build(rows: &[LogRow], out: &Path, gate: Gate<'_>) -> Result<(Finished, String)> {
+    data_set::write(rows, out)?;
     let library = report::plot_library_script()?;
     write_atomically(&out.join(PLOT_LIBRARY), library.as_bytes())?;
-    copy_reports(&rows, place, out)?;
-    let judgements = gate.judge(&rows);
-    write_policy(&rows, &judgements, gate.policy, gate.min_valid, out)?;
-    let totals = Totals::of(&rows, &judgements, gate.min_valid);
-    let compared = comparisons(&rows, gate.min_valid);
+    let judgements = gate.judge(rows);
+    write_policy(rows, &judgements, gate.policy, gate.min_valid, out)?;
+    let totals = Totals::of(rows, &judgements, gate.min_valid);
+    let compared = comparisons(rows, gate.min_valid);
     let text = serde_json::to_string_pretty(&compared)?;
     write_atomically(&out.join("outliers.json"), text.as_bytes())?;
-    let html = page::render(&rows, &judgements, &totals, &compared, gate.min_valid);
+    let html = page::render(rows, &judgements, &totals, &compared, gate.min_valid);
     write_atomically(&out.join(PAGE), html.as_bytes())?;
     let text = serde_json::to_string_pretty(&totals)?;
-    write_atomically(&totals_path, text.as_bytes())?;
-    Ok(Finished {
+    let finished = Finished {
         totals,
-        undecided: gate.undecided(&rows),
-    })
+        undecided: gate.undecided(rows),
+    };
+    Ok((finished, text))
+}
+
+/// Writes all files of a folder into a bucket, and removes partitions of the data set that are outdated.
+fn publish(folder: &Path, out: &Place) -> Result<()> {
+    let built = Folder::open(&Location::local(folder))?.list("**/*")?;
+    let built: BTreeSet<String> = built.into_iter().map(|entry| entry.key).collect();
+    for name in &built {
+        out.put_file(name, &folder.join(name))?;
+    }
+    for kind in ["logs", "events"] {
+        for name in out.below(kind)? {
+            if name.ends_with(&format!("/{kind}.parquet")) && !built.contains(&name) {
+                out.remove(&name)?;
+            }
+        }
+    }
+    if !built.contains("policy.json") {
+        out.remove("policy.json")?;
+    }
+    Ok(())
 }
 
 /// Says that rows of one machine were analysed in different ways: they do not compare.
@@ -133,22 +173,19 @@ fn note_versions(rows: &[LogRow], notify: &(dyn Fn(Update<'_>) + Sync)) {
 }
 
 /// Copies the reports of the rows from another place into the output folder.
-fn copy_reports(rows: &[LogRow], place: &Place, out: &Path) -> Result<()> {
-    let is_same = |folder: &Path| {
-        let same = folder.canonicalize().ok().zip(out.canonicalize().ok());
-        folder == out || same.is_some_and(|(a, b)| a == b)
+fn copy_reports(rows: &[LogRow], place: &Place, out: &Place) -> Result<()> {
+    let real = |place: &Place| place.local().and_then(|folder| folder.canonicalize().ok());
+    let is_same = match (real(place), real(out)) {
+        (Some(place), Some(out)) => place == out,
+        _ => place.to_string() == out.to_string(),
     };
-    if place.local().is_some_and(is_same) {
+    if is_same {
         return Ok(());
     }
     for folder in rows.iter().filter_map(|row| row.record.report_folder()) {
-        if out.join(&folder).join(REPORT_PAGE).is_file() {
-            // a newer analysis of the same content may have changed it
-            fs::remove_file(out.join(&folder).join(REPORT_PAGE)).ok();
-        }
         for name in REPORT_FILES {
             let name = format!("{folder}/{name}");
-            write_atomically(&out.join(&name), &place.read(&name)?)?;
+            out.put(&name, &place.read(&name)?)?;
         }
     }
     Ok(())
@@ -169,8 +206,12 @@ impl Gate<'_> {
     }
 }
 
-/// Locks a folder until dropped; shards share the lock among themselves.
-pub(super) fn lock(folder: &Path, is_shared: bool) -> Result<File> {
+/// Locks a local folder until dropped; shards share the lock among themselves. A bucket has no locks, and
+/// its records need none.
+pub(super) fn lock(place: &Place, is_shared: bool) -> Result<Option<File>> {
+    let Some(folder) = place.local() else {
+        return Ok(None);
+    };
     let state = folder.join("state");
     fs::create_dir_all(&state)
         .with_context(|| format!("{}: cannot be created", state.display()))?;
@@ -191,6 +232,6 @@ pub(super) fn lock(folder: &Path, is_shared: bool) -> Result<File> {
             folder.display()
         ),
         // a file system without locks: the user must avoid concurrent runs
-        Err(TryLockError::Error(_)) | Ok(()) => Ok(file),
+        Err(TryLockError::Error(_)) | Ok(()) => Ok(Some(file)),
     }
 }

@@ -142,7 +142,9 @@ impl Screening<'_> {
         record.analysis_version = Some(version.clone());
         let one_at_a_time = self.current.lock_of(&identity.id);
         let _guard = lock(&one_at_a_time);
-        let known = self.store.analysed(&self.before, &identity.id, &version)?;
+        let known = self
+            .store
+            .analysed(&self.before, &identity.id, &version, &record.path)?;
         if let Some(known) = known.filter(|known| self.has_its_report(known)) {
             let is_own = known.path == record.path;
             let is_same = known.machine == record.machine;
@@ -173,8 +175,11 @@ impl Screening<'_> {
 
     /// Whether the report of an analysed log still exists, if it has one.
     fn has_its_report(&self, known: &Record) -> bool {
-        let folder = known.report_folder();
-        folder.is_none_or(|folder| self.place.exists(&format!("{folder}/{REPORT_PAGE}")))
+        let (Some(folder), Some(local)) = (known.report_folder(), self.place.local()) else {
+            // the report is written before the record, and nobody tidies a bucket by hand
+            return true;
+        };
+        local.join(folder).join(REPORT_PAGE).is_file()
     }
 
     fn analyse(&self, path: &Path, machine: &MachineFile, identity: &Identity) -> Result<Outcome> {
@@ -244,13 +249,15 @@ fn write_report(analysis: &Analysis, sketch: &Sketch, place: &Place, folder: &st
 
 /// Removes the report of an earlier version that had findings.
 fn remove_report(place: &Place, folder: &str) {
+    let Some(local) = place.local() else {
+        // without a record that names it nobody sees it
+        return;
+    };
     for name in REPORT_FILES {
         // usually there are no such files
-        let _ = place.remove(&format!("{folder}/{name}"));
+        let _ = std::fs::remove_file(local.join(folder).join(name));
     }
-    if let Some(local) = place.local() {
-        let _ = std::fs::remove_dir(local.join(folder));
-    }
+    let _ = std::fs::remove_dir(local.join(folder));
 }
 
 fn panic_message(panic: &(dyn Any + Send)) -> &str {

@@ -1,93 +1,86 @@
-//! Where records and reports are: small objects by name in a folder.
+//! Where records and reports are: small objects by name, in a local folder or a bucket.
 
-use std::fs;
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
+use tipwatch_storage::{Folder, Location, Put};
 
-use crate::base::files::{remove_unfinished, write_atomically, write_if_absent};
+use crate::base::files::remove_unfinished;
 
 /// A folder of objects. Names are relative, with `/`.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(super) struct Place {
-    folder: PathBuf,
+    folder: Arc<Folder>,
 }
 
 impl Place {
-    pub(super) fn at(folder: &Path) -> Self {
-        Self {
-            folder: folder.into(),
-        }
+    /// A local path, or a URL.
+    pub(super) fn at(path: &Path) -> Result<Self> {
+        let folder = Folder::open(&Location::of(path)?)?;
+        Ok(Self {
+            folder: Arc::new(folder),
+        })
     }
 
     /// The folder, if it is one of this machine.
     pub(super) fn local(&self) -> Option<&Path> {
-        Some(&self.folder)
+        self.folder.location().as_local()
     }
 
     /// Names of the objects directly in a subfolder, without its name; none if there is no such folder.
     pub(super) fn list(&self, subfolder: &str) -> Result<Vec<String>> {
-        let folder = self.folder.join(subfolder);
-        let cannot = || format!("{}: cannot be read", folder.display());
-        let entries = match fs::read_dir(&folder) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
-            entries => entries.with_context(cannot)?,
-        };
-        let mut names = Vec::new();
-        for entry in entries {
-            let name = entry.with_context(cannot)?.file_name();
-            names.extend(name.to_str().map(String::from));
-        }
-        names.sort();
-        Ok(names)
+        let entries = self.folder.list(&format!("{subfolder}/*"))?.into_iter();
+        let name = |key: &str| key.rsplit('/').next().map(String::from);
+        Ok(entries.filter_map(|entry| name(&entry.key)).collect())
     }
 
-    /// Those whose names begin with `prefix`.
-    pub(super) fn list_with_prefix(&self, subfolder: &str, prefix: &str) -> Result<Vec<String>> {
-        let mut names = self.list(subfolder)?;
-        names.retain(|name| name.starts_with(prefix));
-        Ok(names)
+    /// Names of all objects below a subfolder.
+    pub(super) fn below(&self, subfolder: &str) -> Result<Vec<String>> {
+        let entries = self.folder.list(&format!("{subfolder}/**/*"))?.into_iter();
+        Ok(entries.map(|entry| entry.key).collect())
     }
 
     pub(super) fn read(&self, name: &str) -> Result<Vec<u8>> {
-        let path = self.folder.join(name);
-        fs::read(&path).with_context(|| format!("{}: cannot be read", path.display()))
+        Ok(self.folder.get(name)?)
     }
 
     /// Writes an object; an earlier one of this name is replaced as a whole.
     pub(super) fn put(&self, name: &str, bytes: &[u8]) -> Result<()> {
-        write_atomically(&self.folder.join(name), bytes)
+        Ok(self.folder.put(name, bytes)?)
+    }
+
+    /// Writes a local file as an object.
+    pub(super) fn put_file(&self, name: &str, file: &Path) -> Result<()> {
+        Ok(self.folder.put_file(name, file)?)
     }
 
     /// Writes a new object; returns whether it is new. An existing one stays.
     pub(super) fn put_if_absent(&self, name: &str, bytes: &[u8]) -> Result<bool> {
-        write_if_absent(&self.folder.join(name), bytes)
-    }
-
-    pub(super) fn exists(&self, name: &str) -> bool {
-        self.folder.join(name).is_file()
+        Ok(self.folder.put_if_absent(name, bytes)? == Put::Written)
     }
 
     /// Removes an object, if there is one.
     pub(super) fn remove(&self, name: &str) -> Result<()> {
-        let path = self.folder.join(name);
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                Err(error).with_context(|| format!("{}: cannot be removed", path.display()))
-            }
-            _ => Ok(()),
-        }
+        Ok(self.folder.delete(name)?)
     }
 
     /// Removes partial files that a killed program left in a subfolder; only while holding the lock.
     pub(super) fn tidy(&self, subfolder: &str) {
-        remove_unfinished(&self.folder.join(subfolder));
+        if let Some(folder) = self.local() {
+            remove_unfinished(&folder.join(subfolder));
+        }
+    }
+}
+
+impl std::fmt::Debug for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Place({self})")
     }
 }
 
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}", self.folder.display())
+        write!(f, "{}", self.folder.location())
     }
 }

@@ -9,7 +9,7 @@ use anyhow::{Result, bail};
 
 use super::attempts::Attempts;
 use super::fleet_file::Fleet;
-use super::gather::{finish, lock};
+use super::gather::{PAGE, finish, lock};
 use super::merge::merge;
 use super::one_log::{CurrentRun, Screened, Screening};
 use super::place::Place;
@@ -36,10 +36,10 @@ pub fn screen(
         Some(shard) => shard.of(logs),
         None => logs,
     };
-    let place = Place::at(request.out);
+    let place = Place::at(request.out)?;
     let store = Store::of(&place);
     let is_part = request.shard.is_some() || request.output != Output::DataSet;
-    let _lock = lock(request.out, is_part)?;
+    let _lock = lock(&place, is_part)?;
     let index = store.index()?;
     // records in a shared place are written once: there is nothing to begin anew
     let reuses = request.resume || request.output != Output::DataSet;
@@ -91,9 +91,8 @@ pub fn screen(
         unusable
             .into_iter()
             .for_each(|note| notify(Update::Note(note)));
-        let built = finish(records, now, &place, request.out, gate, notify)?;
-        let page = request.out.join("fleet.html");
-        (built.totals, built.undecided, Some(page))
+        let built = finish(records, now, &place, &place, gate, notify)?;
+        (built.totals, built.undecided, Some(request.out.join(PAGE)))
     };
     Ok(Screen {
         totals,

@@ -116,22 +116,20 @@ impl Store {
         Ok(index)
     }
 
-    /// A record of this content and version, under any path.
+    /// A record of this content and version: under any path if the names were listed, else under this one.
     pub(super) fn analysed(
         &self,
         before: &Before,
         log_id: &str,
         version: &str,
+        path: &str,
     ) -> Result<Option<Record>> {
         let content = content_key(log_id, version);
         let keys = match before {
             Before::Ignored => return Ok(None),
             Before::Listed(index) => index.analysed.get(&content).cloned().unwrap_or_default(),
-            Before::OnDemand => {
-                let names = self.place.list_with_prefix(FOLDER, &content)?.into_iter();
-                let keys = names.filter_map(|name| Some(name.strip_suffix(ENDING)?.to_string()));
-                keys.collect()
-            }
+            // one request; copies under other paths are not worth a list of all names
+            Before::OnDemand => vec![format!("{content}{}", path_key(path))],
         };
         let records = keys.iter().filter_map(|key| self.read(&name_of(key)).ok());
         let is_it = |record: &Record| {

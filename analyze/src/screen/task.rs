@@ -39,7 +39,7 @@ impl Task<'_> {
     /// # Errors
     /// The record cannot be written. A log that cannot be analysed is not an error.
     pub fn run(&self, log: &Path, fleet: &Fleet) -> Result<TaskResult> {
-        let place = Place::at(self.records);
+        let place = Place::at(self.records)?;
         let screening = Screening {
             fleet,
             options: self.options,
@@ -65,7 +65,7 @@ impl Task<'_> {
     /// # Errors
     /// The place cannot be listed.
     pub fn records(&self) -> Result<usize> {
-        Ok(Store::of(&Place::at(self.records)).index()?.len())
+        Ok(Store::of(&Place::at(self.records)?).index()?.len())
     }
 
     /// Writes the failure of a log whose worker could not do it.
@@ -78,7 +78,7 @@ impl Task<'_> {
             kind,
             reason: reason.into(),
         };
-        Store::of(&Place::at(self.records)).save(&record)
+        Store::of(&Place::at(self.records)?).save(&record)
     }
 }
 

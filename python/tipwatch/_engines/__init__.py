@@ -44,7 +44,7 @@ def screen(
             f"runner {runner!r} needs the package {_ENGINES[runner]}: pip install '{_ENGINES[runner]}' ({missing})"
         ) from missing
     parcel = Parcel.of(
-        str(Path(out).absolute()), machine, fleet, {"rate": rate, "estimator": estimator, "model": model}
+        _absolute(out), machine, fleet, {"rate": rate, "estimator": estimator, "model": model}
     )
     task = parcel.open()
     known = task.records()
@@ -67,3 +67,8 @@ def screen(
         tell(0, len(all_logs))
     engine.run(parcel, all_logs, finished, in_flight=jobs, retries=retries)
     return task.gather(out, [log for log, _ in all_logs], min_valid)
+
+
+def _absolute(out: str | PathLike[str]) -> str:
+    """A URL as it is, a path from the root: workers have other working folders."""
+    return str(out) if "://" in str(out) else str(Path(out).absolute())
