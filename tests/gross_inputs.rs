@@ -270,6 +270,7 @@ fn edited(folder: &TempDir, log: &str, edit: fn(&str, &mut Values<'_>)) -> Analy
     analysed_with(&path, &data(&format!("{log}.toml")), Options::default())
 }
 
+// requirement: TW-VERDICT-13
 #[test]
 fn nothing_is_concluded_from_signals_in_other_units() {
     let mut missed = Vec::new();

@@ -344,6 +344,7 @@ fn assert_harmless_elsewhere(analysis: &Analysis, clean: &Analysis, case: &Case)
     assert!(error < 60.0, "{}: {error} N elsewhere", case.name);
 }
 
+// requirement: TW-FAULT-08, TW-FAULT-09, TW-FAULT-10, TW-FAULT-11, TW-FAULT-12, TW-FAULT-13
 #[test]
 fn faults_are_located_and_their_rows_invalid() {
     let clean = clean(Estimator::Smoother);
@@ -439,6 +440,7 @@ fn reported_faults_leave_computable_rows_unchanged() {
     }
 }
 
+// requirement: TW-VERDICT-24
 #[test]
 fn what_is_used_live_finds_the_same_faults() {
     assert!(faults(&clean(Estimator::Causal)).is_empty());

@@ -344,6 +344,7 @@ fn at_most_two_percent_are_called_safe(limit: &Limit) {
     assert!(misleading >= 2, "hardly a fault misleads anyone");
 }
 
+// requirement: TW-FAULT-14
 #[test]
 fn wrong_sensors_are_found_before_a_wheel_lifts() {
     at_most_two_percent_are_called_safe(&Limit {
@@ -352,6 +353,7 @@ fn wrong_sensors_are_found_before_a_wheel_lifts() {
     });
 }
 
+// requirement: TW-FAULT-14
 #[test]
 fn wrong_sensors_are_found_in_a_short_log() {
     at_most_two_percent_are_called_safe(&Limit {
@@ -360,6 +362,7 @@ fn wrong_sensors_are_found_in_a_short_log() {
     });
 }
 
+// requirement: TW-FAULT-14
 #[test]
 fn wrong_sensors_are_found_in_a_log_of_other_motion() {
     at_most_two_percent_are_called_safe(&Limit {

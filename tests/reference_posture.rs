@@ -51,6 +51,7 @@ fn start_with_a_wheel_in_the_air_is_danger_with_the_same_utilisation() {
     }
 }
 
+// requirement: TW-VERDICT-23
 #[test]
 fn time_to_lift_off_is_announced_only_from_notice_on() {
     for log in [

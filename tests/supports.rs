@@ -216,6 +216,7 @@ fn without_forces_the_sinking_foot_is_within_the_envelope_only() {
     }
 }
 
+// requirement: TW-VERDICT-14
 #[test]
 fn a_missing_support_signal_leaves_the_loads_unknown() {
     let (_folder, file) = edited("crane", |text| {

@@ -29,4 +29,5 @@ mod sparse; // static rows, and lifts that no row shows
 mod split; // what is said about wheels whose load equilibrium leaves open
 mod supports; // outriggers, raised wheels and three-point axles, compared with simulated ground truth
 mod tipping; // onset, certainty and causes of lifts and tip-overs
+mod traceability; // requirements and the tests that hold them
 mod whatif; // replays with a different suspension motion

@@ -25,6 +25,7 @@ use crate::replay::{ReplayOptions, Speed, replay};
 use crate::system::clock::Monotonic;
 use crate::system::realtime::RealTime;
 use crate::wire::c_header::c_header;
+use crate::wire::fingerprint::Fingerprint;
 use crate::wire::session::Untimed;
 use crate::wire::topics::DEFAULT_SERVICE;
 
@@ -341,6 +342,11 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
             .map_or(NOT_COMMISSIONED.into(), |(_, found)| found.statement());
         eprintln!("monitor: {statement}");
     }
+    let bound = commissioning.as_ref().map(|(path, _)| path.as_path());
+    let fingerprint = Fingerprint::of_this_program(&file, &urdf, bound)?;
+    if !args.quiet {
+        eprintln!("monitor: {}", fingerprint.statement());
+    }
     let state = args
         .state
         .clone()
@@ -372,7 +378,8 @@ fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
         (!args.quiet).then_some(format),
         Housekeeping::start(&address)?,
     )?;
-    let mut monitor = MonitorProgram::new(&node, &file, &urdf, &Monotonic, options)?;
+    let mut monitor = MonitorProgram::new(&node, &file, &urdf, &Monotonic, options)?
+        .with_fingerprint(&fingerprint);
     real_time.apply()?;
     let ran = monitor.run(&mut observer);
     let unprinted = observer.finish()?;
@@ -400,7 +407,10 @@ fn run_control(args: &ControlArgs) -> Result<ExitCode> {
     let file = MachineFile::read(&args.machine.machine)?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
     // one of another machine, or with contradictions, is refused
-    commissioning_of(&file, &urdf)?;
+    let commissioning = commissioning_of(&file, &urdf)?;
+    let bound = commissioning.as_ref().map(|(path, _)| path.as_path());
+    let fingerprint = Fingerprint::of_this_program(&file, &urdf, bound)?;
+    eprintln!("control: {}", fingerprint.statement());
     let address = args.service.address();
     let node = LiveNode::new(&address, "tipwatch-control")?;
     let options = LoopOptions {
@@ -427,7 +437,9 @@ fn run_record(args: &RecordArgs) -> Result<ExitCode> {
         split: args.split,
         keep_bytes: args.keep.map(|megabytes| megabytes << 20),
         stays: args.stay,
+        fingerprint: Fingerprint::of_this_program(&file, &urdf, None)?,
     };
+    eprintln!("record: {}", options.fingerprint.statement());
     let counts = record(&node, &file, &urdf, &options)?;
     eprintln!(
         "record: {} samples, {} verdicts, {} commands in {}; not recorded: {} samples, {} verdicts; \

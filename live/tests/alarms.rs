@@ -75,6 +75,7 @@ fn last(feed: &mut Feed<Steered>) -> WireVerdict {
     last.unwrap()
 }
 
+// requirement: TW-VERDICT-20
 #[test]
 fn alarm_outlives_the_end_of_its_session() {
     let (mut bench, _) = Bench::raised("end");
@@ -90,6 +91,7 @@ fn alarm_outlives_the_end_of_its_session() {
     assert_eq!(verdict.inherited_alarm, Level::Danger as u32);
 }
 
+// requirement: TW-VERDICT-20
 #[test]
 fn alarm_outlives_a_restart_of_the_monitor() {
     let (mut bench, before) = Bench::raised("restart");
@@ -122,6 +124,7 @@ fn alarm_outlives_a_restart_of_the_monitor() {
     }
 }
 
+// requirement: TW-VERDICT-20
 #[test]
 fn alarm_outlives_a_kill() {
     let world = World::new("killed");
@@ -148,6 +151,7 @@ fn alarm_outlives_a_kill() {
     producing.end();
 }
 
+// requirement: TW-VERDICT-21
 #[test]
 fn only_an_acknowledgement_of_the_alarm_counts() {
     let (mut bench, seen) = Bench::raised("forged");
@@ -205,6 +209,7 @@ fn only_an_acknowledgement_of_the_alarm_counts() {
     assert_eq!(bench.last().latch(), Latch::default());
 }
 
+// requirement: TW-VERDICT-20, TW-VERDICT-21
 #[test]
 fn acknowledgement_without_a_session_is_of_the_alarm_before() {
     let (mut bench, _) = Bench::raised("idle");
@@ -234,6 +239,7 @@ fn acknowledgement_without_a_session_is_of_the_alarm_before() {
     assert!(raised.alarm_sequence > inherited.sequence);
 }
 
+// requirement: TW-VERDICT-20
 #[test]
 fn damaged_alarm_file_counts_as_an_alarm() {
     let bench = Bench::new("damaged");
@@ -259,6 +265,7 @@ fn damaged_alarm_file_counts_as_an_alarm() {
     }
 }
 
+// requirement: TW-FAULT-19
 #[test]
 fn alarm_that_cannot_be_saved_is_a_caution() {
     let mut world = World::new("unsaved");

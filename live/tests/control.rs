@@ -194,6 +194,7 @@ impl Bench {
     }
 }
 
+// requirement: TW-CONTROL-11
 #[test]
 fn rods_follow_their_references() {
     let mut bench = Bench::new("led");
@@ -228,6 +229,7 @@ fn rods_follow_their_references() {
     );
 }
 
+// requirement: TW-CONTROL-04
 #[test]
 fn fault_of_the_monitor_closes_the_valves() {
     let mut bench = Bench::new("fault");
@@ -245,6 +247,7 @@ fn fault_of_the_monitor_closes_the_valves() {
     bench.runs_in();
 }
 
+// requirement: TW-CONTROL-01
 #[test]
 fn silent_producer_closes_the_valves() {
     let mut bench = Bench::new("silent");
@@ -254,6 +257,7 @@ fn silent_producer_closes_the_valves() {
     bench.runs_in();
 }
 
+// requirement: TW-CONTROL-03
 #[test]
 fn missing_monitor_closes_the_valves() {
     let mut bench = Bench::new("gone");
@@ -265,6 +269,7 @@ fn missing_monitor_closes_the_valves() {
     bench.runs_in();
 }
 
+// requirement: TW-CONTROL-03
 #[test]
 fn killed_or_stopped_monitor_closes_the_valves() {
     let world = World::new("real");
@@ -290,6 +295,7 @@ fn killed_or_stopped_monitor_closes_the_valves() {
     drop(control);
 }
 
+// requirement: TW-CONTROL-02
 #[test]
 fn unknown_rod_position_closes_the_valves() {
     let mut bench = Bench::new("unknown");
@@ -307,6 +313,7 @@ fn unknown_rod_position_closes_the_valves() {
     bench.runs_in();
 }
 
+// requirement: TW-CONTROL-07
 #[test]
 fn stuck_rod_closes_valves_until_acknowledged() {
     let mut bench = Bench::new("stuck");
@@ -331,6 +338,7 @@ fn stuck_rod_closes_valves_until_acknowledged() {
 }
 
 /// Valves that are connected the other way round are found at a small opening, before a rod has gone anywhere.
+// requirement: TW-CONTROL-08
 #[test]
 fn reversed_valves_close_at_a_small_opening() {
     let mut bench = Bench::new("reversed");
@@ -361,6 +369,7 @@ fn reversed_valves_close_at_a_small_opening() {
     assert_eq!(bench.last.opening, [0.0; 2]);
 }
 
+// requirement: TW-CONTROL-09
 #[test]
 fn rod_outside_its_stroke_closes_the_valves() {
     let mut bench = Bench::new("outside");
@@ -384,6 +393,7 @@ fn rod_outside_its_stroke_closes_the_valves() {
 }
 
 /// A verdict counts only with the hash of the control's own machine, whatever session it names.
+// requirement: TW-CONTROL-03
 #[test]
 fn verdicts_of_another_machine_are_refused() {
     let mut bench = Bench::new("other");
@@ -414,6 +424,7 @@ fn verdicts_of_another_machine_are_refused() {
     }
 }
 
+// requirement: TW-CONTROL-11
 #[test]
 fn successor_of_a_dead_control_starts_closed() {
     let mut bench = Bench::new("next");
@@ -438,6 +449,32 @@ fn successor_of_a_dead_control_starts_closed() {
     bench.runs_in();
     let took_ms = (bench.last.published_ns - from_ns) as f64 * 1e-6;
     println!("a new control follows {took_ms:.0} ms after its start");
+}
+
+// requirement: TW-CONTROL-05
+#[test]
+fn faulty_input_closes_the_valves() {
+    let mut bench = Bench::new("input");
+    bench.runs_in();
+    let from_ns = bench.now_ns();
+    for _ in 0..3 {
+        bench.send(|sample| sample.source ^= 1);
+    }
+    bench.closes(HoldReason::Input, from_ns, 40.0, true);
+    bench.runs_in();
+}
+
+// requirement: TW-CONTROL-10
+#[test]
+fn late_commands_close_the_valves() {
+    let mut bench = Bench::new("late");
+    bench.runs_in();
+    let from_ns = bench.now_ns();
+    // the loops look at the clock several times a row
+    bench.feed.time.slow_down(Duration::from_millis(11));
+    bench.closes(HoldReason::Late, from_ns, 200.0, true);
+    bench.feed.time.slow_down(Duration::ZERO);
+    bench.runs_in();
 }
 
 #[test]

@@ -22,6 +22,7 @@ fn killed_monitor_can_be_replaced() {
     drop(first);
 }
 
+// requirement: TW-FAULT-20
 #[test]
 fn killed_producer_is_reported_and_replaced() {
     let _prioritised = prioritise();
@@ -50,6 +51,7 @@ mod needs_script {
     }
 }
 
+// requirement: TW-RECORD-02
 #[test]
 fn killed_recorder_loses_only_the_last_batch() {
     let _prioritised = prioritise();

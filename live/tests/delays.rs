@@ -57,6 +57,7 @@ fn left_safe_after_s(verdicts: &[WireVerdict], from_ns: i64) -> f64 {
     (first.published_ns - from_ns) as f64 * 1e-9
 }
 
+// requirement: TW-FAULT-02
 #[test]
 fn data_that_are_late_from_the_start_are_never_safe() {
     for late_ns in [300 * MS, 5000 * MS] {
@@ -72,6 +73,7 @@ fn data_that_are_late_from_the_start_are_never_safe() {
     }
 }
 
+// requirement: TW-FAULT-02
 #[test]
 fn one_late_sensor_is_never_safe() {
     let world = World::new("onelate");
@@ -89,6 +91,7 @@ fn one_late_sensor_is_never_safe() {
     assert!(rest.into_iter().all(|v| !(1..=2).contains(&v.level)));
 }
 
+// requirement: TW-FAULT-06
 #[test]
 fn stamps_at_another_speed_are_found() {
     // half speed is 100 ms late after 0.2 s, one per cent drifts by 50 ms in 5 s
@@ -129,6 +132,7 @@ fn delays_that_vary_stay_safe() {
     );
 }
 
+// requirement: TW-FAULT-02
 #[test]
 fn odometry_that_falls_silent_is_a_fault() {
     let world = World::new("odometry");
@@ -147,6 +151,7 @@ fn odometry_that_falls_silent_is_a_fault() {
     }
 }
 
+// requirement: TW-FAULT-02
 #[test]
 fn untimed_session_is_not_safe_once_its_samples_stop() {
     let world = World::new("untimed");

@@ -86,6 +86,7 @@ fn assert_reported(fault: InputFault, limit: Duration, took_ns: i64) {
     assert!(took_ns <= limit.as_nanos() as i64, "{}", fault.name());
 }
 
+// requirement: TW-FAULT-01
 #[test]
 fn missing_sensor_is_a_fault_after_start_up() {
     let mut bench = Bench::waiting("never");
@@ -95,6 +96,7 @@ fn missing_sensor_is_a_fault_after_start_up() {
     bench.reported_within(InputFault::NeverReceived, limit, from_ns);
 }
 
+// requirement: TW-FAULT-02
 #[test]
 fn silence_of_all_sensors_is_stale() {
     let mut bench = Bench::new("stale");
@@ -104,6 +106,7 @@ fn silence_of_all_sensors_is_stale() {
     bench.recovers();
 }
 
+// requirement: TW-FAULT-02
 #[test]
 fn silence_of_one_sensor_is_stale() {
     let mut bench = Bench::new("imu");
@@ -119,6 +122,7 @@ fn silence_of_one_sensor_is_stale() {
     bench.reported_within(InputFault::Stale, Duration::from_millis(100), from_ns);
 }
 
+// requirement: TW-FAULT-03
 #[test]
 fn lost_samples_are_a_fault() {
     let mut bench = Bench::new("lost");
@@ -134,6 +138,7 @@ fn lost_samples_are_a_fault() {
     bench.recovers();
 }
 
+// requirement: TW-FAULT-04
 #[test]
 fn repeated_samples_are_a_fault() {
     let mut bench = Bench::new("again");
@@ -151,6 +156,7 @@ fn repeated_samples_are_a_fault() {
     bench.reported_within(InputFault::Disordered, Duration::from_millis(20), from_ns);
 }
 
+// requirement: TW-FAULT-04
 #[test]
 fn clock_set_back_is_a_fault() {
     let mut bench = Bench::new("back");
@@ -166,6 +172,7 @@ fn clock_set_back_is_a_fault() {
     bench.reported_within(InputFault::Disordered, Duration::from_millis(40), from_ns);
 }
 
+// requirement: TW-FAULT-05
 #[test]
 fn clock_jump_is_a_fault() {
     let mut bench = Bench::new("jump");
@@ -180,6 +187,7 @@ fn clock_jump_is_a_fault() {
     bench.reported_within(InputFault::ClockJump, Duration::from_millis(40), from_ns);
 }
 
+// requirement: TW-FAULT-05
 #[test]
 fn message_from_the_future_is_a_fault() {
     let mut bench = Bench::new("future");
@@ -197,6 +205,7 @@ fn message_from_the_future_is_a_fault() {
     bench.reported_within(InputFault::ClockJump, Duration::from_millis(40), from_ns);
 }
 
+// requirement: TW-FAULT-07
 #[test]
 fn non_finite_values_are_a_fault() {
     for (test, value) in [("nan", f64::NAN), ("inf", f64::INFINITY)] {
@@ -256,6 +265,7 @@ fn reports_or_cautions(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
     }
 }
 
+// requirement: TW-FAULT-08
 #[test]
 fn impossible_specific_force_is_a_fault() {
     let within = Duration::from_millis(40);
@@ -265,6 +275,7 @@ fn impossible_specific_force_is_a_fault() {
     bench.recovers();
 }
 
+// requirement: TW-VERDICT-10
 #[test]
 fn single_bad_sample_is_left_out() {
     let mut bench = Bench::new("spike");
@@ -282,6 +293,7 @@ fn single_bad_sample_is_left_out() {
     bench.recovers();
 }
 
+// requirement: TW-FAULT-09
 #[test]
 fn jumping_joint_is_a_fault() {
     let within = Duration::from_millis(60);
@@ -295,6 +307,7 @@ fn jumping_joint_is_a_fault() {
     );
 }
 
+// requirement: TW-FAULT-10
 #[test]
 fn frozen_imu_is_a_fault() {
     let within = Duration::from_millis(1500);
@@ -303,6 +316,7 @@ fn frozen_imu_is_a_fault() {
     });
 }
 
+// requirement: TW-FAULT-12
 #[test]
 fn attitude_that_is_no_unit_quaternion_is_a_fault() {
     let within = Duration::from_millis(40);
@@ -311,6 +325,7 @@ fn attitude_that_is_no_unit_quaternion_is_a_fault() {
     });
 }
 
+// requirement: TW-FAULT-11
 #[test]
 fn joint_beyond_its_limit_is_a_fault() {
     let within = Duration::from_secs(2);
@@ -326,6 +341,7 @@ fn joint_beyond_its_limit_is_a_fault() {
     );
 }
 
+// requirement: TW-FAULT-13
 #[test]
 fn velocity_must_be_the_derivative_of_position() {
     let within = Duration::from_secs(1);
@@ -339,6 +355,7 @@ fn velocity_must_be_the_derivative_of_position() {
     );
 }
 
+// requirement: TW-FAULT-13
 #[test]
 fn attitude_must_agree_with_specific_force() {
     let within = Duration::from_millis(10_500);
@@ -349,6 +366,7 @@ fn attitude_must_agree_with_specific_force() {
     });
 }
 
+// requirement: TW-FAULT-15
 #[test]
 fn torn_and_empty_messages_are_a_fault() {
     for test in ["torn", "zero", "kind", "length"] {
@@ -373,6 +391,7 @@ fn torn_and_empty_messages_are_a_fault() {
     }
 }
 
+// requirement: TW-FAULT-16, TW-FAULT-17
 #[test]
 fn foreign_source_or_machine_is_a_fault() {
     let mut bench = Bench::new("source");
@@ -398,6 +417,7 @@ fn foreign_source_or_machine_is_a_fault() {
     bench.reported_within(InputFault::WrongMachine, Duration::from_millis(20), from_ns);
 }
 
+// requirement: TW-FAULT-16
 #[test]
 fn second_producer_is_rejected() {
     let world = World::new("two");
@@ -408,6 +428,7 @@ fn second_producer_is_rejected() {
     assert!(replay.err.contains("cannot write"), "{}", replay.err);
 }
 
+// requirement: TW-FAULT-20
 #[test]
 fn missing_producer_is_a_fault() {
     let bench = Bench::new("gone");
@@ -433,6 +454,7 @@ fn missing_producer_is_a_fault() {
     Feed::new(&world.join(), "forwarder6", time).run_in();
 }
 
+// requirement: TW-FAULT-21
 #[test]
 fn late_verdicts_are_a_fault() {
     let mut bench = Bench::new("late");
@@ -450,6 +472,7 @@ fn late_verdicts_are_a_fault() {
     bench.recovers();
 }
 
+// requirement: TW-FAULT-23
 #[test]
 fn verdict_expires_when_the_monitor_hangs() {
     let mut bench = Bench::new("until");
@@ -467,6 +490,7 @@ fn verdict_expires_when_the_monitor_hangs() {
     bench.recovers();
 }
 
+// requirement: TW-VERDICT-18
 #[test]
 fn alarm_persists_until_acknowledged() {
     let mut bench = Bench::of("ack", "tiny_lift");

@@ -121,6 +121,7 @@ fn assert_all_rows(monitor: &Ended, name: &str) {
     );
 }
 
+// requirement: TW-VERDICT-24
 #[test]
 fn live_rows_equal_offline_rows_bit_for_bit() {
     let world = World::new("bits");
@@ -132,6 +133,7 @@ fn live_rows_equal_offline_rows_bit_for_bit() {
     assert_all_rows(&monitor.end(), "tiny");
 }
 
+// requirement: TW-VERDICT-24
 #[test]
 fn live_verdicts_equal_offline_verdicts() {
     let world = World::new("lift");
@@ -179,6 +181,7 @@ fn lossless_replay_waits_for_a_stopped_reader() {
     assert!(replay.end().status.success());
 }
 
+// requirement: TW-REFUSAL-02
 #[test]
 fn monitor_of_another_machine_refuses_to_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -246,6 +249,7 @@ fn lossless_replay_fails_if_its_reader_dies() {
     );
 }
 
+// requirement: TW-REFUSAL-02
 #[test]
 fn session_with_another_hash_is_rejected() {
     let file = MachineFile::read(&data("tiny.toml")).unwrap();

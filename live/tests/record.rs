@@ -154,6 +154,7 @@ fn faulty_session(world: &World, folder: &Path) -> Vec<WireVerdict> {
     rows
 }
 
+// requirement: TW-RECORD-05, TW-VERDICT-24
 #[test]
 fn offline_reproduces_a_faulty_session() {
     let folder = tempfile::tempdir().unwrap();
@@ -180,6 +181,7 @@ fn offline_reproduces_a_faulty_session() {
     assert!(levels(Level::Danger) && levels(Level::Fault));
 }
 
+// requirement: TW-RECORD-05, TW-VERDICT-20
 #[test]
 fn offline_reproduces_an_inherited_alarm() {
     let folder = tempfile::tempdir().unwrap();
@@ -297,6 +299,7 @@ fn is_undelayed(delays: &Times, before: &Times) -> bool {
     delays.quantile(0.5) < before.quantile(0.5) + 5.0
 }
 
+// requirement: TW-RECORD-01
 #[test]
 fn full_disk_does_not_delay_the_monitor() {
     let _prioritised = prioritise();
@@ -361,6 +364,7 @@ mod needs_strace {
     use super::*;
 
     /// Every write of the recorder takes 0.1 s longer.
+    // requirement: TW-RECORD-01
     #[test]
     #[ignore = "needs strace, which makes writes slow"]
     fn slow_disk_loses_nothing_and_delays_nobody() {
@@ -398,6 +402,7 @@ mod needs_strace {
 }
 
 /// Ten seconds are far more than its queue holds.
+// requirement: TW-RECORD-03
 #[test]
 fn stopped_recorder_reports_what_it_missed() {
     let _prioritised = prioritise();
@@ -449,6 +454,7 @@ fn recording(world: &World, folder: &Path) -> (Producing, crate::support::Proces
     (producing, recorder)
 }
 
+// requirement: TW-RECORD-03
 #[test]
 fn removed_or_replaced_folder_is_made_anew_and_its_loss_counted() {
     let _prioritised = prioritise();
@@ -509,6 +515,7 @@ fn killed_file(folder: &Path) -> std::path::PathBuf {
     files(folder).remove(0)
 }
 
+// requirement: TW-RECORD-02
 #[test]
 fn killed_file_is_complete_for_every_reader() {
     let folder = tempfile::tempdir().unwrap();
@@ -517,6 +524,7 @@ fn killed_file_is_complete_for_every_reader() {
     assert!(messages.unwrap().len() > 30);
 }
 
+// requirement: TW-RECORD-04
 #[test]
 fn next_recorder_closes_a_file_that_was_cut() {
     let folder = tempfile::tempdir().unwrap();

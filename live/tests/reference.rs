@@ -62,6 +62,7 @@ fn monitor_started_with_a_wheel_in_the_air_says_danger() {
     }
 }
 
+// requirement: TW-VERDICT-17, TW-VERDICT-23
 #[test]
 fn every_fault_names_its_cause() {
     for row in verdicts_from(0.0).iter().chain(&verdicts_from(2.0)) {

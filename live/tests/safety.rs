@@ -303,6 +303,7 @@ fn overwrite(sample: &mut WireSample, at: u16, bytes: &[u8]) {
     }
 }
 
+// requirement: TW-VERDICT-02
 #[test]
 fn faultless_session_becomes_safe() {
     let mut bench = Bench::new();
@@ -315,6 +316,7 @@ fn faultless_session_becomes_safe() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(96) })]
 
+    // requirement: TW-VERDICT-25
     #[test]
     fn safe_means_that_everything_was_checked(acts in proptest::collection::vec(act(), 1..400)) {
         let mut bench = Bench::new();
@@ -327,6 +329,7 @@ proptest! {
         }
     }
 
+    // requirement: TW-VERDICT-25
     #[test]
     fn no_bytes_are_safe(bytes in proptest::collection::vec(any::<u8>(), size_of::<WireSample>()), seals: bool) {
         let mut bench = Bench::new();

@@ -25,6 +25,7 @@ fn refused(session: &Session, file: &MachineFile, urdf: &Urdf) -> Option<Session
     opened.err().map(|error| SessionRefused::of(&error))
 }
 
+// requirement: TW-REFUSAL-01, TW-REFUSAL-02, TW-REFUSAL-03, TW-REFUSAL-04, TW-REFUSAL-05, TW-REFUSAL-06, TW-REFUSAL-07
 #[test]
 fn session_that_contradicts_the_machine_file_is_refused() {
     let (file, urdf) = machine("tiny_lift");
@@ -82,6 +83,7 @@ fn extended(folder: &Path, change: impl FnOnce(String) -> String) -> (MachineFil
     (file, urdf, session)
 }
 
+// requirement: TW-REFUSAL-04
 #[test]
 fn bound_tool_wrench_is_required() {
     let folder = tempfile::tempdir().unwrap();
@@ -96,6 +98,19 @@ fn bound_tool_wrench_is_required() {
     assert!(found.text.contains("no tool wrench"), "{}", found.text);
 }
 
+// requirement: TW-REFUSAL-08
+#[test]
+fn machine_that_is_always_quasi_static_does_not_suit_a_monitor() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, urdf, session) = extended(folder.path(), |text| {
+        text + "\n[quasi_static]\nmode = \"always\"\n"
+    });
+    let found = refused(&session, &file, &urdf).unwrap();
+    assert_eq!(found.reason, Refusal::Unsuitable, "{}", found.text);
+    assert!(found.text.contains("estimator.max_gap"), "{}", found.text);
+}
+
+// requirement: TW-REFUSAL-07
 #[test]
 fn imu_whose_mounting_nobody_knows_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -113,6 +128,7 @@ fn imu_whose_mounting_nobody_knows_is_refused() {
     }
 }
 
+// requirement: TW-FAULT-18, TW-REFUSAL-04
 #[test]
 fn client_sees_why_a_session_is_refused() {
     let world = World::new("refused");
@@ -156,6 +172,7 @@ fn client_sees_why_a_session_is_refused() {
     assert_eq!((last.refusal, last.refused_session), (0, 0));
 }
 
+// requirement: TW-FAULT-18, TW-REFUSAL-03
 #[test]
 fn monitor_refuses_an_untimed_session_and_says_so() {
     let world = World::new("pace0");
@@ -169,6 +186,7 @@ fn monitor_refuses_an_untimed_session_and_says_so() {
     let _ = replay.child.kill();
 }
 
+// requirement: TW-REFUSAL-03
 #[test]
 fn control_refuses_an_untimed_session() {
     let world = World::new("pace0control");

@@ -16,6 +16,8 @@ mod control;
 mod crash;
 /// Data are late whatever their stamps say.
 mod delays;
+/// Hashes of what runs, and what a supervisor is told.
+mod evidence;
 /// Every fault of the input, injected in shared memory.
 mod faults;
 /// The C header is current, and the client in C works.

@@ -84,6 +84,23 @@ fn reversed_valves_are_found_at_a_small_opening() {
     assert!(!reversed.tick(&state, &[-0.1; 2]).hold);
 }
 
+// requirement: TW-CONTROL-06
+#[test]
+fn a_second_step_without_solution_holds() {
+    let machine = machine();
+    let (mut controller, state) = controller(&machine);
+    assert!(!controller.tick(&state, &[-0.1; 2]).hold);
+    let mut unknown = state.clone();
+    unknown.imu.specific_force.x = f64::NAN;
+    let first = controller.tick(&unknown, &[-0.1; 2]);
+    assert_eq!((first.status, first.hold), (Status::NoSolution, false));
+    let second = controller.tick(&unknown, &[-0.1; 2]);
+    assert_eq!((second.status, second.hold), (Status::NoSolution, true));
+    assert_eq!(controller.follow(&[-0.1; 2], 1.0), [0.0; 2]);
+    // and it goes on as soon as there is one
+    assert!(!controller.tick(&state, &[-0.1; 2]).hold);
+}
+
 #[test]
 fn rod_that_stands_still_is_found() {
     let (controller, _, _) = driven(0.0);

@@ -122,6 +122,7 @@ mod tests {
         verdict.alarm_sequence
     }
 
+    // requirement: TW-VERDICT-21
     #[test]
     fn only_verdicts_with_the_alarm_can_be_acknowledged() {
         let mut seen = AlarmSeen::new(5, 9);
@@ -146,6 +147,7 @@ mod tests {
         assert!(!seen.is_acknowledged(&acknowledgement(5, 12), 21));
     }
 
+    // requirement: TW-VERDICT-21
     #[test]
     fn only_commands_with_the_fault_of_a_rod_can_be_acknowledged() {
         let mut seen = AlarmSeen::new(5, 9);

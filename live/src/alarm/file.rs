@@ -152,6 +152,7 @@ mod tests {
         assert_eq!(file.read().unwrap(), Latch::default());
     }
 
+    // requirement: TW-VERDICT-20
     #[test]
     fn every_changed_byte_is_damage() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,7 @@
 //! The latched alarm on the disk: over the end of a session, a restart of the monitor and a power cut.
 
 mod acknowledgement;
+mod exchange;
 mod file;
 mod store;
 

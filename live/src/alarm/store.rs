@@ -2,13 +2,13 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use tipwatch_mechanics::verdict::{Latch, Level};
 
+use super::exchange::Exchange;
 use super::file::AlarmFile;
 use crate::safety_limits::ALARM_SAVE_NS;
 use crate::system::clock::monotonic_ns;
@@ -17,26 +17,15 @@ use crate::system::clock::monotonic_ns;
 const LOOK_PERIOD: Duration = Duration::from_millis(2);
 /// How often it checks that the file is still there, and retries after a failure.
 const CHECK_PERIOD: Duration = Duration::from_secs(1);
-/// No alarm is written as this number.
-const UNSAVED: u32 = u32::MAX;
 
 /// Keeps the alarm of a machine on the disk. Dropping it waits for the last write.
 #[derive(Debug)]
 pub struct AlarmStore {
-    shared: Arc<Shared>,
+    exchange: Arc<Exchange>,
     thread: Option<JoinHandle<()>>,
     wanted: u32,
     /// When the alarm last changed (ns).
     changed_ns: i64,
-}
-
-#[derive(Debug)]
-struct Shared {
-    /// The alarm to be written, and the one on the disk, as numbers.
-    wanted: AtomicU32,
-    saved: AtomicU32,
-    has_failed: AtomicBool,
-    ends: AtomicBool,
 }
 
 impl AlarmStore {
@@ -64,29 +53,23 @@ impl AlarmStore {
             latch = worse(latch, *latched);
         }
         let wanted = number_of(latch);
-        let shared = Arc::new(Shared {
-            wanted: AtomicU32::new(wanted),
-            saved: AtomicU32::new(UNSAVED),
-            has_failed: AtomicBool::new(false),
-            ends: AtomicBool::new(false),
-        });
-        let mut writer = Writer {
-            shared: Arc::clone(&shared),
-            file,
-        };
+        let exchange = Arc::new(Exchange::new(wanted));
         // the first write shows whether the folder can be written
-        writer.save();
-        if !writer.shared.has_failed.load(Ordering::Acquire) {
+        exchange.save(&mut |alarm, had_failed| write(&file, alarm, had_failed));
+        if !exchange.has_failed() {
             for (before, _) in &predecessors {
                 // if this fails it is taken over once more
                 let _ = before.write(Latch::default());
             }
         }
-        let thread = std::thread::Builder::new()
-            .name("alarm".into())
-            .spawn(move || writer.run())?;
+        let thread = {
+            let exchange = Arc::clone(&exchange);
+            std::thread::Builder::new()
+                .name("alarm".into())
+                .spawn(move || write_all(&exchange, &file))?
+        };
         let store = Self {
-            shared,
+            exchange,
             thread: Some(thread),
             wanted,
             changed_ns: monotonic_ns(),
@@ -100,76 +83,64 @@ impl AlarmStore {
         if wanted != self.wanted {
             self.wanted = wanted;
             self.changed_ns = monotonic_ns();
-            self.shared.wanted.store(wanted, Ordering::Release);
+            self.exchange.want(wanted);
         }
     }
 
     /// Whether a power cut would lose the alarm: writing has failed, or takes too long.
     #[must_use]
     pub fn is_unsaved(&self) -> bool {
-        self.shared.has_failed.load(Ordering::Acquire)
-            || self.shared.saved.load(Ordering::Acquire) != self.wanted
+        self.exchange.has_failed()
+            || !self.exchange.is_saved(self.wanted)
                 && monotonic_ns().saturating_sub(self.changed_ns) > ALARM_SAVE_NS
     }
 }
 
 impl Drop for AlarmStore {
     fn drop(&mut self) {
-        self.shared.ends.store(true, Ordering::Release);
+        self.exchange.end();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
     }
 }
 
-/// The part of the store in its own thread.
-struct Writer {
-    shared: Arc<Shared>,
-    file: AlarmFile,
+/// The store in its own thread.
+fn write_all(exchange: &Exchange, file: &AlarmFile) {
+    let mut checked = Instant::now();
+    let pause = |exchange: &Exchange| {
+        std::thread::sleep(LOOK_PERIOD);
+        let is_check = checked.elapsed() >= CHECK_PERIOD;
+        if is_check {
+            checked = Instant::now();
+            if !file.path().exists() {
+                exchange.lose();
+            }
+        }
+        is_check
+    };
+    exchange.run(pause, |alarm, had_failed| write(file, alarm, had_failed));
 }
 
-impl Writer {
-    fn run(mut self) {
-        let mut checked = Instant::now();
-        while !self.shared.ends.load(Ordering::Acquire) {
-            std::thread::sleep(LOOK_PERIOD);
-            let is_check = checked.elapsed() >= CHECK_PERIOD;
-            if is_check {
-                checked = Instant::now();
-                if !self.file.path().exists() {
-                    self.shared.saved.store(UNSAVED, Ordering::Release);
-                }
+/// Writes an alarm; returns whether that has succeeded. The first failure and the first success after it are told.
+fn write(file: &AlarmFile, alarm: u32, had_failed: bool) -> bool {
+    let path = file.path();
+    match file.write(latch_of(alarm)) {
+        Ok(()) => {
+            if had_failed {
+                eprintln!("monitor: {}: the alarm is saved again", path.display());
             }
-            if is_check || !self.shared.has_failed.load(Ordering::Acquire) {
-                self.save();
+            true
+        }
+        Err(error) => {
+            if !had_failed {
+                eprintln!(
+                    "monitor: {}: cannot save the alarm: {error}; a power cut or a restart would lose it",
+                    path.display()
+                );
             }
+            false
         }
-        self.save();
-    }
-
-    /// Writes the alarm unless it is on the disk.
-    fn save(&mut self) {
-        let wanted = self.shared.wanted.load(Ordering::Acquire);
-        if self.shared.saved.load(Ordering::Acquire) == wanted {
-            return;
-        }
-        let had_failed = self.shared.has_failed.load(Ordering::Acquire);
-        let path = self.file.path();
-        match self.file.write(latch_of(wanted)) {
-            Ok(()) => {
-                self.shared.saved.store(wanted, Ordering::Release);
-                if had_failed {
-                    eprintln!("monitor: {}: the alarm is saved again", path.display());
-                }
-            }
-            Err(error) if !had_failed => eprintln!(
-                "monitor: {}: cannot save the alarm: {error}; a power cut or a restart would lose it",
-                path.display()
-            ),
-            Err(_) => {}
-        }
-        let is_saved = self.shared.saved.load(Ordering::Acquire) == wanted;
-        self.shared.has_failed.store(!is_saved, Ordering::Release);
     }
 }
 
@@ -198,6 +169,7 @@ fn latch_of(number: u32) -> Latch {
 mod tests {
     use super::*;
 
+    // requirement: TW-VERDICT-20
     #[test]
     fn alarm_outlives_its_store() {
         let folder = tempfile::tempdir().unwrap();
@@ -218,6 +190,7 @@ mod tests {
         assert_eq!(latch, Latch::default());
     }
 
+    // requirement: TW-VERDICT-20
     #[test]
     fn damaged_file_counts_as_a_latched_fault() {
         let folder = tempfile::tempdir().unwrap();
@@ -226,6 +199,7 @@ mod tests {
         assert_eq!(latch, Latch::raised(Level::Fault));
     }
 
+    // requirement: TW-FAULT-19
     #[test]
     fn folder_that_cannot_be_written_is_told() {
         let folder = tempfile::tempdir().unwrap();

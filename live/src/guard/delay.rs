@@ -74,6 +74,7 @@ mod tests {
         found.map(|sample| sample as f64 * 0.01)
     }
 
+    // requirement: TW-FAULT-06
     #[test]
     fn stamps_at_another_speed_are_found_by_their_drift() {
         assert_eq!(found_after_s(1.0), None);

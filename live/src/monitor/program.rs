@@ -17,6 +17,7 @@ use crate::node::{
 use crate::safety_limits::{HEARTBEAT_NS, REFUSAL_NOTICE_NS, START_UP_NS};
 use crate::system::clock::Clock;
 use crate::system::signals;
+use crate::wire::fingerprint::Fingerprint;
 use crate::wire::identity::new_identity;
 use crate::wire::refusal::{Refusal, SessionRefused};
 use crate::wire::sample::SampleCounts;
@@ -57,6 +58,7 @@ struct Outputs<'a> {
     file: &'a MachineFile,
     urdf: &'a Urdf,
     untimed: Untimed,
+    fingerprint: Option<&'a Fingerprint>,
     machines: Sender<WireMachine>,
     refusals: Sender<WireRefusal>,
     verdicts: ExpiringSender<'a, WireVerdict>,
@@ -97,10 +99,14 @@ impl Cycle<'_, '_> {
             file,
             urdf,
             untimed,
+            fingerprint,
             ..
         } = *self.outputs;
         let (session, machine, sensors) = open_session(announced, file, urdf, untimed)?;
         let mut message = WireMachine::new(&machine, session.id)?;
+        if let Some(fingerprint) = fingerprint {
+            fingerprint.write_to(&mut message)?;
+        }
         self.outputs.machines.send(&mut message)?;
         let now_ns = self.outputs.verdicts.now_ns();
         let mut monitor = Monitor::new(machine, &sensors, &session, now_ns);
@@ -184,6 +190,7 @@ impl<'a> MonitorProgram<'a> {
                 file,
                 urdf,
                 untimed: options.untimed,
+                fingerprint: None,
                 machines: node.sender(source, hash)?,
                 refusals: node.sender(source, hash)?,
                 verdicts,
@@ -196,6 +203,13 @@ impl<'a> MonitorProgram<'a> {
             latch,
             store,
         })
+    }
+
+    /// Publishes with every session what this program is.
+    #[must_use]
+    pub fn with_fingerprint(mut self, fingerprint: &'a Fingerprint) -> Self {
+        self.outputs.fingerprint = Some(fingerprint);
+        self
     }
 
     /// Acknowledgements that did not count: damaged, of another machine, or of a verdict without the latched alarm.

@@ -1,17 +1,15 @@
 //! A thread next to the loop of monitor or control: it removes the nodes of dead processes and notifies
 //! systemd's watchdog.
 
-use std::os::linux::net::SocketAddrExt;
-use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
 use super::live_node::{LiveNode, ServiceAddress};
 use crate::safety_limits::DEAD_NODE_CHECK;
+use crate::system::supervisor::Supervisor;
 
 /// The thread. It ends when this is dropped.
 #[derive(Debug)]
@@ -28,18 +26,26 @@ struct Shared {
 }
 
 impl Housekeeping {
-    /// Starts the thread.
+    /// Starts the thread. It tells the supervisor of the environment, if there is one, of the loop's cycles.
     ///
     /// # Errors
     /// The thread cannot be created.
     pub fn start(address: &ServiceAddress) -> Result<Self> {
+        Self::supervised(address, Supervisor::from_environment())
+    }
+
+    /// As [`Self::start`], with this supervisor.
+    ///
+    /// # Errors
+    /// The thread cannot be created.
+    pub fn supervised(address: &ServiceAddress, supervisor: Option<Supervisor>) -> Result<Self> {
         let shared = Arc::new(Shared::default());
         let thread = {
             // ports of iceoryx2 must stay in the thread that created them
             let (address, shared) = (address.clone(), Arc::clone(&shared));
             std::thread::Builder::new()
                 .name("housekeeping".into())
-                .spawn(move || watch(&address, &shared))?
+                .spawn(move || watch(&address, &shared, supervisor))?
         };
         Ok(Self {
             shared,
@@ -62,61 +68,21 @@ impl Drop for Housekeeping {
     }
 }
 
-fn watch(address: &ServiceAddress, shared: &Shared) {
+fn watch(address: &ServiceAddress, shared: &Shared, mut supervisor: Option<Supervisor>) {
     let node = LiveNode::new(address, "tipwatch-housekeeping");
-    let supervisor = Supervisor::from_environment();
-    if let Some(supervisor) = &supervisor {
-        supervisor.notify("READY=1");
-    }
-    let (mut seen, mut notified) = (0, Instant::now());
+    let mut seen = 0;
     while !shared.ends.load(Ordering::Relaxed) {
         std::thread::sleep(DEAD_NODE_CHECK);
         if let Ok(node) = &node {
             node.remove_dead_nodes();
         }
         let cycles = shared.cycles.load(Ordering::Relaxed);
-        if let Some(supervisor) = &supervisor
-            && cycles != seen
-            && supervisor.is_due(notified)
+        // a loop that hangs completes no cycle: systemd hears nothing, and restarts it
+        if cycles != seen
+            && let Some(supervisor) = &mut supervisor
         {
-            (seen, notified) = (cycles, Instant::now());
-            supervisor.notify("WATCHDOG=1");
+            seen = cycles;
+            supervisor.cycle_completed();
         }
-    }
-}
-
-/// systemd, if it started this program as a service with a watchdog.
-struct Supervisor {
-    socket: UnixDatagram,
-    address: SocketAddr,
-    /// Half of WatchdogSec; `None` without a watchdog.
-    period: Option<Duration>,
-}
-
-impl Supervisor {
-    fn from_environment() -> Option<Self> {
-        let path = std::env::var("NOTIFY_SOCKET").ok()?;
-        let address = match path.strip_prefix('@') {
-            Some(name) => SocketAddr::from_abstract_name(name),
-            None => SocketAddr::from_pathname(&path),
-        };
-        let period = std::env::var("WATCHDOG_USEC").ok();
-        Some(Self {
-            socket: UnixDatagram::unbound().ok()?,
-            address: address.ok()?,
-            period: period
-                .and_then(|us| us.parse().ok())
-                .map(|us: u64| Duration::from_micros(us / 2)),
-        })
-    }
-
-    fn is_due(&self, notified: Instant) -> bool {
-        self.period
-            .is_some_and(|period| notified.elapsed() >= period)
-    }
-
-    /// Sends a state. Errors are ignored: a supervisor that does not receive it restarts the program.
-    fn notify(&self, state: &str) {
-        let _ = self.socket.send_to_addr(state.as_bytes(), &self.address);
     }
 }

@@ -4,8 +4,9 @@ use tipwatch_mechanics::state::{Sample, Sensor};
 use tipwatch_suspension::MAX_ACTUATORS;
 
 use super::cdr::Cdr;
+use crate::wire::fingerprint::hex;
 use crate::wire::names::Names;
-use crate::wire::topics::{WireCommand, WireVerdict};
+use crate::wire::topics::{WireCommand, WireMachine, WireVerdict};
 
 /// A sample. `joint_names` are those of its stream, `imu_frame` is that of the IMU.
 pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &str) -> Vec<u8> {
@@ -54,6 +55,31 @@ pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &st
             cdr.f64s(&values[..1]);
         }
     }
+    cdr.finish()
+}
+
+/// What a monitor says about itself, in the order of its topic's definition. A text that is no text is empty.
+pub(super) fn program(wire: &WireMachine) -> Vec<u8> {
+    let text = |bytes: &[u8]| {
+        let end = bytes.iter().position(|&byte| byte == 0);
+        let text = std::str::from_utf8(&bytes[..end.unwrap_or(bytes.len())]);
+        text.unwrap_or_default().to_owned()
+    };
+    let mut cdr = Cdr::with_capacity(1024);
+    cdr.header(wire.time_ns, "");
+    cdr.text(&text(&wire.version));
+    cdr.text(&text(&wire.options));
+    for hash in [
+        wire.program_sha256,
+        wire.options_sha256,
+        wire.machine_sha256,
+        wire.urdf_sha256,
+        wire.commissioning_sha256,
+    ] {
+        let is_known = hash.iter().any(|&byte| byte != 0);
+        cdr.text(&if is_known { hex(&hash) } else { String::new() });
+    }
+    cdr.u64(wire.source);
     cdr.finish()
 }
 

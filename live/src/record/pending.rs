@@ -2,7 +2,8 @@
 //! the disk.
 
 use std::collections::VecDeque;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use crate::system::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Bytes that may wait: half a minute of a busy machine.
 const MAX_BYTES: usize = 64 << 20;
@@ -16,10 +17,12 @@ pub(super) enum Kind {
     Verdict { is_new: bool },
     /// A valve command.
     Command,
+    /// What the monitor is.
+    Program,
 }
 
 /// A message as written to the file.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Encoded {
     pub(super) kind: Kind,
     pub(super) sequence: u32,
@@ -32,7 +35,7 @@ pub(super) struct Encoded {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Dropped {
     pub(super) samples: u64,
-    /// Verdicts and commands.
+    /// Verdicts and commands, and what a monitor says about itself.
     pub(super) verdicts: u64,
 }
 
@@ -40,7 +43,7 @@ impl Dropped {
     fn count(&mut self, kind: Kind) {
         match kind {
             Kind::Sample(_) => self.samples += 1,
-            Kind::Verdict { .. } | Kind::Command => self.verdicts += 1,
+            Kind::Verdict { .. } | Kind::Command | Kind::Program => self.verdicts += 1,
         }
     }
 }

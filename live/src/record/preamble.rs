@@ -8,6 +8,7 @@ use tipwatch_mechanics::state::{Sensor, Sensors};
 
 use super::segment::{Channels, Preamble};
 use super::topics;
+use crate::wire::fingerprint::Fingerprint;
 use crate::wire::names::Names;
 use crate::wire::session::Session;
 
@@ -34,8 +35,14 @@ pub(super) fn preamble(
         verdicts: topics.len(),
         commands: topics.len() + 1,
         gaps: topics.len() + 2,
+        programs: topics.len() + 3,
     };
-    topics.extend([topics::verdict(names), topics::command(), topics::gap()]);
+    topics.extend([
+        topics::verdict(names),
+        topics::command(),
+        topics::gap(),
+        topics::program(),
+    ]);
     let metadata = BTreeMap::from([
         ("version".into(), env!("CARGO_PKG_VERSION").into()),
         ("session".into(), format!("{:016x}", session.id)),
@@ -63,6 +70,16 @@ pub(super) fn preamble(
         ],
         metadata,
         begun_ns,
+    }
+}
+
+impl Preamble {
+    /// With what the recorder is, in the metadata.
+    pub(super) fn by(mut self, recorder: &Fingerprint) -> Self {
+        let entries = recorder.entries().into_iter();
+        let named = entries.map(|(name, value)| (format!("recorder_{name}"), value));
+        self.metadata.extend(named);
+        self
     }
 }
 

@@ -10,8 +10,9 @@ use super::session_recorder::{RecordOptions, RecordingPlace, SessionRecorder};
 use super::writer::RecordCounts;
 use crate::node::{LiveNode, Receiver, SessionFollower, SessionHost, pause};
 use crate::system::signals;
+use crate::system::supervisor::Supervisor;
 use crate::wire::session::Progress;
-use crate::wire::topics::{WireCommand, WireSample, WireSession, WireVerdict};
+use crate::wire::topics::{WireCommand, WireMachine, WireSample, WireSession, WireVerdict};
 
 /// The wait between two looks at the shared memory.
 const POLL_PERIOD: Duration = Duration::from_millis(2);
@@ -36,6 +37,9 @@ pub fn record(
     let mut recorder = Recorder {
         verdicts: node.receiver()?,
         commands: node.receiver()?,
+        machines: node.receiver()?,
+        machine: None,
+        supervisor: Supervisor::from_environment(),
         host: Host {
             place: RecordingPlace {
                 file,
@@ -58,6 +62,10 @@ struct Recorder<'a> {
     node: &'a LiveNode,
     verdicts: Receiver<WireVerdict>,
     commands: Receiver<WireCommand>,
+    machines: Receiver<WireMachine>,
+    /// What the monitor said last about itself, perhaps before its session was followed here.
+    machine: Option<WireMachine>,
+    supervisor: Option<Supervisor>,
     host: Host<'a>,
     follower: SessionFollower<SessionRecorder>,
     checked: Instant,
@@ -116,6 +124,7 @@ impl Recorder<'_> {
                 self.follower.look_for_session(&mut self.host)?;
             }
             let progress = self.take_samples()?;
+            self.take_machine()?;
             let outputs = self.take_verdicts()? + self.take_commands()?;
             if progress == Progress::Ended || (outputs > 0 && ended.is_some()) {
                 ended = Some(Instant::now());
@@ -134,9 +143,28 @@ impl Recorder<'_> {
                 self.checked = Instant::now();
                 self.node.remove_dead_nodes();
             }
+            self.cycle_completed();
             if pause(POLL_PERIOD).is_err() {
                 break;
             }
+        }
+        Ok(())
+    }
+
+    /// Tells the supervisor that the loop works: the first time with all services open.
+    fn cycle_completed(&mut self) {
+        self.supervisor
+            .iter_mut()
+            .for_each(Supervisor::cycle_completed);
+    }
+
+    /// Takes what the monitor says about itself.
+    fn take_machine(&mut self) -> Result<()> {
+        while let Some(machine) = self.machines.receive(|machine| *machine)? {
+            self.machine = Some(machine);
+        }
+        if let (Some(machine), Some(session)) = (&self.machine, &mut self.follower.active) {
+            session.machine(machine);
         }
         Ok(())
     }
@@ -156,6 +184,7 @@ impl Recorder<'_> {
                 .is_some_and(SessionRecorder::must_wait)
                 && signals::check().is_ok()
             {
+                self.cycle_completed();
                 std::thread::sleep(POLL_PERIOD);
             }
         }

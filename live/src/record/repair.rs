@@ -174,6 +174,7 @@ mod tests {
         read.ok().map(|messages| messages.len())
     }
 
+    // requirement: TW-RECORD-02
     #[test]
     fn file_is_complete_after_every_batch() {
         let folder = tempfile::tempdir().unwrap();
@@ -183,6 +184,7 @@ mod tests {
         assert_eq!(repair(&path).unwrap(), None);
     }
 
+    // requirement: TW-RECORD-04
     #[test]
     fn file_cut_anywhere_is_complete_after_repair() {
         let folder = tempfile::tempdir().unwrap();

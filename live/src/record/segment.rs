@@ -56,6 +56,7 @@ pub(super) struct Channels {
     pub(super) verdicts: usize,
     pub(super) commands: usize,
     pub(super) gaps: usize,
+    pub(super) programs: usize,
 }
 
 /// A file being written.

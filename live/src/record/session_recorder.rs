@@ -19,6 +19,7 @@ use super::writer::{FileWriter, Plan, RecordCounts};
 use crate::guard::{Admitted, Guard};
 use crate::system::clock::{monotonic_ns, unix_ns};
 use crate::wire::command::Mode;
+use crate::wire::fingerprint::Fingerprint;
 use crate::wire::names::Names;
 use crate::wire::session::{Progress, Session, Untimed, open_session};
 use crate::wire::topics::{
@@ -36,6 +37,8 @@ pub struct RecordOptions {
     pub keep_bytes: Option<u64>,
     /// Whether to wait for the next session when one is over.
     pub stays: bool,
+    /// What the recorder is.
+    pub fingerprint: Fingerprint,
 }
 
 /// What is the same for all sessions of a run.
@@ -66,6 +69,8 @@ pub(super) struct SessionRecorder {
     next_command: Option<(u64, u64)>,
     /// Mode and reasons of the last command.
     modes: [u32; 2],
+    /// The run of the monitor whose fingerprint was recorded.
+    program: Option<u64>,
 }
 
 impl SessionRecorder {
@@ -82,7 +87,8 @@ impl SessionRecorder {
         let folder = folder::create(root, begun_ns, session.id)
             .with_context(|| format!("{}: cannot record there", root.display()))?;
         let plan = Plan {
-            preamble: preamble(file, urdf, &session, &machine, &sensors, &names, begun_ns),
+            preamble: preamble(file, urdf, &session, &machine, &sensors, &names, begun_ns)
+                .by(&options.fingerprint),
             split: options.split,
             retention: Retention::new(&options.folder, options.keep_bytes),
             folder: folder.clone(),
@@ -126,6 +132,7 @@ impl SessionRecorder {
             levels: [0; 2],
             next_command: None,
             modes: [0; 2],
+            program: None,
         })
     }
 
@@ -175,6 +182,16 @@ impl SessionRecorder {
         let data = encode::sample(&sample, joints, frame);
         self.push(Kind::Sample(place), wire.sequence, wire.published_ns, data);
         Progress::Running
+    }
+
+    /// Takes what the monitor says about itself, once of each run of a monitor.
+    pub(super) fn machine(&mut self, wire: &WireMachine) {
+        let is_ours = wire.session == self.session.id && wire.is_whole();
+        if is_ours && self.program != Some(wire.source) {
+            self.program = Some(wire.source);
+            let data = encode::program(wire);
+            self.push(Kind::Program, wire.sequence, wire.published_ns, data);
+        }
     }
 
     /// Takes a verdict; returns whether it was recorded.

@@ -210,6 +210,19 @@ const COMMAND_INTEGERS: [&str; 4] = ["event", "level", "iterations", "evaluation
 const COMMAND_COUNTS: [&str; 4] = ["sequence", "source", "sample_sequence", "verdict_sequence"];
 const COMMAND_LISTS: [&str; 5] = ["opening", "measured", "reference", "velocity", "target"];
 
+/// What the monitor is: hashes in hexadecimal, empty where unknown. It stands at the beginning of every file, and where
+/// another monitor goes on.
+pub(super) fn program() -> Topic {
+    Topic {
+        name: "/tipwatch/program".into(),
+        type_name: "tipwatch_msgs/msg/Program",
+        definition: format!(
+            "std_msgs/Header header\nstring version\nstring options\nstring program_sha256\nstring options_sha256\n\
+             string machine_sha256\nstring urdf_sha256\nstring commissioning_sha256\nuint64 source{HEADER}"
+        ),
+    }
+}
+
 /// Messages that the recorder lost.
 pub(super) fn gap() -> Topic {
     Topic {

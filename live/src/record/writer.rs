@@ -78,6 +78,10 @@ pub(super) struct FileWriter {
     first_ns: Option<i64>,
     failed: Option<Instant>,
     counts: RecordCounts,
+    /// What the monitor is, for the beginning of the next file.
+    program: Option<Encoded>,
+    /// Whether the open file has it.
+    has_program: bool,
 }
 
 impl FileWriter {
@@ -94,6 +98,8 @@ impl FileWriter {
             first_ns: None,
             failed: None,
             counts: RecordCounts::default(),
+            program: None,
+            has_program: false,
         };
         writer.open()?;
         Ok(writer)
@@ -119,7 +125,9 @@ impl FileWriter {
         for message in left {
             match message.kind {
                 Kind::Sample(_) => self.counts.samples_lost += 1,
-                Kind::Verdict { .. } | Kind::Command => self.counts.verdicts_lost += 1,
+                Kind::Verdict { .. } | Kind::Command | Kind::Program => {
+                    self.counts.verdicts_lost += 1;
+                }
             }
         }
         self.finish()?;
@@ -234,6 +242,17 @@ impl FileWriter {
             };
             segment.add(channels.gaps, &message)?;
         }
+        if !self.has_program
+            && let Some(program) = &self.program
+            && let Some(first) = messages.front()
+        {
+            let again = Encoded {
+                log_time_ns: first.log_time_ns,
+                ..program.clone()
+            };
+            segment.add(channels.programs, &again)?;
+            self.has_program = true;
+        }
         let mut is_alarm = false;
         for message in messages {
             let channel = match message.kind {
@@ -243,6 +262,11 @@ impl FileWriter {
                     channels.verdicts
                 }
                 Kind::Command => channels.commands,
+                Kind::Program => {
+                    self.program = Some(message.clone());
+                    self.has_program = true;
+                    channels.programs
+                }
             };
             segment.add(channel, message)?;
         }
@@ -289,6 +313,7 @@ impl FileWriter {
             counts: RecordCounts::default(),
         });
         self.first_ns = None;
+        self.has_program = false;
         Ok(())
     }
 
@@ -305,6 +330,7 @@ impl FileWriter {
                 Kind::Sample(_) => written.samples += 1,
                 Kind::Verdict { .. } => written.verdicts += 1,
                 Kind::Command => written.commands += 1,
+                Kind::Program => {}
             }
         }
         self.counts.add(&written);

@@ -1,5 +1,7 @@
-//! The operating system: clocks, signals and real-time scheduling.
+//! The operating system: clocks, signals, real-time scheduling and the supervisor of services.
 
 pub mod clock;
 pub mod realtime;
 pub mod signals;
+pub mod supervisor;
+pub mod sync;

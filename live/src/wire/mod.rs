@@ -4,6 +4,7 @@
 pub mod c_header;
 pub mod command;
 pub mod contract;
+pub mod fingerprint;
 mod hash;
 pub mod identity;
 mod message;

@@ -148,8 +148,8 @@ wire! {
 }
 
 wire! {
-    /// What a reader of verdicts must know about the machine.
-    "tipwatch.Machine.v1"
+    /// What a reader of verdicts must know about the machine, and about the monitor that computes them.
+    "tipwatch.Machine.v2"
     pub struct WireMachine {
         /// The session that the monitor follows.
         pub session: u64,
@@ -165,6 +165,20 @@ wire! {
         pub wheel_names: [[u8; NAME_BYTES]; MAX_PLACES],
         /// Names of the edges, in lower case.
         pub edge_names: [[u8; NAME_BYTES]; MAX_PLACES],
+        /// Version of the monitor; empty, and all hashes zero, if it did not state what it is.
+        pub version: [u8; NAME_BYTES],
+        /// SHA-256 of the monitor's executable.
+        pub program_sha256: [u8; 32],
+        /// SHA-256 of the whole text of its options.
+        pub options_sha256: [u8; 32],
+        /// SHA-256 of the machine file.
+        pub machine_sha256: [u8; 32],
+        /// SHA-256 of the URDF.
+        pub urdf_sha256: [u8; 32],
+        /// SHA-256 of the result of the machine's commissioning; zero without one.
+        pub commissioning_sha256: [u8; 32],
+        /// The monitor's arguments as a JSON array, cut if they are too long.
+        pub options: [u8; TEXT_BYTES],
     }
 }
 

@@ -49,6 +49,7 @@ impl Alarm {
 mod tests {
     use super::*;
 
+    // requirement: TW-VERDICT-03, TW-VERDICT-04
     #[test]
     fn rises_at_once_and_releases_after_a_second() {
         let mut alarm = Alarm::new(0.9);

@@ -410,6 +410,7 @@ mod tests {
         }
     }
 
+    // requirement: TW-VERDICT-01, TW-VERDICT-02, TW-VERDICT-06
     #[test]
     fn safe_needs_several_good_rows_an_alarm_only_one() {
         let mut run = Run::new();
@@ -423,6 +424,7 @@ mod tests {
         );
     }
 
+    // requirement: TW-VERDICT-05
     #[test]
     fn unloaded_wheel_is_danger_whatever_the_utilisation() {
         let mut run = Run::new();
@@ -439,6 +441,7 @@ mod tests {
         assert_eq!(run.judge.row(&unloaded).level, Level::Danger);
     }
 
+    // requirement: TW-VERDICT-08, TW-VERDICT-17
     #[test]
     fn held_fault_states_its_cause_until_it_ends() {
         let mut run = Run::new();
@@ -456,6 +459,7 @@ mod tests {
         assert!(run.judge.verdict().held.reasons.has(Reason::NotFinite));
     }
 
+    // requirement: TW-VERDICT-06, TW-VERDICT-15
     #[test]
     fn overturning_machine_stays_in_danger() {
         let mut run = Run::new();
@@ -486,6 +490,7 @@ mod tests {
         );
     }
 
+    // requirement: TW-VERDICT-03, TW-VERDICT-04
     #[test]
     fn levels_rise_at_once_and_fall_after_a_second() {
         let mut run = Run::new();
@@ -496,6 +501,7 @@ mod tests {
         assert_eq!(run.good(0.5, 1), Level::Safe);
     }
 
+    // requirement: TW-VERDICT-08
     #[test]
     fn fault_is_held_and_needs_good_rows_to_clear() {
         let mut run = Run::new();
@@ -507,6 +513,7 @@ mod tests {
         assert_eq!(run.row(f64::NAN, &[Reason::ImuGap], None), Level::Fault);
     }
 
+    // requirement: TW-VERDICT-10
     #[test]
     fn one_implausible_sample_is_tolerated_more_are_a_fault() {
         let mut run = Run::new();
@@ -525,6 +532,7 @@ mod tests {
         assert_eq!(run.judge.verdict().latched_level, Level::Safe);
     }
 
+    // requirement: TW-VERDICT-11
     #[test]
     fn missing_sensor_is_unknown_first_then_a_fault() {
         let mut run = Run::new();
@@ -534,6 +542,7 @@ mod tests {
         assert_eq!(run.row(f64::NAN, &[Reason::ImuGap], None), Level::Fault);
     }
 
+    // requirement: TW-VERDICT-01, TW-VERDICT-07
     #[test]
     fn unknown_utilisation_is_never_safe() {
         let mut run = Run::new();
@@ -545,6 +554,7 @@ mod tests {
         assert_eq!(settling.row(0.1, &[Reason::Settling], None), Level::Unknown);
     }
 
+    // requirement: TW-VERDICT-18
     #[test]
     fn danger_persists_until_over_and_acknowledged() {
         let mut run = Run::new();
@@ -560,6 +570,7 @@ mod tests {
         assert_eq!(run.judge.verdict().latched_level, Level::Safe);
     }
 
+    // requirement: TW-VERDICT-19
     #[test]
     fn acknowledgement_of_one_alarm_does_not_clear_the_next() {
         let mut run = Run::new();
@@ -579,6 +590,7 @@ mod tests {
         assert_eq!(run.judge.alarms(), 3);
     }
 
+    // requirement: TW-VERDICT-20
     #[test]
     fn inherited_alarm_ends_at_a_known_lower_level_once_acknowledged() {
         let mut run = Run::new();
@@ -604,6 +616,7 @@ mod tests {
         assert_eq!(run.judge.verdict().latched_level, Level::Danger);
     }
 
+    // requirement: TW-VERDICT-16
     #[test]
     fn verdict_between_rows_only_gets_worse() {
         let mut run = Run::new();

@@ -18,6 +18,8 @@ mod latch;
 mod level;
 mod lift_off;
 pub mod limits;
+#[cfg(test)]
+mod rules;
 
 pub use input_fault::{InputFault, InputFaults};
 pub use judge::{Conditions, HeldProblems, Judge, RowFacts, Verdict};

@@ -1,0 +1,83 @@
+//! What the monitor's loop and the thread that writes the alarm tell each other, as numbers. Nobody waits.
+
+use crate::system::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+/// No alarm is written as this number.
+const UNSAVED: u32 = u32::MAX;
+
+/// Shared by the two threads: one wants alarms, the other writes them.
+#[derive(Debug)]
+pub(super) struct Exchange {
+    /// The alarm to be written, and the one on the disk.
+    wanted: AtomicU32,
+    saved: AtomicU32,
+    has_failed: AtomicBool,
+    ends: AtomicBool,
+}
+
+impl Exchange {
+    /// This alarm is to be written first.
+    pub(super) fn new(wanted: u32) -> Self {
+        Self {
+            wanted: AtomicU32::new(wanted),
+            saved: AtomicU32::new(UNSAVED),
+            has_failed: AtomicBool::new(false),
+            ends: AtomicBool::new(false),
+        }
+    }
+
+    /// This alarm is to be written. The older ones need not be.
+    pub(super) fn want(&self, alarm: u32) {
+        self.wanted.store(alarm, Ordering::Release);
+    }
+
+    /// The writing thread is to end once the last alarm is written.
+    pub(super) fn end(&self) {
+        self.ends.store(true, Ordering::Release);
+    }
+
+    /// Whether the last write has failed.
+    pub(super) fn has_failed(&self) -> bool {
+        self.has_failed.load(Ordering::Acquire)
+    }
+
+    /// Whether this alarm is on the disk.
+    pub(super) fn is_saved(&self, alarm: u32) -> bool {
+        self.saved.load(Ordering::Acquire) == alarm
+    }
+
+    /// What was on the disk is no longer there.
+    pub(super) fn lose(&self) {
+        self.saved.store(UNSAVED, Ordering::Release);
+    }
+
+    /// Writes alarms until the end, the last one at the end. `pause` waits between two looks, and returns whether a
+    /// failed write is to be tried again.
+    pub(super) fn run(
+        &self,
+        mut pause: impl FnMut(&Self) -> bool,
+        mut write: impl FnMut(u32, bool) -> bool,
+    ) {
+        while !self.ends.load(Ordering::Acquire) {
+            let retries = pause(self);
+            if retries || !self.has_failed() {
+                self.save(&mut write);
+            }
+        }
+        self.save(&mut write);
+    }
+
+    /// Has the alarm written unless it is on the disk. `write` is told whether the last write had failed, and returns
+    /// whether this one succeeded.
+    pub(super) fn save(&self, write: &mut impl FnMut(u32, bool) -> bool) {
+        let wanted = self.wanted.load(Ordering::Acquire);
+        if self.is_saved(wanted) {
+            return;
+        }
+        let is_written = write(wanted, self.has_failed());
+        if is_written {
+            self.saved.store(wanted, Ordering::Release);
+        }
+        self.has_failed.store(!is_written, Ordering::Release);
+    }
+}

@@ -1,0 +1,349 @@
+//! Tests of the rules of the verdict, as the book states them, through what a caller sees.
+
+use super::{Conditions, HeldProblems, InputFault, InputFaults, Judge, Latch, Level, RowFacts};
+use crate::machine::LimitsSpec;
+use crate::state::{Reason, Reasons};
+
+const PERIOD_NS: i64 = 10_000_000;
+
+/// A judge that is given a row every 10 ms.
+struct Rows {
+    judge: Judge,
+    next: RowFacts,
+}
+
+impl Rows {
+    fn new() -> Self {
+        Self {
+            judge: Judge::new(&LimitsSpec::default()),
+            next: RowFacts {
+                time_ns: 0,
+                reasons: Reasons::NONE,
+                utilisation: 0.1,
+                is_wheel_unloaded: false,
+                conditions: Conditions::default(),
+                is_acknowledged: false,
+            },
+        }
+    }
+
+    /// A judge that calls the machine safe.
+    fn safe() -> Self {
+        let mut rows = Self::new();
+        assert_eq!(rows.good(20), Level::Safe);
+        rows
+    }
+
+    fn give(&mut self, change: impl FnOnce(&mut RowFacts)) -> Level {
+        self.next.time_ns += PERIOD_NS;
+        let mut row = self.next;
+        change(&mut row);
+        self.judge.row(&row).level
+    }
+
+    fn good(&mut self, count: usize) -> Level {
+        (0..count).for_each(|_| {
+            self.give(|_| ());
+        });
+        self.judge.verdict().level
+    }
+
+    fn with(&mut self, reason: Reason) -> Level {
+        self.give(|row| {
+            row.reasons.add(reason);
+            row.utilisation = f64::NAN;
+        })
+    }
+
+    fn latched(&self) -> Level {
+        self.judge.verdict().latched_level
+    }
+}
+
+// requirement: TW-VERDICT-09
+#[test]
+fn caution_is_a_warning_for_a_second_and_no_more() {
+    let mut rows = Rows::safe();
+    let late = |row: &mut RowFacts| row.conditions.cautions.add(InputFault::Stale);
+    assert_eq!(rows.give(late), Level::Warning);
+    assert_eq!(rows.good(99), Level::Warning);
+    assert_eq!(rows.judge.verdict().held.cautions, InputFault::Stale.into());
+    assert_eq!(rows.good(1), Level::Safe);
+    assert_eq!(rows.judge.verdict().held, HeldProblems::default());
+    // of a machine in danger it changes nothing, and nothing of it is latched
+    rows.give(|row| row.utilisation = 1.5);
+    assert_eq!(rows.give(late), Level::Danger);
+    let mut rows = Rows::safe();
+    rows.give(late);
+    assert_eq!(rows.latched(), Level::Warning);
+    assert_eq!(rows.judge.alarms(), 0);
+}
+
+// requirement: TW-VERDICT-12, TW-FAULT-22
+#[test]
+fn failure_of_the_model_is_a_latched_fault() {
+    for reason in [
+        Reason::LinkageOpen,
+        Reason::NoGroundContact,
+        Reason::NotFinite,
+    ] {
+        let mut rows = Rows::safe();
+        assert_eq!(rows.with(reason), Level::Fault, "{reason:?}");
+        assert!(rows.judge.verdict().held.reasons.has(reason));
+        assert_eq!(rows.good(200), Level::Safe);
+        assert_eq!(rows.latched(), Level::Fault, "{reason:?}");
+        rows.give(|row| row.is_acknowledged = true);
+        assert_eq!(rows.latched(), Level::Safe);
+    }
+}
+
+// requirement: TW-VERDICT-13
+#[test]
+fn gross_input_is_a_fault_at_once_and_from_the_start() {
+    assert_eq!(Rows::new().with(Reason::GrossInput), Level::Fault);
+    let mut rows = Rows::safe();
+    assert_eq!(rows.with(Reason::GrossInput), Level::Fault);
+    // whatever else is known of the row
+    let mut rows = Rows::safe();
+    let gross = |row: &mut RowFacts| row.reasons.add(Reason::GrossInput);
+    assert_eq!(rows.give(gross), Level::Fault);
+}
+
+// requirement: TW-VERDICT-14
+#[test]
+fn unknown_supports_are_never_safe() {
+    let mut rows = Rows::safe();
+    for _ in 0..500 {
+        assert_eq!(rows.with(Reason::SupportsUnknown), Level::Unknown);
+    }
+    // known loads of unknown supports are not known
+    let moving = |row: &mut RowFacts| row.reasons.add(Reason::SupportsUnknown);
+    assert_eq!(rows.give(moving), Level::Unknown);
+    assert_eq!(rows.good(9), Level::Unknown);
+    assert_eq!(rows.good(1), Level::Safe);
+}
+
+// requirement: TW-VERDICT-10
+#[test]
+fn signals_that_contradict_each_other_are_a_fault_from_the_third_row() {
+    for reason in [
+        Reason::JointsFault,
+        Reason::ImuFault,
+        Reason::OdometryFault,
+        Reason::ToolWrenchFault,
+        Reason::Contradiction,
+    ] {
+        let mut rows = Rows::safe();
+        let levels = [(); 3].map(|()| rows.with(reason));
+        let expected = [Level::Unknown, Level::Unknown, Level::Fault];
+        assert_eq!(levels, expected, "{reason:?}");
+        // nothing to acknowledge: the model did not fail
+        rows.good(200);
+        assert_eq!(rows.latched(), Level::Safe, "{reason:?}");
+    }
+}
+
+// requirement: TW-VERDICT-11
+#[test]
+fn every_kind_of_gap_is_a_fault_once_a_row_was_good() {
+    for reason in [
+        Reason::JointsGap,
+        Reason::ImuGap,
+        Reason::OdometryGap,
+        Reason::ToolWrenchGap,
+    ] {
+        let mut starting = Rows::new();
+        assert_eq!(starting.with(reason), Level::Unknown, "{reason:?}");
+        let mut rows = Rows::new();
+        rows.good(1);
+        assert_eq!(rows.with(reason), Level::Fault, "{reason:?}");
+        rows.good(200);
+        assert_eq!(rows.latched(), Level::Safe, "{reason:?}");
+    }
+}
+
+// requirement: TW-VERDICT-04
+#[test]
+fn utilisation_that_is_not_a_number_releases_no_alarm() {
+    let mut rows = Rows::safe();
+    rows.give(|row| row.utilisation = 1.2);
+    rows.good(99);
+    // the delay starts anew
+    rows.with(Reason::Settling);
+    assert_eq!(rows.good(100), Level::Danger);
+    assert_eq!(rows.good(1), Level::Safe);
+}
+
+// requirement: TW-VERDICT-03
+#[test]
+fn each_threshold_raises_its_level_when_it_is_reached() {
+    let limits = LimitsSpec::default();
+    for (threshold, level, below) in [
+        (limits.notice, Level::Notice, Level::Safe),
+        (limits.warning, Level::Warning, Level::Notice),
+        (limits.limit, Level::Danger, Level::Warning),
+    ] {
+        let mut rows = Rows::safe();
+        let under = f64::from_bits(threshold.to_bits() - 1);
+        assert_eq!(rows.give(|row| row.utilisation = under), below);
+        assert_eq!(rows.give(|row| row.utilisation = threshold), level);
+    }
+}
+
+// requirement: TW-VERDICT-15
+#[test]
+fn three_rows_of_danger_outweigh_signals_that_become_implausible() {
+    let broken = |rows: &mut Rows| {
+        rows.give(|row| {
+            row.utilisation = f64::NAN;
+            row.reasons.add(Reason::NoGroundContact);
+            row.conditions.faults.add(InputFault::OutOfRange);
+        })
+    };
+    for (danger_rows, level) in [(2, Level::Fault), (3, Level::Danger)] {
+        let mut rows = Rows::safe();
+        for _ in 0..danger_rows {
+            rows.give(|row| row.utilisation = 1.2);
+        }
+        assert_eq!(broken(&mut rows), level, "{danger_rows}");
+    }
+    // rows that tip count, rows below the limit do not
+    let mut rows = Rows::safe();
+    for _ in 0..3 {
+        rows.with(Reason::Tipping);
+    }
+    assert_eq!(broken(&mut rows), Level::Danger);
+    let mut rows = Rows::safe();
+    for _ in 0..5 {
+        rows.give(|row| row.utilisation = 1.2);
+    }
+    rows.good(200);
+    assert_eq!(broken(&mut rows), Level::Fault);
+}
+
+// requirement: TW-VERDICT-15
+#[test]
+fn only_faults_of_values_leave_a_machine_in_danger() {
+    for fault in InputFault::ALL {
+        let mut rows = Rows::safe();
+        for _ in 0..5 {
+            rows.give(|row| row.utilisation = 1.2);
+        }
+        let level = rows.give(|row| row.conditions.faults.add(fault));
+        let expected = if fault.is_about_values() {
+            Level::Danger
+        } else {
+            Level::Fault
+        };
+        assert_eq!(level, expected, "{}", fault.name());
+        let between = rows.judge.between_rows(Conditions {
+            faults: fault.into(),
+            ..Conditions::default()
+        });
+        assert_eq!(between.level, expected, "{}", fault.name());
+        assert!(between.held.faults.has(fault));
+    }
+}
+
+// requirement: TW-VERDICT-16
+#[test]
+fn between_rows_nothing_gets_better() {
+    let mut rows = Rows::safe();
+    rows.give(|row| row.utilisation = 1.2);
+    let none = rows.judge.between_rows(Conditions::default());
+    assert_eq!(none, rows.judge.verdict());
+    let caution = Conditions {
+        cautions: InputFault::Stale.into(),
+        ..Conditions::default()
+    };
+    let verdict = rows.judge.between_rows(caution);
+    assert_eq!(verdict.level, Level::Danger);
+    assert_eq!(verdict.held.cautions, InputFault::Stale.into());
+    let fault = Conditions {
+        faults: InputFault::Lost.into(),
+        ..caution
+    };
+    let verdict = rows.judge.between_rows(fault);
+    assert_eq!(verdict.level, Level::Fault);
+    assert_eq!(verdict.latched_level, Level::Fault);
+    assert_eq!(verdict.held.faults, InputFault::Lost.into());
+    assert_eq!(rows.judge.verdict().level, Level::Danger);
+}
+
+// requirement: TW-VERDICT-18
+#[test]
+fn unknown_level_does_not_end_an_alarm_and_a_higher_one_is_another() {
+    let mut rows = Rows::safe();
+    rows.give(|row| row.utilisation = 1.2);
+    assert_eq!(rows.judge.latch(), Latch::raised(Level::Danger));
+    // the level is Danger as long as nothing else is known
+    for _ in 0..300 {
+        assert_eq!(rows.with(Reason::Settling), Level::Danger);
+    }
+    rows.give(|row| row.is_acknowledged = true);
+    assert!(rows.judge.latch().is_acknowledged);
+    // the model fails: a higher alarm, that nobody has acknowledged
+    rows.good(200);
+    rows.give(|row| row.utilisation = 1.2);
+    assert_eq!(rows.judge.alarms(), 2);
+    rows.good(150);
+    assert_eq!(rows.with(Reason::LinkageOpen), Level::Fault);
+    assert_eq!(rows.judge.latch(), Latch::raised(Level::Fault));
+    assert_eq!(rows.judge.alarms(), 3);
+}
+
+// requirement: TW-VERDICT-18, TW-VERDICT-21
+#[test]
+fn acknowledgement_without_an_alarm_does_nothing() {
+    let mut rows = Rows::safe();
+    rows.give(|row| row.is_acknowledged = true);
+    assert_eq!(rows.judge.latch(), Latch::default());
+    // and none for the alarm that the same row raises
+    rows.give(|row| {
+        row.is_acknowledged = true;
+        row.utilisation = 1.2;
+    });
+    assert_eq!(rows.judge.latch(), Latch::raised(Level::Danger));
+}
+
+// requirement: TW-VERDICT-22
+#[test]
+fn unknown_numbers_are_never_safe() {
+    for level in Level::ALL {
+        assert_eq!(Level::from_number(level as u32), level);
+    }
+    for number in [6, 7, 255, 1 << 20, u32::MAX] {
+        assert_eq!(Level::from_number(number), Level::Fault);
+    }
+    let unknown = InputFaults::from_bits(1 << 31);
+    assert!(!unknown.is_empty());
+    assert_eq!(unknown.bits(), 1 << 31);
+    let mut rows = Rows::safe();
+    let level = rows.give(|row| row.conditions.faults = unknown);
+    assert_eq!(level, Level::Fault);
+}
+
+// requirement: TW-VERDICT-23
+#[test]
+fn lift_off_is_announced_at_three_levels_only() {
+    let announcing = Level::ALL.map(Level::announces_lift_off);
+    assert_eq!(announcing, [false, false, true, true, true, false]);
+}
+
+#[test]
+fn sets_of_faults_hold_what_was_added() {
+    let mut set = InputFaults::NONE;
+    assert!(set.is_empty());
+    set.add(InputFault::Stale);
+    set.add(InputFault::Stale);
+    let mut other = InputFaults::from(InputFault::Torn);
+    assert_eq!(other.iter().collect::<Vec<_>>(), [InputFault::Torn]);
+    other.add_all(set);
+    let faults = [InputFault::Stale, InputFault::Torn];
+    assert_eq!(other.iter().collect::<Vec<_>>(), faults);
+    assert_eq!(InputFaults::from_bits(other.bits()), other);
+    assert!(!other.has(InputFault::Lost));
+    let mut names: Vec<_> = InputFault::ALL.map(InputFault::name).into();
+    names.dedup();
+    assert_eq!(names.len(), InputFault::ALL.len());
+}

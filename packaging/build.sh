@@ -1,0 +1,88 @@
+#!/usr/bin/env bash
+# Builds the packages: packaging/build.sh OUT [deb] [wheel] [sbom]; all without a choice.
+#
+#   OUT/tipwatch_VERSION_ARCH.deb     both programs, systemd units, manual pages, completions, C header, bill of materials
+#   OUT/tipwatch-VERSION-*.whl        the Python module with both programs (abi3: Python 3.11 and later)
+#   OUT/tipwatch.cdx.json             bill of materials: every crate with version, hash and licence (CycloneDX)
+#
+# TIPWATCH_PROFILE=dev builds without optimisation, for a quick trial of the scripts.
+# The programs need an x86-64-v3 processor (2015 and later); RUSTFLAGS="" builds them for any x86-64.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+out=$(realpath -m "${1:?expected a folder for the packages}")
+shift
+wanted=" ${*:-deb wheel sbom} "
+profile=${TIPWATCH_PROFILE:-release}
+folder=$([[ $profile == dev ]] && echo debug || echo "$profile")
+target=${CARGO_TARGET_DIR:-target}/$folder
+version=$(sed -n '/^\[workspace.package\]/,/^\[/s/^version = "\(.*\)"/\1/p' Cargo.toml)
+# files of one commit have one time: the same sources give the same package
+export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2>/dev/null || echo 0)}
+mkdir -p "$out"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+want() { [[ $wanted == *" $1 "* ]]; }
+
+cargo build --profile "$profile" --locked --bins -p tipwatch-analyze -p tipwatch-live -p tipwatch-packaging
+"$target/tipwatch-packaging" sbom >"$work/tipwatch.cdx.json"
+if want sbom; then cp "$work/tipwatch.cdx.json" "$out/"; fi
+
+if want deb; then
+    root=$work/deb
+    "$target/tipwatch-packaging" pages "$work/pages"
+    install -D -m 755 -t "$root/usr/bin" "$target/tipwatch" "$target/tipwatch-live"
+    strip --strip-unneeded "$root"/usr/bin/*
+    install -D -m 644 -t "$root/usr/lib/systemd/system" packaging/systemd/*.service
+    install -D -m 644 packaging/systemd/tipwatch.sysusers "$root/usr/lib/sysusers.d/tipwatch.conf"
+    install -D -m 644 -t "$root/usr/share/man/man1" "$work"/pages/man/*.1
+    gzip -9n "$root"/usr/share/man/man1/*
+    for program in tipwatch tipwatch-live; do
+        install -D -m 644 "$work/pages/completions/bash/$program.bash" "$root/usr/share/bash-completion/completions/$program"
+        install -D -m 644 -t "$root/usr/share/zsh/vendor-completions" "$work/pages/completions/zsh/_$program"
+        install -D -m 644 -t "$root/usr/share/fish/vendor_completions.d" "$work/pages/completions/fish/$program.fish"
+    done
+    install -D -m 644 -t "$root/usr/include" live/include/tipwatch_live.h
+    doc=$root/usr/share/doc/tipwatch
+    install -D -m 644 -t "$doc" "$work/tipwatch.cdx.json" README.md
+    gzip -9nc CHANGELOG.md >"$doc/changelog.gz"
+    {
+        echo "Tipwatch is licensed under MIT or Apache-2.0, at your choice. The crates in it and their licences are listed in"
+        echo "tipwatch.cdx.json beside this file."
+        echo
+        cat LICENSE-MIT
+        echo
+        echo "The Apache License 2.0 is in /usr/share/common-licenses/Apache-2.0."
+    } >"$doc/copyright"
+    # the newest version of a symbol that the programs use is what they need
+    libc=$(objdump -T "$root"/usr/bin/* | grep -o 'GLIBC_[0-9.]*' | sort -Vu | tail -1 | cut -d_ -f2)
+    install -d "$root/DEBIAN"
+    cat >"$root/DEBIAN/control" <<EOF
+Package: tipwatch
+Version: $version
+Architecture: $(dpkg --print-architecture)
+Maintainer: Tipwatch developers <tipwatch@localhost>
+Installed-Size: $(du -ks "$root/usr" | cut -f1)
+Depends: libc6 (>= $libc), libgcc-s1
+Section: science
+Priority: optional
+Description: wheel loads and tip-over alarms of wheeled machines with an arm
+ Computes from the logs of a machine how close it came to tipping over: wheel
+ loads, stability indicators, their causes and their uncertainty. The monitor
+ does the same beside a machine's logger, over shared memory.
+EOF
+    install -m 755 packaging/deb/postinst packaging/deb/prerm packaging/deb/postrm "$root/DEBIAN/"
+    (cd "$root" && find usr -type f -print0 | sort -z | xargs -0 md5sum) >"$root/DEBIAN/md5sums"
+    dpkg-deb --root-owner-group --build "$root" "$out/tipwatch_${version}_$(dpkg --print-architecture).deb"
+fi
+
+if want wheel; then
+    # the Python module brings `tipwatch`; the monitor is a file of its own beside it
+    scripts=$work/scripts
+    install -D -m 755 "$target/tipwatch-live" "$scripts/tipwatch-live"
+    strip --strip-unneeded "$scripts/tipwatch-live"
+    maturin=${MATURIN:-maturin}
+    "$maturin" build --profile "$profile" --locked --manifest-path python/Cargo.toml --out "$work/wheels"
+    packaging/wheel_with_program.py "$work"/wheels/*.whl "$scripts/tipwatch-live" "$out"
+fi
+ls -l "$out"

@@ -1,0 +1,4 @@
+//! What packages contain beside the programs.
+
+pub mod bill;
+pub mod pages;

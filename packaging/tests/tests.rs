@@ -1,0 +1,86 @@
+//! Packages: pages for every command, a bill without forbidden licences, units that name options which exist.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot continue fails")]
+
+use std::fs;
+use std::path::Path;
+
+use clap::CommandFactory;
+use tipwatch_packaging::{bill, pages};
+
+#[test]
+fn every_command_has_a_manual_page_and_every_shell_its_completions() {
+    let folder = tempfile::tempdir().unwrap();
+    pages::write(folder.path()).unwrap();
+    for program in pages::programs() {
+        let name = program.get_name().to_string();
+        let mut names = vec![name.clone()];
+        let commands = program.get_subcommands().filter(|c| !c.is_hide_set());
+        names.extend(commands.map(|command| format!("{name}-{}", command.get_name())));
+        assert!(names.len() > 5, "{names:?}");
+        for page in names {
+            let text = fs::read_to_string(folder.path().join(format!("man/{page}.1"))).unwrap();
+            assert!(text.contains(".TH"), "{page}");
+            assert!(text.contains(".SH NAME"), "{page}");
+        }
+        for file in [
+            format!("bash/{name}.bash"),
+            format!("fish/{name}.fish"),
+            format!("zsh/_{name}"),
+        ] {
+            let path = folder.path().join("completions").join(&file);
+            let text = fs::read_to_string(path).unwrap();
+            assert!(text.contains(&name) && text.len() > 500, "{file}");
+        }
+    }
+}
+
+#[test]
+fn nothing_is_shipped_under_a_licence_that_is_not_allowed() {
+    let crates = bill::crates(&bill::workspace()).unwrap();
+    assert!(crates.len() > 100, "{}", crates.len());
+    let refused = bill::refused(&crates);
+    assert!(refused.is_empty(), "\n{}", refused.join("\n"));
+    for found in &crates {
+        // of a registry and locked, or of this repository
+        assert_eq!(found.source.is_some(), found.sha256.is_some(), "{found:?}");
+    }
+    let names: Vec<_> = crates.iter().map(|found| found.name.as_str()).collect();
+    assert!(names.contains(&"iceoryx2") && !names.contains(&"proptest"));
+}
+
+/// The lines of a unit under this key.
+fn values<'a>(unit: &'a str, key: &str) -> Vec<&'a str> {
+    let lines = unit.lines().filter_map(|line| line.split_once('='));
+    lines
+        .filter(|(name, _)| *name == key)
+        .map(|(_, value)| value)
+        .collect()
+}
+
+// requirement: TW-EVIDENCE-03
+#[test]
+fn units_start_commands_that_exist_with_a_watchdog() {
+    let units = Path::new(env!("CARGO_MANIFEST_DIR")).join("systemd");
+    for name in ["monitor", "record"] {
+        let path = units.join(format!("tipwatch-{name}@.service"));
+        let unit = fs::read_to_string(&path).unwrap();
+        assert_eq!(values(&unit, "Type"), ["notify"], "{name}");
+        assert_eq!(values(&unit, "WatchdogSec").len(), 1, "{name}");
+        assert_eq!(values(&unit, "Restart"), ["always"], "{name}");
+        let start = values(&unit, "ExecStart");
+        let line = start[0].replace("$OPTIONS", "");
+        let line = line
+            .replace("%i", "crane")
+            .replace("%S", "/var/lib")
+            .replace("%E", "/etc");
+        let arguments = line.split_whitespace().map(|word| word.trim_matches('"'));
+        let parsed = tipwatch_live::cli::Cli::command().try_get_matches_from(arguments);
+        let matches = parsed.unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(matches.subcommand_name(), Some(name));
+        assert!(
+            line.contains("--stay"),
+            "{name}: a service waits for sessions"
+        );
+    }
+}
