@@ -142,6 +142,7 @@ const RULES: [Rule; 10] = [
         folder: "live",
         crates: &[
             "tipwatch_binding",
+            "tipwatch_can",
             "tipwatch_ingest",
             "tipwatch_mechanics",
             "tipwatch_suspension",
@@ -158,6 +159,7 @@ const RULES: [Rule; 10] = [
             "replay",
             "record",
             "operator",
+            "bridge",
             "cli",
         ],
     },
