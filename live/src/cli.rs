@@ -10,6 +10,9 @@ use tipwatch_binding::{MachineFile, NOT_COMMISSIONED, commissioning_of};
 use tipwatch_mechanics::commissioning::Status;
 
 use crate::alarm::default_folder;
+use crate::bridge::input::CanInput;
+use crate::bridge::session::Stamps;
+use crate::bridge::{BridgeOptions, bridge};
 use crate::control::ControlProgram;
 use crate::monitor::output::Format;
 use crate::monitor::{MonitorOptions, MonitorProgram, ProgramObserver};
@@ -64,6 +67,9 @@ enum Command {
     /// Commission the machine: guide a person through a drive that proves signs, axes, order, scale and mounting of its
     /// sensors. The same as `tipwatch check-machine --live`.
     CheckMachine(CheckMachineArgs),
+    /// Bridge messages of ROS 2 and frames of CAN to the services in shared memory: the topics and signals that the
+    /// machine file binds become samples.
+    Bridge(BridgeArgs),
     /// Print the C header of the messages in shared memory.
     Header,
 }
@@ -186,6 +192,30 @@ struct RecordArgs {
 }
 
 #[derive(Debug, Args)]
+struct BridgeArgs {
+    #[command(flatten)]
+    machine: MachineArgs,
+    #[command(flatten)]
+    service: ServiceArgs,
+    /// Read the frames of a CAN interface; "-" for the text of candump -L on standard input. The frames are the topic
+    /// of the interface's name, or of the name behind "=". May be given several times.
+    #[arg(long, value_name = "IFACE[=TOPIC]")]
+    can: Vec<CanInput>,
+    /// Read frames of CAN FD too.
+    #[arg(long)]
+    can_fd: bool,
+    /// What the stamps of the messages are.
+    #[arg(long, default_value = "auto")]
+    stamps: Stamps,
+    /// How long to wait for the sensors of the machine file, in seconds.
+    #[arg(long, value_name = "S", default_value = "30", value_parser = seconds)]
+    wait: Duration,
+    /// Wait for ever.
+    #[arg(long)]
+    stay: bool,
+}
+
+#[derive(Debug, Args)]
 struct CheckMachineArgs {
     #[command(flatten)]
     machine: MachineArgs,
@@ -231,6 +261,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Watch(args) => watch(&args.service.address()).map(|()| ExitCode::SUCCESS),
         Command::Acknowledge(args) => run_acknowledge(args),
         Command::CheckMachine(args) => run_check_machine(args),
+        Command::Bridge(args) => run_bridge(args),
         Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
@@ -304,6 +335,37 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
     } else {
         ExitCode::from(LOST)
     })
+}
+
+fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
+    let file = MachineFile::read(&args.machine.machine)?;
+    let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    let mut can = args.can.clone();
+    for input in &mut can {
+        input.is_fd = args.can_fd;
+    }
+    if can.is_empty() {
+        bail!("bridge: expected at least one network, found none: --can IFACE");
+    }
+    let options = BridgeOptions {
+        can,
+        stamps: args.stamps,
+        wait: (!args.stay).then_some(args.wait),
+    };
+    let address = args.service.address();
+    let node = LiveNode::new(&address, "tipwatch-bridge")?;
+    let housekeeping = Housekeeping::start(&address)?;
+    let counts = bridge(&node, &file, &urdf, &options, &housekeeping)?;
+    let of = counts.of_messages;
+    eprintln!(
+        "bridge: {} sessions, {} messages, {} samples sent; messages: {} lost, {} repeated, {} of two publishers, {} \
+         undecodable",
+        counts.sessions, of.messages, of.sent, of.lost, of.repeated, of.of_two_publishers, of.undecodable
+    );
+    Ok(ExitCode::from(match of.lost + of.of_two_publishers + of.undecodable {
+        0 => 0,
+        _ => LOST,
+    }))
 }
 
 fn run_check_machine(args: &CheckMachineArgs) -> Result<ExitCode> {

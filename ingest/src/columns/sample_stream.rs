@@ -41,6 +41,8 @@ pub struct StreamClock {
     pub decision: StampDecision,
     /// Findings about the clock.
     pub findings: Vec<ClockFinding>,
+    /// Samples of the topic in the log of the first messages.
+    pub samples: usize,
 }
 
 /// What became of a message that gave no sample.
@@ -120,6 +122,7 @@ impl SampleStream {
                     topic,
                     decision: placed.clock,
                     findings: placed.findings,
+                    samples: sensor.times.len(),
                 });
             }
         }
