@@ -5,9 +5,15 @@
 //!     /verdict -> output -> diagnostics, verdict message, CAN frame, command
 //! ```
 
+pub mod dds;
 pub mod input;
+pub mod output;
 pub mod session;
 
+mod outputs;
+mod play;
 mod program;
 
+pub use outputs::{Outputs, OutputOptions};
+pub use play::{PlayOptions, play};
 pub use program::{BridgeCounts, BridgeOptions, bridge};

@@ -1,13 +1,16 @@
 //! The bridge between networks and shared memory.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use tipwatch_binding::{MachineFile, Urdf};
 
+use super::dds::{Participant, start_dds};
 use super::input::{Arrivals, CanInput, Intake, Teller, Wanted, start_can};
+use super::outputs::{OutputOptions, Outputs};
 use super::session::{Ending, FirstMessages, Incomplete, SessionCounts, SessionRun, Stamps};
-use crate::node::{Housekeeping, LiveNode};
+use crate::node::{Housekeeping, LiveNode, ServiceAddress};
 use crate::system::clock::{monotonic_ns, unix_ns};
 use crate::system::signals;
 
@@ -19,8 +22,14 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// What the bridge connects.
 #[derive(Debug, Clone)]
 pub struct BridgeOptions {
+    /// The domain of DDS, as `ROS_DOMAIN_ID`.
+    pub dds: Option<u16>,
+    /// Definitions of message types that are not built in, by type.
+    pub definitions: BTreeMap<String, String>,
     /// Buses.
     pub can: Vec<CanInput>,
+    /// What the verdict becomes.
+    pub outputs: OutputOptions,
     /// What the stamps are.
     pub stamps: Stamps,
     /// How long the first messages may take; `None` for ever.
@@ -42,6 +51,7 @@ pub struct BridgeCounts {
 /// A network cannot be opened, or the machine cannot be bound to its messages in time.
 pub fn bridge(
     node: &LiveNode,
+    address: &ServiceAddress,
     file: &MachineFile,
     urdf: &Urdf,
     options: &BridgeOptions,
@@ -53,21 +63,31 @@ pub fn bridge(
     for input in &options.can {
         start_can(input, &intake, unix_ahead_ns)?;
     }
+    let wanted = Wanted::of(file);
+    let participant = options.dds.map(Participant::join).transpose()?;
+    if let Some(participant) = &participant {
+        let definitions = options.definitions.clone();
+        start_dds(participant, wanted.clone(), definitions, intake.clone(), unix_ahead_ns)?;
+    }
     drop(intake);
+    let outputs = Outputs::start(address, &options.outputs, participant.as_ref(), &teller)?;
     let mut bridge = Bridge {
         node,
         file,
         urdf,
         options,
         housekeeping,
-        wanted: Wanted::of(file),
+        wanted,
         arrivals,
         teller,
         unix_ahead_ns,
         counts: BridgeCounts::default(),
     };
-    bridge.run()?;
-    Ok(bridge.counts)
+    let ran = bridge.run();
+    let counts = bridge.counts;
+    outputs.end();
+    ran?;
+    Ok(counts)
 }
 
 struct Bridge<'a> {

@@ -58,7 +58,7 @@ pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &st
 }
 
 /// A verdict, in the order of its topic's definition.
-pub(super) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
+pub(crate) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
     let mut cdr = Cdr::with_capacity(2048);
     cdr.header(verdict.time_ns, "");
     for number in [

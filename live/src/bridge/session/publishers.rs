@@ -1,7 +1,7 @@
 //! Who publishes a topic. Samples of one publisher only: two would mix their measurements.
 
 /// A publisher that was silent for so long is gone, and another one may take its place (ns).
-pub const GONE_NS: i64 = 1_000_000_000;
+const GONE_NS: i64 = 1_000_000_000;
 /// Losses in one gap that are told; a counter that jumps further has restarted.
 const MOST_LOST: u64 = 1_000_000;
 
