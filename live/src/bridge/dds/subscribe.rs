@@ -101,6 +101,15 @@ impl Subscription {
             if !self.wanted.wants(&name, &type_name) {
                 continue;
             }
+            if let Some(expected) = self.wanted.expected_type(&name, &type_name) {
+                self.intake.teller.fault(
+                    &format!("type {name} {type_name}"),
+                    &format!(
+                        "{name}: expected publishers of {expected}, found one of {type_name}: its messages are not used"
+                    ),
+                );
+                continue;
+            }
             if let Some(known) = self.readers.iter().find(|reader| reader.name == name) {
                 if known.type_name != type_name {
                     self.intake.teller.fault(

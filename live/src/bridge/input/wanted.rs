@@ -1,6 +1,6 @@
 //! The topics that a machine file asks for.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use tipwatch_binding::{MachineFile, named_topics};
 use tipwatch_ingest::SensorKind;
@@ -15,6 +15,8 @@ pub struct Wanted {
     pub buses: BTreeSet<String>,
     /// Whether it has CAN signals.
     pub has_can: bool,
+    /// What the topics of whole messages must carry.
+    pub kind_of: BTreeMap<String, SensorKind>,
     /// Kinds of sensors for which it names no topic: they are found by the type of their messages, as in a log.
     pub kinds: Vec<SensorKind>,
 }
@@ -30,6 +32,10 @@ impl Wanted {
         let has_joints = file.spec.signals.joints.values();
         let has_joints = has_joints.into_iter().any(|joint| joint.position.is_some());
         let mut kinds = Vec::new();
+        let mut kind_of: BTreeMap<String, SensorKind> = BTreeMap::new();
+        for name in &named.joint_states {
+            kind_of.insert(name.clone(), SensorKind::JointStates);
+        }
         let by_number = |kind: SensorKind| named.bound_by_number.contains(&kind);
         if named.joint_states.is_empty() && !has_joints {
             kinds.push(SensorKind::JointStates);
@@ -43,6 +49,7 @@ impl Wanted {
             match topic {
                 Some(topic) => {
                     names.insert(topic.clone());
+                    kind_of.insert(topic.clone(), kind);
                 }
                 None if is_of_use && !by_number(kind) => kinds.push(kind),
                 None => {}
@@ -52,8 +59,16 @@ impl Wanted {
             names,
             buses: cans.iter().filter_map(|can| can.bus.clone()).collect(),
             has_can: !cans.is_empty(),
+            kind_of,
             kinds,
         }
+    }
+
+    /// The type that a topic must have and has not.
+    #[must_use]
+    pub fn expected_type(&self, name: &str, type_name: &str) -> Option<&'static str> {
+        let kind = self.kind_of.get(name)?;
+        (!kind.is_type(type_name)).then(|| kind.type_name())
     }
 
     /// Whether to subscribe to a topic of ROS.

@@ -33,8 +33,8 @@ pub struct CommandRule {
 /// A rule and the thread that runs its command: one at a time. What happens meanwhile is run next, the latest only.
 pub struct Commands {
     rule: CommandRule,
-    /// Whether the level is reached.
-    is_reached: bool,
+    /// The level for which the command was run last, while it is reached.
+    reached: Option<Level>,
     /// When the first look was taken (ns), until a verdict has come: a monitor may start after the bridge.
     waits_since_ns: Option<i64>,
     has_begun: bool,
@@ -72,7 +72,7 @@ impl Commands {
         };
         Ok(Self {
             rule,
-            is_reached: false,
+            reached: None,
             waits_since_ns: None,
             has_begun: false,
             shared,
@@ -103,7 +103,8 @@ impl VerdictSink for Commands {
         if !self.has_begun && view.now_ns.saturating_sub(since_ns) < START_UP_NS {
             return;
         }
-        if std::mem::replace(&mut self.is_reached, is_reached) == is_reached {
+        let reached = is_reached.then_some(view.level());
+        if std::mem::replace(&mut self.reached, reached) == reached {
             return;
         }
         self.ask(if is_reached { "reached" } else { "left" }, Some(view));
@@ -203,4 +204,129 @@ fn kill_group(child: &mut Child) {
 
 fn lock(state: &Mutex<State>) -> MutexGuard<'_, State> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::names::Names;
+    use crate::wire::topics::WireVerdict;
+
+    struct Trial {
+        folder: tempfile::TempDir,
+        commands: Commands,
+        names: Names,
+        now_ns: i64,
+    }
+
+    impl Trial {
+        fn new(command: &str, limit_ms: u64) -> Self {
+            let folder = tempfile::tempdir().unwrap();
+            let out = folder.path().join("out");
+            let rule = CommandRule {
+                level: Level::Danger,
+                command: command.replace("OUT", out.to_str().unwrap()),
+                limit: Duration::from_millis(limit_ms),
+            };
+            Self {
+                folder,
+                commands: Commands::start(rule, Teller::default()).unwrap(),
+                names: Names {
+                    machine: "m".into(),
+                    wheels: vec!["fl".into(), "fr".into()],
+                    edges: Vec::new(),
+                },
+                now_ns: 0,
+            }
+        }
+
+        fn show(&mut self, level: Option<Level>) -> Duration {
+            let mut verdict = WireVerdict::unknown();
+            let level_number = level.map_or(0, |level| level as u32);
+            (verdict.level, verdict.latched_level) = (level_number, level_number);
+            verdict.wheel_count = 2;
+            (verdict.otf[0], verdict.otf[1]) = (500.0, -20.0);
+            self.now_ns += 10_000_000;
+            let view = View {
+                verdict: level.map(|_| &verdict),
+                names: &self.names,
+                now_ns: self.now_ns,
+            };
+            let start = Instant::now();
+            self.commands.show(&view);
+            start.elapsed()
+        }
+
+        fn lines(&mut self) -> Vec<String> {
+            self.commands.end();
+            let text = std::fs::read_to_string(self.folder.path().join("out"));
+            text.unwrap_or_default().lines().map(str::to_owned).collect()
+        }
+    }
+
+    const ECHO: &str = "echo $TIPWATCH_EVENT $TIPWATCH_LEVEL $TIPWATCH_WHEEL $TIPWATCH_OVERTURNING_FORCE_N >> OUT";
+
+    fn settle() {
+        std::thread::sleep(Duration::from_millis(300));
+    }
+
+    #[test]
+    fn a_command_is_told_what_was_reached_and_what_was_left() {
+        let mut trial = Trial::new(ECHO, 10_000);
+        for level in [Level::Safe, Level::Warning, Level::Danger, Level::Danger] {
+            trial.show(Some(level));
+        }
+        settle();
+        // neither better nor worse
+        trial.show(Some(Level::Unknown));
+        trial.show(Some(Level::Fault));
+        settle();
+        trial.show(Some(Level::Warning));
+        settle();
+        assert_eq!(
+            trial.lines(),
+            [
+                "reached danger fr -20.0000",
+                "reached fault fr -20.0000",
+                "left warning fr -20.0000",
+                "ended fault"
+            ]
+        );
+    }
+
+    #[test]
+    fn a_verdict_that_expires_counts_as_a_fault_and_one_that_never_comes_too() {
+        let mut trial = Trial::new(ECHO, 10_000);
+        trial.show(Some(Level::Safe));
+        trial.show(None);
+        settle();
+        assert_eq!(trial.lines()[0], "reached fault");
+        let mut trial = Trial::new(ECHO, 10_000);
+        for _ in 0..190 {
+            trial.show(None);
+        }
+        settle();
+        assert!(!trial.folder.path().join("out").exists(), "a monitor may start later");
+        for _ in 0..20 {
+            trial.show(None);
+        }
+        settle();
+        assert_eq!(trial.lines(), ["reached fault", "ended fault"]);
+    }
+
+    #[test]
+    fn a_command_that_hangs_holds_nobody_up_and_is_killed_with_its_children() {
+        let mut trial = Trial::new("echo $TIPWATCH_EVENT $TIPWATCH_LEVEL >> OUT; sleep 60 & wait", 200);
+        let start = Instant::now();
+        let mut slowest = Duration::ZERO;
+        for round in 0..50 {
+            let level = if round % 2 == 0 { Level::Danger } else { Level::Safe };
+            slowest = slowest.max(trial.show(Some(level)));
+        }
+        assert!(slowest < Duration::from_millis(100), "{slowest:?}");
+        let lines = trial.lines();
+        // the first, the latest of those that came meanwhile, and the end; one at a time
+        assert!(lines.len() <= 4 && start.elapsed() < Duration::from_secs(10), "{lines:?}");
+        assert_eq!(lines[0], "reached danger");
+    }
 }

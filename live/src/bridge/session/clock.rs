@@ -52,7 +52,7 @@ impl Delays {
             let text = format!(
                 "stamps are by another clock than this computer's ({:.1} s apart): the smallest delay of the first \
                  messages counts as none",
-                by_unix_ns as f64 * -1e-9
+                by_unix_ns.unsigned_abs() as f64 * 1e-9
             );
             return (StampClock { stamp_ns, host_ns }, text);
         }
