@@ -151,6 +151,7 @@ const RULES: [Rule; 11] = [
         folder: "live",
         crates: &[
             "tipwatch_binding",
+            "tipwatch_can",
             "tipwatch_ingest",
             "tipwatch_mechanics",
             "tipwatch_suspension",
@@ -167,6 +168,7 @@ const RULES: [Rule; 11] = [
             "replay",
             "record",
             "operator",
+            "bridge",
             "cli",
         ],
     },

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
@@ -11,8 +13,13 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::{analyse, states};
 use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
+use tipwatch_can::CandumpStream;
 use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
+use tipwatch_live::bridge::input::{Arrivals, CanInput, Intake, Teller, read_frames};
+use tipwatch_live::bridge::session::{FirstMessages, Stamps};
+use tipwatch_live::replay::LogSamples;
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::state::Sensor;
 use tipwatch_tests::data;
 
 const JOINTS: [&str; 6] = ["lift", "tilt", "slew", "extension", "steer_fl", "steer_fr"];
@@ -314,6 +321,152 @@ fn val_loads_over_can_are_those_of_the_original_within_quantisation() {
         let notes = analysis.losses.notes.join("\n");
         assert!(notes.contains("deg is converted to rad"), "{name}: {notes}");
     }
+}
+
+/// The samples of a log as live: sensor, stamp, values.
+type Sampled = Vec<(Sensor, i64, Vec<f64>)>;
+
+/// What the bridge makes of messages after those that it needs to begin with, which are the first `first` ones.
+fn bridged(file: &MachineFile, arrivals: &Arrivals, first: usize) -> (Sampled, Vec<String>) {
+    let urdf = file.urdf(None, None).unwrap();
+    let mut begin = FirstMessages::default();
+    let mut taken = 0;
+    let mut next = || {
+        let arrival = arrivals.next(Duration::from_secs(60));
+        taken += usize::from(arrival.is_ok());
+        arrival.ok().map(|arrival| (arrival, taken))
+    };
+    for _ in 0..first {
+        begin.take(next().unwrap().0);
+    }
+    let lanes = arrivals.lanes();
+    let bound = begin.bind(file, &urdf, &lanes, Stamps::Other, 0, 0);
+    let mut assembly = bound.map_err(|incomplete| incomplete.0).unwrap();
+    let mut samples = Vec::new();
+    while let Some((arrival, _)) = next() {
+        assembly.take(&arrival, &mut |sensor, stamp_ns, values| {
+            samples.push((sensor, stamp_ns, values.to_vec()));
+        });
+        assembly.check_can().unwrap();
+    }
+    (samples, assembly.notes)
+}
+
+fn bits(samples: &[(Sensor, i64, Vec<f64>)]) -> Vec<(Sensor, i64, Vec<u64>)> {
+    let values = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect();
+    let one = |(sensor, stamp, of): &(Sensor, i64, Vec<f64>)| (*sensor, *stamp, values(of));
+    samples.iter().map(one).collect()
+}
+
+/// An IMU over two parameter groups, joints and speed by DBC: what came over a pipe is what is read from the file.
+#[test]
+fn bridged_frames_give_the_samples_of_the_log_bit_for_bit() {
+    let folder = folder();
+    let path = folder.path().join("drive.log");
+    let text = candump(&frames());
+    std::fs::write(&path, &text).unwrap();
+    let file = machine(folder.path(), &signals(""));
+    let offline = LogSamples::read(&path, &file, None).unwrap();
+    let offline: Sampled = offline
+        .samples()
+        .map(|(sample, _)| (sample.sensor, sample.stamp_ns, sample.values.to_vec()))
+        .collect();
+    let (reader, mut writer) = std::os::unix::net::UnixStream::pair().unwrap();
+    let (intake, arrivals) = Intake::new(Teller::default());
+    let writing = std::thread::spawn(move || {
+        for (count, line) in text.lines().enumerate() {
+            writeln!(writer, "{line}").unwrap();
+            // slower than the queue takes frames
+            if count % 200 == 0 {
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        }
+    });
+    let reading = std::thread::spawn(move || {
+        let mut source = CandumpStream::new(std::io::BufReader::new(reader));
+        let input: CanInput = "-".parse().unwrap();
+        read_frames(&mut source, &input, &intake, &mut |frame| frame.time_ns).unwrap();
+    });
+    let (live, notes) = bridged(&file, &arrivals, 1500);
+    writing.join().unwrap();
+    reading.join().unwrap();
+    assert!(live.len() > 1000, "{} samples: {notes:?}", live.len());
+    let (live, offline) = (bits(&live), bits(&offline));
+    let rest = &offline[offline.len() - live.len()..];
+    for (place, (live, offline)) in live.iter().zip(rest).enumerate() {
+        assert_eq!(live, offline, "sample {place} of {}", rest.len());
+    }
+    // the IMU is interpolated between its two groups
+    assert!(live.iter().any(|(sensor, ..)| *sensor == Sensor::Imu));
+    assert!(arrivals.counts().iter().all(|c| c.flooded + c.without_room == 0));
+}
+
+/// Two control units that send one parameter group: nobody knows which is meant.
+#[test]
+fn two_senders_of_a_message_end_the_bridged_session() {
+    let folder = folder();
+    let mut frames = frames();
+    let text = signals("").replace("source = 33, ", "");
+    let file = machine(folder.path(), &text);
+    let (intake, arrivals) = Intake::new(Teller::default());
+    let from = frames.len() / 2;
+    for frame in frames.iter_mut().skip(from).step_by(7) {
+        if frame.is_extended {
+            frame.id = frame.id & !0xff | 0x42;
+        }
+    }
+    let candump = candump(&frames);
+    let reading = std::thread::spawn(move || {
+        let mut source = CandumpStream::new(candump.as_bytes());
+        let input: CanInput = "can7=can".parse().unwrap();
+        assert_eq!(input.topic.as_deref(), Some("can"));
+        let mut slowly = 0;
+        read_frames(&mut source, &input, &intake, &mut |frame| {
+            slowly += 1;
+            if slowly % 200 == 0 {
+                std::thread::sleep(Duration::from_millis(20));
+            }
+            frame.time_ns
+        })
+        .unwrap();
+    });
+    let urdf = file.urdf(None, None).unwrap();
+    let mut begin = FirstMessages::default();
+    for _ in 0..1500 {
+        begin.take(arrivals.next(Duration::from_secs(60)).unwrap());
+    }
+    let bound = begin.bind(&file, &urdf, &arrivals.lanes(), Stamps::Other, 0, 0);
+    let mut assembly = bound.map_err(|incomplete| incomplete.0).unwrap();
+    assembly.check_can().unwrap();
+    while let Ok(arrival) = arrivals.next(Duration::from_secs(60)) {
+        assembly.take(&arrival, &mut |_, _, _| {});
+    }
+    reading.join().unwrap();
+    let error = assembly.check_can().unwrap_err().to_string();
+    assert!(error.contains("PGN6148"), "{error}");
+}
+
+/// A sensor of the machine file that does not come: the session does not begin, and says what is missing.
+#[test]
+fn a_bridged_session_does_not_begin_without_every_sensor() {
+    let folder = folder();
+    let mut frames = frames();
+    frames.retain(|frame| frame.id >> 8 & 0xffff != 61482);
+    let text = candump(&frames);
+    let file = machine(folder.path(), &signals(""));
+    let (intake, arrivals) = Intake::new(Teller::default());
+    let mut source = CandumpStream::new(text.as_bytes());
+    let input: CanInput = "-".parse().unwrap();
+    read_frames(&mut source, &input, &intake, &mut |frame| frame.time_ns).unwrap();
+    drop(intake);
+    let mut begin = FirstMessages::default();
+    while let Ok(arrival) = arrivals.next(Duration::ZERO) {
+        begin.take(arrival);
+    }
+    let urdf = file.urdf(None, None).unwrap();
+    let bound = begin.bind(&file, &urdf, &arrivals.lanes(), Stamps::Other, 0, 0);
+    let error = format!("{:#}", bound.unwrap_err().0);
+    assert!(error.contains("PGN61482"), "{error}");
 }
 
 #[test]

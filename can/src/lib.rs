@@ -38,7 +38,7 @@ mod tally;
 mod unit;
 
 pub use crate::{
-    container::{Container, ContainerFormat, Lost, OpenError},
+    container::{CandumpStream, Container, ContainerFormat, Lost, OpenError},
     database::{Database, DatabaseError},
     decoder::{Decoder, Selection},
     frame::{CanId, Frame, FrameKind, FrameSource, MOST_DATA_BYTES},

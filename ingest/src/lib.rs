@@ -8,6 +8,7 @@
 //!   clock and reports the corrections.
 //! - [`read_sensor_blocks`] passes the samples of all sensors on in blocks, in one pass and bounded
 //!   memory; [`record_sensors`] returns them as whole columns.
+//! - [`SampleStream`] decodes the messages of a running system one at a time, into the same samples.
 //! - [`Layout`] reads single fields of any message by its recorded definition.
 //! - [`recover`] writes the intact part of a log as a clean MCAP file; [`Ros2Writer`] writes a new one.
 //!
@@ -62,21 +63,22 @@ pub use crate::{
         TopicTiming, Treatment,
     },
     columns::{
-        FieldRecording, FieldRequest, SensorBlock, SensorReading, SensorRecording, SensorRequest,
-        arrival_order, read_sensor_blocks, record_fields, record_sensors, record_sensors_in,
+        FieldRecording, FieldRequest, SampleStream, SensorBlock, SensorReading, SensorRecording,
+        SensorRequest, StreamClock, StreamRefusals, arrival_order, read_sensor_blocks, record_fields, record_sensors, record_sensors_in,
     },
     decode::{
         DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
         ValueSource, number_fields,
     },
     file::Format,
+    formats::{CanFrameType, CDR},
     large_columns::ColumnMemory,
     log::{CanTopic, Log},
     message::{
         BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, RawMessage,
         SensorKind, Topic, TopicId,
     },
-    schema::{FieldPath, SchemaError},
+    schema::{FieldPath, SchemaError, known_definition},
     topics::{
         Binding, JointTopic, MetadataRecord, NamedTopics, SensorTopics, SignalRequest, StaticFrame,
         bind, bind_joint_states, first_frame, first_string, joint_names_in, metadata_records,

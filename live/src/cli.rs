@@ -1,5 +1,6 @@
 //! The command line: what may be asked, and asking it.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -7,9 +8,16 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
 use tipwatch_binding::{MachineFile, NOT_COMMISSIONED, commissioning_of};
+use tipwatch_can::CanId;
+use tipwatch_ingest::Log;
 use tipwatch_mechanics::commissioning::Status;
+use tipwatch_mechanics::verdict::Level;
 
 use crate::alarm::default_folder;
+use crate::bridge::input::CanInput;
+use crate::bridge::session::Stamps;
+use crate::bridge::output::{CommandRule, dbc};
+use crate::bridge::{BridgeOptions, OutputOptions, PlayOptions, bridge, play};
 use crate::control::ControlProgram;
 use crate::monitor::output::Format;
 use crate::monitor::{MonitorOptions, MonitorProgram, ProgramObserver};
@@ -40,6 +48,9 @@ const OPEN: u8 = 8;
 /// Default time for which a lossless replay waits for its reader (s).
 const LOSSLESS_WAIT_S: f64 = 10.0;
 
+/// Identifier of the verdict's CAN frame: a proprietary parameter group of SAE J1939.
+const DEFAULT_CAN_ID: &str = "18FF70E5";
+
 /// Live wheel loads and stability alarms, over shared memory.
 #[derive(Debug, Parser)]
 #[command(name = "tipwatch-live", version, arg_required_else_help = true)]
@@ -65,6 +76,13 @@ enum Command {
     /// Commission the machine: guide a person through a drive that proves signs, axes, order, scale and mounting of its
     /// sensors. The same as `tipwatch check-machine --live`.
     CheckMachine(CheckMachineArgs),
+    /// Bridge messages of ROS 2 and frames of CAN to the services in shared memory: the topics and signals that the
+    /// machine file binds become samples.
+    Bridge(Box<BridgeArgs>),
+    /// Publish the messages of a log in their own time, as `ros2 bag play` does, or its CAN frames.
+    Play(PlayArgs),
+    /// Print the DBC file of the verdict's CAN frame.
+    Dbc(DbcArgs),
     /// Print the C header of the messages in shared memory.
     Header,
 }
@@ -187,6 +205,81 @@ struct RecordArgs {
 }
 
 #[derive(Debug, Args)]
+struct BridgeArgs {
+    #[command(flatten)]
+    machine: MachineArgs,
+    #[command(flatten)]
+    service: ServiceArgs,
+    /// Read topics of ROS 2 from this DDS domain (ROS_DOMAIN_ID), and publish /diagnostics and /tipwatch/verdict there.
+    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0")]
+    dds: Option<u16>,
+    /// A log with the definitions of message types that are not built in.
+    #[arg(long, value_name = "LOG")]
+    definitions: Option<PathBuf>,
+    /// Read the frames of a CAN interface; "-" for the text of candump -L on standard input. The frames are the topic
+    /// of the interface's name, or of the name behind "=". May be given several times.
+    #[arg(long, value_name = "IFACE[=TOPIC]")]
+    can: Vec<CanInput>,
+    /// Read frames of CAN FD too.
+    #[arg(long)]
+    can_fd: bool,
+    /// What the stamps of the messages are.
+    #[arg(long, default_value = "auto")]
+    stamps: Stamps,
+    /// Send the verdict as CAN frames to this interface; "-" for the text of candump on standard output. `tipwatch-live
+    /// dbc` writes their DBC file.
+    #[arg(long, value_name = "IFACE")]
+    can_out: Option<String>,
+    /// Identifier of those frames, hexadecimal; above 7FF it has 29 bits.
+    #[arg(long, value_name = "ID", default_value = DEFAULT_CAN_ID, value_parser = can_id)]
+    can_id: CanId,
+    /// Publish nothing on DDS.
+    #[arg(long)]
+    no_verdicts: bool,
+    /// Run the command of the --run at the same place when the level to act on reaches this one (notice, warning, danger
+    /// or fault), and when it is left again.
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    on_level: Vec<Level>,
+    /// The command, for sh -c. The environment tells it what happened: TIPWATCH_EVENT, TIPWATCH_LEVEL, TIPWATCH_WHEEL.
+    #[arg(long, value_name = "COMMAND")]
+    run: Vec<String>,
+    /// After this time a command is killed, in seconds.
+    #[arg(long, value_name = "S", default_value = "10", value_parser = seconds)]
+    run_limit: Duration,
+    /// How long to wait for the sensors of the machine file, in seconds.
+    #[arg(long, value_name = "S", default_value = "30", value_parser = seconds)]
+    wait: Duration,
+    /// Wait for ever.
+    #[arg(long)]
+    stay: bool,
+}
+
+#[derive(Debug, Args)]
+struct PlayArgs {
+    /// The log.
+    log: PathBuf,
+    /// Publish its topics in this DDS domain; without it the frames of a CAN log go to standard output as candump text.
+    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0")]
+    dds: Option<u16>,
+    /// Speed relative to the recording.
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    speed: f64,
+    /// Time between the announcement of the topics and the first message, in seconds.
+    #[arg(long, value_name = "S", default_value = "2", value_parser = seconds)]
+    delay: Duration,
+    /// Begin again at the end.
+    #[arg(long = "loop")]
+    repeats: bool,
+}
+
+#[derive(Debug, Args)]
+struct DbcArgs {
+    /// Identifier of the frames, hexadecimal; above 7FF it has 29 bits.
+    #[arg(long, value_name = "ID", default_value = DEFAULT_CAN_ID, value_parser = can_id)]
+    can_id: CanId,
+}
+
+#[derive(Debug, Args)]
 struct CheckMachineArgs {
     #[command(flatten)]
     machine: MachineArgs,
@@ -213,6 +306,21 @@ fn speed(text: &str) -> Result<Speed, String> {
     }
 }
 
+fn can_id(text: &str) -> Result<CanId, String> {
+    let digits = text.trim_start_matches("0x");
+    match u32::from_str_radix(digits, 16) {
+        Ok(raw) if raw <= 0x7ff => Ok(CanId::standard(raw)),
+        Ok(raw) if raw <= 0x1fff_ffff => Ok(CanId::extended(raw)),
+        _ => Err("expected a hexadecimal identifier up to 1FFFFFFF".into()),
+    }
+}
+
+fn level(text: &str) -> Result<Level, String> {
+    let can_be_reached = [Level::Notice, Level::Warning, Level::Danger, Level::Fault];
+    let found = can_be_reached.into_iter().find(|level| level.name() == text);
+    found.ok_or_else(|| "expected notice, warning, danger or fault".into())
+}
+
 fn seconds(text: &str) -> Result<Duration, String> {
     let number = text
         .parse()
@@ -232,6 +340,9 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Watch(args) => watch(&args.service.address()).map(|()| ExitCode::SUCCESS),
         Command::Acknowledge(args) => run_acknowledge(args),
         Command::CheckMachine(args) => run_check_machine(args),
+        Command::Bridge(args) => run_bridge(args),
+        Command::Play(args) => run_play(args),
+        Command::Dbc(args) => print_dbc(args),
         Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
@@ -305,6 +416,88 @@ fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
     } else {
         ExitCode::from(LOST)
     })
+}
+
+fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
+    let file = MachineFile::read(&args.machine.machine)?;
+    let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
+    let mut can = args.can.clone();
+    for input in &mut can {
+        input.is_fd = args.can_fd;
+    }
+    if can.is_empty() && args.dds.is_none() {
+        bail!("bridge: expected at least one network, --dds or --can IFACE, found none");
+    }
+    if args.on_level.len() != args.run.len() {
+        bail!(
+            "bridge: expected one --run for every --on-level, found {} and {}",
+            args.run.len(),
+            args.on_level.len()
+        );
+    }
+    let mut definitions = BTreeMap::new();
+    if let Some(path) = &args.definitions {
+        for topic in Log::open(path)?.topics() {
+            let is_ros = topic.schema_encoding == "ros2msg";
+            if let Some(definition) = topic.definition.clone().filter(|_| is_ros) {
+                definitions.insert(topic.type_name.clone(), definition);
+            }
+        }
+    }
+    let rules = args.on_level.iter().zip(&args.run);
+    let options = BridgeOptions {
+        dds: args.dds,
+        definitions,
+        can,
+        outputs: OutputOptions {
+            publishes: !args.no_verdicts,
+            can: args.can_out.clone().map(|interface| (interface, args.can_id)),
+            commands: rules
+                .map(|(level, command)| CommandRule {
+                    level: *level,
+                    command: command.clone(),
+                    limit: args.run_limit,
+                })
+                .collect(),
+        },
+        stamps: args.stamps,
+        wait: (!args.stay).then_some(args.wait),
+    };
+    let address = args.service.address();
+    let node = LiveNode::new(&address, "tipwatch-bridge")?;
+    let housekeeping = Housekeeping::start(&address)?;
+    let counts = bridge(&node, &address, &file, &urdf, &options, &housekeeping)?;
+    let of = counts.of_messages;
+    eprintln!(
+        "bridge: {} sessions, {} messages, {} samples sent; messages: {} lost, {} repeated, {} of two publishers, {} \
+         undecodable",
+        counts.sessions, of.messages, of.sent, of.lost, of.repeated, of.of_two_publishers, of.undecodable
+    );
+    Ok(ExitCode::from(match of.lost + of.of_two_publishers + of.undecodable {
+        0 => 0,
+        _ => LOST,
+    }))
+}
+
+fn run_play(args: &PlayArgs) -> Result<ExitCode> {
+    if !(args.speed.is_finite() && args.speed > 0.0) {
+        bail!("--speed: expected a positive number, found {}", args.speed);
+    }
+    let sent = play(&PlayOptions {
+        log: args.log.clone(),
+        dds: args.dds,
+        speed: args.speed,
+        delay: args.delay,
+        repeats: args.repeats,
+    })?;
+    eprintln!("play: {sent} messages sent");
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print_dbc(args: &DbcArgs) -> Result<ExitCode> {
+    use std::io::Write;
+    std::io::stdout().write_all(dbc(args.can_id).as_bytes())?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn run_check_machine(args: &CheckMachineArgs) -> Result<ExitCode> {

@@ -19,9 +19,11 @@
 //! | [`replay`] | samples of a log to shared memory |
 //! | [`record`] | samples, verdicts and commands to MCAP files |
 //! | [`operator`] | a screen, and acknowledgement of alarms |
+//! | [`bridge`] | ROS 2 and CAN to samples, verdicts to both |
 //! | [`cli`] | the command line |
 
 pub mod alarm;
+pub mod bridge;
 pub mod cli;
 pub mod control;
 pub mod guard;

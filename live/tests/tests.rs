@@ -6,6 +6,8 @@
     reason = "tests fail by panicking, and print figures"
 )]
 
+/// Messages of networks become the samples of a log.
+mod bridge;
 /// Alarms outlive everything but an acknowledgement.
 mod alarms;
 /// The guided commissioning, and its result at the start of a monitor.

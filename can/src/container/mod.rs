@@ -3,6 +3,7 @@
 mod asc;
 mod blf;
 mod candump;
+mod candump_stream;
 mod channels;
 mod format;
 mod lost;
@@ -11,4 +12,7 @@ mod open;
 mod open_error;
 mod text;
 
-pub use self::{format::ContainerFormat, lost::Lost, open::Container, open_error::OpenError};
+pub use self::{
+    candump_stream::CandumpStream, format::ContainerFormat, lost::Lost, open::Container,
+    open_error::OpenError,
+};

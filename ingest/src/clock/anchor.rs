@@ -127,6 +127,14 @@ impl LogMap {
         knots: Vec::new(),
     };
 
+    /// A constant offset (ns).
+    pub(super) const fn constant(offset_ns: i64) -> Self {
+        Self {
+            line: Line::constant(offset_ns),
+            knots: Vec::new(),
+        }
+    }
+
     /// From pairs of log time and offset.
     pub(super) fn through(line: Line, points: impl Iterator<Item = (i64, i64)> + Clone) -> Self {
         let knots = match points.clone().is_sorted() {

@@ -36,6 +36,14 @@ impl Line {
         span_s: 0.0,
     };
 
+    /// A constant offset (ns).
+    pub(super) const fn constant(offset_ns: i64) -> Self {
+        Self {
+            offset_ns,
+            ..Self::SAME
+        }
+    }
+
     /// Fits points (time, offset) in nanoseconds; `None` without points.
     pub(super) fn through(points: impl Iterator<Item = (i64, i64)> + Clone) -> Option<Self> {
         let points = few(points);

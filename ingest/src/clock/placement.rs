@@ -55,6 +55,28 @@ impl Placement {
         }
     }
 
+    /// The same for messages that come after the log, of which this was the last: what was fitted to the log is held
+    /// at its end, because a line through some seconds says nothing about hours.
+    pub(crate) fn held(mut self, last: Option<MessageTimes>) -> Self {
+        let Some(last) = last else {
+            return self;
+        };
+        self.expected = self
+            .expected
+            .map(|line| Line::constant(line.at(last.log_time_ns)));
+        self.correction = match self.correction {
+            Correction::Drifting(line) => Correction::Ahead(line.at(last.log_time_ns)),
+            Correction::Published(line) => {
+                Correction::Published(Line::constant(line.at(last.publish_time_ns)))
+            }
+            Correction::Logged(map) => {
+                Correction::Logged(LogMap::constant(map.at(last.log_time_ns)))
+            }
+            other => other,
+        };
+        self
+    }
+
     /// The time of measurement of one sample (ns), on the clock of the log; `None` if it has no
     /// usable stamp. `index` counts the samples of the topic from the beginning of the log.
     #[inline]

@@ -1,7 +1,13 @@
 //! Merges samples whose parts come on separate topics, such as accelerations in one bus message and
 //! angular velocities in another.
 
+use std::{collections::VecDeque, ops::Range};
+
 use super::sensor_recording::SensorRecording;
+use crate::{
+    decode::{SampleSpec, ValueSource},
+    message::SensorKind,
+};
 
 /// Longest step between samples of a part that is interpolated (ns).
 const LONGEST_STEP_NS: i64 = 250_000_000;
@@ -52,6 +58,35 @@ pub(crate) fn join(first: SensorRecording, part: SensorRecording) -> SensorRecor
     joined
 }
 
+/// Which values of a sample a part on a topic of its own gives.
+pub(super) fn places_of(sample: &SampleSpec, kind: SensorKind) -> Vec<bool> {
+    let width = kind.value_count(0);
+    let is_there = |place: usize| match place < ATTITUDE {
+        true => is_given(sample, place),
+        // three angles give four numbers
+        false => (ATTITUDE..width).any(|place| is_given(sample, place)),
+    };
+    let there: Vec<bool> = (0..width).map(is_there).collect();
+    groups_of(&there)
+}
+
+fn is_given(sample: &SampleSpec, place: usize) -> bool {
+    let value = sample.values.get(place);
+    value.is_some_and(|value| !matches!(value, ValueSource::Absent))
+}
+
+/// Numbers belong together by three, and those of the attitude.
+fn groups_of(there: &[bool]) -> Vec<bool> {
+    let width = there.len();
+    let group = |place: usize| match place < ATTITUDE {
+        true => place - place % 3..(place - place % 3 + 3).min(width),
+        false => ATTITUDE..width,
+    };
+    (0..width)
+        .map(|place| there[group(place)].contains(&true))
+        .collect()
+}
+
 /// Which values belong to the part: the others are NaN in all its samples.
 fn values_of(part: &SensorRecording) -> Vec<bool> {
     let is_there = |i: usize| {
@@ -59,13 +94,7 @@ fn values_of(part: &SensorRecording) -> Vec<bool> {
         samples.into_iter().any(|sample| !sample[i].is_nan())
     };
     let there: Vec<bool> = (0..part.width).map(is_there).collect();
-    let group = |place: usize| match place < ATTITUDE {
-        true => place - place % 3..place - place % 3 + 3,
-        false => ATTITUDE..part.width,
-    };
-    (0..part.width)
-        .map(|place| there[group(place)].contains(&true))
-        .collect()
+    groups_of(&there)
 }
 
 /// The samples of the part before and after a time, or the one at that time twice.
@@ -82,25 +111,148 @@ fn around(part: &SensorRecording, by_stamp: &[usize], stamp_ns: i64) -> Option<[
 
 /// A value interpolated between two samples of the part.
 fn between(part: &SensorRecording, a: usize, b: usize, place: usize, stamp_ns: i64) -> f64 {
-    let (of_a, of_b) = (
-        &part.values[a * part.width..],
-        &part.values[b * part.width..],
-    );
-    if a == b {
-        return of_a[place];
-    }
-    // a quaternion and its negative are the same attitude
-    let is_opposite = place >= ATTITUDE
-        && (ATTITUDE..part.width)
-            .map(|i| of_a[i] * of_b[i])
-            .sum::<f64>()
-            < 0.0;
-    let end = if is_opposite {
-        -of_b[place]
-    } else {
-        of_b[place]
+    let sample = |i: usize| PartSample {
+        stamp_ns: part.stamps_ns[i],
+        values: &part.values[i * part.width..(i + 1) * part.width],
     };
-    let (start_ns, end_ns) = (part.stamps_ns[a], part.stamps_ns[b]);
-    let share = (stamp_ns - start_ns) as f64 / (end_ns - start_ns) as f64;
-    of_a[place] + share * (end - of_a[place])
+    match a == b {
+        true => sample(a).values[place],
+        false => sample(a).towards(&sample(b), place, stamp_ns),
+    }
+}
+
+/// A sample of a part.
+#[derive(Debug, Clone, Copy)]
+struct PartSample<'s> {
+    stamp_ns: i64,
+    values: &'s [f64],
+}
+
+impl PartSample<'_> {
+    /// A value interpolated between this sample and a later one.
+    fn towards(&self, end: &PartSample<'_>, place: usize, stamp_ns: i64) -> f64 {
+        let attitude: Range<usize> = ATTITUDE.min(self.values.len())..self.values.len();
+        // a quaternion and its negative are the same attitude
+        let is_opposite = place >= ATTITUDE
+            && attitude.map(|i| self.values[i] * end.values[i]).sum::<f64>() < 0.0;
+        let last = if is_opposite {
+            -end.values[place]
+        } else {
+            end.values[place]
+        };
+        let (start_ns, end_ns) = (self.stamp_ns, end.stamp_ns);
+        let share = (stamp_ns - start_ns) as f64 / (end_ns - start_ns) as f64;
+        self.values[place] + share * (last - self.values[place])
+    }
+}
+
+/// Merges a part sample by sample, as they arrive: what [`join`] does with whole columns.
+#[derive(Debug)]
+pub(super) struct Joiner {
+    is_of_part: Vec<bool>,
+    /// Samples of the part that may still be needed, by time.
+    part: VecDeque<(i64, Vec<f64>)>,
+    /// Samples that wait for the one of the part behind them, in order of arrival.
+    waiting: VecDeque<(i64, Vec<f64>)>,
+}
+
+/// Samples that complete the merged sample: its time (ns) and its values.
+pub(super) type Complete = Vec<(i64, Vec<f64>)>;
+
+/// The most samples of a part that are kept: those of a step at 10 kHz.
+const MOST_KEPT: usize = 2500;
+
+impl Joiner {
+    pub(super) fn new(is_of_part: Vec<bool>) -> Self {
+        Self {
+            is_of_part,
+            part: VecDeque::new(),
+            waiting: VecDeque::new(),
+        }
+    }
+
+    /// Takes a sample of the first part.
+    pub(super) fn first(&mut self, stamp_ns: i64, values: Vec<f64>, complete: &mut Complete) {
+        self.waiting.push_back((stamp_ns, values));
+        self.settle(complete);
+    }
+
+    /// Takes a sample of the part that is merged.
+    pub(super) fn part(&mut self, stamp_ns: i64, values: &[f64], complete: &mut Complete) {
+        let place = self.part.partition_point(|(stamp, _)| *stamp <= stamp_ns);
+        self.part.insert(place, (stamp_ns, values.to_vec()));
+        self.settle(complete);
+        let oldest = self.waiting.iter().map(|(stamp, _)| *stamp).min();
+        let needed = oldest.unwrap_or(stamp_ns).saturating_sub(LONGEST_STEP_NS);
+        while self.part.len() > 2
+            && (self.part.len() > MOST_KEPT || self.part.get(1).is_some_and(|(s, _)| *s < needed))
+        {
+            self.part.pop_front();
+        }
+    }
+
+    /// Passes on every sample whose neighbours in the part are known, or can no longer be close enough.
+    fn settle(&mut self, complete: &mut Complete) {
+        let newest = self.waiting.iter().map(|(stamp, _)| *stamp).max();
+        let last = self.part.back().map(|(stamp, _)| *stamp);
+        let is_settled = |stamp: i64| {
+            let is_reached = last.is_some_and(|last| last >= stamp);
+            let waits_long = newest.is_some_and(|newest| newest.saturating_sub(stamp) > LONGEST_STEP_NS);
+            is_reached || waits_long
+        };
+        let mut kept = VecDeque::new();
+        for (stamp_ns, values) in std::mem::take(&mut self.waiting) {
+            if !is_settled(stamp_ns) {
+                kept.push_back((stamp_ns, values));
+                continue;
+            }
+            if let Some(merged) = self.merged(stamp_ns, &values) {
+                complete.push((stamp_ns, merged));
+            }
+        }
+        self.waiting = kept;
+    }
+
+    /// The merged sample; `None` if a value that is needed is unknown.
+    fn merged(&self, stamp_ns: i64, values: &[f64]) -> Option<Vec<f64>> {
+        let next = self.part.partition_point(|(stamp, _)| *stamp < stamp_ns);
+        let sample = |(stamp_ns, values): &(i64, Vec<f64>)| (*stamp_ns, values.clone());
+        let after = self.part.get(next).map(sample);
+        let before = match &after {
+            Some((after_ns, _)) if *after_ns == stamp_ns => after.clone(),
+            Some((after_ns, _)) => {
+                let before = next.checked_sub(1).and_then(|at| self.part.get(at));
+                before
+                    .map(sample)
+                    .filter(|(before_ns, _)| after_ns.saturating_sub(*before_ns) <= LONGEST_STEP_NS)
+            }
+            None => None,
+        };
+        let of_part = |place: usize| match (&before, &after) {
+            (Some((before_ns, _)), Some((_, b))) if *before_ns == stamp_ns => b[place],
+            (Some((before_ns, a)), Some((after_ns, b))) => PartSample {
+                stamp_ns: *before_ns,
+                values: a,
+            }
+            .towards(
+                &PartSample {
+                    stamp_ns: *after_ns,
+                    values: b,
+                },
+                place,
+                stamp_ns,
+            ),
+            _ => f64::NAN,
+        };
+        let merged: Vec<f64> = (0..values.len())
+            .map(|place| match self.is_of_part.get(place) {
+                Some(true) => of_part(place),
+                _ => values[place],
+            })
+            .collect();
+        let is_known = |place: usize| {
+            !self.is_of_part.get(place).copied().unwrap_or(false) || merged[place].is_finite()
+        };
+        (0..values.len().min(ATTITUDE)).all(is_known).then_some(merged)
+    }
 }

@@ -6,6 +6,7 @@ mod merged_parts;
 mod part;
 mod pass;
 mod record_sensors;
+mod sample_stream;
 mod sensor_blocks;
 mod sensor_recording;
 mod whole_columns;
@@ -13,6 +14,7 @@ mod whole_columns;
 pub use self::{
     field_recording::{FieldRecording, FieldRequest, record_fields},
     record_sensors::{record_sensors, record_sensors_in},
+    sample_stream::{SampleStream, StreamClock, StreamRefusals},
     sensor_blocks::{SensorBlock, SensorReading, read_sensor_blocks},
     sensor_recording::{SensorRecording, SensorRequest, arrival_order},
 };

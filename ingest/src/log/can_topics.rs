@@ -135,7 +135,7 @@ impl CanTopics {
 }
 
 /// One pass over the frames of a log.
-pub(super) struct CanPass {
+pub(crate) struct CanPass {
     buses: Vec<BusPass>,
     frame: Frame,
     message: Vec<u8>,
@@ -159,7 +159,7 @@ impl CanPass {
     }
 
     /// Passes on a message of the log, or the messages that its frame completes.
-    pub(super) fn visit(
+    pub(crate) fn visit(
         &mut self,
         message: &RawMessage<'_>,
         visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
@@ -198,7 +198,12 @@ impl CanPass {
     /// # Errors
     /// Several senders send one message, and the machine file names none of them.
     pub(super) fn finish(self, losses: &mut Losses) -> Result<(), BindingError> {
-        for bus in self.buses {
+        self.tell(losses)
+    }
+
+    /// The same so far, of a pass that goes on.
+    pub(crate) fn tell(&self, losses: &mut Losses) -> Result<(), BindingError> {
+        for bus in &self.buses {
             for _ in 0..bus.undecodable {
                 losses.count_undecodable(&bus.name);
             }

@@ -7,4 +7,5 @@ mod recognise;
 mod rosbag2_folder;
 mod rosbag2_metadata;
 
+pub(crate) use self::can_topics::CanPass;
 pub use self::{can_topics::CanTopic, open_log::Log};

@@ -245,6 +245,12 @@ impl Log {
         Ok(losses)
     }
 
+    /// What decodes the CAN messages among the wanted topics from frames that come one at a time; `None` if none of
+    /// them is one.
+    pub(crate) fn can_pass(&self, wanted: &[TopicId]) -> Result<Option<CanPass>, Error> {
+        Ok(self.can.pass(&self.wanted_flags(wanted)?))
+    }
+
     /// Reads with CAN messages among the wanted topics: one message after the other, because what a frame means may
     /// depend on those before it.
     fn read_can(

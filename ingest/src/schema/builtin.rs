@@ -148,6 +148,13 @@ const ROS1_DEFINITIONS: &[(&str, &str)] = &[
     ),
 ];
 
+/// The definition of a common message type of ROS 2 such as `sensor_msgs/msg/Imu`, as a recorder would embed it; `None`
+/// if it is not built in.
+#[must_use]
+pub fn known_definition(type_name: &str) -> Option<String> {
+    definition(type_name, Dialect::Ros2)
+}
+
 /// The definition of a common type with those of its parts, as a recorder would embed it.
 pub(crate) fn definition(type_name: &str, dialect: Dialect) -> Option<String> {
     let text = fields(&normal_type_name(type_name), dialect)?;

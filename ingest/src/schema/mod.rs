@@ -13,4 +13,4 @@ pub(crate) use self::{
     path_tree::{Branch, PathTree},
     types::{Dialect, Field, FieldType, NumberType, Repetition, normal_type_name},
 };
-pub use self::{error::SchemaError, field_path::FieldPath};
+pub use self::{builtin::known_definition, error::SchemaError, field_path::FieldPath};

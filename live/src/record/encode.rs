@@ -84,7 +84,7 @@ pub(super) fn program(wire: &WireMachine) -> Vec<u8> {
 }
 
 /// A verdict, in the order of its topic's definition.
-pub(super) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
+pub(crate) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
     let mut cdr = Cdr::with_capacity(2048);
     cdr.header(verdict.time_ns, "");
     for number in [

@@ -22,6 +22,9 @@ mod sync;
 mod topics;
 mod writer;
 
+pub(crate) use cdr::Cdr;
+pub(crate) use encode::verdict as verdict_message;
 pub use program::record;
 pub use session_recorder::RecordOptions;
+pub(crate) use topics::verdict as verdict_topic;
 pub use writer::RecordCounts;

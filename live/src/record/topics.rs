@@ -8,10 +8,10 @@ use crate::wire::names::Names;
 
 /// A topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Topic {
-    pub(super) name: String,
-    pub(super) type_name: &'static str,
-    pub(super) definition: String,
+pub(crate) struct Topic {
+    pub(crate) name: String,
+    pub(crate) type_name: &'static str,
+    pub(crate) definition: String,
 }
 
 const HEADER: &str = "
@@ -128,7 +128,7 @@ pub(super) fn actuator(name: String) -> Topic {
 
 /// Verdicts: integers as on the wire, then every number under the name of its column in `samples.parquet`.
 /// The header's stamp is the time of the row.
-pub(super) fn verdict(names: &Names) -> Topic {
+pub(crate) fn verdict(names: &Names) -> Topic {
     let mut definition = String::from("std_msgs/Header header\n");
     for name in VERDICT_INTEGERS {
         let _ = writeln!(definition, "uint32 {name}");

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use tipwatch_binding::{MachineFile, arrivals, bind};
+use tipwatch_binding::{BoundLog, MachineFile, Urdf, arrivals, bind};
 use tipwatch_ingest::{Losses, SensorRecording};
 use tipwatch_mechanics::state::{Sample, Sensor};
 
@@ -30,37 +30,11 @@ impl LogSamples {
         let log = file.open_log(path)?;
         let urdf = file.urdf(urdf, Some(&log))?;
         let bound = bind(&log, &file.spec, &urdf.text, &urdf.name)?;
-        let (machine, matched) = (&bound.machine, &bound.matched);
-        // a monitor does not see /tf_static and would assume another mounting
-        ensure!(
-            !machine.imu().source.starts_with("/tf_static"),
-            "{}: the IMU's mounting is known only from {}; expected [imu] in the machine file for live use",
-            file.path.display(),
-            machine.imu().source
-        );
+        let mut session = session_of(&bound, file, &urdf)?;
         let sensors = bound.sensors.iter().map(|b| b.sensor).collect();
         let (columns, losses) = bound.record(&log, &mut |_| {})?;
-        let mut actuated_joints: Vec<u32> = (matched.sensors.actuators.iter())
-            .map(|signal| signal.joint as u32)
-            .collect();
-        actuated_joints.dedup();
-        let joints = 0..matched.streams.len();
-        let session = Session {
-            id: 0,
-            machine_hash: machine_hash(file, &urdf),
-            total_samples: columns.iter().map(|c| c.stamps_ns.len() as u64).sum(),
-            streams: joints
-                .map(|stream| matched.joint_names(machine, stream))
-                .collect(),
-            pace: 1.0,
-            clock: StampClock::default(),
-            wants_progress: true,
-            imu: matched.sensors.imu,
-            odometry: matched.sensors.odometry,
-            tool_wrench: matched.sensors.tool_wrench,
-            actuated_joints,
-            imu_frame: bound.topics.imu_frame.clone(),
-        };
+        session.total_samples = columns.iter().map(|c| c.stamps_ns.len() as u64).sum();
+        session.wants_progress = true;
         // an error that every reader would meet is reported here
         session.machine(file, &urdf)?;
         let mut log_samples = Self {
@@ -99,4 +73,40 @@ impl LogSamples {
     pub fn set_identity(&mut self) {
         self.session.id = new_identity(self.session.machine_hash);
     }
+}
+
+/// The session of a machine whose sensors are bound to topics, at their own speed and without identity and clock.
+///
+/// # Errors
+/// Only a topic that a monitor does not see tells where the IMU is.
+pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<Session> {
+    let (machine, matched) = (&bound.machine, &bound.matched);
+    // a monitor does not see /tf_static and would assume another mounting
+    ensure!(
+        !machine.imu().source.starts_with("/tf_static"),
+        "{}: the IMU's mounting is known only from {}; expected [imu] in the machine file for live use",
+        file.path.display(),
+        machine.imu().source
+    );
+    let mut actuated_joints: Vec<u32> = (matched.sensors.actuators.iter())
+        .map(|signal| signal.joint as u32)
+        .collect();
+    actuated_joints.dedup();
+    let joints = 0..matched.streams.len();
+    Ok(Session {
+        id: 0,
+        machine_hash: machine_hash(file, urdf),
+        total_samples: 0,
+        streams: joints
+            .map(|stream| matched.joint_names(machine, stream))
+            .collect(),
+        pace: 1.0,
+        clock: StampClock::default(),
+        wants_progress: false,
+        imu: matched.sensors.imu,
+        odometry: matched.sensors.odometry,
+        tool_wrench: matched.sensors.tool_wrench,
+        actuated_joints,
+        imu_frame: bound.topics.imu_frame.clone(),
+    })
 }

@@ -3,5 +3,5 @@
 mod log;
 mod send;
 
-pub use log::LogSamples;
+pub use log::{LogSamples, session_of};
 pub use send::{ReplayCounts, ReplayOptions, Speed, replay};

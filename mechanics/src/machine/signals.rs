@@ -267,6 +267,34 @@ pub fn can_signals(text: &str) -> Vec<CanSpec> {
     found
 }
 
+/// The topics of all numbers that a machine file names by topic and field, wherever they stand in it, without those
+/// of CAN signals.
+#[must_use]
+pub fn number_topics(text: &str) -> Vec<String> {
+    fn collect(value: &toml::Value, into: &mut Vec<String>) {
+        match value {
+            toml::Value::Table(table) => {
+                let topic = table.get("topic").and_then(toml::Value::as_str);
+                let is_can = table.contains_key("signal");
+                match topic.filter(|_| !is_can) {
+                    Some(topic) if !into.iter().any(|known| known == topic) => {
+                        into.push(topic.to_owned());
+                    }
+                    _ => {}
+                }
+                table.values().for_each(|value| collect(value, into));
+            }
+            toml::Value::Array(values) => values.iter().for_each(|value| collect(value, into)),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    if let Ok(table) = text.parse::<toml::Table>() {
+        collect(&toml::Value::Table(table), &mut found);
+    }
+    found
+}
+
 fn one() -> f64 {
     1.0
 }

@@ -5,33 +5,37 @@ use tipwatch_can::{Frame, FrameKind};
 use crate::schema::builtin;
 
 /// Identifier of the encoding: CDR, little endian.
-pub(super) const CDR: [u8; 4] = [0, 1, 0, 0];
+pub const CDR: [u8; 4] = [0, 1, 0, 0];
 /// Stamp of zero, and the empty name of a frame of reference with its end; then the padding of an integer.
 const HEADER: [u8; 16] = [0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0];
 
 /// The message type of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FrameType {
+pub enum CanFrameType {
     /// `can_msgs/Frame`, with up to eight bytes of data.
     Classical,
     /// `ros2_socketcan_msgs/FdFrame`, for a channel with CAN FD frames.
     Fd,
 }
 
-impl FrameType {
-    pub(super) fn name(self) -> &'static str {
+impl CanFrameType {
+    /// Name of the type.
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::Classical => "can_msgs/msg/Frame",
             Self::Fd => "ros2_socketcan_msgs/msg/FdFrame",
         }
     }
 
-    pub(super) fn definition(self) -> String {
+    /// Its definition.
+    #[must_use]
+    pub fn definition(self) -> String {
         builtin::definition(self.name(), crate::schema::Dialect::Ros2).unwrap_or_default()
     }
 
     /// Writes a frame as a message; `false` if the type has no place for it: a remote frame on a channel with CAN FD.
-    pub(super) fn encode(self, frame: &Frame, message: &mut Vec<u8>) -> bool {
+    pub fn encode(self, frame: &Frame, message: &mut Vec<u8>) -> bool {
         let data = frame.data();
         let is_remote = frame.kind == FrameKind::Remote;
         let is_error = u8::from(frame.kind == FrameKind::Error);

@@ -4,3 +4,4 @@ mod encode;
 mod reader;
 
 pub(crate) use self::reader::CanReader;
+pub use self::encode::{CDR, CanFrameType};

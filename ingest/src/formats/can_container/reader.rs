@@ -10,7 +10,7 @@ use std::{
 
 use tipwatch_can::{Container, ContainerFormat, Frame, FrameSource, OpenError};
 
-use super::encode::FrameType;
+use super::encode::CanFrameType;
 use crate::{
     file::LogFile,
     formats::reader::{FileReader, Request},
@@ -30,7 +30,7 @@ pub(crate) struct CanReader {
     bytes: u64,
     frames: u64,
     /// In the order of the file's channels.
-    channels: Vec<(TopicId, FrameType)>,
+    channels: Vec<(TopicId, CanFrameType)>,
     span_ns: Option<(i64, i64)>,
 }
 
@@ -109,9 +109,9 @@ impl CanReader {
         }
         for (name, seen) in source.channels().iter().zip(seen) {
             let frame_type = if seen.has_fd {
-                FrameType::Fd
+                CanFrameType::Fd
             } else {
-                FrameType::Classical
+                CanFrameType::Classical
             };
             let left_out = if seen.has_fd { seen.remote } else { 0 };
             if left_out > 0 {

@@ -1,0 +1,11 @@
+//! What comes in: messages of all networks in one bounded queue, each with its publisher and its sequence number.
+
+mod can;
+mod queue;
+mod tell;
+mod wanted;
+
+pub use can::{CanInput, read_frames, start_can};
+pub use queue::{Arrival, Arrivals, Intake, Lane, LaneCounts, LaneId};
+pub use tell::Teller;
+pub use wanted::Wanted;

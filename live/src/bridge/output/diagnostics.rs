@@ -1,0 +1,67 @@
+//! The verdict as `diagnostic_msgs/DiagnosticArray`.
+
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::verdict::Level;
+
+use super::view::View;
+use crate::record::Cdr;
+
+/// `diagnostic_msgs/DiagnosticStatus`: its levels.
+const OK: u8 = 0;
+const WARN: u8 = 1;
+const ERROR: u8 = 2;
+const STALE: u8 = 3;
+
+/// The message, with the time of this computer (ns) as its stamp. Without a current verdict it is stale: never OK.
+#[must_use]
+pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
+    let level = view.level();
+    let status = match level {
+        _ if view.verdict.is_none() => STALE,
+        Level::Safe => OK,
+        Level::Notice | Level::Warning => WARN,
+        Level::Danger | Level::Fault => ERROR,
+        Level::Unknown => STALE,
+    };
+    let worst = view.worst_wheel();
+    let wheel = worst.map_or("unknown", |(wheel, _)| view.wheel_name(wheel));
+    let message = match view.verdict {
+        None => "no current verdict: treat as a fault".to_owned(),
+        Some(_) if worst.is_some() => format!("{}, worst wheel {wheel}", level.name()),
+        Some(_) => level.name().to_owned(),
+    };
+    let number = |number: f64| match number.is_finite() {
+        true => format!("{number:.3}"),
+        false => "unknown".to_owned(),
+    };
+    let mut values = vec![
+        ("level", view.momentary().name().to_owned()),
+        ("latched_level", level.name().to_owned()),
+        ("utilisation", number(view.number(Quantity::Utilisation))),
+        ("worst_wheel", wheel.to_owned()),
+        ("overturning_force_n", number(worst.map_or(f64::NAN, |(_, force)| force))),
+        ("time_to_lift_off_s", number(view.time_to_lift_off_s())),
+    ];
+    if let Some(verdict) = view.verdict {
+        let held = verdict.verdict().held;
+        let faults: Vec<&str> = held.faults.iter().map(|fault| fault.name()).collect();
+        let cautions: Vec<&str> = held.cautions.iter().map(|fault| fault.name()).collect();
+        values.push(("faults", faults.join(" ")));
+        values.push(("cautions", cautions.join(" ")));
+        values.push(("samples_lost", verdict.lost.to_string()));
+        values.push(("samples_refused", verdict.refused.to_string()));
+    }
+    let mut cdr = Cdr::with_capacity(512);
+    cdr.header(unix_now_ns, "");
+    cdr.u32(1);
+    cdr.u8(status);
+    cdr.text("tipwatch: tip-over");
+    cdr.text(&message);
+    cdr.text(&view.names.machine);
+    cdr.u32(values.len() as u32);
+    for (key, value) in values {
+        cdr.text(key);
+        cdr.text(&value);
+    }
+    cdr.finish()
+}

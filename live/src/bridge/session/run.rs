@@ -1,0 +1,241 @@
+//! A running session: every message becomes samples in shared memory, or is told.
+
+use anyhow::Result;
+use tipwatch_mechanics::state::{Sample, Sensor};
+
+use super::assembly::Assembly;
+use super::publishers::{Admission, Publishers, Refused};
+use crate::bridge::input::{Arrival, Lane, Teller};
+use crate::node::{LiveNode, Producer};
+use crate::wire::identity::new_identity;
+use crate::wire::session::StampClock;
+use crate::wire::topics::{WireSample, WireSession};
+
+/// Stamps that go back further are those of a clock that was set, or of a log that begins again (ns).
+const BACK_NS: i64 = 1_000_000_000;
+/// A clock that has moved so far is another one (ns).
+const MOVED_NS: i64 = 10_000_000_000;
+/// Most sequence numbers left out for one loss: the monitor needs to see that, not to count it.
+const MOST_SKIPPED: u64 = 1000;
+
+/// What became of the messages of a session.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SessionCounts {
+    /// Messages of the topics that are used.
+    pub messages: u64,
+    /// Samples sent.
+    pub sent: u64,
+    /// Messages that never came, or for which there was no room.
+    pub lost: u64,
+    /// Messages that came again.
+    pub repeated: u64,
+    /// Messages while two publishers sent.
+    pub of_two_publishers: u64,
+    /// Messages that could not be decoded, or had no usable stamp.
+    pub undecodable: u64,
+}
+
+/// Why a session ends.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// The program was asked to stop.
+    Interrupted,
+    /// No network is left.
+    SourcesEnded,
+    /// Something began anew: the next session must find out what.
+    Restart(String),
+}
+
+/// A running session.
+#[derive(Debug)]
+pub struct SessionRun {
+    producer: Producer,
+    assembly: Assembly,
+    publishers: Vec<Publishers>,
+    lanes: Vec<Lane>,
+    teller: Teller,
+    clock: StampClock,
+    /// The last stamp of each sensor (ns).
+    stamps: Vec<(Sensor, i64)>,
+    /// What became of the messages.
+    pub counts: SessionCounts,
+}
+
+impl SessionRun {
+    /// Announces the session.
+    ///
+    /// # Errors
+    /// Another producer sends samples, or the shared memory fails.
+    pub fn begin(
+        node: &LiveNode,
+        mut assembly: Assembly,
+        publishers: Vec<Publishers>,
+        lanes: Vec<Lane>,
+        teller: Teller,
+    ) -> Result<Self> {
+        let session = &mut assembly.session;
+        session.id = new_identity(session.machine_hash);
+        let mut producer = Producer::new(node, session.id, session.machine_hash)?;
+        producer.announce(&mut WireSession::try_from(&*session)?)?;
+        Ok(Self {
+            producer,
+            clock: assembly.session.clock,
+            assembly,
+            publishers,
+            lanes,
+            teller,
+            stamps: Vec::new(),
+            counts: SessionCounts::default(),
+        })
+    }
+
+    /// Takes a message; the session ends if something began anew.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn take(&mut self, arrival: &Arrival) -> Result<Option<Ending>> {
+        let lane = arrival.lane.0;
+        if !self.assembly.knows(arrival.lane) {
+            return Ok(None);
+        }
+        self.counts.messages += 1;
+        if self.publishers.len() <= lane {
+            self.publishers.resize_with(lane + 1, Publishers::default);
+        }
+        let name = self.lanes.get(lane).map_or("", |lane| lane.name.as_str());
+        let publishers = &mut self.publishers[lane];
+        let admission = publishers.admit(arrival.publisher, arrival.sequence, arrival.host_ns);
+        match admission {
+            Admission::Restarted => {
+                return Ok(Some(Ending::Restart(format!(
+                    "{name}: another publisher has taken the place of the one before"
+                ))));
+            }
+            Admission::Refused(Refused::TwoPublishers) => {
+                self.counts.of_two_publishers += 1;
+                self.teller.fault(
+                    &format!("two {name}"),
+                    &format!("{name}: expected one publisher, found two: none of their messages is used"),
+                );
+                return Ok(None);
+            }
+            Admission::Refused(Refused::Repeated) => {
+                self.counts.repeated += 1;
+                return Ok(None);
+            }
+            Admission::Used { lost } => {
+                self.teller
+                    .over(&format!("two {name}"), &format!("{name}: one publisher again"));
+                let lost = lost + arrival.missed;
+                if lost > 0 {
+                    self.teller
+                        .fault(&format!("lost {name}"), &format!("{name}: {lost} messages lost"));
+                }
+                self.lose(lost);
+            }
+        }
+        self.send(arrival)
+    }
+
+    /// Sequence numbers that never come tell the monitor of a loss.
+    fn lose(&mut self, lost: u64) {
+        self.counts.lost += lost;
+        for _ in 0..lost.min(MOST_SKIPPED) {
+            self.producer.samples().skip();
+        }
+    }
+
+    fn send(&mut self, arrival: &Arrival) -> Result<Option<Ending>> {
+        let Self {
+            producer,
+            assembly,
+            stamps,
+            counts,
+            clock,
+            ..
+        } = self;
+        let (mut ending, mut result) = (None, Ok(()));
+        let refusals = assembly.take(arrival, &mut |sensor, stamp_ns, values| {
+            if ending.is_some() || result.is_err() {
+                return;
+            }
+            ending = began_anew(stamps, *clock, sensor, stamp_ns, arrival.host_ns);
+            if ending.is_some() {
+                return;
+            }
+            let sample = Sample {
+                sensor,
+                stamp_ns,
+                values,
+            };
+            result = WireSample::new(&sample, 0).and_then(|mut wire| producer.send(&mut wire));
+            counts.sent += 1;
+        });
+        result?;
+        let refused = refusals.map_or(0, |r| u64::from(r.undecodable + r.unstamped));
+        if refused > 0 {
+            counts.undecodable += 1;
+            let name = self.lanes.get(arrival.lane.0);
+            let name = name.map_or("", |lane| lane.name.as_str());
+            self.teller.fault(
+                &format!("undecodable {name}"),
+                &format!("{name}: a message cannot be decoded or has no usable stamp: left out"),
+            );
+            self.lose(1);
+        }
+        Ok(ending)
+    }
+
+    /// Connects new readers and checks the buses; to be called from time to time.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn maintain(&self) -> Result<Option<Ending>> {
+        self.producer.update_connections()?;
+        match self.assembly.check_can() {
+            Ok(()) => Ok(None),
+            Err(error) => Ok(Some(Ending::Restart(format!("{error:#}")))),
+        }
+    }
+
+    /// Ends the session.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn end(mut self) -> Result<SessionCounts> {
+        self.producer.send(&mut WireSample::end())?;
+        Ok(self.counts)
+    }
+}
+
+/// Whether the clock of a sensor was set, or its log begins again.
+fn began_anew(
+    stamps: &mut Vec<(Sensor, i64)>,
+    clock: StampClock,
+    sensor: Sensor,
+    stamp_ns: i64,
+    host_ns: i64,
+) -> Option<Ending> {
+    let known = stamps.iter_mut().find(|(of, _)| *of == sensor);
+    let last = match known {
+        Some((_, last)) => std::mem::replace(last, (*last).max(stamp_ns)),
+        None => {
+            stamps.push((sensor, stamp_ns));
+            stamp_ns
+        }
+    };
+    let back_ns = last.saturating_sub(stamp_ns);
+    if back_ns > BACK_NS {
+        let back_s = back_ns as f64 * 1e-9;
+        return Some(Ending::Restart(format!(
+            "{sensor:?}: stamps go back by {back_s:.1} s"
+        )));
+    }
+    let moved_ns = clock.measured_ns(stamp_ns, 1.0).saturating_sub(host_ns);
+    (moved_ns.unsigned_abs() > MOVED_NS.unsigned_abs()).then(|| {
+        let moved_s = moved_ns as f64 * 1e-9;
+        Ending::Restart(format!(
+            "{sensor:?}: stamps are {moved_s:.1} s away from where their clock stood at the start"
+        ))
+    })
+}
