@@ -6,9 +6,14 @@
 //!                      checks, encodes  64 MiB     8 ms      200 ms, at once after an alarm
 //! ```
 //! Nobody waits for the recorder: it is a reader with a queue of two seconds. What it misses is recorded as
-//! a gap.
+//! a gap. The black box is the same with a ring in memory between `pending` and the writer.
 
 mod cdr;
+mod clip_file;
+mod clip_list;
+#[cfg(test)]
+mod clip_tests;
+mod clip_writer;
 mod encode;
 mod folder;
 mod pending;
@@ -16,12 +21,16 @@ mod preamble;
 mod program;
 mod repair;
 mod retention;
+mod ring;
 mod segment;
 mod session_recorder;
 mod sync;
 mod topics;
+mod trigger;
 mod writer;
 
+pub use clip_writer::ClipOptions;
 pub use program::record;
 pub use session_recorder::RecordOptions;
+pub use trigger::Trigger;
 pub use writer::RecordCounts;

@@ -16,9 +16,9 @@ use super::segment::{Place, Preamble, Segment, sync_folder};
 use super::sync::SyncThread;
 
 /// Time covered by a batch. Including polling and writing, a killed process loses no more than 20 ms.
-const BATCH_PERIOD: Duration = Duration::from_millis(8);
+pub(super) const BATCH_PERIOD: Duration = Duration::from_millis(8);
 /// Time before writing is retried after a failure.
-const RETRY_PERIOD: Duration = Duration::from_secs(1);
+pub(super) const RETRY_PERIOD: Duration = Duration::from_secs(1);
 /// How often the files are looked for where they were written: a removed folder is noticed within a second.
 const PLACE_CHECK: Duration = Duration::from_millis(250);
 
@@ -35,18 +35,34 @@ pub struct RecordCounts {
     pub samples_lost: u64,
     /// Verdicts and commands that could not be written, or were lost on the way to the recorder.
     pub verdicts_lost: u64,
+    /// Clips of the black box that were finished.
+    pub clips: u64,
+    /// Clips that lack part of the time asked for, because the ring or the disk had no room for it.
+    pub short_clips: u64,
     /// Samples that failed the checks, as they did in the monitor; they are not recorded. One whose sequence
     /// number is unreadable counts as lost, too.
     pub samples_refused: u64,
 }
 
 impl RecordCounts {
+    /// Counts a message that was written.
+    pub(super) fn count(&mut self, kind: Kind) {
+        match kind {
+            Kind::Sample(_) => self.samples += 1,
+            Kind::Verdict { .. } => self.verdicts += 1,
+            Kind::Command => self.commands += 1,
+            Kind::Gap => {}
+        }
+    }
+
     pub(super) fn add(&mut self, other: &Self) {
         self.samples += other.samples;
         self.verdicts += other.verdicts;
         self.commands += other.commands;
         self.samples_lost += other.samples_lost;
         self.verdicts_lost += other.verdicts_lost;
+        self.clips += other.clips;
+        self.short_clips += other.short_clips;
         self.samples_refused += other.samples_refused;
     }
 }
@@ -120,6 +136,7 @@ impl FileWriter {
             match message.kind {
                 Kind::Sample(_) => self.counts.samples_lost += 1,
                 Kind::Verdict { .. } | Kind::Command => self.counts.verdicts_lost += 1,
+                Kind::Gap => {}
             }
         }
         self.finish()?;
@@ -225,29 +242,14 @@ impl FileWriter {
         let channels = self.plan.preamble.channels;
         if dropped != Dropped::default() {
             let log_time_ns = messages.front().map_or(0, |message| message.log_time_ns);
-            let message = Encoded {
-                kind: Kind::Verdict { is_new: false },
-                sequence: 0,
-                log_time_ns,
-                publish_time_ns: log_time_ns,
-                data: encode::gap(log_time_ns, dropped.samples, dropped.verdicts),
-            };
-            segment.add(channels.gaps, &message)?;
+            segment.add(channels.gaps, &encode::gap_message(0, log_time_ns, dropped))?;
         }
-        let mut is_alarm = false;
         for message in messages {
-            let channel = match message.kind {
-                Kind::Sample(sensor) => sensor,
-                Kind::Verdict { is_new } => {
-                    is_alarm |= is_new;
-                    channels.verdicts
-                }
-                Kind::Command => channels.commands,
-            };
-            segment.add(channel, message)?;
+            segment.add(channels.of(message.kind), message)?;
         }
         segment.flush()?;
-        if is_alarm {
+        let is_alarm = |message: &Encoded| matches!(message.kind, Kind::Verdict { is_new: true, .. });
+        if messages.iter().any(is_alarm) {
             self.sync.now();
         }
         Ok(())
@@ -300,13 +302,7 @@ impl FileWriter {
 
     fn count(&mut self, messages: &VecDeque<Encoded>, dropped: Dropped) {
         let mut written = RecordCounts::default();
-        for message in messages {
-            match message.kind {
-                Kind::Sample(_) => written.samples += 1,
-                Kind::Verdict { .. } => written.verdicts += 1,
-                Kind::Command => written.commands += 1,
-            }
-        }
+        messages.iter().for_each(|message| written.count(message.kind));
         self.counts.add(&written);
         if let Some(open) = &mut self.segment {
             open.counts.add(&written);
