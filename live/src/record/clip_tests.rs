@@ -32,7 +32,7 @@ fn plan(root: &Path) -> Plan {
     Plan {
         folder: root.join("session"),
         preamble: Preamble {
-            topics: vec![topics::imu(), topics::imu(), topics::command(), topics::gap()],
+            topics: vec![topics::odometry(), topics::imu(), topics::command(), topics::gap()],
             channels: Channels {
                 verdicts: 1,
                 commands: 2,
@@ -108,7 +108,7 @@ fn steps(path: &Path) -> (u32, u32, usize) {
     let bytes = std::fs::read(path).unwrap();
     let messages = mcap::MessageStream::new(&bytes).unwrap();
     let messages = messages.map(Result::unwrap);
-    let samples = messages.filter(|message| message.channel.id == 0);
+    let samples = messages.filter(|message| message.channel.topic == topics::odometry().name);
     let steps: Vec<u32> = samples.map(|message| message.sequence).collect();
     assert!(steps.is_sorted_by(|a, b| a + 1 == *b), "{steps:?}");
     (steps[0], steps[steps.len() - 1], steps.len())

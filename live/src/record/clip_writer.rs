@@ -342,6 +342,7 @@ impl ClipWriter {
     }
 
     /// What was written.
+    #[cfg(test)]
     pub(super) fn counts(&self) -> RecordCounts {
         self.counts
     }
