@@ -9,7 +9,8 @@
 //! - [`read_sensor_blocks`] passes the samples of all sensors on in blocks, in one pass and bounded
 //!   memory; [`record_sensors`] returns them as whole columns.
 //! - [`Layout`] reads single fields of any message by its recorded definition.
-//! - [`recover`] writes the intact part of a log as a clean MCAP file; [`Ros2Writer`] writes a new one.
+//! - [`recover`] writes the intact part of a log as a clean MCAP file, [`write_clips`] spans of its time;
+//!   [`Ros2Writer`] writes a new one.
 //!
 //! The crate knows nothing about machines: callers interpret the numbers.
 //!
@@ -83,6 +84,7 @@ pub use crate::{
         robot_description, static_frames, topic_of_field,
     },
     write::{
-        RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic, recover, recover_with,
+        ClipReport, ClipRequest, RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic,
+        recover, recover_with, write_clips,
     },
 };
