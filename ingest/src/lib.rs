@@ -10,7 +10,8 @@
 //!   memory; [`record_sensors`] returns them as whole columns.
 //! - [`SampleStream`] decodes the messages of a running system one at a time, into the same samples.
 //! - [`Layout`] reads single fields of any message by its recorded definition.
-//! - [`recover`] writes the intact part of a log as a clean MCAP file; [`Ros2Writer`] writes a new one.
+//! - [`recover`] writes the intact part of a log as a clean MCAP file, [`write_clips`] spans of its time;
+//!   [`Ros2Writer`] writes a new one.
 //!
 //! The crate knows nothing about machines: callers interpret the numbers.
 //!
@@ -85,6 +86,7 @@ pub use crate::{
         robot_description, static_frames, topic_of_field,
     },
     write::{
-        RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic, recover, recover_with,
+        ClipReport, ClipRequest, RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic,
+        recover, recover_with, write_clips,
     },
 };

@@ -27,7 +27,7 @@ use crate::node::{LiveNode, ServiceAddress};
 use crate::operator::acknowledge;
 use crate::operator::commission;
 use crate::operator::watch;
-use crate::record::{RecordOptions, record};
+use crate::record::{ClipOptions, RecordOptions, Trigger, record};
 use crate::replay::LogSamples;
 use crate::replay::{ReplayOptions, Speed, replay};
 use crate::system::clock::Monotonic;
@@ -194,7 +194,7 @@ struct RecordArgs {
     #[command(flatten)]
     service: ServiceArgs,
     /// Length of a file, in seconds.
-    #[arg(long, value_name = "S", default_value = "60", value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value = "60", value_parser = seconds, conflicts_with = "on")]
     split: Duration,
     /// Limit on the size of all files, in megabytes: beyond it the oldest are removed.
     #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u64).range(16..))]
@@ -202,6 +202,29 @@ struct RecordArgs {
     /// Wait for the next session when one has ended.
     #[arg(long)]
     stay: bool,
+    #[command(flatten)]
+    clips: ClipArgs,
+}
+
+/// The black box.
+#[derive(Debug, Args)]
+struct ClipArgs {
+    /// Black box: keep the last seconds in memory and write a file, a clip, only around verdicts that meet one of these
+    /// conditions.
+    #[arg(long, value_enum, value_name = "CONDITION", value_delimiter = ',')]
+    on: Vec<Trigger>,
+    /// Time before the first trigger of a clip, in seconds.
+    #[arg(long, value_name = "S", default_value = "30", value_parser = seconds, requires = "on")]
+    before: Duration,
+    /// Time after the last trigger of a clip, in seconds.
+    #[arg(long, value_name = "S", default_value = "10", value_parser = seconds, requires = "on")]
+    after: Duration,
+    /// Longest clip, in seconds. A longer one goes on in the next file.
+    #[arg(long, value_name = "S", default_value = "600", value_parser = seconds, requires = "on")]
+    longest: Duration,
+    /// Memory for the time before a trigger, in megabytes.
+    #[arg(long, value_name = "MB", default_value = "64", value_parser = clap::value_parser!(u32).range(1..), requires = "on")]
+    ring: u32,
 }
 
 #[derive(Debug, Args)]
@@ -362,6 +385,21 @@ impl LoopArgs {
             lock_memory: self.lock_memory,
             core: self.core,
             priority: self.priority,
+        })
+    }
+}
+
+impl ClipArgs {
+    fn options(&self) -> Option<ClipOptions> {
+        let mut on = self.on.clone();
+        on.sort_unstable();
+        on.dedup();
+        (!on.is_empty()).then_some(ClipOptions {
+            on,
+            before: self.before,
+            after: self.after,
+            longest: self.longest,
+            ring_bytes: (self.ring as usize) << 20,
         })
     }
 }
@@ -631,6 +669,7 @@ fn run_record(args: &RecordArgs) -> Result<ExitCode> {
         keep_bytes: args.keep.map(|megabytes| megabytes << 20),
         stays: args.stay,
         fingerprint: Fingerprint::of_this_program(&file, &urdf, None)?,
+        clips: args.clips.options(),
     };
     eprintln!("record: {}", options.fingerprint.statement());
     let counts = record(&node, &file, &urdf, &options)?;
@@ -645,7 +684,14 @@ fn run_record(args: &RecordArgs) -> Result<ExitCode> {
         counts.verdicts_lost,
         counts.samples_refused
     );
-    let is_complete = counts.samples_lost == 0 && counts.verdicts_lost == 0;
+    if args.clips.options().is_some() {
+        eprintln!(
+            "record: {} clips, {} of them shorter than asked for",
+            counts.clips, counts.short_clips
+        );
+    }
+    let is_complete =
+        counts.samples_lost == 0 && counts.verdicts_lost == 0 && counts.short_clips == 0;
     Ok(if is_complete {
         ExitCode::SUCCESS
     } else {

@@ -17,11 +17,12 @@ use super::payload::EstimatedPayload;
 use super::sensitivity::SensitivityTable;
 use super::undecided::Undecided;
 use crate::analysis::inputs::GrossInput;
+use crate::base::clip::Clip;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::base::table::Table;
 use crate::events::Event;
-use crate::load::MeasuredLoads;
+use crate::load::{LogTimes, MeasuredLoads};
 
 /// The analysis of one log.
 #[derive(Debug)]
@@ -70,6 +71,10 @@ pub struct Analysis {
     pub measured_loads: Arc<MeasuredLoads>,
     /// Measured against computed loads.
     pub load_comparison: LoadComparison,
+    /// The times of the log at the times of the rows.
+    pub log_times: LogTimes,
+    /// The clips that were cut out of the log; `None` if none were asked for.
+    pub clips: Option<Vec<Clip>>,
 }
 
 impl Analysis {

@@ -39,6 +39,7 @@ use crate::base::file_hash::hash_file;
 use crate::base::file_hash::hash_of;
 use crate::base::file_hash::{FileHash, program};
 use crate::base::options::{ApplyClockOffsets, Estimator, Options};
+use crate::base::clip;
 use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 use crate::base::rows::Rows;
@@ -48,6 +49,7 @@ use crate::base::verdicts::MonitorRecord;
 use crate::events;
 use crate::events::OnSet;
 use crate::load::LoadedLog;
+use crate::load::LogTimes;
 use crate::load::MeasuredLoads;
 use crate::load::block_smoother;
 use crate::load::linkage_force;
@@ -270,6 +272,9 @@ fn analyse_with<S: RowSink>(
         clock_findings,
         measured_loads,
         load_comparison,
+        log_times: (loaded.signals.first())
+            .map_or_else(LogTimes::default, |signal| signal.recording.log_times.clone()),
+        clips: None,
     };
     Ok((analysis, sink))
 }
@@ -574,7 +579,9 @@ fn provenance(
         text: loaded.urdf_text.clone(),
     };
     let commissioning = commissioning_of(file, &urdf)?;
+    let records = metadata_records(log)?;
     Ok(Provenance {
+        clip_of: clip::origin(&records),
         commissioning: (commissioning.as_ref())
             .map_or(NOT_COMMISSIONED.into(), |(_, found)| found.statement()),
         commissioning_file: (commissioning.as_ref())
@@ -588,7 +595,7 @@ fn provenance(
         command_line: Vec::new(),
         case: None,
         examiner: None,
-        recovered_from: RecoveredFrom::all(&metadata_records(log)?),
+        recovered_from: RecoveredFrom::all(&records),
         log: log_hashes,
         log_format: log.format().to_string(),
         machine_file: hash_of(file.path.display().to_string(), file.text.as_bytes()),

@@ -1,5 +1,6 @@
 //! Provenance of a result: its files and the program, the command, IMU mounting.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -26,6 +27,9 @@ pub struct Provenance {
     pub log: Vec<FileHash>,
     /// What a recovered log was recovered from, the original first; empty for a log as recorded.
     pub recovered_from: Vec<RecoveredFrom>,
+    /// What a log that is a clip was cut from: files with their hashes, span and events; absent for a whole log.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clip_of: Option<BTreeMap<String, String>>,
     /// Format of the log.
     pub log_format: String,
     /// The machine file.

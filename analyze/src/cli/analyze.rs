@@ -16,7 +16,9 @@ use crate::base::error_text::{error_text, without_path};
 use crate::base::file_hash::{self, FileHash};
 use crate::base::options::{ColumnGroup, MoreColumns, Options};
 use crate::base::progress::Progress;
+use crate::events::EventKind;
 use crate::output;
+use crate::output::clips::{self, ClipOptions};
 use crate::output::custody::{self, Files, Origin};
 use crate::output::{OutputOptions, Sinks};
 use crate::policy::facts::{LogFacts, event_facts};
@@ -55,12 +57,49 @@ pub(super) struct AnalyzeArgs {
     #[arg(long)]
     pdf: bool,
     #[command(flatten)]
+    clips: ClipArgs,
+    #[command(flatten)]
     policy: PolicyArgs,
     #[command(flatten)]
     case: CaseArgs,
     /// The recorded analysis that is repeated.
     #[arg(skip)]
     repeated: Option<Repeated>,
+}
+
+/// Clips of the log.
+#[derive(Debug, Args)]
+struct ClipArgs {
+    /// Also cut each group of events out of the log: `clips/NNNN_KIND.mcap`, with every topic as recorded.
+    #[arg(long)]
+    clips: bool,
+    /// Time of a clip before the start of an event, in seconds.
+    #[arg(long, value_name = "S", default_value = "30", value_parser = not_negative, requires = "clips")]
+    clip_before: f64,
+    /// Time of a clip after the end of an event, in seconds.
+    #[arg(long, value_name = "S", default_value = "10", value_parser = not_negative, requires = "clips")]
+    clip_after: f64,
+    /// Kinds of events to cut out. Default: wheel_light, wheel_lift, edge_tipping and tip_over.
+    #[arg(long, value_enum, value_name = "EVENT", value_delimiter = ',', requires = "clips")]
+    clip_events: Vec<EventKind>,
+}
+
+impl ClipArgs {
+    fn options(&self) -> Option<ClipOptions> {
+        self.clips.then(|| ClipOptions {
+            before_s: self.clip_before,
+            after_s: self.clip_after,
+            kinds: self.clip_events.clone(),
+        })
+    }
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    let value = seconds(text)?;
+    match value >= 0.0 {
+        true => Ok(value),
+        false => Err("expected a number of seconds that is not negative".into()),
+    }
 }
 
 /// What a repeated analysis takes from its record.
@@ -195,10 +234,13 @@ fn analyze_one(
     )?;
     progress.finish();
     args.note_origin(&mut analysis);
-    let output::Written {
-        files: mut written,
-        sketch,
-    } = output::finish(&analysis, sinks, out)?;
+    if let Some(options) = args.clips.options() {
+        clips::cut(&mut analysis, log, out, &options)?;
+    }
+    let output::Written { files, sketch } = output::finish(&analysis, sinks, out)?;
+    let clips = analysis.clips.iter().flatten();
+    let mut written: Vec<&str> = clips.map(|clip| clip.file.path.as_str()).collect();
+    written.extend(files);
     if args.pdf {
         output::write_pdf(&analysis, sketch.as_ref(), out)?;
         written.push(output::PDF);
@@ -245,6 +287,9 @@ fn report_findings(analysis: &Analysis, out: &Path, terminal: Terminal) {
     let is_shown = |note: &&String| note.starts_with(FAULT) || note.starts_with(UNCONFIRMED);
     let faults = analysis.notes.iter().filter(is_shown);
     faults.for_each(|fault| terminal.print(&format!("- {fault}")));
+    if let Some(clips) = &analysis.clips {
+        terminal.print(&format!("clips: {}", clips.len()));
+    }
     terminal.print(&format!("results: {}", out.display()));
 }
 

@@ -4,6 +4,7 @@ mod arrivals;
 mod column;
 pub(crate) mod linkage_force;
 mod loaded;
+mod log_times;
 pub(crate) mod recorder_gaps;
 mod recording;
 mod sample_store;
@@ -12,6 +13,7 @@ pub(crate) mod supports;
 mod wheel_load;
 
 pub use loaded::{LoadedLog, Signal, load, load_within};
+pub use log_times::LogTimes;
 pub use recording::{Recording, SampleReader};
 pub use smoothing::{SharedSignal, block_smoother, shared_signals};
 pub use wheel_load::{MeasuredLoad, MeasuredLoads};

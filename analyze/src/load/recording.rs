@@ -9,6 +9,7 @@ use tipwatch_ingest::{
     Treatment,
 };
 
+use super::log_times::LogTimes;
 use super::sample_store::{Arrival, Samples, Times, arrival, message_times};
 
 /// Number of samples read from a file at a time.
@@ -29,6 +30,8 @@ pub struct Recording {
     pub stamps_ns: Vec<i64>,
     /// When the recorder received the first and the last sample (ns); `None` without samples.
     pub log_span_ns: Option<(i64, i64)>,
+    /// The times of the log at the times of measurement.
+    pub log_times: LogTimes,
     /// Rates, gaps and offsets of the stamps.
     pub statistics: TopicStatistics,
     /// Messages that could not be decoded.
@@ -56,6 +59,7 @@ impl Recording {
             time_base: reading.time_base,
             stamps_ns: Vec::with_capacity(reading.samples),
             log_span_ns: None,
+            log_times: LogTimes::default(),
             statistics: reading.statistics,
             undecodable: reading.undecodable,
             unstamped: reading.unstamped,
@@ -70,6 +74,7 @@ impl Recording {
             samples,
             stamps_ns,
             log_span_ns,
+            log_times,
             arrived_in_order,
             ..
         } = &mut recording;
@@ -78,21 +83,21 @@ impl Recording {
             times.resize(chunk.len(), Times::default());
             samples.read_times(chunk.start, &mut times)?;
             for (index, &times) in chunk.zip(&times) {
-                match reading.placement.stamp_ns(index, &message_times(times)) {
-                    Some(stamp_ns) => stamps_ns.push(stamp_ns),
-                    None => {
-                        omitted.push(index);
-                        continue;
-                    }
-                }
+                let Some(stamp_ns) = reading.placement.stamp_ns(index, &message_times(times)) else {
+                    omitted.push(index);
+                    continue;
+                };
+                stamps_ns.push(stamp_ns);
                 let arrival = arrival(times);
                 let log_ns = arrival[0];
+                log_times.push(stamp_ns, log_ns);
                 let (earliest, latest) = log_span_ns.unwrap_or((log_ns, log_ns));
                 *arrived_in_order &= stamps_ns.len() == 1 || last <= arrival;
                 *log_span_ns = Some((earliest.min(log_ns), latest.max(log_ns)));
                 last = arrival;
             }
         }
+        log_times.finish();
         if !omitted.is_empty() {
             *samples = without(samples, reading.samples, &omitted)?;
         }
@@ -177,6 +182,7 @@ impl Recording {
         for stamp in &mut self.stamps_ns {
             *stamp = stamp.saturating_add(shift_ns);
         }
+        self.log_times.shift(shift_ns);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Writes the files of an analysis or a replay into an output folder, never beside the log.
 
+pub mod clips;
 pub mod custody;
 pub mod differences;
 mod options;

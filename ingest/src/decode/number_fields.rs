@@ -68,6 +68,7 @@ mod tests {
             descriptors: None,
             definition_source: DefinitionSource::Embedded,
             message_count: None,
+            writers: Vec::new(),
         };
         let plain = "std_msgs/Header header\nfloat64 a\nstring s\nV v\nint8[2] n\nfloat32[] list\n\
             ===\nMSG: p/V\nfloat64 x\nfloat64 y\n";

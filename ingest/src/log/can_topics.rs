@@ -62,6 +62,7 @@ impl CanTopics {
             descriptors: None,
             definition_source: DefinitionSource::BuiltIn,
             message_count: None,
+            writers: Vec::new(),
         });
         if let Some(bus) = self.buses.get_mut(place) {
             let selection = Selection {

@@ -7,6 +7,8 @@ use super::topic::TopicId;
 pub struct RawMessage<'a> {
     /// The topic it was recorded on.
     pub topic: TopicId,
+    /// Which of the topic's [`writers`](super::Topic::writers) sent it; 0 where the format does not tell them apart.
+    pub writer: u32,
     /// When the recorder received it, in nanoseconds.
     pub log_time_ns: i64,
     /// When the sender sent it, in nanoseconds; equal to the log time where the format has none.

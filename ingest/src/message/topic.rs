@@ -1,6 +1,6 @@
 //! The topics of a log.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use serde::Serialize;
 
@@ -51,6 +51,10 @@ pub struct Topic {
     pub definition_source: DefinitionSource,
     /// The number of messages; `None` if only reading the whole log can count them.
     pub message_count: Option<u64>,
+    /// What the log says of its writers, such as their quality of service: keys and values, one entry for each set that
+    /// differs. Empty for formats that say nothing.
+    #[serde(skip)]
+    pub writers: Vec<BTreeMap<String, String>>,
 }
 
 /// A topic before it has an id.
@@ -79,6 +83,25 @@ impl TopicTable {
         let id = new.id;
         self.topics.push(new);
         id
+    }
+
+    /// The same for one writer of the topic, with what the log says of it; also returns the writer's index in
+    /// [`Topic::writers`].
+    pub(crate) fn register_writer(
+        &mut self,
+        description: &TopicDescription<'_>,
+        says: &BTreeMap<String, String>,
+    ) -> (TopicId, u32) {
+        let id = self.register(description);
+        let Some(topic) = self.topics.get_mut(id.0) else {
+            return (id, 0);
+        };
+        let known = topic.writers.iter().position(|known| known == says);
+        let index = known.unwrap_or_else(|| {
+            topic.writers.push(says.clone());
+            topic.writers.len() - 1
+        });
+        (id, index as u32)
     }
 
     /// Adds the message count of one channel or file; an unknown count makes the sum unknown.
@@ -129,6 +152,7 @@ impl TopicTable {
             descriptors: descriptors.map(<[u8]>::to_vec),
             definition_source: source,
             message_count: Some(0),
+            writers: Vec::new(),
         }
     }
 }

@@ -2,10 +2,12 @@
 
 mod binding;
 mod first_messages;
+mod latched;
 mod metadata_records;
 mod sensor_topics;
 mod static_frames;
 
+pub(crate) use self::latched::{is_latched, is_static_transform};
 pub use self::{
     binding::{Binding, SignalRequest, bind, bind_joint_states, topic_of_field},
     first_messages::{first_frame, first_string, joint_names_in},

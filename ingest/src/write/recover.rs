@@ -154,18 +154,12 @@ struct Recovery {
 
 impl Recovery {
     fn begin(log: &Log, file: File) -> Result<Self, McapError> {
-        let is_ros1 = log.topics().iter().any(|topic| topic.encoding == "ros1");
-        let is_ros2 = log.topics().iter().any(|topic| topic.encoding == "cdr");
-        let profile = match (is_ros1, is_ros2) {
-            (true, false) => "ros1",
-            (false, true) => "ros2",
-            _ => "",
-        };
-        let mut writer = ros2_writer::options(profile).create(BufWriter::new(file))?;
+        let options = ros2_writer::options(profile(log));
+        let mut writer = options.create(BufWriter::new(file))?;
         let channels = log
             .topics()
             .iter()
-            .map(|topic| add_channel(&mut writer, topic))
+            .map(|topic| add_channel(&mut writer, topic, &BTreeMap::new()))
             .collect::<Result<_, _>>()?;
         Ok(Self {
             writer,
@@ -217,7 +211,23 @@ impl Recovery {
     }
 }
 
-fn add_channel(writer: &mut Writer<BufWriter<File>>, topic: &Topic) -> Result<u16, McapError> {
+/// The profile of the new file.
+pub(super) fn profile(log: &Log) -> &'static str {
+    let is_ros1 = log.topics().iter().any(|topic| topic.encoding == "ros1");
+    let is_ros2 = log.topics().iter().any(|topic| topic.encoding == "cdr");
+    match (is_ros1, is_ros2) {
+        (true, false) => "ros1",
+        (false, true) => "ros2",
+        _ => "",
+    }
+}
+
+/// Adds the channel of a writer of a topic, with what the log says of it.
+pub(super) fn add_channel(
+    writer: &mut Writer<BufWriter<File>>,
+    topic: &Topic,
+    says: &BTreeMap<String, String>,
+) -> Result<u16, McapError> {
     let text = topic.definition.as_deref().map(str::as_bytes);
     let data = topic.descriptors.as_deref().or(text).unwrap_or_default();
     // Without a definition there is no schema encoding.
@@ -229,5 +239,5 @@ fn add_channel(writer: &mut Writer<BufWriter<File>>, topic: &Topic) -> Result<u1
         true => 0,
         false => writer.add_schema(&topic.type_name, language, data)?,
     };
-    writer.add_channel(schema, &topic.name, &topic.encoding, &BTreeMap::new())
+    writer.add_channel(schema, &topic.name, &topic.encoding, says)
 }

@@ -4,6 +4,7 @@ use tipwatch_mechanics::state::{Sample, Sensor};
 use tipwatch_suspension::MAX_ACTUATORS;
 
 use super::cdr::Cdr;
+use super::pending::{Dropped, Encoded, Kind};
 use crate::wire::fingerprint::hex;
 use crate::wire::names::Names;
 use crate::wire::topics::{WireCommand, WireMachine, WireVerdict};
@@ -177,8 +178,20 @@ pub(super) fn command(command: &WireCommand) -> Vec<u8> {
     cdr.finish()
 }
 
+/// The message that tells of a loss.
+pub(super) fn gap_message(session_ns: i64, log_time_ns: i64, dropped: Dropped) -> Encoded {
+    Encoded {
+        kind: Kind::Gap,
+        sequence: 0,
+        session_ns,
+        log_time_ns,
+        publish_time_ns: log_time_ns,
+        data: gap(log_time_ns, dropped.samples, dropped.verdicts),
+    }
+}
+
 /// A gap: messages that could not be written.
-pub(super) fn gap(stamp_ns: i64, samples: u64, verdicts: u64) -> Vec<u8> {
+fn gap(stamp_ns: i64, samples: u64, verdicts: u64) -> Vec<u8> {
     let mut cdr = Cdr::with_capacity(64);
     cdr.header(stamp_ns, "");
     cdr.u64(samples);

@@ -5,6 +5,8 @@ use std::collections::VecDeque;
 
 use crate::system::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::trigger::Trigger;
+
 /// Bytes that may wait: half a minute of a busy machine.
 const MAX_BYTES: usize = 64 << 20;
 
@@ -13,22 +15,39 @@ const MAX_BYTES: usize = 64 << 20;
 pub(super) enum Kind {
     /// A sample of this sensor, by its index among the session's.
     Sample(usize),
-    /// A verdict; whether its level differs from the one before.
-    Verdict { is_new: bool },
+    /// A verdict.
+    Verdict {
+        /// Whether its level differs from the one before.
+        is_new: bool,
+        /// The condition that makes the black box keep it.
+        trigger: Option<Trigger>,
+    },
     /// A valve command.
     Command,
     /// What the monitor is.
     Program,
+    /// What the recorder lost.
+    Gap,
 }
 
 /// A message as written to the file.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Encoded {
     pub(super) kind: Kind,
     pub(super) sequence: u32,
+    /// Time of the session (ns): that of this computer times the pace, or the largest stamp so far in a session without
+    /// a pace.
+    pub(super) session_ns: i64,
     pub(super) log_time_ns: i64,
     pub(super) publish_time_ns: i64,
     pub(super) data: Vec<u8>,
+}
+
+impl Encoded {
+    /// Bytes in memory.
+    pub(super) fn memory(&self) -> usize {
+        self.data.capacity() + size_of::<Self>()
+    }
 }
 
 /// Messages that were dropped.
@@ -40,10 +59,17 @@ pub(super) struct Dropped {
 }
 
 impl Dropped {
-    fn count(&mut self, kind: Kind) {
+    pub(super) fn add(&mut self, other: Self) {
+        self.samples += other.samples;
+        self.verdicts += other.verdicts;
+    }
+
+    pub(super) fn count(&mut self, kind: Kind) {
         match kind {
             Kind::Sample(_) => self.samples += 1,
             Kind::Verdict { .. } | Kind::Command | Kind::Program => self.verdicts += 1,
+            // the loss that it tells of was counted
+            Kind::Gap => {}
         }
     }
 }
@@ -98,8 +124,7 @@ impl Pending {
         messages.append(&mut queue.messages);
         queue.bytes = messages.iter().map(|message| message.data.len()).sum();
         queue.messages = messages;
-        queue.dropped.samples += dropped.samples;
-        queue.dropped.verdicts += dropped.verdicts;
+        queue.dropped.add(dropped);
         queue.bound();
     }
 }

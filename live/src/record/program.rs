@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, Urdf};
 
+use super::clip_list::adopt_all;
 use super::repair::repair_all;
 use super::session_recorder::{RecordOptions, RecordingPlace, SessionRecorder};
 use super::writer::RecordCounts;
@@ -20,6 +21,9 @@ const POLL_PERIOD: Duration = Duration::from_millis(2);
 const SAMPLES_AT_ONCE: usize = 256;
 /// How long the last verdicts of a session may take.
 const LAST_VERDICTS: Duration = Duration::from_millis(500);
+/// How long a session may be without its producer before it is over: the end was sent before this recorder joined, or
+/// never.
+const PRODUCER_GONE: Duration = Duration::from_secs(2);
 /// How often the nodes of dead processes are removed.
 const DEAD_NODE_CHECK: Duration = Duration::from_millis(500);
 
@@ -34,6 +38,16 @@ pub fn record(
     options: &RecordOptions,
 ) -> Result<RecordCounts> {
     repair_all(&options.folder);
+    if let Some(clips) = &options.clips {
+        adopt_all(&options.folder);
+        let conditions: Vec<_> = clips.on.iter().map(|trigger| trigger.name()).collect();
+        eprintln!(
+            "record: black box on {}: the last {} s of a session in memory, at most {} MiB",
+            conditions.join(", "),
+            clips.before.as_secs_f64(),
+            clips.ring_bytes >> 20
+        );
+    }
     let mut recorder = Recorder {
         verdicts: node.receiver()?,
         commands: node.receiver()?,
@@ -118,18 +132,32 @@ impl Host<'_> {
 
 impl Recorder<'_> {
     fn run(&mut self) -> Result<()> {
-        let mut ended: Option<Instant> = None;
+        // the session that has ended, and when something of it last came
+        let mut ended: Option<(u64, Instant)> = None;
+        let mut gone: Option<Instant> = None;
         while signals::check().is_ok() {
-            if self.follower.active.is_none() && ended.is_none() {
+            if self.follower.active.is_none() {
                 self.follower.look_for_session(&mut self.host)?;
             }
-            let progress = self.take_samples()?;
+            // what follows the end belongs to another session
+            let is_over = ended.is_some() && !self.host.place.options.stays;
+            let progress = match is_over {
+                true => Progress::Running,
+                false => self.take_samples()?,
+            };
             self.take_machine()?;
             let outputs = self.take_verdicts()? + self.take_commands()?;
+            let active = self.follower.active.as_ref().map(SessionRecorder::id);
+            // a new session has taken the place of the one that ended
+            ended = ended.filter(|(session, _)| active == Some(*session));
             if progress == Progress::Ended || (outputs > 0 && ended.is_some()) {
-                ended = Some(Instant::now());
+                ended = active.map(|session| (session, Instant::now()));
             }
-            let is_quiet = ended.is_some_and(|at| {
+            if self.has_lost_producer(&mut gone) && ended.is_none() && active.is_some() {
+                eprintln!("record: the producer is gone without the end of its session");
+                ended = active.map(|session| (session, Instant::now()));
+            }
+            let is_quiet = ended.is_some_and(|(_, at)| {
                 at.elapsed() >= LAST_VERDICTS || (self.verdicts.writers() == 0 && outputs == 0)
             });
             if is_quiet {
@@ -167,6 +195,16 @@ impl Recorder<'_> {
             session.machine(machine);
         }
         Ok(())
+    }
+
+    /// Whether the session's producer has been gone for long. The end of the session reaches only readers that joined
+    /// before it was sent, and a producer that is killed sends none.
+    fn has_lost_producer(&self, gone: &mut Option<Instant>) -> bool {
+        if self.follower.active.is_none() || self.follower.has_producer() {
+            *gone = None;
+            return false;
+        }
+        gone.get_or_insert_with(Instant::now).elapsed() >= PRODUCER_GONE
     }
 
     fn take_samples(&mut self) -> Result<Progress> {

@@ -36,7 +36,7 @@ pub(super) fn repair_all(root: &Path) {
 
 /// Closes a file behind its last complete record; returns the number of bytes removed, or `None` if the file needs
 /// nothing or is being written.
-fn repair(path: &Path) -> io::Result<Option<u64>> {
+pub(super) fn repair(path: &Path) -> io::Result<Option<u64>> {
     let mut file = File::options().read(true).write(true).open(path)?;
     let bytes = file.metadata()?.len();
     if has_end(&mut file, bytes)? || file.try_lock().is_err() {
@@ -154,6 +154,7 @@ mod tests {
                 let message = Encoded {
                     kind: Kind::Sample(0),
                     sequence: number,
+                    session_ns: number.into(),
                     log_time_ns: number.into(),
                     publish_time_ns: number.into(),
                     data: vec![7; 100],

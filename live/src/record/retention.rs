@@ -20,6 +20,11 @@ impl Retention {
         }
     }
 
+    /// The recorder's folder.
+    pub(super) fn root(&self) -> PathBuf {
+        self.folder.clone()
+    }
+
     /// Protects this file, which is being written.
     pub(super) fn keep(&mut self, path: &Path) {
         self.current = path.into();

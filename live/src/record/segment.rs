@@ -15,7 +15,7 @@ use anyhow::{Context, Result};
 use mcap::records::MessageHeader;
 use mcap::{Attachment, WriteOptions, Writer};
 
-use super::pending::Encoded;
+use super::pending::{Encoded, Kind};
 use super::topics::Topic;
 
 /// Larger than a batch, so that a chunk ends where a batch ends.
@@ -57,6 +57,19 @@ pub(super) struct Channels {
     pub(super) commands: usize,
     pub(super) gaps: usize,
     pub(super) programs: usize,
+}
+
+impl Channels {
+    /// The channel of a message of this kind.
+    pub(super) fn of(self, kind: Kind) -> usize {
+        match kind {
+            Kind::Sample(sensor) => sensor,
+            Kind::Verdict { .. } => self.verdicts,
+            Kind::Command => self.commands,
+            Kind::Gap => self.gaps,
+            Kind::Program => self.programs,
+        }
+    }
 }
 
 /// A file being written.
@@ -151,6 +164,13 @@ impl Segment {
     pub(super) fn flush(&mut self) -> Result<()> {
         self.writer.flush()?;
         self.write_batch(&ENDING)
+    }
+
+    /// Adds a record of keys and values.
+    pub(super) fn note(&mut self, name: &str, metadata: BTreeMap<String, String>) -> Result<()> {
+        let name = name.into();
+        let record = mcap::records::Metadata { name, metadata };
+        Ok(self.writer.write_metadata(&record)?)
     }
 
     /// Finishes the file with its index.

@@ -10,11 +10,13 @@ use anyhow::{Context, Result, anyhow};
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::state::Sensor;
 
+use super::clip_writer::{ClipOptions, ClipWriter};
 use super::encode;
 use super::folder;
 use super::pending::{Encoded, Kind, Pending};
 use super::preamble::preamble;
 use super::retention::Retention;
+use super::trigger::TriggerWatch;
 use super::writer::{FileWriter, Plan, RecordCounts};
 use crate::guard::{Admitted, Guard};
 use crate::system::clock::{monotonic_ns, unix_ns};
@@ -39,6 +41,8 @@ pub struct RecordOptions {
     pub stays: bool,
     /// What the recorder is.
     pub fingerprint: Fingerprint,
+    /// Keep clips around triggers only, instead of everything.
+    pub clips: Option<ClipOptions>,
 }
 
 /// What is the same for all sessions of a run.
@@ -47,6 +51,33 @@ pub(super) struct RecordingPlace<'a> {
     pub(super) file: &'a MachineFile,
     pub(super) urdf: &'a Urdf,
     pub(super) options: &'a RecordOptions,
+}
+
+/// Where the messages go.
+enum Target {
+    Files(Box<FileWriter>),
+    Clips(Box<ClipWriter>),
+}
+
+impl Target {
+    fn begin(
+        plan: Plan,
+        clips: Option<ClipOptions>,
+        pace: f64,
+        pending: Arc<Pending>,
+    ) -> Result<Self> {
+        Ok(match clips {
+            None => Self::Files(FileWriter::begin(plan, pending)?.into()),
+            Some(clips) => Self::Clips(ClipWriter::begin(plan, clips, pace, pending)?.into()),
+        })
+    }
+
+    fn run(self, ends: &AtomicBool) -> Result<RecordCounts> {
+        match self {
+            Self::Files(writer) => writer.run(ends),
+            Self::Clips(writer) => Ok(writer.run(ends)),
+        }
+    }
 }
 
 /// A session being recorded.
@@ -59,6 +90,9 @@ pub(super) struct SessionRecorder {
     ends: Arc<AtomicBool>,
     thread: JoinHandle<Result<RecordCounts>>,
     last_log_ns: i64,
+    /// The largest stamp of a sample (ns).
+    last_stamp_ns: i64,
+    triggers: TriggerWatch,
     /// Offset from CLOCK_MONOTONIC to the time of day (ns).
     unix_offset_ns: i64,
     lost: u64,
@@ -98,19 +132,21 @@ impl SessionRecorder {
         let (begun, begins) = std::sync::mpsc::channel();
         let thread = {
             let (pending, ends) = (Arc::clone(&pending), Arc::clone(&ends));
+            let (clips, pace) = (options.clips.clone(), session.pace);
             // the writer stays in the thread that created it
-            std::thread::Builder::new().name("write".into()).spawn(
-                move || match FileWriter::begin(plan, pending) {
-                    Ok(writer) => {
-                        let _ = begun.send(Ok(()));
-                        writer.run(&ends)
-                    }
-                    Err(error) => {
-                        let _ = begun.send(Err(error));
-                        Ok(RecordCounts::default())
-                    }
-                },
-            )?
+            let write = move || match Target::begin(plan, clips, pace, pending) {
+                Ok(target) => {
+                    let _ = begun.send(Ok(()));
+                    target.run(&ends)
+                }
+                Err(error) => {
+                    let _ = begun.send(Err(error));
+                    Ok(RecordCounts::default())
+                }
+            };
+            std::thread::Builder::new()
+                .name("write".into())
+                .spawn(write)?
         };
         begins
             .recv()
@@ -126,6 +162,9 @@ impl SessionRecorder {
             ends,
             thread,
             last_log_ns: 0,
+            last_stamp_ns: i64::MIN,
+            triggers: (options.clips.as_ref())
+                .map_or_else(TriggerWatch::default, |clips| TriggerWatch::new(&clips.on)),
             unix_offset_ns: unix_ns() - monotonic_ns(),
             lost: 0,
             next_verdict: None,
@@ -180,6 +219,7 @@ impl SessionRecorder {
         };
         let frame = self.session.imu_frame.as_deref().unwrap_or("");
         let data = encode::sample(&sample, joints, frame);
+        self.last_stamp_ns = self.last_stamp_ns.max(sample.stamp_ns);
         self.push(Kind::Sample(place), wire.sequence, wire.published_ns, data);
         Progress::Running
     }
@@ -208,11 +248,12 @@ impl SessionRecorder {
         self.next_verdict = Some((wire.source, wire.sequence.saturating_add(1)));
         let levels = [wire.level, wire.latched_level];
         let is_new = std::mem::replace(&mut self.levels, levels) != levels;
+        let trigger = self.triggers.take(wire);
         // a repetition of the last row is not recorded
         let is_recorded = wire.event == EVENT_ROW || is_new;
         if is_recorded {
             let data = encode::verdict(wire, &self.names);
-            let kind = Kind::Verdict { is_new };
+            let kind = Kind::Verdict { is_new, trigger };
             self.push(kind, wire.sequence, wire.published_ns, data);
         }
         is_recorded
@@ -241,15 +282,24 @@ impl SessionRecorder {
         is_recorded
     }
 
-    fn push(&mut self, kind: Kind, sequence: u64, published_ns: i64, data: Vec<u8>) {
+    fn push(&mut self, kind: Kind, sequence: u64, published_ns: i64, mut data: Vec<u8>) {
+        // a black box keeps it for long
+        data.shrink_to_fit();
         // publication time, not the time of recording; never in the future, and strictly increasing even if
         // the time of day is set back
         let publish_time_ns = published_ns.saturating_add(self.unix_offset_ns);
         let now_ns = monotonic_ns().saturating_add(self.unix_offset_ns);
         self.last_log_ns = publish_time_ns.min(now_ns).max(self.last_log_ns + 1);
+        let session_ns = if self.session.pace > 0.0 {
+            let host_ns = self.last_log_ns.saturating_sub(self.unix_offset_ns);
+            (host_ns as f64 * self.session.pace) as i64
+        } else {
+            self.last_stamp_ns
+        };
         self.pending.push(Encoded {
             kind,
             sequence: sequence as u32,
+            session_ns,
             log_time_ns: self.last_log_ns,
             publish_time_ns,
             data,

@@ -10,15 +10,16 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 
 use super::encode;
+use super::latched_program::LatchedProgram;
 use super::pending::{Dropped, Encoded, Kind, Pending};
 use super::retention::Retention;
 use super::segment::{Place, Preamble, Segment, sync_folder};
 use super::sync::SyncThread;
 
 /// Time covered by a batch. Including polling and writing, a killed process loses no more than 20 ms.
-const BATCH_PERIOD: Duration = Duration::from_millis(8);
+pub(super) const BATCH_PERIOD: Duration = Duration::from_millis(8);
 /// Time before writing is retried after a failure.
-const RETRY_PERIOD: Duration = Duration::from_secs(1);
+pub(super) const RETRY_PERIOD: Duration = Duration::from_secs(1);
 /// How often the files are looked for where they were written: a removed folder is noticed within a second.
 const PLACE_CHECK: Duration = Duration::from_millis(250);
 
@@ -35,18 +36,34 @@ pub struct RecordCounts {
     pub samples_lost: u64,
     /// Verdicts and commands that could not be written, or were lost on the way to the recorder.
     pub verdicts_lost: u64,
+    /// Clips of the black box that were finished.
+    pub clips: u64,
+    /// Clips that lack part of the time asked for, because the ring or the disk had no room for it.
+    pub short_clips: u64,
     /// Samples that failed the checks, as they did in the monitor; they are not recorded. One whose sequence
     /// number is unreadable counts as lost, too.
     pub samples_refused: u64,
 }
 
 impl RecordCounts {
+    /// Counts a message that was written.
+    pub(super) fn count(&mut self, kind: Kind) {
+        match kind {
+            Kind::Sample(_) => self.samples += 1,
+            Kind::Verdict { .. } => self.verdicts += 1,
+            Kind::Command => self.commands += 1,
+            Kind::Program | Kind::Gap => {}
+        }
+    }
+
     pub(super) fn add(&mut self, other: &Self) {
         self.samples += other.samples;
         self.verdicts += other.verdicts;
         self.commands += other.commands;
         self.samples_lost += other.samples_lost;
         self.verdicts_lost += other.verdicts_lost;
+        self.clips += other.clips;
+        self.short_clips += other.short_clips;
         self.samples_refused += other.samples_refused;
     }
 }
@@ -78,10 +95,9 @@ pub(super) struct FileWriter {
     first_ns: Option<i64>,
     failed: Option<Instant>,
     counts: RecordCounts,
-    /// What the monitor is, for the beginning of the next file.
-    program: Option<Encoded>,
-    /// Whether the open file has it.
-    has_program: bool,
+    program: LatchedProgram,
+    /// Whether the open file has messages.
+    is_begun: bool,
 }
 
 impl FileWriter {
@@ -98,8 +114,8 @@ impl FileWriter {
             first_ns: None,
             failed: None,
             counts: RecordCounts::default(),
-            program: None,
-            has_program: false,
+            program: LatchedProgram::default(),
+            is_begun: false,
         };
         writer.open()?;
         Ok(writer)
@@ -128,6 +144,7 @@ impl FileWriter {
                 Kind::Verdict { .. } | Kind::Command | Kind::Program => {
                     self.counts.verdicts_lost += 1;
                 }
+                Kind::Gap => {}
             }
         }
         self.finish()?;
@@ -233,45 +250,19 @@ impl FileWriter {
         let channels = self.plan.preamble.channels;
         if dropped != Dropped::default() {
             let log_time_ns = messages.front().map_or(0, |message| message.log_time_ns);
-            let message = Encoded {
-                kind: Kind::Verdict { is_new: false },
-                sequence: 0,
-                log_time_ns,
-                publish_time_ns: log_time_ns,
-                data: encode::gap(log_time_ns, dropped.samples, dropped.verdicts),
-            };
-            segment.add(channels.gaps, &message)?;
+            segment.add(channels.gaps, &encode::gap_message(0, log_time_ns, dropped))?;
         }
-        if !self.has_program
-            && let Some(program) = &self.program
-            && let Some(first) = messages.front()
+        if !std::mem::replace(&mut self.is_begun, true)
+            && let Some(program) = messages.front().and_then(|first| self.program.before(first))
         {
-            let again = Encoded {
-                log_time_ns: first.log_time_ns,
-                ..program.clone()
-            };
-            segment.add(channels.programs, &again)?;
-            self.has_program = true;
+            segment.add(channels.programs, &program)?;
         }
-        let mut is_alarm = false;
         for message in messages {
-            let channel = match message.kind {
-                Kind::Sample(sensor) => sensor,
-                Kind::Verdict { is_new } => {
-                    is_alarm |= is_new;
-                    channels.verdicts
-                }
-                Kind::Command => channels.commands,
-                Kind::Program => {
-                    self.program = Some(message.clone());
-                    self.has_program = true;
-                    channels.programs
-                }
-            };
-            segment.add(channel, message)?;
+            segment.add(channels.of(message.kind), message)?;
         }
         segment.flush()?;
-        if is_alarm {
+        let is_alarm = |message: &Encoded| matches!(message.kind, Kind::Verdict { is_new: true, .. });
+        if messages.iter().any(is_alarm) {
             self.sync.now();
         }
         Ok(())
@@ -313,7 +304,7 @@ impl FileWriter {
             counts: RecordCounts::default(),
         });
         self.first_ns = None;
-        self.has_program = false;
+        self.is_begun = false;
         Ok(())
     }
 
@@ -325,14 +316,10 @@ impl FileWriter {
 
     fn count(&mut self, messages: &VecDeque<Encoded>, dropped: Dropped) {
         let mut written = RecordCounts::default();
-        for message in messages {
-            match message.kind {
-                Kind::Sample(_) => written.samples += 1,
-                Kind::Verdict { .. } => written.verdicts += 1,
-                Kind::Command => written.commands += 1,
-                Kind::Program => {}
-            }
-        }
+        messages.iter().for_each(|message| {
+            written.count(message.kind);
+            self.program.keep(message);
+        });
         self.counts.add(&written);
         if let Some(open) = &mut self.segment {
             open.counts.add(&written);

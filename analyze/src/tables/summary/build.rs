@@ -53,6 +53,7 @@ impl<'a> Summary<'a> {
             estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
             measured_loads: measured_loads(analysis),
             monte_carlo: monte_carlo_summary(analysis),
+            clips: analysis.clips.as_deref(),
             uncertainty: uncertainty_by_key(analysis),
             options: analysis.options,
             provenance: &analysis.provenance,

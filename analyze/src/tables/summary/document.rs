@@ -12,6 +12,7 @@ use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
 use crate::analysis::inputs::GrossInput;
 use crate::analysis::measured_loads::SensorStatistics;
 use crate::analysis::model_comparison::LoadDifference;
+use crate::base::clip::Clip;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::events::EventCauses;
@@ -71,6 +72,10 @@ pub struct Summary<'a> {
     pub measured_loads: Vec<MeasuredLoadSummary<'a>>,
     /// Monte Carlo study of the parameters; null if not requested.
     pub monte_carlo: Option<MonteCarloSummary>,
+    /// The clips that were cut out of the log, in order of time; absent without `--clips`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(default)]
+    pub clips: Option<&'a [Clip]>,
     /// Standard deviation of each parameter, stated or default.
     pub uncertainty: BTreeMap<&'static str, f64>,
     /// The options used.

@@ -1,5 +1,7 @@
 //! Connection records: a topic and its type under one number.
 
+use std::collections::BTreeMap;
+
 use super::header;
 use crate::formats::records::{ChannelRecord, DefinitionRecord, SchemaRecord};
 
@@ -10,10 +12,15 @@ pub(super) fn connection(record: &[u8], take: &mut dyn FnMut(DefinitionRecord<'_
     let topic = std::str::from_utf8(header.topic?).ok()?;
     let mut type_name = None;
     let mut definition = &b""[..];
+    let mut says = BTreeMap::new();
     header::fields(data, |name, value| match name {
         b"type" => type_name = std::str::from_utf8(value).ok(),
         b"message_definition" => definition = value,
-        _ => {}
+        // what it says of the writer: its name, and whether it is latched
+        _ => {
+            let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+            says.insert(text(name), text(value));
+        }
     })?;
     let schema = SchemaRecord {
         name: type_name?,
@@ -25,6 +32,7 @@ pub(super) fn connection(record: &[u8], take: &mut dyn FnMut(DefinitionRecord<'_
         schema_id: Some(id),
         topic,
         encoding: "ros1",
+        says,
     };
     take(DefinitionRecord::Channel { id, channel });
     Some(())

@@ -173,6 +173,7 @@ impl FileReader for CanReader {
             }
             let flow = (request.visit)(&RawMessage {
                 topic,
+                writer: 0,
                 log_time_ns: frame.time_ns,
                 publish_time_ns: frame.time_ns,
                 sequence: 0,

@@ -3,6 +3,8 @@
 //! Records borrow from the bytes they are parsed from. A length beyond them makes the record
 //! unreadable; it never causes an allocation.
 
+use std::collections::BTreeMap;
+
 use crate::formats::records::{
     ChannelRecord, Compression, DefinitionRecord, MessageRecord, PackedChunk, SchemaRecord,
 };
@@ -73,6 +75,16 @@ impl<'a> Fields<'a> {
         std::str::from_utf8(self.sized_bytes()?).ok()
     }
 
+    /// Keys and values.
+    fn map(&mut self) -> Option<BTreeMap<String, String>> {
+        let mut entries = Fields::new(self.sized_bytes()?);
+        let mut map = BTreeMap::new();
+        while !entries.rest.is_empty() {
+            map.insert(entries.text()?.to_owned(), entries.text()?.to_owned());
+        }
+        Some(map)
+    }
+
     fn time_ns(&mut self) -> Option<i64> {
         // A time beyond the year 2262 is damage; it is clamped to the end of the range.
         self.u64()
@@ -102,6 +114,7 @@ pub(super) fn channel(body: &[u8]) -> Option<DefinitionRecord<'_>> {
         schema_id: (schema_id != 0).then_some(schema_id),
         topic: fields.text()?,
         encoding: fields.text()?,
+        says: fields.map().unwrap_or_default(),
     };
     Some(DefinitionRecord::Channel { id, channel })
 }

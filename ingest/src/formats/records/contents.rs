@@ -37,11 +37,20 @@ pub(crate) struct Schema {
     pub(crate) data: Vec<u8>,
 }
 
-#[derive(PartialEq)]
 pub(crate) struct Channel {
     pub(crate) schema_id: Option<u32>,
     pub(crate) topic: String,
     pub(crate) encoding: String,
+    /// What the file says of the writer.
+    pub(crate) says: BTreeMap<String, String>,
+}
+
+/// Whether both define the same channel, whatever they say of its writer.
+impl PartialEq for Channel {
+    fn eq(&self, other: &Self) -> bool {
+        let key = |channel: &Self| (channel.schema_id, channel.topic.clone(), channel.encoding.clone());
+        key(self) == key(other)
+    }
 }
 
 impl Schema {
@@ -60,6 +69,7 @@ impl Channel {
             schema_id: record.schema_id,
             topic: record.topic.to_owned(),
             encoding: record.encoding.to_owned(),
+            says: record.says.clone(),
         }
     }
 }

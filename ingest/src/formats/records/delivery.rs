@@ -55,7 +55,7 @@ impl Visitor for Delivery<'_, '_> {
         match channels {
             Some(Some(channels)) => channels
                 .iter()
-                .any(|&channel| matches!(self.routes.channel_use(channel), ChannelUse::Wanted(_))),
+                .any(|&channel| matches!(self.routes.channel_use(channel), ChannelUse::Wanted(..))),
             _ => true,
         }
     }
@@ -66,12 +66,12 @@ impl Visitor for Delivery<'_, '_> {
 
     #[inline]
     fn message(&mut self, record: &MessageRecord<'_>) -> Next {
-        let topic = match self.routes.wanted_topic(record.channel_id) {
+        let (topic, writer) = match self.routes.wanted_topic(record.channel_id) {
             Ok(topic) => topic,
             Err(next) => return next,
         };
         self.seen.add(record.channel_id, 1);
-        match (self.request.visit)(&record.message(topic)) {
+        match (self.request.visit)(&record.message(topic, writer)) {
             ControlFlow::Continue(()) => Next::Continue,
             ControlFlow::Break(()) => Next::Stop,
         }
@@ -86,7 +86,7 @@ impl Visitor for Delivery<'_, '_> {
             let messages = std::mem::take(messages);
             let id = id as u32;
             self.seen.add(id, messages);
-            if let (ChannelUse::Wanted(topic), Some(batches)) =
+            if let (ChannelUse::Wanted(topic, _), Some(batches)) =
                 (self.routes.channel_use(id), &self.request.batches)
                 && messages > 0
             {

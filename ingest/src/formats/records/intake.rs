@@ -72,12 +72,12 @@ impl Visitor for BatchVisitor<'_> {
 
     #[inline]
     fn message(&mut self, record: &MessageRecord<'_>) -> Next {
-        let topic = match self.routes.wanted_topic(record.channel_id) {
+        let (topic, writer) = match self.routes.wanted_topic(record.channel_id) {
             Ok(topic) => topic,
             Err(next) => return next,
         };
         self.messages.add(record.channel_id, 1);
-        self.batch.take(&record.message(topic));
+        self.batch.take(&record.message(topic, writer));
         Next::Continue
     }
 

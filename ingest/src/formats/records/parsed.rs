@@ -1,5 +1,7 @@
 //! Records after parsing, borrowed from the bytes of the file.
 
+use std::collections::BTreeMap;
+
 use crate::message::{RawMessage, TopicId};
 
 /// A message.
@@ -12,11 +14,12 @@ pub(crate) struct MessageRecord<'a> {
 }
 
 impl<'a> MessageRecord<'a> {
-    /// The message, on the topic of its channel.
+    /// The message, on the topic of its channel and from that writer of it.
     #[inline]
-    pub(super) fn message(&self, topic: TopicId) -> RawMessage<'a> {
+    pub(super) fn message(&self, topic: TopicId, writer: u32) -> RawMessage<'a> {
         RawMessage {
             topic,
+            writer,
             log_time_ns: self.log_time_ns,
             publish_time_ns: self.publish_time_ns,
             sequence: self.sequence,
@@ -44,4 +47,6 @@ pub(crate) struct ChannelRecord<'a> {
     pub(crate) schema_id: Option<u32>,
     pub(crate) topic: &'a str,
     pub(crate) encoding: &'a str,
+    /// What the log says of the writer.
+    pub(crate) says: BTreeMap<String, String>,
 }

@@ -12,6 +12,7 @@ pub(super) struct ChannelTable {
 
 pub(super) struct ChannelTopic {
     pub(super) topic: TopicId,
+    pub(super) writer: u32,
     pub(super) name: String,
     /// Messages counted by the file's index.
     pub(super) indexed_count: Option<u64>,
@@ -22,18 +23,20 @@ impl ChannelTable {
         let mut by_id = BTreeMap::new();
         for (&id, channel) in &contents.channels {
             let schema = channel.schema_id.and_then(|id| contents.schemas.get(&id));
-            let topic = topics.register(&TopicDescription {
+            let description = TopicDescription {
                 name: &channel.topic,
                 type_name: schema.map_or("", |schema| &schema.name),
                 encoding: &channel.encoding,
                 schema_encoding: schema.map_or("", |schema| &schema.encoding),
                 definition: schema.map(|schema| schema.data.as_slice()),
-            });
+            };
+            let (topic, writer) = topics.register_writer(&description, &channel.says);
             let counts = contents.message_counts.as_ref();
             let count = counts.map(|counts| counts.get(&id).copied().unwrap_or(0));
             topics.add_messages(topic, count);
             let entry = ChannelTopic {
                 topic,
+                writer,
                 name: channel.topic.clone(),
                 indexed_count: count.filter(|_| contents.counts_are_indexed),
             };
@@ -47,7 +50,8 @@ impl ChannelTable {
 pub(super) enum ChannelUse {
     Undefined,
     Unwanted,
-    Wanted(TopicId),
+    /// The topic, and which of its writers.
+    Wanted(TopicId, u32),
 }
 
 /// Channel ids below this use a lookup table.
@@ -80,7 +84,9 @@ impl<'d> Routes<'d> {
     fn look_up(&self, channel_id: u32) -> ChannelUse {
         match self.channels.by_id.get(&channel_id) {
             None => ChannelUse::Undefined,
-            Some(entry) if self.wants(entry.topic) => ChannelUse::Wanted(entry.topic),
+            Some(entry) if self.wants(entry.topic) => {
+                ChannelUse::Wanted(entry.topic, entry.writer)
+            }
             Some(_) => ChannelUse::Unwanted,
         }
     }
@@ -98,11 +104,11 @@ impl<'d> Routes<'d> {
         }
     }
 
-    /// The topic of a wanted channel, or how the walk proceeds without its message.
+    /// The topic and the writer of a wanted channel, or how the walk proceeds without its message.
     #[inline]
-    pub(super) fn wanted_topic(&self, channel_id: u32) -> Result<TopicId, Next> {
+    pub(super) fn wanted_topic(&self, channel_id: u32) -> Result<(TopicId, u32), Next> {
         match self.channel_use(channel_id) {
-            ChannelUse::Wanted(topic) => Ok(topic),
+            ChannelUse::Wanted(topic, writer) => Ok((topic, writer)),
             ChannelUse::Unwanted => Err(Next::Continue),
             ChannelUse::Undefined => Err(Next::UndefinedChannel),
         }

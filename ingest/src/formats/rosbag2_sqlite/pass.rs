@@ -92,7 +92,7 @@ impl Pass<'_, '_> {
     /// `None` if no topic of this file is wanted.
     fn query(&self) -> Option<String> {
         let topics = self.reader.topics.iter();
-        let wanted = topics.filter(|(_, topic)| self.request.wants(**topic));
+        let wanted = topics.filter(|(_, (topic, _))| self.request.wants(*topic));
         let numbers: Vec<String> = wanted.map(|(id, _)| id.to_string()).collect();
         let list = numbers.join(", ");
         (!numbers.is_empty()).then(|| {
@@ -117,7 +117,7 @@ impl Pass<'_, '_> {
             .ok()
             .and_then(|id| self.reader.topics.get(&id));
         let time_ns = row.get_ref(2)?.as_i64().ok();
-        let (Some(&topic), Some(time_ns), ValueRef::Blob(data)) = (topic, time_ns, row.get_ref(3)?)
+        let (Some(&(topic, writer)), Some(time_ns), ValueRef::Blob(data)) = (topic, time_ns, row.get_ref(3)?)
         else {
             self.malformed.count(time_ns);
             return Ok(ControlFlow::Continue(()));
@@ -133,6 +133,7 @@ impl Pass<'_, '_> {
         }
         Ok((self.request.visit)(&RawMessage {
             topic,
+            writer,
             log_time_ns: time_ns,
             publish_time_ns: time_ns,
             sequence: 0,
@@ -189,7 +190,7 @@ impl Pass<'_, '_> {
     }
 
     fn salvaged(&mut self, row: &MessageRow<'_>) -> ControlFlow<()> {
-        let Some(&topic) = self.reader.topics.get(&row.topic) else {
+        let Some(&(topic, writer)) = self.reader.topics.get(&row.topic) else {
             self.malformed.count(Some(row.time_ns));
             return ControlFlow::Continue(());
         };
@@ -198,6 +199,7 @@ impl Pass<'_, '_> {
         }
         (self.request.visit)(&RawMessage {
             topic,
+            writer,
             log_time_ns: row.time_ns,
             publish_time_ns: row.time_ns,
             sequence: 0,

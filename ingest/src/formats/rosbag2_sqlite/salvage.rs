@@ -28,6 +28,8 @@ pub(super) struct TopicRow {
     pub(super) name: String,
     pub(super) type_name: String,
     pub(super) encoding: String,
+    /// The quality of service that its writers offered, where it is known.
+    pub(super) offered_qos: Option<String>,
 }
 
 /// Reads the pages of one file.
@@ -267,5 +269,6 @@ fn topic_row(cell: &Cell<'_>) -> Option<TopicRow> {
         name,
         type_name,
         encoding,
+        offered_qos: text(4).filter(|text| !text.is_empty()),
     })
 }

@@ -26,8 +26,8 @@ pub(crate) struct SqliteReader {
     data: PathBuf,
     _copy: Option<PrivateCopy>,
     pub(super) cut: Option<Cut>,
-    /// By the topic's id in the database.
-    pub(super) topics: HashMap<i64, TopicId>,
+    /// Topic and writer, by the topic's id in the database.
+    pub(super) topics: HashMap<i64, (TopicId, u32)>,
 }
 
 impl SqliteReader {
@@ -66,15 +66,17 @@ impl SqliteReader {
         };
         for row in rows {
             let definition = definitions.get(&row.type_name);
-            let id = topics.register(&TopicDescription {
+            let description = TopicDescription {
                 name: &row.name,
                 type_name: &row.type_name,
                 encoding: &row.encoding,
                 schema_encoding: definition.map_or("", |definition| &definition.encoding),
                 definition: definition.map(|definition| definition.text.as_bytes()),
-            });
+            };
+            let qos = row.offered_qos.map(|qos| ("offered_qos_profiles".to_owned(), qos));
+            let (id, writer) = topics.register_writer(&description, &qos.into_iter().collect());
             topics.add_messages(id, counts.as_ref().map(|counts| counts.of_topic(row.id)));
-            self.topics.insert(row.id, id);
+            self.topics.insert(row.id, (id, writer));
         }
         let path = self.path.display();
         match counts.map(|counts| counts.missing()) {

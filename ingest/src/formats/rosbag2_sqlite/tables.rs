@@ -32,9 +32,13 @@ pub(super) fn definitions(connection: &Connection) -> HashMap<String, StoredDefi
 }
 
 pub(super) fn topic_rows(connection: &Connection, path: &Path) -> Result<Vec<TopicRow>, Error> {
-    const QUERY: &str = "SELECT id, name, type, serialization_format FROM topics ORDER BY id";
+    const QUERY: &str = "SELECT id, name, type, serialization_format, offered_qos_profiles FROM topics ORDER BY id";
+    // the first databases lack the column
+    const OLD_QUERY: &str =
+        "SELECT id, name, type, serialization_format, NULL FROM topics ORDER BY id";
     let failed = || Error::sqlite(path, "the table of topics");
-    let mut statement = connection.prepare(QUERY).map_err(failed())?;
+    let statement = (connection.prepare(QUERY)).or_else(|_| connection.prepare(OLD_QUERY));
+    let mut statement = statement.map_err(failed())?;
     let rows = statement
         .query_map([], |row| {
             Ok(TopicRow {
@@ -42,6 +46,7 @@ pub(super) fn topic_rows(connection: &Connection, path: &Path) -> Result<Vec<Top
                 name: row.get(1)?,
                 type_name: row.get(2)?,
                 encoding: row.get(3)?,
+                offered_qos: row.get(4).ok().flatten(),
             })
         })
         .map_err(failed())?;

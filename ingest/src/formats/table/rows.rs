@@ -72,6 +72,7 @@ impl RowTopic {
         }
         (request.visit)(&RawMessage {
             topic: self.topic,
+            writer: 0,
             log_time_ns: time_ns,
             publish_time_ns: time_ns,
             sequence: 0,

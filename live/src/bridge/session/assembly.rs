@@ -160,6 +160,7 @@ fn raw<'a>(topics: &[Option<TopicId>], arrival: &'a Arrival) -> Option<RawMessag
         log_time_ns: arrival.log_ns,
         publish_time_ns: arrival.sent_ns.unwrap_or(arrival.log_ns),
         sequence: 0,
+        writer: 0,
         data: &arrival.data,
     })
 }
