@@ -67,7 +67,7 @@ fn within(messages: &[Message], start_ns: i64, end_ns: i64) -> Vec<Message> {
 fn every_format_gives_the_messages_of_the_span() {
     let recorded = joint_messages(0, 200);
     let can = Path::new(env!("CARGO_MANIFEST_DIR")).join("../can/tests/data/mixed.log");
-    let mut table = String::from("t,angle,speed\n");
+    let mut table = String::from("time_s,angle,speed\n");
     for row in 0..200 {
         let time = 1_700_000_000.0 + f64::from(row) * 0.01;
         table.push_str(&format!("{time},{},{}\n", f64::from(row) * 0.5, -row));
@@ -112,7 +112,8 @@ fn log_with_latched(says: &BTreeMap<String, String>) -> Vec<u8> {
     let robot = |name: &str| BTreeMap::from([("callerid".to_owned(), name.to_owned())]);
     let fast = channel("/fast", &none);
     let map = channel("/map", says);
-    let (first_tf, second_tf) = (channel("/tf_static", &robot("a")), channel("/tf_static", &robot("b")));
+    let robots = [robot("a"), robot("b")];
+    let [first_tf, second_tf] = [0, 1].map(|of| channel("/tf_static", &robots[of]));
     let slow = channel("/slow", &none);
     let mut at = |channel_id: u16, second: f64, data: &str| {
         let time = (second * 1e9) as u64;
