@@ -4,6 +4,7 @@
 
 mod check_machine; // comparison with weighed loads
 mod cli; // outputs, exit codes, messages
+mod clips; // spans cut out at the events
 mod clocks; // logs with wrong clocks
 mod commissioning; // sensors proven by a drive, and what an analysis makes of it
 mod compare; // two results

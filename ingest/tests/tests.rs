@@ -9,6 +9,7 @@ mod bags; // bags of ROS 1
 mod batches; // several threads give the same result as one
 mod binding; // which topic carries a signal
 mod can_files; // files of CAN loggers
+mod clips; // spans cut out of a log
 mod clocks; // all topics of a log on one clock
 mod damage; // nothing panics, everything intact is read
 mod databases; // databases after crashes, and of every schema version

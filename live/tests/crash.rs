@@ -1,8 +1,10 @@
 //! Killed processes: a short run of `benches/crash.rs`.
 
-use crate::support::World;
+use std::path::Path;
+
+use crate::support::{World, data};
 use crate::support::killing::{
-    kill_controls, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
+    Reading, kill_controls, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
 };
 use crate::support::prioritise::prioritise;
 
@@ -37,6 +39,42 @@ fn successor_of_a_killed_control_starts_closed() {
     let world = World::new("kc");
     kill_controls(&world, KILLS).print("control: start to first row");
     assert_eq!(left_over(&world).0, 0);
+}
+
+/// iceoryx2 cannot list a tag that was killed in the making, and so cannot remove its node.
+#[test]
+fn node_killed_while_it_made_a_port_is_removed() {
+    let world = World::new("young");
+    let monitor = world.monitor(&data("tiny_lift.toml"), &["--quiet", "--stay"]);
+    Reading::new(&world.join()).wait_for("a monitor", |_| true);
+    monitor.kill();
+    // what such a kill leaves, in the folder of every node of the monitor
+    let nodes = Path::new("/tmp/iceoryx2/nodes");
+    let of_world = |path: &Path| {
+        let mut files = std::fs::read_dir(path).into_iter().flatten().flatten();
+        files.any(|file| file.file_name().to_string_lossy().starts_with(&world.prefix))
+    };
+    let folders: Vec<_> = (std::fs::read_dir(nodes).unwrap().flatten())
+        .map(|entry| entry.path())
+        .filter(|path| path.is_dir() && of_world(path))
+        .collect();
+    assert!(!folders.is_empty());
+    for folder in &folders {
+        std::fs::write(folder.join(format!("{}7.port_tag", world.prefix)), "").unwrap();
+        let tag = folder.join(format!("{}7.port_tag", world.prefix));
+        let unfinished = std::os::unix::fs::PermissionsExt::from_mode(0o600);
+        std::fs::set_permissions(tag, unfinished).unwrap();
+    }
+    // by iceoryx2 alone the nodes stay
+    let node = world.join();
+    node.remove_dead_nodes();
+    assert!(folders.iter().any(|folder| folder.exists()), "iceoryx2 has learnt to remove them");
+    drop(node);
+    std::thread::sleep(std::time::Duration::from_millis(2200));
+    assert_eq!(left_over(&world).0, 0);
+    for folder in folders {
+        assert!(!folder.exists(), "{}", folder.display());
+    }
 }
 
 mod needs_script {

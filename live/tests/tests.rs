@@ -10,6 +10,8 @@
 mod bridge;
 /// Alarms outlive everything but an acknowledgement.
 mod alarms;
+/// Clips around triggers, and recorders that come too late.
+mod black_box;
 /// The guided commissioning, and its result at the start of a monitor.
 mod commissioning;
 /// The suspension is controlled, and its valves close on every fault.

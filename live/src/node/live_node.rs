@@ -8,6 +8,7 @@ use iceoryx2::service::attribute::AttributeVerifier;
 
 use super::event::{EventListener, EventNotifier};
 use super::iceoryx::{Service, cause};
+use super::leftovers::remove_leftovers;
 use super::port::{Receiver, Sender};
 use crate::system::signals::{self, Interrupted};
 use crate::wire::topics::{
@@ -55,17 +56,23 @@ impl LiveNode {
             .name(&name)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>();
-        Ok(Self {
+        let node = Self {
             node: node
                 .map_err(cause)
                 .context("cannot join the shared memory")?,
             address: address.clone(),
-        })
+        };
+        node.remove_dead_nodes();
+        Ok(node)
     }
 
     /// Removes the nodes of processes that died without cleaning up; returns their number.
     pub fn remove_dead_nodes(&self) -> u64 {
-        self.node.try_cleanup_dead_nodes().cleanups
+        let found = self.node.try_cleanup_dead_nodes();
+        if found.cleanups + found.failed_cleanups > 0 {
+            remove_leftovers(self.node.config());
+        }
+        found.cleanups
     }
 
     /// A writer of messages of this type, for this machine.

@@ -4,6 +4,7 @@ mod event;
 mod expiring_sender;
 mod housekeeping;
 mod iceoryx;
+mod leftovers;
 mod live_node;
 mod port;
 mod producer;

@@ -269,6 +269,6 @@ fn topic_row(cell: &Cell<'_>) -> Option<TopicRow> {
         name,
         type_name,
         encoding,
-        offered_qos: text(4).filter(|text| !text.is_empty()),
+        offered_qos: text(4),
     })
 }

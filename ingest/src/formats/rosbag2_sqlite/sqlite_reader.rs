@@ -73,7 +73,8 @@ impl SqliteReader {
                 schema_encoding: definition.map_or("", |definition| &definition.encoding),
                 definition: definition.map(|definition| definition.text.as_bytes()),
             };
-            let qos = row.offered_qos.map(|qos| ("offered_qos_profiles".to_owned(), qos));
+            let qos = row.offered_qos.filter(|qos| !qos.is_empty());
+            let qos = qos.map(|qos| ("offered_qos_profiles".to_owned(), qos));
             let (id, writer) = topics.register_writer(&description, &qos.into_iter().collect());
             topics.add_messages(id, counts.as_ref().map(|counts| counts.of_topic(row.id)));
             self.topics.insert(row.id, (id, writer));
