@@ -23,7 +23,7 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 10] = [
+const RULES: [Rule; 11] = [
     Rule {
         folder: "mechanics",
         crates: &[],
@@ -160,6 +160,11 @@ const RULES: [Rule; 10] = [
             "operator",
             "cli",
         ],
+    },
+    Rule {
+        folder: "packaging",
+        crates: &["tipwatch_analyze", "tipwatch_live"],
+        floors: &["bill", "pages"],
     },
     Rule {
         folder: "python",

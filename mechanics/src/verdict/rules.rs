@@ -174,6 +174,24 @@ fn utilisation_that_is_not_a_number_releases_no_alarm() {
     assert_eq!(rows.good(1), Level::Safe);
 }
 
+// requirement: TW-VERDICT-04
+#[test]
+fn alarm_at_the_edge_of_its_band_is_not_released() {
+    let limits = LimitsSpec::default();
+    let edge = limits.limit - super::limits::RELEASE_BELOW;
+    for (utilisation, level) in [
+        (edge, Level::Danger),
+        (f64::from_bits(edge.to_bits() - 1), Level::Warning),
+    ] {
+        let mut rows = Rows::safe();
+        rows.give(|row| row.utilisation = limits.limit);
+        for _ in 0..300 {
+            rows.give(|row| row.utilisation = utilisation);
+        }
+        assert_eq!(rows.judge.verdict().level, level);
+    }
+}
+
 // requirement: TW-VERDICT-03
 #[test]
 fn each_threshold_raises_its_level_when_it_is_reached() {
