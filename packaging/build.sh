@@ -5,7 +5,7 @@
 #   OUT/tipwatch-VERSION-*.whl        the Python module with both programs (abi3: Python 3.11 and later)
 #   OUT/tipwatch.cdx.json             bill of materials: every crate with version, hash and licence (CycloneDX)
 #
-# TIPWATCH_PROFILE=dev builds without optimisation, for a quick trial of the scripts.
+# TIPWATCH_PROFILE=dev builds without optimisation; TIPWATCH_BUILT=FOLDER takes programs that are built: for a quick trial.
 # The programs need an x86-64-v3 processor (2015 and later); RUSTFLAGS="" builds them for any x86-64.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -24,7 +24,11 @@ trap 'rm -rf "$work"' EXIT
 
 want() { [[ $wanted == *" $1 "* ]]; }
 
-cargo build --profile "$profile" --locked --bins -p tipwatch-analyze -p tipwatch-live -p tipwatch-packaging
+if [[ -n ${TIPWATCH_BUILT:-} ]]; then
+    target=$TIPWATCH_BUILT
+else
+    cargo build --profile "$profile" --locked --bins -p tipwatch-analyze -p tipwatch-live -p tipwatch-packaging
+fi
 "$target/tipwatch-packaging" sbom >"$work/tipwatch.cdx.json"
 if want sbom; then cp "$work/tipwatch.cdx.json" "$out/"; fi
 

@@ -173,6 +173,11 @@ const RULES: [Rule; 11] = [
         ],
     },
     Rule {
+        folder: "packaging",
+        crates: &["tipwatch_analyze", "tipwatch_live"],
+        floors: &["bill", "pages"],
+    },
+    Rule {
         folder: "python",
         crates: &[
             "tipwatch_analyze",

@@ -253,7 +253,7 @@ fn matrix(register: &[Requirement], tags: &[Tag]) -> String {
          <!-- Written by a test: TIPWATCH_BLESS=1 cargo test --workspace --test tests traceability -->\n\n\
          Every [requirement](requirements.md) and the tests that hold it: {} requirements, {} tests. The page is made of the tables\n\
          of the book and of the tags in the tests; the tests fail if a requirement has no test, if a tag names no requirement, or if\n\
-         a fault of the code has no requirement. Tests marked \"on request\" need more than the repository and do not count.\n",
+         a fault of the code has no requirement. Tests marked \"on request\" need more than the repository and do not count. [Glossary](../glossary.md).\n",
         register.len(),
         tests.len()
     );
@@ -282,18 +282,20 @@ fn what_does_not_fit_together_is_found() {
     let register = register::of_page("reference/page.md", book);
     assert_eq!(register.len(), 3);
     assert_eq!(register[0].subject, "`one`");
+    // not a tag of this file
     let source = "\
-// requirement: TW-A-01, TW-A-09
+MARK TW-A-01, TW-A-09
 #[test]
 fn holds() {}
 #[test]
-// requirement: TW-A-02
+MARK TW-A-02
 #[ignore = \"needs more\"]
 fn ignored() {}
-// requirement: TW-A-03
+MARK TW-A-03
 fn helper() {}
-";
-    let found = tags("x.rs", source);
+"
+    .replace("MARK", "// requirement:");
+    let found = tags("x.rs", &source);
     let problems = problems(&register, &found);
     let expected = [
         "TW-A-09 is no",

@@ -446,9 +446,9 @@ struct tipwatch_sample {
 };
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_sample) == 1104, "tipwatch_sample");
 
-/* What a reader of verdicts must know about the machine. */
-#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v1"
-#define TIPWATCH_MACHINE_LAYOUT "ac47a7168ee83355"
+/* What a reader of verdicts must know about the machine, and about the monitor that computes them. */
+#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v2"
+#define TIPWATCH_MACHINE_LAYOUT "a87b2fcc38ff5818"
 struct tipwatch_machine {
     /* MAGIC */
     uint64_t magic;
@@ -476,10 +476,24 @@ struct tipwatch_machine {
     uint8_t wheel_names[12][64];
     /* Names of the edges, in lower case. */
     uint8_t edge_names[12][64];
+    /* Version of the monitor; empty, and all hashes zero, if it did not state what it is. */
+    uint8_t version[64];
+    /* SHA-256 of the monitor's executable. */
+    uint8_t program_sha256[32];
+    /* SHA-256 of the whole text of its options. */
+    uint8_t options_sha256[32];
+    /* SHA-256 of the machine file. */
+    uint8_t machine_sha256[32];
+    /* SHA-256 of the URDF. */
+    uint8_t urdf_sha256[32];
+    /* SHA-256 of the result of the machine's commissioning; zero without one. */
+    uint8_t commissioning_sha256[32];
+    /* The monitor's arguments as a JSON array, cut if they are too long. */
+    uint8_t options[512];
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 1696, "tipwatch_machine");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 2432, "tipwatch_machine");
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */

@@ -472,7 +472,8 @@ fn late_commands_close_the_valves() {
     let from_ns = bench.now_ns();
     // the loops look at the clock several times a row
     bench.feed.time.slow_down(Duration::from_millis(11));
-    bench.closes(HoldReason::Late, from_ns, 200.0, true);
+    // a sample takes a tenth of a second then, and three rows seven samples
+    bench.closes(HoldReason::Late, from_ns, 1500.0, true);
     bench.feed.time.slow_down(Duration::ZERO);
     bench.runs_in();
 }

@@ -36,6 +36,8 @@ fn sessions_carry_the_hashes_of_programs_options_and_files() {
     );
     let replay = replay.end();
     assert!(replay.status.success(), "{}", replay.err);
+    let published = machines.receive(|machine| *machine).unwrap().unwrap();
+    // the last verdicts
     std::thread::sleep(Duration::from_millis(700));
     monitor.signal("-TERM");
     recorder.signal("-TERM");
@@ -43,7 +45,6 @@ fn sessions_carry_the_hashes_of_programs_options_and_files() {
     assert!(monitor.status.success(), "{}", monitor.err);
     assert!(recorder.status.success(), "{}", recorder.err);
 
-    let published = machines.receive(|machine| *machine).unwrap().unwrap();
     assert!(published.is_whole());
     assert_eq!(published.program_sha256, hash(PROGRAM));
     assert_eq!(published.machine_sha256, hash(&machine));

@@ -144,6 +144,7 @@ fn tree() -> String {
         "datasheet",
         "analyze",
         "live",
+        "packaging",
     ] {
         let source = root().join(name).join("src");
         let Some(purpose) = first_sentence(&source.join("lib.rs")) else {

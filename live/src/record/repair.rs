@@ -141,6 +141,7 @@ mod tests {
                 verdicts: 0,
                 commands: 0,
                 gaps: 0,
+                programs: 0,
             },
             attachments: [("a".into(), "text".into()), ("b".into(), "text".into())],
             metadata: BTreeMap::new(),

@@ -94,6 +94,9 @@ fn failure_of_the_model_is_a_latched_fault() {
         assert_eq!(rows.latched(), Level::Fault, "{reason:?}");
         rows.give(|row| row.is_acknowledged = true);
         assert_eq!(rows.latched(), Level::Safe);
+        // also if a utilisation was computed
+        let known = |row: &mut RowFacts| row.reasons.add(reason);
+        assert_eq!(Rows::safe().give(known), Level::Fault, "{reason:?}");
     }
 }
 
@@ -172,6 +175,24 @@ fn utilisation_that_is_not_a_number_releases_no_alarm() {
     rows.with(Reason::Settling);
     assert_eq!(rows.good(100), Level::Danger);
     assert_eq!(rows.good(1), Level::Safe);
+}
+
+// requirement: TW-VERDICT-04
+#[test]
+fn alarm_at_the_edge_of_its_band_is_not_released() {
+    let limits = LimitsSpec::default();
+    let edge = limits.limit - super::limits::RELEASE_BELOW;
+    for (utilisation, level) in [
+        (edge, Level::Danger),
+        (f64::from_bits(edge.to_bits() - 1), Level::Warning),
+    ] {
+        let mut rows = Rows::safe();
+        rows.give(|row| row.utilisation = limits.limit);
+        for _ in 0..300 {
+            rows.give(|row| row.utilisation = utilisation);
+        }
+        assert_eq!(rows.judge.verdict().level, level);
+    }
 }
 
 // requirement: TW-VERDICT-03
@@ -292,6 +313,17 @@ fn unknown_level_does_not_end_an_alarm_and_a_higher_one_is_another() {
     assert_eq!(rows.judge.alarms(), 3);
 }
 
+// requirement: TW-VERDICT-19
+#[test]
+fn failure_of_the_model_outranks_an_alarm_that_goes_on() {
+    let mut rows = Rows::safe();
+    rows.give(|row| row.utilisation = 1.2);
+    assert_eq!(rows.judge.latch(), Latch::raised(Level::Danger));
+    assert_eq!(rows.with(Reason::LinkageOpen), Level::Fault);
+    assert_eq!(rows.judge.latch(), Latch::raised(Level::Fault));
+    assert_eq!(rows.judge.alarms(), 2);
+}
+
 // requirement: TW-VERDICT-18, TW-VERDICT-21
 #[test]
 fn acknowledgement_without_an_alarm_does_nothing() {
@@ -326,6 +358,8 @@ fn unknown_numbers_are_never_safe() {
 // requirement: TW-VERDICT-23
 #[test]
 fn lift_off_is_announced_at_three_levels_only() {
+    let names = ["unknown", "safe", "notice", "warning", "danger", "fault"];
+    assert_eq!(Level::ALL.map(Level::name), names);
     let announcing = Level::ALL.map(Level::announces_lift_off);
     assert_eq!(announcing, [false, false, true, true, true, false]);
 }
