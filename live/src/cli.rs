@@ -236,6 +236,9 @@ struct BridgeArgs {
     /// Read topics of ROS 2 from this DDS domain (ROS_DOMAIN_ID), and publish /diagnostics and /tipwatch/verdict there.
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0")]
     dds: Option<u16>,
+    /// Read messages from standard input as a stream of MCAP, from a program that reads another network, such as Zenoh.
+    #[arg(long)]
+    mcap: bool,
     /// A log with the definitions of message types that are not built in.
     #[arg(long, value_name = "LOG")]
     definitions: Option<PathBuf>,
@@ -463,8 +466,12 @@ fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
     for input in &mut can {
         input.is_fd = args.can_fd;
     }
-    if can.is_empty() && args.dds.is_none() {
-        bail!("bridge: expected at least one network, --dds or --can IFACE, found none");
+    if can.is_empty() && args.dds.is_none() && !args.mcap {
+        bail!("bridge: expected at least one network, --dds, --can IFACE or --mcap, found none");
+    }
+    let of_stdin = can.iter().filter(|input| input.interface == "-").count() + usize::from(args.mcap);
+    if of_stdin > 1 {
+        bail!("bridge: expected one use of standard input, found {of_stdin}: --can - and --mcap");
     }
     if args.on_level.len() != args.run.len() {
         bail!(
@@ -486,6 +493,7 @@ fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
     let options = BridgeOptions {
         dds: args.dds,
         definitions,
+        mcap: args.mcap,
         can,
         outputs: OutputOptions {
             publishes: !args.no_verdicts,

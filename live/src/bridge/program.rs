@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 use tipwatch_binding::{MachineFile, Urdf};
 
 use super::dds::{Participant, start_dds};
-use super::input::{Arrivals, CanInput, Intake, Teller, Wanted, start_can};
+use super::input::{Arrivals, CanInput, Intake, Teller, Wanted, start_can, start_mcap};
 use super::outputs::{OutputOptions, Outputs};
 use super::session::{Ending, FirstMessages, Incomplete, SessionCounts, SessionRun, Stamps};
 use crate::node::{Housekeeping, LiveNode, ServiceAddress};
@@ -26,6 +26,8 @@ pub struct BridgeOptions {
     pub dds: Option<u16>,
     /// Definitions of message types that are not built in, by type.
     pub definitions: BTreeMap<String, String>,
+    /// Whether standard input is a stream of MCAP.
+    pub mcap: bool,
     /// Buses.
     pub can: Vec<CanInput>,
     /// What the verdict becomes.
@@ -68,6 +70,9 @@ pub fn bridge(
     if let Some(participant) = &participant {
         let definitions = options.definitions.clone();
         start_dds(participant, wanted.clone(), definitions, intake.clone(), unix_ahead_ns)?;
+    }
+    if options.mcap {
+        start_mcap(wanted.clone(), intake.clone())?;
     }
     drop(intake);
     let outputs = Outputs::start(address, &options.outputs, participant.as_ref(), &teller)?;
