@@ -39,6 +39,14 @@ mod needs_ray {
     }
 }
 
+mod needs_delta {
+    #[test]
+    #[ignore = "needs python3 with pytest, polars, pyarrow, duckdb and deltalake"]
+    fn delta_tables_have_the_rows_of_the_data_set() {
+        super::pytest("engines/test_delta.py", None);
+    }
+}
+
 mod needs_dask {
     #[test]
     #[ignore = "needs python3 with pytest, numpy, polars and distributed"]
