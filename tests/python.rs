@@ -33,7 +33,7 @@ mod needs_python_package {
 
 mod needs_ray {
     #[test]
-    #[ignore = "needs python3 with pytest, numpy, polars and ray"]
+    #[ignore = "needs python3 with pytest, numpy, polars, ray, boto3 and moto"]
     fn fleets_on_ray_lose_no_log() {
         super::pytest("engines/test_ray.py", None);
     }
@@ -49,7 +49,7 @@ mod needs_delta {
 
 mod needs_dask {
     #[test]
-    #[ignore = "needs python3 with pytest, numpy, polars and distributed"]
+    #[ignore = "needs python3 with pytest, numpy, polars, distributed, boto3 and moto"]
     fn fleets_on_dask_lose_no_log() {
         super::pytest("engines/test_dask.py", None);
     }

@@ -1,8 +1,10 @@
 """The data set as Delta tables."""
 
 import json
+import re
 import shutil
 import threading
+from pathlib import Path
 
 import duckdb
 import polars as pl
@@ -83,3 +85,13 @@ def test_writers_at_the_same_time_all_end_with_one_table(logs, tmp_path):
     # one of them came last; its rows are there, and only they
     assert len(table_of(uri, "logs")) == 1
     assert len(DeltaTable(f"{uri}/logs").history()) == 5
+
+
+def test_the_query_of_the_book_runs(logs, tmp_path, monkeypatch, capsys):
+    book = Path(__file__).resolve().parents[3] / "book/src/howto/engines.md"
+    blocks = re.findall(r"```python \(not run: it needs deltalake[^\n]*\n(.*?)```", book.read_text(), re.S)
+    assert len(blocks) == 1
+    tw.screen(logs, machine=MACHINE, out=tmp_path / "fleet")
+    monkeypatch.chdir(tmp_path)
+    exec(blocks[0], {})
+    assert "photo.mcap" in capsys.readouterr().out
