@@ -33,15 +33,23 @@ mod needs_python_package {
 
 mod needs_ray {
     #[test]
-    #[ignore = "needs python3 with pytest, numpy, polars and ray"]
+    #[ignore = "needs python3 with pytest, numpy, polars, ray, boto3 and moto"]
     fn fleets_on_ray_lose_no_log() {
         super::pytest("engines/test_ray.py", None);
     }
 }
 
+mod needs_delta {
+    #[test]
+    #[ignore = "needs python3 with pytest, polars, pyarrow, duckdb and deltalake"]
+    fn delta_tables_have_the_rows_of_the_data_set() {
+        super::pytest("engines/test_delta.py", None);
+    }
+}
+
 mod needs_dask {
     #[test]
-    #[ignore = "needs python3 with pytest, numpy, polars and distributed"]
+    #[ignore = "needs python3 with pytest, numpy, polars, distributed, boto3 and moto"]
     fn fleets_on_dask_lose_no_log() {
         super::pytest("engines/test_dask.py", None);
     }

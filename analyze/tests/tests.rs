@@ -18,6 +18,7 @@ mod gates; // logs and policies that decide nothing
 mod imu_mounting; // mounting from transforms, and mounting faults
 mod in_blocks; // nothing holds the whole table
 mod long_logs; // samples in temporary files
+mod outliers; // machines that stand out in a fleet
 mod report; // the report in a browser
 mod screen; // fleets of logs
 mod shards; // a fleet split over processes

@@ -41,7 +41,7 @@ pub(super) fn run(page: &Page, python: Option<&str>) -> Vec<String> {
                 differences.extend(block_differences);
                 text = text.replacen(&block.text, &found, 1);
             }
-            Part::Block(block) if block.language == "python" => {
+            Part::Block(block) if block.language == "python" && block.not_run().is_none() => {
                 let check = parts.next_if(|next| matches!(next, Part::Check(_)));
                 let Some(program) = python else { continue };
                 let check = match &check {

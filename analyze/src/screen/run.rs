@@ -40,15 +40,23 @@ pub fn screen(
     let store = Store::of(&place);
     let is_part = request.shard.is_some() || request.output != Output::DataSet;
     let _lock = lock(&place, is_part)?;
-    let index = store.index()?;
     // records in a shared place are written once: there is nothing to begin anew
     let reuses = request.resume || request.output != Output::DataSet;
-    if !index.is_empty() && !reuses && !is_part {
-        bail!(
-            "{}: expected an empty folder, found {} logs of an earlier run; use --resume to continue it",
-            request.out.display(),
-            index.len()
-        );
+    let before = match (reuses, is_part && place.local().is_none()) {
+        (true, false) => Before::Listed(store.index()?),
+        // a list of all names would cost each of many parts more than to ask for its own
+        (true, true) => Before::OnDemand,
+        (false, _) => Before::Ignored,
+    };
+    if !reuses && !is_part {
+        let index = store.index()?;
+        if !index.is_empty() {
+            bail!(
+                "{}: expected an empty folder, found {} logs of an earlier run; use --resume to continue it",
+                request.out.display(),
+                index.len()
+            );
+        }
     }
     if !is_part {
         tidy(request.out, &place);
@@ -67,10 +75,7 @@ pub fn screen(
         options: request.options,
         place: place.clone(),
         store: Store::of(&place),
-        before: match reuses {
-            true => Before::Listed(index),
-            false => Before::Ignored,
-        },
+        before,
         attempts,
         current: CurrentRun::default(),
     };

@@ -5,9 +5,9 @@
 //! done. Tables and page are built from the records.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use rayon::prelude::*;
 
 use super::place::Place;
 use super::record::{FAILED, RECORD_SCHEMA, Record, content_key, path_key};
@@ -15,6 +15,8 @@ use crate::base::error_text::error_text;
 
 const FOLDER: &str = "state";
 const ENDING: &str = ".json";
+/// Records of a bucket that are read at a time.
+const PARALLEL: usize = 32;
 
 /// The records of a place.
 #[derive(Debug)]
@@ -142,14 +144,22 @@ impl Store {
 
     /// All records, and a note on each that is not valid: its log counts as not analysed.
     pub(super) fn load(&self) -> Result<(Vec<Record>, Vec<String>)> {
-        let mut records = Vec::new();
+        let names = self.place.list(FOLDER)?.into_iter();
+        let names = names.filter(|name| name.ends_with(ENDING));
+        let names: Vec<String> = names.map(|name| format!("{FOLDER}/{name}")).collect();
+        let read: Vec<Result<Record>> = match self.place.local() {
+            Some(_) => names.iter().map(|name| self.read(name)).collect(),
+            // each read waits for an answer
+            None => rayon::ThreadPoolBuilder::new()
+                .num_threads(PARALLEL)
+                .build()
+                .context("cannot start threads")?
+                .install(|| names.par_iter().map(|name| self.read(name)).collect()),
+        };
+        let mut records = Vec::with_capacity(read.len());
         let mut unusable = Vec::new();
-        for name in self.place.list(FOLDER)? {
-            if !Path::new(&name).extension().is_some_and(|e| e == "json") {
-                continue;
-            }
-            let name = format!("{FOLDER}/{name}");
-            match self.read(&name) {
+        for (name, read) in names.iter().zip(read) {
+            match read {
                 Ok(record) => records.push(record),
                 Err(error) => {
                     unusable.push(format!("{}/{name}: {}", self.place, error_text(&error)));

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use tipwatch_analyze::screen::Screen;
 
@@ -52,10 +53,15 @@ impl Fleet {
         self.undecided.clone()
     }
 
-    /// The page (``fleet.html``); None for one part of a fleet.
+    /// The page (``fleet.html``): a path, or the URL in a bucket; None for one part of a fleet.
     #[getter]
-    fn page(&self) -> Option<PathBuf> {
-        self.page.clone()
+    fn page<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let page = self.page.as_ref().map(|page| match page.to_str() {
+            // a path object would not keep the two slashes
+            Some(url) if url.contains("://") => url.into_bound_py_any(py),
+            _ => page.into_bound_py_any(py),
+        });
+        page.transpose()
     }
 
     fn __repr__(&self) -> String {

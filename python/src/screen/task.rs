@@ -1,5 +1,6 @@
 //! The analyses of a fleet as tasks of an engine: what driver and workers call (`python/tipwatch/_engines`).
 
+use std::ffi::OsString;
 use std::path::{PathBuf, absolute};
 
 use anyhow::{Context, anyhow, bail};
@@ -68,9 +69,11 @@ impl FleetTask {
     }
 
     /// The logs, each with the estimated memory of its analysis (bytes), the largest first.
-    fn logs(&self, py: Python<'_>, logs: Vec<PathBuf>) -> PyResult<Vec<(PathBuf, u64)>> {
+    fn logs(&self, py: Python<'_>, logs: Vec<PathBuf>) -> PyResult<Vec<(OsString, u64)>> {
         let found = py.detach(|| logs_of(&logs, &self.records));
-        found.map_err(|error| exception(&error))
+        let found = found.map_err(|error| exception(&error))?.into_iter();
+        // a path object would not keep the two slashes of a URL
+        Ok(found.map(|(log, bytes)| (log.into(), bytes)).collect())
     }
 
     /// Number of logs that have a record.

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import signal
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -15,6 +16,32 @@ import tipwatch as tw
 
 DATA = Path(__file__).resolve().parents[3] / "tests" / "data"
 MACHINE = DATA / "coverage.toml"
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory):
+    """An S3 server in this process, which programs find by their environment."""
+    from moto.server import ThreadedMotoServer
+
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+    server.start()
+    host, port = server.get_host_and_port()
+    os.environ.update(
+        AWS_ENDPOINT_URL=f"http://{host}:{port}", AWS_ALLOW_HTTP="true", AWS_REGION="us-east-1",
+        AWS_DEFAULT_REGION="us-east-1", AWS_ACCESS_KEY_ID="test", AWS_SECRET_ACCESS_KEY="test",
+        TIPWATCH_TEST_FOLDER=str(tmp_path_factory.mktemp("buckets")),
+    )
+    import boto3
+
+    boto3.client("s3").create_bucket(Bucket="fleets")
+    yield server
+    server.stop()
+
+
+@pytest.fixture(params=["folder", "bucket"])
+def out(request, server, tmp_path):
+    """An output folder that is not there yet: local, or in a bucket."""
+    return tmp_path / "fleet" if request.param == "folder" else f"s3://fleets/{tmp_path.name}/fleet"
 
 
 @pytest.fixture
@@ -64,21 +91,45 @@ def kill_worker_of(traces, log):
     threading.Thread(target=wait_and_kill, daemon=True).start()
 
 
-def rows(fleet):
-    return pl.scan_parquet(fleet.logs_uri, hive_partitioning=True).collect()
+def here(out):
+    """The files of an output folder; those of a bucket in a copy."""
+    if "://" not in str(out):
+        return Path(out)
+    import boto3
+
+    bucket, prefix = str(out).removeprefix("s3://").split("/", 1)
+    copy = Path(tempfile.mkdtemp(dir=os.environ["TIPWATCH_TEST_FOLDER"]))
+    client = boto3.client("s3")
+    for page in client.get_paginator("list_objects_v2").paginate(Bucket=bucket, Prefix=prefix + "/"):
+        for found in page.get("Contents", []):
+            target = copy / found["Key"].removeprefix(prefix + "/")
+            target.parent.mkdir(parents=True, exist_ok=True)
+            client.download_file(bucket, found["Key"], str(target))
+    return copy
+
+
+def rows(out):
+    return pl.scan_parquet(here(out) / "logs/**/*.parquet", hive_partitioning=True).collect()
 
 
 def records(out):
-    """The records by path, with the number of records of each."""
+    """The records of each path."""
     found = {}
-    for file in Path(out).glob("state/*.json"):
-        found.setdefault(json.loads(file.read_text())["path"], []).append(file)
+    for file in here(out).glob("state/*.json"):
+        record = json.loads(file.read_text())
+        found.setdefault(record["path"], []).append(record)
     return found
+
+
+def finished(out):
+    """When the log of each path was finished: it changes if the log is analysed again."""
+    return {path: found[0]["finished_ns"] for path, found in records(out).items()}
 
 
 def contents(out):
     """What must not depend on who analysed: tables and page to the byte."""
-    parts = [*Path(out).glob("logs/**/*.parquet"), *Path(out).glob("events/**/*.parquet"), Path(out) / "fleet.html"]
+    out = here(out)
+    parts = [*out.glob("logs/**/*.parquet"), *out.glob("events/**/*.parquet"), out / "fleet.html"]
     return {str(part.relative_to(out)): part.read_bytes() for part in parts}
 
 
@@ -87,8 +138,8 @@ def check_every_log_once(fleet, out, logs, lost):
     names = {path.name for path in logs.iterdir()}
     found = records(out)
     assert {Path(path).name for path in found} == names
-    assert all(len(files) == 1 for files in found.values()), found
-    failed = rows(fleet).filter(pl.col("status") == "failed")
+    assert all(len(of_path) == 1 for of_path in found.values()), found
+    failed = rows(out).filter(pl.col("status") == "failed")
     kinds = {Path(path).name: kind for path, kind in failed.select("path", "failure").iter_rows()}
     assert kinds == {"photo.mcap": "log", **lost}
     assert fleet.totals["logs"] == len(names) - fleet.totals["copies"]

@@ -9,16 +9,16 @@ from tipwatch._engines import _dask
 
 
 @pytest.fixture(scope="module")
-def client():
+def client(server):
     with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
         with Client(cluster) as client:
             yield client
 
 
-def test_the_data_set_is_that_of_threads(client, logs, tmp_path, of_threads):
-    fleet = tw.screen(logs, machine=MACHINE, out=tmp_path / "fleet", runner="dask")
-    assert contents(tmp_path / "fleet") == of_threads(logs)
-    check_every_log_once(fleet, tmp_path / "fleet", logs, {})
+def test_the_data_set_is_that_of_threads(client, logs, out, of_threads):
+    fleet = tw.screen(logs, machine=MACHINE, out=out, runner="dask")
+    assert contents(out) == of_threads(logs)
+    check_every_log_once(fleet, out, logs, {})
 
 
 def test_lost_workers_cost_no_other_log(client, logs, tmp_path, monkeypatch):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from distributed import Client, KilledWorker, as_completed, get_client
+from distributed import Client, KilledWorker, as_completed, get_client, wait
 
 from tipwatch._engines._parcel import Parcel, analyse
 
@@ -45,21 +45,32 @@ def _run(client, parcel, logs, finished, in_flight):
     # workers that state their memory as a resource get as many logs as fit
     memory = max((worker.get("resources", {}).get("memory", 0) for worker in workers), default=0)
     most = in_flight or max(8, _PER_PROCESSOR * threads)
-    waiting, running = list(reversed(logs)), {}
+    waiting, running, suspects = list(reversed(logs)), {}, []
 
-    def submit():
-        log, bytes_needed = waiting.pop()
+    def submit(log, bytes_needed):
         resources = {"memory": min(bytes_needed, memory)} if memory else None
         future = client.submit(analyse, parcel, log, pure=False, resources=resources)
-        running[future] = str(log)
+        running[future] = log, bytes_needed
         return future
 
-    done = as_completed([submit() for _ in range(min(most, len(waiting)))])
+    done = as_completed([submit(*waiting.pop()) for _ in range(min(most, len(waiting)))])
     try:
         for future in done:
-            finished(running.pop(future), _failure(future))
+            log, bytes_needed = running.pop(future)
+            failure = _failure(future)
+            if failure is not None and failure[0] == "worker_lost":
+                suspects.append((log, bytes_needed))
+            else:
+                finished(str(log), failure)
             if waiting:
-                done.add(submit())
+                done.add(submit(*waiting.pop()))
+        # the scheduler blames every task that a lost worker had, also those that only waited there: alone a log can
+        # only be lost by itself
+        for log, bytes_needed in suspects:
+            future = submit(log, bytes_needed)
+            wait(future)
+            del running[future]
+            finished(str(log), _failure(future))
     except BaseException:
         client.cancel(list(running), force=True)
         raise

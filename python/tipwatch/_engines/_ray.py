@@ -44,7 +44,7 @@ def _run(parcel, logs, finished, in_flight, retries):
     processors, memory = _largest_node()
     if processors < 1:
         raise _tipwatch.TipwatchError("expected a Ray cluster with a node of at least one CPU, found none")
-    remote = ray.remote(analyse).options(num_cpus=1, max_retries=retries, retry_exceptions=False)
+    remote = ray.remote(analyse)
     sent = ray.put(parcel)
     waiting = list(reversed(logs))
     running: dict[ray.ObjectRef, str] = {}
@@ -54,7 +54,10 @@ def _run(parcel, logs, finished, in_flight, retries):
             while waiting and len(running) < most:
                 log, bytes_needed = waiting.pop()
                 # a log that needs more than any node has gets a node to itself
-                task = remote.options(name=f"tipwatch {log}", memory=min(bytes_needed, memory))
+                task = remote.options(
+                    name=f"tipwatch {log}", num_cpus=1, memory=min(bytes_needed, memory), max_retries=retries,
+                    retry_exceptions=False,
+                )
                 running[task.remote(sent, log)] = str(log)
             ready, _ = ray.wait(list(running), num_returns=1, timeout=1.0)
             for task in ready:

@@ -1,0 +1,232 @@
+//! Machines that stand out in a fleet: found, told with their confidence, and never out of too little.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use super::screen::{files, json, screen};
+use super::support::{command, data, stderr, text};
+
+const DAY_NS: i64 = 86_400_000_000_000;
+
+/// A log as its record tells it.
+struct Log {
+    machine: usize,
+    day: i64,
+    margin: f64,
+    exposed: f64,
+    duration_s: f64,
+}
+
+/// A fleet that exists as records only: those of a real log with other numbers.
+struct Fleet {
+    folder: TempDir,
+    pattern: Value,
+}
+
+impl Fleet {
+    fn new() -> Self {
+        let folder = TempDir::new().unwrap();
+        let (logs, real) = (folder.path().join("logs"), folder.path().join("real"));
+        fs::create_dir(&logs).unwrap();
+        fs::copy(data("tiny.mcap"), logs.join("calm.mcap")).unwrap();
+        let machine = data("tiny_lift.toml");
+        screen(&logs, &real, &["--machine", text(&machine)]);
+        let records = files(&real.join("state"));
+        let mut records = records
+            .into_iter()
+            .filter(|(name, _)| name.ends_with(".json"));
+        let pattern = json(&records.next().unwrap().1);
+        Self { folder, pattern }
+    }
+
+    /// The comparisons and the page of these logs.
+    fn gather(&self, logs: &[Log]) -> (Vec<Value>, String) {
+        let place = self.folder.path().join("fleet");
+        let _ = fs::remove_dir_all(&place);
+        fs::create_dir_all(place.join("state")).unwrap();
+        for (number, log) in logs.iter().enumerate() {
+            let mut record = self.pattern.clone();
+            record["path"] = json!(format!("/logs/{number:05}.mcap"));
+            record["log_id"] = json!(format!("{number:064x}"));
+            record["machine"]["name"] = json!(format!("fw-{:02}", log.machine));
+            let facts = &mut record["result"]["facts"];
+            let start = 20_000 * DAY_NS + log.day * DAY_NS;
+            facts["start_ns"] = json!(start);
+            facts["worst"]["margin"] = json!(log.margin);
+            facts["worst"]["sigma"] = json!(0.01);
+            facts["exposure"]["exposed_s"] = json!(log.exposed * log.duration_s);
+            facts["coverage"]["covered_s"] = json!(log.duration_s);
+            facts["coverage"]["computable_s"] = json!(log.duration_s);
+            facts["coverage"]["valid_share"] = json!(1.0);
+            let path = place.join(format!("state/{number:05}-x-y.json"));
+            fs::write(path, record.to_string()).unwrap();
+        }
+        let gathered = command(&["screen", "--gather", "--out", text(&place)])
+            .output()
+            .unwrap();
+        assert!(gathered.status.success(), "{}", stderr(&gathered));
+        let Value::Array(found) = json(&place.join("outliers.json")) else {
+            panic!("expected a list");
+        };
+        (found, page(&place))
+    }
+}
+
+fn page(place: &Path) -> String {
+    fs::read_to_string(place.join("fleet.html")).unwrap()
+}
+
+fn outliers(found: &[Value]) -> Vec<&Value> {
+    found.iter().filter(|c| c["verdict"] == "outlier").collect()
+}
+
+/// Numbers from a normal distribution (SplitMix64, sum of twelve).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        let uniform = |state: &mut u64| {
+            *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = *state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform(&mut self.0)).sum::<f64>() - 6.0
+    }
+}
+
+/// `machines` machines with a log a day: margins about 0.6, each machine a little different.
+fn usual_fleet(machines: usize, days: i64, noise: &mut Noise) -> Vec<Log> {
+    let mut logs = Vec::new();
+    for machine in 0..machines {
+        let own = 0.02 * noise.next();
+        for day in 0..days {
+            logs.push(Log {
+                machine,
+                day,
+                margin: 0.6 + own + 0.03 * noise.next(),
+                exposed: (0.02 + 0.002 * noise.next()).max(0.0),
+                duration_s: 600.0 + 30.0 * noise.next(),
+            });
+        }
+    }
+    logs
+}
+
+#[test]
+fn a_machine_that_changed_and_one_unlike_its_type_are_found() {
+    let fleet = Fleet::new();
+    let mut logs = usual_fleet(24, 40, &mut Noise(1));
+    for log in &mut logs {
+        match log.machine {
+            // its margins fell in the last week
+            3 if log.day >= 30 => log.margin -= 0.2,
+            // it has always been closer to tipping than the others
+            7 => log.margin -= 0.35,
+            _ => {}
+        }
+    }
+    let (found, page) = fleet.gather(&logs);
+    let told: Vec<_> = outliers(&found)
+        .iter()
+        .map(|c| {
+            (
+                c["machine"].as_str().unwrap().to_string(),
+                c["against"]["with"].as_str().unwrap().to_string(),
+                c["quantity"].as_str().unwrap().to_string(),
+                c["is_worse"].as_bool().unwrap(),
+            )
+        })
+        .collect();
+    let expected = |machine: &str, with: &str| {
+        (
+            machine.to_string(),
+            with.to_string(),
+            "worst_margin".to_string(),
+            true,
+        )
+    };
+    assert_eq!(
+        told,
+        [expected("fw-03", "history"), expected("fw-07", "type")],
+        "{found:?}"
+    );
+    for outlier in outliers(&found) {
+        let confidence = outlier["confidence"].as_f64().unwrap();
+        assert!((0.95..1.0).contains(&confidence), "{outlier}");
+        assert!(outlier["value"].as_f64() < outlier["usual"].as_f64());
+    }
+    assert!(page.contains("Machines that stand out") && page.contains("fw-07"));
+    assert!(page.contains("10 recent and 30 earlier days") && !page.contains("100.0 %"));
+}
+
+#[test]
+fn too_few_logs_are_said_and_are_no_finding() {
+    let fleet = Fleet::new();
+    // gross differences, but few days and few machines
+    let mut logs = usual_fleet(4, 8, &mut Noise(2));
+    logs.iter_mut()
+        .filter(|log| log.machine == 1)
+        .for_each(|log| log.margin = -0.5);
+    let (found, page) = fleet.gather(&logs);
+    assert!(outliers(&found).is_empty() && !found.is_empty());
+    let reasons: Vec<_> = found
+        .iter()
+        .map(|c| c["reason"].as_str().unwrap())
+        .collect();
+    assert!(
+        reasons
+            .iter()
+            .any(|reason| reason.contains("too few days: 8 of at least 12")),
+        "{reasons:?}"
+    );
+    assert!(
+        reasons
+            .iter()
+            .any(|reason| reason.contains("3 of at least 8")),
+        "{reasons:?}"
+    );
+    assert!(page.contains("No machine can be compared yet"));
+    assert!(found.iter().all(|c| c["confidence"].is_null()));
+}
+
+#[test]
+fn longer_logs_are_not_taken_for_smaller_margins() {
+    let fleet = Fleet::new();
+    let mut logs = usual_fleet(2, 40, &mut Noise(3));
+    for log in logs
+        .iter_mut()
+        .filter(|log| log.machine == 0 && log.day >= 30)
+    {
+        log.margin -= 0.3;
+        log.duration_s *= 8.0;
+    }
+    let (found, _) = fleet.gather(&logs);
+    assert!(outliers(&found).is_empty(), "{found:?}");
+    assert!(found.iter().any(|c| {
+        c["reason"]
+            .as_str()
+            .is_some_and(|r| r.contains("longer logs"))
+    }));
+}
+
+#[test]
+fn fleets_without_outliers_stay_without_findings() {
+    let fleet = Fleet::new();
+    let alarms = (10..20)
+        .filter(|&seed| {
+            let (found, _) = fleet.gather(&usual_fleet(12, 24, &mut Noise(seed)));
+            assert!(
+                found.iter().all(|c| c["verdict"] != "not_comparable"),
+                "{found:?}"
+            );
+            !outliers(&found).is_empty()
+        })
+        .count();
+    // at most one fleet of twenty is expected to
+    assert!(alarms <= 1, "{alarms} of 10 fleets");
+}
