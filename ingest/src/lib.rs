@@ -69,7 +69,7 @@ pub use crate::{
         DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
         ValueSource, number_fields,
     },
-    file::Format,
+    file::{FileTransfer, Format},
     large_columns::ColumnMemory,
     log::{CanTopic, Log},
     message::{

@@ -23,7 +23,7 @@ use crate::ranges::{RangeSet, merged};
 use crate::runtime::{start, wait_for};
 
 /// Read from the end of an object when it is opened: it has the summary of a log.
-const TAIL_BYTES: u64 = 256 << 10;
+const TAIL_BYTES: u64 = 128 << 10;
 /// Bytes between two wanted ranges that are rather transferred than asked around.
 const MOST_GAP_BYTES: u64 = 16 << 10;
 /// Largest request.
@@ -73,6 +73,9 @@ impl Object {
             .cloned()
             .ok_or_else(|| Error::new(location.shown(), ErrorKind::NotAPlace, "expected a URL"))?;
         let place = location.shown();
+        if remote.key.as_ref().is_empty() {
+            return Err(Error::new(place, ErrorKind::NotFound, "it is a bucket, no object"));
+        }
         let bucket = Bucket::of(&remote)?;
         let (tail, version) = {
             let (bucket, place, key) = (bucket.clone(), place.clone(), remote.key.clone());
@@ -140,6 +143,11 @@ impl Object {
     /// The temporary file. It has the size of the object, but only those bytes that were asked for.
     pub fn data(&self) -> &Path {
         &self.data
+    }
+
+    /// Whether all of the object has been transferred.
+    pub fn is_whole(&self) -> bool {
+        self.shared.lock().present.has(&(0..self.size()))
     }
 
     /// States which ranges will be read, in this order. They are transferred ahead, merged into few requests, as

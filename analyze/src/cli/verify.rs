@@ -95,7 +95,7 @@ fn other_program(record: &Custody, other_build: bool) -> Option<String> {
     let sha256 = |file: Option<&_>| -> String {
         file.map_or(
             "unknown".into(),
-            |file: &crate::base::file_hash::FileHash| file.sha256.clone(),
+            |file: &crate::base::file_hash::FileHash| file.hash_text().to_owned(),
         )
     };
     let (recorded, ours) = (sha256(record.program.as_ref()), sha256(program().as_ref()));

@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 
 use super::record::{RECORD_SCHEMA, Record};
 use crate::base::error_text::error_text;
-use crate::base::file_hash::hash_of;
+use crate::base::file_hash::sha256_of;
 use crate::base::files::{remove_unfinished, write_atomically};
 
 /// The folder of records.
@@ -32,7 +32,7 @@ impl Store {
     }
 
     pub(super) fn save(&self, record: &Record) -> Result<()> {
-        let key = hash_of(String::new(), record.path.as_bytes()).sha256;
+        let key = sha256_of(record.path.as_bytes());
         let name = format!("{}.json", key.get(..32).unwrap_or(&key));
         let text = serde_json::to_string_pretty(record)?;
         write_atomically(&self.folder.join(name), text.as_bytes())

@@ -7,7 +7,7 @@ use bytes::{Bytes, BytesMut};
 use futures_util::{StreamExt, TryStreamExt};
 use object_store::path::Path as Key;
 use object_store::{
-    GetOptions, GetRange, GetResult, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutPayload,
+    GetOptions, GetRange, GetResult, ListResult, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutPayload,
 };
 
 use crate::counted::Counts;
@@ -196,6 +196,16 @@ impl Bucket {
         let mut found = one(attempt(place, self.access(), &self.counts, request).await)?;
         found.sort_by(|a, b| a.location.cmp(&b.location));
         Ok(found)
+    }
+
+    /// What is directly in a folder.
+    pub(crate) async fn children(
+        &self,
+        place: &str,
+        folder: Option<&Key>,
+    ) -> Result<ListResult, Error> {
+        let request = || async { Ok(self.root.store.list_with_delimiter(folder).await?) };
+        one(attempt(place, self.access(), &self.counts, request).await)
     }
 
     /// Writes an object, replacing another.
