@@ -18,7 +18,7 @@ use tokio::task::AbortHandle;
 use crate::bucket::{Bucket, Version};
 use crate::counted::Transfer;
 use crate::error::{Error, ErrorKind};
-use crate::place::Location;
+use crate::place::{Location, whole_reads};
 use crate::ranges::{RangeSet, merged};
 use crate::runtime::{start, wait_for};
 
@@ -74,12 +74,23 @@ impl Object {
             .ok_or_else(|| Error::new(location.shown(), ErrorKind::NotAPlace, "expected a URL"))?;
         let place = location.shown();
         if remote.key.as_ref().is_empty() {
-            return Err(Error::new(place, ErrorKind::NotFound, "it is a bucket, no object"));
+            return Err(Error::new(
+                place,
+                ErrorKind::NotFound,
+                "it is a bucket, no object",
+            ));
         }
         let bucket = Bucket::of(&remote)?;
         let (tail, version) = {
             let (bucket, place, key) = (bucket.clone(), place.clone(), remote.key.clone());
-            wait_for(async move { bucket.tail(&place, &key, TAIL_BYTES).await })?
+            wait_for(async move {
+                match bucket.tail(&place, &key, TAIL_BYTES).await {
+                    Err(error) if error.kind == ErrorKind::NoRanges && whole_reads() => {
+                        bucket.whole_version(&place, &key).await
+                    }
+                    other => other,
+                }
+            })?
         };
         let local = |error: std::io::Error| {
             Error::local(std::env::temp_dir().display().to_string(), &error)

@@ -2,6 +2,7 @@
 
 pub(crate) mod error_text;
 pub mod estimated;
+pub(crate) mod fetched;
 pub mod file_hash;
 pub(crate) mod files;
 mod in_order;

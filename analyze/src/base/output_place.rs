@@ -50,6 +50,20 @@ impl OutputPlace {
         Self::remote(&location, folder, Some(name))
     }
 
+    /// Refuses a place that is not on this computer.
+    ///
+    /// # Errors
+    /// The place is in a bucket or on a server.
+    pub fn require_local(place: &Path) -> Result<()> {
+        if Location::is_remote_path(place) {
+            bail!(
+                "{}: expected a local path: this command writes nowhere else",
+                place.display()
+            );
+        }
+        Ok(())
+    }
+
     fn local(place: &Path, local: &Path) -> Self {
         Self {
             place: place.into(),

@@ -9,8 +9,8 @@ use tipwatch_binding::MachineFile;
 use super::exit::{Exit, Terminal, Usage};
 use super::options::{AnalysisArgs, MinValidArgs};
 use crate::base::files::write_atomically;
-use crate::base::output_place::OutputPlace;
 use crate::base::options::{Estimator, ModelKind, Options};
+use crate::base::output_place::OutputPlace;
 use crate::compare::{Side, as_text, compare, render};
 
 #[derive(Debug, Args)]

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::analyze::{self, AnalyzeArgs};
 use super::exit::{Exit, Terminal, Unverified};
+use crate::base::fetched::Fetched;
 use crate::base::file_hash::program;
 use crate::output::custody::{Custody, Origin, RECORD};
 use crate::output::differences;
@@ -24,7 +25,8 @@ pub(super) struct VerifyArgs {
 type Recorded = fn(&Custody) -> Result<AnalyzeArgs>;
 
 pub(super) fn run(args: &VerifyArgs, terminal: Terminal, recorded: Recorded) -> Result<Exit> {
-    let folder = std::path::absolute(&args.folder)
+    let fetched = Fetched::folder(&args.folder, "**")?;
+    let folder = std::path::absolute(fetched.path())
         .with_context(|| format!("{}: cannot be found", args.folder.display()))?;
     let record = Custody::read(&folder)?;
     let (base, mut refusals) = record.base();

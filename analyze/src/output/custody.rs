@@ -247,7 +247,9 @@ fn change_of_object(path: &Path, recorded: &FileHash) -> Option<String> {
         Err(error) => return Some(format!("cannot be read: {error}")),
     };
     let version = |bytes: u64, tag: Option<&str>| {
-        let tag = tag.map_or("without a tag of its version".into(), |tag| format!("version {tag}"));
+        let tag = tag.map_or("without a tag of its version".into(), |tag| {
+            format!("version {tag}")
+        });
         format!("{bytes} bytes, {tag}")
     };
     let expected = version(recorded.bytes, recorded.e_tag.as_deref());

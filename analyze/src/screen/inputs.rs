@@ -100,10 +100,11 @@ impl Finder {
         let folder = path.parent().unwrap_or(Path::new(""));
         let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
         for line in lines.filter(|line| !line.is_empty() && !line.starts_with('#')) {
-            self.logs.insert(match Location::is_remote_path(Path::new(line)) {
-                true => Location::parse(line)?.path().into(),
-                false => tidy(&folder.join(line))?,
-            });
+            self.logs
+                .insert(match Location::is_remote_path(Path::new(line)) {
+                    true => Location::parse(line)?.path().into(),
+                    false => tidy(&folder.join(line))?,
+                });
         }
         Ok(())
     }
@@ -115,8 +116,11 @@ impl Finder {
             if found.is_empty() {
                 bail!("{}: expected matching logs, found none", path.display());
             }
-            let found = found.iter().map(|found| found.location.path().to_path_buf());
-            self.logs.extend(found.filter(|path| !path.starts_with(&self.out)));
+            let found = found
+                .iter()
+                .map(|found| found.location.path().to_path_buf());
+            self.logs
+                .extend(found.filter(|path| !path.starts_with(&self.out)));
             return Ok(());
         }
         if is_log(path) {
@@ -125,13 +129,23 @@ impl Finder {
         }
         let folder = Folder::open(&Location::of(path)?)?;
         let entries = folder.list("**")?;
-        let folder_of = |key: &str| key.rsplit_once('/').map_or("", |(folder, _)| folder).to_owned();
+        let folder_of = |key: &str| {
+            key.rsplit_once('/')
+                .map_or("", |(folder, _)| folder)
+                .to_owned()
+        };
         let is_metadata = |key: &str| key.rsplit('/').next() == Some(ROSBAG2_METADATA);
         let keys = || entries.iter().map(|entry| entry.key.as_str());
-        let bags: BTreeSet<String> = keys().filter(|key| is_metadata(key)).map(folder_of).collect();
+        let bags: BTreeSet<String> = keys()
+            .filter(|key| is_metadata(key))
+            .map(folder_of)
+            .collect();
         for key in keys().filter(|key| is_log(Path::new(key)) || is_metadata(key)) {
             let bag = bags.iter().find(|bag| {
-                bag.is_empty() || key.strip_prefix(bag.as_str()).is_some_and(|k| k.starts_with('/'))
+                bag.is_empty()
+                    || key
+                        .strip_prefix(bag.as_str())
+                        .is_some_and(|k| k.starts_with('/'))
             });
             let log = match bag {
                 Some(bag) if bag.is_empty() => path.to_path_buf(),

@@ -45,7 +45,9 @@ impl FileBytes {
 
     /// Whether parts are still in a bucket, so that each read may cost a request.
     pub(crate) fn is_partial(&self) -> bool {
-        self.object.as_ref().is_some_and(|object| !object.is_whole())
+        self.object
+            .as_ref()
+            .is_some_and(|object| !object.is_whole())
     }
 
     /// States which ranges will be read, in this order.

@@ -7,10 +7,10 @@ mod log_file;
 mod source;
 pub(crate) mod table_time;
 
-pub use self::{format::Format, log_file::FileTransfer};
 pub(crate) use self::{
     content::{BAG_MAGIC, Content, LONGEST_MAGIC_BYTES},
     file_bytes::FileBytes,
     log_file::LogFile,
     source::Source,
 };
+pub use self::{format::Format, log_file::FileTransfer};

@@ -74,7 +74,11 @@ impl Source {
         match &self.remote {
             None => std::fs::metadata(path).map_or(0, |metadata| metadata.len()),
             Some(remote) => {
-                let opened = remote.objects.borrow().get(path).map(|object| object.size());
+                let opened = remote
+                    .objects
+                    .borrow()
+                    .get(path)
+                    .map(|object| object.size());
                 opened.or_else(|| remote.file(path)).unwrap_or(0)
             }
         }
@@ -166,8 +170,14 @@ impl Remote {
         };
         let file = |entry: Entry| Ok((path_of(&entry.key)?, entry.bytes));
         let listed = Listed {
-            files: entries.into_iter().map(file).collect::<Result<_, Error>>()?,
-            folders: folders.iter().map(|key| path_of(key)).collect::<Result<_, Error>>()?,
+            files: entries
+                .into_iter()
+                .map(file)
+                .collect::<Result<_, Error>>()?,
+            folders: folders
+                .iter()
+                .map(|key| path_of(key))
+                .collect::<Result<_, Error>>()?,
         };
         let mut known = self.folders.borrow_mut();
         known.insert(path.to_path_buf(), listed.clone());

@@ -142,11 +142,7 @@ fn log_files_in(folder: &Path, source: &Source) -> Result<Vec<PathBuf>, Error> {
     log_files_below(folder, source, MOST_NESTED_FOLDERS)
 }
 
-fn log_files_below(
-    folder: &Path,
-    source: &Source,
-    levels: usize,
-) -> Result<Vec<PathBuf>, Error> {
+fn log_files_below(folder: &Path, source: &Source, levels: usize) -> Result<Vec<PathBuf>, Error> {
     let (mut files, folders) = source.children(folder)?;
     files.retain(|path| {
         let content = source.content_of(path);

@@ -96,22 +96,20 @@ impl<G: Grammar> FileReader for RecordReader<G> {
         self.span_ns
     }
 
-    fn extras(
-        &self,
-        with_attachments: bool,
-        take: &mut dyn FnMut(Extra<'_>),
-    ) -> Result<(), Error> {
+    fn extras(&self, with_attachments: bool, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
         let mut places = extras::ExtraRanges::default();
         match self.extras.as_ref().filter(|_| self.file.is_partial()) {
             Some(listed) => {
                 let listed = listed.iter().filter(|place| {
                     let length = place.bytes.end - place.bytes.start;
-                    length <= extras::RECORD_LIMIT_BYTES && (with_attachments || !place.is_attachment)
+                    length <= extras::RECORD_LIMIT_BYTES
+                        && (with_attachments || !place.is_attachment)
                 });
                 places.0.extend(listed.map(|place| place.bytes.clone()));
             }
             None => {
-                self.file.require_whole("without an index of its metadata")?;
+                self.file
+                    .require_whole("without an index of its metadata")?;
                 self.find_extras(&mut places)?;
             }
         }

@@ -93,11 +93,15 @@ fn wanted_ranges<V: Visitor>(
 ) -> Vec<Range<u64>> {
     let ends = chunks.keys().skip(1).copied().chain([file.len()]);
     let ranges = chunks.iter().zip(ends).map(|((&offset, entry), next)| {
-        let end = entry.length_bytes.map_or(next, |length| offset.saturating_add(length));
+        let end = entry
+            .length_bytes
+            .map_or(next, |length| offset.saturating_add(length));
         // with the head of what follows, where the walk looks whether a record begins
         offset..end.saturating_add(SMALLEST_WINDOW_BYTES).min(file.len())
     });
-    ranges.filter(|range| visitor.wants_chunk(range.start)).collect()
+    ranges
+        .filter(|range| visitor.wants_chunk(range.start))
+        .collect()
 }
 
 /// What is found at an offset.
