@@ -18,6 +18,7 @@ mod gross_inputs; // signals in other units, impossible machines
 mod identification; // parameters from measured loads
 mod measured_loads; // measured loads beside the computed ones
 mod number_signals; // any field of any message as a signal
+mod object_storage; // logs in a bucket, with faults
 mod payload; // payload mass from cylinder forces
 mod plausibility; // implausible signals
 mod python; // the Python package

@@ -11,5 +11,6 @@ use tipwatch_analyze::cli;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    cli::run(&cli::Cli::parse())
+    let arguments = cli::arguments(std::env::args_os());
+    cli::run(&cli::Cli::parse_from(arguments))
 }

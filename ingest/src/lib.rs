@@ -71,7 +71,7 @@ pub use crate::{
         DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
         ValueSource, number_fields,
     },
-    file::Format,
+    file::{FileTransfer, Format},
     formats::{CanFrameType, CDR},
     large_columns::ColumnMemory,
     log::{CanTopic, Log},

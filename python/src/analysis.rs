@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::analysis::run::{Prepared, RowSink, analyse_into};
 use tipwatch_analyze::base::options::{Options, Precision};
+use tipwatch_analyze::base::output_place::OutputPlace;
 use tipwatch_analyze::base::rows::Rows;
 use tipwatch_analyze::events::Event;
 use tipwatch_analyze::load::MeasuredLoads;
@@ -20,6 +21,7 @@ use tipwatch_mechanics::machine;
 use crate::call::error::exception;
 use crate::call::interrupt::{Stop, leavable};
 use crate::call::options::options;
+use crate::call::place::named;
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
 use crate::table::Table;
@@ -149,18 +151,23 @@ fn run(
     bytes: &AtomicU64,
     stop: &Stop,
 ) -> Result<Found> {
+    let target = request
+        .out
+        .as_deref()
+        .map(OutputPlace::folder)
+        .transpose()?;
+    let local = target.as_ref().map(OutputPlace::path);
     let begin = |prepared: &Prepared<'_>| {
         let output = OutputOptions {
             precision: request.precision,
             ..OutputOptions::default()
         };
-        let out = request.out.as_ref();
         Ok(Collector {
             machine: prepared.machine.clone(),
             measured_loads: Arc::clone(prepared.measured_loads),
             precision: request.precision,
             blocks: Vec::new(),
-            sinks: out
+            sinks: local
                 .map(|out| Sinks::begin(prepared, out, output))
                 .transpose()?,
             stop,
@@ -173,9 +180,10 @@ fn run(
     if stop.is_set() {
         bail!("interrupted");
     }
-    let files = match (sinks, &request.out) {
-        (Some(sinks), Some(out)) => {
-            let written = output::finish(&analysis, sinks, out)?;
+    let files = match (sinks, target, &request.out) {
+        (Some(sinks), Some(target), Some(out)) => {
+            let written = output::finish(&analysis, sinks, target.path())?;
+            target.publish(output::SUMMARY)?;
             written.files.iter().map(|name| out.join(name)).collect()
         }
         _ => Vec::new(),
@@ -196,11 +204,12 @@ fn run(
 ///
 /// Parameters
 /// ----------
-/// log : path
-///     The log.
+/// log : path or URL
+///     The log; also in a bucket or on a web server (``"s3://logs/shift.mcap"``, ``gs://``, ``az://``, ``https://``).
+///     Credentials come from the environment.
 /// machine : Machine or path
 ///     The machine, or its machine file.
-/// out : path, optional
+/// out : path or URL, optional
 ///     A folder for the files of ``tipwatch analyze``: tables, summary, report, derived log.
 /// rate : float, optional
 ///     Rows per second; if not given, rows follow the fastest joint stream.
@@ -253,14 +262,14 @@ pub(crate) fn analyze(
         let mut options = options(rate, start, end, estimator, model)?;
         options.columns.parts = parts;
         Ok(Request {
-            log,
+            log: named(&log),
             options,
             precision: match precision {
                 32 => Precision::Single,
                 64 => Precision::Double,
                 _ => bail!("expected precision 32 or 64, found {precision}"),
             },
-            out,
+            out: out.as_deref().map(named),
         })
     };
     let request = request().map_err(|error| exception(&error))?;

@@ -9,6 +9,7 @@ use tipwatch_analyze::tables;
 use crate::call::error::exception;
 use crate::call::interrupt::leavable;
 use crate::call::options::options;
+use crate::call::place::named;
 use crate::machine::machine_file;
 use crate::table::Table;
 
@@ -17,8 +18,8 @@ use crate::table::Table;
 ///
 /// Parameters
 /// ----------
-/// log : path
-///     The log.
+/// log : path or URL
+///     The log; also in a bucket or on a web server.
 /// machine : Machine or path
 ///     The machine, which binds topics to sensors.
 /// rate : float, optional
@@ -50,6 +51,7 @@ pub(crate) fn read(
     estimator: Option<String>,
 ) -> PyResult<Table> {
     let file = machine_file(machine)?;
+    let log = named(&log);
     let compute = move |_: &_| {
         let options = options(rate, start, end, estimator.as_deref(), None)?;
         let (machine, rows) = states(&log, &file, &options)?;

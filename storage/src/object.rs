@@ -18,12 +18,12 @@ use tokio::task::AbortHandle;
 use crate::bucket::{Bucket, Version};
 use crate::counted::Transfer;
 use crate::error::{Error, ErrorKind};
-use crate::place::Location;
+use crate::place::{Location, whole_reads};
 use crate::ranges::{RangeSet, merged};
 use crate::runtime::{start, wait_for};
 
 /// Read from the end of an object when it is opened: it has the summary of a log.
-const TAIL_BYTES: u64 = 256 << 10;
+const TAIL_BYTES: u64 = 128 << 10;
 /// Bytes between two wanted ranges that are rather transferred than asked around.
 const MOST_GAP_BYTES: u64 = 16 << 10;
 /// Largest request.
@@ -73,10 +73,24 @@ impl Object {
             .cloned()
             .ok_or_else(|| Error::new(location.shown(), ErrorKind::NotAPlace, "expected a URL"))?;
         let place = location.shown();
+        if remote.key.as_ref().is_empty() {
+            return Err(Error::new(
+                place,
+                ErrorKind::NotFound,
+                "it is a bucket, no object",
+            ));
+        }
         let bucket = Bucket::of(&remote)?;
         let (tail, version) = {
             let (bucket, place, key) = (bucket.clone(), place.clone(), remote.key.clone());
-            wait_for(async move { bucket.tail(&place, &key, TAIL_BYTES).await })?
+            wait_for(async move {
+                match bucket.tail(&place, &key, TAIL_BYTES).await {
+                    Err(error) if error.kind == ErrorKind::NoRanges && whole_reads() => {
+                        bucket.whole_version(&place, &key).await
+                    }
+                    other => other,
+                }
+            })?
         };
         let local = |error: std::io::Error| {
             Error::local(std::env::temp_dir().display().to_string(), &error)
@@ -140,6 +154,11 @@ impl Object {
     /// The temporary file. It has the size of the object, but only those bytes that were asked for.
     pub fn data(&self) -> &Path {
         &self.data
+    }
+
+    /// Whether all of the object has been transferred.
+    pub fn is_whole(&self) -> bool {
+        self.shared.lock().present.has(&(0..self.size()))
     }
 
     /// States which ranges will be read, in this order. They are transferred ahead, merged into few requests, as

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use tipwatch_ingest::{Losses, StampCorrection, TopicStatistics};
+use tipwatch_ingest::{FileTransfer, Losses, StampCorrection, TopicStatistics};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::StreamCounts;
 
@@ -33,6 +33,8 @@ pub struct Analysis {
     pub options: Options,
     /// Files, versions and hashes.
     pub provenance: Provenance,
+    /// What reading the log has cost, for each of its files in a bucket or on a server.
+    pub transfers: Vec<FileTransfer>,
     /// Machine file and URDF as read.
     pub sources: Sources,
     /// The signals used, with the quality of their recording.

@@ -36,6 +36,7 @@ use crate::analysis::Input;
 use crate::analysis::Sources;
 use crate::base::estimated::{EstimatedRows, StateSource};
 use crate::base::file_hash::hash_file;
+use crate::base::file_hash::hash_log;
 use crate::base::file_hash::hash_of;
 use crate::base::file_hash::{FileHash, program};
 use crate::base::options::{ApplyClockOffsets, Estimator, Options};
@@ -110,7 +111,7 @@ fn analyse_with<S: RowSink>(
     // parts of the estimate take one core
     let (estimated, log_hashes) = rayon::join(
         || estimate_on_one_clock(&mut loaded, &mut forces, &options),
-        || -> Result<Vec<FileHash>> { log.files().iter().map(|file| hash_file(file)).collect() },
+        || hash_log(&log),
     );
     let (mut rows, quality, clock) = estimated?;
     let log_hashes = log_hashes?;
@@ -254,6 +255,7 @@ fn analyse_with<S: RowSink>(
             None => loaded.machine,
         },
         options,
+        transfers: log.transfers(),
         provenance,
         notes,
         losses: loaded.losses,
@@ -401,9 +403,7 @@ impl MeasuredLog {
             forces,
             loads,
             gross_inputs,
-            files: (log.files().iter())
-                .map(|file| hash_file(file))
-                .collect::<Result<_>>()?,
+            files: hash_log(&log)?,
         })
     }
 

@@ -8,25 +8,72 @@ use anyhow::{Context, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use tipwatch_ingest::Log;
 
 /// A file and its SHA-256.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct FileHash {
     /// Path as given, or "topic /robot_description".
     pub path: String,
-    /// SHA-256, hexadecimal.
-    pub sha256: String,
+    /// SHA-256, hexadecimal. Null for a file of a bucket or server of which only parts were read.
+    pub sha256: Option<String>,
+    /// Tag of the version (ETag) of a file of a bucket or server, if it states one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub e_tag: Option<String>,
     /// Length (bytes).
     pub bytes: u64,
+}
+
+impl FileHash {
+    /// The hash, or why there is none.
+    pub(crate) fn hash_text(&self) -> &str {
+        let none = "not computed: only parts of the file were read";
+        self.sha256.as_deref().unwrap_or(none)
+    }
+
+    /// What tells this content from others: its hash, or else the version by its server.
+    pub(crate) fn identity(&self) -> String {
+        match (&self.sha256, &self.e_tag) {
+            (Some(sha256), _) => sha256.clone(),
+            (None, Some(tag)) => format!("{} {} {tag}", self.path, self.bytes),
+            (None, None) => format!("{} {}", self.path, self.bytes),
+        }
+    }
+}
+
+/// Hashes the files of a log. Of a file of which only parts were read there is no hash.
+pub(crate) fn hash_log(log: &Log) -> Result<Vec<FileHash>> {
+    let transfers = log.transfers();
+    let files = log.files().iter().zip(log.whole_files());
+    let hash = |(path, whole): (&PathBuf, Option<&Path>)| -> Result<FileHash> {
+        let transfer = transfers.iter().find(|transfer| transfer.path == *path);
+        let hash = whole.map(hash_file).transpose()?;
+        Ok(FileHash {
+            path: path.display().to_string(),
+            bytes: match (&hash, transfer) {
+                (Some(hash), _) => hash.bytes,
+                (None, transfer) => transfer.map_or(0, |transfer| transfer.file_bytes),
+            },
+            sha256: hash.and_then(|hash| hash.sha256),
+            e_tag: transfer.and_then(|transfer| transfer.e_tag.clone()),
+        })
+    };
+    files.map(hash).collect()
 }
 
 /// Hashes bytes; `path` names them.
 pub(crate) fn hash_of(path: String, bytes: &[u8]) -> FileHash {
     FileHash {
         path,
-        sha256: hex(&Sha256::digest(bytes)),
+        sha256: Some(sha256_of(bytes)),
+        e_tag: None,
         bytes: bytes.len() as u64,
     }
+}
+
+/// SHA-256 of bytes, hexadecimal.
+pub(crate) fn sha256_of(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
 }
 
 /// Hashes a file block by block.
@@ -46,7 +93,8 @@ pub(crate) fn hash_file(path: &Path) -> Result<FileHash> {
     }
     Ok(FileHash {
         path: path.display().to_string(),
-        sha256: hex(&hasher.finalize()),
+        sha256: Some(hex(&hasher.finalize())),
+        e_tag: None,
         bytes,
     })
 }

@@ -43,7 +43,7 @@ impl RecoveredFrom {
         ]);
         for (index, file) in self.files.iter().enumerate() {
             values.insert(format!("file_{index}_name"), file.path.clone());
-            values.insert(format!("file_{index}_sha256"), file.sha256.clone());
+            values.insert(format!("file_{index}_sha256"), file.hash_text().to_owned());
             values.insert(format!("file_{index}_bytes"), file.bytes.to_string());
         }
         for (index, loss) in self.losses.iter().enumerate() {
@@ -66,7 +66,8 @@ impl RecoveredFrom {
         let file = |index: usize| {
             Some(FileHash {
                 path: values.get(&format!("file_{index}_name"))?.clone(),
-                sha256: text(&format!("file_{index}_sha256")),
+                sha256: Some(text(&format!("file_{index}_sha256"))).filter(|text| text.len() == 64),
+                e_tag: None,
                 bytes: text(&format!("file_{index}_bytes")).parse().unwrap_or(0),
             })
         };
@@ -88,7 +89,8 @@ mod tests {
     fn an_origin_is_read_back_as_it_was_written() {
         let file = |path: &str| FileHash {
             path: path.into(),
-            sha256: "ab".repeat(32),
+            sha256: Some("ab".repeat(32)),
+            e_tag: None,
             bytes: 7,
         };
         let origin = RecoveredFrom {

@@ -15,7 +15,9 @@ use crate::analysis::run;
 use crate::base::error_text::{error_text, without_path};
 use crate::base::file_hash::{self, FileHash};
 use crate::base::options::{ColumnGroup, MoreColumns, Options};
+use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
+use crate::base::transfer_text;
 use crate::events::EventKind;
 use crate::output;
 use crate::output::clips::{self, ClipOptions};
@@ -27,7 +29,8 @@ use crate::report;
 
 #[derive(Debug, Args)]
 pub(super) struct AnalyzeArgs {
-    /// Logs: .mcap, .bag, .db3 or rosbag2 folders.
+    /// Logs: .mcap, .bag, .db3 or rosbag2 folders; also in a bucket or on a web server (s3://, gs://, az://,
+    /// https://).
     #[arg(required = true)]
     logs: Vec<PathBuf>,
     /// The machine file.
@@ -122,7 +125,7 @@ impl AnalyzeArgs {
         self.out = out.into();
         self.repeated = Some(Repeated {
             origin,
-            program_sha256: program.map(|file| file.sha256.clone()),
+            program_sha256: program.and_then(|file| file.sha256.clone()),
         });
     }
 
@@ -136,7 +139,7 @@ impl AnalyzeArgs {
             (&mut analysis.provenance.program, &repeated.program_sha256)
         {
             // another build must differ in nothing else
-            program.sha256.clone_from(sha256);
+            program.sha256 = Some(sha256.clone());
         }
     }
 }
@@ -195,7 +198,9 @@ fn failed(
     };
     let judgement = policy.judge_failed(&without_path(&error_text(error), log));
     if judgement.policy_sha256.is_some() {
-        output::write_judgement(&judgement, out)?;
+        let target = OutputPlace::folder(out)?;
+        output::write_judgement(&judgement, target.path())?;
+        target.publish(output::JUDGEMENT)?;
     }
     print_violated(&judgement, terminal);
     Ok(match judgement.passed {
@@ -224,6 +229,9 @@ fn analyze_one(
     min_valid: f64,
     terminal: Terminal,
 ) -> Result<Exit> {
+    let target = OutputPlace::folder(out)?;
+    let place = out;
+    let out = target.path();
     let mut progress = Progress::new(log, terminal.quiet);
     let (mut analysis, sinks) = run::analyse_into(
         log,
@@ -259,7 +267,11 @@ fn analyze_one(
         written: &written,
     };
     let record = custody::write(&analysis, files, out)?;
-    report_findings(&analysis, out, terminal);
+    target.publish(custody::RECORD)?;
+    report_findings(&analysis, place, terminal);
+    if terminal.verbose {
+        transfer_text::lines(&analysis.transfers).for_each(|line| terminal.print(&line));
+    }
     if terminal.verbose {
         terminal.print(&format!("custody.json: SHA-256 {record}"));
     }

@@ -9,6 +9,7 @@ use tipwatch_binding::{MachineFile, commissioning_text};
 use tipwatch_mechanics::commissioning::{Assessment, Status};
 
 use super::exit::{Exit, Terminal};
+use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
 use crate::setup::{check_machine, commissioning};
 
@@ -44,6 +45,9 @@ pub(super) struct CheckMachineArgs {
 }
 
 pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
+    if let Some(out) = &args.commissioning {
+        OutputPlace::require_local(out)?;
+    }
     if args.live {
         return Err(run_live(args));
     }

@@ -27,6 +27,9 @@ pub struct Cli {
     /// Print more.
     #[arg(short, long, global = true)]
     verbose: bool,
+    /// Transfer logs of buckets and web servers as a whole where their format has no index of its parts.
+    #[arg(long, global = true)]
+    fetch_whole: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -77,6 +80,9 @@ pub fn run(cli: &Cli) -> ExitCode {
         quiet: cli.quiet,
         verbose: cli.verbose,
     };
+    if cli.fetch_whole {
+        tipwatch_storage::set_whole_reads(true);
+    }
     let result = match &cli.command {
         Command::Analyze(args) => analyze::run(args, terminal),
         Command::Screen(args) => screen::run(args, terminal),

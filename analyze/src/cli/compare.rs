@@ -10,6 +10,7 @@ use super::exit::{Exit, Terminal, Usage};
 use super::options::{AnalysisArgs, MinValidArgs};
 use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, ModelKind, Options};
+use crate::base::output_place::OutputPlace;
 use crate::compare::{Side, as_text, compare, render};
 
 #[derive(Debug, Args)]
@@ -74,10 +75,12 @@ pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
         false => print!("{}", as_text(&comparison, terminal.verbose)),
     }
     if let Some(out) = &args.out {
-        write_atomically(&out.join("comparison.json"), json.as_bytes())?;
-        let page = out.join("comparison.html");
+        let target = OutputPlace::folder(out)?;
+        write_atomically(&target.path().join("comparison.json"), json.as_bytes())?;
+        let page = target.path().join("comparison.html");
         write_atomically(&page, render(&comparison, &a, &b).as_bytes())?;
-        terminal.print(&format!("page: {}", page.display()));
+        target.publish("comparison.json")?;
+        terminal.print(&format!("page: {}", out.join("comparison.html").display()));
     }
     let min_valid = args.min_valid.share(None);
     let mut exit = Exit::DONE;

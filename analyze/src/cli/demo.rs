@@ -15,6 +15,7 @@ use super::exit::{Exit, Terminal, exit_of};
 use super::options::CaseArgs;
 use crate::analysis::{Analysis, DEFAULT_MIN_VALID, run};
 use crate::base::options::Options;
+use crate::base::output_place::OutputPlace;
 use crate::output::custody::{self, Files};
 use crate::output::{self, OutputOptions};
 use crate::report;
@@ -33,6 +34,7 @@ pub(super) struct DemoArgs {
 }
 
 pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
+    OutputPlace::require_local(&args.out)?;
     let out = &args.out;
     let input = out.join("input");
     let mut analysis = analyse(&input)?;

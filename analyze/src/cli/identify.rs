@@ -7,6 +7,7 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal};
+use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
 use crate::setup::identify::{IdentificationDocument, Request, identify, text, write_machine_file};
 
@@ -40,6 +41,9 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
+    if let Some(out) = &args.out {
+        OutputPlace::require_local(out)?;
+    }
     let mut file = MachineFile::read(&args.machine)?;
     if let Some(urdf) = &args.urdf {
         file = file.with_urdf(urdf)?;

@@ -7,6 +7,7 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal};
+use crate::base::output_place::OutputPlace;
 use crate::setup::first_machine;
 use crate::setup::inspect;
 
@@ -32,6 +33,9 @@ pub(super) struct InspectArgs {
 }
 
 pub(super) fn run(args: &InspectArgs, terminal: Terminal) -> Result<Exit> {
+    if let Some(out) = &args.write_machine {
+        OutputPlace::require_local(out)?;
+    }
     let file = args.machine.as_deref().map(MachineFile::read).transpose()?;
     let databases = inspect::read_databases(&args.dbc, file.as_ref())?;
     let inspection = inspect::inspect(&args.log, file.as_ref(), &databases)?;

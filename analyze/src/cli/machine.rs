@@ -10,6 +10,7 @@ use strum::VariantNames;
 use tipwatch_datasheet::{Sheet, Template, ask};
 
 use super::exit::{Exit, Terminal, Usage};
+use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
 use crate::setup::{check_machine, from_sheet};
 
@@ -70,6 +71,7 @@ pub(super) fn run(args: &MachineArgs, terminal: Terminal) -> Result<Exit> {
 }
 
 fn new(args: &NewArgs, terminal: Terminal) -> Result<Exit> {
+    OutputPlace::require_local(&args.out)?;
     let (sheet, answers) = match &args.sheet {
         Some(path) => (read(path)?, None),
         None => {

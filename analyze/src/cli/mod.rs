@@ -1,6 +1,7 @@
 //! The command line: one file per command.
 
 mod analyze;
+mod arguments;
 mod check_machine;
 mod command_line;
 mod compare;
@@ -17,4 +18,5 @@ mod validate;
 mod verify;
 mod whatif;
 
+pub use arguments::arguments;
 pub use command_line::{Cli, run};

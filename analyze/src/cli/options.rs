@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 
+use super::arguments::arguments;
 use crate::analysis::DEFAULT_MIN_VALID;
 use crate::base::options::{
     ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options, QuasiStaticOption,
@@ -65,9 +66,10 @@ pub(super) struct CaseArgs {
 impl CaseArgs {
     /// The command line of this process, with case and examiner.
     pub(super) fn origin(&self) -> Origin {
-        let arguments = std::env::args_os();
+        let arguments = arguments(std::env::args_os());
         Origin {
             command_line: arguments
+                .iter()
                 .map(|argument| argument.to_string_lossy().into_owned())
                 .collect(),
             case: self.case.clone(),

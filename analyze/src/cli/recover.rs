@@ -7,8 +7,10 @@ use clap::Args;
 use tipwatch_ingest::{Log, recover_with};
 
 use super::exit::{Exit, Terminal};
-use crate::base::file_hash::hash_file;
+use crate::base::file_hash::hash_log;
+use crate::base::output_place::OutputPlace;
 use crate::base::recovered::RecoveredFrom;
+use crate::base::transfer_text;
 
 #[derive(Debug, Args)]
 pub(super) struct RecoverArgs {
@@ -20,11 +22,13 @@ pub(super) struct RecoverArgs {
 }
 
 pub(super) fn run(args: &RecoverArgs, terminal: Terminal) -> Result<Exit> {
+    let target = OutputPlace::file(&args.out, true)?;
     let log = Log::open(&args.log)?;
-    let files = log.files().iter().map(|file| hash_file(file));
-    let files = files.collect::<Result<Vec<_>>>()?;
+    let files = hash_log(&log)?;
     let origin = |losses: &_| Some(RecoveredFrom::new(files.clone(), losses).record());
-    let report = recover_with(&log, &args.out, &origin)?;
+    let report = recover_with(&log, target.path(), &origin)?;
+    target.publish("")?;
+    transfer_text::lines(&log.transfers()).for_each(|line| terminal.print(&line));
     terminal.print(&format!(
         "{} messages of {} topics written to {}",
         report.message_count(),

@@ -7,6 +7,7 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal};
+use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
 use crate::setup::validate::{page, text, validate};
 
@@ -39,10 +40,12 @@ pub(super) fn run(args: &ValidateArgs, terminal: Terminal) -> Result<Exit> {
         true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(&found)?))?,
         false => to_stdout(&text(&found))?,
     }
-    if let Some(path) = &args.out {
-        std::fs::write(path, page(&found))
-            .with_context(|| format!("{}: cannot be written", path.display()))?;
-        terminal.print(&format!("page: {}", path.display()));
+    if let Some(out) = &args.out {
+        let target = OutputPlace::file(out, false)?;
+        std::fs::write(target.path(), page(&found))
+            .with_context(|| format!("{}: cannot be written", out.display()))?;
+        target.publish("")?;
+        terminal.print(&format!("page: {}", out.display()));
     }
     Ok(Exit {
         broken: found.is_contradicted(),

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::analyze::{self, AnalyzeArgs};
 use super::exit::{Exit, Terminal, Unverified};
+use crate::base::fetched::Fetched;
 use crate::base::file_hash::program;
 use crate::output::custody::{Custody, Origin, RECORD};
 use crate::output::differences;
@@ -24,7 +25,8 @@ pub(super) struct VerifyArgs {
 type Recorded = fn(&Custody) -> Result<AnalyzeArgs>;
 
 pub(super) fn run(args: &VerifyArgs, terminal: Terminal, recorded: Recorded) -> Result<Exit> {
-    let folder = std::path::absolute(&args.folder)
+    let fetched = Fetched::folder(&args.folder, "**")?;
+    let folder = std::path::absolute(fetched.path())
         .with_context(|| format!("{}: cannot be found", args.folder.display()))?;
     let record = Custody::read(&folder)?;
     let (base, mut refusals) = record.base();
@@ -95,7 +97,7 @@ fn other_program(record: &Custody, other_build: bool) -> Option<String> {
     let sha256 = |file: Option<&_>| -> String {
         file.map_or(
             "unknown".into(),
-            |file: &crate::base::file_hash::FileHash| file.sha256.clone(),
+            |file: &crate::base::file_hash::FileHash| file.hash_text().to_owned(),
         )
     };
     let (recorded, ours) = (sha256(record.program.as_ref()), sha256(program().as_ref()));

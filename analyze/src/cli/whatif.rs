@@ -9,6 +9,7 @@ use tipwatch_binding::MachineFile;
 use super::exit::{Exit, Terminal, exit_of};
 use super::options::{MinValidArgs, period, rate, seconds};
 use crate::base::options::{Estimator, Options};
+use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
 use crate::suspension::{SuspensionMode, WhatIfOptions, findings, what_if};
 
@@ -62,7 +63,9 @@ pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
         progress.at(bytes);
     })?;
     progress.finish();
-    replayed.write(&args.out)?;
+    let target = OutputPlace::folder(&args.out)?;
+    replayed.write(target.path())?;
+    target.publish("summary.json")?;
     for finding in findings(&replayed) {
         terminal.print(&format!("- {finding}"));
     }

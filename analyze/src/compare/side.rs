@@ -6,9 +6,11 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use serde_json::Value;
 use tipwatch_binding::MachineFile;
+use tipwatch_storage::Location;
 
 use crate::analysis::run::analyse;
 use crate::analysis::{Analysis, Coverage, Undecided};
+use crate::base::fetched::{Fetched, has_file};
 use crate::base::options::{Options, Precision};
 use crate::report;
 use crate::tables::summary::{self, Summary};
@@ -61,7 +63,7 @@ pub struct SideSummary {
     pub name: String,
     /// The log's files.
     pub log: Vec<String>,
-    /// SHA-256 of the log's files.
+    /// SHA-256 of the log's files; name and version of a file in a bucket of which only parts were read.
     pub log_sha256: Vec<String>,
     /// The machine's name.
     pub machine: String,
@@ -108,6 +110,9 @@ impl Side {
     /// Whether it is an output folder of an analysis.
     #[must_use]
     pub fn is_folder(path: &Path) -> bool {
+        if Location::is_remote_path(path) {
+            return has_file(path, "summary.json");
+        }
         path.is_dir() && path.join("summary.json").is_file()
     }
 
@@ -116,8 +121,12 @@ impl Side {
     /// # Errors
     /// The folder is not a result, or has another schema version.
     pub fn of_folder(folder: &Path) -> Result<Self> {
+        let named = folder;
+        let fetched = Fetched::folder(folder, "*.[jp]*")?;
+        let folder = fetched.path();
         let path = folder.join("summary.json");
-        let place = path.display();
+        let place = named.join("summary.json");
+        let place = place.display();
         let text = std::fs::read(&path).with_context(|| format!("{place}: cannot be read"))?;
         let document: Value = serde_json::from_slice(&text)
             .with_context(|| format!("{place}: not a valid summary"))?;
@@ -130,7 +139,7 @@ impl Side {
         }
         let samples = parquet::read(&folder.join("samples.parquet"))?;
         let events = parquet::read(&folder.join("events.parquet"))?;
-        Self::new(&folder.display().to_string(), document, &samples, &events)
+        Self::new(&named.display().to_string(), document, &samples, &events)
     }
 
     fn new(name: &str, summary: Value, samples: &Table, events: &Table) -> Result<Self> {
@@ -193,7 +202,11 @@ impl Side {
             files
                 .into_iter()
                 .flatten()
-                .map(|file| text(&file[key]))
+                .map(|file| match (&file[key], &file["e_tag"]) {
+                    // of a log in a bucket only the version is known
+                    (Value::Null, Value::String(tag)) => format!("{} {tag}", text(&file["path"])),
+                    (value, _) => text(value),
+                })
                 .collect()
         };
         SideSummary {

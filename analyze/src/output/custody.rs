@@ -8,9 +8,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use tipwatch_ingest::FileTransfer;
+use tipwatch_storage::{Location, Object};
 
 use crate::analysis::Analysis;
-use crate::base::file_hash::{FileHash, hash_file, hash_of, program};
+use crate::base::file_hash::{FileHash, hash_file, program, sha256_of};
 use crate::base::files::write_atomically;
 use crate::base::recovered::RecoveredFrom;
 
@@ -57,6 +59,9 @@ pub struct Custody {
     pub inputs: Vec<Input>,
     /// What a recovered log was recovered from, the original first.
     pub recovered_from: Vec<RecoveredFrom>,
+    /// What reading the log has cost, for each of its files in a bucket or on a server.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub transfers: Vec<FileTransfer>,
     /// Every file that was written, but this one. Paths are relative to the folder of this record.
     pub outputs: Vec<FileHash>,
 }
@@ -140,11 +145,12 @@ pub fn write(analysis: &Analysis, files: Files<'_>, folder: &Path) -> Result<Str
         machine_file: from.machine_file.path.clone(),
         inputs,
         recovered_from: from.recovered_from.clone(),
+        transfers: analysis.transfers.clone(),
         outputs,
     };
     let text = serde_json::to_string_pretty(&record)?;
     write_atomically(&folder.join(RECORD), text.as_bytes())?;
-    Ok(hash_of(String::new(), text.as_bytes()).sha256)
+    Ok(sha256_of(text.as_bytes()))
 }
 
 /// The program's own file, with its folder.
@@ -183,7 +189,12 @@ impl Custody {
     #[must_use]
     pub fn changed_inputs(&self, folder: &Path) -> Vec<String> {
         let changed = |input: &Input| {
-            let what = change(&folder.join(&input.file.path), &input.file)?;
+            let path = Path::new(&input.file.path);
+            let path = match Location::is_remote_path(path) {
+                true => path.into(),
+                false => folder.join(path),
+            };
+            let what = change(&path, &input.file)?;
             Some(format!("{} {}: {what}", input.role, input.file.path))
         };
         self.inputs.iter().filter_map(changed).collect()
@@ -215,12 +226,36 @@ impl Custody {
 
 /// How a file differs from its record; `None` if it does not.
 fn change(path: &Path, recorded: &FileHash) -> Option<String> {
+    if Location::is_remote_path(path) {
+        return change_of_object(path, recorded);
+    }
     match hash_file(path) {
         Err(_) => Some("is missing or cannot be read".into()),
         Ok(found) if found.sha256 == recorded.sha256 => None,
         Ok(found) => Some(format!(
             "expected SHA-256 {}, found {}",
-            recorded.sha256, found.sha256
+            recorded.hash_text(),
+            found.hash_text()
         )),
+    }
+}
+
+/// How a file of a bucket or server differs from its record: by its length and the tag of its version.
+fn change_of_object(path: &Path, recorded: &FileHash) -> Option<String> {
+    let object = match Location::of(path).and_then(|location| Object::open(&location)) {
+        Ok(object) => object,
+        Err(error) => return Some(format!("cannot be read: {error}")),
+    };
+    let version = |bytes: u64, tag: Option<&str>| {
+        let tag = tag.map_or("without a tag of its version".into(), |tag| {
+            format!("version {tag}")
+        });
+        format!("{bytes} bytes, {tag}")
+    };
+    let expected = version(recorded.bytes, recorded.e_tag.as_deref());
+    let found = version(object.size(), object.e_tag());
+    match recorded.e_tag.is_some() && expected == found {
+        true => None,
+        false => Some(format!("expected {expected}, found {found}")),
     }
 }

@@ -22,8 +22,8 @@ use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
 use crate::tables::summary::Summary;
 use crate::tables::{events, parquet, studies};
 
-use self::options::{DERIVED, EVENTS, REPORT, SAMPLES, SUMMARY};
-pub use self::options::{OutputOptions, Outputs};
+use self::options::{DERIVED, EVENTS, REPORT, SAMPLES};
+pub use self::options::{OutputOptions, Outputs, SUMMARY};
 use self::sinks::Documents;
 pub use self::sinks::Sinks;
 

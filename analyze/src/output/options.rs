@@ -4,7 +4,8 @@ use crate::base::options::{DerivedRows, Precision};
 
 pub(super) const SAMPLES: &str = "samples.parquet";
 pub(super) const EVENTS: &str = "events.parquet";
-pub(super) const SUMMARY: &str = "summary.json";
+/// The summary; in a bucket it is written last.
+pub const SUMMARY: &str = "summary.json";
 pub(super) const REPORT: &str = "report.html";
 pub(super) const DERIVED: &str = "derived.mcap";
 

@@ -75,7 +75,7 @@ impl Policy {
     fn judgement(&self, rules: Vec<RuleOutcome>, undecided: Option<String>) -> Judgement {
         Judgement {
             policy: self.name.clone(),
-            policy_sha256: self.file.as_ref().map(|file| file.sha256.clone()),
+            policy_sha256: self.file.as_ref().and_then(|file| file.sha256.clone()),
             passed: rules.iter().all(|outcome| outcome.passed),
             undecided,
             rules,

@@ -202,7 +202,7 @@ pub(super) fn provenance(analysis: &Analysis) -> Markup {
     rows.extend(from.case.clone().map(|case| ("Case", case)));
     rows.extend(from.examiner.clone().map(|examiner| ("Examiner", examiner)));
     let program = from.program.as_ref().map_or("hash unknown".into(), |file| {
-        format!("{} bytes, SHA-256 {}", file.bytes, file.sha256)
+        format!("{} bytes, SHA-256 {}", file.bytes, file.hash_text())
     });
     rows.push((
         "Program",
@@ -279,7 +279,9 @@ fn by_wheel(analysis: &Analysis, values_n: &[f64]) -> String {
 fn hash(file: &FileHash) -> String {
     format!(
         "{} ({} bytes), SHA-256 {}",
-        file.path, file.bytes, file.sha256
+        file.path,
+        file.bytes,
+        file.hash_text()
     )
 }
 

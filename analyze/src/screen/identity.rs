@@ -1,19 +1,20 @@
 //! Identity of a log, by content.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
 use tipwatch_ingest::Log;
+use tipwatch_storage::Location;
 
-use crate::base::file_hash::hash_file;
-use crate::base::file_hash::hash_of;
+use crate::base::file_hash::{FileHash, hash_file, hash_log, sha256_of};
 
 /// Hashes of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Identity {
-    /// SHA-256 of its file, or of the hashes of its files in order.
+    /// SHA-256 of its file, or of the hashes of its files in order. In a bucket, where only parts are read, of the
+    /// names, lengths and versions (ETag) of its files.
     pub(super) id: String,
-    /// SHA-256 of each file.
+    /// SHA-256 of each file, or its name, length and version in a bucket.
     pub(super) files: Vec<String>,
     /// Total length of its files (bytes).
     pub(super) bytes: u64,
@@ -21,24 +22,19 @@ pub(super) struct Identity {
 
 /// Hashes all files of a log.
 pub(super) fn identify(path: &Path) -> Result<Identity> {
-    let paths: Vec<PathBuf> = match path.is_dir() {
-        true => Log::open(path)?.files().to_vec(),
-        false => vec![path.into()],
+    let is_remote = Location::is_remote_path(path);
+    let hashes = match path.is_dir() || is_remote {
+        true => hash_log(&Log::open(path)?)?,
+        false => vec![hash_file(path)?],
     };
-    let hashes = paths.iter().map(|file| hash_file(file));
-    let hashes = hashes.collect::<Result<Vec<_>>>()?;
-    let files: Vec<String> = hashes.iter().map(|hash| hash.sha256.clone()).collect();
+    let files: Vec<String> = hashes.iter().map(FileHash::identity).collect();
     let id = match (files.as_slice(), path.is_dir()) {
-        ([file], false) => file.clone(),
+        ([file], false) if !is_remote => file.clone(),
         (files, _) => {
             // the metadata of a rosbag2 folder is part of the log
             let metadata =
-                hash_file(&path.join("metadata.yaml")).map_or(String::new(), |h| h.sha256);
-            hash_of(
-                String::new(),
-                format!("{}\n{metadata}", files.join("\n")).as_bytes(),
-            )
-            .sha256
+                hash_file(&path.join("metadata.yaml")).map_or(String::new(), |h| h.identity());
+            sha256_of(format!("{}\n{metadata}", files.join("\n")).as_bytes())
         }
     };
     Ok(Identity {

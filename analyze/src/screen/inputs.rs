@@ -1,5 +1,7 @@
 //! Resolves folders, patterns, manifests and logs to one list of logs.
 //!
+//! Folders, patterns and logs may be in a bucket (`s3://logs/2026-*/**/*.mcap`).
+//!
 //! A manifest is a text file (`.txt`, `.list`, `.manifest`): one log per line, relative to the manifest;
 //! empty lines and lines that start with `#` are skipped. A missing log stays in the list, so that it is
 //! reported as failed.
@@ -10,6 +12,7 @@ use std::path::{Component, Path, PathBuf, absolute};
 
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::read_text;
+use tipwatch_storage::{Folder, Location, expand};
 
 /// File extensions of logs; logs given by name may have any.
 const LOG_ENDINGS: [&str; 4] = [".mcap", ".bag", ".db3", ".bag.active"];
@@ -48,6 +51,9 @@ struct Finder {
 
 impl Finder {
     fn add_requested(&mut self, path: &Path) -> Result<()> {
+        if Location::is_remote_path(path) {
+            return self.add_remote(path);
+        }
         if !path.exists() && is_pattern(path) {
             return self.add_matches(path);
         }
@@ -94,7 +100,65 @@ impl Finder {
         let folder = path.parent().unwrap_or(Path::new(""));
         let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
         for line in lines.filter(|line| !line.is_empty() && !line.starts_with('#')) {
-            self.logs.insert(tidy(&folder.join(line))?);
+            self.logs
+                .insert(match Location::is_remote_path(Path::new(line)) {
+                    true => Location::parse(line)?.path().into(),
+                    false => tidy(&folder.join(line))?,
+                });
+        }
+        Ok(())
+    }
+
+    /// A log, a folder or a pattern of a bucket or server.
+    fn add_remote(&mut self, path: &Path) -> Result<()> {
+        if is_pattern(path) {
+            let found = expand(&path.to_string_lossy())?.unwrap_or_default();
+            if found.is_empty() {
+                bail!("{}: expected matching logs, found none", path.display());
+            }
+            let found = found
+                .iter()
+                .map(|found| found.location.path().to_path_buf());
+            self.logs
+                .extend(found.filter(|path| !path.starts_with(&self.out)));
+            return Ok(());
+        }
+        if is_log(path) {
+            self.logs.insert(path.into());
+            return Ok(());
+        }
+        let folder = Folder::open(&Location::of(path)?)?;
+        let entries = folder.list("**")?;
+        let folder_of = |key: &str| {
+            key.rsplit_once('/')
+                .map_or("", |(folder, _)| folder)
+                .to_owned()
+        };
+        let is_metadata = |key: &str| key.rsplit('/').next() == Some(ROSBAG2_METADATA);
+        let keys = || entries.iter().map(|entry| entry.key.as_str());
+        let bags: BTreeSet<String> = keys()
+            .filter(|key| is_metadata(key))
+            .map(folder_of)
+            .collect();
+        for key in keys().filter(|key| is_log(Path::new(key)) || is_metadata(key)) {
+            let bag = bags.iter().find(|bag| {
+                bag.is_empty()
+                    || key
+                        .strip_prefix(bag.as_str())
+                        .is_some_and(|k| k.starts_with('/'))
+            });
+            let log = match bag {
+                Some(bag) if bag.is_empty() => path.to_path_buf(),
+                Some(bag) => folder.location().join(bag)?.path().into(),
+                None => folder.location().join(key)?.path().into(),
+            };
+            if !log.starts_with(&self.out) {
+                self.logs.insert(log);
+            }
+        }
+        if entries.is_empty() {
+            // it is reported as failed
+            self.logs.insert(path.into());
         }
         Ok(())
     }
@@ -129,6 +193,9 @@ impl Finder {
 
 /// The absolute path without `.` and `..`. Links are kept, except those before a `..`.
 fn tidy(path: &Path) -> Result<PathBuf> {
+    if Location::is_remote_path(path) {
+        return Ok(path.into());
+    }
     let path = absolute(path).with_context(|| format!("{}: not a valid path", path.display()))?;
     let parts: Vec<Component<'_>> = path.components().collect();
     let Some(last) = parts.iter().rposition(|part| *part == Component::ParentDir) else {

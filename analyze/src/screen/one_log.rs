@@ -22,6 +22,7 @@ use super::version::{analysis_version, machine_sha256};
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, analyse_into};
 use crate::base::error_text::{error_text, without_path};
+use crate::base::file_hash::FileHash;
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::report::{self, PlotLibrary, Sketch, SketchPass};
@@ -185,8 +186,8 @@ impl Screening<'_> {
     fn analyse(&self, path: &Path, machine: &MachineFile, identity: &Identity) -> Result<Outcome> {
         let begin = |prepared: &Prepared<'_>| Ok(SketchPass::begin(prepared));
         let (analysis, sketch) = analyse_into(path, machine, self.options, &mut |_| {}, begin)?;
-        let read = analysis.provenance.log.iter().map(|file| &file.sha256);
-        if !read.eq(&identity.files) {
+        let read = analysis.provenance.log.iter().map(FileHash::identity);
+        if !read.eq(identity.files.iter().cloned()) {
             let text = format!(
                 "{}: the log changed while it was being read",
                 path.display()

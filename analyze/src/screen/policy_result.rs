@@ -87,7 +87,7 @@ pub(super) fn write_policy(
         logs_failed: of_broken(true),
         logs_undecided: of_broken(false),
         policy: &policy.name,
-        policy_sha256: policy.file.as_ref().map(|file| file.sha256.as_str()),
+        policy_sha256: policy.file.as_ref().and_then(|file| file.sha256.as_deref()),
         passed: broken.is_empty(),
         logs_judged: judged.count(),
         logs_broken: broken.len(),

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::failure::FailureKind;
-use crate::base::file_hash::hash_of;
+use crate::base::file_hash::sha256_of;
 use crate::policy::facts::{EventFacts, LogFacts};
 
 /// Version of the document.
@@ -145,7 +145,7 @@ pub(super) fn content_key(log_id: &str, version: &str) -> String {
 
 /// The part of a record's name that its path determines.
 pub(super) fn path_key(path: &str) -> String {
-    let mut key = hash_of(String::new(), path.as_bytes()).sha256;
+    let mut key = sha256_of(path.as_bytes());
     key.truncate(DIGITS);
     key
 }

@@ -8,7 +8,7 @@ use tipwatch_binding::MachineFile;
 
 use super::record::RECORD_SCHEMA;
 use crate::base::file_hash::hash_file;
-use crate::base::file_hash::hash_of;
+use crate::base::file_hash::sha256_of;
 use crate::base::options::Options;
 use crate::tables::summary;
 
@@ -36,23 +36,23 @@ pub(super) fn analysis_version(machine: &MachineFile, options: &Options) -> Resu
     let urdf = machine.spec.urdf.as_ref();
     let urdf = urdf.map(|name| hash_file(&folder.join(name))).transpose()?;
     let dbc_files = machine.dbc_files();
-    let dbc_files = dbc_files.iter().map(|file| Ok(hash_file(file)?.sha256));
+    let dbc_files = dbc_files.iter().map(|file| Ok(hash_file(file)?.identity()));
     let ingredients = Ingredients {
         tipwatch: env!("CARGO_PKG_VERSION"),
         summary_schema: summary::SCHEMA,
         record_schema: RECORD_SCHEMA,
         machine_file: &machine_sha256(machine),
-        urdf: urdf.map(|file| file.sha256),
+        urdf: urdf.map(|file| file.identity()),
         dbc_files: dbc_files.collect::<Result<_>>()?,
         options,
     };
     let text = serde_json::to_string(&ingredients)?;
-    let mut hash = hash_of(String::new(), text.as_bytes()).sha256;
+    let mut hash = sha256_of(text.as_bytes());
     hash.truncate(16);
     Ok(hash)
 }
 
 /// SHA-256 of a machine file.
 pub(super) fn machine_sha256(machine: &MachineFile) -> String {
-    hash_of(String::new(), machine.text.as_bytes()).sha256
+    sha256_of(machine.text.as_bytes())
 }

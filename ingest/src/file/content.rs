@@ -3,6 +3,7 @@
 use std::{fs::File, io::Read, path::Path};
 
 use tipwatch_can::ContainerFormat;
+use tipwatch_storage::Object;
 
 use super::{format::Format, table_time::is_csv};
 use crate::message::Error;
@@ -17,6 +18,8 @@ const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 pub(crate) const LONGEST_MAGIC_BYTES: u64 = 16;
 /// Enough to see the format of a text.
 const BEGINNING_BYTES: u64 = 4096;
+/// The largest block of zstd, and its headers.
+const PACKED_BEGINNING_BYTES: u64 = 132 << 10;
 
 /// The content of a file, judged by its first bytes.
 pub(crate) enum Content {
@@ -27,36 +30,65 @@ pub(crate) enum Content {
     Unknown(String),
 }
 
-/// The format of a file; an error if it has no reader.
-pub(crate) fn format_of(path: &Path) -> Result<Format, Error> {
-    match content_of(path)? {
-        Content::Log(format) | Content::Packed(format) => Ok(format),
-        Content::Unsupported(format) => Err(Error::Unsupported {
-            path: path.to_path_buf(),
-            format: format.to_owned(),
-        }),
-        Content::Unknown(found) => Err(Error::NotALog {
-            path: path.to_path_buf(),
-            found,
-        }),
+impl Content {
+    /// The format; an error if it has no reader.
+    pub(crate) fn format(self, path: &Path) -> Result<Format, Error> {
+        match self {
+            Content::Log(format) | Content::Packed(format) => Ok(format),
+            Content::Unsupported(format) => Err(Error::Unsupported {
+                path: path.to_path_buf(),
+                format: format.to_owned(),
+            }),
+            Content::Unknown(found) => Err(Error::NotALog {
+                path: path.to_path_buf(),
+                found,
+            }),
+        }
     }
 }
 
-/// What the first bytes of a file say.
-pub(crate) fn content_of(path: &Path) -> Result<Content, Error> {
+/// What the first bytes of a local file say.
+pub(super) fn of_file(path: &Path) -> Result<Content, Error> {
     let file = File::open(path).map_err(Error::io(path))?;
-    let first_bytes = first_bytes_of(file).map_err(Error::io(path))?;
+    let first_bytes = first_bytes_of(&file).map_err(Error::io(path))?;
     if !first_bytes.starts_with(ZSTD_MAGIC) {
         return Ok(classify(&first_bytes));
     }
     let file = File::open(path).map_err(Error::io(path))?;
-    let unpacked = zstd::stream::read::Decoder::new(file).and_then(first_bytes_of);
-    Ok(match unpacked.map(|first_bytes| classify(&first_bytes)) {
+    Ok(within_zstd(file))
+}
+
+/// What the bytes of an object say. That it ends as an MCAP file is enough: its end is there already.
+pub(super) fn of_object(object: &Object) -> Result<Content, Error> {
+    let size = object.size();
+    let ending_bytes = (mcap::MAGIC.len() as u64).min(size);
+    let mut ending = vec![0; ending_bytes as usize];
+    object.read_at(size - ending_bytes, &mut ending)?;
+    if ending == mcap::MAGIC {
+        return Ok(Content::Log(Format::Mcap));
+    }
+    let mut first_bytes = vec![0; BEGINNING_BYTES.min(size) as usize];
+    object.read_at(0, &mut first_bytes)?;
+    Ok(match first_bytes.starts_with(ZSTD_MAGIC) {
+        true => {
+            // enough for one block
+            let beginning = 0..PACKED_BEGINNING_BYTES.min(size);
+            object.require(beginning.clone())?;
+            let file = File::open(object.data()).map_err(Error::io(object.data()))?;
+            within_zstd(file.take(beginning.end))
+        }
+        false => classify(&first_bytes),
+    })
+}
+
+fn within_zstd(packed: impl Read) -> Content {
+    let unpacked = zstd::stream::read::Decoder::new(packed).and_then(first_bytes_of);
+    match unpacked.map(|first_bytes| classify(&first_bytes)) {
         Ok(Content::Log(format)) => Content::Packed(format),
         Ok(Content::Unknown(found)) => Content::Unknown(format!("within zstd {found}")),
         Ok(other) => other,
         Err(error) => Content::Unknown(format!("damaged zstd: {error}")),
-    })
+    }
 }
 
 fn first_bytes_of(source: impl Read) -> std::io::Result<Vec<u8>> {

@@ -1,12 +1,17 @@
-//! Reads bytes of a file by position. Files are not mapped into memory: truncating a mapped file
-//! would kill the process, truncating this one is an error.
+//! Reads bytes of a file by position, of this computer or of a bucket. Files are not mapped into memory: truncating
+//! a mapped file would kill the process, truncating this one is an error.
 
 use std::{
     fs::File,
+    ops::Range,
     os::unix::fs::FileExt,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
+use tipwatch_storage::Object;
+
+use super::log_file::{LogFile, require_whole};
 use crate::message::Error;
 
 /// A file open for reading.
@@ -15,6 +20,7 @@ pub(crate) struct FileBytes {
     path: PathBuf,
     file: File,
     len: u64,
+    object: Option<Arc<Object>>,
 }
 
 impl FileBytes {
@@ -26,7 +32,37 @@ impl FileBytes {
             path: named.to_path_buf(),
             file,
             len,
+            object: None,
         })
+    }
+
+    /// Opens a file of a log.
+    pub(crate) fn of(log_file: &LogFile) -> Result<Self, Error> {
+        let own = Self::open(log_file.data(), log_file.path())?;
+        let object = log_file.object().cloned();
+        Ok(Self { object, ..own })
+    }
+
+    /// Whether parts are still in a bucket, so that each read may cost a request.
+    pub(crate) fn is_partial(&self) -> bool {
+        self.object
+            .as_ref()
+            .is_some_and(|object| !object.is_whole())
+    }
+
+    /// States which ranges will be read, in this order.
+    pub(crate) fn plan(&self, ranges: Vec<Range<u64>>) {
+        if let Some(object) = &self.object {
+            object.plan(ranges);
+        }
+    }
+
+    /// Transfers all of a file in a bucket, if that is allowed. `what` says why parts are not enough.
+    pub(crate) fn require_whole(&self, what: &str) -> Result<(), Error> {
+        match &self.object {
+            Some(object) => require_whole(object, what),
+            None => Ok(()),
+        }
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -39,6 +75,9 @@ impl FileBytes {
 
     /// Fills `bytes` from `offset`.
     pub(crate) fn read_at(&self, offset: u64, bytes: &mut [u8]) -> Result<(), Error> {
+        if let Some(object) = &self.object {
+            return Ok(object.read_at(offset, bytes)?);
+        }
         self.file
             .read_exact_at(bytes, offset)
             .map_err(Error::io(&self.path))

@@ -4,40 +4,72 @@ use std::{
     fs::File,
     io::{Read, Write},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
+use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
+use tipwatch_storage::{ErrorKind, Object};
 
-use super::content::{Content, content_of};
 use crate::message::{Error, Losses, LostPart};
 
 /// Highest compression ratio of a real log; beyond it decompression stops.
 const MOST_EXPANSION: u64 = 1000;
 const COPY_BYTES: usize = 256 << 10;
 
-/// A file of a log. The temporary file is deleted with the value.
+/// A file of a log. Temporary files are deleted with the value.
 pub(crate) struct LogFile {
     path: PathBuf,
     data: PathBuf,
+    object: Option<Arc<Object>>,
     _private: Option<TempDir>,
 }
 
+/// What reading a file of a bucket or server has cost so far.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileTransfer {
+    /// The file, without secrets.
+    pub path: PathBuf,
+    /// Its length (bytes).
+    pub file_bytes: u64,
+    /// The tag of the version that was read, if the server states one.
+    pub e_tag: Option<String>,
+    /// Requests sent, with those that failed.
+    pub requests: u64,
+    /// Bytes received.
+    pub bytes: u64,
+}
+
 impl LogFile {
-    /// A file that is not compressed.
+    /// A local file that is not compressed.
     pub(crate) fn plain(path: &Path) -> Self {
         Self {
             path: path.to_path_buf(),
             data: path.to_path_buf(),
+            object: None,
             _private: None,
         }
     }
 
-    /// Opens a file, decompressing it if needed.
-    pub(crate) fn open(path: &Path, losses: &mut Losses) -> Result<Self, Error> {
-        match content_of(path)? {
-            Content::Packed(_) => unpack(path, losses),
-            _ => Ok(Self::plain(path)),
+    /// A file of a bucket or server.
+    pub(crate) fn remote(path: &Path, object: Arc<Object>) -> Self {
+        Self {
+            path: path.to_path_buf(),
+            data: object.data().to_path_buf(),
+            object: Some(object),
+            _private: None,
         }
+    }
+
+    /// The file with its content decompressed.
+    pub(crate) fn unpacked(self, losses: &mut Losses) -> Result<Self, Error> {
+        self.require_whole("compressed as a whole")?;
+        let (private, data) = unpack(&self.path, &self.data, losses)?;
+        Ok(Self {
+            data,
+            _private: Some(private),
+            ..self
+        })
     }
 
     /// The path as given, for reports.
@@ -45,20 +77,72 @@ impl LogFile {
         &self.path
     }
 
-    /// The path of the uncompressed content.
+    /// The path of the uncompressed content. Of a file in a bucket it has only what was transferred.
     pub(crate) fn data(&self) -> &Path {
         &self.data
     }
+
+    /// Where all bytes of the file are, as they were recorded.
+    pub(crate) fn whole(&self) -> Option<&Path> {
+        match &self.object {
+            None => Some(&self.path),
+            Some(object) => object.is_whole().then(|| object.data()),
+        }
+    }
+
+    /// The object whose parts are the content.
+    pub(crate) fn object(&self) -> Option<&Arc<Object>> {
+        let is_content = |object: &&Arc<Object>| object.data() == self.data;
+        self.object.as_ref().filter(is_content)
+    }
+
+    /// Requests and bytes so far; `None` for a local file.
+    pub(crate) fn transfer(&self) -> Option<FileTransfer> {
+        let object = self.object.as_ref()?;
+        let transfer = object.transfer();
+        Some(FileTransfer {
+            path: self.path.clone(),
+            file_bytes: object.size(),
+            e_tag: object.e_tag().map(str::to_owned),
+            requests: transfer.requests,
+            bytes: transfer.bytes,
+        })
+    }
+
+    /// Transfers a file of a bucket as a whole, if that is allowed. `what` says why parts are not enough.
+    pub(crate) fn require_whole(&self, what: &str) -> Result<(), Error> {
+        match &self.object {
+            Some(object) => require_whole(object, what),
+            None => Ok(()),
+        }
+    }
 }
 
-fn unpack(path: &Path, losses: &mut Losses) -> Result<LogFile, Error> {
+/// Transfers an object as a whole, if that is allowed.
+pub(super) fn require_whole(object: &Object, what: &str) -> Result<(), Error> {
+    if !tipwatch_storage::whole_reads() && !object.is_whole() {
+        let detail = format!(
+            "the file is {what}: expected permission to transfer all of its {} bytes (--fetch-whole)",
+            object.size()
+        );
+        return Err(Error::Storage(tipwatch_storage::Error {
+            place: object.location().to_string(),
+            kind: ErrorKind::WholeRead,
+            detail,
+        }));
+    }
+    Ok(object.require_all()?)
+}
+
+/// Decompresses a file into a private folder; `path` names it.
+fn unpack(path: &Path, packed: &Path, losses: &mut Losses) -> Result<(TempDir, PathBuf), Error> {
     let folder = tempfile::Builder::new()
         .prefix("tipwatch-")
         .tempdir()
         .map_err(Error::io(&std::env::temp_dir()))?;
     let data = folder.path().join("log");
     let mut target = File::create_new(&data).map_err(Error::io(&data))?;
-    let source = File::open(path).map_err(Error::io(path))?;
+    let source = File::open(packed).map_err(Error::io(path))?;
     let packed_bytes = source.metadata().map_err(Error::io(path))?.len();
     let mut decoder = zstd::stream::read::Decoder::new(source).map_err(Error::io(path))?;
     let mut buffer = vec![0; COPY_BYTES];
@@ -87,9 +171,5 @@ fn unpack(path: &Path, losses: &mut Losses) -> Result<LogFile, Error> {
         "{}: the file is compressed: byte positions refer to the decompressed content",
         path.display()
     ));
-    Ok(LogFile {
-        path: path.to_path_buf(),
-        data,
-        _private: Some(folder),
-    })
+    Ok((folder, data))
 }

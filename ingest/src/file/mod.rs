@@ -4,11 +4,13 @@ mod content;
 mod file_bytes;
 mod format;
 mod log_file;
+mod source;
 pub(crate) mod table_time;
 
-pub use self::format::Format;
 pub(crate) use self::{
-    content::{BAG_MAGIC, Content, LONGEST_MAGIC_BYTES, content_of, format_of},
+    content::{BAG_MAGIC, Content, LONGEST_MAGIC_BYTES},
     file_bytes::FileBytes,
     log_file::LogFile,
+    source::Source,
 };
+pub use self::{format::Format, log_file::FileTransfer};

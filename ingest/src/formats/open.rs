@@ -23,6 +23,9 @@ pub(crate) fn open(
     topics: &mut TopicTable,
     losses: &mut Losses,
 ) -> Result<Box<dyn FileReader>, Error> {
+    if !matches!(format, Format::Mcap | Format::Ros1Bag) {
+        file.require_whole(&format!("a {format} file, which is read as a whole"))?;
+    }
     Ok(match format {
         Format::Mcap => Box::new(RecordReader::<Mcap>::open(file, topics, losses)?),
         Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(file, topics, losses)?),

@@ -15,8 +15,12 @@ pub(crate) trait FileReader: Send + Sync {
     /// `None` if unknown.
     fn span_ns(&self) -> Option<(i64, i64)>;
 
-    /// Passes attachments and metadata records to `take`.
-    fn extras(&self, _take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+    /// Passes metadata records to `take`, and attachments if they are wanted.
+    fn extras(
+        &self,
+        _with_attachments: bool,
+        _take: &mut dyn FnMut(Extra<'_>),
+    ) -> Result<(), Error> {
         Ok(())
     }
 }

@@ -17,7 +17,7 @@ use tipwatch_can::Frame;
 
 use crate::{
     decode::{FrameDecoder, is_can_frame},
-    file::{Format, LogFile, format_of},
+    file::{FileTransfer, Format, LogFile, Source},
     formats::{Batch, Batches, FileReader, Request, open},
     message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicTable},
 };
@@ -33,7 +33,7 @@ pub struct Log {
     file_bytes: Vec<u64>,
     readers: Vec<Box<dyn FileReader>>,
     /// Keeps temporary files alive while they are read.
-    _unpacked: Vec<LogFile>,
+    opened: Vec<LogFile>,
     topics: Vec<Topic>,
     losses: Losses,
     /// Messages the recorder reports having written, by topic; empty if it reports none.
@@ -43,29 +43,35 @@ pub struct Log {
 
 impl Log {
     /// Opens a file or a rosbag2 folder. The format is detected from the content, not the name.
+    ///
+    /// A path may also be a URL: `s3://`, `gs://`, `az://`, `https://`, `http://` or `file://`
+    /// ([`tipwatch_storage::Location`]). Of a file with an index only the parts that are needed are transferred. Other
+    /// files are transferred as a whole, if [`tipwatch_storage::set_whole_reads`] allows it.
     pub fn open(path: &Path) -> Result<Log, Error> {
+        let (source, path) = Source::of(path)?;
+        let path = path.as_path();
         let LogFiles {
             format,
             files,
             mut losses,
             declared_counts,
-        } = recognise::recognise(path)?;
+        } = recognise::recognise(path, &source)?;
         let has_damaged_beginning = !losses.is_empty();
         let mut topics = TopicTable::default();
         let mut readers = Vec::with_capacity(files.len());
         let mut file_bytes = Vec::with_capacity(files.len());
-        let mut unpacked = Vec::with_capacity(files.len());
+        let mut opened = Vec::with_capacity(files.len());
         for path in &files {
-            let file = LogFile::open(path, &mut losses)?;
+            let file = source.open(path, &mut losses)?;
             readers.push(open(format, &file, &mut topics, &mut losses)?);
             let metadata = std::fs::metadata(file.data()).map_err(Error::io(path))?;
             file_bytes.push(metadata.len());
-            unpacked.push(file);
+            opened.push(file);
         }
         let topics = topics.into_topics();
         if topics.is_empty() && has_damaged_beginning {
             // Only the file name suggested a log.
-            format_of(path)?;
+            source.format_of(path)?;
         }
         Ok(Log {
             path: path.to_path_buf(),
@@ -73,7 +79,7 @@ impl Log {
             files,
             file_bytes,
             readers,
-            _unpacked: unpacked,
+            opened,
             topics,
             losses,
             declared_counts,
@@ -114,6 +120,17 @@ impl Log {
     /// The decompressed size of all files.
     pub fn bytes(&self) -> u64 {
         self.file_bytes.iter().sum()
+    }
+
+    /// Where this computer has all bytes of each file, in the order of [`files`](Self::files); `None` for a file of
+    /// which only parts were transferred.
+    pub fn whole_files(&self) -> Vec<Option<&Path>> {
+        self.opened.iter().map(LogFile::whole).collect()
+    }
+
+    /// What reading has cost so far, for each file of a bucket or server; empty for a local log.
+    pub fn transfers(&self) -> Vec<FileTransfer> {
+        self.opened.iter().filter_map(LogFile::transfer).collect()
     }
 
     /// All topics, in the order in which they were found.
@@ -319,11 +336,15 @@ impl Log {
         }
     }
 
-    /// Passes attachments and metadata records to `take`.
-    pub(crate) fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+    /// Passes metadata records to `take`, and attachments if they are wanted. Of a local file, attachments come always.
+    pub(crate) fn extras(
+        &self,
+        with_attachments: bool,
+        take: &mut dyn FnMut(Extra<'_>),
+    ) -> Result<(), Error> {
         self.readers
             .iter()
-            .try_for_each(|reader| reader.extras(take))
+            .try_for_each(|reader| reader.extras(with_attachments, take))
     }
 
     fn wanted_flags(&self, wanted: &[TopicId]) -> Result<Vec<bool>, Error> {

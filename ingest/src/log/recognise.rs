@@ -4,19 +4,18 @@ use std::{collections::BTreeMap, path::Path};
 
 use super::{log_files::LogFiles, rosbag2_folder};
 use crate::{
-    file::{Format, LONGEST_MAGIC_BYTES, format_of},
+    file::{Format, LONGEST_MAGIC_BYTES, Source},
     message::{Error, Losses, LostPart},
 };
 
 /// Detects the log at `path`.
-pub(crate) fn recognise(path: &Path) -> Result<LogFiles, Error> {
-    let metadata = std::fs::metadata(path).map_err(Error::io(path))?;
-    if metadata.is_dir() {
-        return rosbag2_folder::recognise(path);
+pub(crate) fn recognise(path: &Path, source: &Source) -> Result<LogFiles, Error> {
+    if source.is_folder(path)? {
+        return rosbag2_folder::recognise(path, source);
     }
     let mut losses = Losses::default();
-    let format = match (format_of(path), format_by_name(path)) {
-        (Err(Error::NotALog { found, .. }), Some(format)) if metadata.len() > 0 => {
+    let format = match (source.format_of(path), format_by_name(path)) {
+        (Err(Error::NotALog { found, .. }), Some(format)) if source.bytes(path) > 0 => {
             losses.lose(LostPart::Records, path, 0..LONGEST_MAGIC_BYTES, found);
             format
         }

@@ -8,7 +8,7 @@ use std::{
 
 use super::{log_files::LogFiles, rosbag2_metadata::Metadata};
 use crate::{
-    file::{Content, Format, content_of, format_of},
+    file::{Content, Format, Source},
     message::{Error, Losses, LostPart, LostRange},
 };
 
@@ -19,11 +19,11 @@ const MOST_NESTED_FOLDERS: usize = 3;
 const METADATA_LIMIT_BYTES: u64 = 64 << 20;
 
 /// The files of a folder that form one log, in order.
-pub(crate) fn recognise(folder: &Path) -> Result<LogFiles, Error> {
+pub(crate) fn recognise(folder: &Path, source: &Source) -> Result<LogFiles, Error> {
     let mut losses = Losses::default();
-    let found = log_files_in(folder)?;
-    let metadata = read_metadata(folder, &mut losses)?;
-    let listed = listed_files(folder, &metadata, &mut losses)?;
+    let found = log_files_in(folder, source)?;
+    let metadata = read_metadata(folder, source, &mut losses)?;
+    let listed = listed_files(folder, source, &metadata, &mut losses)?;
     let mut files = if listed.is_empty() {
         refuse_several_logs(folder, &found)?;
         found
@@ -31,7 +31,7 @@ pub(crate) fn recognise(folder: &Path) -> Result<LogFiles, Error> {
         note_unlisted(&found, &listed, &mut losses);
         listed
     };
-    let format = common_format(folder, &mut files, &mut losses)?;
+    let format = common_format(folder, source, &mut files, &mut losses)?;
     Ok(LogFiles {
         format,
         files,
@@ -41,22 +41,22 @@ pub(crate) fn recognise(folder: &Path) -> Result<LogFiles, Error> {
 }
 
 /// The metadata; empty if the file is missing or damaged.
-fn read_metadata(folder: &Path, losses: &mut Losses) -> Result<Metadata, Error> {
+fn read_metadata(folder: &Path, source: &Source, losses: &mut Losses) -> Result<Metadata, Error> {
     let path = folder.join(METADATA_NAME);
-    if !path.is_file() {
+    if !source.is_file(&path) {
         losses.note(format!(
             "{METADATA_NAME} is missing: the files are read in order of name"
         ));
         return Ok(Metadata::default());
     }
-    let size = std::fs::metadata(&path).map_err(Error::io(&path))?.len();
+    let size = source.bytes(&path);
     if size > METADATA_LIMIT_BYTES {
         losses.note(format!(
             "{METADATA_NAME} has {size} bytes and is ignored: at most {METADATA_LIMIT_BYTES} are read"
         ));
         return Ok(Metadata::default());
     }
-    let bytes = std::fs::read(&path).map_err(Error::io(&path))?;
+    let bytes = source.read(&path)?;
     let metadata = Metadata::parse(&String::from_utf8_lossy(&bytes)).unwrap_or_else(|problem| {
         losses.push(LostRange {
             file: path,
@@ -78,14 +78,15 @@ fn read_metadata(folder: &Path, losses: &mut Losses) -> Result<Metadata, Error> 
 /// The existing files that the metadata lists, in its order; empty without metadata.
 fn listed_files(
     folder: &Path,
+    source: &Source,
     metadata: &Metadata,
     losses: &mut Losses,
 ) -> Result<Vec<PathBuf>, Error> {
     let (mut present, mut missing) = (Vec::new(), Vec::new());
     for name in &metadata.files {
-        let file = present_file(folder, name);
+        let file = present_file(folder, source, name);
         // a file that stands in for two names is read once
-        match file.is_file() && !present.contains(&file) {
+        match source.is_file(&file) && !present.contains(&file) {
             true => present.push(file),
             false => missing.push(folder.join(name)),
         }
@@ -102,13 +103,13 @@ fn listed_files(
 /// Up to version 3 of the metadata, names begin with the folder that the recorder wrote to,
 /// `folder/file.db3`; the folder may have been renamed since. A file of that name in a subfolder comes
 /// first.
-fn present_file(folder: &Path, name: &str) -> PathBuf {
+fn present_file(folder: &Path, source: &Source, name: &str) -> PathBuf {
     let of_older_version = Path::new(name).file_name().and_then(|name| name.to_str());
     let names = [Some(name), of_older_version];
     let candidates = names.into_iter().flatten();
     let paths =
         candidates.flat_map(|name| [folder.join(name), folder.join(format!("{name}.zstd"))]);
-    let mut present = paths.filter(|path| path.is_file());
+    let mut present = paths.filter(|path| source.is_file(path));
     present.next().unwrap_or_else(|| folder.join(name))
 }
 
@@ -137,28 +138,19 @@ fn is_zstd(metadata: &Metadata) -> bool {
 
 /// All files of a known log format, in natural order of path; subfolders are searched only if the
 /// folder itself has none.
-fn log_files_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    log_files_below(folder, MOST_NESTED_FOLDERS)
+fn log_files_in(folder: &Path, source: &Source) -> Result<Vec<PathBuf>, Error> {
+    log_files_below(folder, source, MOST_NESTED_FOLDERS)
 }
 
-fn log_files_below(folder: &Path, levels: usize) -> Result<Vec<PathBuf>, Error> {
-    let mut files = Vec::new();
-    let mut folders = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
-        let path = entry.map_err(Error::io(folder))?.path();
-        let is_log = |path: &Path| {
-            let content = content_of(path);
-            matches!(content, Ok(Content::Log(_) | Content::Packed(_)))
-        };
-        if path.is_dir() {
-            folders.push(path);
-        } else if path.is_file() && is_log(&path) {
-            files.push(path);
-        }
-    }
+fn log_files_below(folder: &Path, source: &Source, levels: usize) -> Result<Vec<PathBuf>, Error> {
+    let (mut files, folders) = source.children(folder)?;
+    files.retain(|path| {
+        let content = source.content_of(path);
+        matches!(content, Ok(Content::Log(_) | Content::Packed(_)))
+    });
     if files.is_empty() && levels > 0 {
         for folder in folders {
-            files.extend(log_files_below(&folder, levels - 1)?);
+            files.extend(log_files_below(&folder, source, levels - 1)?);
         }
     }
     let text = |path: &Path| path.to_string_lossy().into_owned();
@@ -196,13 +188,14 @@ fn note_unlisted(found: &[PathBuf], listed: &[PathBuf], losses: &mut Losses) {
 /// a log.
 fn common_format(
     folder: &Path,
+    source: &Source,
     files: &mut Vec<PathBuf>,
     losses: &mut Losses,
 ) -> Result<Format, Error> {
     let mut formats = Vec::new();
     let mut unreadable = Vec::new();
     for file in std::mem::take(files) {
-        match format_of(&file) {
+        match source.format_of(&file) {
             Ok(format) => {
                 formats.push(format);
                 files.push(file);
@@ -219,7 +212,7 @@ fn common_format(
         return Err(first.map_or(nothing, |(_, error)| error));
     };
     for (file, error) in unreadable {
-        let bytes = std::fs::metadata(&file).map_or(0, |metadata| metadata.len());
+        let bytes = source.bytes(&file);
         losses.lose(LostPart::File, &file, 0..bytes, error.to_string());
     }
     if formats.iter().any(|other| *other != format) {

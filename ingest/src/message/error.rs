@@ -81,6 +81,9 @@ pub enum Error {
         /// The number of topics.
         count: usize,
     },
+    /// A bucket or server cannot be read.
+    #[error(transparent)]
+    Storage(#[from] tipwatch_storage::Error),
     /// A topic cannot serve as the requested signal.
     #[error(transparent)]
     Binding(#[from] BindingError),

@@ -22,7 +22,7 @@ pub struct MetadataRecord {
 /// The log cannot be read.
 pub fn metadata_records(log: &Log) -> Result<Vec<MetadataRecord>, Error> {
     let mut records = Vec::new();
-    log.extras(&mut |extra| {
+    log.extras(false, &mut |extra| {
         if let Extra::Metadata(metadata) = extra {
             records.push(MetadataRecord {
                 name: metadata.name,

@@ -120,7 +120,7 @@ fn write_all(
             ControlFlow::Break(())
         }
     })?;
-    log.extras(&mut |extra| {
+    log.extras(true, &mut |extra| {
         if failure.is_none() {
             failure = recovery.extra(extra).err();
         }

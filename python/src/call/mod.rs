@@ -3,4 +3,5 @@
 pub(crate) mod error;
 pub(crate) mod interrupt;
 pub(crate) mod options;
+pub(crate) mod place;
 pub(crate) mod progress;

@@ -108,7 +108,7 @@ fn typed(place: &str, access: &Access, failure: Failure, status: Option<u16>) ->
                 return Error::new(
                     place,
                     ErrorKind::NoRanges,
-                    "the server sends whole files only",
+                    "the server sends whole files only (--fetch-whole)",
                 );
             }
             None if error.to_string().contains("Requested ") => ErrorKind::Incomplete,

@@ -7,7 +7,8 @@ use bytes::{Bytes, BytesMut};
 use futures_util::{StreamExt, TryStreamExt};
 use object_store::path::Path as Key;
 use object_store::{
-    GetOptions, GetRange, GetResult, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutPayload,
+    GetOptions, GetRange, GetResult, ListResult, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode,
+    PutPayload,
 };
 
 use crate::counted::Counts;
@@ -155,10 +156,20 @@ impl Bucket {
 
     /// All bytes of an object.
     pub(crate) async fn whole(&self, place: &str, key: &Key) -> Result<Bytes, Error> {
+        let (bytes, _) = self.whole_version(place, key).await?;
+        Ok(bytes)
+    }
+
+    /// All bytes of an object, and its version.
+    pub(crate) async fn whole_version(
+        &self,
+        place: &str,
+        key: &Key,
+    ) -> Result<(Bytes, Version), Error> {
         let request = || async {
             let result = self.root.store.get_opts(key, GetOptions::new()).await?;
-            let size = result.meta.size;
-            self.body(result, size).await
+            let version = Version::of(&result.meta);
+            Ok((self.body(result, version.size).await?, version))
         };
         one(attempt(place, self.access(), &self.counts, request).await)
     }
@@ -196,6 +207,16 @@ impl Bucket {
         let mut found = one(attempt(place, self.access(), &self.counts, request).await)?;
         found.sort_by(|a, b| a.location.cmp(&b.location));
         Ok(found)
+    }
+
+    /// What is directly in a folder.
+    pub(crate) async fn children(
+        &self,
+        place: &str,
+        folder: Option<&Key>,
+    ) -> Result<ListResult, Error> {
+        let request = || async { Ok(self.root.store.list_with_delimiter(folder).await?) };
+        one(attempt(place, self.access(), &self.counts, request).await)
     }
 
     /// Writes an object, replacing another.

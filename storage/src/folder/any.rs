@@ -93,6 +93,44 @@ impl Folder {
         })
     }
 
+    /// The objects directly in a folder of this one ("" for itself), and the names of its folders; both by name.
+    ///
+    /// # Errors
+    /// It cannot be listed. A folder that is absent is empty.
+    pub fn children(&self, inner: &str) -> Result<(Vec<Entry>, Vec<String>), Error> {
+        let from = match inner {
+            "" => self.location.clone(),
+            inner => self.location.join(inner)?,
+        };
+        let within = |name: String| match inner {
+            "" => name,
+            inner => format!("{inner}/{name}"),
+        };
+        let (mut entries, mut folders) = match (self.bucket.clone(), from.as_remote().cloned()) {
+            (Some(bucket), Some(remote)) => wait_for(async move {
+                let below = (!remote.key.as_ref().is_empty()).then_some(&remote.key);
+                let found = bucket.children(&remote.shown(), below).await?;
+                let objects = found.objects.into_iter().filter_map(|meta| {
+                    Some(Entry {
+                        key: relative(&remote.key, &meta.location)?,
+                        bytes: meta.size,
+                        e_tag: meta.e_tag,
+                    })
+                });
+                let prefixes = found.common_prefixes.iter();
+                let folders = prefixes.filter_map(|prefix| relative(&remote.key, prefix));
+                Ok((objects.collect(), folders.collect()))
+            })?,
+            _ => local::children(from.path())?,
+        };
+        entries.sort_by(|a: &Entry, b| a.key.cmp(&b.key));
+        folders.sort();
+        for entry in &mut entries {
+            entry.key = within(std::mem::take(&mut entry.key));
+        }
+        Ok((entries, folders.into_iter().map(within).collect()))
+    }
+
     /// An object as a whole.
     ///
     /// # Errors

@@ -18,37 +18,49 @@ pub(crate) fn list(folder: &Path) -> Result<Vec<Entry>, Error> {
     let mut found = Vec::new();
     let mut open = vec![(folder.to_path_buf(), String::new())];
     while let Some((folder, prefix)) = open.pop() {
-        let entries = match fs::read_dir(&folder) {
-            Ok(entries) => entries,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
-            Err(error) => return Err(Error::local(folder.display().to_string(), &error)),
-        };
-        for entry in entries {
-            let failed = |error: std::io::Error| Error::local(folder.display().to_string(), &error);
-            let entry = entry.map_err(failed)?;
-            let path = entry.path();
-            let name = entry.file_name().to_string_lossy().into_owned();
-            let key = format!("{prefix}{name}");
-            // a file that disappears meanwhile is not there
-            let Ok(metadata) = fs::metadata(&path) else {
-                continue;
-            };
-            if metadata.is_dir() {
-                // a link to a folder may lead in a circle
-                if !entry.file_type().map_err(failed)?.is_symlink() {
-                    open.push((path, format!("{key}/")));
-                }
-            } else if !name.ends_with(UNFINISHED) {
-                found.push(Entry {
-                    key,
-                    bytes: metadata.len(),
-                    e_tag: None,
-                });
-            }
+        let (entries, folders) = children(&folder)?;
+        for name in folders {
+            open.push((folder.join(&name), format!("{prefix}{name}/")));
         }
+        found.extend(entries.into_iter().map(|entry| Entry {
+            key: format!("{prefix}{}", entry.key),
+            ..entry
+        }));
     }
     found.sort_by(|a, b| a.key.cmp(&b.key));
     Ok(found)
+}
+
+/// The files in a folder, and the names of its folders; none if it is absent.
+pub(crate) fn children(folder: &Path) -> Result<(Vec<Entry>, Vec<String>), Error> {
+    let failed = |error: std::io::Error| Error::local(folder.display().to_string(), &error);
+    let entries = match fs::read_dir(folder) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Default::default()),
+        Err(error) => return Err(failed(error)),
+    };
+    let (mut found, mut folders) = (Vec::new(), Vec::new());
+    for entry in entries {
+        let entry = entry.map_err(failed)?;
+        let key = entry.file_name().to_string_lossy().into_owned();
+        // a file that disappears meanwhile is not there
+        let Ok(metadata) = fs::metadata(entry.path()) else {
+            continue;
+        };
+        if metadata.is_dir() {
+            // a link to a folder may lead in a circle
+            if !entry.file_type().map_err(failed)?.is_symlink() {
+                folders.push(key);
+            }
+        } else if !key.ends_with(UNFINISHED) {
+            found.push(Entry {
+                key,
+                bytes: metadata.len(),
+                e_tag: None,
+            });
+        }
+    }
+    Ok((found, folders))
 }
 
 /// Writes a file as a whole: a reader sees the old one or the new one.

@@ -148,7 +148,7 @@ pub(crate) fn named(name: &str) -> Option<String> {
 static WHOLE_READS: AtomicBool = AtomicBool::new(false);
 
 /// Allows or forbids this process to transfer files of buckets and servers as a whole where their format has no
-/// index. Forbidden at first.
+/// index. Forbidden at first, unless the environment has `TIPWATCH_FETCH_WHOLE=1`.
 pub fn set_whole_reads(allowed: bool) {
     WHOLE_READS.store(allowed, Ordering::Relaxed);
 }
@@ -156,6 +156,7 @@ pub fn set_whole_reads(allowed: bool) {
 /// Whether files without an index may be transferred as a whole.
 pub fn whole_reads() -> bool {
     WHOLE_READS.load(Ordering::Relaxed)
+        || std::env::var_os("TIPWATCH_FETCH_WHOLE").is_some_and(|value| value == "1")
 }
 
 /// The store at an address; connections are kept for the life of the process.

@@ -1,5 +1,11 @@
 //! An S3 server in the test's own process (s3s-fs), over a temporary folder, with faults on request.
 
+#![allow(dead_code, reason = "two test programs use it, each in part")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a server that cannot run fails the test"
+)]
+
 use std::fs;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -72,10 +78,21 @@ pub(crate) struct Server {
 impl Server {
     /// A server with one bucket.
     pub(crate) fn start(bucket: &str) -> Self {
+        Self::start_for(bucket, true)
+    }
+
+    /// A server with one bucket that anybody may read, as on the web.
+    pub(crate) fn start_public(bucket: &str) -> Self {
+        Self::start_for(bucket, false)
+    }
+
+    fn start_for(bucket: &str, asks_for_credentials: bool) -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join(bucket)).unwrap();
         let mut builder = S3ServiceBuilder::new(FileSystem::new(folder.path()).unwrap());
-        builder.set_auth(SimpleAuth::from_single(KEY, SECRET));
+        if asks_for_credentials {
+            builder.set_auth(SimpleAuth::from_single(KEY, SECRET));
+        }
         let service = builder.build();
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)

@@ -6,7 +6,7 @@ use anyhow::Result;
 use tipwatch_binding::{Commissioning, CommissioningSource, MachineFile, Urdf, sha256};
 use tipwatch_mechanics::commissioning::{Answers, Assessment, Recording, assess};
 
-use crate::base::file_hash::hash_file;
+use crate::base::file_hash::{FileHash, hash_log};
 use crate::load::load;
 
 /// What a log shows, for people and as a file.
@@ -34,8 +34,8 @@ pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
         let _ = recording.push(sample);
     })?;
     let assessment = assess(&loaded.machine, sensors, &recording, &Answers::new());
-    let hashes = log.files().iter().map(|file| Ok(hash_file(file)?.sha256));
-    let hashes: Vec<String> = hashes.collect::<Result<_>>()?;
+    let hashes = hash_log(&log)?;
+    let hashes: Vec<String> = hashes.iter().map(FileHash::identity).collect();
     let source = CommissioningSource {
         name: path.display().to_string(),
         sha256: match hashes.as_slice() {

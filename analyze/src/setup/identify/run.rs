@@ -92,7 +92,7 @@ pub fn identify(file: &MachineFile, request: &Request) -> Result<Identified> {
         has_losses |= !log.loaded.losses.is_empty();
         collect::add(&log, &name, &plain.spec, request.level, &mut data);
         let files = log.files.iter();
-        from.extend(files.map(|file| format!("{} sha256 {}", file.path, file.sha256)));
+        from.extend(files.map(|file| format!("{} sha256 {}", file.path, file.hash_text())));
     }
     let machine = match machine {
         Some(machine) => machine,

@@ -62,7 +62,8 @@ pub fn inspect(
     };
     Ok(Inspection {
         schema: SCHEMA,
-        path: path.display().to_string(),
+        path: log.path().display().to_string(),
+        transfers: log.transfers(),
         format: log.format().to_string(),
         files: log
             .files()

@@ -1,7 +1,7 @@
 //! The contents of a log as a JSON document.
 
 use serde::Serialize;
-use tipwatch_ingest::{Losses, StampCorrection, StampSource, TopicTiming};
+use tipwatch_ingest::{FileTransfer, Losses, StampCorrection, StampSource, TopicTiming};
 
 use super::can::BusInspection;
 use crate::analysis::clock::ClockOffsets;
@@ -27,6 +27,9 @@ pub struct Inspection {
     pub(super) binding_error: Option<String>,
     /// Topic and length of the robot description.
     pub(super) robot_description: Option<String>,
+    /// What reading has cost, for each file in a bucket or on a server.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) transfers: Vec<FileTransfer>,
     /// Parts of the log that were lost.
     pub losses: Losses,
     pub(super) integrity: Option<&'static str>,

@@ -7,6 +7,7 @@ use anyhow::Result;
 use super::document::{ClockInspection, Inspection, TopicInspection};
 use crate::analysis::clock::text as clock_text;
 use crate::base::stdout;
+use crate::base::transfer_text;
 
 /// Prints an inspection as text or JSON.
 ///
@@ -27,6 +28,9 @@ fn table(inspection: &Inspection) -> Result<String, std::fmt::Error> {
         inspection.bytes,
         inspection.files.len()
     )?;
+    for line in transfer_text::lines(&inspection.transfers) {
+        writeln!(out, "{line}")?;
+    }
     writeln!(out, "\ntopics")?;
     for topic in &inspection.topics {
         write!(out, "{}", describe_topic(topic))?;

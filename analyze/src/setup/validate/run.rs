@@ -131,7 +131,11 @@ fn of_log(file: &MachineFile, path: &Path) -> Result<LogValidation> {
     });
     Ok(LogValidation {
         log: path.display().to_string(),
-        sha256: log.files.iter().map(|file| file.sha256.clone()).collect(),
+        sha256: log
+            .files
+            .iter()
+            .map(|file| file.hash_text().to_owned())
+            .collect(),
         contradictions: contradictions.collect(),
         rows_with_lifted_wheel: comparison.lifted,
         notes,

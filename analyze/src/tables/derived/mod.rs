@@ -250,12 +250,15 @@ fn provenance(analysis: &Analysis) -> BTreeMap<String, String> {
         ),
         (
             "machine_file_sha256".to_string(),
-            provenance.machine_file.sha256.clone(),
+            provenance.machine_file.hash_text().to_string(),
         ),
-        ("urdf_sha256".to_string(), provenance.urdf.sha256.clone()),
+        (
+            "urdf_sha256".to_string(),
+            provenance.urdf.hash_text().to_string(),
+        ),
     ]);
     for (index, file) in provenance.log.iter().enumerate() {
-        entries.insert(format!("log_{index}_sha256"), file.sha256.clone());
+        entries.insert(format!("log_{index}_sha256"), file.hash_text().to_string());
     }
     entries
 }

@@ -92,6 +92,7 @@ fn parse(mut bytes: &[u8], header: &IndexHeader) -> Option<Contents> {
     // Messages outside chunks would not be counted, but no writer creates them.
     contents.message_counts = Some(counts);
     contents.counts_are_indexed = true;
+    contents.extras = Some(Vec::new());
     is_complete.then_some(contents)
 }
 
@@ -106,6 +107,7 @@ fn chunk_entry(header: &header::Header<'_>, data: &[u8]) -> Option<ChunkEntry> {
         .map(|pair| (number(&pair[..4]), u64::from(number(&pair[4..]))))
         .collect();
     Some(ChunkEntry {
+        length_bytes: None,
         channels: Some(counts.iter().map(|(id, _)| *id).collect()),
         counts,
         span_ns: header.start_ns.zip(header.end_ns),

@@ -4,6 +4,7 @@
 //! unreadable; it never causes an allocation.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::formats::records::{
     ChannelRecord, Compression, DefinitionRecord, MessageRecord, PackedChunk, SchemaRecord,
@@ -217,9 +218,18 @@ impl ChunkIndexRecord {
     }
 }
 
+/// Where the index of an attachment or a metadata record says that it is.
+pub(super) fn extra_place(index_body: &[u8]) -> Option<Range<u64>> {
+    let mut fields = Fields::new(index_body);
+    let (offset, length_bytes) = (fields.u64()?, fields.u64()?);
+    Some(offset..offset.checked_add(length_bytes)?)
+}
+
 /// What the statistics of a file say.
 pub(super) struct Statistics {
     pub(super) message_count: u64,
+    /// Attachments and metadata records.
+    pub(super) extra_count: u64,
     /// Log times of the first and the last message; `None` without messages.
     pub(super) span_ns: Option<(i64, i64)>,
     /// The number of messages of each channel.
@@ -230,7 +240,7 @@ pub(super) fn statistics(statistics_body: &[u8]) -> Option<Statistics> {
     let mut fields = Fields::new(statistics_body);
     let message_count = fields.u64()?;
     let (_schemas, _channels) = (fields.u16()?, fields.u32()?);
-    let (_attachments, _metadata, _chunks) = (fields.u32()?, fields.u32()?, fields.u32()?);
+    let (attachments, metadata, _chunks) = (fields.u32()?, fields.u32()?, fields.u32()?);
     let (first, last) = (fields.u64()?, fields.u64()?);
     let mut entries = Fields::new(fields.sized_bytes()?);
     let mut counts = Vec::new();
@@ -240,6 +250,7 @@ pub(super) fn statistics(statistics_body: &[u8]) -> Option<Statistics> {
     let span_ns = i64::try_from(first).ok().zip(i64::try_from(last).ok());
     Some(Statistics {
         message_count,
+        extra_count: u64::from(attachments) + u64::from(metadata),
         span_ns: span_ns.filter(|(first, last)| message_count > 0 && first <= last && *last != 0),
         by_channel: counts,
     })

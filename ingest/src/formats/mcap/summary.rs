@@ -7,7 +7,7 @@ use mcap::records::op;
 use super::record::{self, ChunkIndexRecord, Fields, RECORD_HEADER_BYTES};
 use crate::{
     file::FileBytes,
-    formats::records::{ChunkEntry, Contents},
+    formats::records::{ChunkEntry, Contents, ExtraPlace},
     message::Error,
 };
 
@@ -75,6 +75,7 @@ impl Footer {
 fn parse(mut records: &[u8], data_end: u64) -> Option<Contents> {
     let mut contents = Contents::default();
     let mut message_count = None;
+    let (mut extras, mut stated_extras) = (Vec::new(), None);
     while !records.is_empty() {
         let (opcode, body, rest) = record::split_record(records)?;
         records = rest;
@@ -82,8 +83,16 @@ fn parse(mut records: &[u8], data_end: u64) -> Option<Contents> {
             op::SCHEMA => contents.define(&record::schema(body)?),
             op::CHANNEL => contents.define(&record::channel(body)?),
             op::CHUNK_INDEX => add_chunk(&mut contents, body, data_end)?,
+            op::ATTACHMENT_INDEX | op::METADATA_INDEX => {
+                let place = record::extra_place(body).filter(|place| place.end <= data_end);
+                extras.extend(place.map(|bytes| ExtraPlace {
+                    bytes,
+                    is_attachment: opcode == op::ATTACHMENT_INDEX,
+                }));
+            }
             op::STATISTICS => {
                 let statistics = record::statistics(body)?;
+                stated_extras = Some(statistics.extra_count);
                 message_count = Some(statistics.message_count);
                 contents.span_ns = statistics.span_ns;
                 let by_channel = statistics.by_channel.into_iter();
@@ -93,6 +102,8 @@ fn parse(mut records: &[u8], data_end: u64) -> Option<Contents> {
             _ => {}
         }
     }
+    extras.sort_by_key(|place| place.bytes.start);
+    contents.extras = (stated_extras == Some(extras.len() as u64)).then_some(extras);
     is_complete(&contents, message_count).then_some(contents)
 }
 
@@ -106,6 +117,7 @@ fn add_chunk(contents: &mut Contents, body: &[u8], data_end: u64) -> Option<()> 
     let channels = (!index.channels.is_empty()).then_some(index.channels);
     let (first_ns, last_ns) = index.span_ns;
     let entry = ChunkEntry {
+        length_bytes: Some(index.length_bytes),
         channels,
         counts: Vec::new(),
         span_ns: (first_ns <= last_ns && last_ns != 0).then_some((first_ns, last_ns)),

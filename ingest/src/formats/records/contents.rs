@@ -1,6 +1,9 @@
 //! The table of contents of a file: topics, schemas and chunks.
 
-use std::collections::{BTreeMap, HashMap};
+use std::{
+    collections::{BTreeMap, HashMap},
+    ops::Range,
+};
 
 use super::parsed::{ChannelRecord, DefinitionRecord, SchemaRecord};
 
@@ -10,6 +13,8 @@ pub(crate) type ChunkDirectory = BTreeMap<u64, ChunkEntry>;
 /// What is known about a chunk before it is read.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ChunkEntry {
+    /// The length of its record, if the index states it.
+    pub(crate) length_bytes: Option<u64>,
     /// The channels in it; `None` if unknown.
     pub(crate) channels: Option<Vec<u32>>,
     /// Message counts by channel, if the index has them.
@@ -29,6 +34,15 @@ pub(crate) struct Contents {
     /// Log times of the first and the last message, by the statistics or a scan; `None` if unknown.
     pub(crate) span_ns: Option<(i64, i64)>,
     pub(crate) chunks: ChunkDirectory,
+    /// Attachments and metadata records by the index; `None` if it does not list all.
+    pub(crate) extras: Option<Vec<ExtraPlace>>,
+}
+
+/// Where an attachment or a metadata record is.
+#[derive(Clone)]
+pub(crate) struct ExtraPlace {
+    pub(crate) bytes: Range<u64>,
+    pub(crate) is_attachment: bool,
 }
 
 pub(crate) struct Schema {

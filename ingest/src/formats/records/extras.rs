@@ -8,7 +8,7 @@ use super::{
 };
 
 /// Larger attachments are skipped.
-const RECORD_LIMIT_BYTES: u64 = 64 << 20;
+pub(super) const RECORD_LIMIT_BYTES: u64 = 64 << 20;
 
 #[derive(Default)]
 pub(super) struct ExtraRanges(pub(super) Vec<Range<u64>>);

@@ -3,7 +3,7 @@
 
 use crate::{file::FileBytes, message::Error};
 
-const SMALLEST_WINDOW_BYTES: u64 = 1 << 10;
+pub(super) const SMALLEST_WINDOW_BYTES: u64 = 1 << 10;
 const LARGEST_WINDOW_BYTES: u64 = 256 << 10;
 
 /// A buffer that moves along a file.
@@ -13,6 +13,7 @@ pub(crate) struct HeadWindow<'f> {
     start: u64,
     filled: u64,
     size: u64,
+    is_partial: bool,
 }
 
 impl<'f> HeadWindow<'f> {
@@ -23,6 +24,7 @@ impl<'f> HeadWindow<'f> {
             start: 0,
             filled: 0,
             size: SMALLEST_WINDOW_BYTES,
+            is_partial: file.is_partial(),
         }
     }
 
@@ -48,7 +50,8 @@ impl<'f> HeadWindow<'f> {
     fn refill(&mut self, offset: u64, count: u64) -> Result<(), Error> {
         let end = self.start.saturating_add(self.filled);
         let goes_on = (self.start..=end).contains(&offset);
-        self.size = if goes_on {
+        // of a file in a bucket, every byte costs
+        self.size = if goes_on && !self.is_partial {
             (self.size * 4).min(LARGEST_WINDOW_BYTES)
         } else {
             SMALLEST_WINDOW_BYTES

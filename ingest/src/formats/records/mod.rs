@@ -27,7 +27,7 @@ mod visitor;
 mod walk;
 
 pub(crate) use self::{
-    contents::{ChunkEntry, Contents},
+    contents::{ChunkEntry, Contents, ExtraPlace},
     grammar::{Frame, Grammar, Kind},
     packed_chunk::{Compression, PackedChunk},
     parsed::{ChannelRecord, DefinitionRecord, MessageRecord, SchemaRecord},

@@ -157,6 +157,8 @@ pub(super) fn with_chunks<G: Grammar, R>(
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = match file.len() {
         ..SMALLEST_FILE_BYTES => 1,
+        // what is transferred from a bucket is read ahead there
+        _ if file.is_partial() => 1,
         _ => processors.min(MOST_THREADS),
     };
     if threads < 2 {

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::{
-    contents::ChunkDirectory,
+    contents::{ChunkDirectory, ExtraPlace},
     delivery::Delivery,
     extras,
     grammar::{Grammar, Kind},
@@ -24,6 +24,8 @@ pub(crate) struct RecordReader<G> {
     chunks: ChunkDirectory,
     channels: ChannelTable,
     span_ns: Option<(i64, i64)>,
+    /// Attachments and metadata records, if the index lists them all.
+    extras: Option<Vec<ExtraPlace>>,
     grammar: std::marker::PhantomData<G>,
 }
 
@@ -33,10 +35,11 @@ impl<G: Grammar> RecordReader<G> {
         topics: &mut TopicTable,
         losses: &mut Losses,
     ) -> Result<Self, Error> {
-        let file = FileBytes::open(named.data(), named.path())?;
+        let file = FileBytes::of(named)?;
         let mut contents = match G::contents(&file)? {
             Some(contents) => contents,
             None => {
+                file.require_whole("without an intact index")?;
                 losses.note(format!(
                     "{}: no intact index: the whole file was scanned for its topics",
                     named.path().display()
@@ -44,7 +47,11 @@ impl<G: Grammar> RecordReader<G> {
                 scan::read::<G>(&file, losses)?
             }
         };
-        drop_wrong_places::<G>(&mut contents.chunks, &file, losses)?;
+        // Of a file in a bucket, those that are read are checked then.
+        if !file.is_partial() {
+            drop_wrong_places::<G>(&mut contents.chunks, &file, losses)?;
+        }
+        let extras = contents.extras.take();
         let channels = ChannelTable::register(&contents, topics);
         let span_ns = contents.whole_span_ns();
         Ok(Self {
@@ -52,6 +59,7 @@ impl<G: Grammar> RecordReader<G> {
             chunks: contents.chunks,
             channels,
             span_ns,
+            extras,
             grammar: std::marker::PhantomData,
         })
     }
@@ -61,6 +69,9 @@ impl<G: Grammar> FileReader for RecordReader<G> {
     fn read(&self, request: &mut Request<'_>) -> Result<ControlFlow<()>, Error> {
         // The walk and the visitor both record losses; those of the walk are merged afterwards.
         let mut losses = Losses::default();
+        if self.file.is_partial() && self.chunks.is_empty() {
+            self.file.require_whole("without chunks")?;
+        }
         let routes = Routes::new(&self.channels, request.wanted);
         let intake = request.batches;
         let intake = intake.map(|batches| Intake::new(&routes, batches.empty));
@@ -85,22 +96,44 @@ impl<G: Grammar> FileReader for RecordReader<G> {
         self.span_ns
     }
 
-    fn extras(&self, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
+    fn extras(&self, with_attachments: bool, take: &mut dyn FnMut(Extra<'_>)) -> Result<(), Error> {
         let mut places = extras::ExtraRanges::default();
-        // Reading reports the damage.
-        let _ = walk::walk::<G, _>(
-            &self.file,
-            &self.chunks,
-            None,
-            &mut places,
-            &mut Losses::default(),
-        )?;
+        match self.extras.as_ref().filter(|_| self.file.is_partial()) {
+            Some(listed) => {
+                let listed = listed.iter().filter(|place| {
+                    let length = place.bytes.end - place.bytes.start;
+                    length <= extras::RECORD_LIMIT_BYTES
+                        && (with_attachments || !place.is_attachment)
+                });
+                places.0.extend(listed.map(|place| place.bytes.clone()));
+            }
+            None => {
+                self.file
+                    .require_whole("without an index of its metadata")?;
+                self.find_extras(&mut places)?;
+            }
+        }
+        self.file.plan(places.0.clone());
         for bytes in places.0 {
             let record = self.file.read_vec(bytes.start, bytes.end - bytes.start)?;
             if let Some(extra) = G::extra(&record) {
                 take(extra);
             }
         }
+        Ok(())
+    }
+}
+
+impl<G: Grammar> RecordReader<G> {
+    fn find_extras(&self, places: &mut extras::ExtraRanges) -> Result<(), Error> {
+        // Reading reports the damage.
+        let _ = walk::walk::<G, _>(
+            &self.file,
+            &self.chunks,
+            None,
+            places,
+            &mut Losses::default(),
+        )?;
         Ok(())
     }
 }

@@ -12,7 +12,7 @@ use std::{
 use super::{
     contents::ChunkDirectory,
     grammar::{Frame, Grammar, Kind},
-    head_window::HeadWindow,
+    head_window::{HeadWindow, SMALLEST_WINDOW_BYTES},
     intake::Intake,
     loss_log::LossLog,
     parsed::{DefinitionRecord, MessageRecord},
@@ -38,8 +38,13 @@ pub(super) fn walk<G: Grammar, V: Visitor>(
     visitor: &mut V,
     losses: &mut Losses,
 ) -> Result<ControlFlow<()>, Error> {
+    let by_index = file.is_partial() && !chunks.is_empty();
+    if by_index {
+        file.plan(wanted_ranges(file, chunks, visitor));
+    }
     with_chunks(file, intake, |unpacking| {
         Walk::<G, V> {
+            by_index,
             file,
             chunks,
             visitor,
@@ -75,7 +80,28 @@ pub(super) struct Walk<'w, G, V> {
     pub(super) passed_over: u64,
     /// Whether only repeated definitions follow: damage there loses no message.
     pub(super) is_past_messages: bool,
+    /// Whether to visit only wanted chunks, because the rest is in a bucket.
+    pub(super) by_index: bool,
     pub(super) grammar: PhantomData<G>,
+}
+
+/// The ranges of a file that a walk by its index reads.
+fn wanted_ranges<V: Visitor>(
+    file: &FileBytes,
+    chunks: &ChunkDirectory,
+    visitor: &V,
+) -> Vec<Range<u64>> {
+    let ends = chunks.keys().skip(1).copied().chain([file.len()]);
+    let ranges = chunks.iter().zip(ends).map(|((&offset, entry), next)| {
+        let end = entry
+            .length_bytes
+            .map_or(next, |length| offset.saturating_add(length));
+        // with the head of what follows, where the walk looks whether a record begins
+        offset..end.saturating_add(SMALLEST_WINDOW_BYTES).min(file.len())
+    });
+    ranges
+        .filter(|range| visitor.wants_chunk(range.start))
+        .collect()
 }
 
 /// What is found at an offset.
@@ -105,7 +131,20 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     fn records(&mut self) -> Result<ControlFlow<()>, Error> {
         let mut offset = G::FIRST_RECORD;
         loop {
+            if self.by_index {
+                match self.next_wanted(offset) {
+                    Some(next) => offset = next,
+                    None => return Ok(ControlFlow::Continue(())),
+                }
+            }
             match self.record_at(offset)? {
+                AtOffset::Record(frame) if self.by_index && frame.kind != Kind::Chunk => {
+                    let reason = "expected a chunk, as the index states".to_owned();
+                    match self.damaged(offset, reason)? {
+                        Resumption::Resume(next) => offset = next,
+                        Resumption::Stop(flow) => return Ok(flow),
+                    }
+                }
                 AtOffset::Record(frame) if frame.kind == Kind::End => {
                     if !self.visitor.wants_repetitions() {
                         return Ok(ControlFlow::Continue(()));
@@ -132,6 +171,17 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 },
             }
         }
+    }
+
+    /// The next wanted chunk of the index.
+    fn next_wanted(&mut self, offset: u64) -> Option<u64> {
+        for (&chunk, _) in self.chunks.range(offset..) {
+            if self.visitor.wants_chunk(chunk) {
+                return Some(chunk);
+            }
+            self.passed_over += 1;
+        }
+        None
     }
 
     fn record_at(&mut self, offset: u64) -> Result<AtOffset, Error> {

@@ -1,0 +1,21 @@
+//! What reading a log from a bucket has cost, as text.
+
+use tipwatch_ingest::FileTransfer;
+
+/// One line for each file.
+pub(crate) fn lines(transfers: &[FileTransfer]) -> impl Iterator<Item = String> {
+    transfers.iter().map(|transfer| {
+        let FileTransfer {
+            path,
+            file_bytes,
+            requests,
+            bytes,
+            ..
+        } = transfer;
+        let percent = 100.0 * *bytes as f64 / (*file_bytes).max(1) as f64;
+        format!(
+            "transferred: {}: {requests} requests, {bytes} of {file_bytes} bytes ({percent:.1} %)",
+            path.display()
+        )
+    })
+}

@@ -1,0 +1,238 @@
+//! The program with places of a bucket, end to end.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use mcap::Compression;
+use tipwatch_storage::{Folder, Location};
+use tipwatch_tests::data;
+
+use super::image_log::image_log;
+use super::server::{Fault, SECRET, Server};
+use super::{serve, upload};
+
+fn run(server: &Server, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_programs"));
+    command
+        .arg("tipwatch")
+        .args(arguments)
+        .envs(server.variables());
+    command
+        .env("TIPWATCH_STORAGE_TIMEOUT", "5")
+        .env("TIPWATCH_STORAGE_ATTEMPTS", "2");
+    let output = command.output().unwrap();
+    for text in [&output.stdout, &output.stderr] {
+        assert!(!String::from_utf8_lossy(text).contains(SECRET));
+    }
+    output
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn folder(place: &str) -> Folder {
+    Folder::open(&Location::parse(place).unwrap()).unwrap()
+}
+
+#[test]
+fn a_log_of_a_bucket_gives_the_results_of_the_local_one_in_a_bucket() {
+    let server = serve("program");
+    let bytes = image_log(&data("tiny_lift.mcap"), Some(Compression::Zstd));
+    let local = tempfile::tempdir().unwrap();
+    let log = local.path().join("log.mcap");
+    std::fs::write(&log, &bytes).unwrap();
+    upload("program", "in/log.mcap", &bytes);
+    let machine = data("tiny_lift.toml");
+    let machine = machine.to_str().unwrap();
+    let here = local.path().join("out");
+    let here = here.to_str().unwrap();
+    let done = run(
+        &server,
+        &[
+            "analyze",
+            log.to_str().unwrap(),
+            "--machine",
+            machine,
+            "--out",
+            here,
+        ],
+    );
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let remote = ["analyze", "s3://program/in/log.mcap", "--machine", machine];
+    let done = run(
+        &server,
+        &[&remote[..], &["--out", "s3://program/out", "--verbose"]].concat(),
+    );
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    assert!(text(&done.stderr).contains("transferred: s3://program/in/log.mcap: "));
+    let out = folder("s3://program/out");
+    let names: Vec<String> = out
+        .list("**")
+        .unwrap()
+        .into_iter()
+        .map(|entry| entry.key)
+        .collect();
+    let mut expected: Vec<String> = std::fs::read_dir(here)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    expected.sort();
+    assert_eq!(names, expected);
+    // the provenance differs, the numbers do not
+    let fetched = local.path().join("fetched");
+    std::fs::create_dir(&fetched).unwrap();
+    for name in ["samples.parquet", "events.parquet"] {
+        std::fs::write(fetched.join(name), out.get(name).unwrap()).unwrap();
+        let table =
+            |folder: &Path| tipwatch_analyze::tables::parquet::read(&folder.join(name)).unwrap();
+        let (a, b) = (table(Path::new(here)), table(&fetched));
+        assert_eq!(a.rows(), b.rows());
+        assert!(
+            a.columns()
+                .iter()
+                .zip(b.columns())
+                .all(|(a, b)| a.is_same(b)),
+            "{name}"
+        );
+    }
+    let record: serde_json::Value =
+        serde_json::from_slice(&out.get("custody.json").unwrap()).unwrap();
+    let input = &record["inputs"][0];
+    assert!(
+        input["sha256"].is_null() && input["e_tag"].is_string(),
+        "{input}"
+    );
+    let transfer = &record["transfers"][0];
+    let (sent, all) = (
+        transfer["bytes"].as_u64().unwrap(),
+        transfer["file_bytes"].as_u64().unwrap(),
+    );
+    println!("{transfer}");
+    assert!(sent * 20 < all, "{transfer}");
+}
+
+#[test]
+fn results_that_cannot_be_sent_are_not_there() {
+    let server = serve("refused");
+    upload(
+        "refused",
+        "log.mcap",
+        &std::fs::read(data("tiny_lift.mcap")).unwrap(),
+    );
+    let machine = data("tiny_lift.toml");
+    let arguments = [
+        "analyze",
+        "s3://refused/log.mcap",
+        "--machine",
+        machine.to_str().unwrap(),
+        "--out",
+        "s3://refused/out",
+    ];
+    server.inject(
+        99,
+        |seen| seen.method != "GET" && seen.path.contains("summary.json"),
+        Fault::Status(403),
+    );
+    let done = run(&server, &arguments);
+    assert_eq!(done.status.code(), Some(1));
+    let told = text(&done.stderr);
+    assert!(
+        told.contains("permission denied") && told.contains("s3://refused/out/summary.json"),
+        "{told}"
+    );
+    server.heal();
+    assert_eq!(folder("s3://refused/out").list("**").unwrap(), []);
+}
+
+#[test]
+fn inspect_recover_check_machine_and_screen_take_places_of_a_bucket() {
+    let server = serve("commands");
+    let bytes = std::fs::read(data("tiny_lift.mcap")).unwrap();
+    upload("commands", "2026/a.mcap", &bytes);
+    upload(
+        "commands",
+        "2026/deep/cut.mcap",
+        &bytes[..bytes.len() * 2 / 3],
+    );
+    let machine = data("tiny_lift.toml");
+    let machine = machine.to_str().unwrap();
+    let done = run(&server, &["inspect", "s3://commands/2026/a.mcap", "--json"]);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let found: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert!(found["transfers"][0]["requests"].as_u64().unwrap() >= 1);
+    let check = [
+        "check-machine",
+        machine,
+        "--log",
+        "s3://commands/2026/a.mcap",
+    ];
+    assert_eq!(
+        run(&server, &check).status.code(),
+        run(
+            &server,
+            &[
+                "check-machine",
+                machine,
+                "--log",
+                data("tiny_lift.mcap").to_str().unwrap(),
+            ]
+        )
+        .status
+        .code()
+    );
+    let cut = "s3://commands/2026/deep/cut.mcap";
+    let mended = "s3://commands/mended/log.mcap";
+    let refused = run(&server, &["recover", cut, "--out", mended]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        text(&refused.stderr).contains("--fetch-whole"),
+        "{}",
+        text(&refused.stderr)
+    );
+    let recover = ["recover", cut, "--out", mended, "--fetch-whole"];
+    assert_eq!(run(&server, &recover).status.code(), Some(3));
+    let again = run(&server, &recover);
+    assert!(
+        text(&again.stderr).contains("already there"),
+        "{}",
+        text(&again.stderr)
+    );
+    assert!(run(&server, &["inspect", mended]).status.success());
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().join("fleet");
+    let fleet = [
+        "s3://commands/2026",
+        "s3://commands/m*/*.mcap",
+        "--machine",
+        machine,
+    ];
+    let screen = [&["screen"], &fleet[..], &["--out", out.to_str().unwrap()]].concat();
+    let done = run(&server, &screen);
+    let told = text(&done.stderr);
+    assert!(told.contains("Total: 3 logs, 1 failed"), "{told}");
+}
+
+#[test]
+fn secrets_of_urls_are_not_shown() {
+    let server = serve("secrets");
+    let address = format!(
+        "http://me:{SECRET}@{}/secrets/log.mcap?X-Amz-Signature={SECRET}",
+        server.address
+    );
+    for arguments in [
+        &["inspect", &address][..],
+        &[
+            "analyze",
+            &address,
+            "--machine",
+            "absent.toml",
+            "--out",
+            &format!("s3://x/y?token={SECRET}"),
+        ],
+        &["inspect", &format!("ftp://host/x?{SECRET}=1"), "--nothing"],
+    ] {
+        // `run` looks for it
+        assert!(!run(&server, arguments).status.success());
+    }
+}
