@@ -39,6 +39,7 @@ const RULES: [Rule; 10] = [
             "verdict",
             "explain",
             "evaluate",
+            "prediction",
             "studies",
             "commissioning",
         ],

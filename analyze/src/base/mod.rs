@@ -9,6 +9,7 @@ pub(crate) mod memory;
 pub(crate) mod number;
 pub mod options;
 pub(crate) mod progress;
+pub mod predicted;
 pub mod provenance;
 pub mod recovered;
 pub mod rows;
