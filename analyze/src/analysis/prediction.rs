@@ -48,7 +48,12 @@ impl PredictionSeen {
         };
         for (seen, law) in self.laws.iter_mut().zip(Law::ALL) {
             for row in 0..rows.len() {
-                seen.take(rows.times_ns[row], rows.seconds(row), predictions.of(law), row);
+                seen.take(
+                    rows.times_ns[row],
+                    rows.seconds(row),
+                    predictions.of(law),
+                    row,
+                );
             }
         }
     }
@@ -93,8 +98,7 @@ impl LawSeen {
             return;
         }
         self.in_succession += 1;
-        let goes_on =
-            (self.last_ns).is_some_and(|last| time_ns.saturating_sub(last) < HOLD_NS);
+        let goes_on = (self.last_ns).is_some_and(|last| time_ns.saturating_sub(last) < HOLD_NS);
         if goes_on {
             self.last_ns = Some(time_ns);
         } else if self.in_succession >= PERSISTENT {

@@ -1,9 +1,7 @@
 //! Predictions of the rows, in columns.
 
 use tipwatch_mechanics::Contribution;
-use tipwatch_mechanics::prediction::{
-    Ahead, Law, PredictedNumber, Prediction, PredictionGap,
-};
+use tipwatch_mechanics::prediction::{Ahead, Law, PredictedNumber, Prediction, PredictionGap};
 
 /// The predictions of consecutive rows, by [`Law`].
 #[derive(Debug, Clone)]
@@ -79,7 +77,9 @@ impl LawColumns {
     fn append(&mut self, next: Self) {
         let numbers = self.numbers.iter_mut().zip(next.numbers);
         let loads = self.otf_least.iter_mut().zip(next.otf_least);
-        numbers.chain(loads).for_each(|(column, next)| column.extend(next));
+        numbers
+            .chain(loads)
+            .for_each(|(column, next)| column.extend(next));
         self.wheels.extend(next.wheels);
         self.causes.extend(next.causes);
         self.gaps.extend(next.gaps);

@@ -139,10 +139,8 @@ impl Verdicts {
         self.verdicts.extend(next.verdicts);
         self.time_to_lift_off_s.extend(next.time_to_lift_off_s);
         self.recorded.extend(next.recorded);
-        match (&mut self.predictions, next.predictions) {
-            (Some(predictions), Some(next)) => predictions.append(next),
-            // before the first rows it is not known whether there are any
-            (predictions, next) => *predictions = next,
+        if let (Some(predictions), Some(next)) = (&mut self.predictions, next.predictions) {
+            predictions.append(next);
         }
     }
 }

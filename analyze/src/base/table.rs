@@ -17,7 +17,8 @@ use tipwatch_mechanics::{
 
 use super::estimated::{EstimatedRows, StateSource};
 use super::in_order::in_order;
-use super::rows::{Rows, row_at};
+use super::predicted::Predictions;
+use super::rows::{Rows, Verdicts, row_at};
 use super::support_sets::SupportSets;
 use super::verdicts::{MonitorRecord, RowJudge};
 use super::widening::Widening;
@@ -327,7 +328,11 @@ impl Table {
             reasons: Vec::new(),
             states: StateColumns::unknown(&self.machine, 0),
             outcomes: OutcomeColumns::empty(&self.machine, self.scope),
-            verdicts: (self.scope.sensitivities).then(Default::default),
+            verdicts: self.scope.sensitivities.then(|| Verdicts {
+                predictions: (self.predicts)
+                    .then(|| Predictions::none(self.machine.wheels().len())),
+                ..Verdicts::default()
+            }),
         }
     }
 

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::prediction::{Prediction, PredictionGap, Predictor};
-use tipwatch_mechanics::verdict::{Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts};
+use tipwatch_mechanics::verdict::{
+    Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts,
+};
 use tipwatch_mechanics::{Quantity, State};
 
 use super::predicted::Predictions;

@@ -87,7 +87,10 @@ fn add_predictions(
         let wheels = columns.wheels.iter();
         let wheels = wheels.map(|wheel| wheel.map(|wheel| names.wheels[wheel].as_str()));
         table.add(predicted_column(PREDICTED_WHEEL, law), None, wheels);
-        let causes = columns.causes.iter().map(|cause| cause.map(Contribution::name));
+        let causes = columns
+            .causes
+            .iter()
+            .map(|cause| cause.map(Contribution::name));
         table.add(predicted_column(PREDICTED_CAUSE, law), None, causes);
         let gaps = columns.gaps.iter().map(|gap| gap.map(PredictionGap::name));
         table.add(predicted_column(PREDICTED_GAP, law), None, gaps);

@@ -39,8 +39,8 @@ use std::io::{self, Write};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, PredictionGap};
 use tipwatch_mechanics::state::{Reason, Reasons};
-use tipwatch_mechanics::{Contribution, Quantity};
 use tipwatch_mechanics::verdict::{InputFault, InputFaults};
+use tipwatch_mechanics::{Contribution, Quantity};
 
 use crate::wire::names::Names;
 use crate::wire::prediction_text::prediction_text;

@@ -10,7 +10,9 @@ use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quant
 
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::name_to_wire;
-use crate::wire::topics::{EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_PLACES, Wire, WireMachine, WireVerdict};
+use crate::wire::topics::{
+    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_PLACES, Wire, WireMachine, WireVerdict,
+};
 
 impl WireVerdict {
     /// An unknown verdict: every number NaN.

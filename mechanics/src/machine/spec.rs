@@ -9,8 +9,8 @@ use crate::machine::HydraulicsSpec;
 
 use super::{
     FieldSpec, IdentifiedSpec, LinkSigma, MachineError, PlausibilitySpec, PredictionSpec,
-    PresenceSpec, QuasiStaticSpec, SignalsSpec, SupportOrigin, SupportSpec, SuspensionControl, TrackSpec,
-    WeighedSpec,
+    PresenceSpec, QuasiStaticSpec, SignalsSpec, SupportOrigin, SupportSpec, SuspensionControl,
+    TrackSpec, WeighedSpec,
 };
 
 /// The machine file; the project's machine-file reference describes every key.

@@ -48,6 +48,11 @@ impl PredictionGap {
     #[must_use]
     pub fn from_number(number: u32) -> Option<Self> {
         let is_it = |gap: &Self| *gap as u32 == number;
-        (number != 0).then(|| Self::ALL.into_iter().find(is_it).unwrap_or(Self::RowInvalid))
+        (number != 0).then(|| {
+            Self::ALL
+                .into_iter()
+                .find(is_it)
+                .unwrap_or(Self::RowInvalid)
+        })
     }
 }

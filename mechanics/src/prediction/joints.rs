@@ -74,9 +74,10 @@ impl JointLaw {
                 rate: now.rate * instant.shake.e,
                 acceleration: now.acceleration * instant.shake.e,
             },
-            (Role::Arm, _) if law == Law::StopArm => {
-                self.within(now, stopped(now, self.deceleration, stop_time_s, instant.time_s))
-            }
+            (Role::Arm, _) if law == Law::StopArm => self.within(
+                now,
+                stopped(now, self.deceleration, stop_time_s, instant.time_s),
+            ),
             _ => self.within(now, gone_on(now, instant)),
         }
     }
@@ -153,7 +154,11 @@ fn stopped(now: &Motion<f64>, deceleration: f64, stop_time_s: f64, time_s: f64) 
     let deceleration = deceleration
         .max(-now.acceleration * sign)
         .min(speed / stop_time_s);
-    let rest_s = if speed > 0.0 { speed / deceleration } else { 0.0 };
+    let rest_s = if speed > 0.0 {
+        speed / deceleration
+    } else {
+        0.0
+    };
     if time_s >= rest_s {
         return Motion {
             position: now.position + 0.5 * now.rate * rest_s,
@@ -185,7 +190,10 @@ fn role(machine: &Machine, joint: usize) -> Role {
     if free.iter().any(|free| moves(free.body)) {
         return Role::Passive;
     }
-    let arm = machine.links.iter().filter(|link| link.group == LinkGroup::Arm);
+    let arm = machine
+        .links
+        .iter()
+        .filter(|link| link.group == LinkGroup::Arm);
     if arm.into_iter().any(|link| moves(link.body)) {
         return Role::Arm;
     }
@@ -245,6 +253,30 @@ mod tests {
             prop_assert!((then.position - now.position).abs() < 1e-12);
             prop_assert!((then.rate - rate).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn joints_stop_at_their_limits_and_not_where_they_are_beyond_them() {
+        let law = JointLaw {
+            role: Role::Other,
+            limits: [-1.0, 1.0],
+            deceleration: 2.0,
+        };
+        let at = |position: f64, rate: f64| {
+            let now = Motion {
+                position,
+                rate,
+                acceleration: 0.0,
+            };
+            law.within(&now, gone_on(&now, &instant(1.0)))
+        };
+        assert_eq!(at(0.5, 0.4).position, 0.9);
+        let stopped = at(0.5, 0.6);
+        assert_eq!((stopped.position, stopped.rate), (1.0, 0.0));
+        assert_eq!(at(-0.5, -0.6).position, -1.0);
+        // an encoder that reads beyond the limit: no jump back, and the way back is free
+        assert_eq!(at(1.2, 0.4).position, 1.2);
+        assert_eq!(at(1.2, -0.4).position, 1.2 - 0.4);
     }
 
     #[test]

@@ -69,7 +69,11 @@ impl Platform {
         };
         let spec = &machine.prediction;
         let speed = travel.norm();
-        let slows = if speed > 0.0 { -rate.dot(&travel) / speed } else { 0.0 };
+        let slows = if speed > 0.0 {
+            -rate.dot(&travel) / speed
+        } else {
+            0.0
+        };
         Self {
             base,
             gravity: machine.gravity,
@@ -77,7 +81,10 @@ impl Platform {
             velocity,
             rate,
             rest,
-            brake: spec.brake_deceleration.max(slows).min(speed / spec.stop_time),
+            brake: spec
+                .brake_deceleration
+                .max(slows)
+                .min(speed / spec.stop_time),
         }
     }
 

@@ -51,7 +51,44 @@ pub struct Predictor {
     chosen: StateColumns,
     explainer: BatchWorkspace,
     explained: OutcomeColumns,
+    places: Places,
     prediction: Prediction,
+}
+
+/// Where numbers are among the columns: a search in every row would cost as much as the loads.
+#[derive(Debug)]
+struct Places {
+    /// OTF by wheel, of the states ahead.
+    otf: Vec<usize>,
+    /// The following, of the explained states: OTF and its standard deviation by wheel.
+    explained_otf: Vec<usize>,
+    sigma: Vec<usize>,
+    utilisation: usize,
+    /// Contributions by wheel and cause.
+    contributions: Vec<Vec<usize>>,
+}
+
+impl Places {
+    fn new(outcomes: &OutcomeColumns, explained: &OutcomeColumns, wheels: usize) -> Self {
+        let find = |columns: &OutcomeColumns, quantity: Quantity| {
+            let found = columns.quantities.iter().position(|&q| q == quantity);
+            found.unwrap_or_else(|| panic!("no column of {quantity:?}"))
+        };
+        let by_wheel = |columns, of: fn(usize) -> Quantity| -> Vec<usize> {
+            (0..wheels).map(|wheel| find(columns, of(wheel))).collect()
+        };
+        let causes = |wheel| {
+            let causes = Contribution::ALL.into_iter();
+            causes.map(move |cause| find(explained, Quantity::Contribution(cause, wheel)))
+        };
+        Self {
+            otf: by_wheel(outcomes, Quantity::Otf),
+            explained_otf: by_wheel(explained, Quantity::Otf),
+            sigma: by_wheel(explained, Quantity::OtfSigma),
+            utilisation: find(explained, Quantity::Utilisation),
+            contributions: (0..wheels).map(|wheel| causes(wheel).collect()).collect(),
+        }
+    }
 }
 
 /// An instant of a law: its OTF are in a row of the explained states or of the states ahead.
@@ -70,8 +107,9 @@ impl Predictor {
         let times = std::iter::once(0.0).chain(machine.prediction.times_s());
         let instants: Vec<_> = times.map(|time_s| Instant::new(machine, time_s)).collect();
         let rows = Law::ALL.map(|law| rows_of(law, instants.len()).len());
-        let outcomes = |scope| OutcomeColumns::empty(machine, scope);
-        Self {
+        let [outcomes, explained] =
+            [Scope::LOADS, EXPLAINED].map(|scope| OutcomeColumns::empty(machine, scope));
+        let mut predictor = Self {
             has_arm: joints.iter().any(JointLaw::moves_arm),
             joints,
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
@@ -79,13 +117,30 @@ impl Predictor {
             then: State::zero(machine),
             states: StateColumns::unknown(machine, rows.iter().sum()),
             loads: BatchWorkspace::new(machine, Scope::LOADS, &model),
-            outcomes: outcomes(Scope::LOADS),
+            places: Places::new(&outcomes, &explained, machine.wheels.len()),
+            outcomes,
             chosen: StateColumns::unknown(machine, 1 + Law::ALL.len()),
             explainer: BatchWorkspace::new(machine, EXPLAINED, &model),
-            explained: outcomes(EXPLAINED),
+            explained,
             prediction: Prediction::unknown(machine.wheels.len()),
             instants,
-        }
+        };
+        // the first evaluation allocates its columns
+        predictor.evaluate_ahead(machine);
+        predictor.explain(machine);
+        predictor
+    }
+
+    fn evaluate_ahead(&mut self, machine: &Machine) {
+        let rows = 0..self.states.rows();
+        let (workspace, outcomes) = (&mut self.loads, &mut self.outcomes);
+        evaluate_into(machine, &self.states, rows, workspace, outcomes);
+    }
+
+    fn explain(&mut self, machine: &Machine) {
+        let rows = 0..self.chosen.rows();
+        let (workspace, outcomes) = (&mut self.explainer, &mut self.explained);
+        evaluate_into(machine, &self.chosen, rows, workspace, outcomes);
     }
 
     /// The last prediction.
@@ -117,7 +172,8 @@ impl Predictor {
     #[must_use]
     pub fn otf_at(&self, law: Law, time_s: f64, wheel: usize) -> f64 {
         let mut nodes = self.nodes(law).map(|node| self.point(node, wheel));
-        let Some(mut before) = nodes.next() else {
+        let is_known = self.prediction.of(law).gap.is_none();
+        let Some(mut before) = nodes.next().filter(|_| is_known) else {
             return f64::NAN;
         };
         for after in nodes {
@@ -138,13 +194,7 @@ impl Predictor {
                 self.states.set(row, &mut self.then);
             }
         }
-        evaluate_into(
-            machine,
-            &self.states,
-            0..self.states.rows(),
-            &mut self.loads,
-            &mut self.outcomes,
-        );
+        self.evaluate_ahead(machine);
         self.chosen.set(NOW, &mut self.now);
         for law in Law::ALL {
             let (instant, gap) = self.worst_instant(machine, law);
@@ -158,13 +208,7 @@ impl Predictor {
             propagate(&mut self.then.noise, &self.instants[instant]);
             self.chosen.set(1 + law as usize, &mut self.then);
         }
-        evaluate_into(
-            machine,
-            &self.chosen,
-            0..self.chosen.rows(),
-            &mut self.explainer,
-            &mut self.explained,
-        );
+        self.explain(machine);
         for law in Law::ALL {
             let place = &mut self.prediction.ahead[law as usize];
             // an empty list does not allocate
@@ -220,13 +264,13 @@ impl Predictor {
                 return (worst, Some(PredictionGap::NotFinite));
             }
             for (wheel, &load) in static_load.iter().enumerate() {
-                let otf = self.outcomes.column(Quantity::Otf(wheel))[row];
+                let otf = self.outcomes.columns[self.places.otf[wheel]][row];
                 if otf <= 0.0 {
                     return (instant, None);
                 }
-                let share = if load.is_finite() { otf / load } else { otf };
-                if share < least {
-                    (worst, least) = (instant, share);
+                let left = share_left(otf, load);
+                if left < least {
+                    (worst, least) = (instant, left);
                 }
             }
         }
@@ -244,12 +288,14 @@ impl Predictor {
 
     /// Time (s) and OTF of a wheel (N).
     fn point(&self, node: Node, wheel: usize) -> (f64, f64) {
-        let quantity = Quantity::Otf(wheel);
         match node {
-            Node::Now => (0.0, self.explained.column(quantity)[NOW]),
+            Node::Now => (
+                0.0,
+                self.explained.columns[self.places.explained_otf[wheel]][NOW],
+            ),
             Node::Ahead { instant, row } => (
                 self.instants[instant].time_s,
-                self.outcomes.column(quantity)[row],
+                self.outcomes.columns[self.places.otf[wheel]][row],
             ),
         }
     }
@@ -273,14 +319,15 @@ impl Predictor {
 
     fn fill(&self, machine: &Machine, law: Law, ahead: &mut Ahead) {
         let row = 1 + law as usize;
-        let explained = |quantity, row: usize| self.explained.column(quantity)[row];
+        let places = &self.places;
+        let explained = |column: usize| self.explained.columns[column][row];
         let static_load = &machine.reference.static_load;
         let wheels = 0..static_load.len();
         let mut closest = (f64::INFINITY, 0);
         (ahead.lift_off_s, ahead.earliest_s) = (f64::NAN, f64::NAN);
         let mut lifts = None;
         for wheel in wheels {
-            let otf = self.outcomes.column(Quantity::Otf(wheel));
+            let otf = &self.outcomes.columns[places.otf[wheel]];
             let rows = rows_of(law, self.instants.len());
             ahead.otf_least[wheel] = otf[rows].iter().copied().fold(f64::INFINITY, f64::min);
             let lift_off_s = self.crossing_s(law, wheel, 0.0);
@@ -288,37 +335,47 @@ impl Predictor {
                 ahead.lift_off_s = lift_off_s;
                 lifts = Some(wheel);
             }
-            let sigma = explained(Quantity::OtfSigma(wheel), row);
+            let sigma = explained(places.sigma[wheel]);
             let earliest_s = self.crossing_s(law, wheel, -BAND * sigma);
             ahead.earliest_s = ahead.earliest_s.min(earliest_s);
-            let at_worst = explained(Quantity::Otf(wheel), row) / static_load[wheel];
+            let at_worst = share_left(explained(places.explained_otf[wheel]), static_load[wheel]);
             if at_worst < closest.0 {
                 closest = (at_worst, wheel);
             }
         }
         let wheel = lifts.unwrap_or(closest.1);
-        let sigma = explained(Quantity::OtfSigma(wheel), row);
+        let sigma = explained(places.sigma[wheel]);
         ahead.wheel = Some(wheel);
         ahead.latest_s = self.crossing_s(law, wheel, BAND * sigma);
-        ahead.utilisation = explained(Quantity::Utilisation, row);
+        ahead.utilisation = explained(places.utilisation);
         ahead.cause = self.cause(row, wheel);
     }
 
     /// The contribution that takes most off the OTF of a wheel from now to an explained row.
     fn cause(&self, row: usize, wheel: usize) -> Option<Contribution> {
         let mut most = (0.0, None);
-        for cause in Contribution::ALL {
+        let places = &self.places.contributions[wheel];
+        for (cause, &place) in Contribution::ALL.into_iter().zip(places) {
             // what lifted wheels leave to the others is no part of the OTF
             if cause == Contribution::LiftOff {
                 continue;
             }
-            let column = self.explained.column(Quantity::Contribution(cause, wheel));
+            let column = &self.explained.columns[place];
             let change = column[row] - column[NOW];
             if change < most.0 {
                 most = (change, Some(cause));
             }
         }
         most.1
+    }
+}
+
+/// OTF as a fraction of the static load, or itself where that is unknown: only compared.
+fn share_left(otf: f64, static_load: f64) -> f64 {
+    if static_load.is_finite() {
+        otf / static_load
+    } else {
+        otf
     }
 }
 

@@ -2,16 +2,17 @@
 
 use std::path::Path;
 
-use tipwatch_analyze::base::options::{Estimator, Options};
+use crate::Truth;
 use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::machine::PredictionSpec;
 use tipwatch_mechanics::prediction::{Law, Predictor};
 use tipwatch_mechanics::verdict::Level;
 use tipwatch_mechanics::{Quantity, State};
-use tipwatch_tests::Truth;
 
 /// Times ahead at which loads are compared (s).
-pub(super) const AHEAD_S: [f64; 3] = [0.5, 1.0, 2.0];
+pub const AHEAD_S: [f64; 3] = [0.5, 1.0, 2.0];
 /// A wheel with less than this share of the mean load is off the ground.
 const OFF_GROUND: f64 = 0.01;
 /// It has lifted if it is off the ground for so long (s); a bounce is shorter.
@@ -21,47 +22,61 @@ const APART_S: f64 = 1.0;
 
 /// What one row says.
 #[derive(Debug, Clone)]
-pub(super) struct Row {
-    pub(super) time_s: f64,
-    pub(super) level: Level,
+pub struct Row {
+    /// Time after the first sample of the truth (s).
+    pub time_s: f64,
+    /// The level of the verdict.
+    pub level: Level,
     /// The plain rate, as the verdict announces it (s); NaN without.
-    pub(super) by_rate_s: f64,
+    pub by_rate_s: f64,
     /// Time to lift-off by law (s); NaN without.
-    pub(super) lift_off_s: [f64; Law::ALL.len()],
-    pub(super) earliest_s: [f64; Law::ALL.len()],
-    pub(super) latest_s: [f64; Law::ALL.len()],
+    pub lift_off_s: [f64; Law::ALL.len()],
+    /// The same for the OTF less two standard deviations.
+    pub earliest_s: [f64; Law::ALL.len()],
+    /// The same for the OTF plus two standard deviations.
+    pub latest_s: [f64; Law::ALL.len()],
     /// Squared errors of the loads ahead relative to the mean load, of the prediction and of the present loads; NaN where a
     /// wheel is off the ground.
-    pub(super) errors: [[f64; 2]; AHEAD_S.len()],
+    pub errors: [[f64; 2]; AHEAD_S.len()],
 }
 
 /// A true lift.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lift {
-    pub(super) time_s: f64,
+pub struct Lift {
+    /// When it began (s).
+    pub time_s: f64,
 }
 
+/// A log with what its rows say.
 #[derive(Debug)]
-pub(super) struct Followed {
-    pub(super) name: String,
-    pub(super) rows: Vec<Row>,
+pub struct Followed {
+    /// Name of the log.
+    pub name: String,
+    /// Its rows.
+    pub rows: Vec<Row>,
     lifts: Vec<Lift>,
     /// Time during which all wheels were on the ground (s).
-    pub(super) on_ground_s: f64,
+    pub on_ground_s: f64,
 }
 
 impl Followed {
-    pub(super) fn new(log: &Path) -> Self {
+    /// Follows a log with its machine file and truth beside it. `keys` replaces the machine file's `[prediction]`.
+    ///
+    /// # Panics
+    /// A file is missing.
+    #[must_use]
+    pub fn new(log: &Path, keys: Option<&PredictionSpec>) -> Self {
         let options = Options {
             estimator: Estimator::Causal,
             ..Options::default()
         };
         let machine = log.with_extension("toml");
-        let mut file = MachineFile::read(&machine).unwrap();
-        if let Ok(keys) = std::env::var("TIPWATCH_PREDICTION_KEYS") {
-            file.spec.prediction = toml::from_str(&keys.replace(';', "\n")).unwrap();
+        let mut file = MachineFile::read(&machine).expect("a simulated log with its truth");
+        if let Some(keys) = keys {
+            file.spec.prediction = keys.clone();
         }
-        let analysis = analyse(log, &file, options, &mut |_| {}).unwrap();
+        let analysis =
+            analyse(log, &file, options, &mut |_| {}).expect("a simulated log with its truth");
         let machine = &analysis.machine;
         let names: Vec<&str> = machine.wheels().iter().map(|w| w.name.as_str()).collect();
         let truth = Truth::smoothed_already(log, &names);
@@ -69,15 +84,24 @@ impl Followed {
         let seconds = |time_ns: i64| (time_ns - start_ns) as f64 * 1e-9;
         let mean = machine.mass() * machine.gravity() / names.len() as f64;
         let (lifts, on_ground_s) = true_lifts(&truth, names.len(), OFF_GROUND * mean);
-        let verdicts = analysis.rows.verdicts.as_ref().unwrap();
+        let verdicts = analysis
+            .rows
+            .verdicts
+            .as_ref()
+            .expect("a simulated log with its truth");
         let mut predictor = Predictor::new(machine);
         let mut state = State::zero(machine);
-        let last_ns = *truth.times_ns().last().unwrap();
+        let last_ns = *truth
+            .times_ns()
+            .last()
+            .expect("a simulated log with its truth");
         let rows = (0..analysis.rows.len()).map(|row| {
             let time_ns = analysis.rows.times_ns[row];
             analysis.rows.state(row, &mut state);
             let reasons = analysis.rows.reasons[row];
-            let prediction = predictor.predict(machine, &state, reasons).clone();
+            let prediction = predictor
+                .predict(machine, &state, reasons, verdicts.verdicts[row].level)
+                .clone();
             let mut errors = [[f64::NAN; 2]; AHEAD_S.len()];
             for (errors, ahead_s) in errors.iter_mut().zip(AHEAD_S) {
                 let then_ns = time_ns + (ahead_s * 1e9) as i64;
@@ -107,14 +131,20 @@ impl Followed {
             }
         });
         Self {
-            name: log.file_stem().unwrap().to_string_lossy().into_owned(),
+            name: log
+                .file_stem()
+                .expect("a simulated log with its truth")
+                .to_string_lossy()
+                .into_owned(),
             rows: rows.collect(),
             lifts,
             on_ground_s,
         }
     }
 
-    pub(super) fn lifts(&self) -> &[Lift] {
+    /// The true lifts.
+    #[must_use]
+    pub fn lifts(&self) -> &[Lift] {
         &self.lifts
     }
 }

@@ -10,19 +10,21 @@ use super::followed::{Followed, Lift, Row};
 const AFTER_S: f64 = 2.0;
 
 /// A kind of alarm.
-pub(super) struct Kind {
-    pub(super) name: &'static str,
+#[derive(Debug)]
+pub struct Kind {
+    /// Name.
+    pub name: &'static str,
     is_on: fn(&Row) -> bool,
 }
 
 /// Lift-off within two seconds if the motion goes on.
-pub(super) const GO_ON: Kind = Kind {
+pub const GO_ON: Kind = Kind {
     name: "prediction, go on",
     is_on: |row| row.lift_off_s[Law::GoOn as usize].is_finite(),
 };
 
 /// The alarms that are compared.
-pub(super) const KINDS: [Kind; 9] = [
+pub const KINDS: [Kind; 9] = [
     Kind {
         name: "plain rate, 5 s (as announced)",
         is_on: |row| row.by_rate_s.is_finite(),
@@ -59,12 +61,17 @@ pub(super) const KINDS: [Kind; 9] = [
 ];
 
 /// When an alarm was on (s): raised by three rows in succession, released after one second without.
-pub(super) fn episodes(log: &Followed, kind: &Kind) -> Vec<[f64; 2]> {
+#[must_use]
+pub fn episodes(log: &Followed, kind: &Kind) -> Vec<[f64; 2]> {
     let hold_s = HOLD_NS as f64 * 1e-9;
     let mut found: Vec<[f64; 2]> = Vec::new();
     let mut in_succession = 0;
     for row in &log.rows {
-        in_succession = if (kind.is_on)(row) { in_succession + 1 } else { 0 };
+        in_succession = if (kind.is_on)(row) {
+            in_succession + 1
+        } else {
+            0
+        };
         if in_succession == 0 {
             continue;
         }
@@ -78,19 +85,26 @@ pub(super) fn episodes(log: &Followed, kind: &Kind) -> Vec<[f64; 2]> {
 }
 
 /// How long before a lift the alarm was raised that was on when it began (s); zero if it came too late, NaN without.
-pub(super) fn lead_s(log: &Followed, lift: &Lift, kind: &Kind) -> f64 {
+#[must_use]
+pub fn lead_s(log: &Followed, lift: &Lift, kind: &Kind) -> f64 {
     let hold_s = HOLD_NS as f64 * 1e-9;
     let all = episodes(log, kind);
     let mut before = all.iter().filter(|alarm| alarm[0] <= lift.time_s);
     match before.rfind(|alarm| alarm[1] + hold_s >= lift.time_s) {
         Some(alarm) => lift.time_s - alarm[0],
-        None if all.iter().any(|alarm| (0.0..0.5).contains(&(alarm[0] - lift.time_s))) => 0.0,
+        None if all
+            .iter()
+            .any(|alarm| (0.0..0.5).contains(&(alarm[0] - lift.time_s))) =>
+        {
+            0.0
+        }
         None => f64::NAN,
     }
 }
 
 /// Number of alarms that no lift followed, neither while they were on nor soon after, and that none preceded.
-pub(super) fn false_alarms(log: &Followed, kind: &Kind) -> usize {
+#[must_use]
+pub fn false_alarms(log: &Followed, kind: &Kind) -> usize {
     let is_false = |alarm: &&[f64; 2]| {
         let about = |lift: &Lift| (alarm[0] - AFTER_S..alarm[1] + AFTER_S).contains(&lift.time_s);
         !log.lifts().iter().any(about)

@@ -6,7 +6,8 @@ use super::alarms::{KINDS, false_alarms, lead_s};
 use super::followed::{AHEAD_S, Followed};
 
 /// Lead time and false alarms of every kind of alarm, and the errors of the loads ahead.
-pub(super) fn of(set: &str, logs: &[Followed]) -> String {
+#[must_use]
+pub fn of(set: &str, logs: &[Followed], each: bool) -> String {
     let mut text = String::new();
     let lifts: usize = logs.iter().map(|log| log.lifts().len()).sum();
     let hours = logs.iter().map(|log| log.on_ground_s).sum::<f64>() / 3600.0;
@@ -16,9 +17,13 @@ pub(super) fn of(set: &str, logs: &[Followed]) -> String {
         logs.len(),
         hours * 3600.0
     )
-    .unwrap();
-    writeln!(text, "| alarm | lead, median | lead, least | missed or late | false | false per hour |").unwrap();
-    writeln!(text, "|---|---|---|---|---|---|").unwrap();
+    .expect("memory");
+    writeln!(
+        text,
+        "| alarm | lead, median | lead, least | missed or late | false | false per hour |"
+    )
+    .expect("memory");
+    writeln!(text, "|---|---|---|---|---|---|").expect("memory");
     for kind in &KINDS {
         let mut leads: Vec<f64> = Vec::new();
         for log in logs {
@@ -36,11 +41,18 @@ pub(super) fn of(set: &str, logs: &[Followed]) -> String {
             kind.name,
             wrong as f64 / hours
         )
-        .unwrap();
+        .expect("memory");
     }
-    writeln!(text, "\n| loads ahead | prediction | present loads | rows |\n|---|---|---|---|").unwrap();
+    writeln!(
+        text,
+        "\n| loads ahead | prediction | present loads | rows |\n|---|---|---|---|"
+    )
+    .expect("memory");
     for (place, ahead_s) in AHEAD_S.iter().enumerate() {
-        let all = logs.iter().flat_map(|log| &log.rows).map(|row| row.errors[place]);
+        let all = logs
+            .iter()
+            .flat_map(|log| &log.rows)
+            .map(|row| row.errors[place]);
         let both: Vec<[f64; 2]> = all.filter(|e| e.iter().all(|e| e.is_finite())).collect();
         let rms = |which: usize| {
             let sum: f64 = both.iter().map(|errors| errors[which]).sum();
@@ -53,29 +65,32 @@ pub(super) fn of(set: &str, logs: &[Followed]) -> String {
             rms(1),
             both.len()
         )
-        .unwrap();
+        .expect("memory");
     }
-    if std::env::var_os("TIPWATCH_PREDICTION_EACH").is_some() {
+    if each {
         for log in logs {
             let rms = |place: usize, which: usize| {
                 let all = log.rows.iter().map(|row| row.errors[place][which]);
                 let all: Vec<f64> = all.filter(|e| e.is_finite()).collect();
                 100.0 * (all.iter().sum::<f64>() / all.len() as f64).sqrt()
             };
-            write!(text, "{:14} {:4.1} s, lifts", log.name, log.on_ground_s).unwrap();
+            write!(text, "{:14} {:4.1} s, lifts", log.name, log.on_ground_s).expect("memory");
             for lift in log.lifts() {
-                write!(text, " {:.2} (", lift.time_s).unwrap();
+                write!(text, " {:.2} (", lift.time_s).expect("memory");
                 for kind in &KINDS[..7] {
-                    write!(text, " {:.2}", lead_s(log, lift, kind)).unwrap();
+                    write!(text, " {:.2}", lead_s(log, lift, kind)).expect("memory");
                 }
-                write!(text, ")").unwrap();
+                write!(text, ")").expect("memory");
             }
-            let wrong: Vec<_> = KINDS[..7].iter().map(|kind| false_alarms(log, kind)).collect();
-            write!(text, "; false {wrong:?}; error").unwrap();
+            let wrong: Vec<_> = KINDS[..7]
+                .iter()
+                .map(|kind| false_alarms(log, kind))
+                .collect();
+            write!(text, "; false {wrong:?}; error").expect("memory");
             for place in 0..AHEAD_S.len() {
-                write!(text, " {:.1}/{:.1}", rms(place, 0), rms(place, 1)).unwrap();
+                write!(text, " {:.1}/{:.1}", rms(place, 0), rms(place, 1)).expect("memory");
             }
-            writeln!(text, " %").unwrap();
+            writeln!(text, " %").expect("memory");
         }
     }
     text
