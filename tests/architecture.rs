@@ -39,6 +39,7 @@ const RULES: [Rule; 11] = [
             "verdict",
             "explain",
             "evaluate",
+            "prediction",
             "studies",
             "commissioning",
         ],

@@ -21,6 +21,7 @@ mod number_signals; // any field of any message as a signal
 mod object_storage; // logs in a bucket, with faults
 mod payload; // payload mass from cylinder forces
 mod plausibility; // implausible signals
+mod prediction; // lead time and false alarms of the prediction, compared with simulated ground truth
 mod python; // the Python package
 mod real_logs; // logs of real robots
 mod redundancy; // wrong sensors found by comparison with each other

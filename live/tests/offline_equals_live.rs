@@ -8,8 +8,9 @@ use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_live::replay::LogSamples;
 use tipwatch_live::wire::topics::EVENT_ROW;
-use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::prediction::{Law, PredictedNumber, PredictionGap};
 use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::{Contribution, Quantity};
 
 use crate::support::{Ended, World, data};
 
@@ -84,6 +85,7 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
         time_to_lift_off_s,
         "time_to_lift_off_s",
     );
+    assert_same_prediction(&value, analysis, row);
     let single = [
         ("utilisation", Quantity::Utilisation),
         ("zmp_x_m", Quantity::ZmpX),
@@ -93,6 +95,40 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
     ];
     for (key, quantity) in single {
         assert_same(after(line, key), number(quantity), key);
+    }
+}
+
+/// What is ahead by every assumed motion has the same bits.
+fn assert_same_prediction(value: &serde_json::Value, analysis: &Analysis, row: usize) {
+    let verdicts = analysis.rows.verdicts.as_ref().unwrap();
+    let predictions = verdicts.predictions.as_ref().unwrap();
+    let same = |json: &serde_json::Value, number: f64, place: &str| {
+        // serde_json reads exactly here: the workspace asks for `float_roundtrip`
+        let read = json.as_f64().unwrap_or(f64::NAN);
+        let is_same = read.to_bits() == number.to_bits() || (json.is_null() && number.is_nan());
+        assert!(is_same, "{place} of row {row}: {json} {number}");
+    };
+    for law in Law::ALL {
+        let (json, columns) = (&value["predicted"][law.name()], predictions.of(law));
+        let gap = columns.gaps[row].map(PredictionGap::name);
+        assert_eq!(json["gap"].as_str(), gap, "row {row}");
+        let wheels = analysis.machine.wheels();
+        let wheel = columns.wheels[row].map(|wheel| wheels[wheel].name.to_lowercase());
+        assert_eq!(json["wheel"].as_str(), wheel.as_deref());
+        let cause = columns.causes[row].map(Contribution::name);
+        assert_eq!(json["cause"].as_str(), cause);
+        for (key, number) in [
+            ("lift_off_s", PredictedNumber::LiftOff),
+            ("earliest_s", PredictedNumber::Earliest),
+            ("latest_s", PredictedNumber::Latest),
+            ("utilisation", PredictedNumber::Utilisation),
+        ] {
+            same(&json[key], columns.number(number)[row], key);
+        }
+        for (wheel, otf) in wheels.iter().zip(&columns.otf_least) {
+            let json = &json["otf_min_n"][wheel.name.to_lowercase()];
+            same(json, otf[row], "otf_min_n");
+        }
     }
 }
 
@@ -148,6 +184,13 @@ fn live_verdicts_equal_offline_verdicts() {
     assert!(replay.end().status.success());
     let monitor = monitor.end();
     assert_all_rows(&monitor, "tiny_lift");
+    let predicts = |law: &str| {
+        let lines = monitor.out.lines().map(serde_json::from_str);
+        let values = lines.map(Result::<serde_json::Value, _>::unwrap);
+        let lifts = |value: serde_json::Value| value["predicted"][law]["lift_off_s"].is_number();
+        values.filter(|value| value["event"] == "row").any(lifts)
+    };
+    assert!(predicts("go_on") && predicts("stop_arm"));
     for level in ["unknown", "safe", "danger"] {
         let key = format!("\"verdict\":\"{level}\"");
         assert!(monitor.out.contains(&key), "{level}");

@@ -12,6 +12,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+use tipwatch_mechanics::prediction::Predictor;
+use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::verdict::Level;
 use tipwatch_mechanics::{
     BatchWorkspace, Machine, Model, OutcomeColumns, Scope, State, StateColumns, Workspace,
     evaluate_into, evaluate_one,
@@ -34,6 +37,7 @@ const FULL: &str = "full";
 const INDICATORS: &str = "indicators";
 const CAUSES: &str = "causes";
 const SENSITIVITIES: &str = "sensitivities";
+const PREDICTION: &str = "prediction";
 
 fn main() {
     let machine = machine();
@@ -55,7 +59,8 @@ fn main() {
         chosen(&mut scope);
         by_rows(scope)
     };
-    let mut runs: [Run<'_>; 7] = [
+    let mut predictor = Predictor::new(&machine);
+    let mut runs: [Run<'_>; 8] = [
         (
             SCALAR,
             Box::new(|| scalar(&machine, &one_by_one, Scope::LOADS)),
@@ -71,6 +76,15 @@ fn main() {
         (
             SENSITIVITIES,
             Box::new(part(|scope| scope.sensitivities = true)),
+        ),
+        (
+            PREDICTION,
+            Box::new(|| {
+                for state in &one_by_one {
+                    let state = black_box(state);
+                    black_box(predictor.predict(&machine, state, Reasons::NONE, Level::Safe));
+                }
+            }),
         ),
     ];
     let mut arguments = std::env::args()
@@ -108,6 +122,12 @@ fn main() {
             of(name) - of(ROWS)
         );
     }
+    println!(
+        "prediction by three motions, {} instants {:7.0}, {:.1} times the full scope, f64",
+        machine.prediction().points,
+        of(PREDICTION),
+        of(PREDICTION) / of(SCALAR_FULL)
+    );
     println!("figure loads-vs-everything {:.4}", of(ROWS) / of(FULL));
     // the quicker of both runs: others may use the machine
     if let Some(rnea_ns) = [before, peer()].into_iter().flatten().reduce(f64::min) {

@@ -35,6 +35,7 @@ pub mod explain;
 pub mod geometry;
 pub mod machine;
 pub mod number;
+pub mod prediction;
 pub mod state;
 pub mod studies;
 pub mod verdict;

@@ -30,6 +30,8 @@ mod measured_torques;
 mod monte_carlo;
 // Where the parts of a machine are.
 mod placement;
+// Loads ahead by assumed motions.
+mod prediction;
 // The table of quantities.
 mod quantities;
 // Machine files that are refused, and why.

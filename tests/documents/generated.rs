@@ -8,6 +8,7 @@ use tipwatch_live::wire::contract::{Coding, enumerations, services};
 use tipwatch_live::wire::topics::{
     LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, SAFE_OVERFLOW,
 };
+use tipwatch_mechanics::prediction::PREDICTED;
 use tipwatch_mechanics::{Quantity, RowColumn, When};
 
 use super::page::{Page, is_blessing, root};
@@ -86,6 +87,11 @@ fn columns() -> String {
     }
     for column in RowColumn::AFTER {
         add(column.name, column.unit, column.meaning);
+    }
+    for column in &PREDICTED {
+        let name = column.name.replace('{', "<").replace('}', ">");
+        let meaning = format!("{} (`--estimator causal`)", column.meaning);
+        add(&name, column.unit, &meaning);
     }
     text
 }

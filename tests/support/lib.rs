@@ -6,6 +6,7 @@ mod documents;
 mod edited_log;
 pub mod fingerprint;
 mod load_log;
+pub mod prediction;
 mod python_package;
 
 use std::path::{Path, PathBuf};

@@ -16,6 +16,7 @@ pub mod model_comparison;
 pub mod monte_carlo;
 mod notes;
 pub mod payload;
+mod prediction;
 pub mod quasi_static;
 mod result;
 pub mod run;

@@ -10,6 +10,7 @@ use super::excitation;
 use super::imu_check::MountingCheck;
 use super::measured_loads::LoadComparison;
 use super::payload::EstimatedPayload;
+use super::prediction::PredictionSeen;
 use crate::base::rows::Rows;
 use crate::load::{LoadedLog, MeasuredLoads};
 
@@ -31,6 +32,7 @@ pub(crate) struct Seen {
     pub(crate) mounting: MountingCheck,
     /// What the motion showed of the sensors' signs and order.
     excitation: Excitation,
+    ahead: PredictionSeen,
 }
 
 impl Seen {
@@ -45,12 +47,14 @@ impl Seen {
             positions: vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()],
             mounting: MountingCheck::new(machine),
             excitation: Excitation::new(machine),
+            ahead: PredictionSeen::default(),
         }
     }
 
     /// Takes the next rows.
     pub(crate) fn take(&mut self, machine: &Machine, rows: &Rows) {
         self.rows += rows.len();
+        self.ahead.take(rows);
         if rows
             .outcomes
             .quantities
@@ -119,6 +123,7 @@ pub(crate) fn of(
     notes.extend(measured_torques(loaded, seen));
     notes.extend(accelerometer_bias(loaded, seen));
     notes.extend(excitation::note(&loaded.machine, &seen.excitation));
+    notes.extend(seen.ahead.note(&loaded.machine));
     for signal in loaded.signals.iter() {
         if signal.recording.without_value > 0 {
             notes.push(format!(

@@ -169,6 +169,10 @@ fn analyse_with<S: RowSink>(
     if let Some((named, sets)) = &on_supports {
         table = table.on_supports(named, SupportSets::clone(sets));
     }
+    if options.estimator == Estimator::Causal {
+        // the smoother knows what follows: its states would predict what they have seen
+        table = table.predicting();
+    }
     let notes_on_static_rows = (quasi_static.as_ref()).map_or(Vec::new(), |it| it.notes.clone());
     QuasiStatic::apply(quasi_static, &mut table);
     let min_loads_n = min_loads(machine);

@@ -11,6 +11,7 @@ pub(crate) mod memory;
 pub(crate) mod number;
 pub mod options;
 pub mod output_place;
+pub mod predicted;
 pub(crate) mod progress;
 pub mod provenance;
 pub mod recovered;

@@ -8,6 +8,7 @@ use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::verdict::{Conditions, Verdict};
 use tipwatch_mechanics::{OutcomeColumns, Quantity, Scope, State, StateColumns};
 
+use super::predicted::Predictions;
 use super::support_sets::SupportSet;
 
 /// Results of consecutive rows. Rows are counted from the first of these.
@@ -126,6 +127,8 @@ pub struct Verdicts {
     /// Time (s) until the first wheel lifts off if its load keeps falling at the current rate; NaN if
     /// more than five seconds, or unknown.
     pub time_to_lift_off_s: Vec<f64>,
+    /// What is ahead; `None` where nothing was predicted, as the estimator knows what follows.
+    pub predictions: Option<Predictions>,
     /// Input faults that the monitor recorded in the log for each row; empty for a log without a monitor.
     pub recorded: Vec<Conditions>,
 }
@@ -136,5 +139,8 @@ impl Verdicts {
         self.verdicts.extend(next.verdicts);
         self.time_to_lift_off_s.extend(next.time_to_lift_off_s);
         self.recorded.extend(next.recorded);
+        if let (Some(predictions), Some(next)) = (&mut self.predictions, next.predictions) {
+            predictions.append(next);
+        }
     }
 }

@@ -17,7 +17,8 @@ use tipwatch_mechanics::{
 
 use super::estimated::{EstimatedRows, StateSource};
 use super::in_order::in_order;
-use super::rows::{Rows, row_at};
+use super::predicted::Predictions;
+use super::rows::{Rows, Verdicts, row_at};
 use super::support_sets::SupportSets;
 use super::verdicts::{MonitorRecord, RowJudge};
 use super::widening::Widening;
@@ -45,6 +46,8 @@ pub struct Table {
     widening: Option<Arc<dyn Widening>>,
     /// The sets of supports, if they come and go; `machine` then only names the columns.
     supports: Option<Arc<SupportSets>>,
+    /// Whether what is ahead of each row is predicted.
+    predicts: bool,
     whole: OnceLock<Arc<Rows>>,
 }
 
@@ -69,6 +72,7 @@ impl Table {
             record,
             widening: None,
             supports: None,
+            predicts: false,
             whole: OnceLock::new(),
         }
     }
@@ -76,6 +80,12 @@ impl Table {
     /// Widens the bands of all rows computed from now on.
     pub(crate) fn widen_by(&mut self, widening: Arc<dyn Widening>) {
         self.widening = Some(widening);
+    }
+
+    /// Predicts what is ahead of each row: for rows whose states know nothing of what follows.
+    pub(crate) fn predicting(mut self) -> Self {
+        self.predicts = true;
+        self
     }
 
     /// The table of a machine on different supports, which `machine` names.
@@ -107,6 +117,7 @@ impl Table {
             record: MonitorRecord::default(),
             widening: self.widening.clone(),
             supports: None,
+            predicts: false,
             whole: OnceLock::new(),
         }
     }
@@ -261,8 +272,13 @@ impl Table {
                     .saturating_sub(self.first)
                     .min(self.len())
         };
-        let mut judge = (self.scope.sensitivities)
-            .then(|| RowJudge::new(&self.machine, &self.record, self.supports()));
+        let mut judge = self.scope.sensitivities.then(|| {
+            let judge = RowJudge::new(&self.machine, &self.record, self.supports());
+            match self.predicts {
+                true => judge.predicting(),
+                false => judge,
+            }
+        });
         in_order(
             units.map(unit_at),
             compute_unit,
@@ -312,7 +328,11 @@ impl Table {
             reasons: Vec::new(),
             states: StateColumns::unknown(&self.machine, 0),
             outcomes: OutcomeColumns::empty(&self.machine, self.scope),
-            verdicts: (self.scope.sensitivities).then(Default::default),
+            verdicts: self.scope.sensitivities.then(|| Verdicts {
+                predictions: (self.predicts)
+                    .then(|| Predictions::none(self.machine.wheels().len())),
+                ..Verdicts::default()
+            }),
         }
     }
 

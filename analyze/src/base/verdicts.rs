@@ -2,10 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::verdict::{Conditions, Judge, Latch, LiftOff, LiftOffForecast, RowFacts};
+use tipwatch_mechanics::prediction::{Prediction, PredictionGap, Predictor};
+use tipwatch_mechanics::verdict::{
+    Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts,
+};
+use tipwatch_mechanics::{Quantity, State};
 
+use super::predicted::Predictions;
 use super::rows::{Rows, Verdicts};
 use super::support_sets::SupportSets;
 
@@ -30,6 +34,39 @@ pub(crate) struct RowJudge<'a> {
     supports: Option<&'a SupportSets>,
     /// The set of the forecast.
     set: Option<usize>,
+    ahead: Option<RowPredictor<'a>>,
+}
+
+/// Predicts row by row.
+#[derive(Debug)]
+struct RowPredictor<'a> {
+    machine: &'a Machine,
+    /// `None` for a machine whose supports come and go.
+    predictor: Option<Box<Predictor>>,
+    state: State<f64>,
+    unknown: Prediction,
+}
+
+impl<'a> RowPredictor<'a> {
+    fn new(machine: &'a Machine, supports_vary: bool) -> Self {
+        let mut unknown = Prediction::unknown(machine.wheels().len());
+        unknown.set_gap(PredictionGap::SupportsVary);
+        Self {
+            machine,
+            predictor: (!supports_vary).then(|| Box::new(Predictor::new(machine))),
+            state: State::zero(machine),
+            unknown,
+        }
+    }
+
+    /// The prediction of a row of `rows`, whose level is known.
+    fn predict(&mut self, rows: &Rows, row: usize, level: Level) -> &Prediction {
+        let Some(predictor) = &mut self.predictor else {
+            return &self.unknown;
+        };
+        rows.states.get(row, &mut self.state);
+        predictor.predict(self.machine, &self.state, rows.reasons[row], level)
+    }
 }
 
 impl<'a> RowJudge<'a> {
@@ -49,7 +86,14 @@ impl<'a> RowJudge<'a> {
             otf: vec![f64::NAN; machine.wheels().len()],
             supports,
             set: None,
+            ahead: None,
         }
+    }
+
+    /// Predicts, too: for states that know nothing of what follows.
+    pub(crate) fn predicting(mut self) -> Self {
+        self.ahead = Some(RowPredictor::new(self.machine, self.supports.is_some()));
+        self
     }
 
     /// The next wheel to lift, by the OTF of a row of the log with meaningful loads. It begins anew on other supports.
@@ -80,6 +124,7 @@ impl<'a> RowJudge<'a> {
         let mut all = Verdicts {
             verdicts: Vec::with_capacity(rows.len()),
             time_to_lift_off_s: Vec::with_capacity(rows.len()),
+            predictions: (self.ahead.as_ref()).map(|_| Predictions::none(self.otf.len())),
             recorded: Vec::new(),
         };
         for row in 0..rows.len() {
@@ -103,6 +148,9 @@ impl<'a> RowJudge<'a> {
                 .filter(|_| verdict.level.announces_lift_off());
             all.time_to_lift_off_s
                 .push(next.map_or(f64::NAN, |next| next.in_s));
+            if let (Some(ahead), Some(predictions)) = (&mut self.ahead, &mut all.predictions) {
+                predictions.push(ahead.predict(rows, row, verdict.level));
+            }
             if !recorded.is_empty() {
                 all.recorded.push(conditions);
             }

@@ -1,13 +1,18 @@
 //! Columns of `samples.parquet`: one line per row of the log.
 
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::prediction::{
+    Law, PREDICTED_CAUSE, PREDICTED_GAP, PREDICTED_OTF, PREDICTED_WHEEL, PredictedNumber,
+    PredictionGap, predicted_column,
+};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
-use tipwatch_mechanics::{ColumnNames, Quantity, RowColumn};
+use tipwatch_mechanics::{ColumnNames, Contribution, Quantity, RowColumn};
 
 use super::cell;
 use super::table::Table;
 use crate::base::options::Precision;
+use crate::base::predicted::Predictions;
 use crate::base::rows::{Rows, Verdicts};
 use crate::load::MeasuredLoads;
 
@@ -34,7 +39,7 @@ pub fn samples(
     }
     add_measured(&mut table, rows, precision, measured);
     if let Some(verdicts) = &rows.verdicts {
-        add_verdicts(&mut table, verdicts, precision);
+        add_verdicts(&mut table, verdicts, &names, precision);
     }
     table
 }
@@ -61,7 +66,43 @@ fn add_measured(table: &mut Table, rows: &Rows, precision: Precision, measured: 
     }
 }
 
-fn add_verdicts(table: &mut Table, verdicts: &Verdicts, precision: Precision) {
+/// What is ahead of each row, by the assumed motions.
+fn add_predictions(
+    table: &mut Table,
+    predictions: &Predictions,
+    names: &ColumnNames,
+    precision: Precision,
+) {
+    for law in Law::ALL {
+        let columns = predictions.of(law);
+        for number in PredictedNumber::ALL {
+            let column = number.column();
+            let name = predicted_column(column, law);
+            table.add_known(name, column.unit, precision, columns.number(number));
+        }
+        for (wheel, values) in names.wheels.iter().zip(&columns.otf_least) {
+            let name = predicted_column(PREDICTED_OTF, law).replace("{wheel}", wheel);
+            table.add_known(name, PREDICTED_OTF.unit, precision, values);
+        }
+        let wheels = columns.wheels.iter();
+        let wheels = wheels.map(|wheel| wheel.map(|wheel| names.wheels[wheel].as_str()));
+        table.add(predicted_column(PREDICTED_WHEEL, law), None, wheels);
+        let causes = columns
+            .causes
+            .iter()
+            .map(|cause| cause.map(Contribution::name));
+        table.add(predicted_column(PREDICTED_CAUSE, law), None, causes);
+        let gaps = columns.gaps.iter().map(|gap| gap.map(PredictionGap::name));
+        table.add(predicted_column(PREDICTED_GAP, law), None, gaps);
+    }
+}
+
+fn add_verdicts(
+    table: &mut Table,
+    verdicts: &Verdicts,
+    names_of: &ColumnNames,
+    precision: Precision,
+) {
     let names = |of: fn(&Verdict) -> Level| verdicts.verdicts.iter().map(move |v| of(v).name());
     table.add(RowColumn::VERDICT.name, None, names(|v| v.level));
     table.add(
@@ -71,6 +112,9 @@ fn add_verdicts(table: &mut Table, verdicts: &Verdicts, precision: Precision) {
     );
     let RowColumn { name, unit, .. } = RowColumn::TIME_TO_LIFT_OFF;
     table.add_known(name, unit, precision, &verdicts.time_to_lift_off_s);
+    if let Some(predictions) = &verdicts.predictions {
+        add_predictions(table, predictions, names_of, precision);
+    }
     // those that a monitor recorded in the log, for every row or for none
     if !verdicts.recorded.is_empty() {
         let faults = verdicts.recorded.iter().map(|conditions| {

@@ -13,6 +13,7 @@
 //! | `valid`, `reasons` | whether the row is valid, and why not |
 //! | `utilisation` | 1 - (OTF - 2 sigma) / static load, of the worst wheel |
 //! | `time_to_lift_off_s`, `next_wheel` | time until the next wheel lifts if its load keeps falling at its present rate, and which one; null beyond 5 s, where the rate is not significant, and at levels that name no lost load |
+//! | `predicted` | what is ahead by three assumed motions, see below |
 //! | `load_n` | load by wheel, names in lower case |
 //! | `otf_n` | overturning force (OTF): load with every wheel held to the ground, by wheel |
 //! | `load_sigma_n` | standard deviation of the load, by wheel |
@@ -21,16 +22,28 @@
 //! | `normal_force_n` | sum of the loads |
 //! | `untimed` | true if real time is not checked because a log is replayed as fast as possible |
 //!
+//! `predicted` has the keys `go_on` (the motion goes on), `brake_now` and `stop_arm`; each has
+//!
+//! | key | content |
+//! |---|---|
+//! | `gap` | why nothing is predicted; null if something is, and all others are null otherwise |
+//! | `lift_off_s`, `earliest_s`, `latest_s` | time until a wheel lifts, by the OTF and by the OTF less and plus two standard deviations; null beyond the horizon |
+//! | `wheel`, `cause` | the wheel that lifts first or comes closest, and what takes most load off it |
+//! | `utilisation` | utilisation at that instant |
+//! | `otf_min_n` | smallest OTF within the horizon, by wheel |
+//!
 //! Numbers are printed so that reading them back gives the same bits. A number that cannot be computed is null.
 
 use std::io::{self, Write};
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
-use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::prediction::{Law, PredictedNumber, PredictionGap};
 use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::verdict::{InputFault, InputFaults};
+use tipwatch_mechanics::{Contribution, Quantity};
 
 use crate::wire::names::Names;
+use crate::wire::prediction_text::prediction_text;
 use crate::wire::topics::{EVENT_ROW, WireVerdict};
 
 /// Text is thinned out to one line in this time of the rows' clock (ns).
@@ -138,6 +151,9 @@ impl<W: Write> Printer<W> {
                 verdict.time_to_lift_off_s
             )?;
         }
+        if let Some(text) = prediction_text(verdict, &self.names.wheels) {
+            write!(self.out, "  {text}")?;
+        }
         let held = shown.held;
         let mut reasons = verdict.row_reasons();
         reasons.add_all(held.reasons);
@@ -195,6 +211,7 @@ impl Serialize for Line<'_> {
         map.serialize_entry(&key(Quantity::Utilisation), &number(Quantity::Utilisation))?;
         map.serialize_entry("time_to_lift_off_s", &verdict.time_to_lift_off_s)?;
         map.serialize_entry("next_wheel", &next_wheel)?;
+        map.serialize_entry("predicted", &PredictedOf(self))?;
         for of_wheel in BY_WHEEL {
             map.serialize_entry(
                 &key(of_wheel(0)),
@@ -249,6 +266,62 @@ impl Serialize for ByWheel<'_> {
         let Line { verdict, names } = self.line;
         let number = |wheel| verdict.number((self.of_wheel)(wheel));
         serializer.collect_map((names.wheels.iter().enumerate()).map(|(i, name)| (name, number(i))))
+    }
+}
+
+/// What is ahead, by law.
+struct PredictedOf<'a>(&'a Line<'a>);
+
+impl Serialize for PredictedOf<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(Law::ALL.map(|law| (law.name(), PredictedBy { line: self.0, law })))
+    }
+}
+
+struct PredictedBy<'a> {
+    line: &'a Line<'a>,
+    law: Law,
+}
+
+impl Serialize for PredictedBy<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Line { verdict, names } = self.line;
+        let place = self.law as usize;
+        let gap = verdict.gap_of(self.law);
+        let is_known = gap.is_none();
+        let wheel = names.wheels.get(verdict.predicted_wheel[place] as usize);
+        let cause = verdict.predicted_cause_of(self.law);
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("gap", &gap.map(PredictionGap::name))?;
+        for number in PredictedNumber::ALL {
+            let name = match number {
+                PredictedNumber::LiftOff => "lift_off_s",
+                PredictedNumber::Earliest => "earliest_s",
+                PredictedNumber::Latest => "latest_s",
+                PredictedNumber::Utilisation => "utilisation",
+            };
+            map.serialize_entry(name, &verdict.predicted(number)[place])?;
+        }
+        map.serialize_entry("wheel", &wheel.filter(|_| is_known))?;
+        map.serialize_entry("cause", &cause.filter(|_| is_known).map(Contribution::name))?;
+        let otf = names.wheels.iter().zip(&verdict.predicted_otf_min[place]);
+        map.serialize_entry("otf_min_n", &otf.collect::<ByName<'_>>())?;
+        map.end()
+    }
+}
+
+/// Numbers by name.
+struct ByName<'a>(Vec<(&'a String, &'a f64)>);
+
+impl<'a> FromIterator<(&'a String, &'a f64)> for ByName<'a> {
+    fn from_iter<I: IntoIterator<Item = (&'a String, &'a f64)>>(numbers: I) -> Self {
+        Self(numbers.into_iter().collect())
+    }
+}
+
+impl Serialize for ByName<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().copied())
     }
 }
 

@@ -1,5 +1,6 @@
 //! Verdicts on one session. It does not know where messages come from or go to.
 
+use tipwatch_mechanics::prediction::Predictor;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
     Conditions, InputFault, Judge, Latch, LiftOffForecast, RowFacts, Verdict,
@@ -21,6 +22,7 @@ pub struct Monitor {
     workspace: Workspace<f64>,
     judge: Judge,
     forecast: LiftOffForecast,
+    predictor: Predictor,
     is_acknowledged: bool,
     /// Number of alarms raised up to the last verdict published.
     alarms: u64,
@@ -59,6 +61,7 @@ impl Monitor {
             workspace: Workspace::with_scope(&machine, Scope::ALL),
             judge: Judge::new(machine.limits()),
             forecast: LiftOffForecast::new(&machine),
+            predictor: Predictor::new(&machine),
             input,
             machine,
             is_acknowledged: false,
@@ -162,6 +165,9 @@ impl Monitor {
         self.message.sample_published_ns = row.sample_published_ns;
         self.message
             .set_row(time_ns, reasons, outcome, utilisation, next);
+        let state = &estimate.state;
+        let prediction = (self.predictor).predict(&self.machine, state, reasons, verdict.level);
+        self.message.set_prediction(prediction);
         self.publish(verdict, row.conditions, publish);
         let guard = &self.input.guard;
         self.timeliness = self.timeliness.max(

@@ -10,6 +10,7 @@ use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use crate::wire::command::{HoldReason, Mode};
 use crate::wire::names::Names;
+use crate::wire::prediction_text::prediction_text;
 use crate::wire::topics::{WireCommand, WireVerdict};
 
 /// Width of the text next to a bar (characters).
@@ -41,7 +42,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, view: &View) {
     };
     let wheels = view.names.wheels.len() as u16;
     let [level, margin, loads, health] = Layout::vertical([
-        Constraint::Length(4),
+        Constraint::Length(5),
         Constraint::Length(3),
         Constraint::Length(2 * wheels + 1),
         Constraint::Min(7),
@@ -111,7 +112,12 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
         ));
     }
     let title = format!(" {} ", view.names.machine);
-    let text = vec![Line::from(words), Line::from(second)];
+    let ahead = prediction_text(verdict, &view.names.wheels).filter(|_| expired.is_none());
+    let text = vec![
+        Line::from(words),
+        Line::from(second),
+        Line::from(ahead.unwrap_or_default()),
+    ];
     let level = Paragraph::new(text)
         .alignment(Alignment::Center)
         .block(Block::bordered().title(title).border_style(color(level)));

@@ -3,6 +3,7 @@
 
 use strum::{EnumMessage, VariantArray};
 use tipwatch_mechanics::Contribution;
+use tipwatch_mechanics::prediction::{Law, PredictionGap};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level};
 use tipwatch_suspension::Status;
@@ -103,9 +104,21 @@ pub fn enumerations() -> Vec<Enumeration> {
         ),
         list(
             "cause",
-            "causes of the verdict",
+            "causes of the verdict, and predicted_cause less 1",
             Index,
             entries(|cause: Contribution| cause as u32),
+        ),
+        list(
+            "law",
+            "assumed motions of the predictions of the verdict",
+            Index,
+            entries(|law: Law| law as u32),
+        ),
+        list(
+            "prediction_gap",
+            "prediction_gap of the verdict",
+            Number,
+            entries(|gap: PredictionGap| gap as u32),
         ),
         list(
             "refusal_reason",

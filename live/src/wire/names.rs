@@ -1,6 +1,7 @@
 //! Names of wheels and edges, and of the numbers of a verdict.
 
 use anyhow::Result;
+use tipwatch_mechanics::prediction::{Law, PREDICTED_OTF, PredictedNumber, predicted_column};
 use tipwatch_mechanics::{ColumnNames, Quantity, RowColumn};
 
 use crate::wire::session::name_from_wire;
@@ -40,6 +41,15 @@ impl Names {
             each(verdict.number(quantity).unwrap_or(f64::NAN));
             if quantity == Quantity::Utilisation {
                 each(verdict.time_to_lift_off_s);
+                for law in Law::ALL {
+                    for number in PredictedNumber::ALL {
+                        each(verdict.predicted(number)[law as usize]);
+                    }
+                    let otf = &verdict.predicted_otf_min[law as usize];
+                    (0..self.wheels.len()).for_each(|wheel| {
+                        each(otf.get(wheel).copied().unwrap_or(f64::NAN));
+                    });
+                }
             }
         });
     }
@@ -57,6 +67,14 @@ impl Names {
             columns.push(quantity.column(&names));
             if quantity == Quantity::Utilisation {
                 columns.push(RowColumn::TIME_TO_LIFT_OFF.name.to_string());
+                for law in Law::ALL {
+                    for number in PredictedNumber::ALL {
+                        columns.push(predicted_column(number.column(), law));
+                    }
+                    let otf = predicted_column(PREDICTED_OTF, law);
+                    let of_wheels = self.wheels.iter();
+                    columns.extend(of_wheels.map(|wheel| otf.replace("{wheel}", wheel)));
+                }
             }
         });
         columns

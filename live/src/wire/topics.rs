@@ -81,6 +81,8 @@ pub const NAME_BYTES: usize = 64;
 pub const TEXT_BYTES: usize = 512;
 /// Maximum number of wheels, and of edges of the support polygon.
 pub const MAX_PLACES: usize = MAX_WHEELS;
+/// Number of assumed motions by which a verdict predicts.
+pub const LAWS: usize = tipwatch_mechanics::prediction::Law::ALL.len();
 /// Number of load contributions in a verdict.
 pub const CAUSES: usize = tipwatch_mechanics::Contribution::ALL.len();
 
@@ -194,7 +196,7 @@ macro_rules! verdict_message {
         wire! {
             /// The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
             /// Consumers must treat a verdict past valid_until_ns as a fault.
-            "tipwatch.Verdict.v2"
+            "tipwatch.Verdict.v3"
             pub struct WireVerdict {
                 /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
                 pub valid_until_ns: i64,
@@ -259,11 +261,29 @@ macro_rules! verdict_message {
                 /// 4 a sensor is missing, 5 a sensor that the machine does not have, 6 joints, 7 mounting of the IMU,
                 /// 8 the machine does not suit live use. The service of refusals has the text.
                 pub refusal: u32,
-                /// Zero.
-                pub reserved: u32,
+                /// Why nothing is predicted by each assumed motion; 0 if something is: the other fields of the prediction are
+                /// NaN or meaningless otherwise. Assumed motions: 0 the motion goes on, 1 the platform brakes now, 2 the arm
+                /// stops now. A prediction never changes the level.
+                pub prediction_gap: [u32; LAWS],
+                /// Index of the wheel that lifts first by each assumed motion; if none lifts, of the one that comes closest.
+                pub predicted_wheel: [u32; LAWS],
+                /// What takes most load off that wheel until then, as 1 plus the index of the cause; 0 if nothing does.
+                pub predicted_cause: [u32; LAWS],
                 $(#[doc = quantity_doc!($worst_of)] pub $worst: f64,)*
                 /// Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s.
                 pub time_to_lift_off_s: f64,
+                /// Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
+                /// lifts within the horizon of the machine file.
+                pub predicted_lift_off_s: [f64; LAWS],
+                /// The same for the OTF less two standard deviations: lift-off is possible from then on (s).
+                pub predicted_earliest_s: [f64; LAWS],
+                /// The same for the OTF plus two standard deviations of the wheel that lifts first (s).
+                pub predicted_latest_s: [f64; LAWS],
+                /// Utilisation by each assumed motion at the first instant ahead with a lifted wheel; if there is none, at
+                /// the one with the smallest OTF relative to the static load.
+                pub predicted_utilisation: [f64; LAWS],
+                /// Smallest OTF within the horizon by each assumed motion and wheel (N).
+                pub predicted_otf_min: [[f64; MAX_PLACES]; LAWS],
                 $(#[doc = quantity_doc!($one_of)] pub $one: f64,)*
                 $(#[doc = concat!(quantity_doc!($wheel_of), ", by wheel")] pub $wheel: [f64; MAX_PLACES],)*
                 $(

@@ -1,6 +1,7 @@
 //! Verdicts: conversion between the monitor and the wire.
 
 use anyhow::Result;
+use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap};
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::verdict::{
     Conditions, HeldProblems, InputFaults, Latch, Level, LiftOff, Verdict,
@@ -9,7 +10,9 @@ use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quant
 
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::name_to_wire;
-use crate::wire::topics::{EVENT_BETWEEN, EVENT_ROW, MAX_PLACES, Wire, WireMachine, WireVerdict};
+use crate::wire::topics::{
+    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_PLACES, Wire, WireMachine, WireVerdict,
+};
 
 impl WireVerdict {
     /// An unknown verdict: every number NaN.
@@ -18,6 +21,11 @@ impl WireVerdict {
         let mut wire = Self::blank();
         wire.each_number_mut(MAX_PLACES, MAX_PLACES, |_, number| *number = f64::NAN);
         wire.time_to_lift_off_s = f64::NAN;
+        wire.prediction_gap = [PredictionGap::RowInvalid as u32; LAWS];
+        for number in PredictedNumber::ALL {
+            *wire.predicted_mut(number) = [f64::NAN; LAWS];
+        }
+        wire.predicted_otf_min = [[f64::NAN; MAX_PLACES]; LAWS];
         wire.event = EVENT_BETWEEN;
         wire
     }
@@ -43,6 +51,56 @@ impl WireVerdict {
         self.utilisation = utilisation;
         self.time_to_lift_off_s = next.map_or(f64::NAN, |next| next.in_s);
         self.next_wheel = next.map_or(0, |next| next.wheel as u32);
+    }
+
+    /// Sets what is predicted.
+    pub fn set_prediction(&mut self, prediction: &Prediction) {
+        for law in Law::ALL {
+            let (ahead, place) = (prediction.of(law), law as usize);
+            self.prediction_gap[place] = ahead.gap.map_or(0, |gap| gap as u32);
+            self.predicted_wheel[place] = ahead.wheel.map_or(0, |wheel| wheel as u32);
+            self.predicted_cause[place] = ahead.cause.map_or(0, |cause| 1 + cause as u32);
+            for number in PredictedNumber::ALL {
+                self.predicted_mut(number)[place] = number.of(ahead);
+            }
+            let wheels = self.predicted_otf_min[place].iter_mut();
+            wheels
+                .zip(&ahead.otf_least)
+                .for_each(|(number, otf)| *number = *otf);
+        }
+    }
+
+    /// A number of the prediction by law.
+    #[must_use]
+    pub fn predicted(&self, number: PredictedNumber) -> &[f64; LAWS] {
+        match number {
+            PredictedNumber::LiftOff => &self.predicted_lift_off_s,
+            PredictedNumber::Earliest => &self.predicted_earliest_s,
+            PredictedNumber::Latest => &self.predicted_latest_s,
+            PredictedNumber::Utilisation => &self.predicted_utilisation,
+        }
+    }
+
+    fn predicted_mut(&mut self, number: PredictedNumber) -> &mut [f64; LAWS] {
+        match number {
+            PredictedNumber::LiftOff => &mut self.predicted_lift_off_s,
+            PredictedNumber::Earliest => &mut self.predicted_earliest_s,
+            PredictedNumber::Latest => &mut self.predicted_latest_s,
+            PredictedNumber::Utilisation => &mut self.predicted_utilisation,
+        }
+    }
+
+    /// Why nothing is predicted by an assumed motion. An unknown number is a reason, too.
+    #[must_use]
+    pub fn gap_of(&self, law: Law) -> Option<PredictionGap> {
+        PredictionGap::from_number(self.prediction_gap[law as usize])
+    }
+
+    /// The cause behind a predicted lift.
+    #[must_use]
+    pub fn predicted_cause_of(&self, law: Law) -> Option<Contribution> {
+        let number = self.predicted_cause[law as usize] as usize;
+        Contribution::ALL.get(number.checked_sub(1)?).copied()
     }
 
     /// Sets the verdict, the conditions of the input and the counts of samples.
@@ -199,7 +257,9 @@ mod tests {
     #[test]
     fn every_number_on_the_wire_is_in_the_table() {
         let numbers = WireVerdict::FIELDS.iter().filter(|f| f.c_type == "double");
-        for field in numbers.filter(|field| field.name != "time_to_lift_off_s") {
+        // those are of no row of the table: they are extrapolated
+        let is_ahead = |name: &str| name == "time_to_lift_off_s" || name.starts_with("predicted_");
+        for field in numbers.filter(|field| !is_ahead(field.name)) {
             let doc = field.doc.join("");
             let mut kinds = Quantity::KINDS.iter().filter(|kind| {
                 let stem = kind.pattern.replace("_{wheel}", "").replace("_{edge}", "");

@@ -8,6 +8,7 @@ use super::identified::{Identified, SensorCorrections};
 use super::linkage::{Linkage, LinkageInput};
 use super::load_sensor::LoadSensor;
 use super::plausibility_spec::PlausibilitySpec;
+use super::prediction_spec::PredictionSpec;
 use super::quasi_static::QuasiStaticSpec;
 use super::signals::SignalsSpec;
 use super::spec::{EstimatorSpec, LimitsSpec, UncertaintySpec};
@@ -48,6 +49,7 @@ pub struct Machine {
     pub(crate) quasi_static: QuasiStaticSpec,
     /// Whether rows without neighbours are static.
     pub(crate) is_quasi_static: bool,
+    pub(crate) prediction: PredictionSpec,
     pub(crate) reference: super::Reference,
     pub(crate) suspension: Option<Suspension>,
     pub(crate) load_sensors: Vec<LoadSensor>,
@@ -214,6 +216,12 @@ impl Machine {
     #[must_use]
     pub fn estimator(&self) -> &EstimatorSpec {
         &self.estimator
+    }
+
+    /// How far ahead loads are predicted, and by which motions.
+    #[must_use]
+    pub fn prediction(&self) -> &PredictionSpec {
+        &self.prediction
     }
 
     /// Whether `body` is `carrier` or in its distal subtree.

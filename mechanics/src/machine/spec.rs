@@ -8,9 +8,9 @@ use serde::Deserialize;
 use crate::machine::HydraulicsSpec;
 
 use super::{
-    FieldSpec, IdentifiedSpec, LinkSigma, MachineError, PlausibilitySpec, PresenceSpec,
-    QuasiStaticSpec, SignalsSpec, SupportOrigin, SupportSpec, SuspensionControl, TrackSpec,
-    WeighedSpec,
+    FieldSpec, IdentifiedSpec, LinkSigma, MachineError, PlausibilitySpec, PredictionSpec,
+    PresenceSpec, QuasiStaticSpec, SignalsSpec, SupportOrigin, SupportSpec, SuspensionControl,
+    TrackSpec, WeighedSpec,
 };
 
 /// The machine file; the project's machine-file reference describes every key.
@@ -72,6 +72,9 @@ pub struct MachineSpec {
     /// Greatest rates and accelerations between the rows of a sparse log.
     #[serde(default)]
     pub quasi_static: QuasiStaticSpec,
+    /// How far ahead loads are predicted, and by which motions.
+    #[serde(default)]
+    pub prediction: PredictionSpec,
     /// Guessed values that no person has confirmed, by key: `wheels.NAME.radius`, `imu` or
     /// `signals.joints.NAME`. They carry a wide standard deviation and a note.
     #[serde(default)]

@@ -170,6 +170,17 @@ impl<T: Real> State<T> {
         }
     }
 
+    /// Copies another state of the same machine. Does not allocate.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.joints.copy_from_slice(&other.joints);
+        self.imu = other.imu;
+        self.tool_wrench = other.tool_wrench;
+        self.actuator_force.copy_from_slice(&other.actuator_force);
+        self.payload_share.copy_from_slice(&other.payload_share);
+        self.base = other.base;
+        self.noise = other.noise;
+    }
+
     /// Adds an amount to a signal. Machine parameters are not part of a state and are ignored; for them see
     /// [`Machine::changed`].
     pub fn change(&mut self, signal: Parameter, amount: T) {

@@ -4,6 +4,7 @@ use anyhow::Result;
 use tipwatch_ingest::{Ros2Writer, WriterTopic};
 use tipwatch_mechanics::RowColumn;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::prediction::{Law, PredictedNumber, predicted_column};
 
 use super::flat::flat;
 use crate::base::options::Precision;
@@ -12,6 +13,12 @@ use crate::base::rows::Rows;
 const DEFINITION: &str = "std_msgs/Header header\n\
     float64 level  # 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault\n\
     float64 latched_level  # the same, held until acknowledged\n";
+
+/// The numbers of the prediction.
+fn predicted() -> impl Iterator<Item = (Law, PredictedNumber)> {
+    let numbers = |law| PredictedNumber::ALL.map(|number| (law, number));
+    Law::ALL.into_iter().flat_map(numbers)
+}
 
 /// The topic of the verdicts.
 #[derive(Debug)]
@@ -26,7 +33,14 @@ impl VerdictTopic {
             return Ok(None);
         }
         let RowColumn { name, unit, .. } = RowColumn::TIME_TO_LIFT_OFF;
-        let definition = format!("{DEFINITION}float64 {name}  # {unit}\n");
+        let mut definition = format!("{DEFINITION}float64 {name}  # {unit}\n");
+        let verdicts = like.verdicts.as_ref();
+        if verdicts.is_some_and(|verdicts| verdicts.predictions.is_some()) {
+            for (law, number) in predicted() {
+                let (name, unit) = (predicted_column(number.column(), law), number.column().unit);
+                definition += &format!("float64 {name}  # {unit}\n");
+            }
+        }
         let topic = writer.topic(
             "/tipwatch/verdict",
             "tipwatch_msgs/msg/Verdict",
@@ -47,11 +61,14 @@ impl VerdictTopic {
             return Ok(());
         };
         let verdict = verdicts.verdicts[row];
-        let values = [
+        let mut values = vec![
             f64::from(verdict.level as u8),
             f64::from(verdict.latched_level as u8),
             verdicts.time_to_lift_off_s[row],
         ];
+        if let Some(predictions) = &verdicts.predictions {
+            values.extend(predicted().map(|(law, n)| predictions.of(law).number(n)[row]));
+        }
         let message = flat(machine, rows, row, &values, Precision::Double);
         Ok(writer.write(self.topic, rows.times_ns[row], &message)?)
     }

@@ -72,6 +72,7 @@ impl Checker<'_> {
         let driving = self.driving(&wheels)?;
         spec.check_weighed(&driving.joints)?;
         self.check_quasi_static(&driving.joints)?;
+        self.check_prediction(&driving.joints)?;
         let contact = self.contact(&wheels, &polygon, &driving.linkages)?;
         let reference = self.reference(&driving)?;
         let supports =
@@ -123,6 +124,7 @@ impl Checker<'_> {
             plausibility: spec.plausibility,
             quasi_static: spec.quasi_static.clone(),
             is_quasi_static: false,
+            prediction: spec.prediction.clone(),
             suspension: self.suspension()?,
             load_sensors: Vec::new(),
             identified: None,

@@ -13,6 +13,7 @@ mod imu_mount;
 mod link_sigmas;
 mod load_sensors;
 mod payloads;
+mod prediction;
 mod quasi_static;
 mod reference;
 mod signals;

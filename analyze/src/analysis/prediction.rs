@@ -1,0 +1,152 @@
+//! What the predictions of a log's rows come to, for its notes.
+
+use std::fmt::Write;
+
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::prediction::{Law, PredictedNumber};
+use tipwatch_mechanics::verdict::limits::{HOLD_NS, PERSISTENT};
+
+use crate::base::predicted::LawColumns;
+use crate::base::rows::Rows;
+
+/// What was predicted in all rows.
+#[derive(Debug, Default)]
+pub(crate) struct PredictionSeen {
+    laws: [LawSeen; Law::ALL.len()],
+}
+
+/// What was predicted by one law.
+#[derive(Debug, Default)]
+struct LawSeen {
+    known_rows: usize,
+    /// Consecutive rows with a predicted lift.
+    in_succession: u32,
+    /// Time of the last row of the last span (ns).
+    last_ns: Option<i64>,
+    /// Number of spans with a predicted lift.
+    spans: usize,
+    first: Option<Foreseen>,
+    /// Time (s), wheel and utilisation of the worst row.
+    worst: Option<(f64, usize, f64)>,
+}
+
+/// A predicted lift: when it was predicted (s), of which wheel, in which time, at the earliest and the latest.
+#[derive(Debug)]
+struct Foreseen {
+    at_s: f64,
+    wheel: usize,
+    lift_off_s: [f64; 3],
+    cause: Option<&'static str>,
+}
+
+impl PredictionSeen {
+    /// Takes the next rows.
+    pub(crate) fn take(&mut self, rows: &Rows) {
+        let verdicts = rows.verdicts.as_ref();
+        let Some(predictions) = verdicts.and_then(|verdicts| verdicts.predictions.as_ref()) else {
+            return;
+        };
+        for (seen, law) in self.laws.iter_mut().zip(Law::ALL) {
+            for row in 0..rows.len() {
+                seen.take(
+                    rows.times_ns[row],
+                    rows.seconds(row),
+                    predictions.of(law),
+                    row,
+                );
+            }
+        }
+    }
+
+    /// A note; `None` if nothing was predicted.
+    pub(crate) fn note(&self, machine: &Machine) -> Option<String> {
+        if self.laws.iter().all(|law| law.known_rows == 0) {
+            return None;
+        }
+        let spec = machine.prediction();
+        let mut text = format!(
+            "Prediction over {} s, of assumed motions, not of what the operator would have done.",
+            spec.horizon
+        );
+        for (seen, law) in self.laws.iter().zip(Law::ALL) {
+            let assumed = match law {
+                Law::GoOn => "Had the motion gone on".to_string(),
+                Law::BrakeNow => format!("Had it braked by {} m/s²", spec.brake_deceleration),
+                Law::StopArm => "Had the arm stopped at once".into(),
+            };
+            let _ = write!(text, " {assumed}: {}.", seen.text(machine));
+        }
+        Some(text)
+    }
+}
+
+impl LawSeen {
+    fn take(&mut self, time_ns: i64, time_s: f64, columns: &LawColumns, row: usize) {
+        let number = |number| columns.number(number)[row];
+        let Some(wheel) = columns.wheels[row].filter(|_| columns.gaps[row].is_none()) else {
+            self.in_succession = 0;
+            return;
+        };
+        self.known_rows += 1;
+        let utilisation = number(PredictedNumber::Utilisation);
+        if self.worst.is_none_or(|worst| utilisation > worst.2) {
+            self.worst = Some((time_s, wheel, utilisation));
+        }
+        let lift_off_s = number(PredictedNumber::LiftOff);
+        if !lift_off_s.is_finite() {
+            self.in_succession = 0;
+            return;
+        }
+        self.in_succession += 1;
+        let goes_on = (self.last_ns).is_some_and(|last| time_ns.saturating_sub(last) < HOLD_NS);
+        if goes_on {
+            self.last_ns = Some(time_ns);
+        } else if self.in_succession >= PERSISTENT {
+            self.last_ns = Some(time_ns);
+            self.spans += 1;
+            let band = [PredictedNumber::Earliest, PredictedNumber::Latest].map(number);
+            self.first.get_or_insert(Foreseen {
+                at_s: time_s,
+                wheel,
+                lift_off_s: [lift_off_s, band[0], band[1]],
+                cause: columns.causes[row].map(tipwatch_mechanics::Contribution::name),
+            });
+        }
+    }
+
+    fn text(&self, machine: &Machine) -> String {
+        let name = |wheel: usize| machine.wheels()[wheel].name.as_str();
+        if self.known_rows == 0 {
+            return "not predicted in any row".into();
+        }
+        if let Some(Foreseen {
+            at_s,
+            wheel,
+            lift_off_s: [lift_off_s, earliest_s, latest_s],
+            cause,
+        }) = &self.first
+        {
+            let times = match self.spans {
+                1 => "a wheel would have lifted once".to_string(),
+                spans => format!("a wheel would have lifted {spans} times"),
+            };
+            let latest = match latest_s.is_finite() {
+                true => format!("{latest_s:.2} s"),
+                false => "beyond the horizon".into(),
+            };
+            let by = cause.map_or(String::new(), |cause| format!(", most by {cause}"));
+            return format!(
+                "{times}, first predicted at t = {at_s:.2} s: {} in {lift_off_s:.2} s (from {earliest_s:.2} s to {latest}){by}",
+                name(*wheel)
+            );
+        }
+        match self.worst {
+            Some((at_s, wheel, utilisation)) => format!(
+                "no wheel would have lifted; at most {:.0} % of the margin used, at t = {at_s:.2} s ({})",
+                100.0 * utilisation,
+                name(wheel)
+            ),
+            None => "no wheel would have lifted; the utilisation is unknown".into(),
+        }
+    }
+}

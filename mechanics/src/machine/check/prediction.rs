@@ -1,0 +1,40 @@
+//! Checks `[prediction]`.
+
+use super::checker::Checker;
+use crate::machine::prediction_spec::MOST_POINTS;
+use crate::machine::{MachineError, MeasuredJoint};
+
+/// Longest horizon (s): beyond it, no motion goes on as it is.
+const LONGEST_S: f64 = 10.0;
+
+impl Checker<'_> {
+    /// Checks that all numbers are positive, that the work is bounded and that all joints exist.
+    pub(super) fn check_prediction(&self, joints: &[MeasuredJoint]) -> Result<(), MachineError> {
+        let spec = &self.spec.prediction;
+        for (key, value) in spec.numbers_by_key() {
+            if !(value.is_finite() && value > 0.0) {
+                let place = format!("prediction.{key}");
+                return Err(self.value_error(place, "a positive number", value));
+            }
+        }
+        if spec.horizon > LONGEST_S {
+            let expected = format!("at most {LONGEST_S} s");
+            return Err(self.value_error("prediction.horizon", expected, spec.horizon));
+        }
+        if !(1..=MOST_POINTS).contains(&spec.points) {
+            let expected = format!("1 to {MOST_POINTS} instants");
+            return Err(self.value_error("prediction.points", expected, spec.points));
+        }
+        for name in spec.joints.keys() {
+            if !joints.iter().any(|joint| joint.name == *name) {
+                let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+                return Err(self.value_error(
+                    "prediction.joints",
+                    format!("a measured joint: {}", names.join(", ")),
+                    format!("\"{name}\""),
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,6 @@
+//! What a prediction is worth: lead time, false alarms and errors of the loads ahead, compared with simulated ground truth,
+//! beside the plain rate.
+
+pub mod alarms;
+pub mod followed;
+pub mod tables;
