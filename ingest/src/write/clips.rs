@@ -130,7 +130,7 @@ fn cut(
         }
         ControlFlow::Continue(())
     })?;
-    log.extras(&mut |extra| {
+    log.extras(true, &mut |extra| {
         for cutter in cutters.iter_mut() {
             if failure.is_none()
                 && let Err(error) = cutter.extra(&extra)
