@@ -95,7 +95,8 @@ pub(crate) fn screen(
     let progress = Progress::of(py, progress, "Logs", ())?;
     if runner != "threads" {
         let arguments = PyDict::new(py);
-        arguments.set_item("out", &out)?;
+        // as text: a path object would not keep the two slashes of a URL
+        arguments.set_item("out", out.as_os_str())?;
         arguments.set_item("machine", machine.map(as_in_its_file).transpose()?)?;
         arguments.set_item("fleet", fleet)?;
         arguments.set_item("rate", rate)?;

@@ -77,8 +77,9 @@ impl FleetTask {
     }
 
     /// Number of logs that have a record.
-    fn records(&self) -> PyResult<usize> {
-        self.task().records().map_err(|error| exception(&error))
+    fn records(&self, py: Python<'_>) -> PyResult<usize> {
+        let records = py.detach(|| self.task().records());
+        records.map_err(|error| exception(&error))
     }
 
     /// Analyses a log and writes its record; returns kind and reason of its failure, if it failed.
@@ -89,14 +90,14 @@ impl FleetTask {
     }
 
     /// Writes the failure of a log whose worker could not write one.
-    fn fail(&self, log: PathBuf, kind: &str, reason: &str) -> PyResult<()> {
+    fn fail(&self, py: Python<'_>, log: PathBuf, kind: &str, reason: &str) -> PyResult<()> {
         let fail = || {
             let kind: FailureKind = kind
                 .parse()
                 .map_err(|_| anyhow!("expected a kind of failure, found \"{kind}\""))?;
             self.task().fail(&log, kind, reason)
         };
-        fail().map_err(|error| exception(&error))
+        py.detach(fail).map_err(|error| exception(&error))
     }
 
     /// Builds data set and page; logs without a record are in it as failed.
