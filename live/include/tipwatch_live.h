@@ -230,7 +230,7 @@ enum tipwatch_event {
     TIPWATCH_EVENT_BETWEEN = 2,
 };
 
-/* First index: causes of the verdict. */
+/* First index: causes of the verdict, and predicted_cause less 1. */
 enum tipwatch_cause {
     /* Weight of all links other than wheels and arm, along the contact plane's normal. */
     TIPWATCH_CAUSE_CHASSIS_WEIGHT = 0,
@@ -254,6 +254,32 @@ enum tipwatch_cause {
     TIPWATCH_CAUSE_LIFT_OFF = 9,
     /* Sum of slope and platform acceleration, where the attitude is unknown. */
     TIPWATCH_CAUSE_SPECIFIC_FORCE = 10,
+};
+
+/* First index: assumed motions of the predictions of the verdict. */
+enum tipwatch_law {
+    /* Joints and platform go on: velocities stay, accelerations die away, joints stop at their limits. */
+    TIPWATCH_LAW_GO_ON = 0,
+    /* The platform brakes now by the stated deceleration; the arm goes on. */
+    TIPWATCH_LAW_BRAKE_NOW = 1,
+    /* The joints of the arm stop now by the stated decelerations; the platform goes on. */
+    TIPWATCH_LAW_STOP_ARM = 2,
+};
+
+/* Numbers: prediction_gap of the verdict. */
+enum tipwatch_prediction_gap {
+    /* The present row has no meaningful loads, or its level is unknown or a fault. */
+    TIPWATCH_PREDICTION_GAP_ROW_INVALID = 1,
+    /* The velocity of the platform is unknown. */
+    TIPWATCH_PREDICTION_GAP_VELOCITY_UNKNOWN = 2,
+    /* The machine file names no arm with joints. */
+    TIPWATCH_PREDICTION_GAP_NO_ARM = 3,
+    /* The motion leads out of the range in which a linkage closes, before a wheel lifts. */
+    TIPWATCH_PREDICTION_GAP_LINKAGE_OPEN = 4,
+    /* The loads ahead cannot be computed, before a wheel lifts. */
+    TIPWATCH_PREDICTION_GAP_NOT_FINITE = 5,
+    /* The supports of the machine come and go. */
+    TIPWATCH_PREDICTION_GAP_SUPPORTS_VARY = 6,
 };
 
 /* Numbers: refusal of the verdict; reason of the refusal. */
@@ -497,8 +523,8 @@ TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 2432, "tipwatch_machin
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
-#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v2"
-#define TIPWATCH_VERDICT_LAYOUT "08afa0be1a38ac2f"
+#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v3"
+#define TIPWATCH_VERDICT_LAYOUT "76c1a8e9464ab3c4"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -575,12 +601,30 @@ struct tipwatch_verdict {
      * 4 a sensor is missing, 5 a sensor that the machine does not have, 6 joints, 7 mounting of the IMU,
      * 8 the machine does not suit live use. The service of refusals has the text. */
     uint32_t refusal;
-    /* Zero. */
-    uint32_t reserved;
+    /* Why nothing is predicted by each assumed motion; 0 if something is: the other fields of the prediction are
+     * NaN or meaningless otherwise. Assumed motions: 0 the motion goes on, 1 the platform brakes now, 2 the arm
+     * stops now. A prediction never changes the level. */
+    uint32_t prediction_gap[3];
+    /* Index of the wheel that lifts first by each assumed motion; if none lifts, of the one that comes closest. */
+    uint32_t predicted_wheel[3];
+    /* What takes most load off that wheel until then, as 1 plus the index of the cause; 0 if nothing does. */
+    uint32_t predicted_cause[3];
     /* 1 - (OTF - 2 sigma) / static load of the worst wheel (-) */
     double utilisation;
     /* Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s. */
     double time_to_lift_off_s;
+    /* Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
+     * lifts within the horizon of the machine file. */
+    double predicted_lift_off_s[3];
+    /* The same for the OTF less two standard deviations: lift-off is possible from then on (s). */
+    double predicted_earliest_s[3];
+    /* The same for the OTF plus two standard deviations of the wheel that lifts first (s). */
+    double predicted_latest_s[3];
+    /* Utilisation by each assumed motion at the first instant ahead with a lifted wheel; if there is none, at
+     * the one with the smallest OTF relative to the static load. */
+    double predicted_utilisation[3];
+    /* Smallest OTF within the horizon by each assumed motion and wheel (N). */
+    double predicted_otf_min[3][12];
     /* Force of the ground along the normal of the contact plane: the sum of the loads (N) */
     double normal_force;
     /* Centre of pressure (ZMP), forward of the base origin's projection onto the contact plane (m) */
@@ -626,7 +670,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2496, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2912, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */
