@@ -9,12 +9,14 @@ trap 'rm -rf "$work"' EXIT
 clean() { env -i PATH=/usr/bin:/bin HOME="$work/home" LANG=C.UTF-8 "$@"; }
 mkdir -p "$work/home"
 cd "$work"
+shopt -s nullglob
 
 for package in "$out"/*.deb; do
     echo "== $package"
     dpkg-deb --info "$package"
     dpkg -x "$package" root
     dpkg-deb --control "$package" control
+    dpkg-deb --contents "$package" | awk '{ print $2 }' | sort -u | tail -1 | grep -qx root/root
     (cd root && md5sum --quiet --check ../control/md5sums)
     for script in control/postinst control/prerm control/postrm; do sh -n "$script"; done
     clean root/usr/bin/tipwatch --version
@@ -27,7 +29,8 @@ for package in "$out"/*.deb; do
             systemd-analyze verify "./$(basename "$unit")"
         fi
     done
-    gunzip -c root/usr/share/man/man1/tipwatch-live-monitor.1.gz | grep -q 'allow.untimed'
+    gunzip -c root/usr/share/man/man1/tipwatch-live-monitor.1.gz >monitor.1
+    grep -q 'untimed' monitor.1
     clean bash -c 'source root/usr/share/bash-completion/completions/tipwatch && complete -p tipwatch'
     "$python" -c 'import json, sys; bill = json.load(open(sys.argv[1])); print(len(bill["components"]), "crates")' \
         root/usr/share/doc/tipwatch/tipwatch.cdx.json

@@ -79,8 +79,10 @@ fn sessions_carry_the_hashes_of_programs_options_and_files() {
         recorder.err
     );
 
-    let files = files(folder.path());
+    let mut files = files(folder.path());
     assert!(files.len() > 1, "{files:?}");
+    files.sort_by_key(|file| file.metadata().unwrap().modified().unwrap());
+    let mut is_known = false;
     for file in &files {
         let bytes = std::fs::read(file).unwrap();
         let messages = mcap::MessageStream::new(&bytes).unwrap();
@@ -88,7 +90,9 @@ fn sessions_carry_the_hashes_of_programs_options_and_files() {
             .map(Result::unwrap)
             .filter(|message| message.channel.topic == "/tipwatch/program")
             .collect();
-        assert!(!programs.is_empty(), "{}", file.display());
+        // from the moment when the monitor follows the session, in every file
+        assert!(!is_known || !programs.is_empty(), "{}", file.display());
+        is_known |= !programs.is_empty();
         for program in programs {
             let text = String::from_utf8_lossy(&program.data).into_owned();
             for hash in [
@@ -105,6 +109,7 @@ fn sessions_carry_the_hashes_of_programs_options_and_files() {
         assert_eq!(metadata["recorder_machine_sha256"], hex(&hash(&machine)));
         assert!(metadata["recorder_options"].starts_with("[\"record\""));
     }
+    assert!(is_known, "no file tells what the monitor is");
 }
 
 fn recorder_metadata(bytes: &[u8]) -> std::collections::BTreeMap<String, String> {

@@ -142,7 +142,7 @@ fn origin(analysis: &Analysis, span: &Span<'_>) -> MetadataRecord {
     ]);
     for (index, file) in analysis.provenance.log.iter().enumerate() {
         values.insert(format!("file_{index}_name"), file.path.clone());
-        values.insert(format!("file_{index}_sha256"), file.sha256.clone());
+        values.insert(format!("file_{index}_sha256"), file.hash_text().into());
         values.insert(format!("file_{index}_bytes"), file.bytes.to_string());
     }
     for (index, event) in span.events.iter().enumerate() {

@@ -94,7 +94,7 @@ impl Assigned<'_> {
         }
         let folder = self.machine.path.parent().unwrap_or(Path::new(""));
         let urdf = self.machine.spec.urdf.as_ref()?;
-        let hash = hash_file(&folder.join(urdf)).ok()?.sha256;
+        let hash = hash_file(&folder.join(urdf)).ok()?.sha256?;
         let name = Path::new(urdf).file_name()?.to_string_lossy();
         Some(format!("{name} {}", hash.get(..8)?))
     }

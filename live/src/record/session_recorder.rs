@@ -103,8 +103,10 @@ pub(super) struct SessionRecorder {
     next_command: Option<(u64, u64)>,
     /// Mode and reasons of the last command.
     modes: [u32; 2],
-    /// The run of the monitor whose fingerprint was recorded.
+    /// The run of the monitor whose fingerprint was taken.
     program: Option<u64>,
+    /// That fingerprint, until the next message gives it a time: the monitor may have published it long before.
+    fingerprint: Option<Vec<u8>>,
 }
 
 impl SessionRecorder {
@@ -172,6 +174,7 @@ impl SessionRecorder {
             next_command: None,
             modes: [0; 2],
             program: None,
+            fingerprint: None,
         })
     }
 
@@ -229,8 +232,7 @@ impl SessionRecorder {
         let is_ours = wire.session == self.session.id && wire.is_whole();
         if is_ours && self.program != Some(wire.source) {
             self.program = Some(wire.source);
-            let data = encode::program(wire);
-            self.push(Kind::Program, wire.sequence, wire.published_ns, data);
+            self.fingerprint = Some(encode::program(wire));
         }
     }
 
@@ -282,7 +284,14 @@ impl SessionRecorder {
         is_recorded
     }
 
-    fn push(&mut self, kind: Kind, sequence: u64, published_ns: i64, mut data: Vec<u8>) {
+    fn push(&mut self, kind: Kind, sequence: u64, published_ns: i64, data: Vec<u8>) {
+        self.push_one(kind, sequence, published_ns, data);
+        if let Some(fingerprint) = self.fingerprint.take() {
+            self.push_one(Kind::Program, 0, published_ns, fingerprint);
+        }
+    }
+
+    fn push_one(&mut self, kind: Kind, sequence: u64, published_ns: i64, mut data: Vec<u8>) {
         // a black box keeps it for long
         data.shrink_to_fit();
         // publication time, not the time of recording; never in the future, and strictly increasing even if
