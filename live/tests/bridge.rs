@@ -453,3 +453,52 @@ mod needs_ros2 {
         assert!(!verdicts.contains("\"safe\""), "{told}");
     }
 }
+
+/// Needs Python with the packages of `examples/zenoh_to_bridge.py`; `TIPWATCH_PYTHON` names it.
+mod needs_zenoh {
+    use std::process::{Command, Stdio};
+
+    use super::*;
+
+    #[test]
+    #[ignore = "needs Python with eclipse-zenoh"]
+    fn messages_of_zenoh_are_judged_and_their_losses_seen() {
+        let world = World::new("zenoh");
+        let crate_folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let python = std::env::var("TIPWATCH_PYTHON").unwrap_or_else(|_| "python3".into());
+        let machine = data("corner_brake.toml");
+        let machine = machine.to_str().unwrap();
+        let endpoint = format!("tcp/127.0.0.1:{}", 20_000 + std::process::id() % 10_000);
+        let monitor = world.monitor(&data("corner_brake.toml"), &["--stay", "--json"]);
+        let mut publisher = Command::new(&python)
+            .arg(crate_folder.join("tests/ros2/zenoh_publisher.py"))
+            .args(["7", data("corner_brake.mcap").to_str().unwrap(), &endpoint, "10"])
+            .spawn()
+            .unwrap();
+        let mut reader = Command::new(&python)
+            .arg(crate_folder.join("examples/zenoh_to_bridge.py"))
+            .args(["--domain", "7", "--connect", &endpoint, "/joint_states", "/imu/data", "/odom"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let bridge = Command::new(env!("CARGO_BIN_EXE_tipwatch-live"))
+            .args(["bridge", "--mcap", "--machine", machine, "--prefix", &world.prefix])
+            .stdin(reader.stdout.take().unwrap())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        assert!(publisher.wait().unwrap().success());
+        // the end of its input ends the bridge
+        reader.kill().unwrap();
+        reader.wait().unwrap();
+        let bridge = bridge.wait_with_output().unwrap();
+        let told = String::from_utf8_lossy(&bridge.stderr);
+        // messages were lost
+        assert_eq!(bridge.status.code(), Some(3), "{told}");
+        assert!(told.contains("/imu/data: 1 messages lost"), "{told}");
+        assert!(told.contains("1 sessions"), "{told}");
+        monitor.signal("-INT");
+        let out = monitor.end().out;
+        assert!(out.contains("\"event\":\"row\"") && out.contains("\"lost\""), "{told}");
+    }
+}

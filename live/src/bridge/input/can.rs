@@ -7,6 +7,7 @@ use socketcan::{CanAnyFrame, CanFdSocket, EmbeddedFrame, Frame as _, Socket};
 use tipwatch_can::{CanId, CandumpStream, Frame, FrameKind, FrameSource};
 use tipwatch_ingest::CanFrameType;
 
+use super::host_clock::HostClock;
 use super::queue::{Arrival, Intake, Lane, LaneId};
 use crate::system::clock::monotonic_ns;
 
@@ -44,8 +45,8 @@ impl std::str::FromStr for CanInput {
 ///
 /// # Errors
 /// The interface cannot be opened.
-pub fn start_can(input: &CanInput, intake: &Intake, unix_ahead_ns: i64) -> Result<()> {
-    let (input, intake) = (input.clone(), intake.clone());
+pub fn start_can(input: &CanInput, intake: &Intake, clock: &HostClock) -> Result<()> {
+    let (input, intake, clock) = (input.clone(), intake.clone(), clock.clone());
     let name = format!("can {}", input.interface);
     let thread = std::thread::Builder::new().name(name);
     if input.interface == "-" {
@@ -67,7 +68,7 @@ pub fn start_can(input: &CanInput, intake: &Intake, unix_ahead_ns: i64) -> Resul
     } else {
         let mut source = SocketSource::open(&input.interface)?;
         thread.spawn(move || {
-            let mut now = |_: &Frame| monotonic_ns().saturating_add(unix_ahead_ns);
+            let mut now = |_: &Frame| clock.unix_at(monotonic_ns());
             if let Err(error) = read_frames(&mut source, &input, &intake, &mut now) {
                 intake
                     .teller

@@ -104,6 +104,7 @@ impl SessionRun {
         }
         let name = self.lanes.get(lane).map_or("", |lane| lane.name.as_str());
         let publishers = &mut self.publishers[lane];
+        let were_two = publishers.are_two();
         let admission = publishers.admit(arrival.publisher, arrival.sequence, arrival.host_ns);
         match admission {
             Admission::Restarted => {
@@ -124,8 +125,10 @@ impl SessionRun {
                 return Ok(None);
             }
             Admission::Used { lost } => {
-                self.teller
-                    .over(&format!("two {name}"), &format!("{name}: one publisher again"));
+                if were_two {
+                    let text = format!("{name}: one publisher again");
+                    self.teller.over(&format!("two {name}"), &text);
+                }
                 let lost = lost + arrival.missed;
                 if lost > 0 {
                     self.teller
