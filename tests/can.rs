@@ -398,7 +398,12 @@ fn bridged_frames_give_the_samples_of_the_log_bit_for_bit() {
     }
     // the IMU is interpolated between its two groups
     assert!(live.iter().any(|(sensor, ..)| *sensor == Sensor::Imu));
-    assert!(arrivals.counts().iter().all(|c| c.flooded + c.without_room == 0));
+    assert!(
+        arrivals
+            .counts()
+            .iter()
+            .all(|c| c.flooded + c.without_room == 0)
+    );
 }
 
 /// Two control units that send one parameter group: nobody knows which is meant.

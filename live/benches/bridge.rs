@@ -52,10 +52,19 @@ fn main() {
     let (intake, arrivals) = Intake::new(Teller::default());
     let participant = Participant::join(domain, &[]).unwrap();
     let wanted = Wanted {
-        names: ["/joint_states", "/imu/data", "/odom"].map(str::to_owned).into(),
+        names: ["/joint_states", "/imu/data", "/odom"]
+            .map(str::to_owned)
+            .into(),
         ..Wanted::default()
     };
-    start_dds(&participant, wanted, BTreeMap::new(), intake, HostClock::default()).unwrap();
+    start_dds(
+        &participant,
+        wanted,
+        BTreeMap::new(),
+        intake,
+        HostClock::default(),
+    )
+    .unwrap();
     let bare = std::thread::spawn(move || {
         let mut seen: HashMap<i64, i64> = HashMap::new();
         let mut quiet = Instant::now();
@@ -104,7 +113,12 @@ fn main() {
         of_bridge.push(bridged - sent_ns);
         added.push(bridged - bare);
     }
-    println!("{} messages sent, {} at the bare subscriber, {} as samples", sent.len(), bare.len(), bridged.len());
+    println!(
+        "{} messages sent, {} at the bare subscriber, {} as samples",
+        sent.len(),
+        bare.len(),
+        bridged.len()
+    );
     report("published to bare subscriber", of_bare);
     report("published to sample", of_bridge);
     report("added by the bridge", added);
@@ -124,7 +138,11 @@ fn publish(domain: u16, seconds: f64, speed: f64) -> Vec<(i64, i64)> {
         .filter(|topic| names.contains(&topic.name.as_str()))
         .collect();
     let writers: Vec<_> = (topics.iter())
-        .map(|topic| participant.writer(&topic.name, &topic.type_name, 64).unwrap())
+        .map(|topic| {
+            participant
+                .writer(&topic.name, &topic.type_name, 64)
+                .unwrap()
+        })
         .collect();
     let ids: Vec<_> = topics.iter().map(|topic| topic.id).collect();
     let mut messages = Vec::new();

@@ -16,8 +16,8 @@ use tipwatch_mechanics::verdict::Level;
 
 use crate::alarm::default_folder;
 use crate::bridge::input::CanInput;
-use crate::bridge::session::Stamps;
 use crate::bridge::output::{CommandRule, dbc, verdict_msg};
+use crate::bridge::session::Stamps;
 use crate::bridge::{BridgeOptions, OutputOptions, PlayOptions, bridge, play};
 use crate::control::ControlProgram;
 use crate::monitor::output::Format;
@@ -214,7 +214,10 @@ struct BridgeArgs {
     service: ServiceArgs,
     /// Read topics of ROS 2 from this DDS domain (default: $ROS_DOMAIN_ID, else 0), and publish /diagnostics and /tipwatch/verdict there.
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1)]
-    #[allow(clippy::option_option, reason = "the option may stand without its value")]
+    #[allow(
+        clippy::option_option,
+        reason = "the option may stand without its value"
+    )]
     dds: Option<Option<u16>>,
     /// Address of this computer on the network that DDS uses; may be given several times. Default: all networks.
     #[arg(long, value_name = "IP")]
@@ -269,7 +272,10 @@ struct PlayArgs {
     log: PathBuf,
     /// Publish its topics in this DDS domain (default: $ROS_DOMAIN_ID, else 0); without it the frames of a CAN log go to standard output as candump text.
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1)]
-    #[allow(clippy::option_option, reason = "the option may stand without its value")]
+    #[allow(
+        clippy::option_option,
+        reason = "the option may stand without its value"
+    )]
     dds: Option<Option<u16>>,
     /// Address of this computer on the network that DDS uses; may be given several times. Default: all networks.
     #[arg(long, value_name = "IP")]
@@ -330,7 +336,9 @@ fn can_id(text: &str) -> Result<CanId, String> {
 
 fn level(text: &str) -> Result<Level, String> {
     let can_be_reached = [Level::Notice, Level::Warning, Level::Danger, Level::Fault];
-    let found = can_be_reached.into_iter().find(|level| level.name() == text);
+    let found = can_be_reached
+        .into_iter()
+        .find(|level| level.name() == text);
     found.ok_or_else(|| "expected notice, warning, danger or fault".into())
 }
 
@@ -442,7 +450,8 @@ fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
     if can.is_empty() && args.dds.is_none() && !args.mcap {
         bail!("bridge: expected at least one network, --dds, --can IFACE or --mcap, found none");
     }
-    let of_stdin = can.iter().filter(|input| input.interface == "-").count() + usize::from(args.mcap);
+    let of_stdin =
+        can.iter().filter(|input| input.interface == "-").count() + usize::from(args.mcap);
     if of_stdin > 1 {
         bail!("bridge: expected one use of standard input, found {of_stdin}: --can - and --mcap");
     }
@@ -471,7 +480,10 @@ fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
         can,
         outputs: OutputOptions {
             publishes: !args.no_verdicts,
-            can: args.can_out.clone().map(|interface| (interface, args.can_id)),
+            can: args
+                .can_out
+                .clone()
+                .map(|interface| (interface, args.can_id)),
             commands: rules
                 .map(|(level, command)| CommandRule {
                     level: *level,
@@ -491,16 +503,27 @@ fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
     eprintln!(
         "bridge: {} sessions, {} messages, {} samples sent; messages: {} lost, {} repeated, {} of two publishers, {} \
          undecodable",
-        counts.sessions, of.messages, of.sent, of.lost, of.repeated, of.of_two_publishers, of.undecodable
+        counts.sessions,
+        of.messages,
+        of.sent,
+        of.lost,
+        of.repeated,
+        of.of_two_publishers,
+        of.undecodable
     );
-    Ok(ExitCode::from(match of.lost + of.of_two_publishers + of.undecodable {
-        0 => 0,
-        _ => LOST,
-    }))
+    Ok(ExitCode::from(
+        match of.lost + of.of_two_publishers + of.undecodable {
+            0 => 0,
+            _ => LOST,
+        },
+    ))
 }
 
 /// The domain of DDS: as given, else `ROS_DOMAIN_ID`, else 0.
-#[allow(clippy::option_option, reason = "the option may stand without its value")]
+#[allow(
+    clippy::option_option,
+    reason = "the option may stand without its value"
+)]
 fn domain(given: Option<Option<u16>>) -> Result<Option<u16>> {
     let domain = match given {
         None => return Ok(None),

@@ -75,7 +75,10 @@ fn writers(
         if topic.type_name.is_empty() || !topic.name.starts_with('/') {
             continue;
         }
-        writers.push((topic.id, participant.writer(&topic.name, &topic.type_name, DEPTH)?));
+        writers.push((
+            topic.id,
+            participant.writer(&topic.name, &topic.type_name, DEPTH)?,
+        ));
     }
     if writers.is_empty() {
         bail!(
@@ -171,7 +174,11 @@ fn print_frames(log: &Log, options: &PlayOptions, sent: &mut u64) -> Result<bool
         }
         let width = if frame.id.is_extended { 8 } else { 3 };
         let kind = if frame.is_fd { "##0" } else { "#" };
-        let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+        let data: String = frame
+            .data()
+            .iter()
+            .map(|byte| format!("{byte:02X}"))
+            .collect();
         let written = writeln!(
             out,
             "({}.{:09}) {name} {:0width$X}{kind}{data}",

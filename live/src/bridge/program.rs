@@ -69,10 +69,19 @@ pub fn bridge(
         start_can(input, &intake, &clock)?;
     }
     let wanted = Wanted::of(file);
-    let participant = options.dds.map(|domain| Participant::join(domain, &options.addresses)).transpose()?;
+    let participant = options
+        .dds
+        .map(|domain| Participant::join(domain, &options.addresses))
+        .transpose()?;
     if let Some(participant) = &participant {
         let definitions = options.definitions.clone();
-        start_dds(participant, wanted.clone(), definitions, intake.clone(), clock.clone())?;
+        start_dds(
+            participant,
+            wanted.clone(),
+            definitions,
+            intake.clone(),
+            clock.clone(),
+        )?;
     }
     if options.mcap {
         start_mcap(wanted.clone(), intake.clone())?;
@@ -156,7 +165,13 @@ impl Bridge<'_> {
                         }
                         self.counts.sessions += 1;
                         let publishers = first.into_publishers();
-                        let run = SessionRun::begin(self.node, assembly, publishers, lanes, self.teller.clone())?;
+                        let run = SessionRun::begin(
+                            self.node,
+                            assembly,
+                            publishers,
+                            lanes,
+                            self.teller.clone(),
+                        )?;
                         return Ok(Some(run));
                     }
                     Err(incomplete) => missing = Some(incomplete),
@@ -173,7 +188,10 @@ impl Bridge<'_> {
                 self.teller.fault("waiting", &format!("waiting: {why}"));
             }
             if self.options.wait.is_some_and(|wait| start.elapsed() > wait) {
-                bail!("expected every sensor of the machine file within {:.0} s, found: {why}", start.elapsed().as_secs_f64());
+                bail!(
+                    "expected every sensor of the machine file within {:.0} s, found: {why}",
+                    start.elapsed().as_secs_f64()
+                );
             }
         }
     }

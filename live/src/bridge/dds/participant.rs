@@ -5,8 +5,8 @@ use std::net::IpAddr;
 use anyhow::{Result, anyhow, bail};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{
-    DomainParticipant, DomainParticipantBuilder, Duration, QosPolicies, QosPolicyBuilder, Timestamp, Topic,
-    TopicKind,
+    DomainParticipant, DomainParticipantBuilder, Duration, QosPolicies, QosPolicyBuilder,
+    Timestamp, Topic, TopicKind,
 };
 
 use super::names::{dds_topic, dds_type};
@@ -69,7 +69,8 @@ impl Participant {
             .durability(Durability::Volatile)
             .history(History::KeepLast { depth })
             .build();
-        let failed = |error: &dyn std::fmt::Display| anyhow!("{name}: cannot be published: {error}");
+        let failed =
+            |error: &dyn std::fmt::Display| anyhow!("{name}: cannot be published: {error}");
         let topic = self.topic(name, type_name, &offered)?;
         let publisher = self.participant.create_publisher(&offered);
         let writer = publisher

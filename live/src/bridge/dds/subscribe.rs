@@ -138,7 +138,9 @@ impl Subscription {
             let is_reliable = matches!(offered.reliability, Some(Reliability::Reliable { .. }));
             if let Err(error) = self.subscribe(&name, &type_name, definition, is_reliable) {
                 let text = format!("{error:#}");
-                self.intake.teller.fault(&format!("subscribe {name}"), &text);
+                self.intake
+                    .teller
+                    .fault(&format!("subscribe {name}"), &text);
             }
         }
     }
@@ -153,7 +155,9 @@ impl Subscription {
         is_reliable: bool,
     ) -> Result<()> {
         if self.readers.len() >= MOST_READERS {
-            return Err(anyhow!("{name}: expected no more than {MOST_READERS} topics"));
+            return Err(anyhow!(
+                "{name}: expected no more than {MOST_READERS} topics"
+            ));
         }
         let wanted = QosPolicyBuilder::new()
             .reliability(match is_reliable {

@@ -56,9 +56,9 @@ pub fn start_can(input: &CanInput, intake: &Intake, clock: &HostClock) -> Result
             let (refused, reason) = source.refused();
             if refused > 0 {
                 let reason = reason.unwrap_or("no line since then was wrong");
-                intake
-                    .teller
-                    .say(&format!("standard input: {refused} lines were no frames: {reason}"));
+                intake.teller.say(&format!(
+                    "standard input: {refused} lines were no frames: {reason}"
+                ));
             }
             match read {
                 Ok(()) => intake.teller.say("standard input has ended"),
@@ -70,9 +70,10 @@ pub fn start_can(input: &CanInput, intake: &Intake, clock: &HostClock) -> Result
         thread.spawn(move || {
             let mut now = |_: &Frame| clock.unix_at(monotonic_ns());
             if let Err(error) = read_frames(&mut source, &input, &intake, &mut now) {
-                intake
-                    .teller
-                    .say(&format!("{}: expected frames, found: {error}", input.interface));
+                intake.teller.say(&format!(
+                    "{}: expected frames, found: {error}",
+                    input.interface
+                ));
             }
         })?;
     }
@@ -115,9 +116,10 @@ pub fn read_frames(
                 true => "remote frames carry no data and are left out",
                 false => "frames of CAN FD are left out; expected --can-fd",
             };
-            intake
-                .teller
-                .fault(&format!("fd {}", lane.0), &format!("{}: {text}", input.interface));
+            intake.teller.fault(
+                &format!("fd {}", lane.0),
+                &format!("{}: {text}", input.interface),
+            );
             continue;
         }
         let arrival = Arrival {

@@ -87,7 +87,11 @@ impl DdsSink {
             return Ok(());
         }
         self.published = Some(identity);
-        if self.verdict.as_ref().is_none_or(|(_, names)| names != view.names) {
+        if self
+            .verdict
+            .as_ref()
+            .is_none_or(|(_, names)| names != view.names)
+        {
             let topic = verdict_topic(view.names);
             let writer = self
                 .participant
@@ -194,7 +198,11 @@ impl<W: Write> FrameSink for CandumpText<W> {
     fn send(&mut self, frame: &Frame) -> io::Result<()> {
         let now = unix_ns();
         let width = if frame.id.is_extended { 8 } else { 3 };
-        let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+        let data: String = frame
+            .data()
+            .iter()
+            .map(|byte| format!("{byte:02X}"))
+            .collect();
         writeln!(
             self.0,
             "({}.{:09}) can0 {:0width$X}#{data}",

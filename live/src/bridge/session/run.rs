@@ -116,7 +116,9 @@ impl SessionRun {
                 self.counts.of_two_publishers += 1;
                 self.teller.fault(
                     &format!("two {name}"),
-                    &format!("{name}: expected one publisher, found two: none of their messages is used"),
+                    &format!(
+                        "{name}: expected one publisher, found two: none of their messages is used"
+                    ),
                 );
                 return Ok(None);
             }
@@ -131,8 +133,10 @@ impl SessionRun {
                 }
                 let lost = lost + arrival.missed;
                 if lost > 0 {
-                    self.teller
-                        .fault(&format!("lost {name}"), &format!("{name}: {lost} messages lost"));
+                    self.teller.fault(
+                        &format!("lost {name}"),
+                        &format!("{name}: {lost} messages lost"),
+                    );
                 }
                 self.lose(lost);
             }
