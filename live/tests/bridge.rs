@@ -470,7 +470,7 @@ mod needs_dds {
         assert!(play.wait().unwrap().success());
         // nobody publishes any more
         reading.wait_for("a fault", |verdict| {
-            verdict.conditions().faults.contains(InputFault::Stale)
+            verdict.conditions().faults.has(InputFault::Stale)
         });
         bridge.signal("-INT");
         let bridge = bridge.end();
