@@ -390,7 +390,7 @@ fn bridged_frames_give_the_samples_of_the_log_bit_for_bit() {
     let (live, notes) = bridged(&file, &arrivals, 1500);
     writing.join().unwrap();
     reading.join().unwrap();
-    assert!(live.len() > 1000, "{} samples: {notes:?}", live.len());
+    assert!(live.len() > 800, "{} samples: {notes:?}", live.len());
     let (live, offline) = (bits(&live), bits(&offline));
     let rest = &offline[offline.len() - live.len()..];
     for (place, (live, offline)) in live.iter().zip(rest).enumerate() {
@@ -398,7 +398,12 @@ fn bridged_frames_give_the_samples_of_the_log_bit_for_bit() {
     }
     // the IMU is interpolated between its two groups
     assert!(live.iter().any(|(sensor, ..)| *sensor == Sensor::Imu));
-    assert!(arrivals.counts().iter().all(|c| c.flooded + c.without_room == 0));
+    assert!(
+        arrivals
+            .counts()
+            .iter()
+            .all(|c| c.flooded + c.without_room == 0)
+    );
 }
 
 /// Two control units that send one parameter group: nobody knows which is meant.
@@ -409,7 +414,7 @@ fn two_senders_of_a_message_end_the_bridged_session() {
     let text = signals("").replace("source = 33, ", "");
     let file = machine(folder.path(), &text);
     let (intake, arrivals) = Intake::new(Teller::default());
-    let from = frames.len() / 2;
+    let from = frames.len() * 3 / 4;
     for frame in frames.iter_mut().skip(from).step_by(7) {
         if frame.is_extended {
             frame.id = frame.id & !0xff | 0x42;

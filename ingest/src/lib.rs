@@ -65,14 +65,15 @@ pub use crate::{
     },
     columns::{
         FieldRecording, FieldRequest, SampleStream, SensorBlock, SensorReading, SensorRecording,
-        SensorRequest, StreamClock, StreamRefusals, arrival_order, read_sensor_blocks, record_fields, record_sensors, record_sensors_in,
+        SensorRequest, StreamClock, StreamRefusals, arrival_order, read_sensor_blocks,
+        record_fields, record_sensors, record_sensors_in,
     },
     decode::{
         DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
         ValueSource, number_fields,
     },
     file::{FileTransfer, Format},
-    formats::{CanFrameType, CDR},
+    formats::{CDR, CanFrameType},
     large_columns::ColumnMemory,
     log::{CanTopic, Log},
     message::{

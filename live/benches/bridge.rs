@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 use support::{World, data};
 use tipwatch_ingest::Log;
 use tipwatch_live::bridge::dds::{Participant, start_dds};
-use tipwatch_live::bridge::input::{Intake, Teller, Wanted};
+use tipwatch_live::bridge::input::{HostClock, Intake, Teller, Wanted};
 use tipwatch_live::system::clock::{monotonic_ns, unix_ns};
 use tipwatch_live::wire::topics::{WireSample, WireSession};
 
@@ -50,12 +50,21 @@ fn main() {
 
     // the bare subscriber
     let (intake, arrivals) = Intake::new(Teller::default());
-    let participant = Participant::join(domain).unwrap();
+    let participant = Participant::join(domain, &[]).unwrap();
     let wanted = Wanted {
-        names: ["/joint_states", "/imu/data", "/odom"].map(str::to_owned).into(),
+        names: ["/joint_states", "/imu/data", "/odom"]
+            .map(str::to_owned)
+            .into(),
         ..Wanted::default()
     };
-    start_dds(&participant, wanted, BTreeMap::new(), intake, 0).unwrap();
+    start_dds(
+        &participant,
+        wanted,
+        BTreeMap::new(),
+        intake,
+        HostClock::default(),
+    )
+    .unwrap();
     let bare = std::thread::spawn(move || {
         let mut seen: HashMap<i64, i64> = HashMap::new();
         let mut quiet = Instant::now();
@@ -104,7 +113,12 @@ fn main() {
         of_bridge.push(bridged - sent_ns);
         added.push(bridged - bare);
     }
-    println!("{} messages sent, {} at the bare subscriber, {} as samples", sent.len(), bare.len(), bridged.len());
+    println!(
+        "{} messages sent, {} at the bare subscriber, {} as samples",
+        sent.len(),
+        bare.len(),
+        bridged.len()
+    );
     report("published to bare subscriber", of_bare);
     report("published to sample", of_bridge);
     report("added by the bridge", added);
@@ -118,13 +132,17 @@ fn stamp_ns(message: &[u8]) -> i64 {
 /// Publishes for so long; returns when each stamp was sent (ns).
 fn publish(domain: u16, seconds: f64, speed: f64) -> Vec<(i64, i64)> {
     let log = Log::open(&data("tiny.mcap")).unwrap();
-    let participant = Participant::join(domain).unwrap();
+    let participant = Participant::join(domain, &[]).unwrap();
     let names = ["/joint_states", "/imu/data", "/odom"];
     let topics: Vec<_> = (log.topics().iter())
         .filter(|topic| names.contains(&topic.name.as_str()))
         .collect();
     let writers: Vec<_> = (topics.iter())
-        .map(|topic| participant.writer(&topic.name, &topic.type_name, 64).unwrap())
+        .map(|topic| {
+            participant
+                .writer(&topic.name, &topic.type_name, 64)
+                .unwrap()
+        })
         .collect();
     let ids: Vec<_> = topics.iter().map(|topic| topic.id).collect();
     let mut messages = Vec::new();

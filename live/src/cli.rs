@@ -1,11 +1,12 @@
 //! The command line: what may be asked, and asking it.
 
 use std::collections::BTreeMap;
+use std::net::IpAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Parser, Subcommand};
 use tipwatch_binding::{MachineFile, NOT_COMMISSIONED, commissioning_of};
 use tipwatch_can::CanId;
@@ -15,8 +16,8 @@ use tipwatch_mechanics::verdict::Level;
 
 use crate::alarm::default_folder;
 use crate::bridge::input::CanInput;
+use crate::bridge::output::{CommandRule, dbc, verdict_msg};
 use crate::bridge::session::Stamps;
-use crate::bridge::output::{CommandRule, dbc};
 use crate::bridge::{BridgeOptions, OutputOptions, PlayOptions, bridge, play};
 use crate::control::ControlProgram;
 use crate::monitor::output::Format;
@@ -83,6 +84,8 @@ enum Command {
     Play(PlayArgs),
     /// Print the DBC file of the verdict's CAN frame.
     Dbc(DbcArgs),
+    /// Print the definition of the verdict message (tipwatch_msgs/msg/Verdict) for this machine.
+    Msg(MachineArgs),
     /// Print the C header of the messages in shared memory.
     Header,
 }
@@ -233,9 +236,16 @@ struct BridgeArgs {
     machine: MachineArgs,
     #[command(flatten)]
     service: ServiceArgs,
-    /// Read topics of ROS 2 from this DDS domain (ROS_DOMAIN_ID), and publish /diagnostics and /tipwatch/verdict there.
-    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0")]
-    dds: Option<u16>,
+    /// Read topics of ROS 2 from this DDS domain (default: $ROS_DOMAIN_ID, else 0), and publish /diagnostics and /tipwatch/verdict there.
+    #[arg(long, value_name = "DOMAIN", num_args = 0..=1)]
+    #[allow(
+        clippy::option_option,
+        reason = "the option may stand without its value"
+    )]
+    dds: Option<Option<u16>>,
+    /// Address of this computer on the network that DDS uses; may be given several times. Default: all networks.
+    #[arg(long, value_name = "IP")]
+    dds_address: Vec<IpAddr>,
     /// Read messages from standard input as a stream of MCAP, from a program that reads another network, such as Zenoh.
     #[arg(long)]
     mcap: bool,
@@ -284,9 +294,16 @@ struct BridgeArgs {
 struct PlayArgs {
     /// The log.
     log: PathBuf,
-    /// Publish its topics in this DDS domain; without it the frames of a CAN log go to standard output as candump text.
-    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0")]
-    dds: Option<u16>,
+    /// Publish its topics in this DDS domain (default: $ROS_DOMAIN_ID, else 0); without it the frames of a CAN log go to standard output as candump text.
+    #[arg(long, value_name = "DOMAIN", num_args = 0..=1)]
+    #[allow(
+        clippy::option_option,
+        reason = "the option may stand without its value"
+    )]
+    dds: Option<Option<u16>>,
+    /// Address of this computer on the network that DDS uses; may be given several times. Default: all networks.
+    #[arg(long, value_name = "IP")]
+    dds_address: Vec<IpAddr>,
     /// Speed relative to the recording.
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     speed: f64,
@@ -343,7 +360,9 @@ fn can_id(text: &str) -> Result<CanId, String> {
 
 fn level(text: &str) -> Result<Level, String> {
     let can_be_reached = [Level::Notice, Level::Warning, Level::Danger, Level::Fault];
-    let found = can_be_reached.into_iter().find(|level| level.name() == text);
+    let found = can_be_reached
+        .into_iter()
+        .find(|level| level.name() == text);
     found.ok_or_else(|| "expected notice, warning, danger or fault".into())
 }
 
@@ -369,6 +388,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Bridge(args) => run_bridge(args),
         Command::Play(args) => run_play(args),
         Command::Dbc(args) => print_dbc(args),
+        Command::Msg(args) => print_msg(args),
         Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
@@ -469,7 +489,8 @@ fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
     if can.is_empty() && args.dds.is_none() && !args.mcap {
         bail!("bridge: expected at least one network, --dds, --can IFACE or --mcap, found none");
     }
-    let of_stdin = can.iter().filter(|input| input.interface == "-").count() + usize::from(args.mcap);
+    let of_stdin =
+        can.iter().filter(|input| input.interface == "-").count() + usize::from(args.mcap);
     if of_stdin > 1 {
         bail!("bridge: expected one use of standard input, found {of_stdin}: --can - and --mcap");
     }
@@ -491,13 +512,17 @@ fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
     }
     let rules = args.on_level.iter().zip(&args.run);
     let options = BridgeOptions {
-        dds: args.dds,
+        dds: domain(args.dds)?,
+        addresses: args.dds_address.clone(),
         definitions,
         mcap: args.mcap,
         can,
         outputs: OutputOptions {
             publishes: !args.no_verdicts,
-            can: args.can_out.clone().map(|interface| (interface, args.can_id)),
+            can: args
+                .can_out
+                .clone()
+                .map(|interface| (interface, args.can_id)),
             commands: rules
                 .map(|(level, command)| CommandRule {
                     level: *level,
@@ -517,12 +542,42 @@ fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
     eprintln!(
         "bridge: {} sessions, {} messages, {} samples sent; messages: {} lost, {} repeated, {} of two publishers, {} \
          undecodable",
-        counts.sessions, of.messages, of.sent, of.lost, of.repeated, of.of_two_publishers, of.undecodable
+        counts.sessions,
+        of.messages,
+        of.sent,
+        of.lost,
+        of.repeated,
+        of.of_two_publishers,
+        of.undecodable
     );
-    Ok(ExitCode::from(match of.lost + of.of_two_publishers + of.undecodable {
-        0 => 0,
-        _ => LOST,
-    }))
+    Ok(ExitCode::from(
+        match of.lost + of.of_two_publishers + of.undecodable {
+            0 => 0,
+            _ => LOST,
+        },
+    ))
+}
+
+/// The domain of DDS: as given, else `ROS_DOMAIN_ID`, else 0.
+#[allow(
+    clippy::option_option,
+    reason = "the option may stand without its value"
+)]
+fn domain(given: Option<Option<u16>>) -> Result<Option<u16>> {
+    let domain = match given {
+        None => return Ok(None),
+        Some(Some(domain)) => domain,
+        Some(None) => match std::env::var("ROS_DOMAIN_ID") {
+            Ok(text) => text.trim().parse().map_err(|_| {
+                anyhow!("ROS_DOMAIN_ID: expected a number from 0 to 232, found \"{text}\"")
+            })?,
+            Err(_) => 0,
+        },
+    };
+    if domain > 232 {
+        bail!("--dds: expected a domain from 0 to 232, found {domain}");
+    }
+    Ok(Some(domain))
 }
 
 fn run_play(args: &PlayArgs) -> Result<ExitCode> {
@@ -531,7 +586,8 @@ fn run_play(args: &PlayArgs) -> Result<ExitCode> {
     }
     let sent = play(&PlayOptions {
         log: args.log.clone(),
-        dds: args.dds,
+        dds: domain(args.dds)?,
+        addresses: args.dds_address.clone(),
         speed: args.speed,
         delay: args.delay,
         repeats: args.repeats,
@@ -543,6 +599,17 @@ fn run_play(args: &PlayArgs) -> Result<ExitCode> {
 fn print_dbc(args: &DbcArgs) -> Result<ExitCode> {
     use std::io::Write;
     std::io::stdout().write_all(dbc(args.can_id).as_bytes())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print_msg(args: &MachineArgs) -> Result<ExitCode> {
+    use std::io::Write;
+    let mut file = MachineFile::read(&args.machine)?;
+    if let Some(urdf) = &args.urdf {
+        file = file.with_urdf(urdf)?;
+    }
+    let text = verdict_msg(&file.check_alone()?)?;
+    std::io::stdout().write_all(text.as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 

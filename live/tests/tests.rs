@@ -6,12 +6,12 @@
     reason = "tests fail by panicking, and print figures"
 )]
 
-/// Messages of networks become the samples of a log.
-mod bridge;
 /// Alarms outlive everything but an acknowledgement.
 mod alarms;
 /// Clips around triggers, and recorders that come too late.
 mod black_box;
+/// Messages of networks become the samples of a log.
+mod bridge;
 /// The guided commissioning, and its result at the start of a monitor.
 mod commissioning;
 /// The suspension is controlled, and its valves close on every fault.

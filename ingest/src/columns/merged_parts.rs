@@ -134,7 +134,10 @@ impl PartSample<'_> {
         let attitude: Range<usize> = ATTITUDE.min(self.values.len())..self.values.len();
         // a quaternion and its negative are the same attitude
         let is_opposite = place >= ATTITUDE
-            && attitude.map(|i| self.values[i] * end.values[i]).sum::<f64>() < 0.0;
+            && attitude
+                .map(|i| self.values[i] * end.values[i])
+                .sum::<f64>()
+                < 0.0;
         let last = if is_opposite {
             -end.values[place]
         } else {
@@ -197,7 +200,8 @@ impl Joiner {
         let last = self.part.back().map(|(stamp, _)| *stamp);
         let is_settled = |stamp: i64| {
             let is_reached = last.is_some_and(|last| last >= stamp);
-            let waits_long = newest.is_some_and(|newest| newest.saturating_sub(stamp) > LONGEST_STEP_NS);
+            let waits_long =
+                newest.is_some_and(|newest| newest.saturating_sub(stamp) > LONGEST_STEP_NS);
             is_reached || waits_long
         };
         let mut kept = VecDeque::new();
@@ -253,6 +257,8 @@ impl Joiner {
         let is_known = |place: usize| {
             !self.is_of_part.get(place).copied().unwrap_or(false) || merged[place].is_finite()
         };
-        (0..values.len().min(ATTITUDE)).all(is_known).then_some(merged)
+        (0..values.len().min(ATTITUDE))
+            .all(is_known)
+            .then_some(merged)
     }
 }

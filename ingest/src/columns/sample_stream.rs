@@ -5,8 +5,8 @@ use std::ops::Range;
 use super::{
     decoder::{Decoder, HeaderStamp},
     merged_parts::{self, Joiner},
-    pass::{Sink, Wanted, pass},
     part::SamplesSlice,
+    pass::{Sink, Wanted, pass},
     record_sensors::sensors_of,
     sensor_recording::SensorRequest,
 };

@@ -7,10 +7,10 @@ mod field_path;
 mod path_tree;
 mod types;
 
+pub use self::{builtin::known_definition, error::SchemaError, field_path::FieldPath};
 pub(crate) use self::{
     definition::{Definitions, significant_lines},
     field_path::{Elements, PathStep},
     path_tree::{Branch, PathTree},
     types::{Dialect, Field, FieldType, NumberType, Repetition, normal_type_name},
 };
-pub use self::{builtin::known_definition, error::SchemaError, field_path::FieldPath};

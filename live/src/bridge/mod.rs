@@ -14,6 +14,6 @@ mod outputs;
 mod play;
 mod program;
 
-pub use outputs::{Outputs, OutputOptions};
+pub use outputs::{OutputOptions, Outputs};
 pub use play::{PlayOptions, play};
 pub use program::{BridgeCounts, BridgeOptions, bridge};

@@ -98,7 +98,11 @@ fn sinks(
     }
     if let Some((interface, id)) = &options.can {
         let bus = open_frames(interface)?;
-        sinks.push(Box::new(CanSink::new(CanVerdict::new(*id), bus, teller.clone())));
+        sinks.push(Box::new(CanSink::new(
+            CanVerdict::new(*id),
+            bus,
+            teller.clone(),
+        )));
     }
     if let Some(participant) = participant.filter(|_| options.publishes) {
         sinks.push(Box::new(DdsSink::new(participant, teller.clone())?));

@@ -1,6 +1,7 @@
 //! Plays a log to the network, as `ros2 bag play` does: for a first try without a machine, and for tests.
 
 use std::io::Write;
+use std::net::IpAddr;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -23,6 +24,8 @@ pub struct PlayOptions {
     pub log: PathBuf,
     /// The DDS domain; `None` for candump text on standard output.
     pub dds: Option<u16>,
+    /// Addresses of this computer whose networks DDS uses; empty for all.
+    pub addresses: Vec<IpAddr>,
     /// Speed relative to the recording.
     pub speed: f64,
     /// Time between the announcement of the topics and the first message.
@@ -40,7 +43,7 @@ pub fn play(options: &PlayOptions) -> Result<u64> {
     let mut sent = 0;
     match options.dds {
         Some(domain) => {
-            let participant = Participant::join(domain)?;
+            let participant = Participant::join(domain, &options.addresses)?;
             let writers = writers(&participant, &log, options)?;
             let _ = pause(options.delay);
             loop {
@@ -72,7 +75,10 @@ fn writers(
         if topic.type_name.is_empty() || !topic.name.starts_with('/') {
             continue;
         }
-        writers.push((topic.id, participant.writer(&topic.name, &topic.type_name, DEPTH)?));
+        writers.push((
+            topic.id,
+            participant.writer(&topic.name, &topic.type_name, DEPTH)?,
+        ));
     }
     if writers.is_empty() {
         bail!(
@@ -168,7 +174,11 @@ fn print_frames(log: &Log, options: &PlayOptions, sent: &mut u64) -> Result<bool
         }
         let width = if frame.id.is_extended { 8 } else { 3 };
         let kind = if frame.is_fd { "##0" } else { "#" };
-        let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+        let data: String = frame
+            .data()
+            .iter()
+            .map(|byte| format!("{byte:02X}"))
+            .collect();
         let written = writeln!(
             out,
             "({}.{:09}) {name} {:0width$X}{kind}{data}",

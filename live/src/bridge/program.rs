@@ -1,17 +1,18 @@
 //! The bridge between networks and shared memory.
 
 use std::collections::BTreeMap;
+use std::net::IpAddr;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 use tipwatch_binding::{MachineFile, Urdf};
 
 use super::dds::{Participant, start_dds};
-use super::input::{Arrivals, CanInput, Intake, Teller, Wanted, start_can, start_mcap};
+use super::input::{Arrivals, CanInput, HostClock, Intake, Teller, Wanted, start_can, start_mcap};
 use super::outputs::{OutputOptions, Outputs};
 use super::session::{Ending, FirstMessages, Incomplete, SessionCounts, SessionRun, Stamps};
 use crate::node::{Housekeeping, LiveNode, ServiceAddress};
-use crate::system::clock::{monotonic_ns, unix_ns};
+use crate::system::clock::monotonic_ns;
 use crate::system::signals;
 
 /// Longest wait for a message before signals and readers are looked after.
@@ -24,6 +25,8 @@ const PATIENCE: Duration = Duration::from_secs(3);
 pub struct BridgeOptions {
     /// The domain of DDS, as `ROS_DOMAIN_ID`.
     pub dds: Option<u16>,
+    /// Addresses of this computer whose networks DDS uses; empty for all.
+    pub addresses: Vec<IpAddr>,
     /// Definitions of message types that are not built in, by type.
     pub definitions: BTreeMap<String, String>,
     /// Whether standard input is a stream of MCAP.
@@ -61,15 +64,24 @@ pub fn bridge(
 ) -> Result<BridgeCounts> {
     let teller = Teller::default();
     let (intake, arrivals) = Intake::new(teller.clone());
-    let unix_ahead_ns = unix_ns().saturating_sub(monotonic_ns());
+    let clock = HostClock::default();
     for input in &options.can {
-        start_can(input, &intake, unix_ahead_ns)?;
+        start_can(input, &intake, &clock)?;
     }
     let wanted = Wanted::of(file);
-    let participant = options.dds.map(Participant::join).transpose()?;
+    let participant = options
+        .dds
+        .map(|domain| Participant::join(domain, &options.addresses))
+        .transpose()?;
     if let Some(participant) = &participant {
         let definitions = options.definitions.clone();
-        start_dds(participant, wanted.clone(), definitions, intake.clone(), unix_ahead_ns)?;
+        start_dds(
+            participant,
+            wanted.clone(),
+            definitions,
+            intake.clone(),
+            clock.clone(),
+        )?;
     }
     if options.mcap {
         start_mcap(wanted.clone(), intake.clone())?;
@@ -85,7 +97,7 @@ pub fn bridge(
         wanted,
         arrivals,
         teller,
-        unix_ahead_ns,
+        clock,
         counts: BridgeCounts::default(),
     };
     let ran = bridge.run();
@@ -104,7 +116,7 @@ struct Bridge<'a> {
     wanted: Wanted,
     arrivals: Arrivals,
     teller: Teller,
-    unix_ahead_ns: i64,
+    clock: HostClock,
     counts: BridgeCounts,
 }
 
@@ -126,6 +138,7 @@ impl Bridge<'_> {
 
     /// Collects the first messages and announces a session; `None` if the program is to end.
     fn begin(&mut self) -> Result<Option<SessionRun>> {
+        self.clock.update();
         let start = Instant::now();
         let mut first = FirstMessages::default();
         let mut missing: Option<Incomplete> = None;
@@ -144,7 +157,7 @@ impl Bridge<'_> {
             let now_ns = monotonic_ns();
             if ended || first.is_due(&self.wanted, now_ns) {
                 let lanes = self.arrivals.lanes();
-                let (stamps, unix) = (self.options.stamps, self.unix_ahead_ns);
+                let (stamps, unix) = (self.options.stamps, self.clock.unix_ahead_ns());
                 match first.bind(self.file, self.urdf, &lanes, stamps, unix, now_ns) {
                     Ok(assembly) => {
                         for note in &assembly.notes {
@@ -152,7 +165,13 @@ impl Bridge<'_> {
                         }
                         self.counts.sessions += 1;
                         let publishers = first.into_publishers();
-                        let run = SessionRun::begin(self.node, assembly, publishers, lanes, self.teller.clone())?;
+                        let run = SessionRun::begin(
+                            self.node,
+                            assembly,
+                            publishers,
+                            lanes,
+                            self.teller.clone(),
+                        )?;
                         return Ok(Some(run));
                     }
                     Err(incomplete) => missing = Some(incomplete),
@@ -169,7 +188,10 @@ impl Bridge<'_> {
                 self.teller.fault("waiting", &format!("waiting: {why}"));
             }
             if self.options.wait.is_some_and(|wait| start.elapsed() > wait) {
-                bail!("expected every sensor of the machine file within {:.0} s, found: {why}", start.elapsed().as_secs_f64());
+                bail!(
+                    "expected every sensor of the machine file within {:.0} s, found: {why}",
+                    start.elapsed().as_secs_f64()
+                );
             }
         }
     }
@@ -191,6 +213,9 @@ impl Bridge<'_> {
                 maintained = Instant::now();
                 if let Some(ending) = run.maintain()? {
                     break ending;
+                }
+                if let Some(by_s) = self.clock.was_set_by_s() {
+                    break Ending::Restart(format!("this computer's clock was set by {by_s:.2} s"));
                 }
                 if signals::check().is_err() {
                     break Ending::Interrupted;

@@ -78,7 +78,8 @@ pub use reference::{Reference, ReferencePosture};
 pub(crate) use sampled::ParameterSampler;
 pub use signals::{
     CanMessageSpec, CanSpec, FieldSpec, ImuFields, JointFields, LoadSumFields, NumberSpec,
-    OdometryFields, OneOrMany, SignalSpec, SignalsSpec, WheelFields, WrenchFields, can_signals, number_topics,
+    OdometryFields, OneOrMany, SignalSpec, SignalsSpec, WheelFields, WrenchFields, can_signals,
+    number_topics,
 };
 pub use spec::{
     ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,

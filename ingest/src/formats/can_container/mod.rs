@@ -3,5 +3,5 @@
 mod encode;
 mod reader;
 
-pub(crate) use self::reader::CanReader;
 pub use self::encode::{CDR, CanFrameType};
+pub(crate) use self::reader::CanReader;

@@ -1,10 +1,12 @@
 //! The part that this program takes in a DDS domain, and its writers.
 
+use std::net::IpAddr;
+
 use anyhow::{Result, anyhow, bail};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{
-    DomainParticipant, DomainParticipantBuilder, Duration, QosPolicies, QosPolicyBuilder, Timestamp, Topic,
-    TopicKind,
+    DomainParticipant, DomainParticipantBuilder, Duration, QosPolicies, QosPolicyBuilder,
+    Timestamp, Topic, TopicKind,
 };
 
 use super::names::{dds_topic, dds_type};
@@ -40,13 +42,16 @@ impl std::fmt::Debug for RawWriter {
 }
 
 impl Participant {
-    /// Joins a domain: `ROS_DOMAIN_ID` of the other side.
+    /// Joins a domain: `ROS_DOMAIN_ID` of the other side. With addresses of this computer, only their networks are used.
     ///
     /// # Errors
     /// The network cannot be used.
-    pub fn join(domain: u16) -> Result<Self> {
-        let built = DomainParticipantBuilder::new(domain).build();
-        let participant = built.map_err(|error| {
+    pub fn join(domain: u16, addresses: &[IpAddr]) -> Result<Self> {
+        let mut builder = DomainParticipantBuilder::new(domain);
+        if !addresses.is_empty() {
+            builder = builder.with_only_networks(addresses.iter().copied());
+        }
+        let participant = builder.build().map_err(|error| {
             anyhow!("DDS domain {domain}: expected a network to join on, found: {error}")
         })?;
         Ok(Self { participant })
@@ -64,7 +69,8 @@ impl Participant {
             .durability(Durability::Volatile)
             .history(History::KeepLast { depth })
             .build();
-        let failed = |error: &dyn std::fmt::Display| anyhow!("{name}: cannot be published: {error}");
+        let failed =
+            |error: &dyn std::fmt::Display| anyhow!("{name}: cannot be published: {error}");
         let topic = self.topic(name, type_name, &offered)?;
         let publisher = self.participant.create_publisher(&offered);
         let writer = publisher

@@ -13,7 +13,7 @@ use tipwatch_ingest::known_definition;
 use super::names::{ros_topic, ros_type};
 use super::participant::Participant;
 use super::payload::{AsBytes, Payload};
-use crate::bridge::input::{Arrival, Intake, Lane, LaneId, Wanted};
+use crate::bridge::input::{Arrival, HostClock, Intake, Lane, LaneId, Wanted};
 use crate::system::clock::monotonic_ns;
 
 /// How often new topics are looked for.
@@ -31,7 +31,7 @@ pub fn start_dds(
     wanted: Wanted,
     definitions: BTreeMap<String, String>,
     intake: Intake,
-    unix_ahead_ns: i64,
+    clock: HostClock,
 ) -> Result<()> {
     let participant = participant.clone();
     let subscriber = participant
@@ -44,7 +44,7 @@ pub fn start_dds(
         wanted,
         definitions,
         intake,
-        unix_ahead_ns,
+        clock,
         readers: Vec::new(),
         poll: Poll::new()?,
     };
@@ -60,7 +60,7 @@ struct Subscription {
     wanted: Wanted,
     definitions: BTreeMap<String, String>,
     intake: Intake,
-    unix_ahead_ns: i64,
+    clock: HostClock,
     readers: Vec<Reader>,
     poll: Poll,
 }
@@ -84,7 +84,7 @@ impl Subscription {
             // an error of the wait is one of the loop's wake-ups
             let _ = self.poll.poll(&mut events, Some(LOOK));
             for reader in &self.readers {
-                if !reader.drain(&self.intake, self.unix_ahead_ns) {
+                if !reader.drain(&self.intake, &self.clock) {
                     return;
                 }
             }
@@ -138,7 +138,9 @@ impl Subscription {
             let is_reliable = matches!(offered.reliability, Some(Reliability::Reliable { .. }));
             if let Err(error) = self.subscribe(&name, &type_name, definition, is_reliable) {
                 let text = format!("{error:#}");
-                self.intake.teller.fault(&format!("subscribe {name}"), &text);
+                self.intake
+                    .teller
+                    .fault(&format!("subscribe {name}"), &text);
             }
         }
     }
@@ -153,7 +155,9 @@ impl Subscription {
         is_reliable: bool,
     ) -> Result<()> {
         if self.readers.len() >= MOST_READERS {
-            return Err(anyhow!("{name}: expected no more than {MOST_READERS} topics"));
+            return Err(anyhow!(
+                "{name}: expected no more than {MOST_READERS} topics"
+            ));
         }
         let wanted = QosPolicyBuilder::new()
             .reliability(match is_reliable {
@@ -200,7 +204,7 @@ impl Subscription {
 
 impl Reader {
     /// Takes all messages that wait; `false` when nobody reads them any more.
-    fn drain(&self, intake: &Intake, unix_ahead_ns: i64) -> bool {
+    fn drain(&self, intake: &Intake, clock: &HostClock) -> bool {
         self.reader.drain_read_notifications();
         loop {
             let taken = match self.reader.try_take_one() {
@@ -217,7 +221,7 @@ impl Reader {
             let arrival = Arrival {
                 lane: self.lane,
                 host_ns,
-                log_ns: host_ns.saturating_add(unix_ahead_ns),
+                log_ns: clock.unix_at(host_ns),
                 sent_ns,
                 publisher: u128::from_be_bytes(taken.writer_guid().to_bytes()),
                 sequence: u64::try_from(i64::from(taken.sequence_number)).ok(),

@@ -7,6 +7,7 @@ use socketcan::{CanAnyFrame, CanFdSocket, EmbeddedFrame, Frame as _, Socket};
 use tipwatch_can::{CanId, CandumpStream, Frame, FrameKind, FrameSource};
 use tipwatch_ingest::CanFrameType;
 
+use super::host_clock::HostClock;
 use super::queue::{Arrival, Intake, Lane, LaneId};
 use crate::system::clock::monotonic_ns;
 
@@ -44,8 +45,8 @@ impl std::str::FromStr for CanInput {
 ///
 /// # Errors
 /// The interface cannot be opened.
-pub fn start_can(input: &CanInput, intake: &Intake, unix_ahead_ns: i64) -> Result<()> {
-    let (input, intake) = (input.clone(), intake.clone());
+pub fn start_can(input: &CanInput, intake: &Intake, clock: &HostClock) -> Result<()> {
+    let (input, intake, clock) = (input.clone(), intake.clone(), clock.clone());
     let name = format!("can {}", input.interface);
     let thread = std::thread::Builder::new().name(name);
     if input.interface == "-" {
@@ -55,9 +56,9 @@ pub fn start_can(input: &CanInput, intake: &Intake, unix_ahead_ns: i64) -> Resul
             let (refused, reason) = source.refused();
             if refused > 0 {
                 let reason = reason.unwrap_or("no line since then was wrong");
-                intake
-                    .teller
-                    .say(&format!("standard input: {refused} lines were no frames: {reason}"));
+                intake.teller.say(&format!(
+                    "standard input: {refused} lines were no frames: {reason}"
+                ));
             }
             match read {
                 Ok(()) => intake.teller.say("standard input has ended"),
@@ -67,11 +68,12 @@ pub fn start_can(input: &CanInput, intake: &Intake, unix_ahead_ns: i64) -> Resul
     } else {
         let mut source = SocketSource::open(&input.interface)?;
         thread.spawn(move || {
-            let mut now = |_: &Frame| monotonic_ns().saturating_add(unix_ahead_ns);
+            let mut now = |_: &Frame| clock.unix_at(monotonic_ns());
             if let Err(error) = read_frames(&mut source, &input, &intake, &mut now) {
-                intake
-                    .teller
-                    .say(&format!("{}: expected frames, found: {error}", input.interface));
+                intake.teller.say(&format!(
+                    "{}: expected frames, found: {error}",
+                    input.interface
+                ));
             }
         })?;
     }
@@ -114,9 +116,10 @@ pub fn read_frames(
                 true => "remote frames carry no data and are left out",
                 false => "frames of CAN FD are left out; expected --can-fd",
             };
-            intake
-                .teller
-                .fault(&format!("fd {}", lane.0), &format!("{}: {text}", input.interface));
+            intake.teller.fault(
+                &format!("fd {}", lane.0),
+                &format!("{}: {text}", input.interface),
+            );
             continue;
         }
         let arrival = Arrival {

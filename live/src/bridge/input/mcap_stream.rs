@@ -23,10 +23,12 @@ const MOST_BYTES: usize = 16 << 20;
 pub fn start_mcap(wanted: Wanted, intake: Intake) -> Result<()> {
     std::thread::Builder::new()
         .name("mcap".into())
-        .spawn(move || match read_mcap(&mut io::stdin(), &wanted, &intake) {
-            Ok(()) => intake.teller.say("standard input has ended"),
-            Err(error) => intake.teller.say(&format!("standard input: {error:#}")),
-        })?;
+        .spawn(
+            move || match read_mcap(&mut io::stdin(), &wanted, &intake) {
+                Ok(()) => intake.teller.say("standard input has ended"),
+                Err(error) => intake.teller.say(&format!("standard input: {error:#}")),
+            },
+        )?;
     Ok(())
 }
 
@@ -98,14 +100,22 @@ impl Topics {
 
     fn channel(&mut self, channel: &Channel, wanted: &Wanted, intake: &Intake) -> Result<()> {
         let Some((type_name, text)) = self.schemas.get(&channel.schema_id) else {
-            bail!("{}: expected a definition of its type before it, found none", channel.topic);
+            bail!(
+                "{}: expected a definition of its type before it, found none",
+                channel.topic
+            );
         };
         if self.lanes.contains_key(&channel.id) || !wanted.wants(&channel.topic, type_name) {
             return Ok(());
         }
         if let Some(expected) = wanted.expected_type(&channel.topic, type_name) {
-            let text = format!("{}: expected messages of {expected}, found {type_name}: not used", channel.topic);
-            intake.teller.fault(&format!("type {}", channel.topic), &text);
+            let text = format!(
+                "{}: expected messages of {expected}, found {type_name}: not used",
+                channel.topic
+            );
+            intake
+                .teller
+                .fault(&format!("type {}", channel.topic), &text);
             return Ok(());
         }
         let definition = match text.trim().is_empty() {
@@ -142,9 +152,13 @@ mod tests {
     fn stream(messages: u32) -> Vec<u8> {
         let options = mcap::WriteOptions::new().use_chunks(false);
         let mut writer = options.create(io::Cursor::new(Vec::new())).unwrap();
-        let schema = writer.add_schema("sensor_msgs/msg/Imu", "ros2msg", b"").unwrap();
+        let schema = writer
+            .add_schema("sensor_msgs/msg/Imu", "ros2msg", b"")
+            .unwrap();
         let none = BTreeMap::new();
-        let wanted = writer.add_channel(schema, "/imu/data", "cdr", &none).unwrap();
+        let wanted = writer
+            .add_channel(schema, "/imu/data", "cdr", &none)
+            .unwrap();
         let other = writer.add_channel(schema, "/other", "cdr", &none).unwrap();
         for sequence in 1..=messages {
             for channel_id in [wanted, other] {
@@ -154,7 +168,9 @@ mod tests {
                     log_time: u64::from(sequence),
                     publish_time: u64::from(sequence),
                 };
-                writer.write_to_known_channel(&header, &[0, 1, 0, 0, 7]).unwrap();
+                writer
+                    .write_to_known_channel(&header, &[0, 1, 0, 0, 7])
+                    .unwrap();
             }
         }
         writer.finish().unwrap();
@@ -188,7 +204,11 @@ mod tests {
     #[test]
     fn what_is_no_mcap_is_refused() {
         let (intake, _arrivals) = Intake::new(Teller::default());
-        let error = read_mcap(&mut &b"(10.0) can0 123#00\n"[..], &Wanted::default(), &intake);
+        let error = read_mcap(
+            &mut &b"(10.0) can0 123#00\n"[..],
+            &Wanted::default(),
+            &intake,
+        );
         assert!(format!("{:#}", error.unwrap_err()).contains("expected a stream of MCAP"));
     }
 }

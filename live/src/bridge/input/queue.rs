@@ -117,9 +117,9 @@ impl Intake {
     #[must_use]
     pub fn lane(&self, lane: &Lane) -> LaneId {
         let mut lanes = lock(&self.lanes);
-        let known = lanes
-            .iter()
-            .position(|known| known.lane.name == lane.name && known.lane.type_name == lane.type_name);
+        let known = lanes.iter().position(|known| {
+            known.lane.name == lane.name && known.lane.type_name == lane.type_name
+        });
         LaneId(known.unwrap_or_else(|| {
             lanes.push(LaneState {
                 lane: lane.clone(),
@@ -141,18 +141,24 @@ impl Intake {
         state.counts.received += 1;
         let problem = if arrival.data.len() > MOST_BYTES {
             state.counts.oversized += 1;
-            Some(("size", format!(
-                "{}: expected messages of up to {MOST_BYTES} bytes, found {}: left out",
-                state.lane.name,
-                arrival.data.len()
-            )))
+            Some((
+                "size",
+                format!(
+                    "{}: expected messages of up to {MOST_BYTES} bytes, found {}: left out",
+                    state.lane.name,
+                    arrival.data.len()
+                ),
+            ))
         } else if !state.has_token() {
             state.counts.flooded += 1;
-            Some(("flood", format!(
-                "{}: more than {:.0} messages per second: the others are left out and count as lost",
-                state.lane.name,
-                state.most_per_s()
-            )))
+            Some((
+                "flood",
+                format!(
+                    "{}: more than {:.0} messages per second: the others are left out and count as lost",
+                    state.lane.name,
+                    state.most_per_s()
+                ),
+            ))
         } else {
             None
         };
@@ -269,7 +275,10 @@ mod tests {
     #[test]
     fn a_flooded_topic_leaves_room_for_the_others_and_its_losses_are_counted() {
         let (intake, arrivals) = Intake::new(Teller::default());
-        let (flood, calm) = (intake.lane(&lane("/flood", false)), intake.lane(&lane("/calm", false)));
+        let (flood, calm) = (
+            intake.lane(&lane("/flood", false)),
+            intake.lane(&lane("/calm", false)),
+        );
         for _ in 0..100_000 {
             assert!(intake.offer(arrival(flood, vec![0; 8])));
         }

@@ -79,9 +79,8 @@ impl Wanted {
             "can_msgs/msg/Frame" | "ros2_socketcan_msgs/msg/FdFrame"
         );
         let by_type = self.kinds.iter().any(|kind| kind.is_type(type_name));
-        let is_bus = is_frames
-            && self.has_can
-            && (self.buses.is_empty() || self.buses.contains(name));
+        let is_bus =
+            is_frames && self.has_can && (self.buses.is_empty() || self.buses.contains(name));
         self.names.contains(name) || by_type || is_bus
     }
 }

@@ -44,7 +44,12 @@ const COUNTER: Field = field("Counter", 8, 4, "Rises by 1 with every frame");
 const WHEEL: Field = Field {
     absent: Some(NO_WHEEL),
     largest: 14.0,
-    ..field("WorstWheel", 12, 4, "Index of the wheel with the smallest overturning force; 15: unknown")
+    ..field(
+        "WorstWheel",
+        12,
+        4,
+        "Index of the wheel with the smallest overturning force; 15: unknown",
+    )
 };
 const UTILISATION: Field = Field {
     is_signed: true,
@@ -52,7 +57,12 @@ const UTILISATION: Field = Field {
     least: -32.767,
     largest: 32.767,
     absent: Some(ABSENT),
-    ..field("Utilisation", 16, 16, "Share of the static load that the worst wheel has lost; -32768 raw: unknown")
+    ..field(
+        "Utilisation",
+        16,
+        16,
+        "Share of the static load that the worst wheel has lost; -32768 raw: unknown",
+    )
 };
 const FORCE: Field = Field {
     is_signed: true,
@@ -61,20 +71,38 @@ const FORCE: Field = Field {
     largest: 1_638_350.0,
     unit: "N",
     absent: Some(ABSENT),
-    ..field("OverturningForce", 32, 16, "Smallest overturning force of all wheels, towards the safe side; -32768 raw: unknown")
+    ..field(
+        "OverturningForce",
+        32,
+        16,
+        "Smallest overturning force of all wheels, towards the safe side; -32768 raw: unknown",
+    )
 };
 const LIFT_OFF: Field = Field {
     scale: 0.02,
     largest: 5.08,
     unit: "s",
     absent: Some(NO_LIFT_OFF),
-    ..field("TimeToLiftOff", 48, 8, "Time until the next wheel lifts if its load falls on; 255 raw: none foreseen, or unknown")
+    ..field(
+        "TimeToLiftOff",
+        48,
+        8,
+        "Time until the next wheel lifts if its load falls on; 255 raw: none foreseen, or unknown",
+    )
 };
 const CHECKSUM: Field = field("Checksum", 56, 8, "CRC-8 of SAE J1850 over bytes 0 to 6");
 
 /// All signals of the frame.
 pub(super) const FIELDS: [Field; 9] = [
-    LEVEL, LATCHED, VALID, COUNTER, WHEEL, UTILISATION, FORCE, LIFT_OFF, CHECKSUM,
+    LEVEL,
+    LATCHED,
+    VALID,
+    COUNTER,
+    WHEEL,
+    UTILISATION,
+    FORCE,
+    LIFT_OFF,
+    CHECKSUM,
 ];
 
 const fn field(name: &'static str, start: u8, length: u8, doc: &'static str) -> Field {
@@ -144,15 +172,32 @@ impl CanVerdict {
         let level = |level: Level| f64::from(level as u8);
         put(&LEVEL, level(view.momentary()), Rounding::Down);
         put(&LATCHED, level(view.level()), Rounding::Down);
-        put(&VALID, f64::from(u8::from(view.verdict.is_some())), Rounding::Down);
+        put(
+            &VALID,
+            f64::from(u8::from(view.verdict.is_some())),
+            Rounding::Down,
+        );
         put(&COUNTER, f64::from(self.counter), Rounding::Down);
         let worst = view.worst_wheel();
-        let (wheel, force) = worst.map_or((f64::NAN, f64::NAN), |(wheel, force)| (wheel as f64, force));
+        let (wheel, force) =
+            worst.map_or((f64::NAN, f64::NAN), |(wheel, force)| (wheel as f64, force));
         put(&WHEEL, wheel, Rounding::Down);
-        put(&UTILISATION, view.number(Quantity::Utilisation), Rounding::Up);
+        put(
+            &UTILISATION,
+            view.number(Quantity::Utilisation),
+            Rounding::Up,
+        );
         put(&FORCE, force, Rounding::Down);
         let in_s = view.time_to_lift_off_s();
-        put(&LIFT_OFF, if in_s > LIFT_OFF.largest { f64::NAN } else { in_s }, Rounding::Down);
+        put(
+            &LIFT_OFF,
+            if in_s > LIFT_OFF.largest {
+                f64::NAN
+            } else {
+                in_s
+            },
+            Rounding::Down,
+        );
         data[7] = crc8(&data[..7]);
         self.counter = (self.counter + 1) % 16;
         let mut frame = Frame::default();

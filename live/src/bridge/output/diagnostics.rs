@@ -39,7 +39,10 @@ pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
         ("latched_level", level.name().to_owned()),
         ("utilisation", number(view.number(Quantity::Utilisation))),
         ("worst_wheel", wheel.to_owned()),
-        ("overturning_force_n", number(worst.map_or(f64::NAN, |(_, force)| force))),
+        (
+            "overturning_force_n",
+            number(worst.map_or(f64::NAN, |(_, force)| force)),
+        ),
         ("time_to_lift_off_s", number(view.time_to_lift_off_s())),
     ];
     if let Some(verdict) = view.verdict {

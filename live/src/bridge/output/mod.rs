@@ -13,5 +13,5 @@ pub use command::{CommandRule, Commands};
 pub use dbc::dbc;
 pub use diagnostics::diagnostics;
 pub use follow::{Follower, VerdictSink};
-pub use sinks::{CanSink, DdsSink, FrameSink, open_frames};
+pub use sinks::{CanSink, DdsSink, FrameSink, open_frames, verdict_msg};
 pub use view::View;

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use anyhow::{Context, Result};
 use socketcan::{CanDataFrame, CanSocket, EmbeddedFrame, ExtendedId, Id, Socket, StandardId};
 use tipwatch_can::Frame;
+use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::verdict::Level;
 
 use super::can_frame::CanVerdict;
@@ -16,6 +17,7 @@ use crate::bridge::input::Teller;
 use crate::record::{verdict_message, verdict_topic};
 use crate::system::clock::unix_ns;
 use crate::wire::names::Names;
+use crate::wire::topics::WireMachine;
 
 /// Time between two frames, and between two diagnostics, while the level stays (ns).
 const FRAME_PERIOD_NS: i64 = 50_000_000;
@@ -85,7 +87,11 @@ impl DdsSink {
             return Ok(());
         }
         self.published = Some(identity);
-        if self.verdict.as_ref().is_none_or(|(_, names)| names != view.names) {
+        if self
+            .verdict
+            .as_ref()
+            .is_none_or(|(_, names)| names != view.names)
+        {
             let topic = verdict_topic(view.names);
             let writer = self
                 .participant
@@ -192,7 +198,11 @@ impl<W: Write> FrameSink for CandumpText<W> {
     fn send(&mut self, frame: &Frame) -> io::Result<()> {
         let now = unix_ns();
         let width = if frame.id.is_extended { 8 } else { 3 };
-        let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+        let data: String = frame
+            .data()
+            .iter()
+            .map(|byte| format!("{byte:02X}"))
+            .collect();
         writeln!(
             self.0,
             "({}.{:09}) can0 {:0width$X}#{data}",
@@ -202,4 +212,16 @@ impl<W: Write> FrameSink for CandumpText<W> {
         )?;
         self.0.flush()
     }
+}
+
+/// The definition of the verdict message for a machine, as the text of its `.msg` file.
+///
+/// # Errors
+/// A name is too long for the wire.
+pub fn verdict_msg(machine: &Machine) -> Result<String> {
+    let names = Names::try_from(&WireMachine::new(machine, 0)?)?;
+    let definition = verdict_topic(&names).definition;
+    // without the definitions of its parts
+    let own = definition.split("\n====").next().unwrap_or_default();
+    Ok(format!("{}\n", own.trim_end()))
 }

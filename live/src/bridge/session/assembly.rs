@@ -173,7 +173,12 @@ fn write_log(path: &std::path::Path, lanes: &[Lane], messages: &[Arrival]) -> Re
     let mut channels = Vec::new();
     for lane in lanes {
         let schema = writer.add_schema(&lane.type_name, "ros2msg", lane.definition.as_bytes())?;
-        channels.push(writer.add_channel(schema, &lane.name, "cdr", &std::collections::BTreeMap::new())?);
+        channels.push(writer.add_channel(
+            schema,
+            &lane.name,
+            "cdr",
+            &std::collections::BTreeMap::new(),
+        )?);
     }
     for (sequence, message) in (0_u32..).zip(messages) {
         let Some(&channel_id) = channels.get(message.lane.0) else {

@@ -56,9 +56,8 @@ impl Delays {
             );
             return (StampClock { stamp_ns, host_ns }, text);
         }
-        let mut text = format!(
-            "stamps are Unix time; the smallest delay of the first messages is {ms:.1} ms"
-        );
+        let mut text =
+            format!("stamps are Unix time; the smallest delay of the first messages is {ms:.1} ms");
         if by_unix_ns < -WORTH_TELLING_NS || by_unix_ns > WORTH_TELLING_NS {
             text += ": if that is no delay, the clocks of the computers are not synchronised (chrony, PTP), and \
                      [clock] of the machine file or --stamps other must say so";

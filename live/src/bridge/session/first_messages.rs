@@ -54,7 +54,7 @@ impl FirstMessages {
         self.bytes = 0;
     }
 
-    /// Whether it is time to try to bind: a second after the first message, or two if sensors are to be found by
+    /// Whether it is time to try to bind: when messages have come for a second, or two if sensors are to be found by
     /// their types, and then twice a second.
     #[must_use]
     pub fn is_due(&self, wanted: &Wanted, now_ns: i64) -> bool {
@@ -62,8 +62,10 @@ impl FirstMessages {
             true => SECOND_NS,
             false => 2 * SECOND_NS,
         };
-        let first_ns = self.messages.first().map(|message| message.host_ns);
-        first_ns.is_some_and(|first| now_ns.saturating_sub(first) >= settle_ns)
+        // by their arrivals: after a stall many come at once, and tell nothing about the speed of their clock
+        let arrivals = self.messages.first().zip(self.messages.last());
+        let span_ns = arrivals.map(|(first, last)| last.host_ns.saturating_sub(first.host_ns));
+        span_ns.is_some_and(|span_ns| span_ns >= settle_ns)
             && now_ns.saturating_sub(self.tried_ns) >= AGAIN_NS
     }
 

@@ -136,7 +136,10 @@ mod tests {
             publishers.admit(2, Some(1), 900 * MS),
             Admission::Refused(Refused::TwoPublishers)
         );
-        assert_eq!(publishers.admit(2, Some(2), 1001 * MS), Admission::Restarted);
+        assert_eq!(
+            publishers.admit(2, Some(2), 1001 * MS),
+            Admission::Restarted
+        );
         assert_eq!(
             publishers.admit(2, Some(3), 1010 * MS),
             Admission::Used { lost: 0 }

@@ -104,6 +104,7 @@ impl SessionRun {
         }
         let name = self.lanes.get(lane).map_or("", |lane| lane.name.as_str());
         let publishers = &mut self.publishers[lane];
+        let were_two = publishers.are_two();
         let admission = publishers.admit(arrival.publisher, arrival.sequence, arrival.host_ns);
         match admission {
             Admission::Restarted => {
@@ -115,7 +116,9 @@ impl SessionRun {
                 self.counts.of_two_publishers += 1;
                 self.teller.fault(
                     &format!("two {name}"),
-                    &format!("{name}: expected one publisher, found two: none of their messages is used"),
+                    &format!(
+                        "{name}: expected one publisher, found two: none of their messages is used"
+                    ),
                 );
                 return Ok(None);
             }
@@ -124,12 +127,16 @@ impl SessionRun {
                 return Ok(None);
             }
             Admission::Used { lost } => {
-                self.teller
-                    .over(&format!("two {name}"), &format!("{name}: one publisher again"));
+                if were_two {
+                    let text = format!("{name}: one publisher again");
+                    self.teller.over(&format!("two {name}"), &text);
+                }
                 let lost = lost + arrival.missed;
                 if lost > 0 {
-                    self.teller
-                        .fault(&format!("lost {name}"), &format!("{name}: {lost} messages lost"));
+                    self.teller.fault(
+                        &format!("lost {name}"),
+                        &format!("{name}: {lost} messages lost"),
+                    );
                 }
                 self.lose(lost);
             }
