@@ -153,7 +153,8 @@ fn hydraulic_rods_never_cost_a_wheel_its_load() {
     }
 }
 
-/// Where reserves exceed the loads of the light wheels, the rods still move: slowly, and to the benefit of the lightest wheel.
+/// Where a wheel would lose its load if all that is reserved for came true, the rods still move: slowly, at no more than a
+/// start's cost, and to the benefit of the lightest wheel.
 #[test]
 fn reserves_beyond_a_wheels_load_do_not_freeze_the_rods() {
     let machine = machine();
@@ -161,13 +162,15 @@ fn reserves_beyond_a_wheels_load_do_not_freeze_the_rods() {
     let manoeuvre = Manoeuvre::standing(&machine, 6, -0.18, 1.0);
     let found = manoeuvre.ideal(&machine, &settings(ControlMode::LookAhead, false));
     let travel = (found.rod.last().unwrap() - found.rod[0]).abs();
+    let losses = found.least.iter().map(|&[locked, moved]| locked - moved);
+    let most = losses.fold(f64::NEG_INFINITY, f64::max);
     let [locked, moved] = *found.least.last().unwrap();
-    println!("{travel:.3} m; the lightest wheel {locked:.0} -> {moved:.0} N");
-    assert!(travel > 0.01, "{travel}");
-    assert!(moved > locked + 0.005 * mean, "{locked} {moved}");
-    for [locked, moved] in found.least {
-        assert!(moved >= LIMIT.min(locked), "{locked} {moved}");
-    }
+    println!(
+        "{travel:.3} m; the lightest wheel {locked:.0} -> {moved:.0} N, at most {most:.1} N less"
+    );
+    assert!(travel > 0.03, "{travel}");
+    assert!(moved > locked + 0.02 * mean, "{locked} {moved}");
+    assert!(most <= 0.0035 * mean, "{most}");
 }
 
 /// Closed valves hold the rods where they are, but for what the oil yields: the measure of a control on the same oil.
