@@ -137,77 +137,6 @@ impl Manoeuvre {
         manoeuvre
     }
 
-    /// The second paper's manoeuvre: the arm, folded over the platform, is raised and lowered a little, for so many seconds.
-    pub(crate) fn folded(machine: &Machine, seconds: usize) -> Self {
-        let sine = |middle: f64, amplitude: f64, w: f64| Sine {
-            middle,
-            amplitude,
-            w,
-            phase: 0.0,
-        };
-        let arm = [
-            ("slew", sine(0.0, 0.1, 0.3)),
-            ("lift", sine(-0.154, 0.07, 0.4)),
-            ("tilt", sine(-3.082, 0.0, 0.4)),
-            ("extension", sine(0.0, 0.0, 0.4)),
-            ("suspension_right", sine(-0.1, 0.0, 0.4)),
-            ("suspension_left", sine(-0.1, 0.0, 0.4)),
-        ];
-        let rows = RATE * seconds;
-        let mut states = StateColumns::unknown(machine, rows);
-        let mut state = State::zero(machine);
-        state.base.up = Vector3::z();
-        state.imu.specific_force = Vector3::z() * machine.gravity();
-        for row in 0..rows {
-            for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
-                if let Some((_, sine)) = arm.iter().find(|(name, _)| *name == joint.name) {
-                    *motion = sine.at(row as f64 / RATE as f64);
-                }
-            }
-            states.set(row, &mut state);
-        }
-        Self {
-            times_ns: (0..rows)
-                .map(|row| (row * (1_000_000_000 / RATE)) as i64)
-                .collect(),
-            reasons: vec![Reasons::default(); rows],
-            states,
-        }
-    }
-
-    /// The arm reaches forward and stands still; its first row has an acceleration of this size (per s^2), as the start
-    /// of an estimate has, which the guard remembers.
-    pub(crate) fn standing(
-        machine: &Machine,
-        seconds: usize,
-        rods: f64,
-        acceleration: f64,
-    ) -> Self {
-        let mut manoeuvre = Self::folded(machine, seconds);
-        let mut state = State::zero(machine);
-        state.base.up = Vector3::z();
-        state.imu.specific_force = Vector3::z() * machine.gravity();
-        for row in 0..RATE * seconds {
-            for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
-                let (position, is_arm) = match joint.name.as_str() {
-                    "slew" => (0.0, true),
-                    "lift" => (-1.58, true),
-                    "tilt" => (-1.569, true),
-                    "extension" => (0.304, true),
-                    "suspension_right" | "suspension_left" => (rods, false),
-                    _ => (0.0, false),
-                };
-                motion.position = position;
-                motion.acceleration = match is_arm && row == 0 {
-                    true => acceleration,
-                    false => 0.0,
-                };
-            }
-            manoeuvre.states.set(row, &mut state);
-        }
-        manoeuvre
-    }
-
     pub(crate) fn compared(&self, machine: &Machine, motion: &SuspensionMotion) -> Comparison {
         let rows = RecordedRows {
             times_ns: &self.times_ns,
@@ -228,8 +157,6 @@ pub(crate) struct Ideal {
     pub(crate) angle: Vec<[f64; 2]>,
     /// Status by row.
     pub(crate) status: Vec<Status>,
-    /// Stroke of the first rod by row (m).
-    pub(crate) rod: Vec<f64>,
 }
 
 impl Manoeuvre {
@@ -244,7 +171,6 @@ impl Manoeuvre {
         let mut rods = home;
         let (mut least, mut spread, mut angle, mut status) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut rod = Vec::new();
         let of = |replay: &Replay| {
             let outcome = replay.outcome();
             let least = outcome.otf.iter().copied().fold(f64::INFINITY, f64::min);
@@ -268,7 +194,6 @@ impl Manoeuvre {
             spread.push([locked.1, moved.1]);
             angle.push([locked.2, moved.2]);
             status.push(command.status);
-            rod.push(rods[0].position);
             controller.follow(&positions, 1.0 / RATE as f64);
             let (position, velocity) = controller.reference().unwrap();
             for k in 0..rods.len() {
@@ -284,7 +209,6 @@ impl Manoeuvre {
             spread,
             angle,
             status,
-            rod,
         }
     }
 }

@@ -2,7 +2,7 @@
 //! wrong.
 //!
 //! ```text
-//!     S(12)  D(x + dx, v, a) = D(x) + X dx + V v + A a,   D = N - N_lock,   X, V, A = dN/dx, dN/dxd, dN/dxdd
+//!     S(12)  D(x + dx, v, a) = D(x) + X dx + V v + c A a,   D = N - N_lock,   X, V, A = dN/dx, dN/dxd, dN/dxdd
 //!     S(13)  q(t) = q + q' t + q'' T (t - T (1 - exp(-t/T)))                                    the arm goes on, base as now
 //!     S(14)  doubt(t) = r(t) sum |dN/df| b + sum over joints (r(t) |dN/dq''| + t^2/2 |dN/dq|) b_q
 //! ```
@@ -27,6 +27,8 @@ const LASTING_S: f64 = 0.5;
 /// Steps of the difference quotients: position (rad or m), acceleration (per s^2).
 const POSITION_STEP: f64 = 0.05;
 const ACCELERATION_STEP: f64 = 1.0;
+/// c: overshoot of the rods' acceleration in the hydraulics.
+const OVERSHOOT: f64 = 1.3;
 
 /// By wheel or edge; entries beyond their number are zero.
 pub(super) type ByWheel = [f64; MAX_WHEELS];
@@ -43,7 +45,7 @@ pub(super) struct Added {
     pub(super) by_position: [ByWheel; MAX_ACTUATORS],
     /// By velocity (s/m), by actuator.
     pub(super) by_velocity: [ByWheel; MAX_ACTUATORS],
-    /// By acceleration (s^2/m), by actuator.
+    /// By acceleration (s^2/m), overshoot included.
     pub(super) by_acceleration: [ByWheel; MAX_ACTUATORS],
 }
 
@@ -334,7 +336,7 @@ fn read(added: &mut Added, values: &[Gradient<6>], locked: &ByWheel) {
         for k in 0..MAX_ACTUATORS {
             added.by_position[k][i] = value.slopes[k];
             added.by_velocity[k][i] = value.slopes[MAX_ACTUATORS + k];
-            added.by_acceleration[k][i] = value.slopes[2 * MAX_ACTUATORS + k];
+            added.by_acceleration[k][i] = OVERSHOOT * value.slopes[2 * MAX_ACTUATORS + k];
         }
     }
 }

@@ -24,7 +24,7 @@ const DEFAULT_LIMIT_SHARE: f64 = 0.05;
 /// A stability angle above which the loads come first (rad): to keep more would cost wheels that can be held down.
 const AMPLE_ANGLE: f64 = 0.25;
 /// b of S(14) (m/s^2).
-const BASE_RESERVE: f64 = 2.0;
+const BASE_RESERVE: f64 = 1.0;
 /// b_q of S(14): the largest acceleration of the joint so far, at least this (rad/s^2 or m/s^2).
 const ARM_RESERVE: f64 = 0.2;
 /// Time in which an acceleration that was seen is forgotten (s).

@@ -1,31 +1,21 @@
 //! Margins of plans: what every wheel keeps beyond what it must.
 //!
 //! ```text
-//!     S(17)  D - c |A a| >= -max(0, s (N_lock - doubt - limit - m), min(e, s (N_lock - limit)))
-//!            at every node of a plan, and for the command now;  s = 0.15
+//!     S(17)  D >= -max(e, (N_lock - doubt - limit)/4)   at every node of a plan, and for the commanded acceleration now
 //! ```
-//! So a load is never predicted below the smaller of the limit and what locking gives. As long as nothing moves more than
-//! S(14) reserves for, it does not get there either, e aside. c and m are the errors of actuators and model that the guard
-//! itself carries. Stability angles keep likewise to the smallest that locking has given so far, or an ample one if that is
-//! smaller, and the spread of the loads to the largest that locking has given, or a little more for a moment.
+//! So a load is never below the smaller of the limit and what locking gives, as long as nothing moves more than S(14)
+//! reserves for, e aside. Stability angles keep likewise to the smallest that locking has given so far, or an ample one if
+//! that is smaller, and the spread of the loads to the largest that locking has given, or a little more for a moment.
 
 use super::forecast::{Added, ByRod, ByWheel, Forecast, Outlook, TIMES_S};
 use super::plan::{NODE_S, NODES, Plan, Plans, Rods};
 use crate::condensed::MAX_ACTUATORS;
 use tipwatch_mechanics::machine::MAX_WHEELS;
 
-/// m, as a share of the mean load: what every wheel keeps above its limit for errors of the model.
-const KEPT_SHARE: f64 = 0.02;
+/// e, as a share of the mean load: what a wheel that is light anyway may lose for a moment.
+const TOLERANCE_SHARE: f64 = 0.002;
 /// What of a wheel's spare may be used: the rest is for errors of the model.
-const SPARE_SHARE: f64 = 0.15;
-/// e, as a share of the mean load: what a wheel may lose that keeps its limit as predicted, but not if all that is
-/// reserved for came true. Without it no motion could start, since its own inertia first takes load from a wheel.
-const START_SHARE: f64 = 0.003;
-/// c: error of the rods' acceleration. A platform on its tyres answers a sudden one twofold, and valves, oil and cylinders
-/// overshoot or lag.
-const ACCELERATION_ERROR: f64 = 1.0;
-/// Weight of a load below what it must be, against one that only a motion which nobody announced would take there.
-const LOST_WEIGHT: f64 = 1e6;
+const SPARE_SHARE: f64 = 0.25;
 /// A load below its bound counts for more than any spread or angle (in units of the mean load).
 const PRIORITY: f64 = 1e3;
 /// Weight of a radian in units of the mean load.
@@ -73,8 +63,6 @@ struct Node {
     outlook: Outlook,
     /// What each wheel (N) and each angle (rad) may lose.
     may_lose: ByWheel,
-    /// What each wheel may lose if nothing happens that nobody announced (N).
-    may_lose_as_predicted: ByWheel,
     angle_may_lose: ByWheel,
     /// The largest spread (N).
     spread: f64,
@@ -123,18 +111,14 @@ impl Margins {
         let t = NODE_S * node as f64;
         let outlook = forecast.between(t);
         let bounds = &self.bounds;
-        let kept = KEPT_SHARE * bounds.mean_load;
+        let tolerance = TOLERANCE_SHARE * bounds.mean_load;
         let (mut may_lose, mut angle_may_lose) = ([0.0; MAX_WHEELS], [0.0; MAX_WHEELS]);
-        let mut may_lose_as_predicted = may_lose;
         let rise = (t / RISE_S).min(1.0);
         for wheel in 0..self.wheels {
-            let spare = outlook.locked[wheel] - bounds.limit;
-            may_lose_as_predicted[wheel] = spare.max(0.0);
             let doubt = &forecast.doubt;
             let doubt = rise * doubt.at_once[wheel] + 0.5 * t * t * doubt.by_square[wheel];
-            let robust = SPARE_SHARE * (spare - doubt - kept);
-            let start = START_SHARE * bounds.mean_load;
-            may_lose[wheel] = robust.max(start.min(SPARE_SHARE * spare)).max(0.0);
+            let spare = outlook.locked[wheel] - doubt - bounds.limit;
+            may_lose[wheel] = (SPARE_SHARE * spare).max(tolerance);
         }
         for edge in 0..self.edges {
             let spare = outlook.locked_angle[edge] - bounds.angle;
@@ -143,7 +127,6 @@ impl Margins {
         let locked_spread = spread(&outlook.locked[..self.wheels]);
         Node {
             may_lose,
-            may_lose_as_predicted,
             angle_may_lose,
             spread: bounds.spread.max(bounds.momentary_spread(locked_spread)),
             curve: [&outlook.load, &outlook.angle].map(|added| self.curve(added)),
@@ -220,11 +203,8 @@ impl Margins {
             let weight = if node + 1 == NODES { TAIL } else { 1.0 };
             let (added, _) = self.added(node, &moved, &a);
             for wheel in 0..self.wheels {
-                let node = &self.nodes[node];
-                let missing = (added[wheel] + node.may_lose[wheel]).min(0.0);
-                let lost = (added[wheel] + node.may_lose_as_predicted[wheel]).min(0.0);
+                let missing = (added[wheel] + self.nodes[node].may_lose[wheel]).min(0.0);
                 sum += weight * missing * missing;
-                sum += LOST_WEIGHT * lost * lost;
             }
         }
         sum
@@ -250,10 +230,9 @@ impl Margins {
     fn at(&self, node: usize, rods: &Rods, a: &ByRod) -> f64 {
         let (mut load, square) = self.added(node, rods, a);
         let node = &self.nodes[node];
-        let error = node.outlook.load.error(a);
         let mut least = f64::INFINITY;
         for wheel in 0..self.wheels {
-            least = least.min(load[wheel] + node.may_lose[wheel] - error[wheel]);
+            least = least.min(load[wheel] + node.may_lose[wheel]);
             load[wheel] += node.outlook.locked[wheel];
         }
         if least < 0.0 {
@@ -283,17 +262,6 @@ impl Added {
                 *sum += self.by_position[k][i] * dx[k]
                     + self.by_velocity[k][i] * v[k]
                     + self.by_acceleration[k][i] * a[k];
-            }
-        }
-        sum
-    }
-
-    /// c |A a|: what the loads may lack because tyres, valves, oil and cylinders do not follow an acceleration exactly.
-    fn error(&self, a: &ByRod) -> ByWheel {
-        let mut sum = [0.0; MAX_WHEELS];
-        for (by_acceleration, a) in self.by_acceleration.iter().zip(a) {
-            for (sum, by_acceleration) in sum.iter_mut().zip(by_acceleration) {
-                *sum += ACCELERATION_ERROR * (by_acceleration * a).abs();
             }
         }
         sum

@@ -14,7 +14,7 @@ use crate::condensed::MAX_ACTUATORS;
 pub(super) const NODES: usize = 14;
 pub(super) const NODE_S: f64 = 0.14;
 /// w (1/s).
-const RATES: [f64; 5] = [1.0, 1.7, 0.6, 2.8, 0.4];
+const RATES: [f64; 4] = [1.0, 1.7, 0.6, 2.8];
 
 /// A way to end a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +47,6 @@ impl Plan {
         Self::Return(1),
         Self::Return(2),
         Self::Return(3),
-        Self::Return(4),
     ];
     /// To rest.
     pub(super) const STOP: Self = Self::Stay(1);
@@ -57,7 +56,6 @@ impl Plan {
         Self::Return(1),
         Self::Return(2),
         Self::Return(3),
-        Self::Return(4),
         Self::STOP,
         Self::Stay(3),
     ];
