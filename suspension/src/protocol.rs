@@ -1,8 +1,8 @@
 //! Control over lines of JSON, for simulation or hardware in the loop: states in, commands out.
 //!
 //! ```text
-//!     in   {"joints": {"slew": 0.1, ...}}                               once: the measured joints and their positions
-//!     out  {"rods": ["suspension_right", ...], "step_s": 0.02, "stroke_m": [-0.2, 0.0]}
+//!     in   {"protocol": 1, "joints": {"slew": 0.1, ...}}                once: the measured joints and their positions
+//!     out  {"protocol": 1, "rods": ["suspension_right", ...], "step_s": 0.02, "stroke_m": [-0.2, 0.0], "valid_s": 0.1}
 //!     in   {"joints": {"slew": [0.1, 0.0, 0.0], ...}, "rods": [-0.1, -0.1], "specific_force": [0, 0, 9.8],
 //!           "angular_velocity": [0, 0, 0], "angular_acceleration": [0, 0, 0], "up": [0, 0, 1]}         each step
 //!     out  {"status": "optimal", "hold": false, "reasons": [], "position": [...], "velocity": [...],
@@ -13,10 +13,12 @@
 //!
 //! Joints have position, velocity and acceleration (rad or m, s); rods have strokes (m). The remaining keys are the
 //! IMU measurements in the sensor frame and the upward unit vector in base axes. `null` is an unknown number. A
-//! line is a step of `step_s` after the one before.
+//! line is a step of `step_s` after the one before, unless states carry their time, `"time_s": 12.34`: then lost, late
+//! and repeated states are noticed.
 //!
 //! The input is checked like samples are onboard. On any doubt the answer holds, with the reasons, and the valves close;
-//! so it does for a line that is not a state, which is answered by `{"error": "...", "hold": true}`.
+//! so it does for a line that is not a state, which is answered by `{"error": "...", "hold": true}`, and at the end of
+//! the input. After a hold, valves follow only after as many good states in a row as onboard.
 
 use std::collections::BTreeMap;
 
@@ -26,6 +28,7 @@ use tipwatch_mechanics::estimation::plausibility::Plausibility;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{HydraulicParameters, Machine, SuspensionControl};
 use tipwatch_mechanics::state::{JointStream, Sample, Sensor, Sensors, State};
+use tipwatch_mechanics::verdict::limits::GOOD_ROWS;
 
 use crate::condensed::MAX_ACTUATORS;
 use crate::control::{Command, Controller, RodFault, Status};
@@ -37,15 +40,20 @@ use crate::replay::Replay;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Opening {
+    #[serde(default = "this_version")]
+    protocol: u32,
     joints: BTreeMap<String, f64>,
 }
 
 /// The answer to the first line.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ready {
+    protocol: u32,
     rods: Vec<String>,
     step_s: f64,
     stroke_m: [f64; 2],
+    /// How long a command counts without the next one (s).
+    valid_s: f64,
 }
 
 /// The answer to a state.
@@ -87,6 +95,12 @@ pub enum ProtocolError {
     /// The first line is not an [`Opening`].
     #[error("first line: expected {{\"joints\": {{name: position}}}}")]
     Opening(#[source] serde_json::Error),
+    /// The client speaks another version of the protocol.
+    #[error("first line: protocol: expected {VERSION}, found {found}")]
+    Version {
+        /// The client's version.
+        found: u32,
+    },
     /// The first line lacks a joint of the machine.
     #[error("first line: expected joint \"{name}\", found none")]
     OpeningJoint {
@@ -132,6 +146,9 @@ type Number = Option<f64>;
 struct Request {
     joints: BTreeMap<String, [Number; 3]>,
     rods: Vec<Number>,
+    /// Time of the state (s), from any beginning.
+    #[serde(default)]
+    time_s: Number,
     specific_force: [Number; 3],
     angular_velocity: [Number; 3],
     angular_acceleration: [Number; 3],
@@ -141,9 +158,18 @@ struct Request {
     pressures: Vec<[Number; 2]>,
 }
 
-/// Reasons to hold, named as onboard.
+/// Version of the protocol.
+const VERSION: u32 = 1;
+/// How long a command counts without the next one, and the longest time between states (s).
+const VALID_S: f64 = 0.1;
+/// Reasons to hold, named as onboard where they exist there.
+const INPUT: &str = "input";
 const ROW_INVALID: &str = "row_invalid";
 const OUTSIDE_STROKE: &str = "outside_stroke";
+const LATE: &str = "late";
+const REPEATED: &str = "repeated";
+const STARTING: &str = "starting";
+const ENDED: &str = "ended";
 /// How far the length of an upward unit vector may be from 1.
 const UNIT_TOLERANCE: f64 = 0.01;
 /// How far the position of a rod's joint may be from the rod's stroke (m).
@@ -161,8 +187,16 @@ pub struct LineControl<'a> {
     /// Measured force of each piston (N); NaN if unknown.
     pistons: [f64; MAX_ACTUATORS],
     checks: Plausibility,
-    /// Lines so far: their stamps.
-    lines: i64,
+    /// Time of the present state by the client (s), if it tells it, and that of the state before.
+    time_s: Number,
+    before_s: Number,
+    /// Time of the present state since the first line (s).
+    since_s: f64,
+    /// The last command of the controller, and the time until the next one (s).
+    command: Option<Command>,
+    due_s: f64,
+    /// Good states in a row that must still come before the valves follow.
+    needed: u32,
     /// Positions and velocities of the joints, and the values of the IMU, as samples.
     joints: Vec<f64>,
     imu: [f64; 10],
@@ -172,9 +206,13 @@ impl Opening {
     /// Reads the first line.
     ///
     /// # Errors
-    /// [`ProtocolError::Opening`].
+    /// [`ProtocolError::Opening`], [`ProtocolError::Version`].
     pub fn parse(line: &str) -> Result<Self, ProtocolError> {
-        serde_json::from_str(line).map_err(ProtocolError::Opening)
+        let opening: Self = serde_json::from_str(line).map_err(ProtocolError::Opening)?;
+        match opening.protocol {
+            VERSION => Ok(opening),
+            found => Err(ProtocolError::Version { found }),
+        }
     }
 
     /// Names of the measured joints.
@@ -208,11 +246,13 @@ impl<'a> LineControl<'a> {
         let controller = Controller::new(machine, control, &opening.posture(machine)?)?;
         let linkages = suspension.linkages.iter();
         let ready = Ready {
+            protocol: VERSION,
             rods: linkages
                 .map(|&linkage| machine.linkages()[linkage].name.clone())
                 .collect(),
             step_s: controller.step_length(),
             stroke_m: suspension.stroke,
+            valid_s: VALID_S,
         };
         let line_control = Self {
             machine,
@@ -234,7 +274,12 @@ impl<'a> LineControl<'a> {
                     actuators: Vec::new(),
                 },
             ),
-            lines: 0,
+            time_s: None,
+            before_s: None,
+            since_s: 0.0,
+            command: None,
+            due_s: 0.0,
+            needed: 0,
             joints: Vec::new(),
             imu: [f64::NAN; 10],
         };
@@ -243,25 +288,60 @@ impl<'a> LineControl<'a> {
 
     /// Computes the command for a line with a state.
     pub fn answer(&mut self, line: &str) -> Answer {
-        self.lines = self.lines.saturating_add(1);
         match self.read(line) {
             Ok(rods) => self.command(&rods),
-            Err(error) => {
-                self.close();
-                Answer::Invalid {
-                    error: error.to_string(),
-                    hold: true,
-                }
-            }
+            Err(error) => self.refuse(error.to_string()),
         }
     }
 
-    /// Closes the valves as fast as they go, and returns their openings.
-    fn close(&mut self) -> [f64; MAX_ACTUATORS] {
+    /// The answer to a line that is not a state, because of this error: the valves close.
+    pub fn refuse(&mut self, error: String) -> Answer {
+        self.since_s += self.controller.step_length();
+        self.close(self.controller.step_length());
+        Answer::Invalid { error, hold: true }
+    }
+
+    /// The answer to the end of the input: the valves are closed.
+    pub fn end(&mut self) -> Answer {
+        self.close(VALID_S);
+        let mut command = Command::blank(self.actuators, Status::NoSolution);
+        command.position = self
+            .controller
+            .reference()
+            .map_or(command.position, |r| r.0);
+        Self::told(&command, vec![ENDED], [0.0; MAX_ACTUATORS])
+    }
+
+    /// Closes the valves as fast as they go, and returns their openings. They follow again after some good states.
+    fn close(&mut self, seconds: f64) -> [f64; MAX_ACTUATORS] {
+        self.needed = GOOD_ROWS;
+        self.keep_closed(seconds)
+    }
+
+    fn keep_closed(&mut self, seconds: f64) -> [f64; MAX_ACTUATORS] {
+        self.command = None;
         self.controller.hold();
         let unknown = [f64::NAN; MAX_ACTUATORS];
+        self.controller.follow(&unknown[..self.actuators], seconds)
+    }
+
+    /// The time since the state before (s), and what is wrong with it.
+    fn passed(&mut self) -> (f64, Option<&'static str>) {
         let step = self.controller.step_length();
-        self.controller.follow(&unknown[..self.actuators], step)
+        let before = std::mem::replace(&mut self.before_s, self.time_s);
+        match (before, self.time_s) {
+            (None, _) => (step, None),
+            // once told, always told
+            (Some(_), None) => {
+                self.before_s = before;
+                (step, Some(INPUT))
+            }
+            (Some(before), Some(now)) => match now - before {
+                passed if passed > VALID_S => (VALID_S, Some(LATE)),
+                passed if passed > 0.0 => (passed, None),
+                _ => (0.0, Some(REPEATED)),
+            },
+        }
     }
 
     /// Reads a line into the state and returns the rod strokes.
@@ -298,6 +378,7 @@ impl<'a> LineControl<'a> {
             let [piston, rod] = pair.map(known);
             *force = piston_force(&self.hydraulics, &Pressures { piston, rod });
         }
+        self.time_s = request.time_s;
         let vector = |of: [Number; 3]| Vector3::from(of.map(known));
         self.state.imu.specific_force = vector(request.specific_force);
         self.state.imu.angular_velocity = vector(request.angular_velocity);
@@ -310,7 +391,7 @@ impl<'a> LineControl<'a> {
     fn doubts(&mut self, rods: &[f64]) -> Vec<&'static str> {
         let mut doubts = Vec::new();
         if self.has_input_fault() || !self.is_consistent(rods) {
-            doubts.push("input");
+            doubts.push(INPUT);
         }
         if rods.iter().any(|x| !x.is_finite()) {
             doubts.push(ROW_INVALID);
@@ -322,7 +403,7 @@ impl<'a> LineControl<'a> {
 
     /// Checks the joints and the IMU as samples.
     fn has_input_fault(&mut self) -> bool {
-        let stamp_ns = (self.controller.step_length() * 1e9) as i64 * self.lines;
+        let stamp_ns = (self.since_s * 1e9) as i64;
         let joints = &self.state.joints;
         let positions = joints.iter().map(|joint| joint.position);
         let rates = joints.iter().map(|joint| joint.rate);
@@ -366,25 +447,27 @@ impl<'a> LineControl<'a> {
     }
 
     fn command(&mut self, rods: &[f64]) -> Answer {
-        let doubts = self.doubts(rods);
-        if !doubts.is_empty() {
-            let opening = self.close();
-            let status = match doubts.last() {
-                Some(&ROW_INVALID) => Status::PositionUnknown,
-                Some(&OUTSIDE_STROKE) => Status::PositionImplausible,
-                _ => Status::NoSolution,
-            };
-            let mut command = Command::blank(self.actuators, status);
-            for (place, &stroke) in command.position.iter_mut().zip(rods) {
-                *place = stroke;
-            }
-            return Self::told(&command, doubts, opening);
+        let (seconds, doubt) = self.passed();
+        self.since_s += seconds;
+        let mut doubts: Vec<_> = doubt.into_iter().collect();
+        // a state that was told already says nothing new
+        if doubt != Some(REPEATED) {
+            doubts.extend(self.doubts(rods));
         }
-        let step = self.controller.step_length();
-        let command = self.controller.tick(&self.state, rods);
+        if !doubts.is_empty() {
+            let opening = self.close(seconds);
+            return self.held(doubts, rods, opening);
+        }
+        if self.needed > 0 {
+            self.needed -= 1;
+            let opening = self.keep_closed(seconds);
+            return self.held(vec![STARTING], rods, opening);
+        }
+        let command = self.next(rods);
+        self.due_s -= seconds;
         let motions = self.replay.rods(&self.state);
         let forces = self.replay.carried(&self.state, &motions, &self.pistons);
-        let opening = self.controller.follow_loaded(rods, &forces, step);
+        let opening = self.controller.follow_loaded(rods, &forces, seconds);
         let mut reasons = Vec::new();
         if command.hold || command.status == Status::NoSolution {
             reasons.push(match self.controller.rod_fault() {
@@ -392,6 +475,39 @@ impl<'a> LineControl<'a> {
                 Some((_, RodFault::WrongWay)) => "wrong_way",
                 None => "no_solution",
             });
+        }
+        Self::told(&command, reasons, opening)
+    }
+
+    /// The controller's command, a new one if it is due.
+    fn next(&mut self, rods: &[f64]) -> Command {
+        let step = self.controller.step_length();
+        let command = match self.command {
+            Some(command) if self.due_s > 0.5 * step => command,
+            _ => {
+                self.due_s = (self.due_s + step).clamp(0.0, step);
+                self.controller.tick(&self.state, rods)
+            }
+        };
+        self.command = Some(command);
+        command
+    }
+
+    /// Why the valves stay closed for rods at these strokes.
+    fn held(
+        &self,
+        reasons: Vec<&'static str>,
+        rods: &[f64],
+        opening: [f64; MAX_ACTUATORS],
+    ) -> Answer {
+        let status = match reasons.last() {
+            Some(&ROW_INVALID) => Status::PositionUnknown,
+            Some(&OUTSIDE_STROKE) => Status::PositionImplausible,
+            _ => Status::NoSolution,
+        };
+        let mut command = Command::blank(self.actuators, status);
+        for (place, &stroke) in command.position.iter_mut().zip(rods) {
+            *place = stroke;
         }
         Self::told(&command, reasons, opening)
     }
@@ -413,4 +529,9 @@ impl<'a> LineControl<'a> {
             cost: command.cost,
         }
     }
+}
+
+/// A client that does not say its version.
+fn this_version() -> u32 {
+    VERSION
 }

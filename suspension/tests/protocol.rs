@@ -4,7 +4,9 @@ use crate::obedience::standing;
 use crate::problems::{control, machine};
 use serde_json::{Value, json};
 use tipwatch_mechanics::machine::ControlMode;
+use tipwatch_mechanics::verdict::limits::GOOD_ROWS;
 use tipwatch_mechanics::{Machine, State};
+use tipwatch_suspension::Controller;
 use tipwatch_suspension::hydraulics::{Actuator, ActuatorInput, Pressures, Valve};
 use tipwatch_suspension::protocol::{LineControl, Opening};
 
@@ -106,8 +108,108 @@ fn wrong_number_of_pressures_is_refused() {
     let refused = ask(json!([pair]));
     assert_eq!(refused["hold"], true);
     assert!(refused["error"].as_str().unwrap().contains("pressures"));
-    // unknown pressures are no error
+    // unknown pressures are no error; the valves wait for good states
     let unknown: [Option<f64>; 2] = [None, None];
+    for _ in 0..GOOD_ROWS {
+        let answer = ask(json!([unknown, unknown]));
+        assert_eq!(answer["reasons"], json!(["starting"]), "{answer}");
+        assert_eq!(answer["hold"], true);
+    }
     assert_eq!(ask(json!([unknown, unknown]))["hold"], false);
     assert_eq!(ask(json!([pair, pair]))["hold"], false);
+}
+
+/// Answers to states at these times (s), `None` for one without.
+fn timed(times_s: &[Option<f64>]) -> Vec<Value> {
+    let machine = machine();
+    let state = standing(&machine);
+    let settings = control(ControlMode::LookAhead, false);
+    let (mut lines, _) = LineControl::new(&machine, &opening(&machine, &state), &settings).unwrap();
+    let mut ask = |time_s: &Option<f64>| {
+        let mut text = line(&machine, &state, &[-0.1; 2], &json!([]));
+        if let Some(time_s) = time_s {
+            text = text.replacen('{', &format!("{{\"time_s\": {time_s}, "), 1);
+        }
+        serde_json::to_value(lines.answer(&text)).unwrap()
+    };
+    times_s.iter().map(&mut ask).collect()
+}
+
+/// States that carry their time are followed at any period, and held when they come late, twice, or without it.
+#[test]
+fn late_repeated_and_untimed_states_are_held() {
+    let at = |k: usize| Some(5.0 + 0.02 * k as f64);
+    // one lost state is no fault, nor is a client that is faster than the control
+    let good = timed(&[at(0), at(1), at(3), at(4), Some(5.085), Some(5.09)]);
+    assert!(good.iter().all(|a| a["hold"] == false), "{good:?}");
+    for (then, reason) in [
+        (at(9), "late"),
+        (at(3), "repeated"),
+        (at(0), "repeated"),
+        (Some(-1e300), "repeated"),
+        (Some(1e300), "late"),
+        (None, "input"),
+    ] {
+        let mut times = vec![at(0), at(1), at(2), at(3), then];
+        let from = then.filter(|t| t.abs() < 1e9).or(at(3)).unwrap();
+        let huge = then.is_some_and(|t| t.abs() > 1e9);
+        times.extend((1..=GOOD_ROWS + 2).map(|k| Some(from + 0.02 * f64::from(k))));
+        let answers = timed(&times);
+        assert!(answers[..4].iter().all(|a| a["hold"] == false));
+        assert_eq!(answers[4]["hold"], true, "{then:?}");
+        assert_eq!(answers[4]["reasons"][0], reason, "{}", answers[4]);
+        // and all is well again only after good states in a row
+        let wait = GOOD_ROWS as usize + usize::from(huge);
+        for answer in &answers[5..5 + wait] {
+            assert_eq!(answer["hold"], true, "{then:?}: {answer}");
+        }
+        assert_eq!(answers[5 + wait]["hold"], false, "{then:?}");
+        assert_eq!(answers[5 + wait]["reasons"], json!([]));
+    }
+}
+
+/// The reference advances by the time between the states, not by their number.
+#[test]
+fn a_faster_client_gets_the_same_motion() {
+    let machine = machine();
+    let state = standing(&machine);
+    let settings = control(ControlMode::LookAhead, false);
+    let travelled = |period_s: f64| {
+        let (mut lines, _) =
+            LineControl::new(&machine, &opening(&machine, &state), &settings).unwrap();
+        let mut farthest = 0.0_f64;
+        for k in 0..(0.5 / period_s) as usize {
+            let text = line(&machine, &state, &[-0.1; 2], &json!([]));
+            let time_s = period_s * k as f64;
+            let text = text.replacen('{', &format!("{{\"time_s\": {time_s}, "), 1);
+            let answer = serde_json::to_value(lines.answer(&text)).unwrap();
+            assert_eq!(answer["hold"], false, "{answer}");
+            let position = answer["position"][0].as_f64().unwrap();
+            farthest = farthest.max((position + 0.1).abs());
+        }
+        farthest
+    };
+    let [slow, fast] = [travelled(0.02), travelled(0.005)];
+    println!("{slow:.5} m, {fast:.5} m");
+    assert!(
+        slow > 1e-4 && (fast / slow - 1.0).abs() < 0.2,
+        "{slow} {fast}"
+    );
+}
+
+/// What locking gives is measured anew after a hold: the rods stay where they are.
+#[test]
+fn after_a_hold_locked_is_where_the_rods_are() {
+    let machine = machine();
+    let state = standing(&machine);
+    let settings = control(ControlMode::LookAhead, false);
+    let mut controller =
+        Controller::new(&machine, &settings, &vec![0.0; machine.joints().len()]).unwrap();
+    let mut fresh =
+        Controller::new(&machine, &settings, &vec![0.0; machine.joints().len()]).unwrap();
+    controller.tick(&state, &[-0.18; 2]);
+    controller.follow(&[-0.18; 2], 0.02);
+    controller.hold();
+    let [resumed, new] = [&mut controller, &mut fresh].map(|c| c.tick(&state, &[-0.1; 2]));
+    assert_eq!(resumed.acceleration, new.acceleration);
 }

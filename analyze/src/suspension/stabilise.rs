@@ -11,7 +11,8 @@ use tipwatch_suspension::protocol::{LineControl, Opening};
 /// Far above any line of the protocol.
 const LINE_LIMIT_BYTES: u64 = 1 << 20;
 
-/// Serves one client until it closes its input. `mode` and `step_s` override the machine file.
+/// Serves one client until it closes its input. `mode` and `step_s` override the machine file. However the input ends,
+/// the last answer closes the valves.
 ///
 /// # Errors
 /// The machine has no controllable suspension, the first line does not name its joints, or reading or
@@ -25,7 +26,7 @@ pub fn serve(
 ) -> Result<()> {
     let first = next_line(&mut input)?
         .ok_or_else(|| anyhow!("expected a first line with the joints, found none"))?;
-    let opening = Opening::parse(&first)?;
+    let opening = Opening::parse(text(&first)?)?;
     let machine = machine(file, &opening)?;
     let suspension = machine
         .suspension()
@@ -35,28 +36,41 @@ pub fn serve(
     control.rate = step_s.map_or(control.rate, |step| 1.0 / step);
     let (mut line_control, ready) = LineControl::new(&machine, &opening, &control)?;
     write_line(&mut output, &ready)?;
-    while let Some(line) = next_line(&mut input)? {
-        if !line.trim().is_empty() {
-            write_line(&mut output, &line_control.answer(&line))?;
-        }
-    }
-    Ok(())
+    let ended = loop {
+        let line = match next_line(&mut input) {
+            Ok(Some(line)) => line,
+            Ok(None) => break Ok(()),
+            Err(error) => break Err(error),
+        };
+        let answer = match text(&line) {
+            Ok(line) if line.trim().is_empty() => continue,
+            Ok(line) => line_control.answer(line),
+            Err(error) => line_control.refuse(error.to_string()),
+        };
+        write_line(&mut output, &answer)?;
+    };
+    write_line(&mut output, &line_control.end())?;
+    ended
 }
 
 /// The next line; `None` at the end of the input.
-fn next_line(input: &mut impl BufRead) -> Result<Option<String>> {
+fn next_line(input: &mut impl BufRead) -> Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
     let read = input.take(LINE_LIMIT_BYTES).read_until(b'\n', &mut bytes);
     match read.context("standard input: cannot be read")? as u64 {
-        0 => return Ok(None),
+        0 => Ok(None),
         LINE_LIMIT_BYTES if !bytes.ends_with(b"\n") => {
             bail!("standard input: expected lines of less than {LINE_LIMIT_BYTES} bytes")
         }
-        _ => {}
+        _ => Ok(Some(bytes)),
     }
-    let line = String::from_utf8(bytes).context("standard input: expected UTF-8")?;
-    let line = line.strip_suffix('\n').unwrap_or(&line);
-    Ok(Some(line.strip_suffix('\r').unwrap_or(line).to_owned()))
+}
+
+/// A line without its end.
+fn text(line: &[u8]) -> Result<&str> {
+    let line = std::str::from_utf8(line).context("expected a line of UTF-8")?;
+    let line = line.strip_suffix('\n').unwrap_or(line);
+    Ok(line.strip_suffix('\r').unwrap_or(line))
 }
 
 fn machine(file: &MachineFile, opening: &Opening) -> Result<Machine> {
@@ -156,7 +170,63 @@ mod tests {
         assert_eq!(answers[3]["hold"], true);
         assert_eq!(answers[4]["status"], "no_solution");
         assert_eq!(answers[4]["hold"], true);
-        assert_eq!(answers.len(), 5);
+        // the end of the input closes the valves
+        assert_eq!(answers[5]["reasons"], serde_json::json!(["ended"]));
+        assert_eq!(answers[5]["opening"], serde_json::json!([0.0, 0.0]));
+        assert_eq!(answers.len(), 6);
+    }
+
+    /// What the program said before it gave up, and why it did.
+    fn said(input: &[u8]) -> (Vec<serde_json::Value>, Result<()>) {
+        let file = MachineFile::read(Path::new(DATA)).unwrap();
+        let mut output = Vec::new();
+        let ended = serve(&file, None, None, input, &mut output);
+        let text = String::from_utf8(output).unwrap();
+        let lines = text.lines().map(|l| serde_json::from_str(l).unwrap());
+        (lines.collect(), ended)
+    }
+
+    #[test]
+    fn damaged_lines_close_the_valves_and_the_session_goes_on() {
+        let good = request([Some(-0.1), Some(-0.1)], 9.8066);
+        let mut input = format!("{}\n{good}\n", first()).into_bytes();
+        input.extend_from_slice(b"{\"joints\": \"\xff\xfe\"}\n");
+        input.extend_from_slice(good[..good.len() / 2].as_bytes());
+        input.extend_from_slice(b"\n");
+        input.extend_from_slice(good.replace("9.8066", "1e999").as_bytes());
+        input.extend_from_slice(b"\n");
+        input.extend_from_slice(good.replace("9.8066", "NaN").as_bytes());
+        let (answers, ended) = said(&input);
+        ended.unwrap();
+        assert_eq!(answers[1]["hold"], false, "{}", answers[1]);
+        assert_eq!(answers.len(), 7, "{answers:?}");
+        for answer in &answers[2..6] {
+            assert_eq!(answer["hold"], true, "{answer}");
+            assert!(answer["error"].is_string(), "{answer}");
+        }
+        assert!(answers[2]["error"].as_str().unwrap().contains("UTF-8"));
+        assert_eq!(answers[6]["reasons"][0], "ended");
+    }
+
+    #[test]
+    fn an_input_that_breaks_off_closes_the_valves_last() {
+        let good = request([Some(-0.1), Some(-0.1)], 9.8066);
+        let mut input = format!("{}\n{good}\n", first()).into_bytes();
+        input.resize(input.len() + LINE_LIMIT_BYTES as usize, b'x');
+        let (answers, ended) = said(&input);
+        assert!(ended.unwrap_err().to_string().contains("1048576 bytes"));
+        assert_eq!(answers[1]["hold"], false);
+        assert_eq!(answers[2]["hold"], true);
+        assert_eq!(answers[2]["opening"], serde_json::json!([0.0, 0.0]));
+        assert_eq!(answers.len(), 3);
+    }
+
+    #[test]
+    fn another_version_of_the_protocol_is_refused() {
+        let said = |version: u32| first().replacen('{', &format!("{{\"protocol\": {version}, "), 1);
+        assert_eq!(talk(&[said(1)]).unwrap()[0]["protocol"], 1);
+        let refused = talk(&[said(2)]).unwrap_err().to_string();
+        assert_eq!(refused, "first line: protocol: expected 1, found 2");
     }
 
     #[test]

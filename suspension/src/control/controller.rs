@@ -190,7 +190,10 @@ impl Controller {
         if let Some(before) = &self.reference {
             let mut pairs = before.position.iter().zip(measured);
             let follows = pairs.all(|(wanted, found)| (wanted - found).abs() <= lost);
-            if follows && !before.hold {
+            if before.hold {
+                // locked is where the rods are when control takes over
+                self.guard.reset();
+            } else if follows {
                 (position, velocity) = (before.position, before.velocity);
             }
         }
