@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::support::{World, data};
 use crate::support::killing::{
     Reading, kill_controls, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
 };
 use crate::support::prioritise::prioritise;
+use crate::support::{World, data};
 
 const KILLS: usize = 4;
 
@@ -51,7 +51,11 @@ fn node_killed_while_it_made_a_port_is_removed() {
     let nodes = Path::new("/tmp/iceoryx2/nodes");
     let of_world = |path: &Path| {
         let mut files = std::fs::read_dir(path).into_iter().flatten().flatten();
-        files.any(|file| file.file_name().to_string_lossy().starts_with(&world.prefix))
+        files.any(|file| {
+            file.file_name()
+                .to_string_lossy()
+                .starts_with(&world.prefix)
+        })
     };
     let folders: Vec<_> = (std::fs::read_dir(nodes).unwrap().flatten())
         .map(|entry| entry.path())
@@ -67,7 +71,10 @@ fn node_killed_while_it_made_a_port_is_removed() {
     // by iceoryx2 alone the nodes stay
     let node = world.join();
     node.remove_dead_nodes();
-    assert!(folders.iter().any(|folder| folder.exists()), "iceoryx2 has learnt to remove them");
+    assert!(
+        folders.iter().any(|folder| folder.exists()),
+        "iceoryx2 has learnt to remove them"
+    );
     drop(node);
     std::thread::sleep(std::time::Duration::from_millis(2200));
     assert_eq!(left_over(&world).0, 0);

@@ -88,8 +88,14 @@ impl ClipFile {
     /// Completes the file, syncs it, and only then gives it its name.
     pub(super) fn finish(mut self, onsets: Vec<Onset>) -> Result<FinishedClip> {
         let mut entries = BTreeMap::from([
-            ("first_log_time_ns".to_owned(), self.log_span_ns.0.to_string()),
-            ("last_log_time_ns".to_owned(), self.log_span_ns.1.to_string()),
+            (
+                "first_log_time_ns".to_owned(),
+                self.log_span_ns.0.to_string(),
+            ),
+            (
+                "last_log_time_ns".to_owned(),
+                self.log_span_ns.1.to_string(),
+            ),
             ("samples".to_owned(), self.counts.samples.to_string()),
             ("verdicts".to_owned(), self.counts.verdicts.to_string()),
             ("commands".to_owned(), self.counts.commands.to_string()),

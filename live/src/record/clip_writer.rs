@@ -146,7 +146,9 @@ impl ClipWriter {
     /// Whether no trigger from this time on belongs to the clip.
     fn is_over(&self, now_ns: i64) -> bool {
         let end_ns = |wanted: &Wanted| wanted.until_ns.saturating_add(self.before_ns);
-        self.wanted.as_ref().is_some_and(|wanted| now_ns > end_ns(wanted))
+        self.wanted
+            .as_ref()
+            .is_some_and(|wanted| now_ns > end_ns(wanted))
     }
 
     fn take(&mut self, message: Encoded) {
@@ -205,8 +207,10 @@ impl ClipWriter {
         // a clip may be longer than a file
         while !messages.is_empty() {
             let longest_ns = self.longest_ns;
-            let first_ns = (self.clip.as_ref()).map_or(messages[0].session_ns, |clip| clip.span_ns.0);
-            let fits = |message: &Encoded| message.session_ns.saturating_sub(first_ns) <= longest_ns;
+            let first_ns =
+                (self.clip.as_ref()).map_or(messages[0].session_ns, |clip| clip.span_ns.0);
+            let fits =
+                |message: &Encoded| message.session_ns.saturating_sub(first_ns) <= longest_ns;
             let count = messages.partition_point(fits);
             let rest = messages.split_off(count);
             if let Err(error) = self.write_messages(&messages) {
@@ -295,14 +299,25 @@ impl ClipWriter {
             ("clip_on".into(), conditions.join(" ")),
             ("clip_trigger".into(), name.into()),
             ("clip_trigger_log_time_ns".into(), at_ns.to_string()),
-            ("clip_before_s".into(), options.before.as_secs_f64().to_string()),
-            ("clip_after_s".into(), options.after.as_secs_f64().to_string()),
+            (
+                "clip_before_s".into(),
+                options.before.as_secs_f64().to_string(),
+            ),
+            (
+                "clip_after_s".into(),
+                options.after.as_secs_f64().to_string(),
+            ),
             ("clip_ring_bytes".into(), options.ring_bytes.to_string()),
-            ("clip_missing_s".into(), (missing_ns as f64 * 1e-9).to_string()),
+            (
+                "clip_missing_s".into(),
+                (missing_ns as f64 * 1e-9).to_string(),
+            ),
         ]);
         if let Some(before) = &wanted.continues {
             let name = before.file_name().unwrap_or_default().to_string_lossy();
-            preamble.metadata.insert("clip_continues".into(), name.into());
+            preamble
+                .metadata
+                .insert("clip_continues".into(), name.into());
         }
         ClipFile::begin(path, &preamble, first)
     }
@@ -349,7 +364,8 @@ impl ClipWriter {
 
     fn tell_overflow(&mut self) {
         if !std::mem::replace(&mut self.is_overflow_told, true) {
-            let held_ns = (self.ring.first_ns()).map_or(0, |first| self.now_ns.saturating_sub(first));
+            let held_ns =
+                (self.ring.first_ns()).map_or(0, |first| self.now_ns.saturating_sub(first));
             eprintln!(
                 "record: ring: {} MiB hold only {:.1} s of the {} s before a trigger; expected a larger --ring or a smaller --before",
                 self.options.ring_bytes >> 20,

@@ -248,7 +248,8 @@ impl FileWriter {
             segment.add(channels.of(message.kind), message)?;
         }
         segment.flush()?;
-        let is_alarm = |message: &Encoded| matches!(message.kind, Kind::Verdict { is_new: true, .. });
+        let is_alarm =
+            |message: &Encoded| matches!(message.kind, Kind::Verdict { is_new: true, .. });
         if messages.iter().any(is_alarm) {
             self.sync.now();
         }
@@ -302,7 +303,9 @@ impl FileWriter {
 
     fn count(&mut self, messages: &VecDeque<Encoded>, dropped: Dropped) {
         let mut written = RecordCounts::default();
-        messages.iter().for_each(|message| written.count(message.kind));
+        messages
+            .iter()
+            .for_each(|message| written.count(message.kind));
         self.counts.add(&written);
         if let Some(open) = &mut self.segment {
             open.counts.add(&written);
