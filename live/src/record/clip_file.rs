@@ -17,7 +17,7 @@ pub(super) const UNFINISHED: &str = "partial";
 /// Name of the record that only a finished clip has.
 const FINISHED_RECORD: &str = "tipwatch_clip";
 /// Most triggers that a clip lists.
-const MAX_ONSETS: usize = 1000;
+pub(super) const MAX_ONSETS: usize = 1000;
 
 /// When a condition began to be met.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,7 +101,7 @@ impl ClipFile {
             ("commands".to_owned(), self.counts.commands.to_string()),
             ("triggers".to_owned(), onsets.len().to_string()),
         ]);
-        for (index, onset) in onsets.iter().take(MAX_ONSETS).enumerate() {
+        for (index, onset) in onsets.iter().enumerate() {
             let text = format!("{} {}", onset.log_time_ns, onset.trigger.name());
             entries.insert(format!("trigger_{index:04}"), text);
         }

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
-use super::clip_file::{ClipFile, Onset};
+use super::clip_file::{ClipFile, MAX_ONSETS, Onset};
 use super::clip_list;
 use super::encode;
 use super::pending::{Dropped, Encoded, Kind, Pending};
@@ -46,6 +46,9 @@ struct Wanted {
     /// Its span in the time of the session (ns).
     from_ns: i64,
     until_ns: i64,
+    /// The trigger that began it.
+    first: Onset,
+    /// Triggers that the open file lists.
     onsets: Vec<Onset>,
     /// The clip that it continues.
     continues: Option<PathBuf>,
@@ -176,20 +179,22 @@ impl ClipWriter {
     fn trigger(&mut self, trigger: Trigger, message: &Encoded) {
         let until_ns = message.session_ns.saturating_add(self.after_ns);
         let from_ns = message.session_ns.saturating_sub(self.before_ns);
-        let is_onset = self.met != Some(trigger);
+        let onset = Onset {
+            trigger,
+            log_time_ns: message.log_time_ns,
+        };
         let wanted = self.wanted.get_or_insert_with(|| Wanted {
             from_ns,
             until_ns,
+            first: onset,
             onsets: Vec::new(),
             continues: None,
             is_short: false,
         });
         wanted.until_ns = wanted.until_ns.max(until_ns);
-        if is_onset || wanted.onsets.is_empty() {
-            wanted.onsets.push(Onset {
-                trigger,
-                log_time_ns: message.log_time_ns,
-            });
+        let is_onset = self.met != Some(trigger) || wanted.onsets.is_empty();
+        if is_onset && wanted.onsets.len() < MAX_ONSETS {
+            wanted.onsets.push(onset);
         }
     }
 
@@ -275,11 +280,13 @@ impl ClipWriter {
         let Some(wanted) = &mut self.wanted else {
             anyhow::bail!("no clip is wanted");
         };
-        let onset = wanted.onsets.first();
-        let (name, at_ns) = onset.map_or(("", first.log_time_ns), |onset| {
-            (onset.trigger.name(), onset.log_time_ns)
-        });
-        let time = jiff::Timestamp::from_nanosecond(at_ns.into()).unwrap_or_default();
+        let (name, at_ns) = (wanted.first.trigger.name(), wanted.first.log_time_ns);
+        // a name must not come again, even where the oldest clips are removed
+        let named_ns = match wanted.continues {
+            None => at_ns,
+            Some(_) => first.log_time_ns,
+        };
+        let time = jiff::Timestamp::from_nanosecond(named_ns.into()).unwrap_or_default();
         let time = time.strftime("%Y%m%dT%H%M%SZ");
         let free = (1_u32..).map(|number| {
             let name = format!("clip_{time}_{name}_{number}.mcap");
@@ -335,7 +342,8 @@ impl ClipWriter {
     fn finish_file(&mut self) -> Option<PathBuf> {
         let clip = self.clip.take()?;
         let (name, counts) = (clip.path().to_owned(), clip.counts);
-        let onsets = self.wanted.as_mut().map(|wanted| wanted.onsets.clone());
+        let wanted = self.wanted.as_mut();
+        let onsets = wanted.map(|wanted| std::mem::take(&mut wanted.onsets));
         let listed = clip.finish(onsets.unwrap_or_default());
         match listed {
             Ok(clip) => {
