@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use tipwatch_ingest::{ClipRequest, Log, MetadataRecord, write_clips};
@@ -186,7 +186,7 @@ fn remove_earlier(clips: &Path) {
     }
 }
 
-fn is_clip(path: &PathBuf) -> bool {
+fn is_clip(path: &Path) -> bool {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let is_mcap = path
         .extension()
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn only_clips_of_this_program_are_removed() {
-        let is_ours = |name: &str| is_clip(&PathBuf::from(name));
+        let is_ours = |name: &str| is_clip(Path::new(name));
         assert!(is_ours("0001_tip_over.mcap") && is_ours("12345_wheel_lift.mcap"));
         for foreign in [
             "0001_mine.mcap",
