@@ -256,6 +256,30 @@ fn topic_that_is_not_latched_is_slow_or_left() {
     assert!(found[0].0 == "/tf_static" && found.last().unwrap().1 < 10 * SECOND_NS);
 }
 
+/// Databases keep the quality of service in the table of topics.
+#[test]
+fn latched_topic_of_a_database_is_known_by_its_quality_of_service() {
+    for (qos, carried) in [("", 0), ("- durability: transient_local\n", 1)] {
+        let recorded = joint_messages(0, 200);
+        let file = database(&[JOINTS], &rows(&recorded), false);
+        let connection = rusqlite::Connection::open(&file.path).unwrap();
+        let update = "UPDATE topics SET offered_qos_profiles = ?1";
+        assert_eq!(connection.execute(update, [qos]).unwrap(), 1);
+        drop(connection);
+        let all = messages(&file.path);
+        let (_folder, path, report) = clip(&file.path, all[100].1, all[120].1);
+        assert_eq!((report.carried, report.messages), (carried, 21));
+        if carried == 1 {
+            assert_eq!(messages(&path)[0], all[99]);
+        }
+        let clip = Log::open(&path).unwrap();
+        let offered = clip.topics()[0].writers[0]
+            .get("offered_qos_profiles")
+            .map(String::as_str);
+        assert_eq!(offered.unwrap_or(""), qos);
+    }
+}
+
 /// More clips than are written in one pass, in a damaged log without index.
 #[test]
 fn damaged_log_gives_the_intact_messages_of_many_spans() {
