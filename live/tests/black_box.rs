@@ -139,11 +139,11 @@ fn killed_black_box_loses_no_finished_clip() {
         "--after",
         "0.05",
         "--longest",
-        "0.5",
+        "1",
     ];
     for _ in 0..4 {
         let recorder = world.record(&machine, folder.path(), &options);
-        // clips of half a second: at least one is finished, another begun
+        // clips of a second: at least one is finished, another begun
         std::thread::sleep(Duration::from_millis(random.between(2500, 4500)));
         recorder.kill();
         for line in list(folder.path()) {

@@ -229,6 +229,21 @@ fn ring_without_room_is_told() {
     );
 }
 
+/// Where no file can be created, every message of the clip counts as lost, and the recorder goes on.
+#[test]
+fn clip_that_cannot_be_written_is_counted_as_lost() {
+    let root = tempfile::tempdir().unwrap();
+    std::fs::write(root.path().join("session"), "in the way").unwrap();
+    let mut black_box = BlackBox::new(root.path(), options());
+    black_box.run(160, &[100], 50);
+    std::fs::remove_file(root.path().join("session")).unwrap();
+    black_box.run(300, &[250], 50);
+    let counts = black_box.end();
+    assert_eq!((counts.samples_lost, counts.verdicts_lost), (41, 41));
+    assert_eq!((counts.clips, counts.short_clips), (1, 1));
+    assert_eq!(steps(&clips(root.path())[0]), (220, 260, 41));
+}
+
 /// Killed at any step, finished clips stay as they are; the one in progress is complete up to there, and says so.
 #[test]
 fn kill_leaves_finished_clips_and_a_partial_one() {

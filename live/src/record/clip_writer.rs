@@ -333,7 +333,14 @@ impl ClipWriter {
     pub(super) fn finish(&mut self) {
         self.finish_file();
         if let Some(wanted) = self.wanted.take() {
-            self.counts.short_clips += u64::from(wanted.is_short);
+            // what could not be written until now
+            let mut lost = Dropped::default();
+            while let Some(message) = self.ring.take_until(wanted.until_ns) {
+                lost.count(message.kind);
+            }
+            self.count_lost(lost);
+            let is_short = wanted.is_short || lost != Dropped::default();
+            self.counts.short_clips += u64::from(is_short);
         }
         self.met = None;
     }
