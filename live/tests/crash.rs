@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use iceoryx2::prelude::*;
+
 use crate::support::killing::{
     Reading, kill_controls, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
 };
@@ -68,14 +70,20 @@ fn node_killed_while_it_made_a_port_is_removed() {
         let unfinished = std::os::unix::fs::PermissionsExt::from_mode(0o600);
         std::fs::set_permissions(tag, unfinished).unwrap();
     }
-    // by iceoryx2 alone the nodes stay
-    let node = world.join();
-    node.remove_dead_nodes();
+    // by iceoryx2 alone they stay
+    let mut config = Config::global_config().clone();
+    config.global.prefix = FileName::new(world.prefix.as_bytes()).unwrap();
+    let alone = NodeBuilder::new()
+        .config(&config)
+        .create::<ipc::Service>()
+        .unwrap();
+    alone.try_cleanup_dead_nodes();
+    alone.try_cleanup_dead_nodes();
     assert!(
-        folders.iter().any(|folder| folder.exists()),
-        "iceoryx2 has learnt to remove them"
+        folders.iter().all(|folder| folder.exists()),
+        "iceoryx2 removes them now: node/leftovers.rs can go"
     );
-    drop(node);
+    drop(alone);
     std::thread::sleep(std::time::Duration::from_millis(2200));
     assert_eq!(left_over(&world).0, 0);
     for folder in folders {
