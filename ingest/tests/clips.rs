@@ -7,7 +7,9 @@ use std::{
 };
 
 use mcap::{Attachment, WriteOptions, records};
-use tipwatch_ingest::{ClipReport, ClipRequest, Log, MetadataRecord, metadata_records, write_clips};
+use tipwatch_ingest::{
+    ClipReport, ClipRequest, Log, MetadataRecord, metadata_records, write_clips,
+};
 
 use crate::{
     bags::bag,
@@ -73,7 +75,10 @@ fn every_format_gives_the_messages_of_the_span() {
         table.push_str(&format!("{time},{},{}\n", f64::from(row) * 0.5, -row));
     }
     let logs = [
-        TempLog::new("a.mcap", &joint_log(&Style::chunked(Some(mcap::Compression::Lz4)), 200)),
+        TempLog::new(
+            "a.mcap",
+            &joint_log(&Style::chunked(Some(mcap::Compression::Lz4)), 200),
+        ),
         TempLog::new("a.bag", &bag("bz2", true, 200)),
         database(&[JOINTS, ("/own", "own/msg/Type")], &rows(&recorded), false),
         TempLog::new("a.log", &std::fs::read(can).unwrap()),
@@ -86,14 +91,22 @@ fn every_format_gives_the_messages_of_the_span() {
         let wanted = within(&all, start_ns, end_ns);
         assert!(wanted.len() > 10, "{}", file.path.display());
         let found = messages(&path);
-        assert!(within(&found, start_ns, end_ns) == wanted, "{}", file.path.display());
+        assert!(
+            within(&found, start_ns, end_ns) == wanted,
+            "{}",
+            file.path.display()
+        );
         assert_eq!(report.messages, wanted.len() as u64);
         assert_eq!(report.carried, (found.len() - wanted.len()) as u64);
         // topics keep type and definition
         let (log, clip) = (Log::open(&file.path).unwrap(), Log::open(&path).unwrap());
         assert!(clip.losses().is_empty());
         for topic in clip.topics() {
-            let of_log = log.topics().iter().find(|of_log| of_log.name == topic.name).unwrap();
+            let of_log = log
+                .topics()
+                .iter()
+                .find(|of_log| of_log.name == topic.name)
+                .unwrap();
             assert_eq!(
                 (&topic.type_name, &topic.encoding, &topic.definition),
                 (&of_log.type_name, &of_log.encoding, &of_log.definition)
@@ -105,8 +118,13 @@ fn every_format_gives_the_messages_of_the_span() {
 /// A log of 20 s: a fast topic, latched ones, a slow one and extras. The definition of its latched topics is `says`.
 fn log_with_latched(says: &BTreeMap<String, String>) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
-    let mut writer = WriteOptions::new().chunk_size(Some(200)).create(&mut bytes).unwrap();
-    let schema = writer.add_schema("my/msg/Text", "ros2msg", b"string data").unwrap();
+    let mut writer = WriteOptions::new()
+        .chunk_size(Some(200))
+        .create(&mut bytes)
+        .unwrap();
+    let schema = writer
+        .add_schema("my/msg/Text", "ros2msg", b"string data")
+        .unwrap();
     let none = BTreeMap::new();
     let mut channel = |topic: &str, says| writer.add_channel(schema, topic, "cdr", says).unwrap();
     let robot = |name: &str| BTreeMap::from([("callerid".to_owned(), name.to_owned())]);
@@ -123,7 +141,9 @@ fn log_with_latched(says: &BTreeMap<String, String>) -> Vec<u8> {
             log_time: time,
             publish_time: time + 5,
         };
-        writer.write_to_known_channel(&header, data.as_bytes()).unwrap();
+        writer
+            .write_to_known_channel(&header, data.as_bytes())
+            .unwrap();
     };
     at(first_tf, 0.0, "base to imu");
     at(second_tf, 0.1, "base to arm");
@@ -171,8 +191,14 @@ fn latched_and_slow_topics_attachments_and_metadata_are_kept() {
     let file = TempLog::new("a.mcap", &log_with_latched(&says));
     let (_folder, path, report) = clip(&file.path, 10 * SECOND_NS, 12 * SECOND_NS);
     let found = messages(&path);
-    let before: Vec<_> = found.iter().filter(|message| message.1 < 10 * SECOND_NS).collect();
-    let texts: Vec<_> = before.iter().map(|m| String::from_utf8_lossy(&m.4)).collect();
+    let before: Vec<_> = found
+        .iter()
+        .filter(|message| message.1 < 10 * SECOND_NS)
+        .collect();
+    let texts: Vec<_> = before
+        .iter()
+        .map(|m| String::from_utf8_lossy(&m.4))
+        .collect();
     // 9.9 s of the fast topic is not carried over
     assert_eq!(texts, ["new map", "base to imu", "base to arm", "slow 70"]);
     // as recorded: log times are not changed
@@ -198,11 +224,19 @@ fn latched_and_slow_topics_attachments_and_metadata_are_kept() {
         ("/tf_static", robot("a")),
         ("/tf_static", robot("b")),
     ];
-    assert_eq!(names, expected.map(|(topic, says)| (topic.to_owned(), says)));
+    assert_eq!(
+        names,
+        expected.map(|(topic, says)| (topic.to_owned(), says))
+    );
     let attached = (summary.attachment_indexes.iter())
         .map(|index| mcap::read::attachment(&bytes, index).unwrap());
-    let attached: Vec<_> = attached.map(|a| (a.name, a.log_time, a.data.into_owned())).collect();
-    assert_eq!(attached[0], ("calibration.yaml".to_owned(), 3, b"k: 1".to_vec()));
+    let attached: Vec<_> = attached
+        .map(|a| (a.name, a.log_time, a.data.into_owned()))
+        .collect();
+    assert_eq!(
+        attached[0],
+        ("calibration.yaml".to_owned(), 3, b"k: 1".to_vec())
+    );
     assert_eq!(attached.len(), 2);
     let records = metadata_records(&Log::open(&path).unwrap()).unwrap();
     let records: Vec<_> = records.iter().map(|record| record.name.as_str()).collect();
@@ -222,6 +256,30 @@ fn topic_that_is_not_latched_is_slow_or_left() {
     assert!(found[0].0 == "/tf_static" && found.last().unwrap().1 < 10 * SECOND_NS);
 }
 
+/// Databases keep the quality of service in the table of topics.
+#[test]
+fn latched_topic_of_a_database_is_known_by_its_quality_of_service() {
+    for (qos, carried) in [("", 0), ("- durability: transient_local\n", 1)] {
+        let recorded = joint_messages(0, 200);
+        let file = database(&[JOINTS], &rows(&recorded), false);
+        let connection = rusqlite::Connection::open(&file.path).unwrap();
+        let update = "UPDATE topics SET offered_qos_profiles = ?1";
+        assert_eq!(connection.execute(update, [qos]).unwrap(), 1);
+        drop(connection);
+        let all = messages(&file.path);
+        let (_folder, path, report) = clip(&file.path, all[100].1, all[120].1);
+        assert_eq!((report.carried, report.messages), (carried, 21));
+        if carried == 1 {
+            assert_eq!(messages(&path)[0], all[99]);
+        }
+        let clip = Log::open(&path).unwrap();
+        let offered = clip.topics()[0].writers[0]
+            .get("offered_qos_profiles")
+            .map(String::as_str);
+        assert_eq!(offered.unwrap_or(""), qos);
+    }
+}
+
 /// More clips than are written in one pass, in a damaged log without index.
 #[test]
 fn damaged_log_gives_the_intact_messages_of_many_spans() {
@@ -238,13 +296,18 @@ fn damaged_log_gives_the_intact_messages_of_many_spans() {
         .collect();
     let path = |k: usize| folder.path().join(format!("{k}.mcap"));
     let requests = spans.iter().enumerate();
-    let requests: Vec<_> = requests.map(|(k, &(start, end))| request(path(k), start, end)).collect();
+    let requests: Vec<_> = requests
+        .map(|(k, &(start, end))| request(path(k), start, end))
+        .collect();
     let (reports, losses) = write_clips(&Log::open(&file.path).unwrap(), &requests).unwrap();
     assert!(!losses.is_empty());
     let mut sum = 0;
     for (k, &(start_ns, end_ns)) in spans.iter().enumerate() {
         let wanted = within(&all, start_ns, end_ns);
-        assert!(within(&messages(&path(k)), start_ns, end_ns) == wanted, "{k}");
+        assert!(
+            within(&messages(&path(k)), start_ns, end_ns) == wanted,
+            "{k}"
+        );
         assert_eq!(reports[k].messages, wanted.len() as u64);
         sum += wanted.len();
     }
@@ -260,7 +323,10 @@ fn existing_file_is_never_overwritten_and_nothing_is_left_behind() {
     let span = (FIRST_NS, FIRST_NS + 10 * PERIOD_NS);
     let requests = [&first, &second].map(|path| request(path.clone(), span.0, span.1));
     let error = write_clips(&Log::open(&file.path).unwrap(), &requests).unwrap_err();
-    assert!(error.to_string().contains("2.mcap: cannot be created"), "{error}");
+    assert!(
+        error.to_string().contains("2.mcap: cannot be created"),
+        "{error}"
+    );
     assert_eq!(std::fs::read(&second).unwrap(), b"mine");
     assert!(!first.exists());
 }

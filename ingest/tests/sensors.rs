@@ -173,6 +173,7 @@ fn undecodable_topics_are_refused_when_bound() {
     let bare = Topic {
         definition: None,
         definition_source: DefinitionSource::Missing,
+        writers: Vec::new(),
         ..joints.clone()
     };
     assert!(refused(&bare, SensorKind::JointStates).contains("has no definition"));

@@ -223,7 +223,7 @@ struct ClipArgs {
     #[arg(long, value_name = "S", default_value = "10", value_parser = seconds, requires = "on")]
     after: Duration,
     /// Longest clip, in seconds. A longer one goes on in the next file.
-    #[arg(long, value_name = "S", default_value = "600", value_parser = seconds, requires = "on")]
+    #[arg(long, value_name = "S", default_value = "600", value_parser = a_second_or_more, requires = "on")]
     longest: Duration,
     /// Memory for the time before a trigger, in megabytes.
     #[arg(long, value_name = "MB", default_value = "64", value_parser = clap::value_parser!(u32).range(1..), requires = "on")]
@@ -372,6 +372,14 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .ok()
         .and_then(|number| Duration::try_from_secs_f64(number).ok());
     number.ok_or_else(|| "expected a non-negative number of seconds".into())
+}
+
+fn a_second_or_more(text: &str) -> Result<Duration, String> {
+    let duration = seconds(text)?;
+    match duration >= Duration::from_secs(1) {
+        true => Ok(duration),
+        false => Err("expected one second or more".into()),
+    }
 }
 
 /// Runs the command.

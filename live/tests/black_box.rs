@@ -29,7 +29,9 @@ fn causal(log: &Path, machine: &Path) -> Analysis {
 /// The lines of the list of clips.
 fn list(root: &Path) -> Vec<serde_json::Value> {
     let text = std::fs::read_to_string(root.join("clips.jsonl")).unwrap_or_default();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
 }
 
 fn clips(root: &Path) -> Vec<PathBuf> {
@@ -37,8 +39,10 @@ fn clips(root: &Path) -> Vec<PathBuf> {
     files(root).into_iter().filter(is_clip).collect()
 }
 
-/// How long the estimator of an analysis needs until its loads are those of the monitor that had run before.
+/// How long the estimator of an analysis needs until its loads are close to those of the monitor that had run before.
 const SETTLED_S: f64 = 1.0;
+/// How close they are then, as a share of the machine's weight.
+const SETTLED_SHARE: f64 = 0.005;
 
 /// A clip that begins in the middle of a session gives the monitor's verdicts, once the estimator has settled.
 #[test]
@@ -47,7 +51,14 @@ fn clip_gives_the_verdicts_of_the_monitor() {
     let world = World::new("clip");
     let folder = tempfile::tempdir().unwrap();
     let machine = data("tiny_lift.toml");
-    let options = ["--on", "danger,lift-off", "--before", "0.2", "--after", "0.3"];
+    let options = [
+        "--on",
+        "danger,lift-off",
+        "--before",
+        "0.2",
+        "--after",
+        "0.3",
+    ];
     let recorder = world.record(&machine, folder.path(), &options);
     let monitor = world.monitor(&machine, &["--quiet"]);
     let reading = Reading::new(&world.join());
@@ -60,7 +71,11 @@ fn clip_gives_the_verdicts_of_the_monitor() {
     monitor.end();
     let recorder = recorder.end();
     assert_eq!(recorder.status.code(), Some(0), "{}", recorder.err);
-    assert!(recorder.err.contains("1 clips, 0 of them shorter"), "{}", recorder.err);
+    assert!(
+        recorder.err.contains("1 clips, 0 of them shorter"),
+        "{}",
+        recorder.err
+    );
     let is_danger = |row: &&WireVerdict| row.level == Level::Danger as u32;
     let first_danger = rows.iter().find(is_danger).unwrap();
     let [clip] = &clips(folder.path())[..] else {
@@ -71,8 +86,9 @@ fn clip_gives_the_verdicts_of_the_monitor() {
     let first_ns = analysis.rows.times_ns[0];
     let before_s = (first_danger.time_ns - first_ns) as f64 * 1e-9;
     assert!((0.1..0.3).contains(&before_s), "{before_s} s");
+    let weight_n = analysis.machine.mass() * analysis.machine.gravity();
     let verdicts = analysis.rows.verdicts.as_ref().unwrap();
-    let (mut compared, mut largest, mut settled_s) = (0, 0.0_f64, 0.0_f64);
+    let (mut compared, mut by_half_second) = (0, [0.0_f64; 8]);
     for live in &rows {
         let Ok(row) = analysis.rows.times_ns.binary_search(&live.time_ns) else {
             continue;
@@ -83,19 +99,24 @@ fn clip_gives_the_verdicts_of_the_monitor() {
             (offline - live.load[wheel]).abs()
         });
         let difference = difference.fold(0.0, f64::max);
-        if difference > 1.0 {
-            settled_s = since_s;
-        }
+        let largest = &mut by_half_second[((since_s * 2.0) as usize).min(7)];
+        *largest = largest.max(difference);
         if since_s > SETTLED_S {
-            assert_eq!(verdicts.verdicts[row].level as u32, live.level, "{since_s} s");
-            largest = largest.max(difference);
+            assert_eq!(
+                verdicts.verdicts[row].level as u32, live.level,
+                "{since_s} s"
+            );
+            assert!(
+                difference < SETTLED_SHARE * weight_n,
+                "{since_s} s: {difference} N"
+            );
             compared += 1;
         }
     }
-    println!("{compared} rows: largest difference {largest:.3} N after {SETTLED_S} s; below 1 N from {settled_s:.2} s on");
+    println!(
+        "{compared} rows; largest difference of a load in each half second (N): {by_half_second:.1?} of {weight_n:.0}"
+    );
     assert!(compared > 50, "{compared}");
-    // of a machine of some 500 kg
-    assert!(largest < 1.0, "{largest} N");
 }
 
 /// Killed again and again: a listed clip stays as it was, and every file can be read.
@@ -110,10 +131,19 @@ fn killed_black_box_loses_no_finished_clip() {
     Reading::new(&world.join()).wait_for("a row", |verdict| verdict.event == EVENT_ROW);
     let mut random = Random::new();
     let mut known: BTreeSet<(String, String)> = BTreeSet::new();
-    let options = ["--on", "danger", "--before", "0.1", "--after", "0.05", "--longest", "0.5"];
+    let options = [
+        "--on",
+        "danger",
+        "--before",
+        "0.1",
+        "--after",
+        "0.05",
+        "--longest",
+        "1",
+    ];
     for _ in 0..4 {
         let recorder = world.record(&machine, folder.path(), &options);
-        // clips of half a second: at least one is finished, another begun
+        // clips of a second: at least one is finished, another begun
         std::thread::sleep(Duration::from_millis(random.between(2500, 4500)));
         recorder.kill();
         for line in list(folder.path()) {
@@ -132,10 +162,20 @@ fn killed_black_box_loses_no_finished_clip() {
     for (file, sha256) in &known {
         assert_eq!(listed(file)["sha256"], sha256.as_str(), "{file}");
     }
-    let complete = now.iter().filter(|line| line["is_complete"] == true).count();
-    println!("{complete} finished clips, {} partial", now.len() - complete);
+    let complete = now
+        .iter()
+        .filter(|line| line["is_complete"] == true)
+        .count();
+    println!(
+        "{complete} finished clips, {} partial",
+        now.len() - complete
+    );
     assert!(complete > 3, "{}", recorder.err);
-    assert!(now.len() > complete, "none was interrupted: {}", recorder.err);
+    assert!(
+        now.len() > complete,
+        "none was interrupted: {}",
+        recorder.err
+    );
     let found = clips(folder.path());
     assert_eq!(found.len(), now.len(), "every clip is listed");
     for clip in found {
@@ -145,7 +185,9 @@ fn killed_black_box_loses_no_finished_clip() {
         assert_eq!(sequences(&clip).2, 0, "holes in {}", clip.display());
     }
     let unfinished = files(folder.path()).into_iter();
-    let unfinished: Vec<_> = unfinished.filter(|path| path.extension().is_some_and(|e| e == "partial")).collect();
+    let unfinished: Vec<_> = unfinished
+        .filter(|path| path.extension().is_some_and(|e| e == "partial"))
+        .collect();
     assert!(unfinished.is_empty(), "{unfinished:?}");
     assert_eq!(left_over(&world).0, 0);
 }
@@ -168,7 +210,11 @@ fn recorder_that_joins_after_the_end_of_a_session_ends() {
     drop(feed);
     let recorder = recorder.end();
     assert_eq!(recorder.status.code(), Some(0), "{}", recorder.err);
-    assert!(recorder.err.contains("the producer is gone"), "{}", recorder.err);
+    assert!(
+        recorder.err.contains("the producer is gone"),
+        "{}",
+        recorder.err
+    );
     // the file is finished, not only readable
     let bytes = std::fs::read(&files(folder.path())[0]).unwrap();
     assert!(mcap::Summary::read(&bytes).unwrap().is_some());
@@ -199,7 +245,10 @@ fn session_right_after_another_is_recorded_whole() {
     std::thread::sleep(Duration::from_millis(300));
     recorder.signal("-TERM");
     let recorder = recorder.end();
-    let counts: Vec<_> = files(folder.path()).iter().map(|file| sequences(file)).collect();
+    let counts: Vec<_> = files(folder.path())
+        .iter()
+        .map(|file| sequences(file))
+        .collect();
     assert_eq!(counts.len(), 2, "{}", recorder.err);
     for (_, last, holes) in counts {
         assert_eq!((last, holes), (299, 0), "{}", recorder.err);

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
-use crate::support::{World, data};
+use iceoryx2::prelude::*;
+
 use crate::support::killing::{
     Reading, kill_controls, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
 };
 use crate::support::prioritise::prioritise;
+use crate::support::{World, data};
 
 const KILLS: usize = 4;
 
@@ -52,7 +54,11 @@ fn node_killed_while_it_made_a_port_is_removed() {
     let nodes = Path::new("/tmp/iceoryx2/nodes");
     let of_world = |path: &Path| {
         let mut files = std::fs::read_dir(path).into_iter().flatten().flatten();
-        files.any(|file| file.file_name().to_string_lossy().starts_with(&world.prefix))
+        files.any(|file| {
+            file.file_name()
+                .to_string_lossy()
+                .starts_with(&world.prefix)
+        })
     };
     let folders: Vec<_> = (std::fs::read_dir(nodes).unwrap().flatten())
         .map(|entry| entry.path())
@@ -65,11 +71,20 @@ fn node_killed_while_it_made_a_port_is_removed() {
         let unfinished = std::os::unix::fs::PermissionsExt::from_mode(0o600);
         std::fs::set_permissions(tag, unfinished).unwrap();
     }
-    // by iceoryx2 alone the nodes stay
-    let node = world.join();
-    node.remove_dead_nodes();
-    assert!(folders.iter().any(|folder| folder.exists()), "iceoryx2 has learnt to remove them");
-    drop(node);
+    // by iceoryx2 alone they stay
+    let mut config = Config::global_config().clone();
+    config.global.prefix = FileName::new(world.prefix.as_bytes()).unwrap();
+    let alone = NodeBuilder::new()
+        .config(&config)
+        .create::<ipc::Service>()
+        .unwrap();
+    alone.try_cleanup_dead_nodes();
+    alone.try_cleanup_dead_nodes();
+    assert!(
+        folders.iter().all(|folder| folder.exists()),
+        "iceoryx2 removes them now: node/leftovers.rs can go"
+    );
+    drop(alone);
     std::thread::sleep(std::time::Duration::from_millis(2200));
     assert_eq!(left_over(&world).0, 0);
     for folder in folders {

@@ -28,6 +28,8 @@ mod faults;
 mod header;
 /// A client that knows only the C header.
 mod independent;
+/// Many hours of machine time.
+mod long_run;
 /// Signals from single-number topics.
 mod number_signals;
 /// Offline analysis gives the same bits.

@@ -34,13 +34,13 @@ use crate::analysis::Analysis;
 use crate::analysis::Coverage;
 use crate::analysis::Input;
 use crate::analysis::Sources;
+use crate::base::clip;
 use crate::base::estimated::{EstimatedRows, StateSource};
 use crate::base::file_hash::hash_file;
 use crate::base::file_hash::hash_log;
 use crate::base::file_hash::hash_of;
 use crate::base::file_hash::{FileHash, program};
 use crate::base::options::{ApplyClockOffsets, Estimator, Options};
-use crate::base::clip;
 use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 use crate::base::rows::Rows;
@@ -278,8 +278,9 @@ fn analyse_with<S: RowSink>(
         clock_findings,
         measured_loads,
         load_comparison,
-        log_times: (loaded.signals.first())
-            .map_or_else(LogTimes::default, |signal| signal.recording.log_times.clone()),
+        log_times: (loaded.signals.first()).map_or_else(LogTimes::default, |signal| {
+            signal.recording.log_times.clone()
+        }),
         clips: None,
     };
     Ok((analysis, sink))

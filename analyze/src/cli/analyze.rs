@@ -83,7 +83,13 @@ struct ClipArgs {
     #[arg(long, value_name = "S", default_value = "10", value_parser = not_negative, requires = "clips")]
     clip_after: f64,
     /// Kinds of events to cut out. Default: wheel_light, wheel_lift, edge_tipping and tip_over.
-    #[arg(long, value_enum, value_name = "EVENT", value_delimiter = ',', requires = "clips")]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "EVENT",
+        value_delimiter = ',',
+        requires = "clips"
+    )]
     clip_events: Vec<EventKind>,
 }
 

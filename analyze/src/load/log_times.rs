@@ -59,7 +59,10 @@ impl LogTimes {
     #[must_use]
     pub fn log_ns(&self, stamp_ns: i64) -> i64 {
         let next = self.points.partition_point(|(stamp, _)| *stamp <= stamp_ns);
-        let (before, after) = (next.checked_sub(1).map(|k| self.points[k]), self.points.get(next));
+        let (before, after) = (
+            next.checked_sub(1).map(|k| self.points[k]),
+            self.points.get(next),
+        );
         match (before, after) {
             (Some((stamp, log)), Some(&(next_stamp, next_log))) if next_stamp > stamp => {
                 let share = (stamp_ns - stamp) as f64 / (next_stamp - stamp) as f64;

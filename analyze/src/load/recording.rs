@@ -83,7 +83,8 @@ impl Recording {
             times.resize(chunk.len(), Times::default());
             samples.read_times(chunk.start, &mut times)?;
             for (index, &times) in chunk.zip(&times) {
-                let Some(stamp_ns) = reading.placement.stamp_ns(index, &message_times(times)) else {
+                let Some(stamp_ns) = reading.placement.stamp_ns(index, &message_times(times))
+                else {
                     omitted.push(index);
                     continue;
                 };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, Result};
 use tipwatch_ingest::{ClipRequest, Log, MetadataRecord, write_clips};
@@ -48,7 +48,12 @@ struct Span<'a> {
 ///
 /// # Errors
 /// The log cannot be read again, or a clip cannot be written.
-pub fn cut(analysis: &mut Analysis, log: &Path, folder: &Path, options: &ClipOptions) -> Result<()> {
+pub fn cut(
+    analysis: &mut Analysis,
+    log: &Path,
+    folder: &Path,
+    options: &ClipOptions,
+) -> Result<()> {
     let clips = folder.join(FOLDER);
     remove_earlier(&clips);
     let spans = spans(analysis, options);
@@ -56,7 +61,8 @@ pub fn cut(analysis: &mut Analysis, log: &Path, folder: &Path, options: &ClipOpt
         analysis.clips = Some(Vec::new());
         return Ok(());
     }
-    fs::create_dir_all(&clips).with_context(|| format!("{}: cannot be created", clips.display()))?;
+    fs::create_dir_all(&clips)
+        .with_context(|| format!("{}: cannot be created", clips.display()))?;
     let requests: Vec<ClipRequest> = (spans.iter().enumerate())
         .map(|(index, span)| ClipRequest {
             path: clips.join(name(index, span)),
@@ -91,7 +97,8 @@ fn spans<'a>(analysis: &'a Analysis, options: &ClipOptions) -> Vec<Span<'a>> {
     let wanted = analysis.events.iter().filter(|event| options.wants(event));
     let spans = wanted.map(|event| Span {
         start_ns: log_ns(event.start_ns).saturating_sub(nanoseconds(options.before_s)),
-        end_ns: log_ns(event.end_ns.unwrap_or(last_ns)).saturating_add(nanoseconds(options.after_s)),
+        end_ns: log_ns(event.end_ns.unwrap_or(last_ns))
+            .saturating_add(nanoseconds(options.after_s)),
         events: vec![event],
     });
     joined(spans.collect())
@@ -179,9 +186,11 @@ fn remove_earlier(clips: &Path) {
     }
 }
 
-fn is_clip(path: &PathBuf) -> bool {
+fn is_clip(path: &Path) -> bool {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let is_mcap = path.extension().is_some_and(|extension| extension == "mcap");
+    let is_mcap = path
+        .extension()
+        .is_some_and(|extension| extension == "mcap");
     let kind = stem.split_once('_').filter(|(number, _)| {
         number.len() >= 4 && number.bytes().all(|byte| byte.is_ascii_digit())
     });
@@ -204,15 +213,26 @@ mod tests {
             end_ns,
             events: Vec::new(),
         };
-        let joined = joined(vec![span(50, 60), span(0, 10), span(10, 20), span(21, 40), span(22, 30)]);
+        let joined = joined(vec![
+            span(50, 60),
+            span(0, 10),
+            span(10, 20),
+            span(21, 40),
+            span(22, 30),
+        ]);
         assert_eq!(joined, [span(0, 20), span(21, 40), span(50, 60)]);
     }
 
     #[test]
     fn only_clips_of_this_program_are_removed() {
-        let is_ours = |name: &str| is_clip(&PathBuf::from(name));
+        let is_ours = |name: &str| is_clip(Path::new(name));
         assert!(is_ours("0001_tip_over.mcap") && is_ours("12345_wheel_lift.mcap"));
-        for foreign in ["0001_mine.mcap", "1_tip_over.mcap", "0001_tip_over.bag", "tip_over.mcap"] {
+        for foreign in [
+            "0001_mine.mcap",
+            "1_tip_over.mcap",
+            "0001_tip_over.bag",
+            "tip_over.mcap",
+        ] {
             assert!(!is_ours(foreign), "{foreign}");
         }
     }

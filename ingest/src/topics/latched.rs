@@ -31,7 +31,9 @@ fn is_transient_local(qos: &str) -> bool {
         let is_of_value = |c: char| c.is_ascii_alphanumeric() || c == '_';
         value.split(|c| !is_of_value(c)).next()
     });
-    values.into_iter().any(|value| value == "1" || value.eq_ignore_ascii_case("transient_local"))
+    values
+        .into_iter()
+        .any(|value| value == "1" || value.eq_ignore_ascii_case("transient_local"))
 }
 
 #[cfg(test)]
@@ -48,11 +50,19 @@ mod tests {
         assert!(is_latched("/map", &says("latching", "1")));
         assert!(!is_latched("/map", &says("latching", "0")));
         // Foxy to Iron
-        assert!(qos("- history: 3\n  depth: 0\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 9\n"));
-        assert!(!qos("- history: 3\n  depth: 0\n  reliability: 1\n  durability: 2\n  deadline:\n    sec: 1\n"));
+        assert!(qos(
+            "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 9\n"
+        ));
+        assert!(!qos(
+            "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 2\n  deadline:\n    sec: 1\n"
+        ));
         // Jazzy
-        assert!(qos("- history: keep_last\n  reliability: reliable\n  durability: transient_local\n"));
-        assert!(!qos("- history: keep_last\n  reliability: reliable\n  durability: volatile\n"));
+        assert!(qos(
+            "- history: keep_last\n  reliability: reliable\n  durability: transient_local\n"
+        ));
+        assert!(!qos(
+            "- history: keep_last\n  reliability: reliable\n  durability: volatile\n"
+        ));
         // one of two publishers
         assert!(qos("[{durability: 2}, {\"durability\": 1, depth: 3}]"));
         assert!(!qos("") && !qos("durability") && !qos("durability: 12"));

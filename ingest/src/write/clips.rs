@@ -91,10 +91,7 @@ pub fn write_clips(
     Ok((reports, losses))
 }
 
-fn write_some(
-    log: &Log,
-    clips: &[ClipRequest],
-) -> Result<(Vec<ClipReport>, Losses), RecoverError> {
+fn write_some(log: &Log, clips: &[ClipRequest]) -> Result<(Vec<ClipReport>, Losses), RecoverError> {
     let mut cutters: Vec<Cutter> = Vec::with_capacity(clips.len());
     for clip in clips {
         match Cutter::begin(log, clip) {
@@ -114,10 +111,7 @@ fn remove(cutters: &[Cutter<'_>]) {
     }
 }
 
-fn cut(
-    log: &Log,
-    cutters: &mut [Cutter<'_>],
-) -> Result<(Vec<ClipReport>, Losses), RecoverError> {
+fn cut(log: &Log, cutters: &mut [Cutter<'_>]) -> Result<(Vec<ClipReport>, Losses), RecoverError> {
     let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
     let mut failure = None;
     let losses = log.read(&ids, &mut |message| {
@@ -251,7 +245,12 @@ impl<'r> Cutter<'r> {
         for source in self.sources.iter().flatten().filter(|source| which(source)) {
             self.report.left_out += u64::from(source.is_left_out);
             for held in &source.held {
-                let header = header(source.channel, held.sequence, held.log_time_ns, held.publish_time_ns);
+                let header = header(
+                    source.channel,
+                    held.sequence,
+                    held.log_time_ns,
+                    held.publish_time_ns,
+                );
                 self.writer.write_to_known_channel(&header, &held.data)?;
                 self.report.carried += 1;
             }
@@ -272,7 +271,9 @@ impl<'r> Cutter<'r> {
         if !self.is_begun {
             self.carry(|source| source.is_latched)?;
         }
-        self.carry(|source| !source.is_latched && source.first_ns.is_none_or(|first| first > slow_ns))?;
+        self.carry(|source| {
+            !source.is_latched && source.first_ns.is_none_or(|first| first > slow_ns)
+        })?;
         self.writer.write_metadata(&Metadata {
             name: self.request.origin.name.clone(),
             metadata: self.request.origin.values.clone(),

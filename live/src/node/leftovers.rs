@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use iceoryx2::node::NodeView;
 use iceoryx2::prelude::*;
 
 /// A younger node may still be in the hands of another process.
@@ -62,5 +63,8 @@ fn remove(folder: &Path, prefix: &str, id: u128) -> bool {
 fn files(folder: &Path, beginning: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let named = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(beginning));
-    named.map(|entry| entry.path()).filter(|path| path.is_file()).collect()
+    named
+        .map(|entry| entry.path())
+        .filter(|path| path.is_file())
+        .collect()
 }

@@ -74,7 +74,14 @@ impl Producer {
     /// # Errors
     /// The shared memory fails.
     pub fn backlog(&mut self) -> Result<Option<u64>> {
-        let sent = self.samples.sequence();
+        self.backlog_of(self.samples.sequence())
+    }
+
+    /// The same for a producer that numbers its samples itself: how many it has sent.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn backlog_of(&mut self, sent: u64) -> Result<Option<u64>> {
         self.progress.update(sent)?;
         let slowest = self.progress.slowest(&self.samples, sent);
         Ok(slowest.map(|next| sent.saturating_sub(next)))

@@ -17,7 +17,7 @@ pub(super) const UNFINISHED: &str = "partial";
 /// Name of the record that only a finished clip has.
 const FINISHED_RECORD: &str = "tipwatch_clip";
 /// Most triggers that a clip lists.
-const MAX_ONSETS: usize = 1000;
+pub(super) const MAX_ONSETS: usize = 1000;
 
 /// When a condition began to be met.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,14 +88,20 @@ impl ClipFile {
     /// Completes the file, syncs it, and only then gives it its name.
     pub(super) fn finish(mut self, onsets: Vec<Onset>) -> Result<FinishedClip> {
         let mut entries = BTreeMap::from([
-            ("first_log_time_ns".to_owned(), self.log_span_ns.0.to_string()),
-            ("last_log_time_ns".to_owned(), self.log_span_ns.1.to_string()),
+            (
+                "first_log_time_ns".to_owned(),
+                self.log_span_ns.0.to_string(),
+            ),
+            (
+                "last_log_time_ns".to_owned(),
+                self.log_span_ns.1.to_string(),
+            ),
             ("samples".to_owned(), self.counts.samples.to_string()),
             ("verdicts".to_owned(), self.counts.verdicts.to_string()),
             ("commands".to_owned(), self.counts.commands.to_string()),
             ("triggers".to_owned(), onsets.len().to_string()),
         ]);
-        for (index, onset) in onsets.iter().take(MAX_ONSETS).enumerate() {
+        for (index, onset) in onsets.iter().enumerate() {
             let text = format!("{} {}", onset.log_time_ns, onset.trigger.name());
             entries.insert(format!("trigger_{index:04}"), text);
         }

@@ -36,7 +36,11 @@ struct Line {
 pub(super) fn add(root: &Path, clip: &FinishedClip) {
     let counts = &clip.counts;
     let (first_ns, last_ns) = clip.log_span_ns;
-    let names: BTreeSet<_> = clip.onsets.iter().map(|onset| onset.trigger.name()).collect();
+    let names: BTreeSet<_> = clip
+        .onsets
+        .iter()
+        .map(|onset| onset.trigger.name())
+        .collect();
     let names: Vec<_> = names.into_iter().collect();
     eprintln!(
         "record: {}: {}, {:.1} s, {} samples, {} verdicts",
@@ -48,7 +52,9 @@ pub(super) fn add(root: &Path, clip: &FinishedClip) {
     );
     let onsets = clip.onsets.iter();
     let line = Line {
-        triggers: onsets.map(|o| (o.trigger.name().to_owned(), o.log_time_ns)).collect(),
+        triggers: onsets
+            .map(|o| (o.trigger.name().to_owned(), o.log_time_ns))
+            .collect(),
         first_log_time_ns: Some(first_ns),
         last_log_time_ns: Some(last_ns),
         samples: Some(counts.samples),
@@ -74,7 +80,9 @@ pub(super) fn adopt_all(root: &Path) {
         }
     }
     let text = std::fs::read_to_string(root.join(LIST)).unwrap_or_default();
-    let listed = text.lines().filter_map(|line| serde_json::from_str(line).ok());
+    let listed = text
+        .lines()
+        .filter_map(|line| serde_json::from_str(line).ok());
     let listed: BTreeSet<String> = listed.map(|line: Line| line.file).collect();
     for path in recorded_files(root) {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -108,7 +116,9 @@ fn unfinished_clips(root: &Path) -> Vec<PathBuf> {
     let folders = entries(root).map(|entry| entry.path());
     let folders = folders.filter(|path| path.is_dir());
     let files = folders.flat_map(|folder| entries(&folder).map(|e| e.path()).collect::<Vec<_>>());
-    files.filter(|path| path.extension().is_some_and(|e| e == UNFINISHED)).collect()
+    files
+        .filter(|path| path.extension().is_some_and(|e| e == UNFINISHED))
+        .collect()
 }
 
 fn blank(is_complete: bool) -> Line {
@@ -129,20 +139,35 @@ fn blank(is_complete: bool) -> Line {
 fn list(root: &Path, path: &Path, line: Line) {
     let added = hash(path).and_then(|(sha256, bytes)| {
         let file = relative(root, path);
-        let line = Line { file, sha256, bytes, ..line };
+        let line = Line {
+            file,
+            sha256,
+            bytes,
+            ..line
+        };
         let mut text = serde_json::to_string(&line)?;
         text.push('\n');
-        let mut list = File::options().create(true).append(true).open(root.join(LIST))?;
+        let mut list = File::options()
+            .create(true)
+            .append(true)
+            .open(root.join(LIST))?;
         list.write_all(text.as_bytes())?;
         list.sync_data()
     });
     if let Err(error) = added {
-        eprintln!("record: {}: cannot list {}: {error}", root.join(LIST).display(), path.display());
+        eprintln!(
+            "record: {}: cannot list {}: {error}",
+            root.join(LIST).display(),
+            path.display()
+        );
     }
 }
 
 fn relative(root: &Path, path: &Path) -> String {
-    path.strip_prefix(root).unwrap_or(path).display().to_string()
+    path.strip_prefix(root)
+        .unwrap_or(path)
+        .display()
+        .to_string()
 }
 
 /// SHA-256 and length of a file.
@@ -157,6 +182,10 @@ fn hash(path: &Path) -> io::Result<(String, u64)> {
         hasher.update(&buffer[..read]);
         bytes += read as u64;
     }
-    let digits = hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    let digits = hasher
+        .finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
     Ok((digits, bytes))
 }

@@ -32,13 +32,21 @@ fn plan(root: &Path) -> Plan {
     Plan {
         folder: root.join("session"),
         preamble: Preamble {
-            topics: vec![topics::odometry(), topics::imu(), topics::command(), topics::gap()],
+            topics: vec![
+                topics::odometry(),
+                topics::imu(),
+                topics::command(),
+                topics::gap(),
+            ],
             channels: Channels {
                 verdicts: 1,
                 commands: 2,
                 gaps: 3,
             },
-            attachments: [("m.toml".into(), "machine".into()), ("m.urdf".into(), "urdf".into())],
+            attachments: [
+                ("m.toml".into(), "machine".into()),
+                ("m.urdf".into(), "urdf".into()),
+            ],
             metadata: BTreeMap::new(),
             begun_ns: 1,
         },
@@ -97,7 +105,9 @@ impl BlackBox {
 }
 
 fn clips(root: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(root.join("session")).into_iter().flatten();
+    let entries = std::fs::read_dir(root.join("session"))
+        .into_iter()
+        .flatten();
     let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
     paths.sort();
     paths
@@ -124,7 +134,9 @@ fn metadata(path: &Path, name: &str) -> Option<BTreeMap<String, String>> {
 
 fn lines(root: &Path) -> Vec<serde_json::Value> {
     let text = std::fs::read_to_string(root.join("clips.jsonl")).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
 }
 
 #[test]
@@ -136,7 +148,10 @@ fn clip_spans_the_time_before_and_after_its_trigger() {
     let clips = clips(root.path());
     assert_eq!(clips.len(), 1);
     assert_eq!(steps(&clips[0]), (70, 110, 41));
-    assert_eq!((counts.clips, counts.samples, counts.short_clips), (1, 41, 0));
+    assert_eq!(
+        (counts.clips, counts.samples, counts.short_clips),
+        (1, 41, 0)
+    );
     let found = metadata(&clips[0], "tipwatch_clip").unwrap();
     assert_eq!(found["trigger_0000"], "1010000000000 warning");
     let line = &lines(root.path())[0];
@@ -148,7 +163,13 @@ fn clip_spans_the_time_before_and_after_its_trigger() {
 /// Windows that overlap are one clip, even where the first has ended; others are clips of their own.
 #[test]
 fn overlapping_windows_are_joined() {
-    for (second, joined) in [(105, true), (130, true), (140, true), (141, false), (190, false)] {
+    for (second, joined) in [
+        (105, true),
+        (130, true),
+        (140, true),
+        (141, false),
+        (190, false),
+    ] {
         let root = tempfile::tempdir().unwrap();
         let mut black_box = BlackBox::new(root.path(), options());
         black_box.run(300, &[100, second], 50);
@@ -181,7 +202,10 @@ fn clip_of_a_lasting_condition_goes_on_in_the_next_file() {
     }
     assert_eq!(spans[spans.len() - 1].1, 209);
     let name = clips[0].file_name().unwrap().to_string_lossy().into_owned();
-    assert_eq!(metadata(&clips[1], "tipwatch").unwrap()["clip_continues"], name);
+    assert_eq!(
+        metadata(&clips[1], "tipwatch").unwrap()["clip_continues"],
+        name
+    );
 }
 
 /// The ring keeps what fits; the clip and the counts tell what is missing.
@@ -196,8 +220,28 @@ fn ring_without_room_is_told() {
     assert!((89..92).contains(&first), "{first}");
     assert_eq!(last, 110);
     assert_eq!((counts.clips, counts.short_clips), (1, 1));
-    let missing: f64 = metadata(&clips[0], "tipwatch").unwrap()["clip_missing_s"].parse().unwrap();
-    assert!((missing - f64::from(first - 70) * 0.1).abs() < 0.11, "{missing}");
+    let missing: f64 = metadata(&clips[0], "tipwatch").unwrap()["clip_missing_s"]
+        .parse()
+        .unwrap();
+    assert!(
+        (missing - f64::from(first - 70) * 0.1).abs() < 0.11,
+        "{missing}"
+    );
+}
+
+/// Where no file can be created, every message of the clip counts as lost, and the recorder goes on.
+#[test]
+fn clip_that_cannot_be_written_is_counted_as_lost() {
+    let root = tempfile::tempdir().unwrap();
+    std::fs::write(root.path().join("session"), "in the way").unwrap();
+    let mut black_box = BlackBox::new(root.path(), options());
+    black_box.run(160, &[100], 50);
+    std::fs::remove_file(root.path().join("session")).unwrap();
+    black_box.run(300, &[250], 50);
+    let counts = black_box.end();
+    assert_eq!((counts.samples_lost, counts.verdicts_lost), (41, 41));
+    assert_eq!((counts.clips, counts.short_clips), (1, 1));
+    assert_eq!(steps(&clips(root.path())[0]), (220, 260, 41));
 }
 
 /// Killed at any step, finished clips stay as they are; the one in progress is complete up to there, and says so.
@@ -220,7 +264,10 @@ fn kill_leaves_finished_clips_and_a_partial_one() {
         let is_partial = |path: &PathBuf| path.to_string_lossy().ends_with("_partial.mcap");
         let partial: Vec<_> = found.iter().filter(|path| is_partial(path)).collect();
         let finished: Vec<_> = found.iter().filter(|path| !is_partial(path)).collect();
-        assert_eq!(partial.len(), usize::from((101..=140).contains(&killed) || killed > 200));
+        assert_eq!(
+            partial.len(),
+            usize::from((101..=140).contains(&killed) || killed > 200)
+        );
         assert_eq!(finished.len(), usize::from(killed > 140), "{killed}");
         for path in finished {
             assert_eq!(steps(path), (70, 110, 41));
@@ -230,8 +277,19 @@ fn kill_leaves_finished_clips_and_a_partial_one() {
             assert!((70..=170).contains(&first) && last <= killed, "{killed}");
             assert_eq!(metadata(path, "tipwatch_clip"), None);
         }
-        let listed = if found.is_empty() { Vec::new() } else { lines(root.path()) };
-        let listed: Vec<_> = listed.iter().map(|line| line["is_complete"] == false).collect();
-        assert_eq!(listed, (found.iter().map(|p| is_partial(p))).collect::<Vec<_>>(), "{killed}");
+        let listed = if found.is_empty() {
+            Vec::new()
+        } else {
+            lines(root.path())
+        };
+        let listed: Vec<_> = listed
+            .iter()
+            .map(|line| line["is_complete"] == false)
+            .collect();
+        assert_eq!(
+            listed,
+            (found.iter().map(|p| is_partial(p))).collect::<Vec<_>>(),
+            "{killed}"
+        );
     }
 }

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
-use super::clip_file::{ClipFile, Onset};
+use super::clip_file::{ClipFile, MAX_ONSETS, Onset};
 use super::clip_list;
 use super::encode;
 use super::latched_program::LatchedProgram;
@@ -47,6 +47,9 @@ struct Wanted {
     /// Its span in the time of the session (ns).
     from_ns: i64,
     until_ns: i64,
+    /// The trigger that began it.
+    first: Onset,
+    /// Triggers that the open file lists.
     onsets: Vec<Onset>,
     /// The clip that it continues.
     continues: Option<PathBuf>,
@@ -149,7 +152,9 @@ impl ClipWriter {
     /// Whether no trigger from this time on belongs to the clip.
     fn is_over(&self, now_ns: i64) -> bool {
         let end_ns = |wanted: &Wanted| wanted.until_ns.saturating_add(self.before_ns);
-        self.wanted.as_ref().is_some_and(|wanted| now_ns > end_ns(wanted))
+        self.wanted
+            .as_ref()
+            .is_some_and(|wanted| now_ns > end_ns(wanted))
     }
 
     fn take(&mut self, message: Encoded) {
@@ -178,20 +183,22 @@ impl ClipWriter {
     fn trigger(&mut self, trigger: Trigger, message: &Encoded) {
         let until_ns = message.session_ns.saturating_add(self.after_ns);
         let from_ns = message.session_ns.saturating_sub(self.before_ns);
-        let is_onset = self.met != Some(trigger);
+        let onset = Onset {
+            trigger,
+            log_time_ns: message.log_time_ns,
+        };
         let wanted = self.wanted.get_or_insert_with(|| Wanted {
             from_ns,
             until_ns,
+            first: onset,
             onsets: Vec::new(),
             continues: None,
             is_short: false,
         });
         wanted.until_ns = wanted.until_ns.max(until_ns);
-        if is_onset || wanted.onsets.is_empty() {
-            wanted.onsets.push(Onset {
-                trigger,
-                log_time_ns: message.log_time_ns,
-            });
+        let is_onset = self.met != Some(trigger) || wanted.onsets.is_empty();
+        if is_onset && wanted.onsets.len() < MAX_ONSETS {
+            wanted.onsets.push(onset);
         }
     }
 
@@ -209,8 +216,10 @@ impl ClipWriter {
         // a clip may be longer than a file
         while !messages.is_empty() {
             let longest_ns = self.longest_ns;
-            let first_ns = (self.clip.as_ref()).map_or(messages[0].session_ns, |clip| clip.span_ns.0);
-            let fits = |message: &Encoded| message.session_ns.saturating_sub(first_ns) <= longest_ns;
+            let first_ns =
+                (self.clip.as_ref()).map_or(messages[0].session_ns, |clip| clip.span_ns.0);
+            let fits =
+                |message: &Encoded| message.session_ns.saturating_sub(first_ns) <= longest_ns;
             let count = messages.partition_point(fits);
             let rest = messages.split_off(count);
             if let Err(error) = self.write_messages(&messages) {
@@ -279,11 +288,13 @@ impl ClipWriter {
         let Some(wanted) = &mut self.wanted else {
             anyhow::bail!("no clip is wanted");
         };
-        let onset = wanted.onsets.first();
-        let (name, at_ns) = onset.map_or(("", first.log_time_ns), |onset| {
-            (onset.trigger.name(), onset.log_time_ns)
-        });
-        let time = jiff::Timestamp::from_nanosecond(at_ns.into()).unwrap_or_default();
+        let (name, at_ns) = (wanted.first.trigger.name(), wanted.first.log_time_ns);
+        // a name must not come again, even where the oldest clips are removed
+        let named_ns = match wanted.continues {
+            None => at_ns,
+            Some(_) => first.log_time_ns,
+        };
+        let time = jiff::Timestamp::from_nanosecond(named_ns.into()).unwrap_or_default();
         let time = time.strftime("%Y%m%dT%H%M%SZ");
         let free = (1_u32..).map(|number| {
             let name = format!("clip_{time}_{name}_{number}.mcap");
@@ -303,14 +314,25 @@ impl ClipWriter {
             ("clip_on".into(), conditions.join(" ")),
             ("clip_trigger".into(), name.into()),
             ("clip_trigger_log_time_ns".into(), at_ns.to_string()),
-            ("clip_before_s".into(), options.before.as_secs_f64().to_string()),
-            ("clip_after_s".into(), options.after.as_secs_f64().to_string()),
+            (
+                "clip_before_s".into(),
+                options.before.as_secs_f64().to_string(),
+            ),
+            (
+                "clip_after_s".into(),
+                options.after.as_secs_f64().to_string(),
+            ),
             ("clip_ring_bytes".into(), options.ring_bytes.to_string()),
-            ("clip_missing_s".into(), (missing_ns as f64 * 1e-9).to_string()),
+            (
+                "clip_missing_s".into(),
+                (missing_ns as f64 * 1e-9).to_string(),
+            ),
         ]);
         if let Some(before) = &wanted.continues {
             let name = before.file_name().unwrap_or_default().to_string_lossy();
-            preamble.metadata.insert("clip_continues".into(), name.into());
+            preamble
+                .metadata
+                .insert("clip_continues".into(), name.into());
         }
         ClipFile::begin(path, &preamble, first)
     }
@@ -319,7 +341,14 @@ impl ClipWriter {
     pub(super) fn finish(&mut self) {
         self.finish_file();
         if let Some(wanted) = self.wanted.take() {
-            self.counts.short_clips += u64::from(wanted.is_short);
+            // what could not be written until now
+            let mut lost = Dropped::default();
+            while let Some(message) = self.ring.take_until(wanted.until_ns) {
+                lost.count(message.kind);
+            }
+            self.count_lost(lost);
+            let is_short = wanted.is_short || lost != Dropped::default();
+            self.counts.short_clips += u64::from(is_short);
         }
         self.met = None;
     }
@@ -328,7 +357,8 @@ impl ClipWriter {
     fn finish_file(&mut self) -> Option<PathBuf> {
         let clip = self.clip.take()?;
         let (name, counts) = (clip.path().to_owned(), clip.counts);
-        let onsets = self.wanted.as_mut().map(|wanted| wanted.onsets.clone());
+        let wanted = self.wanted.as_mut();
+        let onsets = wanted.map(|wanted| std::mem::take(&mut wanted.onsets));
         let listed = clip.finish(onsets.unwrap_or_default());
         match listed {
             Ok(clip) => {
@@ -357,7 +387,8 @@ impl ClipWriter {
 
     fn tell_overflow(&mut self) {
         if !std::mem::replace(&mut self.is_overflow_told, true) {
-            let held_ns = (self.ring.first_ns()).map_or(0, |first| self.now_ns.saturating_sub(first));
+            let held_ns =
+                (self.ring.first_ns()).map_or(0, |first| self.now_ns.saturating_sub(first));
             eprintln!(
                 "record: ring: {} MiB hold only {:.1} s of the {} s before a trigger; expected a larger --ring or a smaller --before",
                 self.options.ring_bytes >> 20,

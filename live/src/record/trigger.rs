@@ -102,7 +102,13 @@ mod tests {
     #[test]
     fn a_fault_that_lasts_triggers_once() {
         let mut watch = TriggerWatch::new(&[Trigger::Fault, Trigger::Notice]);
-        let levels = [Level::Fault, Level::Fault, Level::Safe, Level::Fault, Level::Danger];
+        let levels = [
+            Level::Fault,
+            Level::Fault,
+            Level::Safe,
+            Level::Fault,
+            Level::Danger,
+        ];
         let met = levels.map(|level| watch.take(&at(level)));
         let fault = Some(Trigger::Fault);
         assert_eq!(met, [fault, None, None, fault, Some(Trigger::Notice)]);

@@ -261,7 +261,8 @@ impl FileWriter {
             segment.add(channels.of(message.kind), message)?;
         }
         segment.flush()?;
-        let is_alarm = |message: &Encoded| matches!(message.kind, Kind::Verdict { is_new: true, .. });
+        let is_alarm =
+            |message: &Encoded| matches!(message.kind, Kind::Verdict { is_new: true, .. });
         if messages.iter().any(is_alarm) {
             self.sync.now();
         }

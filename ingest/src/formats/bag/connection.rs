@@ -37,3 +37,44 @@ pub(super) fn connection(record: &[u8], take: &mut dyn FnMut(DefinitionRecord<'_
     take(DefinitionRecord::Channel { id, channel });
     Some(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fields(fields: &[(&str, &[u8])]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for (name, value) in fields {
+            bytes.extend(((name.len() + 1 + value.len()) as u32).to_le_bytes());
+            bytes.extend(name.as_bytes());
+            bytes.push(b'=');
+            bytes.extend(*value);
+        }
+        bytes
+    }
+
+    #[test]
+    fn what_a_connection_says_of_its_writer_is_kept() {
+        let header = fields(&[("conn", &[3, 0, 0, 0]), ("op", &[7]), ("topic", b"/map")]);
+        let data = fields(&[
+            ("type", b"nav_msgs/OccupancyGrid"),
+            ("message_definition", b"int8[] data"),
+            ("callerid", b"/map_server"),
+            ("latching", b"1"),
+        ]);
+        let mut record = (header.len() as u32).to_le_bytes().to_vec();
+        record.extend(header);
+        record.extend((data.len() as u32).to_le_bytes());
+        record.extend(data);
+        let mut says = BTreeMap::new();
+        connection(&record, &mut |definition| {
+            if let DefinitionRecord::Channel { channel, .. } = definition {
+                says = channel.says;
+            }
+        })
+        .unwrap();
+        let text = |text: &str| text.to_owned();
+        let expected = [("callerid", "/map_server"), ("latching", "1")];
+        assert_eq!(says, expected.map(|(k, v)| (text(k), text(v))).into());
+    }
+}

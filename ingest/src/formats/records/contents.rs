@@ -62,7 +62,13 @@ pub(crate) struct Channel {
 /// Whether both define the same channel, whatever they say of its writer.
 impl PartialEq for Channel {
     fn eq(&self, other: &Self) -> bool {
-        let key = |channel: &Self| (channel.schema_id, channel.topic.clone(), channel.encoding.clone());
+        let key = |channel: &Self| {
+            (
+                channel.schema_id,
+                channel.topic.clone(),
+                channel.encoding.clone(),
+            )
+        };
         key(self) == key(other)
     }
 }

@@ -84,9 +84,7 @@ impl<'d> Routes<'d> {
     fn look_up(&self, channel_id: u32) -> ChannelUse {
         match self.channels.by_id.get(&channel_id) {
             None => ChannelUse::Undefined,
-            Some(entry) if self.wants(entry.topic) => {
-                ChannelUse::Wanted(entry.topic, entry.writer)
-            }
+            Some(entry) if self.wants(entry.topic) => ChannelUse::Wanted(entry.topic, entry.writer),
             Some(_) => ChannelUse::Unwanted,
         }
     }

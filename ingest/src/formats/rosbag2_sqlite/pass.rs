@@ -117,7 +117,8 @@ impl Pass<'_, '_> {
             .ok()
             .and_then(|id| self.reader.topics.get(&id));
         let time_ns = row.get_ref(2)?.as_i64().ok();
-        let (Some(&(topic, writer)), Some(time_ns), ValueRef::Blob(data)) = (topic, time_ns, row.get_ref(3)?)
+        let (Some(&(topic, writer)), Some(time_ns), ValueRef::Blob(data)) =
+            (topic, time_ns, row.get_ref(3)?)
         else {
             self.malformed.count(time_ns);
             return Ok(ControlFlow::Continue(()));

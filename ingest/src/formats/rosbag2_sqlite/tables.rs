@@ -32,7 +32,8 @@ pub(super) fn definitions(connection: &Connection) -> HashMap<String, StoredDefi
 }
 
 pub(super) fn topic_rows(connection: &Connection, path: &Path) -> Result<Vec<TopicRow>, Error> {
-    const QUERY: &str = "SELECT id, name, type, serialization_format, offered_qos_profiles FROM topics ORDER BY id";
+    const QUERY: &str =
+        "SELECT id, name, type, serialization_format, offered_qos_profiles FROM topics ORDER BY id";
     // the first databases lack the column
     const OLD_QUERY: &str =
         "SELECT id, name, type, serialization_format, NULL FROM topics ORDER BY id";
