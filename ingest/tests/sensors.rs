@@ -18,6 +18,7 @@ fn decode(decoder: &mut SensorDecoder, data: &[u8]) -> SensorSample {
         log_time_ns: 2,
         publish_time_ns: 1,
         sequence: 0,
+        writer: 0,
         data,
     };
     decoder.decode(&message, &mut sample).unwrap();
@@ -68,6 +69,7 @@ fn damaged_name_list_does_not_affect_the_next_message() {
         log_time_ns: 0,
         publish_time_ns: 0,
         sequence: 0,
+        writer: 0,
         data: &cut,
     };
     assert!(

@@ -1,7 +1,7 @@
 //! The verdict as `diagnostic_msgs/DiagnosticArray`.
 
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::verdict::Level;
+use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use super::view::View;
 use crate::record::Cdr;
@@ -47,8 +47,8 @@ pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
     ];
     if let Some(verdict) = view.verdict {
         let held = verdict.verdict().held;
-        let faults: Vec<&str> = held.faults.iter().map(|fault| fault.name()).collect();
-        let cautions: Vec<&str> = held.cautions.iter().map(|fault| fault.name()).collect();
+        let faults: Vec<&str> = held.faults.iter().map(InputFault::name).collect();
+        let cautions: Vec<&str> = held.cautions.iter().map(InputFault::name).collect();
         values.push(("faults", faults.join(" ")));
         values.push(("cautions", cautions.join(" ")));
         values.push(("samples_lost", verdict.lost.to_string()));

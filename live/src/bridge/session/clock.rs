@@ -58,7 +58,7 @@ impl Delays {
         }
         let mut text =
             format!("stamps are Unix time; the smallest delay of the first messages is {ms:.1} ms");
-        if by_unix_ns < -WORTH_TELLING_NS || by_unix_ns > WORTH_TELLING_NS {
+        if !(-WORTH_TELLING_NS..=WORTH_TELLING_NS).contains(&by_unix_ns) {
             text += ": if that is no delay, the clocks of the computers are not synchronised (chrony, PTP), and \
                      [clock] of the machine file or --stamps other must say so";
         }
