@@ -186,6 +186,7 @@ fn layouts(criterion: &mut Criterion, path: &Path) {
                     log_time_ns: 0,
                     publish_time_ns: 0,
                     sequence: 0,
+                    writer: 0,
                     data,
                 };
                 decoder.decode(&message, &mut sample).expect("decodable");
