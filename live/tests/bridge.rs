@@ -465,7 +465,7 @@ mod needs_dds {
         ];
         let bridge = world.start(&arguments);
         let node = world.join();
-        let mut reading = Reading::new(&node);
+        let reading = Reading::new(&node);
         let mut play = std::process::Command::new(env!("CARGO_BIN_EXE_tipwatch-live"))
             .args([
                 "play",

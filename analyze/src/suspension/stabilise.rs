@@ -191,7 +191,7 @@ mod tests {
         let good = request([Some(-0.1), Some(-0.1)], 9.8066);
         let mut input = format!("{}\n{good}\n", first()).into_bytes();
         input.extend_from_slice(b"{\"joints\": \"\xff\xfe\"}\n");
-        input.extend_from_slice(good[..good.len() / 2].as_bytes());
+        input.extend_from_slice(&good.as_bytes()[..good.len() / 2]);
         input.extend_from_slice(b"\n");
         input.extend_from_slice(good.replace("9.8066", "1e999").as_bytes());
         input.extend_from_slice(b"\n");

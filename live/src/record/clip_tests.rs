@@ -37,11 +37,13 @@ fn plan(root: &Path) -> Plan {
                 topics::imu(),
                 topics::command(),
                 topics::gap(),
+                topics::program(),
             ],
             channels: Channels {
                 verdicts: 1,
                 commands: 2,
                 gaps: 3,
+                programs: 4,
             },
             attachments: [
                 ("m.toml".into(), "machine".into()),
@@ -288,7 +290,7 @@ fn kill_leaves_finished_clips_and_a_partial_one() {
             .collect();
         assert_eq!(
             listed,
-            (found.iter().map(|p| is_partial(p))).collect::<Vec<_>>(),
+            (found.iter().map(is_partial)).collect::<Vec<_>>(),
             "{killed}"
         );
     }

@@ -50,10 +50,18 @@ mod tests {
     fn a_file_gets_the_program_that_ran_when_it_began() {
         let mut programs = LatchedProgram::default();
         let sample = |time_ns| message(Kind::Sample(0), time_ns, 0);
-        for message in [message(Kind::Program, 10, 1), sample(15), message(Kind::Program, 20, 2)] {
+        for message in [
+            message(Kind::Program, 10, 1),
+            sample(15),
+            message(Kind::Program, 20, 2),
+        ] {
             programs.keep(&message);
         }
-        let found = |time_ns| programs.before(&sample(time_ns)).map(|it| (it.log_time_ns, it.data));
+        let found = |time_ns| {
+            programs
+                .before(&sample(time_ns))
+                .map(|it| (it.log_time_ns, it.data))
+        };
         assert_eq!(found(9), None);
         assert_eq!(found(19), Some((19, vec![1])));
         assert_eq!(found(30), Some((30, vec![2])));

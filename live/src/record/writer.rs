@@ -253,7 +253,9 @@ impl FileWriter {
             segment.add(channels.gaps, &encode::gap_message(0, log_time_ns, dropped))?;
         }
         if !std::mem::replace(&mut self.is_begun, true)
-            && let Some(program) = messages.front().and_then(|first| self.program.before(first))
+            && let Some(program) = messages
+                .front()
+                .and_then(|first| self.program.before(first))
         {
             segment.add(channels.programs, &program)?;
         }
