@@ -117,7 +117,10 @@ fn arm_that_lowers_and_goes_on_lifts_a_wheel_when_its_posture_does() {
         "{ahead:?}"
     );
     // beyond the horizon the latest is unknown
-    assert!(ahead.earliest_s <= ahead.lift_off_s && !(ahead.lift_off_s > ahead.latest_s));
+    assert!(
+        ahead.earliest_s <= ahead.lift_off_s && !(ahead.lift_off_s > ahead.latest_s),
+        "{ahead:?}"
+    );
     assert_eq!(ahead.cause, Some(Contribution::ArmWeight));
     assert!(ahead.utilisation >= 1.0);
     // in between the computed instants the OTF is a straight line

@@ -19,7 +19,7 @@ pub enum ErrorKind {
     TimedOut,
     /// The server could not be reached or answered with an error, after all attempts.
     Unavailable,
-    /// The server sent other bytes than were asked for, after all attempts.
+    /// The server sent other bytes than were asked for, or the connection broke, after all attempts.
     Incomplete,
     /// The server does not serve parts of an object.
     NoRanges,

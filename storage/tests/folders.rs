@@ -89,7 +89,9 @@ fn large_files_arrive_in_parts_or_not_at_all() {
         Fault::Status(503),
     );
     let error = folder.put_file("torn.bin", temporary.path()).unwrap_err();
-    assert_eq!(error.kind, ErrorKind::Unavailable, "{error}");
+    // a server that refuses a part may close the connection before all of it was sent
+    let is_lost = matches!(error.kind, ErrorKind::Unavailable | ErrorKind::Incomplete);
+    assert!(is_lost, "{error}");
     assert_eq!(folder.list("**").unwrap().len(), 1);
 }
 

@@ -25,8 +25,8 @@ fn snippets_of_the_documents_parse() {
                     .try_for_each(|value| value.map(drop))
                     .map_err(|e| e.to_string()),
                 "text" => is_no_command(&block.text),
-                "console" if block.kind.is_empty() || block.not_run().is_some() => Ok(()),
-                "python" | "rust" if block.kind.is_empty() => Ok(()),
+                "console" | "python" | "sh" if block.not_run().is_some() => Ok(()),
+                "console" | "python" | "rust" if block.kind.is_empty() => Ok(()),
                 other => Err(format!(
                     "nothing checks a block of {other:?} {:?}",
                     block.kind

@@ -1,8 +1,9 @@
 //! The assumed motion of the joints.
 
 use super::decay::Decay;
+use super::instant::Instant;
 use super::law::Law;
-use super::platform::{Course, SHAKE_S};
+use super::platform::Course;
 use crate::geometry::coordinate::Motion;
 use crate::machine::{JointCoupling, LinkGroup, Machine};
 
@@ -97,32 +98,6 @@ impl JointLaw {
     }
 }
 
-/// An instant ahead, with what depends on it alone.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Instant {
-    /// Time from now (s).
-    pub(super) time_s: f64,
-    /// Time constant of the joints' accelerations (s).
-    pub(super) joint_decay_s: f64,
-    pub(super) joint: Decay,
-    pub(super) platform: Decay,
-    /// What the platform does on its tyres.
-    pub(super) shake: Decay,
-}
-
-impl Instant {
-    pub(super) fn new(machine: &Machine, time_s: f64) -> Self {
-        let spec = &machine.prediction;
-        Self {
-            time_s,
-            joint_decay_s: spec.joint_decay,
-            joint: Decay::after(time_s, spec.joint_decay),
-            platform: Decay::after(time_s, spec.platform_decay),
-            shake: Decay::after(time_s, SHAKE_S),
-        }
-    }
-}
-
 /// The acceleration dies away. A joint that slows down comes to rest and does not turn back.
 fn gone_on(now: &Motion<f64>, instant: &Instant) -> Motion<f64> {
     let Motion {
@@ -204,6 +179,7 @@ fn role(machine: &Machine, joint: usize) -> Role {
 mod tests {
     use proptest::prelude::*;
 
+    use super::super::instant::SHAKE_S;
     use super::*;
 
     const STOP_S: f64 = 0.2;

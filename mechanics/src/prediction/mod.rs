@@ -12,6 +12,7 @@ mod ahead;
 mod columns;
 mod decay;
 mod gap;
+mod instant;
 mod joints;
 mod law;
 mod platform;

@@ -2,15 +2,11 @@
 
 use nalgebra::Vector3;
 
-use super::joints::Instant;
+use super::instant::Instant;
 use super::law::Law;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::machine::{Machine, PredictionSpec};
 use crate::state::BaseState;
-
-/// Time constant with which roll, pitch and heave die away (s): what the platform does on its tyres and on the ground is no
-/// motion that goes on.
-pub(super) const SHAKE_S: f64 = 0.1;
 
 /// Below this speed (m/s), its direction and the curve it follows are unknown: a velocity of this size is noise.
 const SLOW: f64 = 0.2;

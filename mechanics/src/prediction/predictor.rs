@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::ahead::{Ahead, Prediction};
 use super::gap::PredictionGap;
-use super::joints::{Instant, JointLaw};
+use super::instant::Instant;
+use super::joints::JointLaw;
 use super::law::Law;
 use super::platform::Platform;
 use crate::dynamics::kinematics::{self, SensorFrame};
