@@ -116,9 +116,9 @@ fn arm_that_lowers_and_goes_on_lifts_a_wheel_when_its_posture_does() {
         ahead.lift_off_s > 0.0 && ahead.lift_off_s < 1.0,
         "{ahead:?}"
     );
-    // beyond the horizon the latest is unknown
+    // both rear wheels lift at once: the machine tips, and the band is that of the last instant before
     assert!(
-        ahead.earliest_s <= ahead.lift_off_s && !(ahead.lift_off_s > ahead.latest_s),
+        ahead.earliest_s < ahead.lift_off_s && ahead.lift_off_s < ahead.latest_s,
         "{ahead:?}"
     );
     assert_eq!(ahead.cause, Some(Contribution::ArmWeight));
@@ -127,8 +127,12 @@ fn arm_that_lowers_and_goes_on_lifts_a_wheel_when_its_posture_does() {
     let lifted = ahead.wheel.unwrap();
     let at_lift = predictor.otf_at(Law::GoOn, ahead.lift_off_s, lifted);
     assert!(at_lift.abs() < 1.0, "{at_lift}");
-    // a stop within 0.2 s, before the wheel lifts
-    assert!(!prediction.of(Law::StopArm).lifts() || ahead.lift_off_s < 0.3);
+    // 4 m/s with 2 m/s^2 take 4 m to stop: the wheel lifts on the way, but the arm does not get as far
+    let stopped = prediction.of(Law::StopArm);
+    assert!(
+        stopped.otf_least[lifted] > ahead.otf_least[lifted] + 1000.0,
+        "{stopped:?}"
+    );
 }
 
 #[test]

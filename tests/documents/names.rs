@@ -88,7 +88,6 @@ fn files_that_the_documents_name_exist() {
         "analyze",
         "binding",
         "book",
-        "can",
         "datasheet",
         "deploy",
         "identification",

@@ -229,8 +229,8 @@ pub(crate) fn fill<T: Real>(
     out.utilisation = utilisation(machine, loads.otf, &out.otf);
 }
 
-/// U of the worst wheel.
-fn utilisation<T: Real>(machine: &Machine, otf: &[T], otf_sigma: &[T]) -> T {
+/// U of the worst wheel, from OTF and its standard deviation by wheel (N).
+pub(crate) fn utilisation<T: Real>(machine: &Machine, otf: &[T], otf_sigma: &[T]) -> T {
     let mut worst = T::constant(f64::NEG_INFINITY);
     for (wheel, &static_load) in machine.reference.static_load.iter().enumerate() {
         let sure = otf[wheel] - otf_sigma[wheel] * T::constant(2.0);

@@ -14,8 +14,9 @@ use crate::evaluate::model::Model;
 use crate::evaluate::quantities::Quantity;
 use crate::evaluate::scope::Scope;
 use crate::explain::attribution::Contribution;
+use crate::explain::uncertainty::utilisation;
 use crate::geometry::coordinate::Coordinate;
-use crate::machine::Machine;
+use crate::machine::{MAX_WHEELS, Machine};
 use crate::state::{JetCovariance, Reason, Reasons, SignalNoise, State, StateColumns};
 use crate::verdict::Level;
 
@@ -64,7 +65,6 @@ struct Places {
     /// The following, of the explained states: OTF and its standard deviation by wheel.
     explained_otf: Vec<usize>,
     sigma: Vec<usize>,
-    utilisation: usize,
     /// Contributions by wheel and cause.
     contributions: Vec<Vec<usize>>,
 }
@@ -86,10 +86,20 @@ impl Places {
             otf: by_wheel(outcomes, Quantity::Otf),
             explained_otf: by_wheel(explained, Quantity::Otf),
             sigma: by_wheel(explained, Quantity::OtfSigma),
-            utilisation: find(explained, Quantity::Utilisation),
             contributions: (0..wheels).map(|wheel| causes(wheel).collect()).collect(),
         }
     }
+}
+
+/// The instant of a law at which a wheel is closest to lifting.
+#[derive(Debug, Clone, Copy)]
+struct Worst {
+    instant: usize,
+    /// Its row among the states ahead.
+    row: usize,
+    /// The last instant up to it at which the machine does not tip: a machine that tips has no standard deviations and no
+    /// causes. `None` if it tips at once, and then those of the present state are used.
+    explained: Option<usize>,
 }
 
 /// An instant of a law: its OTF are in a row of the explained states or of the states ahead.
@@ -197,26 +207,28 @@ impl Predictor {
         }
         self.evaluate_ahead(machine);
         self.chosen.set(NOW, &mut self.now);
-        for law in Law::ALL {
-            let (instant, gap) = self.worst_instant(machine, law);
+        let worst = Law::ALL.map(|law| {
+            let (worst, gap) = self.find_worst(machine, law);
             let lacks = match law {
                 Law::BrakeNow if !platform.has_velocity() => Some(PredictionGap::VelocityUnknown),
                 Law::StopArm if !self.has_arm => Some(PredictionGap::NoArm),
                 _ => gap,
             };
             self.prediction.ahead[law as usize].gap = lacks;
+            let instant = worst.explained.unwrap_or(worst.instant);
             self.set_then(machine, &platform, law, instant);
             propagate(&mut self.then.noise, &self.instants[instant]);
             self.chosen.set(1 + law as usize, &mut self.then);
-        }
+            worst
+        });
         self.explain(machine);
-        for law in Law::ALL {
+        for (law, worst) in Law::ALL.into_iter().zip(&worst) {
             let place = &mut self.prediction.ahead[law as usize];
             // an empty list does not allocate
             let mut ahead = std::mem::replace(place, Ahead::unknown(0));
             match ahead.gap {
                 Some(gap) => ahead.set_gap(gap),
-                None => self.fill(machine, law, &mut ahead),
+                None => self.fill(machine, law, worst, &mut ahead),
             }
             self.prediction.ahead[law as usize] = ahead;
         }
@@ -251,11 +263,16 @@ impl Predictor {
         self.then.noise = self.now.noise;
     }
 
-    /// The first instant with a lifted wheel, else the one at which a wheel has the least of its static load; and why the
-    /// loads are unknown before.
-    fn worst_instant(&self, machine: &Machine, law: Law) -> (usize, Option<PredictionGap>) {
+    /// Finds the first instant with a lifted wheel, else the one at which a wheel has the least of its static load; returns
+    /// why the loads are unknown before.
+    fn find_worst(&self, machine: &Machine, law: Law) -> (Worst, Option<PredictionGap>) {
         let static_load = &machine.reference.static_load;
-        let (mut worst, mut least) = (first_of(law), f64::INFINITY);
+        let (mut least, mut last_on_ground) = (f64::INFINITY, None);
+        let mut worst = Worst {
+            instant: first_of(law),
+            row: rows_of(law, self.instants.len()).start,
+            explained: None,
+        };
         for (row, instant) in rows_of(law, self.instants.len()).zip(first_of(law)..) {
             let reasons = self.outcomes.reasons(row, Reasons::NONE);
             if reasons.has(Reason::LinkageOpen) {
@@ -264,14 +281,22 @@ impl Predictor {
             if !reasons.leave_loads() {
                 return (worst, Some(PredictionGap::NotFinite));
             }
+            if !reasons.has(Reason::Tipping) {
+                last_on_ground = Some(instant);
+            }
             for (wheel, &load) in static_load.iter().enumerate() {
                 let otf = self.outcomes.columns[self.places.otf[wheel]][row];
-                if otf <= 0.0 {
-                    return (instant, None);
-                }
                 let left = share_left(otf, load);
-                if left < least {
-                    (worst, least) = (instant, left);
+                if left < least || otf <= 0.0 {
+                    least = left;
+                    worst = Worst {
+                        instant,
+                        row,
+                        explained: last_on_ground,
+                    };
+                }
+                if otf <= 0.0 {
+                    return (worst, None);
                 }
             }
         }
@@ -318,12 +343,13 @@ impl Predictor {
         f64::NAN
     }
 
-    fn fill(&self, machine: &Machine, law: Law, ahead: &mut Ahead) {
-        let row = 1 + law as usize;
+    fn fill(&self, machine: &Machine, law: Law, worst: &Worst, ahead: &mut Ahead) {
+        let row = worst.explained.map_or(NOW, |_| 1 + law as usize);
         let places = &self.places;
         let explained = |column: usize| self.explained.columns[column][row];
         let static_load = &machine.reference.static_load;
         let wheels = 0..static_load.len();
+        let (mut at_worst, mut sigmas) = ([f64::NAN; MAX_WHEELS], [f64::NAN; MAX_WHEELS]);
         let mut closest = (f64::INFINITY, 0);
         (ahead.lift_off_s, ahead.earliest_s) = (f64::NAN, f64::NAN);
         let mut lifts = None;
@@ -339,16 +365,16 @@ impl Predictor {
             let sigma = explained(places.sigma[wheel]);
             let earliest_s = self.crossing_s(law, wheel, -BAND * sigma);
             ahead.earliest_s = ahead.earliest_s.min(earliest_s);
-            let at_worst = share_left(explained(places.explained_otf[wheel]), static_load[wheel]);
-            if at_worst < closest.0 {
-                closest = (at_worst, wheel);
+            (at_worst[wheel], sigmas[wheel]) = (otf[worst.row], sigma);
+            let left = share_left(at_worst[wheel], static_load[wheel]);
+            if left < closest.0 {
+                closest = (left, wheel);
             }
         }
         let wheel = lifts.unwrap_or(closest.1);
-        let sigma = explained(places.sigma[wheel]);
         ahead.wheel = Some(wheel);
-        ahead.latest_s = self.crossing_s(law, wheel, BAND * sigma);
-        ahead.utilisation = explained(places.utilisation);
+        ahead.latest_s = self.crossing_s(law, wheel, BAND * sigmas[wheel]);
+        ahead.utilisation = utilisation(machine, &at_worst, &sigmas);
         ahead.cause = self.cause(row, wheel);
     }
 
