@@ -100,9 +100,12 @@ fn typed(place: &str, access: &Access, failure: Failure, status: Option<u16>) ->
         (_, Some(408 | 429 | 500..)) => ErrorKind::Unavailable,
         _ => match transport(&error) {
             Some(HttpErrorKind::Timeout) => return Error::timed_out(place, access.timeout),
-            Some(HttpErrorKind::Connect | HttpErrorKind::Request | HttpErrorKind::Unknown) => {
-                ErrorKind::Unavailable
-            }
+            Some(
+                HttpErrorKind::Connect
+                | HttpErrorKind::Request
+                | HttpErrorKind::Interrupted
+                | HttpErrorKind::Unknown,
+            ) => ErrorKind::Unavailable,
             Some(_) => ErrorKind::Incomplete,
             None if error.to_string().contains("non-partial response") => {
                 return Error::new(

@@ -94,14 +94,26 @@ impl Bucket {
             let expected = version.size.min(count);
             Ok((self.body(result, expected).await?, version))
         };
-        match attempt(place, self.access(), &self.counts, request).await {
+        let once = Access {
+            attempts: 1,
+            ..self.access().clone()
+        };
+        match attempt(place, &once, &self.counts, request).await {
             Ok(found) => Ok(found),
-            // An empty object has no last bytes: some servers refuse.
-            Err(failed) if failed.error.kind == ErrorKind::Refused => {
-                match self.head(place, key).await {
-                    Ok(version) if version.size == 0 => Ok((Bytes::new(), version)),
-                    _ => Err(failed.error),
-                }
+            // Some servers fail where an object is empty or shorter than its end that is asked for.
+            Err(failed)
+                if matches!(
+                    failed.error.kind,
+                    ErrorKind::Refused
+                        | ErrorKind::Unavailable
+                        | ErrorKind::Incomplete
+                        | ErrorKind::TimedOut
+                ) =>
+            {
+                let version = self.head(place, key).await?;
+                let range = version.size.saturating_sub(count)..version.size;
+                let bytes = self.range(place, key, range, &version).await?;
+                Ok((bytes, version))
             }
             Err(failed) => Err(failed.error),
         }
