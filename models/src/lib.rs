@@ -15,6 +15,12 @@ mod system {
     }
 }
 
+/// Stands in for the conditions of the black box: no message of a model meets one.
+mod trigger {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub(crate) enum Trigger {}
+}
+
 #[path = "../../live/src/alarm/exchange.rs"]
 mod exchange;
 #[path = "../../live/src/record/pending.rs"]

@@ -12,6 +12,7 @@ fn message(sequence: u32) -> Encoded {
     Encoded {
         kind: Kind::Sample(0),
         sequence,
+        session_ns: 0,
         log_time_ns: 0,
         publish_time_ns: 0,
         data: vec![0; 8],
