@@ -116,9 +116,7 @@ impl MachineFile {
                 path: urdf.into(),
                 source,
             })?;
-        let named = self.spec.urdf.as_ref();
-        let named = named.map(|name| self.path.parent().unwrap_or(Path::new("")).join(name));
-        if let Some(named) = named
+        if let Some(named) = self.urdf_path()
             && named.canonicalize().ok().as_ref() != Some(&found)
         {
             return Err(MachineFileError::TwoUrdfs {
@@ -131,14 +129,25 @@ impl MachineFile {
         Ok(self)
     }
 
+    /// Path of a file that the machine file names, relative to it.
+    #[must_use]
+    pub fn beside(&self, file: &str) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(file)
+    }
+
+    /// Path of the URDF that the machine file names.
+    #[must_use]
+    pub fn urdf_path(&self) -> Option<PathBuf> {
+        self.spec.urdf.as_ref().map(|name| self.beside(name))
+    }
+
     /// The URDF named by the machine file, relative to it; else the file `other`, else the one in
     /// the log.
     ///
     /// # Errors
     /// The URDF cannot be read, or there is none.
     pub fn urdf(&self, other: Option<&Path>, log: Option<&Log>) -> Result<Urdf, MachineFileError> {
-        let named = |name: &String| self.path.parent().unwrap_or(Path::new("")).join(name);
-        let beside = self.spec.urdf.as_ref().map(named);
+        let beside = self.urdf_path();
         if let Some(path) = beside.or_else(|| other.map(Path::to_path_buf)) {
             let name = path.display().to_string();
             let text = read_text(&path);

@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    ops::ControlFlow,
     path::{Path, PathBuf},
 };
 
@@ -14,31 +13,10 @@ use tipwatch_ingest::{
 use crate::{
     bags::bag,
     rosbag2::{JOINTS, database, joint_messages, rows},
-    support::{FIRST_NS, PERIOD_NS, Style, TempLog, joint_log},
+    support::{FIRST_NS, PERIOD_NS, RecordedMessage, Style, TempLog, joint_log, messages},
 };
 
-/// Topic, log time, publish time, sequence number and payload.
-type Message = (String, i64, i64, u32, Vec<u8>);
-
 const SECOND_NS: i64 = 1_000_000_000;
-
-fn messages(path: &Path) -> Vec<Message> {
-    let log = Log::open(path).unwrap();
-    let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
-    let mut found = Vec::new();
-    log.read(&ids, &mut |message| {
-        found.push((
-            log.topic(message.topic).unwrap().name.clone(),
-            message.log_time_ns,
-            message.publish_time_ns,
-            message.sequence,
-            message.data.to_vec(),
-        ));
-        ControlFlow::Continue(())
-    })
-    .unwrap();
-    found
-}
 
 fn request(path: PathBuf, start_ns: i64, end_ns: i64) -> ClipRequest {
     let values = BTreeMap::from([("of".to_owned(), "log".to_owned())]);
@@ -60,8 +38,8 @@ fn clip(log: &Path, start_ns: i64, end_ns: i64) -> (tempfile::TempDir, PathBuf, 
     (folder, path, reports[0].clone())
 }
 
-fn within(messages: &[Message], start_ns: i64, end_ns: i64) -> Vec<Message> {
-    let is_within = |message: &&Message| (start_ns..=end_ns).contains(&message.1);
+fn within(messages: &[RecordedMessage], start_ns: i64, end_ns: i64) -> Vec<RecordedMessage> {
+    let is_within = |message: &&RecordedMessage| (start_ns..=end_ns).contains(&message.1);
     messages.iter().filter(is_within).cloned().collect()
 }
 

@@ -1,32 +1,12 @@
-use std::{borrow::Cow, collections::BTreeMap, ops::ControlFlow, path::Path};
+use std::{borrow::Cow, collections::BTreeMap};
 
 use tipwatch_ingest::{Format, Log, RecoverError, recover};
 
 use crate::{
     bags::bag,
     rosbag2::{JOINTS, database, joint_messages, rows},
-    support::{Style, TempLog, joint_log, joint_samples},
+    support::{Style, TempLog, joint_log, joint_samples, messages},
 };
-
-type RecordedMessage = (String, i64, i64, u32, Vec<u8>);
-
-fn messages(path: &Path) -> Vec<RecordedMessage> {
-    let log = Log::open(path).unwrap();
-    let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
-    let mut found = Vec::new();
-    log.read(&ids, &mut |message| {
-        found.push((
-            log.topic(message.topic).unwrap().name.clone(),
-            message.log_time_ns,
-            message.publish_time_ns,
-            message.sequence,
-            message.data.to_vec(),
-        ));
-        ControlFlow::Continue(())
-    })
-    .unwrap();
-    found
-}
 
 #[test]
 fn recovered_messages_are_the_same_for_every_format() {

@@ -280,3 +280,25 @@ pub(crate) fn imu_of_two_parts(log: &Log) -> SensorRequest {
         other_parts: vec![(topic("/rates"), part(3))],
     }
 }
+
+/// Topic, log time (ns), publish time (ns), sequence number and payload of a message.
+pub(crate) type RecordedMessage = (String, i64, i64, u32, Vec<u8>);
+
+/// All messages of a log, in order.
+pub(crate) fn messages(path: &Path) -> Vec<RecordedMessage> {
+    let log = Log::open(path).unwrap();
+    let ids: Vec<_> = log.topics().iter().map(|topic| topic.id).collect();
+    let mut found = Vec::new();
+    log.read(&ids, &mut |message| {
+        found.push((
+            log.topic(message.topic).unwrap().name.clone(),
+            message.log_time_ns,
+            message.publish_time_ns,
+            message.sequence,
+            message.data.to_vec(),
+        ));
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    found
+}

@@ -4,27 +4,16 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use tipwatch_analyze::analysis::{Analysis, run};
-use tipwatch_analyze::base::options::{Estimator, Options};
-use tipwatch_binding::MachineFile;
 use tipwatch_live::wire::topics::{EVENT_ROW, WireVerdict};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::verdict::Level;
 
 use crate::support::feed::{Feed, RealTime};
 use crate::support::killing::{Random, Reading, files, left_over, sequences};
+use crate::support::offline::causal;
 use crate::support::prioritise::prioritise;
 use crate::support::producing::Producing;
 use crate::support::{World, data};
-
-fn causal(log: &Path, machine: &Path) -> Analysis {
-    let options = Options {
-        estimator: Estimator::Causal,
-        ..Options::default()
-    };
-    let file = MachineFile::read(machine).unwrap();
-    run::analyse(log, &file, options, &mut |_| {}).unwrap()
-}
 
 /// The lines of the list of clips.
 fn list(root: &Path) -> Vec<serde_json::Value> {

@@ -223,6 +223,12 @@ struct Trial {
 }
 
 impl Trial {
+    /// Index of the lane of a topic.
+    fn lane(&self, topic: &str) -> usize {
+        let mut lanes = self.lanes.iter();
+        lanes.position(|lane| lane.name == topic).unwrap()
+    }
+
     fn new(test: &str) -> Self {
         let world = World::new(test);
         let (lanes, arrivals) = arrivals(&data("tiny.mcap"));
@@ -303,11 +309,7 @@ fn seen(verdicts: &[serde_json::Value], what: &str) -> usize {
 #[test]
 fn two_publishers_stop_the_topic_and_the_monitor_faults() {
     let trial = Trial::new("two");
-    let imu = trial
-        .lanes
-        .iter()
-        .position(|lane| lane.name == "/imu/data")
-        .unwrap();
+    let imu = trial.lane("/imu/data");
     let (ending, counts, verdicts) = trial.run(|count, arrival| {
         let mut second = arrival.clone();
         second.publisher += 100;
@@ -324,11 +326,7 @@ fn two_publishers_stop_the_topic_and_the_monitor_faults() {
 #[test]
 fn lost_messages_are_lost_samples_for_the_monitor() {
     let trial = Trial::new("loss");
-    let imu = trial
-        .lanes
-        .iter()
-        .position(|lane| lane.name == "/imu/data")
-        .unwrap();
+    let imu = trial.lane("/imu/data");
     let (_, counts, verdicts) = trial.run(|count, arrival| {
         let is_lost = arrival.lane.0 == imu && (150..400).contains(&count) && count % 3 == 0;
         if is_lost { Vec::new() } else { vec![arrival] }

@@ -6,9 +6,6 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::analysis::run;
-use tipwatch_analyze::base::options::{Estimator, Options};
-use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_live::alarm::AlarmFile;
 use tipwatch_live::system::clock::monotonic_ns;
@@ -20,19 +17,11 @@ use tipwatch_mechanics::verdict::{InputFault, Latch, Level};
 use crate::support::feed::Feed;
 use crate::support::killing::{Reading, Times, files, sequences};
 use crate::support::numbered::numbered_machine;
+use crate::support::offline::causal;
 use crate::support::prioritise::prioritise;
 use crate::support::producing::Producing;
 use crate::support::steered::Steered;
 use crate::support::{Ended, World, data};
-
-fn causal(log: &Path, machine: &Path) -> Analysis {
-    let options = Options {
-        estimator: Estimator::Causal,
-        ..Options::default()
-    };
-    let file = MachineFile::read(machine).unwrap();
-    run::analyse(log, &file, options, &mut |_| {}).unwrap()
-}
 
 /// The folder of the only session in `folder`.
 fn session_in(folder: &Path) -> std::path::PathBuf {

@@ -31,7 +31,7 @@ use tipwatch_binding::{MachineFile, read_text};
 use tipwatch_ingest::{Log, MetadataRecord, metadata_records};
 
 use super::failure::FailureKind;
-use crate::base::file_hash::hash_file;
+use crate::base::file_hash::FileHash;
 
 /// A fleet file as written.
 #[derive(Debug, Deserialize)]
@@ -87,16 +87,14 @@ pub(super) struct Assigned<'a> {
 }
 
 impl Assigned<'_> {
-    /// Type of the machine: that of the fleet file, else its URDF; `None` without both.
-    pub(super) fn kind(&self) -> Option<String> {
+    /// Type of the machine: that of the fleet file, else its `urdf`; `None` without both.
+    pub(super) fn kind(&self, urdf: Option<&FileHash>) -> Option<String> {
         if let Some(kind) = self.kind {
             return Some(kind.into());
         }
-        let folder = self.machine.path.parent().unwrap_or(Path::new(""));
-        let urdf = self.machine.spec.urdf.as_ref()?;
-        let hash = hash_file(&folder.join(urdf)).ok()?.sha256?;
-        let name = Path::new(urdf).file_name()?.to_string_lossy();
-        Some(format!("{name} {}", hash.get(..8)?))
+        let urdf = urdf?;
+        let name = Path::new(&urdf.path).file_name()?.to_string_lossy();
+        Some(format!("{name} {}", urdf.sha256.as_ref()?.get(..8)?))
     }
 }
 
@@ -178,8 +176,7 @@ impl Fleet {
     pub fn files(&self) -> Vec<PathBuf> {
         let of_machine = |machine: &MachineFile| {
             let mut files = vec![machine.path.clone()];
-            let folder = machine.path.parent().unwrap_or(Path::new(""));
-            files.extend(machine.spec.urdf.as_ref().map(|name| folder.join(name)));
+            files.extend(machine.urdf_path());
             files.extend(machine.dbc_files());
             files
         };

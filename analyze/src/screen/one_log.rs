@@ -18,7 +18,7 @@ use super::record::{
     MachineName, Outcome, RECORD_SCHEMA, REPORT_FILES, REPORT_PAGE, Record, report_folder,
 };
 use super::store::{Before, Store};
-use super::version::{analysis_version, machine_sha256};
+use super::version::{analysis_version, machine_sha256, urdf_hash};
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, analyse_into};
 use crate::base::error_text::{error_text, without_path};
@@ -133,12 +133,15 @@ impl Screening<'_> {
         record.bytes = Some(identity.bytes);
         let assigned = self.fleet.machine_of(path)?;
         let machine = assigned.machine;
+        let urdf = urdf_hash(machine);
+        let known = urdf.as_ref().ok().and_then(Option::as_ref);
         record.machine = Some(MachineName {
             name: machine.spec.name.clone(),
             sha256: machine_sha256(machine),
-            kind: assigned.kind(),
+            kind: assigned.kind(known),
         });
-        let version = analysis_version(machine, &self.options)
+        let version = urdf
+            .and_then(|urdf| analysis_version(machine, urdf.as_ref(), &self.options))
             .map_err(|error| FailureKind::Machine.error(error_text(&error)))?;
         record.analysis_version = Some(version.clone());
         let one_at_a_time = self.current.lock_of(&identity.id);

@@ -74,7 +74,7 @@ pub fn screen(
         fleet,
         options: request.options,
         place: place.clone(),
-        store: Store::of(&place),
+        store,
         before,
         attempts,
         current: CurrentRun::default(),
@@ -92,7 +92,7 @@ pub fn screen(
         let totals = Totals::of(&rows, &gate.judge(&rows), gate.min_valid);
         (totals, gate.undecided(&rows), None)
     } else {
-        let (records, unusable) = store.load()?;
+        let (records, unusable) = screening.store.load()?;
         unusable
             .into_iter()
             .for_each(|note| notify(Update::Note(note)));

@@ -1,14 +1,11 @@
 //! The version of an analysis: everything except the log that its result depends on.
 
-use std::path::Path;
-
 use anyhow::Result;
 use serde::Serialize;
 use tipwatch_binding::MachineFile;
 
 use super::record::RECORD_SCHEMA;
-use crate::base::file_hash::hash_file;
-use crate::base::file_hash::sha256_of;
+use crate::base::file_hash::{FileHash, hash_file, sha256_of};
 use crate::base::options::Options;
 use crate::tables::summary;
 
@@ -29,12 +26,12 @@ struct Ingredients<'a> {
 /// the same result.
 ///
 /// # Errors
-/// The machine's URDF cannot be read.
-pub(super) fn analysis_version(machine: &MachineFile, options: &Options) -> Result<String> {
-    let folder = machine.path.parent().unwrap_or(Path::new(""));
-    // without a URDF in the machine file, the one in the log is part of the log
-    let urdf = machine.spec.urdf.as_ref();
-    let urdf = urdf.map(|name| hash_file(&folder.join(name))).transpose()?;
+/// A DBC file of the machine cannot be read.
+pub(super) fn analysis_version(
+    machine: &MachineFile,
+    urdf: Option<&FileHash>,
+    options: &Options,
+) -> Result<String> {
     let dbc_files = machine.dbc_files();
     let dbc_files = dbc_files.iter().map(|file| Ok(hash_file(file)?.identity()));
     let ingredients = Ingredients {
@@ -42,7 +39,7 @@ pub(super) fn analysis_version(machine: &MachineFile, options: &Options) -> Resu
         summary_schema: summary::SCHEMA,
         record_schema: RECORD_SCHEMA,
         machine_file: &machine_sha256(machine),
-        urdf: urdf.map(|file| file.identity()),
+        urdf: urdf.map(FileHash::identity),
         dbc_files: dbc_files.collect::<Result<_>>()?,
         options,
     };
@@ -50,6 +47,14 @@ pub(super) fn analysis_version(machine: &MachineFile, options: &Options) -> Resu
     let mut hash = sha256_of(text.as_bytes());
     hash.truncate(16);
     Ok(hash)
+}
+
+/// Hash of the URDF that a machine file names. Without one, that in the log is part of the log.
+///
+/// # Errors
+/// It cannot be read.
+pub(super) fn urdf_hash(machine: &MachineFile) -> Result<Option<FileHash>> {
+    machine.urdf_path().map(|path| hash_file(&path)).transpose()
 }
 
 /// SHA-256 of a machine file.

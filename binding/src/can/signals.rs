@@ -100,10 +100,6 @@ impl MachineFile {
         }
         Ok(topics)
     }
-
-    fn beside(&self, file: &str) -> PathBuf {
-        self.path.parent().unwrap_or(Path::new("")).join(file)
-    }
 }
 
 fn public_group(pgn: u32) -> Result<Message, CanError> {

@@ -293,7 +293,7 @@ pub fn commissioning_of(
     let Some(name) = &file.spec.commissioning else {
         return Ok(None);
     };
-    let path = file.path.parent().unwrap_or(Path::new("")).join(name);
+    let path = file.beside(name);
     let found = Commissioning::read(&path)?;
     found.check(&path, file, urdf)?;
     Ok(Some((path, found)))

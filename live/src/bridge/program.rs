@@ -222,14 +222,7 @@ impl Bridge<'_> {
                 }
             }
         };
-        let counts = run.end()?;
-        let sum = &mut self.counts.of_messages;
-        sum.messages += counts.messages;
-        sum.sent += counts.sent;
-        sum.lost += counts.lost;
-        sum.repeated += counts.repeated;
-        sum.of_two_publishers += counts.of_two_publishers;
-        sum.undecodable += counts.undecodable;
+        self.counts.of_messages.add(&run.end()?);
         Ok(ending)
     }
 }

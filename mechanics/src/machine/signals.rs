@@ -242,28 +242,21 @@ pub(super) const SWITCH_KEYS: [&str; 2] = ["above", "max_age"];
 /// All CAN signals that a machine file names, wherever they stand in it.
 #[must_use]
 pub fn can_signals(text: &str) -> Vec<CanSpec> {
-    fn collect(value: &toml::Value, into: &mut Vec<CanSpec>) {
-        match value {
-            toml::Value::Table(table) => {
-                let field = table.contains_key("signal").then(|| {
-                    let mut field = table.clone();
-                    field.retain(|key, _| !SWITCH_KEYS.contains(&key));
-                    FieldSpec::deserialize(toml::Value::Table(field))
-                });
-                match field {
-                    Some(Ok(FieldSpec { can: Some(can), .. })) => into.push(can),
-                    _ => table.values().for_each(|value| collect(value, into)),
-                }
-            }
-            toml::Value::Array(values) => values.iter().for_each(|value| collect(value, into)),
-            _ => {}
-        }
-    }
     let mut found = Vec::new();
-    // a text that is no machine file is refused where it is read
-    if let Ok(table) = text.parse::<toml::Table>() {
-        collect(&toml::Value::Table(table), &mut found);
-    }
+    visit_tables(text, &mut |table| {
+        if !table.contains_key("signal") {
+            return true;
+        }
+        let mut field = table.clone();
+        field.retain(|key, _| !SWITCH_KEYS.contains(&key));
+        match FieldSpec::deserialize(toml::Value::Table(field)) {
+            Ok(FieldSpec { can: Some(can), .. }) => {
+                found.push(can);
+                false
+            }
+            _ => true,
+        }
+    });
     found
 }
 
@@ -271,28 +264,35 @@ pub fn can_signals(text: &str) -> Vec<CanSpec> {
 /// of CAN signals.
 #[must_use]
 pub fn number_topics(text: &str) -> Vec<String> {
-    fn collect(value: &toml::Value, into: &mut Vec<String>) {
+    let mut found: Vec<String> = Vec::new();
+    visit_tables(text, &mut |table| {
+        let topic = table.get("topic").and_then(toml::Value::as_str);
+        let is_can = table.contains_key("signal");
+        if let Some(topic) = topic.filter(|_| !is_can)
+            && !found.iter().any(|known| known == topic)
+        {
+            found.push(topic.to_owned());
+        }
+        true
+    });
+    found
+}
+
+/// Shows all tables of a machine file to `visit`, which returns whether it wants those within, too. A text that is no
+/// machine file is refused where it is read.
+fn visit_tables(text: &str, visit: &mut dyn FnMut(&toml::Table) -> bool) {
+    fn walk(value: &toml::Value, visit: &mut dyn FnMut(&toml::Table) -> bool) {
         match value {
-            toml::Value::Table(table) => {
-                let topic = table.get("topic").and_then(toml::Value::as_str);
-                let is_can = table.contains_key("signal");
-                match topic.filter(|_| !is_can) {
-                    Some(topic) if !into.iter().any(|known| known == topic) => {
-                        into.push(topic.to_owned());
-                    }
-                    _ => {}
-                }
-                table.values().for_each(|value| collect(value, into));
+            toml::Value::Table(table) if visit(table) => {
+                table.values().for_each(|value| walk(value, visit));
             }
-            toml::Value::Array(values) => values.iter().for_each(|value| collect(value, into)),
+            toml::Value::Array(values) => values.iter().for_each(|value| walk(value, visit)),
             _ => {}
         }
     }
-    let mut found = Vec::new();
     if let Ok(table) = text.parse::<toml::Table>() {
-        collect(&toml::Value::Table(table), &mut found);
+        walk(&toml::Value::Table(table), visit);
     }
-    found
 }
 
 fn one() -> f64 {

@@ -35,6 +35,18 @@ pub struct SessionCounts {
     pub undecodable: u64,
 }
 
+impl SessionCounts {
+    /// Adds those of another session.
+    pub(in crate::bridge) fn add(&mut self, other: &Self) {
+        self.messages += other.messages;
+        self.sent += other.sent;
+        self.lost += other.lost;
+        self.repeated += other.repeated;
+        self.of_two_publishers += other.of_two_publishers;
+        self.undecodable += other.undecodable;
+    }
+}
+
 /// Why a session ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ending {
