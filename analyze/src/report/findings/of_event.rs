@@ -1,193 +1,19 @@
-//! Findings: what happened, and the evidence for it.
+//! What a finding says of an event, and its evidence.
 
-use std::collections::BTreeMap;
-
-use maud::{Markup, html};
-use tipwatch_mechanics::state::Reason;
-
-use super::open_split::{self, OpenWheel};
-use super::{faults, prevention};
-use crate::analysis::Analysis;
-use crate::analysis::inputs::GrossInput;
-use crate::events::split_rule::{deciding_measurements, split_rule};
+use super::scene::Scene;
 use crate::events::{Event, EventCauses, EventKind, Finding, TIP_OVER_RAD};
-use crate::page::{list, number, percent, probability, readable};
+use crate::page::{number, probability, readable};
+use crate::report::faults;
 
 /// Causes with a smaller share of the lost load are summed up as others (%).
 const LEAST_PERCENT: f64 = 2.0;
 /// Most causes that a finding names.
 const MOST_CAUSES: usize = 4;
-/// Most events of a kind among the main findings.
-pub(super) const MOST_OF_KIND: usize = 20;
 /// A finding below this confidence under any split is called not certain.
 const LEAST_CONFIDENCE: f64 = 0.5;
 
-/// The findings, the most important first. Times are seconds from the first row.
-///
-/// Never empty: without a wheel event the first finding states the minimum load, or why there is none.
-#[must_use]
-pub fn findings(analysis: &Analysis) -> Vec<Finding> {
-    findings_of(analysis, usize::MAX)
-}
-
-/// The same, but of each kind of event only the worst ones. The last findings state how many were left out.
-#[must_use]
-pub fn main_findings(analysis: &Analysis) -> Vec<Finding> {
-    findings_of(analysis, MOST_OF_KIND)
-}
-
-fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
-    let scene = Scene::of(analysis);
-    let (mut events, left_out) = worst_of_each_kind(&analysis.events, most_of_kind);
-    events.sort_by_key(|event| (rank(event.kind), event.start_ns));
-    let of_input = events.iter().position(|event| !event.kind.is_stability());
-    let (stability, of_input) = events.split_at(of_input.unwrap_or(events.len()));
-    let open = open_split::wheels(analysis);
-    let may_conclude = analysis.gross_inputs.is_empty();
-    let has_event = stability.iter().any(|event| event.kind.is_observed());
-    let calm = (!has_event && may_conclude)
-        .then(|| scene.without_event(lowest_load(analysis), &open, analysis));
-    let others = has_event.then(|| scene.other_wheels(stability, &open));
-    let partly = has_event.then(|| partly_known(analysis));
-    let finding = |event: &&Event| scene.finding(event);
-    (analysis.gross_inputs.iter().map(gross_finding))
-        .chain(calm)
-        .chain(stability.iter().map(finding))
-        .chain(others.flatten())
-        .chain(partly.flatten().map(|known| unknown_rest(&known)))
-        .chain(prevention::finding(analysis))
-        .chain(of_input.iter().map(finding))
-        .chain(left_out)
-        .collect()
-}
-
-/// At most so many events of each kind, the worst ones, and a finding for each kind with more.
-pub(super) fn worst_of_each_kind(events: &[Event], most: usize) -> (Vec<&Event>, Vec<Finding>) {
-    let (mut kept, mut left_out) = (Vec::new(), Vec::new());
-    for &kind in EventKind::all() {
-        let mut of_kind: Vec<&Event> = events.iter().filter(|e| e.kind == kind).collect();
-        if let Some(more) = of_kind.len().checked_sub(most).filter(|&more| more > 0) {
-            of_kind.sort_by(|a, b| b.severity().total_cmp(&a.severity()));
-            of_kind.truncate(most);
-            left_out.push(Finding {
-                headline: format!(
-                    "{more} more events of kind {}, none of them worse, are in events.parquet",
-                    kind.name()
-                ),
-                evidence: Vec::new(),
-            });
-        }
-        kept.extend(of_kind);
-    }
-    (kept, left_out)
-}
-
-/// What the computed part of a log leaves open.
-fn unknown_rest(known: &str) -> Finding {
-    Finding {
-        headline: format!("Wheel loads are known only in {known} of the log"),
-        evidence: vec!["In the rest, wheels may have lifted unseen".into()],
-    }
-}
-
-/// What stands in the way of every conclusion.
-fn gross_finding(input: &GrossInput) -> Finding {
-    let fix = format!("Likely correction: {}", input.fix);
-    Finding {
-        headline: format!("No conclusion is possible. {}", input.headline),
-        evidence: input.evidence.iter().cloned().chain([fix]).collect(),
-    }
-}
-
-/// Findings as a list for a page, each with its evidence.
-pub(super) fn finding_list(findings: &[Finding]) -> Markup {
-    html! {
-        ul.findings {
-            @for finding in findings {
-                li { strong { (finding.headline) } (list(&finding.evidence)) }
-            }
-        }
-    }
-}
-
-/// The smaller, the more important.
-pub(super) fn rank(kind: EventKind) -> usize {
-    match kind {
-        EventKind::TipOver => 0,
-        EventKind::EdgeTipping => 1,
-        EventKind::WheelLift => 2,
-        EventKind::WheelLight => 3,
-        EventKind::LiftNotExcluded => 4,
-        EventKind::InputGap => 5,
-        EventKind::InputFault => 6,
-    }
-}
-
-/// The facts of the analysis that findings use besides the event.
-pub(super) struct Scene {
-    start_ns: i64,
-    wheels: Vec<WheelFacts>,
-    split_rule: String,
-    deciding: String,
-    is_sparse: bool,
-}
-
-struct WheelFacts {
-    name: String,
-    static_n: f64,
-    limit_n: Option<f64>,
-}
-
-struct LowestLoad {
-    wheel: usize,
-    load_n: f64,
-    time_ns: i64,
-    valid_rows: usize,
-    /// Whether equilibrium leaves the load of a wheel open.
-    is_split_open: bool,
-}
-
 impl Scene {
-    pub(super) fn of(analysis: &Analysis) -> Self {
-        let machine = &analysis.machine;
-        let limits = analysis.min_loads_n.as_deref().unwrap_or_default();
-        let wheels = machine.wheels().iter().enumerate();
-        let wheels = wheels.map(|(wheel, facts)| WheelFacts {
-            name: facts.name.clone(),
-            static_n: machine.reference().static_load[wheel],
-            limit_n: limits.get(wheel).copied(),
-        });
-        Self {
-            start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
-            wheels: wheels.collect(),
-            split_rule: split_rule(machine),
-            deciding: deciding_measurements(machine),
-            is_sparse: analysis.coverage.between_rows.is_some(),
-        }
-    }
-
-    /// Seconds from the first row.
-    pub(super) fn seconds(&self, time_ns: i64) -> f64 {
-        time_ns.saturating_sub(self.start_ns) as f64 * 1e-9
-    }
-
-    /// Display name of the wheel, edge or signal.
-    pub(super) fn subject(&self, event: &Event) -> String {
-        match event.kind {
-            EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => self
-                .wheel(&event.subject)
-                .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
-            _ => event.subject.clone(),
-        }
-    }
-
-    fn wheel(&self, subject: &str) -> Option<&WheelFacts> {
-        self.wheels
-            .iter()
-            .find(|wheel| wheel.name.to_lowercase() == subject)
-    }
-
-    fn finding(&self, event: &Event) -> Finding {
+    pub(super) fn finding(&self, event: &Event) -> Finding {
         let confidence = event.certainty.map_or(String::new(), |certainty| {
             format!(" (confidence {})", probability(certainty))
         });
@@ -371,117 +197,7 @@ impl Scene {
         let limit = wheel.limit_n.map_or(String::new(), |limit| {
             format!(", limit {} N", number(limit))
         });
-        format!(" ({}{limit})", share(event.worst, wheel.static_n))
-    }
-
-    fn without_event(
-        &self,
-        lowest: Option<LowestLoad>,
-        open: &[OpenWheel],
-        analysis: &Analysis,
-    ) -> Finding {
-        let Some(lowest) = lowest else {
-            return Finding {
-                headline: "Wheel loads cannot be computed in any row".into(),
-                evidence: reasons(analysis),
-            };
-        };
-        let wheel = &self.wheels[lowest.wheel];
-        let claim = match wheel.limit_n {
-            Some(_) => "wheel fell below its load limit",
-            None => "wheel left the ground",
-        };
-        let coverage = &analysis.coverage;
-        let claim = match partly_known(analysis) {
-            known if coverage.between_rows.is_some() => format!(
-                "At the rows of this sparse log{}, no {claim}",
-                known.map_or(String::new(), |known| format!(" (known in {known})"))
-            ),
-            Some(known) => format!("In the {known} of the log with known wheel loads, no {claim}"),
-            None => format!("No {claim}"),
-        };
-        let split = match (open.is_empty(), lowest.is_split_open) {
-            (false, _) => format!(
-                " under the {}; another split that equilibrium allows could have unloaded {}",
-                self.split_rule,
-                self.names(open)
-            ),
-            (true, true) if open_split::is_known(analysis) => " under any split of the load".into(),
-            (true, true) => format!(" under the {}", self.split_rule),
-            (true, false) => String::new(),
-        };
-        let between = match (coverage.between_rows, coverage.lift_not_excluded_s()) {
-            (_, Some(seconds)) => format!(
-                "; between them a lift cannot be excluded for {seconds:.1} of {:.1} s",
-                coverage.computable_s
-            ),
-            (Some(_), None) => {
-                "; between them the stated greatest rates and accelerations exclude a lift under that split".into()
-            }
-            (None, None) => String::new(),
-        };
-        let limit = match wheel.limit_n {
-            Some(limit_n) => format!("Load limit of wheel {}: {} N", wheel.name, number(limit_n)),
-            None => "No load limit is set".into(),
-        };
-        let (rows, valid) = (analysis.rows.len(), lowest.valid_rows);
-        let scope = (valid < rows)
-            .then(|| format!("Based on the {valid} valid rows of {rows}; the others are unknown"));
-        let ranges = self.ranges(open);
-        Finding {
-            headline: format!(
-                "{claim}{split}{between}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
-                number(lowest.load_n),
-                share(lowest.load_n, wheel.static_n),
-                wheel.name,
-                self.seconds(lowest.time_ns)
-            ),
-            evidence: [limit].into_iter().chain(ranges).chain(scope).collect(),
-        }
-    }
-
-    /// The wheels without an event of their own that another split could have unloaded.
-    fn other_wheels(&self, events: &[&Event], open: &[OpenWheel]) -> Option<Finding> {
-        let has_event = |open: &OpenWheel| {
-            let name = self.wheels[open.wheel].name.to_lowercase();
-            events.iter().any(|event| event.subject == name)
-        };
-        let others: Vec<OpenWheel> = open.iter().filter(|w| !has_event(w)).copied().collect();
-        (!others.is_empty()).then(|| Finding {
-            headline: format!(
-                "Another split that equilibrium allows could also have unloaded {}",
-                self.names(&others)
-            ),
-            evidence: self.ranges(&others),
-        })
-    }
-
-    fn names(&self, open: &[OpenWheel]) -> String {
-        let names: Vec<&str> = (open.iter())
-            .map(|open| self.wheels[open.wheel].name.as_str())
-            .collect();
-        format!(
-            "wheel{} {}",
-            if names.len() == 1 { "" } else { "s" },
-            names.join(", ")
-        )
-    }
-
-    /// What equilibrium allows each of these wheels, and what would decide it.
-    fn ranges(&self, open: &[OpenWheel]) -> Vec<String> {
-        let range = |open: &OpenWheel| {
-            format!(
-                "Wheel {}: {} N under the {}, {} to {} N under any split, at t = {:.2} s",
-                self.wheels[open.wheel].name,
-                number(open.load_n),
-                self.split_rule,
-                number(open.least_n),
-                number(open.largest_n),
-                self.seconds(open.time_ns)
-            )
-        };
-        let deciding = (!open.is_empty()).then(|| self.deciding.clone());
-        open.iter().map(range).chain(deciding).collect()
+        format!(" ({}{limit})", wheel.share(event.worst))
     }
 }
 
@@ -511,54 +227,6 @@ fn shares_in_words(causes: &EventCauses) -> String {
     all.join(", ")
 }
 
-/// The time with known loads, of a log of which more than a hundredth is unknown.
-fn partly_known(analysis: &Analysis) -> Option<String> {
-    let coverage = &analysis.coverage;
-    (!coverage.is_whole()).then(|| coverage.to_string())
-}
-
-/// How often each reason makes a row invalid.
-fn reasons(analysis: &Analysis) -> Vec<String> {
-    if analysis.rows.is_empty() {
-        return vec!["There are no rows".into()];
-    }
-    let counts = reason_counts(analysis).into_iter();
-    counts
-        .map(|(reason, rows)| format!("{} in {rows} rows", readable(reason.name())))
-        .collect()
-}
-
-/// In how many rows each reason occurs.
-pub(super) fn reason_counts(analysis: &Analysis) -> BTreeMap<Reason, usize> {
-    let mut counts = BTreeMap::new();
-    for reason in analysis
-        .rows
-        .reasons
-        .iter()
-        .flat_map(|reasons| reasons.iter())
-    {
-        *counts.entry(reason).or_default() += 1;
-    }
-    counts
-}
-
-/// The lowest load of the valid rows, the first of equal ones.
-fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
-    let wheels = analysis.digest.wheels.iter().enumerate();
-    let lowest = wheels.filter_map(|(wheel, found)| Some((wheel, found.lowest?)));
-    let (wheel, lowest) = lowest.reduce(|least, next| match next.1.load_n < least.1.load_n {
-        true => next,
-        false => least,
-    })?;
-    Some(LowestLoad {
-        wheel,
-        load_n: lowest.load_n,
-        time_ns: analysis.rows.times_ns[lowest.row],
-        valid_rows: analysis.digest.valid_rows,
-        is_split_open: lowest.is_split_open,
-    })
-}
-
 /// Whether the log ends while the machine tips about an edge, before it has tipped over.
 fn is_undecided(event: &Event) -> bool {
     let rotation = event.rotation_rad.unwrap_or(0.0);
@@ -575,18 +243,11 @@ fn duration(event: &Event) -> String {
     }
 }
 
-fn share(load_n: f64, static_n: f64) -> String {
-    if load_n.is_finite() && static_n > 0.0 {
-        format!("{} of its static load", percent(load_n / static_n))
-    } else {
-        "its static load is not computable".to_string()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::events::CauseShare;
+    use crate::report::findings::scene::WheelFacts;
 
     fn scene() -> Scene {
         let wheel = |name: &str| WheelFacts {
@@ -736,17 +397,6 @@ mod tests {
         assert!(
             worst.contains("Minimum load: 0 N (0.0 % of its static load"),
             "{worst}"
-        );
-    }
-
-    #[test]
-    fn the_worst_kind_comes_first() {
-        use EventKind::{EdgeTipping, InputGap, TipOver, WheelLift, WheelLight};
-        let mut kinds = [InputGap, WheelLight, TipOver, WheelLift, EdgeTipping];
-        kinds.sort_by_key(|&kind| rank(kind));
-        assert_eq!(
-            kinds,
-            [TipOver, EdgeTipping, WheelLift, WheelLight, InputGap]
         );
     }
 }

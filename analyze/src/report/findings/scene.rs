@@ -1,0 +1,73 @@
+//! The facts of an analysis that findings use besides the event.
+
+use crate::analysis::Analysis;
+use crate::events::split_rule::{deciding_measurements, split_rule};
+use crate::events::{Event, EventKind};
+use crate::page::percent;
+
+/// The facts of the analysis that findings use besides the event.
+pub(in crate::report) struct Scene {
+    pub(super) start_ns: i64,
+    pub(super) wheels: Vec<WheelFacts>,
+    pub(super) split_rule: String,
+    pub(super) deciding: String,
+    pub(super) is_sparse: bool,
+}
+
+pub(super) struct WheelFacts {
+    pub(super) name: String,
+    pub(super) static_n: f64,
+    pub(super) limit_n: Option<f64>,
+}
+
+impl Scene {
+    pub(in crate::report) fn of(analysis: &Analysis) -> Self {
+        let machine = &analysis.machine;
+        let limits = analysis.min_loads_n.as_deref().unwrap_or_default();
+        let wheels = machine.wheels().iter().enumerate();
+        let wheels = wheels.map(|(wheel, facts)| WheelFacts {
+            name: facts.name.clone(),
+            static_n: machine.reference().static_load[wheel],
+            limit_n: limits.get(wheel).copied(),
+        });
+        Self {
+            start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
+            wheels: wheels.collect(),
+            split_rule: split_rule(machine),
+            deciding: deciding_measurements(machine),
+            is_sparse: analysis.coverage.between_rows.is_some(),
+        }
+    }
+
+    /// Seconds from the first row.
+    pub(in crate::report) fn seconds(&self, time_ns: i64) -> f64 {
+        time_ns.saturating_sub(self.start_ns) as f64 * 1e-9
+    }
+
+    /// Display name of the wheel, edge or signal.
+    pub(in crate::report) fn subject(&self, event: &Event) -> String {
+        match event.kind {
+            EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => self
+                .wheel(&event.subject)
+                .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
+            _ => event.subject.clone(),
+        }
+    }
+
+    pub(super) fn wheel(&self, subject: &str) -> Option<&WheelFacts> {
+        self.wheels
+            .iter()
+            .find(|wheel| wheel.name.to_lowercase() == subject)
+    }
+}
+
+impl WheelFacts {
+    /// A load of the wheel (N) as a share of its static load, in words.
+    pub(super) fn share(&self, load_n: f64) -> String {
+        if load_n.is_finite() && self.static_n > 0.0 {
+            format!("{} of its static load", percent(load_n / self.static_n))
+        } else {
+            "its static load is not computable".to_string()
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! What is said of a log without an event, and of the wheels without one.
+
+use std::collections::BTreeMap;
+
+use tipwatch_mechanics::state::Reason;
+
+use super::scene::Scene;
+use crate::analysis::Analysis;
+use crate::events::{Event, Finding};
+use crate::page::{number, readable};
+use crate::report::open_split::{self, OpenWheel};
+
+struct LowestLoad {
+    wheel: usize,
+    load_n: f64,
+    time_ns: i64,
+    valid_rows: usize,
+    /// Whether equilibrium leaves the load of a wheel open.
+    is_split_open: bool,
+}
+
+impl Scene {
+    /// The first finding of a log without an event: the minimum load, or why there is none.
+    pub(super) fn without_event(&self, open: &[OpenWheel], analysis: &Analysis) -> Finding {
+        let Some(lowest) = lowest_load(analysis) else {
+            return Finding {
+                headline: "Wheel loads cannot be computed in any row".into(),
+                evidence: reasons(analysis),
+            };
+        };
+        let wheel = &self.wheels[lowest.wheel];
+        let claim = match wheel.limit_n {
+            Some(_) => "wheel fell below its load limit",
+            None => "wheel left the ground",
+        };
+        let coverage = &analysis.coverage;
+        let claim = match partly_known(analysis) {
+            known if coverage.between_rows.is_some() => format!(
+                "At the rows of this sparse log{}, no {claim}",
+                known.map_or(String::new(), |known| format!(" (known in {known})"))
+            ),
+            Some(known) => format!("In the {known} of the log with known wheel loads, no {claim}"),
+            None => format!("No {claim}"),
+        };
+        let split = match (open.is_empty(), lowest.is_split_open) {
+            (false, _) => format!(
+                " under the {}; another split that equilibrium allows could have unloaded {}",
+                self.split_rule,
+                self.names(open)
+            ),
+            (true, true) if open_split::is_known(analysis) => " under any split of the load".into(),
+            (true, true) => format!(" under the {}", self.split_rule),
+            (true, false) => String::new(),
+        };
+        let between = match (coverage.between_rows, coverage.lift_not_excluded_s()) {
+            (_, Some(seconds)) => format!(
+                "; between them a lift cannot be excluded for {seconds:.1} of {:.1} s",
+                coverage.computable_s
+            ),
+            (Some(_), None) => {
+                "; between them the stated greatest rates and accelerations exclude a lift under that split".into()
+            }
+            (None, None) => String::new(),
+        };
+        let limit = match wheel.limit_n {
+            Some(limit_n) => format!("Load limit of wheel {}: {} N", wheel.name, number(limit_n)),
+            None => "No load limit is set".into(),
+        };
+        let (rows, valid) = (analysis.rows.len(), lowest.valid_rows);
+        let scope = (valid < rows)
+            .then(|| format!("Based on the {valid} valid rows of {rows}; the others are unknown"));
+        let ranges = self.ranges(open);
+        Finding {
+            headline: format!(
+                "{claim}{split}{between}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
+                number(lowest.load_n),
+                wheel.share(lowest.load_n),
+                wheel.name,
+                self.seconds(lowest.time_ns)
+            ),
+            evidence: [limit].into_iter().chain(ranges).chain(scope).collect(),
+        }
+    }
+
+    /// The wheels without an event of their own that another split could have unloaded.
+    pub(super) fn other_wheels(&self, events: &[&Event], open: &[OpenWheel]) -> Option<Finding> {
+        let has_event = |open: &OpenWheel| {
+            let name = self.wheels[open.wheel].name.to_lowercase();
+            events.iter().any(|event| event.subject == name)
+        };
+        let others: Vec<OpenWheel> = open.iter().filter(|w| !has_event(w)).copied().collect();
+        (!others.is_empty()).then(|| Finding {
+            headline: format!(
+                "Another split that equilibrium allows could also have unloaded {}",
+                self.names(&others)
+            ),
+            evidence: self.ranges(&others),
+        })
+    }
+
+    fn names(&self, open: &[OpenWheel]) -> String {
+        let names: Vec<&str> = (open.iter())
+            .map(|open| self.wheels[open.wheel].name.as_str())
+            .collect();
+        format!(
+            "wheel{} {}",
+            if names.len() == 1 { "" } else { "s" },
+            names.join(", ")
+        )
+    }
+
+    /// What equilibrium allows each of these wheels, and what would decide it.
+    fn ranges(&self, open: &[OpenWheel]) -> Vec<String> {
+        let range = |open: &OpenWheel| {
+            format!(
+                "Wheel {}: {} N under the {}, {} to {} N under any split, at t = {:.2} s",
+                self.wheels[open.wheel].name,
+                number(open.load_n),
+                self.split_rule,
+                number(open.least_n),
+                number(open.largest_n),
+                self.seconds(open.time_ns)
+            )
+        };
+        let deciding = (!open.is_empty()).then(|| self.deciding.clone());
+        open.iter().map(range).chain(deciding).collect()
+    }
+}
+
+/// The time with known loads, of a log of which more than a hundredth is unknown.
+pub(super) fn partly_known(analysis: &Analysis) -> Option<String> {
+    let coverage = &analysis.coverage;
+    (!coverage.is_whole()).then(|| coverage.to_string())
+}
+
+/// How often each reason makes a row invalid.
+fn reasons(analysis: &Analysis) -> Vec<String> {
+    if analysis.rows.is_empty() {
+        return vec!["There are no rows".into()];
+    }
+    let counts = reason_counts(analysis).into_iter();
+    counts
+        .map(|(reason, rows)| format!("{} in {rows} rows", readable(reason.name())))
+        .collect()
+}
+
+/// In how many rows each reason occurs.
+pub(in crate::report) fn reason_counts(analysis: &Analysis) -> BTreeMap<Reason, usize> {
+    let mut counts = BTreeMap::new();
+    for reason in analysis
+        .rows
+        .reasons
+        .iter()
+        .flat_map(|reasons| reasons.iter())
+    {
+        *counts.entry(reason).or_default() += 1;
+    }
+    counts
+}
+
+/// The lowest load of the valid rows, the first of equal ones.
+fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
+    let wheels = analysis.digest.wheels.iter().enumerate();
+    let lowest = wheels.filter_map(|(wheel, found)| Some((wheel, found.lowest?)));
+    let (wheel, lowest) = lowest.reduce(|least, next| match next.1.load_n < least.1.load_n {
+        true => next,
+        false => least,
+    })?;
+    Some(LowestLoad {
+        wheel,
+        load_n: lowest.load_n,
+        time_ns: analysis.rows.times_ns[lowest.row],
+        valid_rows: analysis.digest.valid_rows,
+        is_split_open: lowest.is_split_open,
+    })
+}
