@@ -22,8 +22,8 @@ pub use error::SheetError;
 pub use prior::{Assumption, Template};
 pub use quantity::{Angle, Length, Mass, Quantity, Stiffness};
 pub use sheet::{
-    Arm, Articulation, Axle, Cylinder, Load, Outriggers, Segment, SegmentKind, Sheet, Slew,
-    Superstructure, Tool, Tracks,
+    Arm, Articulation, Axle, Cylinder, Load, Outriggers, OutriggersSet, Segment, SegmentKind,
+    Sheet, Slew, Superstructure, Switch, Tool, Tracks,
 };
 
 impl Sheet {

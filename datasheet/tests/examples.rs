@@ -167,3 +167,47 @@ fn every_assumption_is_told_with_its_reason() {
         }
     }
 }
+
+#[test]
+fn a_crane_whose_sheet_says_that_its_outriggers_are_set_stands_on_them() {
+    let text = Template::MobileCrane.example();
+    let on = text.replace("[[outriggers]]", "[[outriggers]]\nset = true");
+    let machine = Sheet::from_toml(&on, "crane.toml")
+        .unwrap()
+        .machine()
+        .unwrap();
+    let (loads, mass) = weigh(&machine);
+    let names: Vec<&str> = loads.iter().map(|(name, _)| name.as_str()).collect();
+    let pads = [
+        "OUTRIGGER_FL",
+        "OUTRIGGER_FR",
+        "OUTRIGGER_RL",
+        "OUTRIGGER_RR",
+    ];
+    assert_eq!(names, pads);
+    let total: f64 = loads.iter().map(|(_, load)| load).sum();
+    assert!((total / (9.806_65 * mass) - 1.0).abs() < 1e-9, "{loads:?}");
+    assert!(loads.iter().all(|(_, load)| *load > 0.0), "{loads:?}");
+}
+
+#[test]
+fn signals_of_outriggers_become_supports_that_come_and_go() {
+    let text = Template::MobileCrane.example();
+    let set = "[[outriggers]]\nset = { left = { topic = \"/pads\", field = \"left\" }, \
+               right = { topic = \"/pads\", field = \"right\", above = 0.9 } }";
+    let text = text.replace("[[outriggers]]", set);
+    let machine = Sheet::from_toml(&text, "crane.toml")
+        .unwrap()
+        .machine()
+        .unwrap();
+    let file = machine.machine_file("machine.urdf", None);
+    let spec = MachineSpec::from_toml(&file, "machine.toml").unwrap();
+    let checked = spec
+        .check(&machine.urdf(), "machine.urdf", LogFacts::default())
+        .unwrap();
+    let supports = checked.supports();
+    assert!(supports.vary());
+    assert_eq!(supports.all.len(), 12);
+    assert!(file.contains("above = 0.9"), "{file}");
+    assert_eq!(file.matches("raised_by = [").count(), 8, "{file}");
+}

@@ -266,6 +266,22 @@ fn derivatives_by_measured_loads_are_differences() {
 }
 
 #[test]
+fn wheels_are_off_the_ground_where_what_raises_them_is_always_set() {
+    let text = toml(&FEET, "");
+    let constant = |line: &str| match line.starts_with("set =") {
+        true => "set = true".to_owned(),
+        false => line.to_owned(),
+    };
+    let unmeasured = text.lines().filter(|line| !line.starts_with("force"));
+    let text: Vec<String> = unmeasured.map(constant).collect();
+    let machine = checked(&text.join("\n")).unwrap();
+    assert!(!machine.supports().vary());
+    assert_eq!(machine.supports().not_constant(), None);
+    let names: Vec<&str> = machine.wheels().iter().map(|w| w.name.as_str()).collect();
+    assert_eq!(names, FEET.map(|(name, ..)| name));
+}
+
+#[test]
 fn a_track_stands_along_its_length() {
     let tracks = "[tracks.LEFT]\nlink = \"base_link\"\nfrom = [-1.4, 1.1, -0.5]\nto = [1.4, 1.1, -0.5]\npoints = 4\n\
                   [tracks.RIGHT]\nlink = \"base_link\"\nfrom = [-1.4, -1.1, -0.5]\nto = [1.4, -1.1, -0.5]\npoints = 4\n";

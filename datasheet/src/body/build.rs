@@ -1,10 +1,10 @@
 //! Builds the bodies of a sheet: frames, running gear, slew and superstructure, arm, outriggers.
 
-use super::machine::{Joint, JointKind, Link, Machine, Role, Shape, Solid};
+use super::machine::{Joint, JointKind, Link, Machine, Outrigger, PadSet, Role, Shape, Solid};
 use super::reach::reach;
 use crate::error::SheetError;
 use crate::prior::{Assumptions, Prior, Template};
-use crate::sheet::Sheet;
+use crate::sheet::{OutriggersSet, Sheet};
 
 pub(super) const YELLOW: [f64; 3] = [0.93, 0.70, 0.13];
 pub(super) const DARK: [f64; 3] = [0.20, 0.21, 0.23];
@@ -454,7 +454,16 @@ impl Build<'_> {
                 (i, n) if i + 1 == n => "r".to_owned(),
                 (i, _) => format!("m{i}"),
             };
-            for (side, sign) in [("l", 1.0), ("r", -1.0)] {
+            let sets = match pair.set {
+                None => [None, None],
+                Some(OutriggersSet::Always(on)) => {
+                    [Some(PadSet::Always(on)), Some(PadSet::Always(on))]
+                }
+                Some(OutriggersSet::Signals { left, right }) => {
+                    [left, right].map(|switch| Some(PadSet::While(switch)))
+                }
+            };
+            for ((side, sign), set) in [("l", 1.0), ("r", -1.0)].into_iter().zip(sets) {
                 let name = format!("outrigger_{end}{side}");
                 let y = sign * pair.base.si / 2.0;
                 let link = self.fixed(&name, frame, [x, y, 0.0]);
@@ -466,7 +475,7 @@ impl Build<'_> {
                 let inner = sign * 0.3 * self.size.width;
                 let beam = Solid::Box([0.16, (y - inner).abs().max(0.05), 0.16]);
                 self.draw(link, beam, [x, 0.5 * (y + inner), height], GREY);
-                self.machine.outriggers.push(name);
+                self.machine.outriggers.push(Outrigger { link: name, set });
             }
         }
         if count > 0 {

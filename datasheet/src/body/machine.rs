@@ -1,6 +1,7 @@
 //! A machine as bodies, before it is written as URDF and machine file.
 
 use crate::prior::{Assumption, Template};
+use crate::sheet::Switch;
 
 /// A machine from a sheet. The base frame is on the ground in the middle between first and last axle: x forward,
 /// y to the left, z up.
@@ -31,7 +32,7 @@ pub struct Machine {
     pub(crate) linkages: Vec<Linkage>,
     pub(crate) arm_root: String,
     pub(crate) tool: Option<String>,
-    pub(crate) outriggers: Vec<String>,
+    pub(crate) outriggers: Vec<Outrigger>,
     pub(crate) has_tracks: bool,
     pub(crate) rated_load: Option<(f64, f64)>,
     /// Overall height (m).
@@ -42,6 +43,36 @@ pub struct Machine {
     pub(crate) slew_x: Option<f64>,
     /// Standard deviation of the height of the centre of mass (m).
     pub(crate) height_sigma: f64,
+}
+
+/// An outrigger, with the sole of its pad on the ground.
+#[derive(Debug, Clone)]
+pub(crate) struct Outrigger {
+    /// Its link.
+    pub(crate) link: String,
+    /// When it stands on the ground; `None` if the sheet does not say.
+    pub(crate) set: Option<PadSet>,
+}
+
+/// When a pad stands on the ground.
+#[derive(Debug, Clone)]
+pub(crate) enum PadSet {
+    Always(bool),
+    While(Switch),
+}
+
+impl Outrigger {
+    /// Its name as a support of the machine file.
+    pub(crate) fn support(&self) -> String {
+        self.link.to_uppercase()
+    }
+
+    /// Whether it stands on the ground at some time.
+    pub(crate) fn may_be_set(&self) -> bool {
+        self.set
+            .as_ref()
+            .is_some_and(|set| !matches!(set, PadSet::Always(false)))
+    }
 }
 
 /// A rigid body and the joint that holds it.

@@ -9,6 +9,6 @@ mod pose;
 mod reach;
 
 pub(crate) use build::build;
-pub(crate) use machine::Role;
 pub use machine::{Joint, JointKind, Link, Machine, Shape, Solid, Wheel};
+pub(crate) use machine::{Outrigger, PadSet, Role};
 pub(crate) use pose::poses;

@@ -63,6 +63,7 @@ impl Machine {
     }
 
     fn write_wheels(&self, out: &mut String) {
+        let raised_by = supports::wheel_raised_by(self);
         for wheel in &self.wheels {
             let _ = writeln!(
                 out,
@@ -71,6 +72,9 @@ impl Machine {
                 quoted(&self.links[wheel.link].name),
                 float(wheel.radius)
             );
+            if let Some(raised_by) = &raised_by {
+                let _ = writeln!(out, "{raised_by}");
+            }
         }
     }
 

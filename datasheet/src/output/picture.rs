@@ -152,7 +152,10 @@ impl Machine {
         if self.has_tracks {
             polygons[0].2 = "support polygon of the tracks";
         }
-        let pads = self.outriggers.iter().filter_map(|name| self.link(name));
+        let pads = self
+            .outriggers
+            .iter()
+            .filter_map(|pad| self.link(&pad.link));
         let pads: Vec<[f64; 2]> = pads.map(|link| View::Top.of(&self.place(link))).collect();
         if !pads.is_empty() {
             polygons.push((hull(pads), "#b3261e", "outriggers"));

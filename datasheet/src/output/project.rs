@@ -47,7 +47,7 @@ pub(super) fn outlines(machine: &Machine, view: View) -> Vec<Outline> {
     let at = poses(&machine.links, &positions);
     let mut found: Vec<Outline> = Vec::new();
     for (link, pose) in machine.links.iter().zip(&at) {
-        let is_support = machine.outriggers.contains(&link.name);
+        let is_support = machine.outriggers.iter().any(|pad| pad.link == link.name);
         for shape in &link.shapes {
             found.push(outline(shape, pose, view, is_support));
         }

@@ -2,11 +2,10 @@
 
 use std::fmt::Write;
 
-use super::text::{comment, float};
-use crate::body::Machine;
+use super::text::{comment, float, quoted};
+use crate::body::{Machine, Outrigger, PadSet};
 
-/// Writes what the machine file says about outriggers and tracks. When an outrigger stands on the ground only a log
-/// tells, so they are left open.
+/// Writes what the machine file says about outriggers and tracks.
 pub(super) fn write(out: &mut String, machine: &Machine) {
     if machine.has_tracks {
         comment(
@@ -21,35 +20,69 @@ pub(super) fn write(out: &mut String, machine: &Machine) {
     out.push('\n');
     comment(
         out,
-        "Outriggers. The URDF has a frame at the sole of each pad, set on the ground and fully extended. This file describes \
-         the machine on its wheels. Needed, for a log with the outriggers set: when each pad stands on the ground, as a \
-         constant or a signal; and that the wheels are then off it. Stiffness (N/m): assumed, of a jack on firm ground.",
+        "Outriggers. The URDF has a frame at the sole of each pad, set on the ground and fully extended. Stiffness (N/m): \
+         assumed, of a jack on firm ground.",
     );
-    // ten times as stiff as the tyres of its share of the machine
-    let mean = machine
-        .wheels
-        .iter()
-        .map(|wheel| wheel.stiffness)
-        .sum::<f64>()
-        / machine.outriggers.len() as f64;
-    for name in &machine.outriggers {
-        let _ = writeln!(
-            out,
-            "# [supports.{}]\n# link = \"{name}\"\n# stiffness = {}\n# set = true",
-            name.to_uppercase(),
-            float((10.0 * mean).round())
-        );
+    let (told, open): (Vec<&Outrigger>, Vec<&Outrigger>) =
+        machine.outriggers.iter().partition(|pad| pad.set.is_some());
+    for pad in told {
+        out.push_str(&support(machine, pad));
     }
-    let pads: Vec<String> = machine
-        .outriggers
-        .iter()
-        .map(|name| format!("\"{}\"", name.to_uppercase()))
-        .collect();
+    if open.is_empty() {
+        return;
+    }
     comment(
         out,
-        &format!(
-            "and in each [wheels.NAME]: raised_by = [{}]",
-            pads.join(", ")
-        ),
+        "This file describes the machine without the pads below, because the sheet does not say when they stand on the ground. \
+         Needed, for a log with them set: `set` as a constant or a signal, and that the wheels are then off the ground:",
     );
+    for pad in &open {
+        for line in support(machine, pad).lines() {
+            let _ = writeln!(out, "# {line}");
+        }
+    }
+    comment(
+        out,
+        &format!("and in each [wheels.NAME]: {}", raised_by(&open)),
+    );
+}
+
+/// What holds a wheel off the ground: the pads that may be set, while all of them are. `None` if there are none.
+pub(super) fn wheel_raised_by(machine: &Machine) -> Option<String> {
+    let pads: Vec<&Outrigger> = (machine.outriggers.iter())
+        .filter(|pad| pad.may_be_set())
+        .collect();
+    (!pads.is_empty()).then(|| raised_by(&pads))
+}
+
+fn raised_by(pads: &[&Outrigger]) -> String {
+    let pads: Vec<String> = pads.iter().map(|pad| quoted(&pad.support())).collect();
+    format!("raised_by = [{}]", pads.join(", "))
+}
+
+/// The section of a pad.
+fn support(machine: &Machine, pad: &Outrigger) -> String {
+    // ten times as stiff as the tyres of its share of the machine
+    let tyres: f64 = machine.wheels.iter().map(|wheel| wheel.stiffness).sum();
+    let stiffness = 10.0 * tyres / machine.outriggers.len() as f64;
+    let set = match &pad.set {
+        None => "true".to_owned(),
+        Some(PadSet::Always(on)) => on.to_string(),
+        Some(PadSet::While(switch)) => {
+            let above = switch
+                .above
+                .map_or(String::new(), |above| format!(", above = {}", float(above)));
+            format!(
+                "{{ topic = {}, field = {}{above} }}",
+                quoted(&switch.topic),
+                quoted(&switch.field)
+            )
+        }
+    };
+    format!(
+        "[supports.{}]\nlink = {}\nstiffness = {}\nset = {set}\n",
+        pad.support(),
+        quoted(&pad.link),
+        float(stiffness.round())
+    )
 }

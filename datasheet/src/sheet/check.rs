@@ -1,6 +1,6 @@
 //! Refuses numbers that no machine of this kind has, with the likely correction.
 
-use super::spec::{Axle, Segment, SegmentKind, Sheet};
+use super::spec::{Axle, OutriggersSet, Segment, SegmentKind, Sheet};
 use crate::error::SheetError;
 use crate::prior::ROUNDING;
 
@@ -534,6 +534,20 @@ impl Sheet {
             }
             if let Some(pad) = pair.pad {
                 self.length_in(&place("pad"), pad.si, [0.02, 3.0])?;
+            }
+            let Some(OutriggersSet::Signals { left, right }) = &pair.set else {
+                continue;
+            };
+            for (side, switch) in [("left", left), ("right", right)] {
+                let empty = [("topic", &switch.topic), ("field", &switch.field)];
+                if let Some((key, _)) = empty.into_iter().find(|(_, text)| text.is_empty()) {
+                    let place = place(&format!("set.{side}.{key}"));
+                    return Err(self.wrong(place, "a name", "an empty text", ""));
+                }
+                if let Some(above) = switch.above.filter(|above| !above.is_finite()) {
+                    let place = place(&format!("set.{side}.above"));
+                    return Err(self.wrong(place, "a finite number", above.to_string(), ""));
+                }
             }
         }
         Ok(())

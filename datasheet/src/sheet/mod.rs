@@ -5,7 +5,7 @@ mod spec;
 mod tyre;
 
 pub use spec::{
-    Arm, Articulation, Axle, Cylinder, Load, Outriggers, Segment, SegmentKind, Sheet, Slew,
-    Superstructure, Tool, Tracks,
+    Arm, Articulation, Axle, Cylinder, Load, Outriggers, OutriggersSet, Segment, SegmentKind,
+    Sheet, Slew, Superstructure, Switch, Tool, Tracks,
 };
 pub(crate) use tyre::Tyre;

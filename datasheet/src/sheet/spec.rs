@@ -244,6 +244,35 @@ pub struct Outriggers {
     pub base: Length,
     /// Side or diameter of a pad.
     pub pad: Option<Length>,
+    /// When the pads stand on the ground in the logs of this machine.
+    pub set: Option<OutriggersSet>,
+}
+
+/// When a pair of outriggers stands on the ground.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum OutriggersSet {
+    /// In every row, or in none.
+    Always(bool),
+    /// While a signal of each side says so.
+    Signals {
+        /// Of the left pad.
+        left: Switch,
+        /// Of the right pad.
+        right: Switch,
+    },
+}
+
+/// A number in a log that tells whether something is on.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Switch {
+    /// Topic of the messages.
+    pub topic: String,
+    /// Path of the number in a message.
+    pub field: String,
+    /// The value from which it is on; 0.5 where it is not stated.
+    pub above: Option<f64>,
 }
 
 /// A load at the tool.

@@ -53,10 +53,12 @@ impl Supports {
     /// The first support that comes and goes, or whose load is measured: its key in the machine file.
     #[must_use]
     pub fn not_constant(&self) -> Option<String> {
-        let changes = |presence: &&Presence| {
-            presence.load.is_some()
-                || !presence.raised_by.is_empty()
-                || presence.told.as_ref().is_some_and(PresenceSpec::varies)
+        let told_changes = |presence: &Presence| {
+            presence.load.is_some() || presence.told.as_ref().is_some_and(PresenceSpec::varies)
+        };
+        let changes = |presence: &Presence| {
+            let mut raised_by = presence.raised_by.iter();
+            told_changes(presence) || raised_by.any(|&by| told_changes(&self.presence[by]))
         };
         let mut named = self.all.iter().zip(&self.presence);
         let (wheel, _) = named.find(|(_, presence)| changes(presence))?;
@@ -67,12 +69,18 @@ impl Supports {
     /// is always there.
     #[must_use]
     pub fn at_rest(&self) -> Vec<usize> {
+        let is_always =
+            |support: usize| self.presence[support].told == Some(PresenceSpec::Always(true));
         let stands = |&support: &usize| {
-            let told = &self.presence[support].told;
+            let raised_by = &self.presence[support].raised_by;
             match self.all[support].kind {
-                SupportKind::Wheel => *told != Some(PresenceSpec::Always(true)),
+                SupportKind::Wheel => {
+                    let is_jacked =
+                        !raised_by.is_empty() && raised_by.iter().all(|&by| is_always(by));
+                    !is_always(support) && !is_jacked
+                }
                 SupportKind::TrackPoint => true,
-                SupportKind::Foot => *told == Some(PresenceSpec::Always(true)),
+                SupportKind::Foot => is_always(support),
             }
         };
         (0..self.all.len()).filter(stands).collect()
