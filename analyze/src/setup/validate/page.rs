@@ -37,10 +37,7 @@ pub fn page(found: &Validation) -> String {
 }
 
 fn result(found: &Validation) -> Markup {
-    let text = super::print::text(found);
-    // the last lines sum up; the tables above them are below as tables
-    let lines: Vec<&str> = text.lines().rev().take(2).collect();
-    html! { @for line in lines.iter().rev() { p { (line) } } }
+    html! { @for sentence in super::print::summary(found) { p { (sentence) } } }
 }
 
 fn of_log(log: &LogValidation) -> Markup {

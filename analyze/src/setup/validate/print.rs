@@ -70,9 +70,16 @@ fn write(out: &mut String, found: &Validation) -> std::fmt::Result {
             writeln!(out, "  note: {note}")?;
         }
     }
-    match (found.rms_n, found.rms_share, found.inside_sigma) {
-        (Some(rms), Some(share), [Some(one), Some(two)]) => writeln!(
-            out,
+    for sentence in summary(found) {
+        writeln!(out, "{sentence}")?;
+    }
+    Ok(())
+}
+
+/// What all logs say together, and what that means.
+pub(super) fn summary(found: &Validation) -> [String; 2] {
+    let result = match (found.rms_n, found.rms_share, found.inside_sigma) {
+        (Some(rms), Some(share), [Some(one), Some(two)]) => format!(
             "all loads: root mean square {rms:.1} N ({:.2} % of the mean load); {:.0} % inside one and {:.0} % inside two \
              standard deviations (a normal distribution: {:.0} % and {:.0} %)",
             100.0 * share,
@@ -80,13 +87,11 @@ fn write(out: &mut String, found: &Validation) -> std::fmt::Result {
             100.0 * two,
             100.0 * found.expected_inside[0],
             100.0 * found.expected_inside[1]
-        )?,
-        _ => writeln!(out, "not decided: no measured load could be compared")?,
-    }
-    writeln!(
-        out,
-        "The errors of one machine are much the same in all rows of a log: shares far from the expected ones need several \
-         machines or postures to mean anything. A single wheel's load includes the split between the diagonals, which \
-         uneven ground leaves open."
-    )
+        ),
+        _ => "not decided: no measured load could be compared".into(),
+    };
+    let meaning = "The errors of one machine are much the same in all rows of a log: shares far from the expected ones need \
+                   several machines or postures to mean anything. A single wheel's load includes the split between the \
+                   diagonals, which uneven ground leaves open.";
+    [result, meaning.into()]
 }
