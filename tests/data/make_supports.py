@@ -2,8 +2,8 @@
 
     .venv/bin/python make_supports.py LAB OUT [name...]
 
-LAB is the folder of the simulation laboratory (only its time origin is used); OUT receives NAME.mcap, .toml, .urdf and .truth.parquet
-(loads at 100 Hz, mean over 10 ms). Machines and manoeuvres are described here, contact forces are MuJoCo's.
+LAB is the folder of the simulation laboratory (only its time origin is used); OUT receives NAME.mcap, NAME_clean.mcap (the same without
+noise), NAME.toml, .urdf and .truth.parquet (loads at 100 Hz, mean over 10 ms). Machines and manoeuvres are described here, contact forces are MuJoCo's.
 
 crane       12 t crane on four wheels and four outriggers, 42 s, level ground. It drives, extends its outriggers and lifts its wheels off the
             ground (4 to 12 s), slews its boom over the sides (13 to 30 s), while the ground under the rear right foot sinks by 30 mm from 15 to
@@ -306,16 +306,32 @@ def product(a, b):
             w0 * y1 - x0 * z1 + y0 * w1 + z0 * x1, w0 * z1 + x0 * y1 - y0 * x1 + z0 * w1)
 
 
+CLEAN_BITS = 24
+
+
 def grid(values, bits):
     return np.round(np.asarray(values, dtype=np.float64) * 2.0**bits) / 2.0**bits
 
 
 def write(out, name, parts, joints, rows, up_from_world, toml):
     import polars
+    for log, is_clean in ((name, False), (f"{name}_clean", True)):
+        write_log(out / f"{log}.mcap", joints, rows, up_from_world, is_clean)
+    loads = {f"load_{support.lower()}": np.array([row["loads"][support] for row in rows], dtype=np.float32) for support in rows[0]["loads"]}
+    polars.DataFrame({"t_ns": [stamp(row["t"]) for row in rows], **loads}).gather_every(2).write_parquet(out / f"{name}.truth.parquet")
+    (out / f"{name}.urdf").write_text(urdf(name, parts))
+    (out / f"{name}.toml").write_text(toml)
+    for support, load in loads.items():
+        print(name, support, " ".join(f"{load[min(int(t * 100), len(load) - 1)]:.0f}" for t in np.linspace(0, rows[-1]["t"], 22)))
+    print(f"{name}: {(out / f'{name}.mcap').stat().st_size} bytes, {rows[-1]['t']:.1f} s, weight {sum(p.mass for p in parts) * 9.80665:.0f} N", flush=True)
+
+
+def write_log(path, joints, rows, up_from_world, is_clean):
     types = typestore()
     message = types.types
     random = np.random.default_rng(SEED)
-    noise = lambda sigma, n: random.normal(0.0, sigma, n)
+    noise = lambda sigma, n: random.normal(0.0, 0.0 if is_clean else sigma, n)
+    quantised = lambda values, bits: grid(values, CLEAN_BITS if is_clean else bits)
     header = lambda t: message["std_msgs/msg/Header"](stamp=message["builtin_interfaces/msg/Time"](sec=t // 10**9, nanosec=t % 10**9), frame_id="base_link")
     layout = message["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
     events = []
@@ -324,13 +340,13 @@ def write(out, name, parts, joints, rows, up_from_world, toml):
         if k % 2 == 0:
             q, v = ([row[kind][j] for j in joints] for kind in ("q", "v"))
             events.append((t, "/joint_states", "sensor_msgs/msg/JointState", message["sensor_msgs/msg/JointState"](
-                header=header(t), name=joints, position=grid(q + noise(1e-4, len(q)), 14), velocity=grid(v + noise(1e-3, len(v)), 12), effort=np.zeros(0))))
-            w, x, y, z = grid(product(up_from_world, row["quat"]) + noise(2e-4, 4), 15)
+                header=header(t), name=joints, position=quantised(q + noise(1e-4, len(q)), 14), velocity=quantised(v + noise(1e-3, len(v)), 12), effort=np.zeros(0))))
+            w, x, y, z = quantised(product(up_from_world, row["quat"]) + noise(2e-4, 4), 15)
             vector = message["geometry_msgs/msg/Vector3"]
             events.append((t, "/imu/data", "sensor_msgs/msg/Imu", message["sensor_msgs/msg/Imu"](
                 header=header(t), orientation=message["geometry_msgs/msg/Quaternion"](x=x, y=y, z=z, w=w), orientation_covariance=np.zeros(9),
-                angular_velocity=vector(*grid(row["w"] + noise(1e-3, 3), 14)), angular_velocity_covariance=np.zeros(9),
-                linear_acceleration=vector(*grid(row["f"] + noise(0.02, 3), 11)), linear_acceleration_covariance=np.zeros(9))))
+                angular_velocity=vector(*quantised(row["w"] + noise(1e-3, 3), 14)), angular_velocity_covariance=np.zeros(9),
+                linear_acceleration=vector(*quantised(row["f"] + noise(0.02, 3), 11)), linear_acceleration_covariance=np.zeros(9))))
         if k % 5 == 0 and "set" in row:
             array = message["std_msgs/msg/Float64MultiArray"]
             force = np.round([row["loads"][foot] for foot in FEET] + noise(100.0, len(FEET)))
@@ -338,14 +354,7 @@ def write(out, name, parts, joints, rows, up_from_world, toml):
             flags = message["std_msgs/msg/UInt8MultiArray"](layout=layout, data=np.array([row["set"][foot] for foot in FEET], dtype=np.uint8))
             events.append((t, "/outriggers/set", "std_msgs/msg/UInt8MultiArray", flags))
             events.append((t, "/outriggers/wheels_free", "std_msgs/msg/Bool", message["std_msgs/msg/Bool"](data=bool(row["free"]))))
-    write_mcap(events, types, out / f"{name}.mcap")
-    loads = {f"load_{support.lower()}": np.array([row["loads"][support] for row in rows], dtype=np.float32) for support in rows[0]["loads"]}
-    polars.DataFrame({"t_ns": [stamp(row["t"]) for row in rows], **loads}).gather_every(2).write_parquet(out / f"{name}.truth.parquet")
-    (out / f"{name}.urdf").write_text(urdf(name, parts))
-    (out / f"{name}.toml").write_text(toml)
-    for support, load in loads.items():
-        print(name, support, " ".join(f"{load[min(int(t * 100), len(load) - 1)]:.0f}" for t in np.linspace(0, rows[-1]["t"], 22)))
-    print(f"{name}: {(out / f'{name}.mcap').stat().st_size} bytes, {rows[-1]['t']:.1f} s, weight {sum(p.mass for p in parts) * 9.80665:.0f} N", flush=True)
+    write_mcap(events, types, path)
 
 
 def main():
