@@ -13,6 +13,7 @@ use tipwatch_can::CanId;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::commissioning::Status;
 use tipwatch_mechanics::verdict::Level;
+use tipwatch_storage::redact;
 
 use crate::alarm::default_folder;
 use crate::bridge::input::CanInput;
@@ -400,7 +401,8 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
+        // a URL may come from a file, too
+        eprintln!("error: {}", redact(&format!("{error:#}")));
         ExitCode::from(FAILED)
     })
 }

@@ -15,6 +15,7 @@ use super::fleet::Fleet;
 use crate::call::error::exception;
 use crate::call::interrupt::{Stop, interruptible};
 use crate::call::options::options;
+use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
 
@@ -70,9 +71,9 @@ use crate::machine::machine_file;
 pub(crate) fn screen(
     py: Python<'_>,
     logs: Logs,
-    out: PathBuf,
+    out: Place,
     machine: Option<&Bound<'_, PyAny>>,
-    fleet: Option<PathBuf>,
+    fleet: Option<Place>,
     resume: bool,
     jobs: Option<usize>,
     rate: Option<f64>,
@@ -89,9 +90,11 @@ pub(crate) fn screen(
     }
     let machine = machine.map(machine_file).transpose()?;
     let logs = match logs {
-        Logs::One(log) => vec![log],
-        Logs::Several(logs) => logs,
+        Logs::One(log) => vec![log.into_path()],
+        Logs::Several(logs) => paths(logs),
     };
+    let out = out.into_path();
+    let fleet = fleet.map(Place::into_path);
     let progress = Progress::of(py, progress, "Logs", ())?;
     if runner != "threads" {
         let arguments = PyDict::new(py);
@@ -174,7 +177,7 @@ fn as_in_its_file(machine: MachineFile) -> PyResult<PathBuf> {
 #[derive(FromPyObject)]
 pub(crate) enum Logs {
     #[pyo3(transparent)]
-    One(PathBuf),
+    One(Place),
     #[pyo3(transparent)]
-    Several(Vec<PathBuf>),
+    Several(Vec<Place>),
 }

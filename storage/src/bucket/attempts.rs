@@ -146,6 +146,7 @@ fn told(error: &StoreError, status: Option<u16>) -> String {
             while let Some(next) = cause.source() {
                 cause = next;
             }
+            // whole words of a secret are found in the whole text only
             redact(&cause.to_string())
                 .chars()
                 .take(MOST_WORDS)
