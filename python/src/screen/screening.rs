@@ -1,5 +1,6 @@
 //! `screen`: chooses who runs the analyses.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -61,7 +62,8 @@ use crate::machine::machine_file;
 ///     There is no log, or the folder cannot be used. A log that cannot be analysed is not an error: the data set
 ///     has it with the reason and its kind; so is a log whose worker is lost.
 /// KeyboardInterrupt
-///     Ctrl+C, once the logs in work are finished: the data set stays whole, and ``resume=True`` continues.
+///     Ctrl+C, once the logs in work are finished (standard error says so): the data set stays whole, and
+///     ``resume=True`` continues.
 #[pyfunction]
 #[pyo3(signature = (
     logs, *, out, machine=None, fleet=None, resume=false, jobs=None, rate=None, estimator=None, model=None,
@@ -110,6 +112,7 @@ pub(crate) fn screen(
         arguments.set_item("min_valid", min_valid)?;
         arguments.set_item("retries", retries)?;
         arguments.set_item("tell", progress.function())?;
+        let logs: Vec<OsString> = logs.into_iter().map(PathBuf::into_os_string).collect();
         let engines = py.import("tipwatch._engines")?;
         let found = engines.call_method("screen", (runner, logs), Some(&arguments));
         progress.end(found.is_ok())?;
