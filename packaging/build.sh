@@ -4,6 +4,7 @@
 #   OUT/tipwatch_VERSION_ARCH.deb     both programs, systemd units, manual pages, completions, C header, bill of materials
 #   OUT/tipwatch-VERSION-*.whl        the Python module with both programs (abi3: Python 3.11 and later)
 #   OUT/tipwatch.cdx.json             bill of materials: every crate with version, hash and licence (CycloneDX)
+#   OUT/THIRD-PARTY.txt               the texts of these licences; packages contain it
 #
 # TIPWATCH_PROFILE=dev builds without optimisation; TIPWATCH_BUILT=FOLDER takes programs that are built: for a quick trial.
 # The programs need an x86-64-v3 processor (2015 and later); RUSTFLAGS="" builds them for any x86-64.
@@ -30,7 +31,8 @@ else
     cargo build --profile "$profile" --locked --bins -p tipwatch-analyze -p tipwatch-live -p tipwatch-packaging
 fi
 "$target/tipwatch-packaging" sbom >"$work/tipwatch.cdx.json"
-if want sbom; then cp "$work/tipwatch.cdx.json" "$out/"; fi
+"$target/tipwatch-packaging" third-party >"$work/THIRD-PARTY.txt"
+if want sbom; then cp "$work/tipwatch.cdx.json" "$work/THIRD-PARTY.txt" "$out/"; fi
 
 if want deb; then
     root=$work/deb
@@ -50,9 +52,10 @@ if want deb; then
     doc=$root/usr/share/doc/tipwatch
     install -D -m 644 -t "$doc" "$work/tipwatch.cdx.json" README.md
     gzip -9nc CHANGELOG.md >"$doc/changelog.gz"
+    gzip -9nc "$work/THIRD-PARTY.txt" >"$doc/THIRD-PARTY.txt.gz"
     {
-        echo "Tipwatch is licensed under MIT or Apache-2.0, at your choice. The crates in it and their licences are listed in"
-        echo "tipwatch.cdx.json beside this file."
+        echo "Tipwatch is licensed under MIT or Apache-2.0, at your choice. The crates in it are listed in tipwatch.cdx.json"
+        echo "beside this file; the texts of their licences are in THIRD-PARTY.txt.gz."
         echo
         cat LICENSE-MIT
         echo
@@ -87,6 +90,7 @@ if want wheel; then
     strip --strip-unneeded "$scripts/tipwatch-live"
     maturin=${MATURIN:-maturin}
     "$maturin" build --profile "$profile" --locked --manifest-path python/Cargo.toml --out "$work/wheels"
-    packaging/wheel_with_program.py "$work"/wheels/*.whl "$scripts/tipwatch-live" "$out"
+    packaging/wheel_with_files.py "$work"/wheels/*.whl "$out" --program "$scripts/tipwatch-live" \
+        --licence LICENSE-MIT --licence LICENSE-APACHE --licence "$work/THIRD-PARTY.txt"
 fi
 ls -l "$out"

@@ -4,11 +4,15 @@
 mod faults;
 #[path = "object_storage/image_log.rs"]
 mod image_log;
+#[path = "object_storage/other_clouds.rs"]
+mod other_clouds;
 #[path = "object_storage/program.rs"]
 mod program;
 #[path = "object_storage/reading.rs"]
 mod reading;
-// shared with the tests of the crate that talks to it
+// shared with the tests of the crate that talks to them
+#[path = "../storage/tests/clouds/mod.rs"]
+mod clouds;
 #[path = "../storage/tests/server/mod.rs"]
 mod server;
 

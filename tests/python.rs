@@ -36,6 +36,7 @@ mod needs_ray {
     #[ignore = "needs python3 with pytest, numpy, polars, ray, boto3 and moto"]
     fn fleets_on_ray_lose_no_log() {
         super::pytest("engines/test_ray.py", None);
+        super::pytest("engines/test_session.py", None);
     }
 }
 

@@ -24,6 +24,7 @@ mod plausibility; // implausible signals
 mod prediction; // lead time and false alarms of the prediction, compared with simulated ground truth
 mod python; // the Python package
 mod real_logs; // logs of real robots
+mod redaction; // secrets of URLs leave the programs by no door
 mod redundancy; // wrong sensors found by comparison with each other
 mod reference_posture; // utilisation does not depend on when a recording begins
 mod second_paper; // results of the second paper, and the gain from cylinder pressures

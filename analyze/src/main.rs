@@ -11,6 +11,5 @@ use tipwatch_analyze::cli;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    let arguments = cli::arguments(std::env::args_os());
-    cli::run(&cli::Cli::parse_from(arguments))
+    cli::run(&cli::Cli::parse_from(tipwatch_storage::arguments()))
 }

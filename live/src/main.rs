@@ -6,5 +6,5 @@ use clap::Parser;
 use tipwatch_live::cli;
 
 fn main() -> ExitCode {
-    cli::run(&cli::Cli::parse())
+    cli::run(&cli::Cli::parse_from(tipwatch_storage::arguments()))
 }

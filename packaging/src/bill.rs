@@ -45,6 +45,10 @@ pub struct Crate {
     pub source: Option<String>,
     /// SHA-256 of its archive, from `Cargo.lock`.
     pub sha256: Option<String>,
+    /// Who wrote it, as the crate states it.
+    pub authors: Vec<String>,
+    /// The folder of its sources.
+    pub folder: PathBuf,
 }
 
 /// The root of the workspace.
@@ -139,6 +143,10 @@ fn of_metadata(
             licence: text(&package["license"]),
             source: text(&package["source"]),
             sha256: checksums.get(&key).cloned(),
+            authors: list(&package["authors"]).iter().filter_map(text).collect(),
+            folder: text(&package["manifest_path"])
+                .and_then(|manifest| Some(Path::new(&manifest).parent()?.into()))
+                .unwrap_or_default(),
             name,
             version,
         });
@@ -216,6 +224,8 @@ mod tests {
             licence: licence.map(ToString::to_string),
             source: None,
             sha256: None,
+            authors: Vec::new(),
+            folder: PathBuf::new(),
         }
     }
 

@@ -2,3 +2,4 @@
 
 pub mod bill;
 pub mod pages;
+pub mod third_party;

@@ -3,13 +3,14 @@
 //! ```text
 //!     tipwatch-packaging pages DIR     man/*.1 and completions/ of both programs
 //!     tipwatch-packaging sbom          CycloneDX on stdout; fails on a licence that is not allowed
+//!     tipwatch-packaging third-party   the texts of all licences on stdout
 //! ```
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use tipwatch_packaging::{bill, pages};
+use tipwatch_packaging::{bill, pages, third_party};
 
 /// Makes what packages contain beside the programs.
 #[derive(Debug, Parser)]
@@ -27,12 +28,15 @@ enum Command {
     },
     /// Print the bill of materials: every crate of the programs with version, source, hash and licence.
     Sbom,
+    /// Print the licences of all crates of the programs, with their texts.
+    ThirdParty,
 }
 
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Pages { folder } => pages::write(&folder),
         Command::Sbom => print_bill(),
+        Command::ThirdParty => print_licences(),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -44,10 +48,23 @@ fn main() -> ExitCode {
 }
 
 fn print_bill() -> anyhow::Result<()> {
-    use std::io::Write;
+    let bill = bill::cyclonedx(&shipped()?);
+    print(&format!("{bill:#}\n"))
+}
+
+fn print_licences() -> anyhow::Result<()> {
+    print(&third_party::licences(&shipped()?)?)
+}
+
+/// The crates of the programs, all of which may be shipped.
+fn shipped() -> anyhow::Result<Vec<bill::Crate>> {
     let crates = bill::crates(&bill::workspace())?;
     let refused = bill::refused(&crates);
     anyhow::ensure!(refused.is_empty(), "{}", refused.join("\n"));
-    writeln!(std::io::stdout(), "{:#}", bill::cyclonedx(&crates))?;
-    Ok(())
+    Ok(crates)
+}
+
+fn print(text: &str) -> anyhow::Result<()> {
+    use std::io::Write;
+    Ok(std::io::stdout().write_all(text.as_bytes())?)
 }

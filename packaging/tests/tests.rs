@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use clap::CommandFactory;
-use tipwatch_packaging::{bill, pages};
+use tipwatch_packaging::{bill, pages, third_party};
 
 #[test]
 fn every_command_has_a_manual_page_and_every_shell_its_completions() {
@@ -83,4 +83,26 @@ fn units_start_commands_that_exist_with_a_watchdog() {
             "{name}: a service waits for sessions"
         );
     }
+}
+
+#[test]
+fn packages_have_the_text_of_every_licence() {
+    let crates = bill::crates(&bill::workspace()).unwrap();
+    let text = third_party::licences(&crates).unwrap();
+    for found in crates.iter().filter(|found| found.source.is_some()) {
+        let line = format!("\n{} {} (", found.name, found.version);
+        assert!(text.contains(&line), "{line}");
+    }
+    for part in [
+        "SIL OPEN FONT LICENSE",
+        "UBUNTU FONT LICENCE",
+        "Julian R Seward",    // bzip2
+        "LZ4 Library",        // sources in C
+        "Zstandard software", // the same
+        "Unicode, Inc.",
+        "Apache License",
+    ] {
+        assert!(text.to_lowercase().contains(&part.to_lowercase()), "{part}");
+    }
+    assert!(!text.contains("GNU GENERAL PUBLIC LICENSE"));
 }

@@ -21,7 +21,7 @@ use tipwatch_mechanics::machine;
 use crate::call::error::exception;
 use crate::call::interrupt::{Stop, leavable};
 use crate::call::options::options;
-use crate::call::place::named;
+use crate::call::place::Place;
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
 use crate::table::Table;
@@ -245,9 +245,9 @@ fn run(
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn analyze(
     py: Python<'_>,
-    log: PathBuf,
+    log: Place,
     machine: &Bound<'_, PyAny>,
-    out: Option<PathBuf>,
+    out: Option<Place>,
     rate: Option<f64>,
     start: Option<f64>,
     end: Option<f64>,
@@ -262,14 +262,14 @@ pub(crate) fn analyze(
         let mut options = options(rate, start, end, estimator, model)?;
         options.columns.parts = parts;
         Ok(Request {
-            log: named(&log),
+            log: log.into_path(),
             options,
             precision: match precision {
                 32 => Precision::Single,
                 64 => Precision::Double,
                 _ => bail!("expected precision 32 or 64, found {precision}"),
             },
-            out: out.as_deref().map(named),
+            out: out.map(Place::into_path),
         })
     };
     let request = request().map_err(|error| exception(&error))?;

@@ -16,7 +16,7 @@ use tipwatch_mechanics::{
 
 use crate::call::error::exception;
 use crate::call::interrupt::{Stop, interruptible};
-use crate::inputs::{Given, Inputs};
+use crate::inputs::{Given, Inputs, Varying};
 
 /// Rows that one core evaluates at once.
 const CHUNK_ROWS: usize = 1024;
@@ -184,18 +184,29 @@ struct Memory {
     outcomes: OutcomeColumns,
 }
 
+/// The inputs of an evaluation.
+struct Asked<'a> {
+    inputs: &'a Inputs<'a>,
+    varying: Varying<'a>,
+}
+
 impl Memory {
-    fn new(machine: &machine::Machine, scope: Scope) -> Self {
+    fn new(machine: &machine::Machine, scope: Scope, inputs: &Inputs<'_>) -> Self {
         let model = Arc::new(Model::WholeBody);
         let gradient = Scope {
             sensitivities: true,
             ..Scope::LOADS
         };
+        // what does not differ from row to row is written once; the first row stands for all
+        let mut state = State::zero(machine);
+        inputs.state(0, &mut state);
+        let mut states = StateColumns::unknown(machine, CHUNK_ROWS);
+        (0..CHUNK_ROWS).for_each(|row| states.set(row, &mut state));
         Self {
             batch: BatchWorkspace::new(machine, scope, &model),
             single: Workspace::with_model(machine, gradient, model),
-            state: State::zero(machine),
-            states: StateColumns::with_capacity(machine, CHUNK_ROWS),
+            state,
+            states,
             outcomes: OutcomeColumns::empty(machine, scope),
         }
     }
@@ -203,7 +214,7 @@ impl Memory {
 
 fn evaluate_chunk(
     machine: &machine::Machine,
-    inputs: &Inputs,
+    asked: &Asked<'_>,
     ranges: &[Range<usize>],
     memory: &mut Memory,
     chunk: &mut Chunk<'_>,
@@ -215,11 +226,7 @@ fn evaluate_chunk(
         states,
         outcomes,
     } = memory;
-    states.resize(chunk.rows.len());
-    for (place, row) in chunk.rows.clone().enumerate() {
-        inputs.state(row, state);
-        states.set(place, state);
-    }
+    asked.varying.fill(chunk.rows.clone(), states);
     evaluate_into(machine, states, 0..chunk.rows.len(), batch, outcomes);
     for (array, range) in chunk.arrays.iter_mut().zip(ranges) {
         let width = range.len();
@@ -231,7 +238,7 @@ fn evaluate_chunk(
     if let Some(gradient) = &mut chunk.gradient {
         let mut cells = gradient.iter_mut();
         for row in chunk.rows.clone() {
-            inputs.state(row, state);
+            asked.inputs.state(row, state);
             evaluate_state(machine, state, single);
             for wheel in 0..machine.wheels().len() {
                 for value in single.sensitivity().load(wheel) {
@@ -305,14 +312,14 @@ pub(crate) fn evaluate(
     let widths: Vec<usize> = ranges.iter().map(Range::len).collect();
     let parameters = tipwatch_mechanics::Parameter::all(machine).len();
     let gradient_width = parameters * machine.wheels().len();
-    let mut arrays: Vec<Vec<f64>> = widths
-        .iter()
-        .map(|width| vec![f64::NAN; width * rows])
-        .collect();
-    let mut gradient = request
-        .gradient
-        .then(|| vec![f64::NAN; gradient_width * rows]);
+    // Every cell is written. Zeros, unlike any other number, come from the system without being written here, so that
+    // all cores share the work of the first touch.
+    let mut arrays: Vec<Vec<f64>> = widths.iter().map(|width| vec![0.0; width * rows]).collect();
+    let mut gradient = request.gradient.then(|| vec![0.0; gradient_width * rows]);
     let compute = |stop: &Stop| {
+        if rows == 0 {
+            return;
+        }
         let chunks = chunks(
             rows,
             &mut arrays,
@@ -320,12 +327,16 @@ pub(crate) fn evaluate(
             gradient_width,
             &widths,
         );
-        let memory = || Memory::new(machine, request.scope);
+        let asked = Asked {
+            inputs: &inputs,
+            varying: inputs.varying(machine),
+        };
+        let memory = || Memory::new(machine, request.scope, &inputs);
         chunks
             .into_par_iter()
             .for_each_init(memory, |memory, mut chunk| {
                 if !stop.is_set() {
-                    evaluate_chunk(machine, &inputs, &ranges, memory, &mut chunk);
+                    evaluate_chunk(machine, &asked, &ranges, memory, &mut chunk);
                 }
             });
     };

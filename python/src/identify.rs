@@ -10,6 +10,7 @@ use tipwatch_analyze::setup::identify::{
 
 use crate::call::error::exception;
 use crate::call::interrupt::leavable;
+use crate::call::place::{Place, paths};
 use crate::machine::machine_file;
 
 /// What an identification found.
@@ -90,11 +91,12 @@ impl Identification {
 pub(crate) fn identify(
     py: Python<'_>,
     machine: &Bound<'_, PyAny>,
-    logs: Vec<PathBuf>,
+    logs: Vec<Place>,
     level: Option<f64>,
-    out: Option<PathBuf>,
+    out: Option<Place>,
 ) -> PyResult<Identification> {
     let file = machine_file(machine)?;
+    let (logs, out) = (paths(logs), out.map(Place::into_path));
     let found = leavable(
         py,
         move |stop| {

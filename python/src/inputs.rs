@@ -1,8 +1,11 @@
 //! The inputs of an evaluation: for every row, or one for all of them.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use anyhow::{Result, bail};
 use numpy::{AllowTypeChange, PyArrayLikeDyn};
-use tipwatch_mechanics::{State, machine};
+use tipwatch_mechanics::{State, StateColumns, machine};
 
 /// An array of numbers, or what NumPy makes one of: a tuple, a list, whole numbers.
 pub(crate) type Numbers<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
@@ -25,14 +28,19 @@ impl Given<'_> {
     ///
     /// # Errors
     /// An array has the wrong shape.
-    pub(crate) fn inputs(&self, machine: &machine::Machine, frame: &str) -> Result<Inputs> {
+    pub(crate) fn inputs(&self, machine: &machine::Machine, frame: &str) -> Result<Inputs<'_>> {
         let joints = machine.joints().len();
-        let input = |name: &str, array: &Option<Numbers<'_>>, width: usize| {
+        // borrowed from self, as the arrays are
+        fn input<'a>(
+            name: &str,
+            array: &'a Option<Numbers<'_>>,
+            width: usize,
+        ) -> Result<Input<'a>> {
             array.as_ref().map_or_else(
                 || Ok(Input::constant(vec![0.0; width])),
                 |array| Input::new(name, array, width),
             )
-        };
+        }
         let specific_force = match (&self.specific_force, frame) {
             (None, "base") => Input::constant(vec![0.0, 0.0, machine.gravity()]),
             (None, _) => bail!("expected specific_force with frame \"imu\", found none"),
@@ -62,21 +70,22 @@ impl Given<'_> {
 
 /// An input of every row: one value for all rows, or one for each.
 #[derive(Debug)]
-struct Input {
-    values: Vec<f64>,
+struct Input<'a> {
+    /// Row by row; those of the caller's array where they stand so in its memory.
+    values: Cow<'a, [f64]>,
     /// Numbers of a row.
     width: usize,
     is_constant: bool,
 }
 
-impl Input {
+impl<'a> Input<'a> {
     fn row(&self, row: usize) -> &[f64] {
         let row = if self.is_constant { 0 } else { row };
         &self.values[row * self.width..(row + 1) * self.width]
     }
 
     /// An array of shape (width,) or (rows, width).
-    fn new(name: &str, array: &Numbers<'_>, width: usize) -> Result<Self> {
+    fn new(name: &str, array: &'a Numbers<'_>, width: usize) -> Result<Self> {
         let view = array.as_array();
         let is_constant = view.ndim() == 1;
         if !matches!(view.ndim(), 1 | 2) || view.shape().last() != Some(&width) {
@@ -86,7 +95,10 @@ impl Input {
             );
         }
         Ok(Self {
-            values: view.iter().copied().collect(),
+            values: match view.to_slice() {
+                Some(values) => Cow::Borrowed(values),
+                None => view.iter().copied().collect(),
+            },
             width,
             is_constant,
         })
@@ -95,7 +107,7 @@ impl Input {
     fn constant(values: Vec<f64>) -> Self {
         Self {
             width: values.len(),
-            values,
+            values: Cow::Owned(values),
             is_constant: true,
         }
     }
@@ -107,22 +119,22 @@ impl Input {
 
 /// The inputs of all rows.
 #[derive(Debug)]
-pub(crate) struct Inputs {
-    positions: Input,
-    rates: Input,
-    accelerations: Input,
-    specific_force: Input,
+pub(crate) struct Inputs<'a> {
+    positions: Input<'a>,
+    rates: Input<'a>,
+    accelerations: Input<'a>,
+    specific_force: Input<'a>,
     /// Attitude; NaN where unknown.
-    up: Input,
+    up: Input<'a>,
     /// Velocity of the base and its rate: zero at rest, else unknown.
     velocity: f64,
-    angular_velocity: Input,
-    angular_acceleration: Input,
-    tool_force: Input,
-    tool_moment: Input,
+    angular_velocity: Input<'a>,
+    angular_acceleration: Input<'a>,
+    tool_force: Input<'a>,
+    tool_moment: Input<'a>,
 }
 
-impl Inputs {
+impl Inputs<'_> {
     /// Number of rows.
     ///
     /// # Errors
@@ -184,5 +196,66 @@ impl Inputs {
             .tool_wrench
             .moment
             .copy_from_slice(self.tool_moment.row(row));
+    }
+
+    /// The inputs that differ from row to row, each with the columns of its numbers.
+    pub(crate) fn varying(&self, machine: &machine::Machine) -> Varying<'_> {
+        // a state whose numbers are those of their columns
+        let mut columns = StateColumns::unknown(machine, 1);
+        let numbers: Vec<f64> = (0..State::<f64>::size(machine)).map(|n| n as f64).collect();
+        columns.set_values(0, &numbers);
+        let mut column = State::zero(machine);
+        columns.get(0, &mut column);
+        let (joints, imu, tool) = (&column.joints, &column.imu, &column.tool_wrench);
+        let of_joints = |value: fn(&Motion) -> f64| joints.iter().map(value).collect();
+        let all: [(&Input<'_>, Vec<f64>); 9] = [
+            (&self.positions, of_joints(|joint| joint.position)),
+            (&self.rates, of_joints(|joint| joint.rate)),
+            (&self.accelerations, of_joints(|joint| joint.acceleration)),
+            (&self.specific_force, imu.specific_force.as_slice().into()),
+            (&self.up, column.base.up.as_slice().into()),
+            (
+                &self.angular_velocity,
+                imu.angular_velocity.as_slice().into(),
+            ),
+            (
+                &self.angular_acceleration,
+                imu.angular_acceleration.as_slice().into(),
+            ),
+            (&self.tool_force, tool.force.as_slice().into()),
+            (&self.tool_moment, tool.moment.as_slice().into()),
+        ];
+        let varying = all.into_iter().filter(|(input, _)| !input.is_constant);
+        Varying(
+            varying
+                .map(|(input, columns)| {
+                    let columns = columns.into_iter().map(|number| number as usize);
+                    (&*input.values, columns.collect())
+                })
+                .collect(),
+        )
+    }
+}
+
+type Motion = tipwatch_mechanics::Motion<f64>;
+
+/// Inputs that differ from row to row: values row by row, and the columns of a row's numbers.
+#[derive(Debug)]
+pub(crate) struct Varying<'a>(Vec<(&'a [f64], Vec<usize>)>);
+
+impl Varying<'_> {
+    /// Writes some rows into the first rows of `states`.
+    pub(crate) fn fill(&self, rows: Range<usize>, states: &mut StateColumns) {
+        for (values, columns) in &self.0 {
+            let width = columns.len();
+            let values = &values[rows.start * width..rows.end * width];
+            for (place, &column) in columns.iter().enumerate() {
+                let cells = states.column_mut(column).iter_mut();
+                let numbers = values.iter().skip(place).step_by(width);
+                cells
+                    .zip(numbers)
+                    .for_each(|(cell, &number)| *cell = number);
+            }
+        }
     }
 }

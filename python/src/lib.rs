@@ -46,6 +46,8 @@ mod _tipwatch {
 
     use pyo3::prelude::*;
 
+    use super::call::place::Place;
+
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))
@@ -53,7 +55,7 @@ mod _tipwatch {
 
     /// States the file of this library: results name it, and not the interpreter, as the program that made them.
     #[pyfunction]
-    fn set_program(file: std::path::PathBuf) {
+    fn set_program(file: Place) {
         tipwatch_analyze::base::file_hash::set_program(&file);
     }
 }

@@ -1,7 +1,5 @@
 //! Machines: a machine file and its URDF, checked.
 
-use std::path::PathBuf;
-
 use anyhow::{Context, anyhow};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -10,6 +8,7 @@ use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::{Parameter, machine};
 
 use crate::call::error::exception;
+use crate::call::place::Place;
 use crate::evaluation::{Evaluation, evaluate};
 use crate::inputs::{Given, Numbers};
 use crate::pose::{Posture, positions};
@@ -96,7 +95,7 @@ fn position<'a>(
 impl Machine {
     #[new]
     #[pyo3(signature = (file, urdf=None))]
-    fn new(file: PathBuf, urdf: Option<PathBuf>) -> PyResult<Self> {
+    fn new(file: Place, urdf: Option<Place>) -> PyResult<Self> {
         let read = || {
             let mut machine = MachineFile::read(&file)?;
             if let Some(urdf) = &urdf {
@@ -473,7 +472,7 @@ pub(crate) fn machine_file(machine: &Bound<'_, PyAny>) -> PyResult<MachineFile> 
         }
         return Ok(machine.file.clone());
     }
-    let path: PathBuf = machine.extract()?;
+    let path: Place = machine.extract()?;
     MachineFile::read(&path)
         .with_context(|| "the machine of an analysis")
         .map_err(|error| exception(&error))

@@ -14,7 +14,7 @@ use tipwatch_analyze::cli;
 ///     The exit code.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
-    let arguments = cli::arguments(arguments.into_iter().map(Into::into));
+    let arguments = tipwatch_storage::without_secrets(arguments.into_iter().map(Into::into));
     let cli = match cli::Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(error) => {

@@ -1,7 +1,5 @@
 //! The sensors of a log on one clock.
 
-use std::path::PathBuf;
-
 use pyo3::prelude::*;
 use tipwatch_analyze::analysis::run::states;
 use tipwatch_analyze::tables;
@@ -9,7 +7,7 @@ use tipwatch_analyze::tables;
 use crate::call::error::exception;
 use crate::call::interrupt::leavable;
 use crate::call::options::options;
-use crate::call::place::named;
+use crate::call::place::Place;
 use crate::machine::machine_file;
 use crate::table::Table;
 
@@ -43,7 +41,7 @@ use crate::table::Table;
 #[pyo3(signature = (log, machine, *, rate=None, start=None, end=None, estimator=None))]
 pub(crate) fn read(
     py: Python<'_>,
-    log: PathBuf,
+    log: Place,
     machine: &Bound<'_, PyAny>,
     rate: Option<f64>,
     start: Option<f64>,
@@ -51,7 +49,6 @@ pub(crate) fn read(
     estimator: Option<String>,
 ) -> PyResult<Table> {
     let file = machine_file(machine)?;
-    let log = named(&log);
     let compute = move |_: &_| {
         let options = options(rate, start, end, estimator.as_deref(), None)?;
         let (machine, rows) = states(&log, &file, &options)?;

@@ -1,7 +1,5 @@
 //! Comparisons of two analyses, and replays with another motion of the suspension.
 
-use std::path::PathBuf;
-
 use anyhow::Context;
 use pyo3::prelude::*;
 use tipwatch_analyze::compare::{Side, compare as differences};
@@ -10,6 +8,7 @@ use tipwatch_analyze::suspension::{self, SuspensionMode, WhatIfOptions, what_if}
 use crate::call::error::exception;
 use crate::call::interrupt::{Stop, leavable};
 use crate::call::options::{options, value};
+use crate::call::place::Place;
 use crate::machine::machine_file;
 use crate::table::Table;
 
@@ -40,8 +39,8 @@ use crate::table::Table;
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn compare<'py>(
     py: Python<'py>,
-    a: PathBuf,
-    b: PathBuf,
+    a: Place,
+    b: Place,
     machine: Option<&Bound<'py, PyAny>>,
     machine_b: Option<&Bound<'py, PyAny>>,
     rate: Option<f64>,
@@ -122,7 +121,7 @@ impl WhatIf {
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn whatif(
     py: Python<'_>,
-    log: PathBuf,
+    log: Place,
     machine: &Bound<'_, PyAny>,
     suspension: Option<String>,
     step: Option<f64>,
@@ -130,7 +129,7 @@ pub(crate) fn whatif(
     start: Option<f64>,
     end: Option<f64>,
     estimator: Option<String>,
-    out: Option<PathBuf>,
+    out: Option<Place>,
 ) -> PyResult<WhatIf> {
     let file = machine_file(machine)?;
     let compute = move |stop: &Stop| {

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
+use crate::redact::redact;
+
 /// Why a place could not be read or written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -51,9 +53,9 @@ impl Error {
         detail: impl Into<String>,
     ) -> Self {
         Self {
-            place: place.into(),
+            place: redact(&place.into()),
             kind,
-            detail: detail.into(),
+            detail: redact(&detail.into()),
         }
     }
 

@@ -20,6 +20,7 @@
 //! # }
 //! ```
 
+mod arguments;
 mod bucket;
 mod counted;
 mod error;
@@ -31,6 +32,7 @@ mod redact;
 mod runtime;
 
 pub use self::{
+    arguments::{arguments, recorded_arguments, without_secrets},
     counted::Transfer,
     error::{Error, ErrorKind},
     folder::{Entry, Folder, Found, Put, expand},

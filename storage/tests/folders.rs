@@ -6,7 +6,7 @@ use crate::server::{Fault, SECRET, Server};
 use crate::support::{access, folder, serve};
 
 /// What every folder does.
-fn keeps_its_contract(folder: &Folder) {
+pub(crate) fn keeps_its_contract(folder: &Folder) {
     let keys = |pattern: &str| -> Vec<String> {
         let found = folder.list(pattern).unwrap();
         found.into_iter().map(|entry| entry.key).collect()

@@ -2,7 +2,10 @@
 
 use std::path::{MAIN_SEPARATOR, Path};
 
-/// An error with its causes. A cause that the message above it already ends with is not repeated.
+use tipwatch_storage::redact;
+
+/// An error with its causes, without what is secret in URLs. A cause that the message above it already ends with is not
+/// repeated.
 pub(crate) fn error_text(error: &anyhow::Error) -> String {
     let mut text = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {
@@ -11,7 +14,8 @@ pub(crate) fn error_text(error: &anyhow::Error) -> String {
             text.push_str(&cause);
         }
     }
-    text
+    // a URL may come from a manifest or a machine file, too
+    redact(&text)
 }
 
 /// A reason without the paths of the log, its files and its folder, so that the same reason of many logs

@@ -1,7 +1,6 @@
 //! The command line: one file per command.
 
 mod analyze;
-mod arguments;
 mod check_machine;
 mod command_line;
 mod compare;
@@ -18,5 +17,4 @@ mod validate;
 mod verify;
 mod whatif;
 
-pub use arguments::arguments;
 pub use command_line::{Cli, run};

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 
-use super::arguments::arguments;
 use crate::analysis::DEFAULT_MIN_VALID;
 use crate::base::options::{
     ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options, QuasiStaticOption,
@@ -66,12 +65,8 @@ pub(super) struct CaseArgs {
 impl CaseArgs {
     /// The command line of this process, with case and examiner.
     pub(super) fn origin(&self) -> Origin {
-        let arguments = arguments(std::env::args_os());
         Origin {
-            command_line: arguments
-                .iter()
-                .map(|argument| argument.to_string_lossy().into_owned())
-                .collect(),
+            command_line: tipwatch_storage::recorded_arguments(),
             case: self.case.clone(),
             examiner: self.examiner.clone(),
         }

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use tipwatch_storage::redact;
 
 use super::failure::FailureKind;
 use super::fleet_file::Fleet;
@@ -76,7 +77,7 @@ impl Task<'_> {
         let mut record = empty_record(log, &self.options);
         record.result = Outcome::Failed {
             kind,
-            reason: reason.into(),
+            reason: redact(reason),
         };
         Store::of(&Place::at(self.records)?).save(&record)
     }

@@ -16,6 +16,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+use tipwatch_storage::redact;
 
 use arguments::{MachineArgs, ServiceArgs};
 use bridge::{BridgeArgs, DbcArgs, print_dbc, print_msg, run_bridge};
@@ -86,7 +87,8 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Header => print_header(),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
+        // a URL may come from a file, too
+        eprintln!("error: {}", redact(&format!("{error:#}")));
         ExitCode::from(FAILED)
     })
 }

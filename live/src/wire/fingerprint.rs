@@ -43,10 +43,8 @@ impl Fingerprint {
         urdf: &Urdf,
         commissioning: Option<&Path>,
     ) -> Result<Self> {
-        let arguments: Vec<String> = std::env::args_os()
-            .skip(1)
-            .map(|argument| argument.to_string_lossy().into_owned())
-            .collect();
+        let mut arguments = tipwatch_storage::recorded_arguments();
+        arguments.drain(..arguments.len().min(1));
         let program = hash_file(&running()?).context("cannot hash the program itself")?;
         let bound = commissioning.map(|path| {
             hash_file(path).with_context(|| format!("{}: cannot read it", path.display()))

@@ -72,6 +72,11 @@ impl StateColumns {
         values.clone_from(&self.columns[column]);
     }
 
+    /// A column, to be written.
+    pub fn column_mut(&mut self, column: usize) -> &mut [f64] {
+        &mut self.columns[column]
+    }
+
     /// Sets a row from its numbers, in column order.
     pub fn set_values(&mut self, row: usize, values: &[f64]) {
         for (column, &value) in self.columns.iter_mut().zip(values) {

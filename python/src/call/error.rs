@@ -3,6 +3,7 @@
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
+use tipwatch_storage::redact;
 
 create_exception!(
     tipwatch,
@@ -13,5 +14,6 @@ create_exception!(
 
 /// The exception of an error with all its causes.
 pub(crate) fn exception(error: &anyhow::Error) -> PyErr {
-    TipwatchError::new_err(format!("{error:#}"))
+    // a URL may come from a file, too
+    TipwatchError::new_err(redact(&format!("{error:#}")))
 }

@@ -32,7 +32,7 @@ impl Stop {
 
 /// Runs `compute` on a thread of its own. On an interruption it is told to stop, and its end is awaited: for
 /// computations that notice soon, or that must not be left halfway. `report` is called at intervals with the
-/// interpreter.
+/// interpreter. An end that takes longer is announced on standard error.
 pub(crate) fn interruptible<R: Send>(
     py: Python<'_>,
     compute: impl FnOnce(&Stop) -> R + Send,
@@ -90,10 +90,24 @@ fn attend<R: Send>(
             let asked_at = Instant::now();
             let may_wait = || grace.is_none_or(|grace| asked_at.elapsed() < grace);
             let is_running = || matches!(wait(&receiver), Err(RecvTimeoutError::Timeout));
-            py.detach(|| while is_running() && may_wait() {});
+            let is_late = || asked_at.elapsed() >= GRACE;
+            py.detach(|| while is_running() && may_wait() && !is_late() {});
+            if grace.is_none() && is_late() {
+                say(
+                    py,
+                    "tipwatch: interrupted; what is in work is finished first\n",
+                );
+                py.detach(|| while is_running() {});
+            }
             return Err(interruption);
         }
     }
+}
+
+/// Writes to standard error; a caller without one is told nothing.
+fn say(py: Python<'_>, text: &str) {
+    let stderr = py.import("sys").and_then(|sys| sys.getattr("stderr"));
+    let _ = stderr.and_then(|stderr| stderr.call_method1("write", (text,)));
 }
 
 /// Waits one interval for the result.

@@ -1,5 +1,6 @@
 //! `screen`: chooses who runs the analyses.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -15,6 +16,7 @@ use super::fleet::Fleet;
 use crate::call::error::exception;
 use crate::call::interrupt::{Stop, interruptible};
 use crate::call::options::options;
+use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
 
@@ -60,7 +62,8 @@ use crate::machine::machine_file;
 ///     There is no log, or the folder cannot be used. A log that cannot be analysed is not an error: the data set
 ///     has it with the reason and its kind; so is a log whose worker is lost.
 /// KeyboardInterrupt
-///     Ctrl+C, once the logs in work are finished: the data set stays whole, and ``resume=True`` continues.
+///     Ctrl+C, once the logs in work are finished (standard error says so): the data set stays whole, and
+///     ``resume=True`` continues.
 #[pyfunction]
 #[pyo3(signature = (
     logs, *, out, machine=None, fleet=None, resume=false, jobs=None, rate=None, estimator=None, model=None,
@@ -70,9 +73,9 @@ use crate::machine::machine_file;
 pub(crate) fn screen(
     py: Python<'_>,
     logs: Logs,
-    out: PathBuf,
+    out: Place,
     machine: Option<&Bound<'_, PyAny>>,
-    fleet: Option<PathBuf>,
+    fleet: Option<Place>,
     resume: bool,
     jobs: Option<usize>,
     rate: Option<f64>,
@@ -89,9 +92,11 @@ pub(crate) fn screen(
     }
     let machine = machine.map(machine_file).transpose()?;
     let logs = match logs {
-        Logs::One(log) => vec![log],
-        Logs::Several(logs) => logs,
+        Logs::One(log) => vec![log.into_path()],
+        Logs::Several(logs) => paths(logs),
     };
+    let out = out.into_path();
+    let fleet = fleet.map(Place::into_path);
     let progress = Progress::of(py, progress, "Logs", ())?;
     if runner != "threads" {
         let arguments = PyDict::new(py);
@@ -107,6 +112,7 @@ pub(crate) fn screen(
         arguments.set_item("min_valid", min_valid)?;
         arguments.set_item("retries", retries)?;
         arguments.set_item("tell", progress.function())?;
+        let logs: Vec<OsString> = logs.into_iter().map(PathBuf::into_os_string).collect();
         let engines = py.import("tipwatch._engines")?;
         let found = engines.call_method("screen", (runner, logs), Some(&arguments));
         progress.end(found.is_ok())?;
@@ -174,7 +180,7 @@ fn as_in_its_file(machine: MachineFile) -> PyResult<PathBuf> {
 #[derive(FromPyObject)]
 pub(crate) enum Logs {
     #[pyo3(transparent)]
-    One(PathBuf),
+    One(Place),
     #[pyo3(transparent)]
-    Several(Vec<PathBuf>),
+    Several(Vec<Place>),
 }

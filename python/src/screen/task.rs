@@ -14,6 +14,7 @@ use tipwatch_binding::MachineFile;
 use super::fleet::Fleet;
 use crate::call::error::exception;
 use crate::call::options::options;
+use crate::call::place::{Place, paths};
 
 /// The analyses of a fleet with one record per log, for engines that run each log as a task.
 #[pyclass(frozen, module = "tipwatch")]
@@ -30,22 +31,22 @@ impl FleetTask {
     #[new]
     #[pyo3(signature = (records, *, machine=None, fleet=None, rate=None, estimator=None, model=None))]
     fn new(
-        records: PathBuf,
-        machine: Option<PathBuf>,
-        fleet: Option<PathBuf>,
+        records: Place,
+        machine: Option<Place>,
+        fleet: Option<Place>,
         rate: Option<f64>,
         estimator: Option<&str>,
         model: Option<&str>,
     ) -> PyResult<Self> {
         let read = || {
             let (machines, file) = match (machine, fleet) {
-                (Some(machine), None) => (Machines::of_one(MachineFile::read(&machine)?), machine),
-                (None, Some(fleet)) => (Machines::read(&fleet)?, fleet),
+                (Some(file), None) => (Machines::of_one(MachineFile::read(&file)?), file),
+                (None, Some(file)) => (Machines::read(&file)?, file),
                 _ => bail!("expected either machine or fleet"),
             };
             Ok(Self {
-                records,
-                file,
+                records: records.into_path(),
+                file: file.into_path(),
                 machines,
                 options: options(rate, None, None, estimator, model)?,
             })
@@ -69,7 +70,8 @@ impl FleetTask {
     }
 
     /// The logs, each with the estimated memory of its analysis (bytes), the largest first.
-    fn logs(&self, py: Python<'_>, logs: Vec<PathBuf>) -> PyResult<Vec<(OsString, u64)>> {
+    fn logs(&self, py: Python<'_>, logs: Vec<Place>) -> PyResult<Vec<(OsString, u64)>> {
+        let logs = paths(logs);
         let found = py.detach(|| logs_of(&logs, &self.records));
         let found = found.map_err(|error| exception(&error))?.into_iter();
         // a path object would not keep the two slashes of a URL
@@ -83,14 +85,14 @@ impl FleetTask {
     }
 
     /// Analyses a log and writes its record; returns kind and reason of its failure, if it failed.
-    fn run(&self, py: Python<'_>, log: PathBuf) -> PyResult<Option<(String, String)>> {
+    fn run(&self, py: Python<'_>, log: Place) -> PyResult<Option<(String, String)>> {
         let ran = py.detach(|| self.task().run(&log, &self.machines));
         let TaskResult { failure, .. } = ran.map_err(|error| exception(&error))?;
         Ok(failure.map(|(kind, reason)| (kind.to_string(), reason)))
     }
 
     /// Writes the failure of a log whose worker could not write one.
-    fn fail(&self, py: Python<'_>, log: PathBuf, kind: &str, reason: &str) -> PyResult<()> {
+    fn fail(&self, py: Python<'_>, log: Place, kind: &str, reason: &str) -> PyResult<()> {
         let fail = || {
             let kind: FailureKind = kind
                 .parse()
@@ -104,10 +106,11 @@ impl FleetTask {
     fn gather(
         &self,
         py: Python<'_>,
-        out: PathBuf,
-        logs: Vec<PathBuf>,
+        out: Place,
+        logs: Vec<Place>,
         min_valid: f64,
     ) -> PyResult<Fleet> {
+        let (out, logs) = (out.into_path(), paths(logs));
         let gathered = py.detach(|| {
             let asked = Gathering {
                 records: &self.records,

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import polars as pl
 import pytest
 import ray
 from conftest import MACHINE, check_every_log_once, contents, faulty, finished, kill_worker_of, rows
@@ -42,6 +43,34 @@ def test_the_data_set_is_that_of_threads(cluster, logs, out, of_threads):
     tw.screen(logs, machine=MACHINE, out=out, runner="ray", resume=True)
     after = finished(out)
     assert {path for path in before if before[path] != after[path]} == {str(logs / "photo.mcap")}
+
+
+def test_logs_of_a_bucket_are_those_of_a_folder(cluster, logs, tmp_path, of_threads):
+    import boto3
+
+    client = boto3.client("s3")
+    for log in logs.iterdir():
+        client.upload_file(str(log), "fleets", f"{tmp_path.name}/logs/{log.name}")
+    place = f"s3://fleets/{tmp_path.name}"
+    fleet = tw.screen(f"{place}/logs", machine=MACHINE, out=f"{place}/fleet", runner="ray")
+    found = rows(f"{place}/fleet")
+    assert set(found["path"]) == {f"{place}/logs/{log.name}" for log in logs.iterdir()} - copies(found, place)
+    assert fleet.totals["copies"] == 1
+    assert found.filter(status="failed").select("path", "failure").rows() == [(f"{place}/logs/photo.mcap", "log")]
+    # the results of the same logs in a folder
+    local = tmp_path / "local"
+    tw.screen(logs, machine=MACHINE, out=local)
+    numbers = [name for name, of in found.schema.items() if of.is_float()]
+    names = found["path"].str.split("/").list.last()
+    there = found.with_columns(name=names).sort("name")
+    here = rows(local).with_columns(name=pl.col("path").str.split("/").list.last()).sort("name")
+    assert len(numbers) > 5 and there.select(numbers).equals(here.select(numbers), null_equal=True)
+
+
+def copies(found, place):
+    """The path of the two with equal content that has no row."""
+    both = {f"{place}/logs/{name}.mcap" for name in ("coverage_00", "coverage_00_again")}
+    return both - set(found["path"])
 
 
 def test_lost_workers_cost_no_other_log(cluster, logs, out, tmp_path, monkeypatch):

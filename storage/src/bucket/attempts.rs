@@ -91,6 +91,8 @@ fn typed(place: &str, access: &Access, failure: Failure, status: Option<u16>) ->
             ErrorKind::PermissionDenied
         }
         (StoreError::Precondition { .. }, _) => ErrorKind::Changed,
+        // a web server that was asked for a part and sent the whole
+        (StoreError::NotSupported { .. }, Some(200)) => return no_ranges(place),
         (StoreError::NotImplemented { .. } | StoreError::NotSupported { .. }, _) => {
             ErrorKind::Unsupported
         }
@@ -107,18 +109,17 @@ fn typed(place: &str, access: &Access, failure: Failure, status: Option<u16>) ->
                 | HttpErrorKind::Unknown,
             ) => ErrorKind::Unavailable,
             Some(_) => ErrorKind::Incomplete,
-            None if error.to_string().contains("non-partial response") => {
-                return Error::new(
-                    place,
-                    ErrorKind::NoRanges,
-                    "the server sends whole files only (--fetch-whole)",
-                );
-            }
+            None if error.to_string().contains("non-partial response") => return no_ranges(place),
             None if error.to_string().contains("Requested ") => ErrorKind::Incomplete,
             None => ErrorKind::Refused,
         },
     };
     Error::new(place, kind, said())
+}
+
+fn no_ranges(place: &str) -> Error {
+    let detail = "the server sends whole files only (--fetch-whole)";
+    Error::new(place, ErrorKind::NoRanges, detail)
 }
 
 /// The failure of a connection that is behind an error.
@@ -146,6 +147,7 @@ fn told(error: &StoreError, status: Option<u16>) -> String {
             while let Some(next) = cause.source() {
                 cause = next;
             }
+            // whole words of a secret are found in the whole text only
             redact(&cause.to_string())
                 .chars()
                 .take(MOST_WORDS)

@@ -41,6 +41,11 @@ impl Version {
         self.e_tag.as_ref().filter(is_strong).cloned()
     }
 
+    /// Whether a later answer can be told to be of this version.
+    fn is_known(&self) -> bool {
+        self.e_tag.is_some() || self.modified_s != 0
+    }
+
     /// Whether an answer is of this version.
     fn is_same(&self, other: &Self) -> bool {
         let same_tag = match (&self.e_tag, &other.e_tag) {
@@ -92,6 +97,9 @@ impl Bucket {
             let result = self.root.store.get_opts(key, options).await?;
             let version = Version::of(&result.meta);
             let expected = version.size.min(count);
+            if version.size > count && !version.is_known() {
+                return Err(Failure::Other(unversioned(place)));
+            }
             Ok((self.body(result, expected).await?, version))
         };
         let once = Access {
@@ -138,6 +146,9 @@ impl Bucket {
     ) -> Result<Bytes, Error> {
         if range.is_empty() {
             return Ok(Bytes::new());
+        }
+        if !version.is_known() && range != (0..version.size) {
+            return Err(unversioned(place));
         }
         let request = || async {
             let options = GetOptions::new()
@@ -303,6 +314,12 @@ impl Bucket {
             other => other,
         }
     }
+}
+
+fn unversioned(place: &str) -> Error {
+    let detail = "the server states neither ETag nor Last-Modified: nobody would notice that parts are of different \
+                  versions; --fetch-whole reads the whole file in one request";
+    Error::new(place, ErrorKind::NoRanges, detail)
 }
 
 fn changed(place: &str) -> Error {

@@ -15,7 +15,7 @@ use url::Url;
 
 use crate::counted::Connector;
 use crate::error::{Error, ErrorKind};
-use crate::redact::redact;
+use crate::redact::{hide, hide_query, hide_variables};
 
 use super::access::Access;
 
@@ -61,6 +61,8 @@ impl Address {
             .query()
             .map_or(String::new(), |query| format!("?{query}"));
         let is_secret = !user.is_empty() || !query.is_empty();
+        url.password().into_iter().for_each(hide);
+        url.query().into_iter().for_each(hide_query);
         Ok(Self {
             kind: Kind::Http,
             shown: format!("{}://{host}{port}", url.scheme()),
@@ -167,10 +169,7 @@ pub(crate) fn root(address: &Address) -> Result<Arc<Root>, Error> {
     let access = known().access.get(&address.shown).cloned();
     let access = access.unwrap_or_default();
     let store = store(address, &access).map_err(|error| {
-        let detail = format!(
-            "cannot be reached as configured: {}",
-            redact(&error.to_string())
-        );
+        let detail = format!("cannot be reached as configured: {error}");
         Error::new(address.shown(), ErrorKind::Refused, detail)
     })?;
     let root = Arc::new(Root {
@@ -206,6 +205,7 @@ fn store(address: &Address, access: &Access) -> object_store::Result<Arc<dyn Obj
     macro_rules! configured {
         ($builder:expr, $prefix:literal) => {{
             let variables = access.variables_of($prefix);
+            hide_variables(&variables);
             let builder = $builder
                 .with_client_options(options(is_plain(&variables)))
                 .with_retry(once)

@@ -7,7 +7,7 @@ use object_store::path::Path as Key;
 use url::Url;
 
 use crate::error::{Error, ErrorKind};
-use crate::redact::redact;
+use crate::redact::redact_one;
 
 use super::known::{Address, Kind, named, remember};
 
@@ -48,7 +48,7 @@ impl Location {
         let Some((scheme, rest)) = split_scheme(text) else {
             return Ok(Self::local(text));
         };
-        let wrong = |detail: String| Error::new(redact(text), ErrorKind::NotAPlace, detail);
+        let wrong = |detail: String| Error::new(redact_one(text), ErrorKind::NotAPlace, detail);
         match scheme.as_str() {
             "file" => {
                 let path = Url::parse(text)
@@ -122,7 +122,7 @@ impl Location {
     /// `relative` leaves the folder, or is not a valid key.
     pub fn join(&self, relative: &str) -> Result<Self, Error> {
         let wrong = || {
-            let detail = format!("expected a name within it, found \"{}\"", redact(relative));
+            let detail = format!("expected a name within it, found \"{relative}\"");
             Error::new(self.to_string(), ErrorKind::NotAPlace, detail)
         };
         let parts = relative.split('/');
@@ -198,14 +198,14 @@ fn bucket(kind: Kind, scheme: &str, rest: &str) -> Result<Location, String> {
     {
         return Err("expected no query: credentials come from the environment".into());
     }
-    let key = Key::parse(key.trim_end_matches('/')).map_err(|error| redact(&error.to_string()))?;
+    let key = Key::parse(key.trim_end_matches('/')).map_err(|error| error.to_string())?;
     Ok(remote(Address::bucket(kind, scheme, bucket), key))
 }
 
 fn web(text: &str) -> Result<Location, String> {
     let url = Url::parse(text).map_err(|error| error.to_string())?;
     let path = url.path().trim_end_matches('/');
-    let key = Key::from_url_path(path).map_err(|error| redact(&error.to_string()))?;
+    let key = Key::from_url_path(path).map_err(|error| error.to_string())?;
     Ok(remote(Address::web(&url)?, key))
 }
 

@@ -1,13 +1,31 @@
-//! The arguments of the program, with places named as messages show them.
+//! The arguments of a program, with places named as messages show them.
 
 use std::ffi::OsString;
 
-use tipwatch_storage::{Location, redact};
+use crate::place::Location;
+use crate::redact::{redact, redact_one};
 
-/// Arguments without what is secret in URLs: the program finds the places again by what remains. `file://` becomes a
-/// path.
-pub fn arguments(given: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+/// The arguments of this process without what is secret in URLs: the program finds the places again by what remains.
+/// `file://` becomes a path.
+///
+/// No other function of the programs reads the arguments (a test sees to it): no message or record can repeat what it
+/// never had.
+pub fn arguments() -> Vec<OsString> {
+    without_secrets(std::env::args_os())
+}
+
+/// The same for arguments that do not come from the operating system.
+pub fn without_secrets(given: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     given.into_iter().map(argument).collect()
+}
+
+/// The arguments of this process for a record: commands to be run in turn (`curl https://…`), too, are without
+/// secrets.
+pub fn recorded_arguments() -> Vec<String> {
+    let arguments = arguments().into_iter();
+    arguments
+        .map(|argument| redact(&argument.to_string_lossy()))
+        .collect()
 }
 
 fn argument(given: OsString) -> OsString {
@@ -22,7 +40,7 @@ fn argument(given: OsString) -> OsString {
     // What is no place is refused where it is used.
     let named = match Location::parse(value) {
         Ok(place) => place.path().display().to_string(),
-        Err(_) => redact(value),
+        Err(_) => redact_one(value),
     };
     format!("{option}{named}").into()
 }
@@ -41,8 +59,9 @@ mod tests {
             "ftp://me:secret@host/x?y=1",
             "s3://logs/2026-??/*.mcap",
             "plain/log.mcap",
+            "curl https://me:pw@host/alarm",
         ];
-        let shown = arguments(given.map(OsString::from));
+        let shown = without_secrets(given.map(OsString::from));
         let expected = [
             "tipwatch",
             "https://host/a.mcap",
@@ -51,6 +70,8 @@ mod tests {
             "ftp://[redacted]@host/x?[redacted]",
             "s3://logs/2026-??/*.mcap",
             "plain/log.mcap",
+            // a command that is to be run as it stands
+            "curl https://me:pw@host/alarm",
         ];
         assert_eq!(shown, expected.map(OsString::from));
     }

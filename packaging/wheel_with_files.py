@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+"""Adds programs and licences to a wheel. pip installs the programs into the folder of the environment's programs."""
+
+import argparse
+import base64
+import csv
+import hashlib
+import io
+import os
+import time
+import zipfile
+
+
+def digest(data: bytes) -> str:
+    return "sha256=" + base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+
+
+def content(path: str) -> bytes:
+    with open(path, "rb") as file:
+        return file.read()
+
+
+def with_licences(metadata: bytes, names: list[str]) -> bytes:
+    """The metadata with the names of the licences (PEP 639)."""
+    head, separator, body = metadata.decode().partition("\n\n")
+    lines = [f"License-File: {name}" for name in names]
+    return ("\n".join([head, *lines]) + separator + body).encode()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("wheel")
+    parser.add_argument("out", help="folder of the new wheel")
+    parser.add_argument("--program", action="append", default=[])
+    parser.add_argument("--licence", action="append", default=[])
+    asked = parser.parse_args()
+    moment = time.gmtime(max(int(os.environ.get("SOURCE_DATE_EPOCH", "0")), 315532800))[:6]
+    with zipfile.ZipFile(asked.wheel) as old:
+        files = {info.filename: (info.external_attr >> 16 or 0o644, old.read(info)) for info in old.infolist()}
+    record = next(name for name in files if name.endswith(".dist-info/RECORD"))
+    information = record.removesuffix("/RECORD")
+    for program in asked.program:
+        name = f"{information.removesuffix('.dist-info')}.data/scripts/{os.path.basename(program)}"
+        files[name] = (0o755, content(program))
+    licences = [os.path.basename(path) for path in asked.licence]
+    for path, name in zip(asked.licence, licences):
+        files[f"{information}/licenses/{name}"] = (0o644, content(path))
+    mode, metadata = files[f"{information}/METADATA"]
+    files[f"{information}/METADATA"] = (mode, with_licences(metadata, licences))
+    # RECORD lists every file but itself, and stands last
+    del files[record]
+    table = io.StringIO()
+    rows = csv.writer(table, lineterminator="\n")
+    for path, (_, data) in sorted(files.items()):
+        rows.writerow([path, digest(data), len(data)])
+    rows.writerow([record, "", ""])
+    files[record] = (0o644, table.getvalue().encode())
+    path = os.path.join(asked.out, os.path.basename(asked.wheel))
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as new:
+        for name, (mode, data) in files.items():
+            info = zipfile.ZipInfo(name, moment)
+            info.external_attr = (0o100000 | mode & 0o777) << 16
+            info.compress_type = zipfile.ZIP_DEFLATED
+            new.writestr(info, data)
+    print(path)
+
+
+main()
