@@ -108,6 +108,11 @@ fn assert_same_prediction(value: &serde_json::Value, analysis: &Analysis, row: u
         let is_same = read.to_bits() == number.to_bits() || (json.is_null() && number.is_nan());
         assert!(is_same, "{place} of row {row}: {json} {number}");
     };
+    same(
+        &value["predicted"]["age_s"],
+        predictions.age_s[row],
+        "age_s",
+    );
     for law in Law::ALL {
         let (json, columns) = (&value["predicted"][law.name()], predictions.of(law));
         let gap = columns.gaps[row].map(PredictionGap::name);

@@ -57,6 +57,8 @@ fn assert_reproduced(live: &[WireVerdict], analysis: &Analysis) {
             verdicts.time_to_lift_off_s[row],
             "time to lift-off",
         );
+        let predictions = verdicts.predictions.as_ref().expect("a causal analysis");
+        assert_same_bits(live.predicted_age_s, predictions.age_s[row], "age");
         for wheel in 0..live.wheel_count as usize {
             assert_same_bits(live.load[wheel], offline(Quantity::Load(wheel)), "load");
             assert_same_bits(live.otf[wheel], offline(Quantity::Otf(wheel)), "otf");

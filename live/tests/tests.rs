@@ -24,6 +24,8 @@ mod delays;
 mod evidence;
 /// Every fault of the input, injected in shared memory.
 mod faults;
+/// The edges of the limits of the guard.
+mod guard;
 /// The C header is current, and the client in C works.
 mod header;
 /// A client that knows only the C header.

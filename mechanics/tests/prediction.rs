@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use tipwatch_mechanics::machine::Axis;
-use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap, Predictor};
+use tipwatch_mechanics::prediction::{
+    Law, PacedPredictor, PredictedNumber, Prediction, PredictionGap, Predictor,
+};
 use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::verdict::Level;
 use tipwatch_mechanics::{Contribution, Machine, Parameter, Scope, State, Workspace, evaluate_one};
@@ -189,6 +191,8 @@ fn keys_that_bound_nothing_are_refused() {
         ("horizon = 60.0", "at most 10 s"),
         ("points = 0", "1 to 32 instants"),
         ("points = 33", "1 to 32 instants"),
+        ("period = 0.0", "prediction.period"),
+        ("period = 0.2", "at most 0.1 s"),
         ("brake_deceleration = -1.0", "prediction.brake_deceleration"),
         ("stop_time = nan", "prediction.stop_time"),
         ("joints.nobody.deceleration = 1.0", "a measured joint"),
@@ -198,6 +202,101 @@ fn keys_that_bound_nothing_are_refused() {
         let refused = edited("rigid", |text| format!("{text}\n[prediction]\n{key}\n"));
         let error = refused.unwrap_err().to_string();
         assert!(error.contains(expected), "{key}: {error}");
+    }
+}
+
+/// The row of a machine at rest, at this time and level.
+fn paced(
+    machine: &Machine,
+    predictor: &mut PacedPredictor,
+    (time_ns, level): (i64, Level),
+    state: &State<f64>,
+) -> Prediction {
+    predictor
+        .row(machine, time_ns, state, Reasons::NONE, level)
+        .clone()
+}
+
+const MS: i64 = 1_000_000;
+
+#[test]
+fn quiet_predictions_are_repeated_until_the_next_period_at_level_safe_only() {
+    let machine = rigid();
+    let mut moving = standing(&machine);
+    let mut predictor = PacedPredictor::new(&machine);
+    let mut at = |time_ns, level, state: &State<f64>| {
+        paced(&machine, &mut predictor, (time_ns, level), state)
+    };
+    let first = at(1005 * MS, Level::Safe, &standing(&machine));
+    assert_eq!(first.age_s, 0.0);
+    // it is the first row's, whatever the machine does now
+    set_joint(&machine, &mut moving, "slew", [0.1, 0.05, 0.0]);
+    let repeated = at(1019 * MS, Level::Safe, &moving);
+    assert_eq!(repeated.age_s, 0.014);
+    assert_eq!(
+        format!("{:?}", repeated.ahead),
+        format!("{:?}", first.ahead)
+    );
+    // the period of 20 ms ends
+    let next = at(1020 * MS, Level::Safe, &moving);
+    assert_eq!(next.age_s, 0.0);
+    assert_ne!(format!("{:?}", next.ahead), format!("{:?}", first.ahead));
+    for level in [Level::Notice, Level::Warning, Level::Danger] {
+        assert_eq!(at(1021 * MS, level, &moving).age_s, 0.0, "{level:?}");
+    }
+    // nor is a prediction of another level repeated
+    assert_eq!(at(1022 * MS, Level::Safe, &moving).age_s, 0.0);
+    assert_eq!(at(1023 * MS, Level::Safe, &moving).age_s, 0.001);
+    let unknown = at(1024 * MS, Level::Unknown, &moving);
+    assert!(unknown.age_s.is_nan() && unknown.of(Law::GoOn).gap.is_some());
+    assert_eq!(at(1025 * MS, Level::Safe, &moving).age_s, 0.0);
+    // a clock that goes back
+    assert_eq!(at(1021 * MS, Level::Safe, &moving).age_s, 0.0);
+}
+
+#[test]
+fn what_may_lift_a_wheel_is_predicted_in_every_row() {
+    let machine = rigid();
+    let mut state = standing(&machine);
+    set_joint(&machine, &mut state, "extension", [0.3, 4.0, 0.0]);
+    let mut predictor = PacedPredictor::new(&machine);
+    for time_ms in [1000, 1001, 1002] {
+        let row = (time_ms * MS, Level::Safe);
+        let prediction = paced(&machine, &mut predictor, row, &state);
+        assert!(prediction.of(Law::GoOn).lifts());
+        assert_eq!(prediction.age_s, 0.0);
+    }
+}
+
+#[test]
+fn predictions_do_not_depend_on_where_a_session_was_joined() {
+    let machine = rigid();
+    let mut joined: Vec<Option<PacedPredictor>> = vec![None, None];
+    let mut state = standing(&machine);
+    for row in 0..60_i64 {
+        let time_ns = 7 * row * MS + row % 3;
+        let phase = row as f64 * 0.3;
+        set_joint(
+            &machine,
+            &mut state,
+            "slew",
+            [phase.sin(), phase.cos(), 0.0],
+        );
+        let starts = [0, 13];
+        let predictions: Vec<_> = (joined.iter_mut().zip(starts))
+            .filter(|(_, start)| row >= *start)
+            .map(|(predictor, _)| {
+                let predictor = predictor.get_or_insert_with(|| PacedPredictor::new(&machine));
+                paced(&machine, predictor, (time_ns, Level::Safe), &state)
+            })
+            .collect();
+        if row >= 13 + 3 {
+            assert_eq!(
+                format!("{:?}", predictions[0]),
+                format!("{:?}", predictions[1]),
+                "row {row}"
+            );
+        }
     }
 }
 

@@ -17,7 +17,7 @@ use clap::Parser;
 use tipwatch_mechanics::machine::PredictionSpec;
 use tipwatch_tests::data;
 use tipwatch_tests::prediction::followed::Followed;
-use tipwatch_tests::prediction::tables;
+use tipwatch_tests::prediction::{stops, tables};
 
 /// Logs of this repository with truth that is not smoothed. The settings were chosen while looking at them, too.
 const OWN: [&str; 6] = [
@@ -29,7 +29,7 @@ const OWN: [&str; 6] = [
     "corner_brake",
 ];
 /// The sets in the folder.
-const SETS: [&str; 3] = ["tuning", "held_out", "shared"];
+const SETS: [&str; 4] = ["tuning", "held_out", "stops", "shared"];
 
 #[derive(Parser)]
 struct Arguments {
@@ -71,6 +71,15 @@ fn main() {
         let logs = logs.iter().map(|log| Followed::new(log, keys.as_ref()));
         let logs: Vec<Followed> = logs.collect();
         println!("{}", tables::of(set, &logs, arguments.each));
+        println!("{}", stops::table(&logs));
+        if arguments.each {
+            for (log, stop) in logs
+                .iter()
+                .flat_map(|log| stops::stops(log).into_iter().map(move |stop| (log, stop)))
+            {
+                println!("{} {stop:?} {:?}", log.name, stops::score(log, &stop, log));
+            }
+        }
     };
     print("own", &OWN.map(|name| data(&format!("{name}.mcap"))));
     for set in SETS {

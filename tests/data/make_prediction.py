@@ -4,7 +4,8 @@
 
 LAB is the folder of the simulation laboratory, OUT receives for each run OUT/SET/NAME.mcap (noisy, joint states 100 Hz, IMU 125 Hz, odometry
 25 Hz), NAME.toml, NAME.urdf and NAME.truth.parquet (wheel loads at 250 Hz, not smoothed). They are too large for this repository; the same
-seeds make the same logs. SET is `tuning` (the settings of the prediction were chosen on it) or `held_out` (none was).
+seeds make the same logs. SET is `tuning` (the settings of the prediction were chosen on it), `held_out` (none was) or `stops` (what happens when the machine does brake,
+and when the arm does stop).
 
 reach    standing on a side slope of 3 to 12 degrees, the arm reaches out downhill
 swing    standing on level ground, the stretched arm is slewed and stopped
@@ -12,16 +13,18 @@ brake    driving with the arm raised in front, braking
 corner   driving into a curve
 work     24 s, standing: the arm moves all the time; wheels keep their load unless a draw is unlucky
 rough    24 s: driving over ridges of 1 to 3 cm with the arm folded
+halt     standing, the stretched arm moves at a constant rate and stops within 0.2 to 0.6 s
 """
 import math
 
 import numpy as np
 
-from fixture_tools import arm_pose, lab_arguments, run, smooth, standing, via, write_fixture
+from fixture_tools import DEGREE, arm_pose, lab_arguments, run, smooth, standing, via, write_fixture
 from make_tip_over import thin_truth
 
 SETS = {"tuning": (1, {"reach": 3, "swing": 2, "brake": 3, "corner": 2, "work": 1, "rough": 1}),
-        "held_out": (1001, {"reach": 5, "swing": 4, "brake": 5, "corner": 4, "work": 2, "rough": 2})}
+        "held_out": (1001, {"reach": 5, "swing": 4, "brake": 5, "corner": 4, "work": 2, "rough": 2}),
+        "stops": (2001, {"brake": 6, "halt": 8})}
 
 
 def reach(rng):
@@ -86,7 +89,25 @@ def rough(rng):
     return dict(duration=24.0, arm=lambda t: arm_pose(44 + 2 * math.sin(0.7 * t), -85, 0.1, 180), drive=drive, ground=ridges, payload=rng.uniform(0, 60))
 
 
-MANOEUVRES = {f.__name__: f for f in (reach, swing, brake, corner, work, rough)}
+def halt(rng):
+    out, slope = rng.uniform(0.2, 0.7), rng.uniform(-4, 4, 2) * math.pi / 180
+    slews, rate, stops = rng.uniform() < 0.5, rng.uniform(0.4, 0.9), rng.uniform(0.2, 0.6)
+    start, sign = rng.uniform(0, 360), rng.choice([-1, 1])
+
+    def turned(t):
+        """The angle after a rate that rises within 1 s, stays for 1 s and falls within `stops`: the integral of `smooth`."""
+        def rise(t, begin, takes):
+            s = min(1.0, max(0.0, (t - begin) / takes))
+            return takes * s ** 4 * (2.5 + s * (s - 3)) + max(0.0, t - begin - takes)
+        return rate * (rise(t, 0.5, 1.0) - rise(t, 2.5, stops))
+
+    def arm(t):
+        lowers = 0.0 if slews else 0.4 * turned(t) / DEGREE
+        return arm_pose(52 - lowers, -85 + 30 * out, 0.1 + 0.6 * out, start + (sign * turned(t) / DEGREE if slews else 0.0))
+    return dict(duration=5.0, arm=arm, drive=standing, slope=tuple(slope), payload=rng.uniform(0, 100))
+
+
+MANOEUVRES = {f.__name__: f for f in (reach, swing, brake, corner, work, rough, halt)}
 
 
 def draws():

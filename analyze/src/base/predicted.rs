@@ -7,6 +7,8 @@ use tipwatch_mechanics::prediction::{Ahead, Law, PredictedNumber, Prediction, Pr
 #[derive(Debug, Clone)]
 pub struct Predictions {
     laws: [LawColumns; Law::ALL.len()],
+    /// Time since the rows for which the predictions were made (s).
+    pub age_s: Vec<f64>,
 }
 
 /// What one assumed motion leads to, row by row.
@@ -33,6 +35,7 @@ impl Predictions {
         };
         Self {
             laws: std::array::from_fn(|_| law.clone()),
+            age_s: Vec::new(),
         }
     }
 
@@ -46,12 +49,14 @@ impl Predictions {
         for (columns, ahead) in self.laws.iter_mut().zip(&prediction.ahead) {
             columns.push(ahead);
         }
+        self.age_s.push(prediction.age_s);
     }
 
     pub(super) fn append(&mut self, next: Self) {
         for (columns, next) in self.laws.iter_mut().zip(next.laws) {
             columns.append(next);
         }
+        self.age_s.extend(next.age_s);
     }
 }
 

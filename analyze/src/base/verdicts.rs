@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::prediction::{Prediction, PredictionGap, Predictor};
+use tipwatch_mechanics::prediction::{PacedPredictor, Prediction, PredictionGap};
 use tipwatch_mechanics::verdict::{
     Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts,
 };
@@ -42,7 +42,7 @@ pub(crate) struct RowJudge<'a> {
 struct RowPredictor<'a> {
     machine: &'a Machine,
     /// `None` for a machine whose supports come and go.
-    predictor: Option<Box<Predictor>>,
+    predictor: Option<Box<PacedPredictor>>,
     state: State<f64>,
     unknown: Prediction,
 }
@@ -53,7 +53,7 @@ impl<'a> RowPredictor<'a> {
         unknown.set_gap(PredictionGap::SupportsVary);
         Self {
             machine,
-            predictor: (!supports_vary).then(|| Box::new(Predictor::new(machine))),
+            predictor: (!supports_vary).then(|| Box::new(PacedPredictor::new(machine))),
             state: State::zero(machine),
             unknown,
         }
@@ -65,7 +65,8 @@ impl<'a> RowPredictor<'a> {
             return &self.unknown;
         };
         rows.states.get(row, &mut self.state);
-        predictor.predict(self.machine, &self.state, rows.reasons[row], level)
+        let (time_ns, reasons) = (rows.times_ns[row], rows.reasons[row]);
+        predictor.row(self.machine, time_ns, &self.state, reasons, level)
     }
 }
 

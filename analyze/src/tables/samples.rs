@@ -2,8 +2,8 @@
 
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::prediction::{
-    Law, PREDICTED_CAUSE, PREDICTED_GAP, PREDICTED_OTF, PREDICTED_WHEEL, PredictedNumber,
-    PredictionGap, predicted_column,
+    Law, PREDICTED_AGE, PREDICTED_CAUSE, PREDICTED_GAP, PREDICTED_OTF, PREDICTED_WHEEL,
+    PredictedNumber, PredictionGap, predicted_column,
 };
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
@@ -95,6 +95,8 @@ fn add_predictions(
         let gaps = columns.gaps.iter().map(|gap| gap.map(PredictionGap::name));
         table.add(predicted_column(PREDICTED_GAP, law), None, gaps);
     }
+    let RowColumn { name, unit, .. } = PREDICTED_AGE;
+    table.add_known(*name, unit, precision, &predictions.age_s);
 }
 
 fn add_verdicts(

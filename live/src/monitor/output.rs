@@ -22,7 +22,8 @@
 //! | `normal_force_n` | sum of the loads |
 //! | `untimed` | true if real time is not checked because a log is replayed as fast as possible |
 //!
-//! `predicted` has the keys `go_on` (the motion goes on), `brake_now` and `stop_arm`; each has
+//! `predicted` has the keys `age_s` (the prediction was made so long before this row, and its times are from then; null if
+//! there is none), `go_on` (the motion goes on), `brake_now` and `stop_arm`; each of the last three has
 //!
 //! | key | content |
 //! |---|---|
@@ -274,7 +275,12 @@ struct PredictedOf<'a>(&'a Line<'a>);
 
 impl Serialize for PredictedOf<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(Law::ALL.map(|law| (law.name(), PredictedBy { line: self.0, law })))
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("age_s", &self.0.verdict.predicted_age_s)?;
+        for law in Law::ALL {
+            map.serialize_entry(law.name(), &PredictedBy { line: self.0, law })?;
+        }
+        map.end()
     }
 }
 

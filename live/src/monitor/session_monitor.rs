@@ -1,6 +1,6 @@
 //! Verdicts on one session. It does not know where messages come from or go to.
 
-use tipwatch_mechanics::prediction::Predictor;
+use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
     Conditions, InputFault, Judge, Latch, LiftOffForecast, RowFacts, Verdict,
@@ -22,7 +22,7 @@ pub struct Monitor {
     workspace: Workspace<f64>,
     judge: Judge,
     forecast: LiftOffForecast,
-    predictor: Predictor,
+    predictor: PacedPredictor,
     is_acknowledged: bool,
     /// Number of alarms raised up to the last verdict published.
     alarms: u64,
@@ -61,7 +61,7 @@ impl Monitor {
             workspace: Workspace::with_scope(&machine, Scope::ALL),
             judge: Judge::new(machine.limits()),
             forecast: LiftOffForecast::new(&machine),
-            predictor: Predictor::new(&machine),
+            predictor: PacedPredictor::new(&machine),
             input,
             machine,
             is_acknowledged: false,
@@ -166,7 +166,8 @@ impl Monitor {
         self.message
             .set_row(time_ns, reasons, outcome, utilisation, next);
         let state = &estimate.state;
-        let prediction = (self.predictor).predict(&self.machine, state, reasons, verdict.level);
+        let level = verdict.level;
+        let prediction = (self.predictor).row(&self.machine, time_ns, state, reasons, level);
         self.message.set_prediction(prediction);
         self.publish(verdict, row.conditions, publish);
         let guard = &self.input.guard;

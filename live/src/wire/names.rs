@@ -1,7 +1,9 @@
 //! Names of wheels and edges, and of the numbers of a verdict.
 
 use anyhow::Result;
-use tipwatch_mechanics::prediction::{Law, PREDICTED_OTF, PredictedNumber, predicted_column};
+use tipwatch_mechanics::prediction::{
+    Law, PREDICTED_AGE, PREDICTED_OTF, PredictedNumber, predicted_column,
+};
 use tipwatch_mechanics::{ColumnNames, Quantity, RowColumn};
 
 use crate::wire::session::name_from_wire;
@@ -50,6 +52,7 @@ impl Names {
                         each(otf.get(wheel).copied().unwrap_or(f64::NAN));
                     });
                 }
+                each(verdict.predicted_age_s);
             }
         });
     }
@@ -75,6 +78,7 @@ impl Names {
                     let of_wheels = self.wheels.iter();
                     columns.extend(of_wheels.map(|wheel| otf.replace("{wheel}", wheel)));
                 }
+                columns.push(PREDICTED_AGE.name.to_string());
             }
         });
         columns

@@ -272,6 +272,9 @@ macro_rules! verdict_message {
                 $(#[doc = quantity_doc!($worst_of)] pub $worst: f64,)*
                 /// Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s.
                 pub time_to_lift_off_s: f64,
+                /// Age of the prediction (s): it was made so long before this row, and its times are from then; 0 if it was made
+                /// for this row. Only at level Safe and only a prediction by which no wheel may lift is repeated.
+                pub predicted_age_s: f64,
                 /// Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
                 /// lifts within the horizon of the machine file.
                 pub predicted_lift_off_s: [f64; LAWS],

@@ -21,6 +21,7 @@ impl WireVerdict {
         let mut wire = Self::blank();
         wire.each_number_mut(MAX_PLACES, MAX_PLACES, |_, number| *number = f64::NAN);
         wire.time_to_lift_off_s = f64::NAN;
+        wire.predicted_age_s = f64::NAN;
         wire.prediction_gap = [PredictionGap::RowInvalid as u32; LAWS];
         for number in PredictedNumber::ALL {
             *wire.predicted_mut(number) = [f64::NAN; LAWS];
@@ -68,6 +69,7 @@ impl WireVerdict {
                 .zip(&ahead.otf_least)
                 .for_each(|(number, otf)| *number = *otf);
         }
+        self.predicted_age_s = prediction.age_s;
     }
 
     /// A number of the prediction by law.

@@ -15,6 +15,8 @@ pub struct PredictionSpec {
     pub horizon: f64,
     /// Number of instants between now and the horizon at which the loads are computed.
     pub points: usize,
+    /// How old a prediction by which no wheel may lift can become while the level is Safe (s).
+    pub period: f64,
     /// Deceleration of the platform when it brakes now (m/s^2).
     pub brake_deceleration: f64,
     /// Deceleration of a revolute joint when the arm stops now (rad/s^2).
@@ -44,6 +46,7 @@ impl Default for PredictionSpec {
         Self {
             horizon: 2.0,
             points: 6,
+            period: 0.02,
             brake_deceleration: 3.0,
             joint_deceleration: 2.0,
             joint_deceleration_linear: 2.0,
@@ -60,6 +63,7 @@ impl PredictionSpec {
     pub(super) fn numbers_by_key(&self) -> Vec<(String, f64)> {
         let keys = [
             ("horizon", self.horizon),
+            ("period", self.period),
             ("brake_deceleration", self.brake_deceleration),
             ("joint_deceleration", self.joint_deceleration),
             ("joint_deceleration_linear", self.joint_deceleration_linear),

@@ -70,6 +70,9 @@ impl Ahead {
 pub struct Prediction {
     /// By [`Law`], in their order.
     pub ahead: [Ahead; Law::ALL.len()],
+    /// Time from the row for which it was made to the row that it is given for (s): zero if it was made for that row. Its times are
+    /// from the row for which it was made. NaN if nothing is known.
+    pub age_s: f64,
 }
 
 impl Prediction {
@@ -78,6 +81,7 @@ impl Prediction {
     pub fn unknown(wheels: usize) -> Self {
         Self {
             ahead: std::array::from_fn(|_| Ahead::unknown(wheels)),
+            age_s: f64::NAN,
         }
     }
 
@@ -92,5 +96,6 @@ impl Prediction {
         for ahead in &mut self.ahead {
             ahead.set_gap(gap);
         }
+        self.age_s = f64::NAN;
     }
 }

@@ -17,9 +17,9 @@ pub enum PredictedNumber {
     Utilisation,
 }
 
-/// The columns of a prediction, one of each for every law: `{law}` stands for its name, `{wheel}` for that of a wheel in lower
+/// The columns of a prediction, one of each for every law but the age: `{law}` stands for its name, `{wheel}` for that of a wheel in lower
 /// case.
-pub const PREDICTED: [RowColumn; 8] = [
+pub const PREDICTED: [RowColumn; 9] = [
     RowColumn {
         name: "predicted_{law}_lift_off",
         unit: "s",
@@ -59,6 +59,11 @@ pub const PREDICTED: [RowColumn; 8] = [
         name: "predicted_{law}_gap",
         unit: "",
         meaning: "Why nothing is predicted; null if something is",
+    },
+    RowColumn {
+        name: "predicted_age",
+        unit: "s",
+        meaning: "Time since the row for which the prediction was made; 0 if it was made for this row. Only at level Safe and only a prediction by which no wheel may lift is repeated; null where nothing is predicted by any motion",
     },
 ];
 
@@ -101,6 +106,8 @@ pub const PREDICTED_WHEEL: &RowColumn = &PREDICTED[5];
 pub const PREDICTED_CAUSE: &RowColumn = &PREDICTED[6];
 /// Name and meaning of [`Ahead::gap`].
 pub const PREDICTED_GAP: &RowColumn = &PREDICTED[7];
+/// Name, unit and meaning of [`Prediction::age_s`](super::Prediction::age_s).
+pub const PREDICTED_AGE: &RowColumn = &PREDICTED[8];
 
 #[cfg(test)]
 mod tests {
@@ -120,5 +127,6 @@ mod tests {
         assert!(PREDICTED_OTF.name.contains("otf"));
         assert!(PREDICTED_WHEEL.name.ends_with("wheel") && PREDICTED_CAUSE.name.ends_with("cause"));
         assert!(PREDICTED_GAP.name.ends_with("gap"));
+        assert!(PREDICTED_AGE.name.ends_with("age"));
     }
 }

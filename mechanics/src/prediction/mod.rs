@@ -15,14 +15,16 @@ mod gap;
 mod instant;
 mod joints;
 mod law;
+mod paced;
 mod platform;
 mod predictor;
 
 pub use ahead::{Ahead, Prediction};
 pub use columns::{
-    PREDICTED, PREDICTED_CAUSE, PREDICTED_GAP, PREDICTED_OTF, PREDICTED_WHEEL, PredictedNumber,
-    predicted_column,
+    PREDICTED, PREDICTED_AGE, PREDICTED_CAUSE, PREDICTED_GAP, PREDICTED_OTF, PREDICTED_WHEEL,
+    PredictedNumber, predicted_column,
 };
 pub use gap::PredictionGap;
 pub use law::Law;
+pub use paced::PacedPredictor;
 pub use predictor::Predictor;

@@ -160,6 +160,11 @@ impl Predictor {
         &self.prediction
     }
 
+    /// Gives the last prediction an age (s): it is repeated for a later row.
+    pub(super) fn set_age(&mut self, age_s: f64) {
+        self.prediction.age_s = age_s;
+    }
+
     /// Predicts from the state of a row with these reasons and this level. Nothing is predicted where the level says that
     /// nothing is known of the present.
     pub fn predict(
@@ -172,6 +177,7 @@ impl Predictor {
         let is_known = !matches!(level, Level::Unknown | Level::Fault);
         if is_known && reasons.leave_loads() {
             self.predict_loads(machine, state);
+            self.prediction.age_s = 0.0;
         } else {
             self.prediction.set_gap(PredictionGap::RowInvalid);
         }

@@ -20,7 +20,7 @@ pub struct Kind {
 /// Lift-off within two seconds if the motion goes on.
 pub const GO_ON: Kind = Kind {
     name: "prediction, go on",
-    is_on: |row| row.lift_off_s[Law::GoOn as usize].is_finite(),
+    is_on: |row| row.ahead[Law::GoOn as usize].lift_off_s.is_finite(),
 };
 
 /// The alarms that are compared.
@@ -40,15 +40,15 @@ pub const KINDS: [Kind; 9] = [
     GO_ON,
     Kind {
         name: "prediction, go on, 1 s",
-        is_on: |row| row.lift_off_s[Law::GoOn as usize] <= 1.0,
+        is_on: |row| row.ahead[Law::GoOn as usize].lift_off_s <= 1.0,
     },
     Kind {
         name: "prediction, go on, sure within 2 s",
-        is_on: |row| row.latest_s[Law::GoOn as usize].is_finite(),
+        is_on: |row| row.ahead[Law::GoOn as usize].latest_s.is_finite(),
     },
     Kind {
         name: "prediction, go on, possible",
-        is_on: |row| row.earliest_s[Law::GoOn as usize].is_finite(),
+        is_on: |row| row.ahead[Law::GoOn as usize].earliest_s.is_finite(),
     },
     Kind {
         name: "level warning",

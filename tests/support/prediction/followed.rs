@@ -1,13 +1,13 @@
 //! A log followed row by row by the causal estimator and the predictor, with the truth beside it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::Truth;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::PredictionSpec;
-use tipwatch_mechanics::prediction::{Law, Predictor};
+use tipwatch_mechanics::prediction::{Ahead, Law, PacedPredictor, Predictor};
 use tipwatch_mechanics::verdict::Level;
 use tipwatch_mechanics::{Quantity, State};
 
@@ -29,12 +29,12 @@ pub struct Row {
     pub level: Level,
     /// The plain rate, as the verdict announces it (s); NaN without.
     pub by_rate_s: f64,
-    /// Time to lift-off by law (s); NaN without.
-    pub lift_off_s: [f64; Law::ALL.len()],
-    /// The same for the OTF less two standard deviations.
-    pub earliest_s: [f64; Law::ALL.len()],
-    /// The same for the OTF plus two standard deviations.
-    pub latest_s: [f64; Law::ALL.len()],
+    /// What is predicted by law, as the user gets it: repeated where the program repeats it.
+    pub ahead: [Ahead; Law::ALL.len()],
+    /// Speed along the ground (m/s); NaN where it is unknown.
+    pub speed: f64,
+    /// Velocity of the fastest joint that is not a wheel (rad/s or m/s).
+    pub arm_speed: f64,
     /// Squared errors of the loads ahead relative to the mean load, of the prediction and of the present loads; NaN where a
     /// wheel is off the ground.
     pub errors: [[f64; 2]; AHEAD_S.len()],
@@ -54,6 +54,12 @@ pub struct Followed {
     pub name: String,
     /// Its rows.
     pub rows: Vec<Row>,
+    /// Mean load of a wheel (N).
+    pub mean_load: f64,
+    log: PathBuf,
+    keys: PredictionSpec,
+    truth: Truth,
+    wheels: usize,
     lifts: Vec<Lift>,
     /// Time during which all wheels were on the ground (s).
     pub on_ground_s: f64,
@@ -89,6 +95,7 @@ impl Followed {
             .verdicts
             .as_ref()
             .expect("a simulated log with its truth");
+        let mut pacer = PacedPredictor::new(machine);
         let mut predictor = Predictor::new(machine);
         let mut state = State::zero(machine);
         let last_ns = *truth
@@ -99,9 +106,10 @@ impl Followed {
             let time_ns = analysis.rows.times_ns[row];
             analysis.rows.state(row, &mut state);
             let reasons = analysis.rows.reasons[row];
-            let prediction = predictor
-                .predict(machine, &state, reasons, verdicts.verdicts[row].level)
-                .clone();
+            let level = verdicts.verdicts[row].level;
+            let prediction = pacer.row(machine, time_ns, &state, reasons, level).clone();
+            // the loads at given times ahead are those of the row itself
+            predictor.predict(machine, &state, reasons, level);
             let mut errors = [[f64::NAN; 2]; AHEAD_S.len()];
             for (errors, ahead_s) in errors.iter_mut().zip(AHEAD_S) {
                 let then_ns = time_ns + (ahead_s * 1e9) as i64;
@@ -120,26 +128,70 @@ impl Followed {
                     square(&|wheel| analysis.rows.outcomes.column(Quantity::Otf(wheel))[row]),
                 ];
             }
+            let along = &state.base.velocity;
+            let joints = machine.joints().iter().zip(&state.joints);
+            let others = joints.filter(|(joint, _)| joint.spins_wheel.is_none());
             Row {
                 time_s: seconds(time_ns),
-                level: verdicts.verdicts[row].level,
+                level,
                 by_rate_s: verdicts.time_to_lift_off_s[row],
-                lift_off_s: Law::ALL.map(|law| prediction.of(law).lift_off_s),
-                earliest_s: Law::ALL.map(|law| prediction.of(law).earliest_s),
-                latest_s: Law::ALL.map(|law| prediction.of(law).latest_s),
+                ahead: prediction.ahead,
+                speed: along.x.hypot(along.y),
+                arm_speed: others.fold(0.0, |most, (_, motion)| motion.rate.abs().max(most)),
                 errors,
             }
         });
+        let rows: Vec<Row> = rows.collect();
         Self {
+            mean_load: mean,
+            log: log.to_path_buf(),
+            keys: machine.prediction().clone(),
+            wheels: names.len(),
             name: log
                 .file_stem()
                 .expect("a simulated log with its truth")
                 .to_string_lossy()
                 .into_owned(),
-            rows: rows.collect(),
+            rows,
+            truth,
             lifts,
             on_ground_s,
         }
+    }
+
+    /// The same log, with other keys of `[prediction]`.
+    #[must_use]
+    pub fn again(&self, keys: &PredictionSpec) -> Self {
+        Self::new(&self.log, Some(keys))
+    }
+
+    /// The keys of `[prediction]`.
+    #[must_use]
+    pub fn keys(&self) -> &PredictionSpec {
+        &self.keys
+    }
+
+    /// The wheel that comes to carry least within a span of time (s), and that load (N), a mean over [`LIFTED_S`].
+    #[must_use]
+    pub fn least_load(&self, span_s: [f64; 2]) -> (usize, f64) {
+        let start_ns = self.truth.times_ns()[0];
+        let at_ns = |time_s: f64| start_ns + (time_s * 1e9) as i64;
+        let steps = ((span_s[1] - span_s[0]) / LIFTED_S * 5.0) as usize;
+        let mut least = (0, f64::INFINITY);
+        for step in 0..=steps {
+            let from_s = span_s[0] + step as f64 * LIFTED_S / 5.0;
+            for wheel in 0..self.wheels {
+                let loads = (0..10).map(|k| from_s + (f64::from(k) / 10.0 - 0.5) * LIFTED_S);
+                let mean = loads
+                    .map(|time_s| self.truth.load(wheel, at_ns(time_s)))
+                    .sum::<f64>()
+                    / 10.0;
+                if mean < least.1 {
+                    least = (wheel, mean);
+                }
+            }
+        }
+        least
     }
 
     /// The true lifts.

@@ -3,4 +3,5 @@
 
 pub mod alarms;
 pub mod followed;
+pub mod stops;
 pub mod tables;

@@ -4,7 +4,7 @@ use anyhow::Result;
 use tipwatch_ingest::{Ros2Writer, WriterTopic};
 use tipwatch_mechanics::RowColumn;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::prediction::{Law, PredictedNumber, predicted_column};
+use tipwatch_mechanics::prediction::{Law, PREDICTED_AGE, PredictedNumber, predicted_column};
 
 use super::flat::flat;
 use crate::base::options::Precision;
@@ -40,6 +40,8 @@ impl VerdictTopic {
                 let (name, unit) = (predicted_column(number.column(), law), number.column().unit);
                 definition += &format!("float64 {name}  # {unit}\n");
             }
+            let RowColumn { name, unit, .. } = PREDICTED_AGE;
+            definition += &format!("float64 {name}  # {unit}\n");
         }
         let topic = writer.topic(
             "/tipwatch/verdict",
@@ -68,6 +70,7 @@ impl VerdictTopic {
         ];
         if let Some(predictions) = &verdicts.predictions {
             values.extend(predicted().map(|(law, n)| predictions.of(law).number(n)[row]));
+            values.push(predictions.age_s[row]);
         }
         let message = flat(machine, rows, row, &values, Precision::Double);
         Ok(writer.write(self.topic, rows.times_ns[row], &message)?)
