@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::measured_loads::TOTAL;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::{Options, Precision};
 use tipwatch_analyze::report;
@@ -11,6 +12,7 @@ use tipwatch_analyze::setup::validate::{page, text, validate};
 use tipwatch_analyze::tables::samples::samples;
 use tipwatch_analyze::tables::summary::Summary;
 use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_tests::{LOADS, Truth, data, write_with_loads};
 
@@ -153,6 +155,63 @@ fn a_load_cell_that_lies_for_seconds_makes_those_rows_invalid() {
             .notes
             .iter()
             .any(|note| note.contains("measured and computed loads contradict"))
+    );
+}
+
+/// Cells that are wrong from the third second on, each in its own way.
+#[test]
+fn wrong_load_cells_of_every_kind_are_found() {
+    type Edit = fn([f64; 4]) -> [f64; 4];
+    let wrong: [(&str, Edit); 5] = [
+        ("offset", |[fl, fr, rl, rr]| [fl + 2500.0, fr, rl, rr]),
+        ("scale of all", |loads| loads.map(|load| 1.4 * load)),
+        ("sign", |[fl, fr, rl, rr]| [fl, -fr, rl, rr]),
+        ("no load", |[fl, fr, _, rr]| [fl, fr, 0.0, rr]),
+        ("front and rear swapped", |[fl, fr, rl, rr]| {
+            [rl, rr, fl, fr]
+        }),
+    ];
+    for (name, edit) in wrong {
+        let (_, analysis) = analysed("corner_brake", &cells(100.0), |t, loads| match t {
+            3.0.. => edit(loads),
+            _ => loads,
+        });
+        let found = &analysis.load_comparison.contradictions;
+        let first = found.iter().map(|span| span.start_ns).min();
+        let first = first.unwrap_or_else(|| panic!("{name}: not found"));
+        // It begins with the error, and is certain two seconds later.
+        let start_s = (first - analysis.rows.times_ns[0]) as f64 * 1e-9;
+        assert!((2.9..4.0).contains(&start_s), "{name}: {start_s}");
+    }
+}
+
+/// While a wheel is off the ground, single loads are not compared; the total is.
+#[test]
+fn the_total_is_compared_while_a_wheel_is_off_the_ground() {
+    let airborne = |analysis: &Analysis| {
+        let load = analysis.rows.outcomes.wheel_columns(Quantity::Otf);
+        let off = |row: &usize| load.iter().any(|column| column[*row] <= 0.0);
+        (0..analysis.rows.len()).filter(off).collect::<Vec<usize>>()
+    };
+    let (_, good) = analysed("side_reach", &cells(100.0), |_, loads| loads);
+    assert!(
+        good.load_comparison.contradictions.is_empty(),
+        "{:?}",
+        good.load_comparison.contradictions
+    );
+    assert!(airborne(&good).len() > 100 && good.load_comparison.lifted > 100);
+    let (_, wrong) = analysed("side_reach", &cells(100.0), |_, loads| {
+        loads.map(|load| 1.4 * load)
+    });
+    let contradicted = |row: &&usize| wrong.rows.reasons[**row].has(Reason::Contradiction);
+    let rows = airborne(&good);
+    assert!(rows.iter().filter(contradicted).count() * 10 > rows.len() * 9);
+    assert!(
+        wrong
+            .load_comparison
+            .contradictions
+            .iter()
+            .any(|span| span.sensor == TOTAL)
     );
 }
 

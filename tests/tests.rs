@@ -16,6 +16,8 @@ mod gaps; // missing data is reported, never filled in
 mod golden; // results equal the recorded ones bit for bit
 mod gross_inputs; // signals in other units, impossible machines
 mod identification; // parameters from measured loads
+mod measured_forces; // measured forces of cylinders beside the computed ones
+mod measured_lengths; // measured strokes of cylinders against angles
 mod measured_loads; // measured loads beside the computed ones
 mod number_signals; // any field of any message as a signal
 mod object_storage; // logs in a bucket, with faults

@@ -271,11 +271,8 @@ fn exchanged_joints_are_contradicted_and_never_proven() {
             let both = [a, b].map(|joint| item(&found, &sign(joint)).status);
             assert!(!both.contains(&Status::Proven), "{a} {b}\n{}", told(&found));
             assert!(!found.is_complete(), "{a} {b}\n{}", told(&found));
-            // In gentle curves, wheels of one side turn alike: what they show may suit both.
-            let sides = [a, b].map(|joint| joint.strip_prefix("wheel_").and_then(|w| w.get(1..)));
-            let turn_alike = sides[0].is_some() && sides[0] == sides[1];
             assert!(
-                turn_alike || found.count(Status::Contradicted) > 0,
+                found.count(Status::Contradicted) > 0,
                 "{a} {b}\n{}",
                 told(&found)
             );
@@ -378,18 +375,48 @@ fn wrong_odometry_and_gyroscopes_are_named() {
     }
 }
 
-/// Their lean is all that shows roll and pitch rates of a standing machine, and the arm's encoders rest on it, too.
+/// The orientation shows which is which. Without one, only the lean by the arm does, on which its encoders rest, too.
 #[test]
-fn exchanged_roll_and_pitch_rates_are_never_proven() {
-    let found = assessed(&STEERED, &mut |_, sensor, values| {
+fn exchanged_roll_and_pitch_rates_are_contradicted() {
+    type Edit = fn(&mut Vec<f64>);
+    let wrong: [Edit; 3] = [
+        |values| values.swap(3, 4),
+        |values| {
+            values.swap(3, 4);
+            values[3] = -values[3];
+        },
+        |values| values[3] = -values[3],
+    ];
+    for (case, edit) in wrong.into_iter().enumerate() {
+        let found = assessed(&STEERED, &mut |_, sensor, values| {
+            if sensor == Sensor::Imu {
+                edit(values);
+            }
+            true
+        });
+        let item = item(&found, "imu.angular_velocity.roll_pitch");
+        assert_eq!(
+            item.status,
+            Status::Contradicted,
+            "{case}\n{}",
+            told(&found)
+        );
+        let is_named = found
+            .explanations
+            .iter()
+            .any(|text| text.contains("gyro") || text.contains("axis"));
+        assert!(is_named, "{case}\n{}", told(&found));
+    }
+    let without = assessed(&STEERED, &mut |_, sensor, values| {
         if sensor == Sensor::Imu {
             values.swap(3, 4);
+            values[6..10].fill(f64::NAN);
         }
         true
     });
-    let status = item(&found, "imu.angular_velocity.roll_pitch").status;
-    assert_ne!(status, Status::Proven, "{}", told(&found));
-    assert!(!found.is_complete());
+    let status = item(&without, "imu.angular_velocity.roll_pitch").status;
+    assert_ne!(status, Status::Proven, "{}", told(&without));
+    assert!(!without.is_complete());
 }
 
 #[test]

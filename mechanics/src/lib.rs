@@ -63,6 +63,7 @@ pub use state::{
     AccelerometerBias, BaseState, ImuState, JetCovariance, SignalNoise, State, StateColumns,
 };
 pub use studies::actuator_force::{actuator_force, carries_payload};
+pub use studies::actuator_force_sigma::actuator_force_sigma;
 pub use studies::combination_sigma::combination_sigma;
 pub use studies::payload_estimate::{
     ForceQuality, MeasuredForce, PayloadEstimate, estimate_payload,

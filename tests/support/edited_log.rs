@@ -58,7 +58,7 @@ impl<'m> Cdr<'m> {
 #[derive(Debug)]
 pub struct Values<'m> {
     cdr: Cdr<'m>,
-    /// Byte offset of each number by name: `position.slew`, `velocity.slew`, `force.x`, `turning.x`,
+    /// Byte offset of each number by name: `position.slew`, `velocity.slew`, `effort.slew`, `force.x`, `turning.x`,
     /// `attitude.w`, `velocity.x`.
     places: BTreeMap<String, usize>,
     /// Stamp of the message (ns).
@@ -91,9 +91,11 @@ fn values<'m>(type_name: &str, bytes: &'m mut [u8]) -> Option<Values<'m>> {
         "sensor_msgs/msg/JointState" => {
             let stamp_ns = cdr.header();
             let names: Vec<String> = (0..cdr.count()).map(|_| cdr.text()).collect();
-            for list in ["position", "velocity"] {
+            for list in ["position", "velocity", "effort"] {
                 let count = cdr.count();
-                cdr.align(8);
+                if count > 0 {
+                    cdr.align(8);
+                }
                 for name in names.iter().take(count) {
                     places.insert(format!("{list}.{name}"), cdr.at);
                     cdr.at += 8;

@@ -18,6 +18,7 @@ mod notes;
 pub mod payload;
 mod prediction;
 pub mod quasi_static;
+mod redundancy;
 mod result;
 pub mod run;
 pub mod sensitivity;

@@ -26,6 +26,7 @@ use super::measured_loads::{Comparison, LoadComparison, sampled_rows};
 use super::notes;
 use super::payload;
 use super::quasi_static::{QuasiStatic, choose};
+use super::redundancy;
 use super::size;
 use super::states::{self, KeptStates};
 use super::supports;
@@ -147,6 +148,10 @@ fn analyse_with<S: RowSink>(
         true => compare_loads(&loaded.machine, &mut rows, &measured_loads),
         false => LoadComparison::default(),
     };
+    let contradicted = match scope.sensitivities && gross_inputs.is_empty() {
+        true => redundancy::contradictions(&log, file, &loaded, &forces, &rows, &payloads),
+        false => Vec::new(),
+    };
     let posture = first_posture(&loaded.machine, &rows);
     supports::check_options(&loaded, &options)?;
     let has_odometry = loaded.matched.sensors.odometry;
@@ -176,7 +181,8 @@ fn analyse_with<S: RowSink>(
     let notes_on_static_rows = (quasi_static.as_ref()).map_or(Vec::new(), |it| it.notes.clone());
     QuasiStatic::apply(quasi_static, &mut table);
     let min_loads_n = min_loads(machine);
-    let input_events = events::of_inputs(&loaded, &quality.faults, &table);
+    let mut input_events = events::of_inputs(&loaded, &quality.faults, &table);
+    input_events.extend(contradicted);
     let prepared = Prepared {
         machine,
         table: &table,

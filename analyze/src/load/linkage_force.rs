@@ -75,6 +75,22 @@ pub(super) fn series_of(log: &Log, field: &FieldSpec, clocks: &Clocks<'_>) -> Re
     Ok(series(&recordings[0], field, clocks))
 }
 
+/// The positions of a joint that is bound by itself, in order of time.
+pub(crate) fn positions_of(
+    log: &Log,
+    file: &MachineFile,
+    loaded: &LoadedLog,
+    field: &FieldSpec,
+) -> Result<Series> {
+    let clocks = Clocks::of(file, loaded);
+    let request = FieldRequest {
+        topic: field.topic.clone(),
+        number: number_field(field, "position"),
+    };
+    let (recordings, _) = record_fields(log, &[request], clocks.time_base)?;
+    Ok(series(&recordings[0], field, &clocks))
+}
+
 /// A force over time: stamps (ns) and values (N).
 pub(crate) type Series = (Vec<i64>, Vec<f64>);
 

@@ -46,6 +46,8 @@ pub(super) enum Subject {
     Travel,
     OdometryTurning,
     Attitude,
+    /// Force on the tool or of an actuator.
+    Reaction,
 }
 
 /// Degrees in a radian.

@@ -64,6 +64,16 @@ pub(super) fn describe(machine: &Machine, estimate: &Estimate) -> String {
             axis(k),
             source.words()
         )),
+        Relation::Rocking(row, column) => plain(format!(
+            "{} rate by the orientation per {} rate:",
+            ["roll", "pitch"][row],
+            ["roll", "pitch"][column]
+        )),
+        Relation::WheelOrder(a, b) => plain(format!(
+            "how much faster {} than {} rolls in curves, over what their paths require:",
+            name(a),
+            name(b)
+        )),
         Relation::Wheel(joint) => plain(format!("rotation of {} per travel:", name(joint))),
         Relation::WheelSide(joint) => plain(format!(
             "rotation of {} in a curve, by the side that it is on:",

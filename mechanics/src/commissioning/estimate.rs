@@ -27,12 +27,16 @@ pub(super) enum Relation {
     AttitudeUp,
     /// Angular velocity about an axis per yaw rate by another sensor.
     Turn(Yaw, usize),
+    /// Roll or pitch rate by the orientation, per roll or pitch rate by the gyroscope: row and column.
+    Rocking(usize, usize),
     /// Speed of a wheel's circumference per speed of its centre.
     Wheel(usize),
     /// The part of that speed due to a curve, likewise: on which side the wheel is.
     WheelSide(usize),
     /// Root mean square deviation of a wheel's speed in curves, as a share of it.
     WheelCurve(usize),
+    /// Difference of the speeds of two wheels of one side in curves, over that of their paths.
+    WheelOrder(usize, usize),
     /// Angle of a steering joint per angle by the motion of its wheels.
     Steer(usize),
     /// Root mean square deviation of that angle, as a share of it.

@@ -12,6 +12,7 @@ use super::leaning;
 use super::moved::{self, MovedAlone};
 use super::platform::{Platform, Predicted};
 use super::readings;
+use super::rocking;
 use super::roles::{Role, Roles};
 use super::rolling;
 use super::signals::{Signals, View};
@@ -148,7 +149,9 @@ impl<'a> Comparison<'a> {
         all.extend(driving::driving(machine, view, &travel, &self.normal));
         all.extend(driving::turning(view, &travel, self.skids));
         all.extend(driving::attitude(machine, view, &travel));
+        all.extend(rocking::rocking(view));
         all.extend(rolling::wheels(view, &travel, self.skids));
+        all.extend(rolling::order(view, &travel));
         all.extend(rolling::steering(machine, self.roles, view, &travel));
         all
     }
@@ -324,6 +327,8 @@ pub(super) fn subjects(relation: Relation, source: Source, wheels: &[usize]) -> 
         Relation::AttitudeTilt(_) | Relation::AttitudeUp => vec![Subject::Attitude],
         Relation::Turn(Yaw::Odometry, _) => vec![Subject::Gyro, Subject::OdometryTurning],
         Relation::Turn(Yaw::Attitude, _) => vec![Subject::Gyro, Subject::Attitude],
+        Relation::Rocking(..) => vec![Subject::Gyro, Subject::Attitude],
+        Relation::WheelOrder(a, b) => with(&[Subject::Joint(a), Subject::Joint(b)]),
         Relation::Turn(Yaw::Wheels, _) => {
             let wheels = wheels.iter().map(|&joint| Subject::Joint(joint));
             wheels.chain([Subject::Gyro]).collect()

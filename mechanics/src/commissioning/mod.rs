@@ -19,6 +19,7 @@ mod platform;
 mod question;
 mod readings;
 mod recording;
+mod rocking;
 mod roles;
 mod rolling;
 mod signals;

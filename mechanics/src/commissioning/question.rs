@@ -19,6 +19,9 @@ const MOVED: &str = "When this joint was asked for, did it and no other one move
 const READS: &str =
     "Does its reading agree with the position measured at the machine, in two positions far apart?";
 
+const PULLS: &str = "With a known load on the tool, and with a known pull sideways, does the measured force have that size, and does it point as the frame of the sensor in the machine file says?";
+const PUSHES: &str = "With the load of this actuator measured otherwise (weighed wheels, or a known load), does its force have that size, positive when it pushes the rod out?";
+
 /// A property of a signal, what shows it, and what else could be the case.
 #[derive(Debug)]
 pub(super) struct Question {
@@ -66,6 +69,49 @@ pub(super) fn questions(setting: &Setting<'_>) -> Vec<Question> {
     }
     if setting.source != Source::Nothing && setting.sensors.imu {
         all.push(travel());
+    }
+    all.extend(forces(setting));
+    all
+}
+
+/// Measured forces. No motion without a known load shows them: what they do to the platform is what the masses do, too.
+fn forces(setting: &Setting<'_>) -> Vec<Question> {
+    let question = |key: String, signal: String, motion: &str, asks| Question {
+        key,
+        signal,
+        property: "size, sign and axes of the force",
+        subject: Subject::Reaction,
+        // No comparison of this recording shows it.
+        needed: vec![Vec::new()],
+        alternatives: Vec::new(),
+        motion: motion.into(),
+        asks: Some(asks),
+    };
+    let mut all = Vec::new();
+    if setting.sensors.tool_wrench {
+        all.push(question(
+            "tool_wrench".into(),
+            "force on the tool".into(),
+            "stand, take a known load with the tool, hold it, and put it down; compare the measured force with its weight",
+            PULLS,
+        ));
+    }
+    let contact = setting.machine.contact();
+    let mut joints: Vec<usize> = setting
+        .sensors
+        .actuators
+        .iter()
+        .map(|it| it.joint)
+        .collect();
+    joints.dedup();
+    for joint in joints {
+        let name = contact.actuated_joints[joint].name(setting.machine.linkages());
+        all.push(question(
+            format!("actuator.{name}"),
+            format!("force of actuator {name}"),
+            "stand, and compare the measured force with that by weighed wheels or a known load",
+            PUSHES,
+        ));
     }
     all
 }

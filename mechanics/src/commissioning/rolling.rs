@@ -23,6 +23,10 @@ const SLOW: f64 = 0.25;
 const ROLLS: f64 = 0.1;
 const TURNS: f64 = 0.06;
 const STEERS: f64 = 0.05;
+/// Least standard deviation of the difference of two wheels' paths that shows their order (m/s).
+const PARTS: f64 = 0.008;
+/// Wheels of one side are no farther apart across (m).
+const ONE_SIDE: f64 = 0.1;
 /// Yaw rate of a curve (rad/s), and the fewest bins of curves.
 const CURVE: f64 = 0.15;
 const FEWEST: usize = 20;
@@ -67,6 +71,43 @@ pub(super) fn wheels(view: &View, travel: &Travel, skids: bool) -> Vec<Estimate>
                 tolerance,
                 wrong,
             });
+        }
+    }
+    found
+}
+
+/// Wheels of one side whose paths differ in curves: which of them rolls faster.
+///
+/// ```text
+///     s_a - s_b = b d + c (s_a + s_b) / 2,    d: the same difference by the paths of the wheels
+/// ```
+/// b is 1, and -1 if the two are exchanged. c is what their radii are off by.
+pub(super) fn order(view: &View, travel: &Travel) -> Vec<Estimate> {
+    let mut found = Vec::new();
+    for (place, a) in travel.wheels.iter().enumerate() {
+        for b in &travel.wheels[place + 1..] {
+            let mut equations = Equations::new(2).excited(0, PARTS);
+            for k in (0..view.bins).filter(|&k| view.is_upright[k]) {
+                if (a.centre[k].y - b.centre[k].y).abs() > ONE_SIDE {
+                    continue;
+                }
+                let path = |wheel: &WheelColumns| {
+                    let turned = Vector3::z().cross(&wheel.centre[k]) * view.turning[k].z;
+                    wheel.along[k].dot(&(travel.velocity[k] + turned))
+                };
+                let mean = 0.5 * (a.speed[k] + b.speed[k]);
+                equations.add(&[path(a) - path(b), mean], a.speed[k] - b.speed[k]);
+            }
+            if let Some(solution) = equations.solve() {
+                found.push(Estimate {
+                    relation: Relation::WheelOrder(a.joint, b.joint),
+                    value: solution.values[0],
+                    sigma: solution.sigmas[0],
+                    expected: 1.0,
+                    tolerance: 0.6,
+                    wrong: 1.0,
+                });
+            }
         }
     }
     found

@@ -1,6 +1,7 @@
 //! What is computed with evaluations: static postures, payloads, actuator forces, drawn parameters.
 
 pub(crate) mod actuator_force;
+pub(crate) mod actuator_force_sigma;
 #[cfg(test)]
 mod closed_form_against_newton_euler;
 pub(crate) mod combination_sigma;

@@ -13,9 +13,10 @@ use nalgebra::{Matrix2, Vector2};
 use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::workspace::Workspace;
 use crate::explain::sensitivity::followed_by;
-use crate::machine::{Axis, Machine, Parameter, links_with_mass};
+use crate::machine::{Machine, Parameter};
 use crate::state::State;
 use crate::studies::actuator_force::{actuator_force, carries_payload, force_by_payload_mass};
+use crate::studies::actuator_force_sigma::changes_by_links;
 
 /// Below this rod speed (m/s) the sign of the friction is undetermined.
 const LEAST_ROD_SPEED: f64 = 1e-3;
@@ -178,13 +179,8 @@ fn systematic_variance(
     };
     let [known, by_mass] = force(empty);
     let mut variance = 0.0;
-    for link in links_with_mass(empty) {
-        let com = Axis::ALL.map(|axis| Parameter::LinkCom(link, axis));
-        for parameter in std::iter::once(Parameter::LinkMass(link)).chain(com) {
-            let sigma = parameter.sigma(empty);
-            let [changed, _] = force(&empty.changed(&[(parameter, sigma)]));
-            variance += ((changed - known) / by_mass).powi(2);
-        }
+    for change in changes_by_links(empty, |machine| force(machine)[0] - known) {
+        variance += (change / by_mass).powi(2);
     }
     for axis in 0..3 {
         let mut moved = empty.clone();

@@ -10,6 +10,7 @@ use tipwatch_mechanics::{
 use super::compared_row::ComparedRow;
 use super::contradiction::{Contradiction, contradictions};
 use super::statistics::{SensorStatistics, statistics};
+use super::total::{self, TotalRow, sensors_of_all};
 use crate::base::estimated::EstimatedRows;
 use crate::load::MeasuredLoads;
 
@@ -53,21 +54,34 @@ impl Comparison<'_> {
             self.rows.state(row, &mut state);
             states.push((row, state));
         }
-        let compared = states.par_iter().map(|(row, state)| self.row(*row, state));
-        let compared: Vec<Option<ComparedRow>> = compared.collect();
+        let sensors: Vec<&LoadSensor> = self.measured.sensors.iter().map(|m| &m.sensor).collect();
+        let all = sensors_of_all(&sensors, self.machine.wheels().len());
+        let compared = states
+            .par_iter()
+            .map(|(row, state)| self.row(*row, state, all.as_deref()));
+        let (compared, totals): (Vec<Option<ComparedRow>>, Vec<Option<TotalRow>>) =
+            compared.unzip();
         let lifted = compared.iter().filter(|row| row.is_none()).count();
         let rows: Vec<ComparedRow> = compared.into_iter().flatten().collect();
-        let sensors: Vec<&LoadSensor> = self.measured.sensors.iter().map(|m| &m.sensor).collect();
+        let totals: Vec<TotalRow> = totals.into_iter().flatten().collect();
+        let mut contradictions = contradictions(&sensors, &rows);
+        contradictions.extend(total::contradictions(&totals));
         LoadComparison {
             sensors: statistics(&sensors, &rows),
-            contradictions: contradictions(&sensors, &rows),
+            contradictions,
             rows,
             lifted,
         }
     }
 
-    /// A row; `None` if a wheel is off the ground, where the band of its load is that of its lift-off.
-    fn row(&self, row: usize, state: &State<f64>) -> Option<ComparedRow> {
+    /// A row, `None` if a wheel is off the ground, where the band of its load is that of its lift-off; and its total, if the
+    /// sensors in `all` carry every wheel.
+    fn row(
+        &self,
+        row: usize,
+        state: &State<f64>,
+        all: Option<&[usize]>,
+    ) -> (Option<ComparedRow>, Option<TotalRow>) {
         let machine = self.machine;
         let scope = Scope {
             sensitivities: true,
@@ -75,11 +89,22 @@ impl Comparison<'_> {
         };
         let mut workspace = Workspace::with_scope(machine, scope);
         let loads = evaluate_one(machine, state, &mut workspace).load.clone();
-        if !loads.iter().all(|load| *load > 0.0) {
-            return None;
-        }
         let time_ns = self.rows.times_ns[row];
         let sensors = &self.measured.sensors;
+        let total = all.map(|all| {
+            let measured: f64 = all.iter().map(|&k| self.measured.at(k, time_ns)).sum();
+            let of_sensors: f64 = all.iter().map(|&k| sensors[k].sensor.sigma.powi(2)).sum();
+            let computed = combination_sigma(machine, state, &workspace, &vec![1.0; loads.len()]);
+            TotalRow {
+                time_ns,
+                difference: measured - loads.iter().sum::<f64>(),
+                sigma: of_sensors.sqrt().hypot(computed),
+            }
+        });
+        let total = total.filter(|total| total.difference.is_finite());
+        if !loads.iter().all(|load| *load > 0.0) {
+            return (None, total);
+        }
         let factors: Vec<Vec<f64>> = sensors
             .iter()
             .map(|m| m.sensor.factors(loads.len()))
@@ -129,6 +154,6 @@ impl Comparison<'_> {
         if let Some(root) = covariance.cholesky() {
             found.distance = residual.dot(&root.solve(&residual));
         }
-        Some(found)
+        (Some(found), total)
     }
 }

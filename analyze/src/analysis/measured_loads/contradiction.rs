@@ -10,7 +10,7 @@ use tipwatch_mechanics::machine::LoadSensor;
 use super::compared_row::ComparedRow;
 
 /// Excess over the root of the number of sensors.
-const EXCESS: f64 = 3.5;
+pub(super) const EXCESS: f64 = 3.5;
 /// Shortest contradiction (ns), and the fewest rows of one.
 const LEAST_NS: i64 = 2_000_000_000;
 const FEWEST_ROWS: usize = 4;
@@ -34,12 +34,21 @@ pub(super) fn contradictions(sensors: &[&LoadSensor], rows: &[ComparedRow]) -> V
     let is_off = |row: &ComparedRow| row.distance.sqrt() > (row.sensors as f64).sqrt() + EXCESS;
     // rows without a number say nothing and end nothing
     let judged: Vec<&ComparedRow> = rows.iter().filter(|row| row.distance.is_finite()).collect();
-    let spans = judged.chunk_by(|a, b| is_off(a) == is_off(b));
-    let long = spans.filter(|span| {
-        let length = span[span.len() - 1].time_ns.saturating_sub(span[0].time_ns);
-        is_off(span[0]) && length >= LEAST_NS && span.len() >= FEWEST_ROWS
-    });
+    let long = lasting(&judged, |row| is_off(row), |row| row.time_ns);
     long.map(|span| worst(sensors, span)).collect()
+}
+
+/// The spans of rows that are off long enough.
+pub(super) fn lasting<'r, 's, R>(
+    rows: &'s [&'r R],
+    is_off: impl Fn(&R) -> bool + Copy + 's,
+    time_ns: impl Fn(&R) -> i64 + 's,
+) -> impl Iterator<Item = &'s [&'r R]> {
+    let spans = rows.chunk_by(move |a, b| is_off(a) == is_off(b));
+    spans.filter(move |span| {
+        let length = time_ns(span[span.len() - 1]).saturating_sub(time_ns(span[0]));
+        is_off(span[0]) && length >= LEAST_NS && span.len() >= FEWEST_ROWS
+    })
 }
 
 fn worst(sensors: &[&LoadSensor], span: &[&ComparedRow]) -> Contradiction {

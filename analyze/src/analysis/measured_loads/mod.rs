@@ -4,6 +4,7 @@ mod compare;
 mod compared_row;
 mod contradiction;
 mod statistics;
+mod total;
 
 pub use compare::LoadComparison;
 pub(crate) use compare::{Comparison, sampled_rows};
@@ -11,3 +12,4 @@ pub use compared_row::ComparedRow;
 pub use contradiction::Contradiction;
 pub(crate) use statistics::EXPECTED;
 pub use statistics::SensorStatistics;
+pub use total::TOTAL;

@@ -7,6 +7,7 @@ use tipwatch_mechanics::studies::monte_carlo::Band;
 
 use super::document::*;
 use super::events::groups;
+use crate::analysis::measured_loads::TOTAL;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::analysis::payload::EstimatedPayload;
 use crate::analysis::{Analysis, Input};
@@ -124,7 +125,7 @@ fn measured_loads(analysis: &Analysis) -> Vec<MeasuredLoadSummary<'_>> {
     let comparison = &analysis.load_comparison;
     let sensors = comparison.sensors.iter().map(|statistics| {
         let spans = comparison.contradictions.iter();
-        let own = spans.filter(|span| span.sensor == statistics.sensor);
+        let own = spans.filter(|span| span.sensor == statistics.sensor || span.sensor == TOTAL);
         MeasuredLoadSummary {
             statistics,
             contradictions_ns: own.map(|span| [span.start_ns, span.end_ns]).collect(),

@@ -173,8 +173,8 @@ pub struct PayloadSummary<'a> {
 pub struct MeasuredLoadSummary<'a> {
     #[serde(flatten)]
     pub(super) statistics: &'a SensorStatistics,
-    /// Spans in which measured and computed loads contradict each other and this sensor is furthest off: first and last
-    /// row. Their rows are not valid.
+    /// Spans in which measured and computed loads contradict each other and this sensor is furthest off, or in which the
+    /// totals do: first and last row. Their rows are not valid.
     pub(super) contradictions_ns: Vec<[i64; 2]>,
 }
 

@@ -41,14 +41,14 @@ const ALIKE_S: f64 = 0.25;
 /// how often it is reached in the field is not known.
 const FOLLOWS_NOT: f64 = 10.0;
 const DIFFERS: f64 = 8.0;
-/// The same, of 20 to 1, where an encoder stands out besides.
-const STOPPED: f64 = 3.0;
+/// The same, of 20 to 1, where an encoder stands out besides, or a wheel is light by the lean alone.
+const STRICT: f64 = 3.0;
 /// Lean of a standing platform that has other causes (rad).
 const UNEXPLAINED: f64 = 2e-4;
 /// The same while it travels (rad), and how long it lasts afterwards in each band (s).
 const UNEVEN: f64 = 2e-3;
 const ROCKING_S: [f64; 2] = [0.7, 1.5];
-/// Shares of both that count where an encoder stands out: the sums of all that the ground may do excuse too much there.
+/// Shares of both that count where the strict limit holds: the sums of all that the ground may do excuse too much there.
 const UNEVEN_SHARE: f64 = 0.5;
 const DISTURBED_SHARE: f64 = 0.2;
 /// Time for which the filters remember the lean of a machine that has travelled (s).
@@ -231,13 +231,13 @@ impl LeanWatch {
 
     fn report(&mut self, found: &mut Found<'_>) {
         let [x, y] = &mut self.follows_not;
-        let [differs, standstill] = self.differs.evidences();
-        let (differs, standstill) = (differs.stands(DIFFERS), standstill.stands(STOPPED));
+        let [differs, standstill, light_wheel] = self.differs.evidences();
         let all = [
             (x.stands(FOLLOWS_NOT), FOLLOWS_NOT),
             (y.stands(FOLLOWS_NOT), FOLLOWS_NOT),
-            (differs, DIFFERS),
-            (standstill, STOPPED),
+            (differs.stands(DIFFERS), DIFFERS),
+            (standstill.stands(STRICT), STRICT),
+            (light_wheel.stands(STRICT), STRICT),
         ];
         let standing = all
             .iter()
@@ -276,7 +276,7 @@ impl LeanWatch {
             let other = UNEXPLAINED + ground;
             other * other + self.turned[band].variance(self.gyro.noise, step_s)
         };
-        let standstill = noise(1, [UNEVEN_SHARE, DISTURBED_SHARE]);
+        let strict = noise(1, [UNEVEN_SHARE, DISTURBED_SHARE]);
         let noise = [0, 1].map(|band| noise(band, [1.0, 1.0]));
         let known_s = self.gyro.known_s();
         let bias_is_doubtful = self.leans_at_start || self.gyro.turned_at_start();
@@ -302,8 +302,9 @@ impl LeanWatch {
                 [stamp_ns, step_ns],
                 &lean,
                 leans,
-                [noise[1], standstill],
+                [noise[1], strict],
                 rocking[1],
+                |more| self.model.least_load(&lean.moment, more),
             );
         }
     }

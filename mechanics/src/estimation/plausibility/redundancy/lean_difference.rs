@@ -20,6 +20,13 @@
 //! While an encoder of the arm stands still bit for bit among others that flicker ([`super::standstill`]), a second
 //! evidence grows with a smaller u and r: there, lean like that by a load speaks for the encoder that has stopped.
 //!
+//! A third evidence grows with the same while a wheel that the joints say is loaded carries next to nothing by the lean:
+//! ```text
+//!     load_i = k_i (z_i by the moment of the joints + e_y (x_i - x_c) / s - e_x (y_i - y_c) / s)
+//! ```
+//! There no unknown load is an excuse: whatever leans the platform, the computed loads are wrong where it matters. This
+//! finds an encoder that has stopped though it flickers like the others.
+//!
 //! A stopped, swapped, shifted or scaled encoder, a wrong sign and a gyro that measures something else all leave such a
 //! difference. So do a load or a force that nothing measures, if they are large: these are not told apart.
 
@@ -34,9 +41,11 @@ const ALIKE_S: f64 = 0.15;
 const MODEL: f64 = 0.15;
 /// Lean by a small load that nothing measures (rad).
 const SMALL_LOAD: f64 = 6e-4;
-/// The same two for an encoder that stands out.
-const STANDSTILL_MODEL: f64 = 0.08;
-const STANDSTILL_LOAD: f64 = 1.5e-4;
+/// The same two for an encoder that stands out, and for a wheel that is light.
+const STRICT_MODEL: f64 = 0.08;
+const STRICT_LOAD: f64 = 1.5e-4;
+/// Load of a wheel by the lean below which it is light, as a share of the mean load.
+const LIGHT: f64 = 0.3;
 /// Most that one moment may show.
 const MOST: f64 = 9.0;
 /// What a good moment refutes.
@@ -77,6 +86,8 @@ pub(super) struct LeanDifference {
     /// That an encoder which stands out has stopped.
     of_standstill: Evidence,
     stands_out: bool,
+    /// That a wheel is lighter than the joints say.
+    of_light_wheel: Evidence,
 }
 
 impl LeanDifference {
@@ -89,6 +100,7 @@ impl LeanDifference {
             evidence: Evidence::default(),
             of_standstill: Evidence::default(),
             stands_out: false,
+            of_light_wheel: Evidence::default(),
         }
     }
 
@@ -100,32 +112,38 @@ impl LeanDifference {
         }
     }
 
-    /// The evidence of another lean, and of an encoder that has stopped.
-    pub(super) fn evidences(&mut self) -> [&mut Evidence; 2] {
-        [&mut self.evidence, &mut self.of_standstill]
+    /// The evidence of another lean, of an encoder that has stopped, and of a wheel that is lighter than the joints say.
+    pub(super) fn evidences(&mut self) -> [&mut Evidence; 3] {
+        [
+            &mut self.evidence,
+            &mut self.of_standstill,
+            &mut self.of_light_wheel,
+        ]
     }
 
     /// What has just begun is forgotten.
     pub(super) fn forget(&mut self) {
-        self.evidence.forget();
-        self.of_standstill.forget();
+        self.evidences().into_iter().for_each(Evidence::forget);
     }
 
     /// All evidence is forgotten.
     pub(super) fn clear(&mut self) {
-        self.evidence = Evidence::default();
-        self.of_standstill = Evidence::default();
+        for evidence in self.evidences() {
+            *evidence = Evidence::default();
+        }
     }
 
-    /// Weighs a sample. `noise`: variance of the lean that has other causes, and of that where an encoder stands out; `rocking`: how much of it the ground may
-    /// cause, 0 to 1.
+    /// Weighs a sample. `noise`: variance of the lean that has other causes, and of that where the strict limits hold;
+    /// `rocking`: how much of it the ground may cause, 0 to 1. `least_load` gives the smallest load of a wheel, as a share of
+    /// the mean load, if the platform leans by so much (rad) more than the joints say.
     pub(super) fn weigh(
         &mut self,
         [stamp_ns, step_ns]: [i64; 2],
         lean: &Lean,
         [a, b]: [&Vector2<f64>; 2],
-        [noise, noise_of_standstill]: [f64; 2],
+        [noise, strict_noise]: [f64; 2],
         rocking: f64,
+        least_load: impl Fn(&Vector2<f64>) -> f64,
     ) {
         let step_s = step_ns as f64 * 1e-9;
         let size = a.norm_squared() + b.norm_squared();
@@ -150,17 +168,35 @@ impl LeanDifference {
             gained * step_s / ALIKE_S
         };
         let gained = shows(&self.evidence, noise, [MODEL, SMALL_LOAD]);
-        let of_standstill = self.stands_out.then(|| {
-            let smaller = [STANDSTILL_MODEL, STANDSTILL_LOAD];
-            shows(&self.of_standstill, noise_of_standstill, smaller)
-        });
+        let strict = [STRICT_MODEL, STRICT_LOAD];
+        let of_standstill =
+            (self.stands_out).then(|| shows(&self.of_standstill, strict_noise, strict));
+        let of_light_wheel = shows(&self.of_light_wheel, strict_noise, strict);
+        let counts = of_light_wheel < 0.0 || self.unloads(&difference, least_load);
         self.evidence.add(stamp_ns, gained);
         if let Some(gained) = of_standstill {
             self.of_standstill.add(stamp_ns, gained);
         }
+        if counts {
+            self.of_light_wheel.add(stamp_ns, of_light_wheel);
+        }
         if can_show > 0.7 {
             self.learn(step_s, [a, &difference], common);
         }
+    }
+
+    /// Whether a wheel is light by the lean, and lighter than the joints say.
+    fn unloads(
+        &self,
+        difference: &Vector2<f64>,
+        least_load: impl Fn(&Vector2<f64>) -> f64,
+    ) -> bool {
+        // Before the lean has told the stiffness, it tells no load.
+        if self.variance.max() > STATED.variance {
+            return false;
+        }
+        let by_lean = least_load(&difference.component_div(&self.compliance));
+        by_lean < LIGHT && by_lean < least_load(&Vector2::zeros())
     }
 
     /// What the difference shows across the direction of a load, and along it.
@@ -224,6 +260,7 @@ mod tests {
     fn first_s(
         mut difference: LeanDifference,
         rocking: f64,
+        least_load: fn(&Vector2<f64>) -> f64,
         leans: impl Fn(f64) -> [Vector2<f64>; 2],
         stands: impl Fn(&mut LeanDifference) -> bool,
     ) -> Option<f64> {
@@ -232,11 +269,30 @@ mod tests {
             let lean = Lean {
                 angle: Vector2::zeros(),
                 by_load: Vector2::x(),
+                moment: Vector2::zeros(),
                 is_beyond_model: false,
             };
             let [a, b] = leans(time_s);
-            difference.weigh([stamp_ns, STEP_NS], &lean, [&a, &b], [4e-8; 2], rocking);
+            let stamps = [stamp_ns, STEP_NS];
+            difference.weigh(stamps, &lean, [&a, &b], [4e-8; 2], rocking, least_load);
             stands(&mut difference).then_some(time_s)
+        })
+    }
+
+    /// Wheels that stay loaded.
+    fn heavy(_: &Vector2<f64>) -> f64 {
+        0.9
+    }
+
+    /// Time after which a wheel counts as lighter than the joints say (s): it carries a tenth of its load, and `by_lean` of it
+    /// less per radian.
+    fn light_after_s(
+        least_load: fn(&Vector2<f64>) -> f64,
+        leans: impl Fn(f64) -> [Vector2<f64>; 2],
+    ) -> Option<f64> {
+        let difference = LeanDifference::new(true);
+        first_s(difference, 0.0, least_load, leans, |difference| {
+            difference.of_light_wheel.stands(LIMIT).is_some()
         })
     }
 
@@ -247,7 +303,7 @@ mod tests {
         leans: impl Fn(f64) -> [Vector2<f64>; 2],
     ) -> Option<f64> {
         let difference = LeanDifference::new(known);
-        first_s(difference, rocking, leans, |difference| {
+        first_s(difference, rocking, heavy, leans, |difference| {
             difference.evidence.stands(LIMIT).is_some()
         })
     }
@@ -259,7 +315,7 @@ mod tests {
     ) -> Option<f64> {
         let mut difference = LeanDifference::new(true);
         difference.expect_standstill(stands_out);
-        first_s(difference, 0.0, leans, |difference| {
+        first_s(difference, 0.0, heavy, leans, |difference| {
             difference.of_standstill.stands(LIMIT).is_some()
         })
     }
@@ -323,6 +379,29 @@ mod tests {
             assert_eq!(standstill_after_s(true, follows), None, "{compliance}");
         }
         assert_eq!(standstill_after_s(false, leans), None);
+    }
+
+    #[test]
+    fn no_load_excuses_a_wheel_that_is_light_by_the_lean() {
+        // The arm reaches out by 0.9 mrad within two seconds; its encoder flickers like the others, and says that it does not.
+        let reach = |t: f64| Vector2::new(9e-4 * ((t - 4.0) / 2.0).clamp(0.0, 1.0), 0.0);
+        let leans = |t: f64| [arm(t) * 0.3, arm(t) * 0.3 + reach(t) + noise(t) * 0.3];
+        // One wheel gets light by it, one stays loaded, and one is light by the joints alone.
+        let lighter = |more: &Vector2<f64>| 0.35 - 400.0 * more.x;
+        let found = light_after_s(lighter, leans);
+        assert!(found.is_some_and(|s| (4.5..6.5).contains(&s)), "{found:?}");
+        assert_eq!(light_after_s(heavy, leans), None);
+        assert_eq!(light_after_s(|more| 0.2 + 400.0 * more.x, leans), None);
+        // A platform that follows contradicts nothing, however light its wheels are.
+        for compliance in [0.6, 1.0, 1.5] {
+            let follows = |t: f64| [arm(t), arm(t) * compliance + noise(t)];
+            assert_eq!(light_after_s(lighter, follows), None, "{compliance}");
+        }
+        // Where the stiffness is not known, the lean tells no load.
+        let unknown = LeanDifference::new(false);
+        let stands = |it: &mut LeanDifference| it.of_light_wheel.stands(LIMIT).is_some();
+        let still = |t: f64| [Vector2::zeros(), reach(t)];
+        assert_eq!(first_s(unknown, 0.0, lighter, still, stands), None);
     }
 
     #[test]

@@ -48,6 +48,8 @@ pub(super) struct LeanModel {
     sink: Matrix3<f64>,
     /// Stiffness of each tyre (N/m).
     stiffness: Vec<f64>,
+    /// Centre of the tyres' stiffness (m): about it, a lean shifts load and adds none.
+    centre: Vector2<f64>,
     /// Of the machine (N).
     weight: f64,
     /// Rotation of the tool's frame in its body.
@@ -75,6 +77,8 @@ pub(super) struct Lean {
     pub(super) angle: Vector2<f64>,
     /// Direction in which a load on the end of the arm leans the platform, of length 1; zero without an arm.
     pub(super) by_load: Vector2<f64>,
+    /// The moment N on the tyres about x and y (N m).
+    pub(super) moment: Vector2<f64>,
     /// Whether a load of unknown mass is attached, or a wheel carries nothing, so that the tyres are no springs.
     pub(super) is_beyond_model: bool,
 }
@@ -98,7 +102,7 @@ impl LeanModel {
             stated.unwrap_or(usual * wheel.relative_stiffness)
         });
         let stiffness: Vec<f64> = stiffness.collect();
-        let (mut sum, mut ground) = (Matrix3::zeros(), 0.0);
+        let (mut sum, mut ground) = (Matrix3::<f64>::zeros(), 0.0);
         for (wheel, stiffness) in wheels.iter().zip(&stiffness) {
             let centre = wheel.centre_at_zero;
             let a = Vector3::new(1.0, centre.x, centre.y);
@@ -108,6 +112,7 @@ impl LeanModel {
         let sink = sum
             .try_inverse()
             .filter(|m| m.iter().all(|v| v.is_finite()))?;
+        let centre = Vector2::new(sum[(0, 1)], sum[(0, 2)]) / sum[(0, 0)];
         // (p1, p2) of (-N_y, N_x), lean = (-p2, p1)
         let compliance = Matrix2::new(-sink[(2, 2)], sink[(2, 1)], sink[(1, 2)], -sink[(1, 1)]);
         let reach = wheels.iter().map(|wheel| wheel.centre_at_zero.xy().norm());
@@ -135,6 +140,7 @@ impl LeanModel {
             stiffness_is_known: is_stated && machine.suspension().is_none(),
             sink,
             stiffness,
+            centre,
             compliance,
             largest,
             ground,
@@ -217,10 +223,13 @@ impl LeanModel {
             motion.origin + motion.rotation * self.machine.bodies[tip].inertia.com
         });
         let by_load = self.compliance * tip.cross(up).xy();
+        let moment = carried.xy() + change;
+        let least = self.least_load(&moment, &Vector2::zeros());
         let lean = Lean {
             angle,
             by_load: by_load.try_normalize(0.0).unwrap_or_else(Vector2::zeros),
-            is_beyond_model: has_unknown_load || self.wheel_lifts(&(carried.xy() + change)),
+            moment,
+            is_beyond_model: has_unknown_load || least < LEAST_LOAD,
         };
         angle.iter().all(|v| v.is_finite()).then_some(lean)
     }
@@ -296,20 +305,25 @@ impl LeanModel {
         Vector2::new(-plane.z, plane.y)
     }
 
-    /// Whether a tyre under this moment N carries nothing.
-    fn wheel_lifts(&self, moment: &Vector2<f64>) -> bool {
-        let (machine, weight) = (&self.machine, self.weight);
+    /// The smallest load of a tyre under this moment N (N m) and a lean beyond that of it (rad), as a share of the mean load.
+    ///
+    /// ```text
+    ///     z = p0 + p1 x + p2 y + l_y (x - x_c) - l_x (y - y_c),    load = k z
+    /// ```
+    pub(super) fn least_load(&self, moment: &Vector2<f64>, more: &Vector2<f64>) -> f64 {
+        let (wheels, weight) = (self.machine.wheels(), self.weight);
         let plane = self.sink * Vector3::new(weight, -moment.y, moment.x);
-        let least = LEAST_LOAD * weight / machine.wheels().len() as f64;
-        let mut loads = machine
-            .wheels()
+        let mean = weight / wheels.len() as f64;
+        let loads = wheels
             .iter()
             .zip(&self.stiffness)
             .map(|(wheel, stiffness)| {
-                let at = wheel.centre_at_zero;
-                stiffness * (plane.x + plane.y * at.x + plane.z * at.y)
+                let at = wheel.centre_at_zero.xy();
+                let from_centre = at - self.centre;
+                let sunk = plane.x + plane.y * at.x + plane.z * at.y;
+                stiffness * (sunk + more.y * from_centre.x - more.x * from_centre.y) / mean
             });
-        loads.any(|load| load < least)
+        loads.fold(f64::INFINITY, f64::min)
     }
 }
 

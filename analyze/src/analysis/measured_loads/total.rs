@@ -1,0 +1,80 @@
+//! The total of the measured loads against the weight and the vertical acceleration of all masses.
+//!
+//! It holds whatever the split, and also while a wheel is off the ground, where single loads are not compared:
+//! ```text
+//!     r = sum of F_measured - N,   s^2 = sum of s_sensor^2 + s_N^2
+//! ```
+
+use tipwatch_mechanics::machine::LoadSensor;
+
+use super::contradiction::{Contradiction, EXCESS, lasting};
+
+/// Name of the total beside those of the sensors.
+pub const TOTAL: &str = "total";
+
+/// A row at which the totals are compared.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TotalRow {
+    pub(super) time_ns: i64,
+    /// Measured minus computed total (N).
+    pub(super) difference: f64,
+    /// Its standard deviation (N).
+    pub(super) sigma: f64,
+}
+
+impl TotalRow {
+    fn is_off(&self) -> bool {
+        self.difference.abs() > (1.0 + EXCESS) * self.sigma
+    }
+}
+
+/// Sensors that together carry every wheel once, if there are any.
+pub(super) fn sensors_of_all(sensors: &[&LoadSensor], wheels: usize) -> Option<Vec<usize>> {
+    let mut found = Vec::new();
+    complete(sensors, &mut vec![false; wheels], &mut found).then_some(found)
+}
+
+/// Adds sensors for the wheels that are not covered, from the first one on.
+fn complete(sensors: &[&LoadSensor], covered: &mut [bool], found: &mut Vec<usize>) -> bool {
+    let Some(first) = covered.iter().position(|covered| !covered) else {
+        return true;
+    };
+    for (k, sensor) in sensors.iter().enumerate() {
+        let fits = sensor.wheels.contains(&first) && !sensor.wheels.iter().any(|&w| covered[w]);
+        if !fits {
+            continue;
+        }
+        let set = |to: bool, covered: &mut [bool]| {
+            for &wheel in &sensor.wheels {
+                covered[wheel] = to;
+            }
+        };
+        set(true, covered);
+        found.push(k);
+        if complete(sensors, covered, found) {
+            return true;
+        }
+        found.pop();
+        set(false, covered);
+    }
+    false
+}
+
+/// The spans in which the totals contradict each other.
+pub(super) fn contradictions(rows: &[TotalRow]) -> Vec<Contradiction> {
+    let judged: Vec<&TotalRow> = rows.iter().filter(|row| row.sigma.is_finite()).collect();
+    let spans = lasting(&judged, |row| row.is_off(), |row| row.time_ns);
+    let of_span = |span: &[&TotalRow]| {
+        let mean = |value: fn(&TotalRow) -> f64| {
+            span.iter().map(|row| value(row)).sum::<f64>() / span.len() as f64
+        };
+        Contradiction {
+            start_ns: span[0].time_ns,
+            end_ns: span[span.len() - 1].time_ns,
+            sensor: TOTAL.into(),
+            difference_n: mean(|row| row.difference),
+            sigma_n: mean(|row| row.sigma),
+        }
+    };
+    spans.map(of_span).collect()
+}

@@ -1,0 +1,102 @@
+//! Rows at which a measured number is compared with a computed one, and the spans in which the two contradict each other.
+
+use tipwatch_mechanics::machine::{FaultKind, Policy};
+
+use crate::events::{Event, EventKind, InputFault};
+
+/// Shortest contradiction (ns), and the fewest rows of one.
+const LEAST_NS: i64 = 2_000_000_000;
+const FEWEST_ROWS: usize = 4;
+
+/// A compared row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Compared {
+    pub(super) time_ns: i64,
+    /// Measured minus computed, in the unit of the quantity.
+    pub(super) residual: f64,
+    /// From which size on it contradicts, in the same unit.
+    pub(super) limit: f64,
+}
+
+impl Compared {
+    fn is_off(&self) -> bool {
+        self.residual.abs() > self.limit
+    }
+
+    fn excess(&self) -> f64 {
+        self.residual.abs() / self.limit
+    }
+}
+
+/// An event for each span of rows that are off long enough.
+pub(super) fn events(rows: &[Compared], subject: &str, unit: &'static str) -> Vec<Event> {
+    spans(rows).map(|span| event(span, subject, unit)).collect()
+}
+
+fn spans(rows: &[Compared]) -> impl Iterator<Item = &[Compared]> {
+    let spans = rows.chunk_by(|a, b| a.is_off() == b.is_off());
+    spans.filter(|span| {
+        let length = span[span.len() - 1].time_ns.saturating_sub(span[0].time_ns);
+        span[0].is_off() && length >= LEAST_NS && span.len() >= FEWEST_ROWS
+    })
+}
+
+fn event(span: &[Compared], subject: &str, unit: &'static str) -> Event {
+    let worst = span
+        .iter()
+        .fold(span[0], |worst, it| match it.excess() > worst.excess() {
+            true => *it,
+            false => worst,
+        });
+    Event {
+        end_ns: Some(span[span.len() - 1].time_ns),
+        worst: worst.residual,
+        worst_ns: worst.time_ns,
+        unit,
+        fault: Some(InputFault {
+            kind: FaultKind::Contradiction,
+            policy: Policy::Report,
+            limit: Some(worst.limit),
+            samples: span.len() as u64,
+        }),
+        ..Event::blank(EventKind::InputFault, span[0].time_ns, subject.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(residual: impl Fn(f64) -> f64) -> Vec<Compared> {
+        let row = |step: i64| Compared {
+            time_ns: step * 100_000_000,
+            residual: residual(step as f64 * 0.1),
+            limit: 500.0,
+        };
+        (0..100).map(row).collect()
+    }
+
+    #[test]
+    fn only_what_lasts_and_is_large_is_reported() {
+        assert_eq!(spans(&rows(|_| 490.0)).count(), 0);
+        assert_eq!(spans(&rows(|_| f64::NAN)).count(), 0);
+        let short = |t: f64| if (3.0..4.5).contains(&t) { 900.0 } else { 0.0 };
+        assert_eq!(spans(&rows(short)).count(), 0);
+        let long = |t: f64| {
+            if (3.05..6.05).contains(&t) {
+                -900.0
+            } else {
+                0.0
+            }
+        };
+        let events = events(&rows(long), "x", "N");
+        let [event] = &events[..] else {
+            panic!("{events:?}")
+        };
+        assert_eq!(
+            (event.start_ns, event.end_ns),
+            (3_100_000_000, Some(6_000_000_000))
+        );
+        assert_eq!(event.worst, -900.0);
+    }
+}

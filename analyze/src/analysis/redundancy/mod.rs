@@ -1,0 +1,30 @@
+//! What else the log measures of the arm, compared with its state row by row: forces and lengths of cylinders.
+//!
+//! The loads do not use these signals. So a contradiction is reported, and rows stay valid: either side may be wrong.
+
+mod compared;
+mod forces;
+mod lengths;
+
+use tipwatch_binding::MachineFile;
+use tipwatch_ingest::Log;
+
+use super::payload::EstimatedPayload;
+use crate::base::estimated::EstimatedRows;
+use crate::events::Event;
+use crate::load::LoadedLog;
+use crate::load::linkage_force::LinkageForce;
+
+/// Where other signals contradict the state of the arm, as events.
+pub(crate) fn contradictions(
+    log: &Log,
+    file: &MachineFile,
+    loaded: &LoadedLog,
+    forces: &[LinkageForce],
+    rows: &EstimatedRows,
+    payloads: &[EstimatedPayload],
+) -> Vec<Event> {
+    let mut found = forces::contradictions(file, &loaded.machine, forces, rows, payloads);
+    found.extend(lengths::contradictions(log, file, loaded, rows));
+    found
+}
