@@ -157,7 +157,7 @@ fn untimed_session_is_not_safe_once_its_samples_stop() {
     let world = World::new("untimed");
     let mut time = Steered::monitor(&world, MACHINE);
     time.stop_monitor();
-    time.untimed = tipwatch_live::wire::session::Untimed::Allowed;
+    time.untimed = tipwatch_live::wire::opening::Untimed::Allowed;
     time.start_monitor();
     let mut feed = Feed::with(&world.join(), MACHINE, time, |session| session.pace = 0.0);
     feed.wait_for_monitor();

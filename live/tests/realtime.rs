@@ -24,7 +24,8 @@ use tipwatch_live::node::LiveNode;
 use tipwatch_live::node::{LoopOptions, Wake};
 use tipwatch_live::system::clock::Monotonic;
 use tipwatch_live::wire::command::Mode;
-use tipwatch_live::wire::session::{Session, Untimed};
+use tipwatch_live::wire::opening::Untimed;
+use tipwatch_live::wire::session::Session;
 use tipwatch_live::wire::topics::{
     EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireVerdict,
 };

@@ -7,8 +7,9 @@ use std::time::Duration;
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_live::node::Receiver;
 use tipwatch_live::replay::LogSamples;
+use tipwatch_live::wire::opening::{Untimed, open_session};
 use tipwatch_live::wire::refusal::{Refusal, SessionRefused};
-use tipwatch_live::wire::session::{Session, Untimed, open_session};
+use tipwatch_live::wire::session::Session;
 use tipwatch_live::wire::topics::{WireRefusal, WireSession, WireVerdict};
 use tipwatch_mechanics::verdict::{InputFault, Level};
 

@@ -14,7 +14,7 @@ use crate::monitor::{MonitorOptions, MonitorProgram, ProgramObserver};
 use crate::node::{Housekeeping, LiveNode};
 use crate::system::clock::Monotonic;
 use crate::wire::fingerprint::Fingerprint;
-use crate::wire::session::Untimed;
+use crate::wire::opening::Untimed;
 
 #[derive(Debug, Args)]
 pub(super) struct MonitorArgs {

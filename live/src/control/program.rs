@@ -13,8 +13,9 @@ use crate::safety_limits::HEARTBEAT_NS;
 use crate::system::clock::Clock;
 use crate::system::signals;
 use crate::wire::identity::new_identity;
+use crate::wire::opening::{Untimed, open_session};
 use crate::wire::sample::SampleCounts;
-use crate::wire::session::{Progress, Untimed, machine_hash, open_session};
+use crate::wire::session::{Progress, machine_hash};
 use crate::wire::topics::{WireAcknowledge, WireCommand, WireSample, WireSession, WireVerdict};
 
 /// Follows sessions and publishes valve commands.

@@ -19,9 +19,10 @@ use crate::system::clock::Clock;
 use crate::system::signals;
 use crate::wire::fingerprint::Fingerprint;
 use crate::wire::identity::new_identity;
+use crate::wire::opening::{Untimed, open_session};
 use crate::wire::refusal::{Refusal, SessionRefused};
 use crate::wire::sample::SampleCounts;
-use crate::wire::session::{Progress, Untimed, machine_hash, open_session};
+use crate::wire::session::{Progress, machine_hash};
 use crate::wire::topics::{
     WireAcknowledge, WireMachine, WireRefusal, WireSample, WireSession, WireVerdict,
 };

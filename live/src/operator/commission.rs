@@ -21,7 +21,8 @@ use crate::guard::{Admitted, Guard};
 use crate::node::{LiveNode, SessionFollower, SessionHost, pause};
 use crate::system::clock::{monotonic_ns, unix_ns};
 use crate::system::signals;
-use crate::wire::session::{Progress, Untimed, open_session};
+use crate::wire::opening::{Untimed, open_session};
+use crate::wire::session::Progress;
 use crate::wire::topics::{WireSample, WireSession};
 
 /// Time between two looks at the shared memory.

@@ -23,7 +23,8 @@ use crate::system::clock::{monotonic_ns, unix_ns};
 use crate::wire::command::Mode;
 use crate::wire::fingerprint::Fingerprint;
 use crate::wire::names::Names;
-use crate::wire::session::{Progress, Session, Untimed, open_session};
+use crate::wire::opening::{Untimed, open_session};
+use crate::wire::session::{Progress, Session};
 use crate::wire::topics::{
     EVENT_ROW, Wire, WireCommand, WireMachine, WireSample, WireSession, WireVerdict,
 };

@@ -9,6 +9,7 @@ mod hash;
 pub mod identity;
 mod message;
 pub mod names;
+pub mod opening;
 pub mod prediction_text;
 pub mod refusal;
 pub mod sample;

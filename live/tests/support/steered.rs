@@ -12,7 +12,8 @@ use tipwatch_live::monitor::{MonitorOptions, MonitorProgram, Observer};
 use tipwatch_live::node::LiveNode;
 use tipwatch_live::node::{LoopOptions, Wake};
 use tipwatch_live::system::clock::{Clock, monotonic_ns};
-use tipwatch_live::wire::session::{Session, Untimed};
+use tipwatch_live::wire::opening::Untimed;
+use tipwatch_live::wire::session::Session;
 use tipwatch_live::wire::topics::WireVerdict;
 
 use super::World;
