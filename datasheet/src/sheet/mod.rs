@@ -1,6 +1,7 @@
 //! The sheet: the numbers as written, their checks, and what follows from a tyre's name.
 
 mod check;
+mod derived;
 mod spec;
 mod tyre;
 

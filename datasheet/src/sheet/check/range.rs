@@ -1,0 +1,100 @@
+//! One number within its range, and the unit in which it would be.
+
+use crate::error::SheetError;
+use crate::sheet::spec::Sheet;
+
+const MASS_UNITS: &[(&str, f64)] = &[("t", 1000.0), ("lb", 0.453_592_37), ("g", 1e-3)];
+pub(super) const LENGTH_UNITS: &[(&str, f64)] =
+    &[("mm", 1e-3), ("cm", 1e-2), ("in", 0.0254), ("ft", 0.3048)];
+
+impl Sheet {
+    pub(super) fn mass_in(&self, place: &str, kg: f64, range: [f64; 2]) -> Result<(), SheetError> {
+        if (range[0]..=range[1]).contains(&kg) {
+            return Ok(());
+        }
+        let expected = format!(
+            "{:.4} to {:.4} kg for a {}",
+            range[0], range[1], self.template
+        );
+        let likely = in_other_unit(kg, range, MASS_UNITS);
+        Err(self.wrong(place, trim(&expected), format!("{kg} kg"), likely))
+    }
+
+    pub(super) fn length_in(&self, place: &str, m: f64, range: [f64; 2]) -> Result<(), SheetError> {
+        if (range[0]..=range[1]).contains(&m) {
+            return Ok(());
+        }
+        let expected = format!("{:.4} to {:.4} m", range[0], range[1]);
+        let likely = in_other_unit(m, range, LENGTH_UNITS);
+        Err(self.wrong(place, trim(&expected), format!("{m} m"), likely))
+    }
+
+    pub(super) fn angle_in(
+        &self,
+        place: &str,
+        angle: f64,
+        degrees: [f64; 2],
+    ) -> Result<(), SheetError> {
+        let found = angle.to_degrees();
+        if (degrees[0] - 1e-9..=degrees[1] + 1e-9).contains(&found) {
+            return Ok(());
+        }
+        let expected = format!("{} to {} degrees", degrees[0], degrees[1]);
+        let likely = match (degrees[0]..=degrees[1]).contains(&found.to_degrees()) {
+            true => format!("It looks like radians: write \"{found} rad\""),
+            false => String::new(),
+        };
+        Err(self.wrong(place, expected, format!("{found} degrees"), likely))
+    }
+
+    /// A range is in order, no larger than two turns, and holds the posture of the sheet.
+    pub(super) fn range(
+        &self,
+        place: &str,
+        range: Option<[f64; 2]>,
+        at: Option<f64>,
+    ) -> Result<(), SheetError> {
+        let degrees = |a: f64| (a.to_degrees() * 1e6).round() * 1e-6;
+        let [least, most] =
+            range.unwrap_or([-4.0 * std::f64::consts::PI, 4.0 * std::f64::consts::PI]);
+        if !(least < most && most - least < 26.0) {
+            let found = format!("{} to {} degrees", degrees(least), degrees(most));
+            let expected = "a smallest and a larger angle";
+            return Err(self.wrong(format!("{place}.range"), expected, found, ""));
+        }
+        match at {
+            Some(at) if !(least - 1e-9..=most + 1e-9).contains(&at) => {
+                let expected = format!(
+                    "an angle within the range of {} to {} degrees",
+                    degrees(least),
+                    degrees(most)
+                );
+                Err(self.wrong(
+                    format!("{place}.at"),
+                    expected,
+                    format!("{} degrees", degrees(at)),
+                    "",
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A length or a mass in other units that would be plausible.
+pub(super) fn in_other_unit(si: f64, range: [f64; 2], units: &[(&str, f64)]) -> String {
+    let fits = |factor: f64| (range[0]..=range[1]).contains(&(si * factor));
+    let found = units.iter().find(|(_, factor)| fits(*factor));
+    found.map_or(String::new(), |(unit, _)| {
+        format!("It looks like a number in {unit}: write \"{si} {unit}\"")
+    })
+}
+
+/// Without trailing zeros of decimals.
+fn trim(text: &str) -> String {
+    let words = text.split(' ').map(|word| match word.contains('.') {
+        true => word.trim_end_matches('0').trim_end_matches('.'),
+        false => word,
+    });
+    words.collect::<Vec<_>>().join(" ")
+}
