@@ -1,165 +1,19 @@
-//! Control over lines of JSON, for simulation or hardware in the loop: states in, commands out.
-//!
-//! ```text
-//!     in   {"protocol": 1, "joints": {"slew": 0.1, ...}}                once: the measured joints and their positions
-//!     out  {"protocol": 1, "rods": ["suspension_right", ...], "step_s": 0.02, "stroke_m": [-0.2, 0.0], "valid_s": 0.1}
-//!     in   {"joints": {"slew": [0.1, 0.0, 0.0], ...}, "rods": [-0.1, -0.1], "specific_force": [0, 0, 9.8],
-//!           "angular_velocity": [0, 0, 0], "angular_acceleration": [0, 0, 0], "up": [0, 0, 1]}         each step
-//!     out  {"status": "optimal", "hold": false, "reasons": [], "position": [...], "velocity": [...],
-//!           "acceleration": [...], "opening": [...], "cost": 1.2}
-//! ```
-//! A state may also hold `"pressures": [[8e6, 7e6], [8e6, 7e6]]`, those of the chambers on the piston's and on the rod's side
-//! (Pa): with them the valves damp the oscillation of the platform on its oil.
-//!
-//! Joints have position, velocity and acceleration (rad or m, s); rods have strokes (m). The remaining keys are the
-//! IMU measurements in the sensor frame and the upward unit vector in base axes. `null` is an unknown number. A
-//! line is a step of `step_s` after the one before, unless states carry their time, `"time_s": 12.34`: then lost, late
-//! and repeated states are noticed.
-//!
-//! The input is checked like samples are onboard. On any doubt the answer holds, with the reasons, and the valves close;
-//! so it does for a line that is not a state, which is answered by `{"error": "...", "hold": true}`, and at the end of
-//! the input. After a hold, valves follow only after as many good states in a row as onboard.
-
-use std::collections::BTreeMap;
+//! The controller of one client: lines in, lines out, checked like samples onboard.
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::estimation::plausibility::Plausibility;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{HydraulicParameters, Machine, SuspensionControl};
 use tipwatch_mechanics::state::{JointStream, Sample, Sensor, Sensors, State};
 use tipwatch_mechanics::verdict::limits::GOOD_ROWS;
 
+use super::message::{Answer, Number, Opening, ProtocolError, Ready, Request, VERSION};
 use crate::condensed::MAX_ACTUATORS;
 use crate::control::{Command, Controller, RodFault, Status};
 use crate::error::SuspensionError;
 use crate::hydraulics::{Pressures, piston_force};
 use crate::replay::Replay;
 
-/// The first line: the measured joints of the machine and their positions (rad or m).
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Opening {
-    #[serde(default = "this_version")]
-    protocol: u32,
-    joints: BTreeMap<String, f64>,
-}
-
-/// The answer to the first line.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Ready {
-    protocol: u32,
-    rods: Vec<String>,
-    step_s: f64,
-    stroke_m: [f64; 2],
-    /// How long a command counts without the next one (s).
-    valid_s: f64,
-}
-
-/// The answer to a state.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum Answer {
-    /// A command; numbers that are not finite are null.
-    Command {
-        /// [`Status::name`](crate::Status::name).
-        status: &'static str,
-        /// Whether the valves close.
-        hold: bool,
-        /// Why they close; empty while they follow.
-        reasons: Vec<&'static str>,
-        /// Stroke at the end of the step, by rod (m).
-        position: Vec<f64>,
-        /// Velocity at the end of the step (m/s).
-        velocity: Vec<f64>,
-        /// Acceleration during the step (m/s^2).
-        acceleration: Vec<f64>,
-        /// Valve commands, -1 to 1.
-        opening: Vec<f64>,
-        /// Cost (30).
-        cost: f64,
-    },
-    /// An invalid line.
-    Invalid {
-        /// What was expected, and what was found.
-        error: String,
-        /// True: the valves close.
-        hold: bool,
-    },
-}
-
-/// An invalid line.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ProtocolError {
-    /// The first line is not an [`Opening`].
-    #[error("first line: expected {{\"joints\": {{name: position}}}}")]
-    Opening(#[source] serde_json::Error),
-    /// The client speaks another version of the protocol.
-    #[error("first line: protocol: expected {VERSION}, found {found}")]
-    Version {
-        /// The client's version.
-        found: u32,
-    },
-    /// The first line lacks a joint of the machine.
-    #[error("first line: expected joint \"{name}\", found none")]
-    OpeningJoint {
-        /// Name of the joint.
-        name: String,
-    },
-    /// The suspension cannot be controlled like this.
-    #[error(transparent)]
-    Suspension(#[from] SuspensionError),
-    /// A line is not a state.
-    #[error(transparent)]
-    State(#[from] serde_json::Error),
-    /// A state lacks a joint of the machine.
-    #[error("expected joint \"{name}\", found none")]
-    Joint {
-        /// Name of the joint.
-        name: String,
-    },
-    /// A wrong number of pressures.
-    #[error("pressures: expected {expected} pairs or none, found {found}")]
-    Pressures {
-        /// Number of rods of the machine.
-        expected: usize,
-        /// Number of pairs in the line.
-        found: usize,
-    },
-    /// A wrong number of rods.
-    #[error("rods: expected {expected} numbers, found {found}")]
-    Rods {
-        /// Number of rods of the machine.
-        expected: usize,
-        /// Number of strokes in the line.
-        found: usize,
-    },
-}
-
-/// A number, or `null` if unknown.
-type Number = Option<f64>;
-
-/// A state that requests a command.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Request {
-    joints: BTreeMap<String, [Number; 3]>,
-    rods: Vec<Number>,
-    /// Time of the state (s), from any beginning.
-    #[serde(default)]
-    time_s: Number,
-    specific_force: [Number; 3],
-    angular_velocity: [Number; 3],
-    angular_acceleration: [Number; 3],
-    up: [Number; 3],
-    /// Pressures on the piston's side and on the rod's side, by rod (Pa).
-    #[serde(default)]
-    pressures: Vec<[Number; 2]>,
-}
-
-/// Version of the protocol.
-const VERSION: u32 = 1;
 /// How long a command counts without the next one, and the longest time between states (s).
 const VALID_S: f64 = 0.1;
 /// Reasons to hold, named as onboard where they exist there.
@@ -200,36 +54,6 @@ pub struct LineControl<'a> {
     /// Positions and velocities of the joints, and the values of the IMU, as samples.
     joints: Vec<f64>,
     imu: [f64; 10],
-}
-
-impl Opening {
-    /// Reads the first line.
-    ///
-    /// # Errors
-    /// [`ProtocolError::Opening`], [`ProtocolError::Version`].
-    pub fn parse(line: &str) -> Result<Self, ProtocolError> {
-        let opening: Self = serde_json::from_str(line).map_err(ProtocolError::Opening)?;
-        match opening.protocol {
-            VERSION => Ok(opening),
-            found => Err(ProtocolError::Version { found }),
-        }
-    }
-
-    /// Names of the measured joints.
-    #[must_use]
-    pub fn joint_names(&self) -> Vec<String> {
-        self.joints.keys().cloned().collect()
-    }
-
-    /// Positions of the machine's joints.
-    fn posture(&self, machine: &Machine) -> Result<Vec<f64>, ProtocolError> {
-        let joints = machine.joints().iter();
-        let position = |name: &String| {
-            let found = self.joints.get(name).copied();
-            found.ok_or_else(|| ProtocolError::OpeningJoint { name: name.clone() })
-        };
-        joints.map(|joint| position(&joint.name)).collect()
-    }
 }
 
 impl<'a> LineControl<'a> {
@@ -529,9 +353,4 @@ impl<'a> LineControl<'a> {
             cost: command.cost,
         }
     }
-}
-
-/// A client that does not say its version.
-fn this_version() -> u32 {
-    VERSION
 }
