@@ -6,7 +6,6 @@ use std::ops::Range;
 use tipwatch_analyze::load::{LoadedLog, Signal, load, load_within};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::State;
 use tipwatch_mechanics::estimation::{BlockSmoother, Pass, RowClock, SampleSource, SmoothedBlock};
 use tipwatch_mechanics::state::Sensor;
 
@@ -50,13 +49,12 @@ fn smoothed(loaded: &LoadedLog) -> (Vec<u64>, String) {
     let smoother = BlockSmoother::new(machine, sensors, samples, clock, 500, &one_by_one).unwrap();
     let mut worker = smoother.worker(machine);
     let mut block = SmoothedBlock::empty(machine);
-    let (mut bits, mut column_values) = (Vec::new(), Vec::new());
+    let mut bits = Vec::new();
     let mut reasons = Vec::new();
     for k in 0..smoother.blocks() {
         worker.smooth(k, &mut block).unwrap();
-        for column in 0..State::<f64>::size(machine) {
-            block.states.column_values(column, &mut column_values);
-            bits.extend(column_values.iter().map(|value| value.to_bits()));
+        for column in 0..block.states.width() {
+            bits.extend(block.states.column(column).map(f64::to_bits));
         }
         reasons.extend_from_slice(&block.reasons);
     }

@@ -41,8 +41,10 @@ pub mod studies;
 pub mod verdict;
 pub mod wheel_loads;
 
-pub use evaluate::batch::{BatchWorkspace, OutcomeColumns, evaluate_into, evaluate_rows};
-pub use evaluate::evaluation::{evaluate, evaluate_one};
+pub use evaluate::batch::{
+    BatchEvaluator, BatchWorkspace, OutcomeColumns, evaluate_into, evaluate_rows,
+};
+pub use evaluate::evaluation::{evaluate, evaluate_one, ground_wrench};
 pub use evaluate::model::{ClosedForm, Model};
 pub use evaluate::outcome::Outcome;
 pub use evaluate::quantities::{Quantity, RowColumn};

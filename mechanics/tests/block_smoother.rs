@@ -9,7 +9,7 @@ use tipwatch_mechanics::estimation::{
     BlockSmoother, Pass, RowClock, SampleSource, SensorSamples, SmoothedBlock,
 };
 use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Sensor, Sensors};
-use tipwatch_mechanics::{Machine, State, StateColumns};
+use tipwatch_mechanics::{Machine, StateColumns};
 
 /// Longest gap of the filters, as the machine file has it by default (s).
 const MAX_GAP_S: f64 = 0.25;
@@ -212,13 +212,8 @@ fn in_blocks<S: SampleSource<Error: std::fmt::Debug>>(
 }
 
 /// The numbers of all rows, column by column.
-fn columns(machine: &Machine, states: &StateColumns) -> Vec<Vec<f64>> {
-    let columns = 0..State::<f64>::size(machine);
-    let columns = columns.map(|column| {
-        let mut values = Vec::new();
-        states.column_values(column, &mut values);
-        values
-    });
+fn columns(states: &StateColumns) -> Vec<Vec<f64>> {
+    let columns = (0..states.width()).map(|column| states.column(column).collect());
     columns.collect()
 }
 
@@ -339,7 +334,7 @@ proptest! {
         let (whole, blocks) = (in_blocks(&machine, &whole), in_blocks(&machine, &blocks));
         prop_assert_eq!(&whole.times_ns, &blocks.times_ns);
         prop_assert_eq!(&whole.reasons, &blocks.reasons);
-        let states = [&whole, &blocks].map(|rows| columns(&machine, &rows.states));
+        let states = [&whole, &blocks].map(|rows| columns(&rows.states));
         for (column, (a, b)) in states[0].iter().zip(&states[1]).enumerate() {
             for (row, (a, b)) in a.iter().zip(b).enumerate() {
                 let same = a == b || a.is_nan() && b.is_nan();

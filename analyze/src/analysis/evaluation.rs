@@ -6,7 +6,7 @@ use anyhow::{Result, anyhow};
 use strum::VariantArray;
 use tipwatch_mechanics::closed_form::ClosedFormInput as Input;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{ClosedForm, Model, OutcomeColumns, Scope, evaluate_rows};
+use tipwatch_mechanics::{BatchEvaluator, ClosedForm, Model, OutcomeColumns, Scope};
 
 use crate::base::options::{self, Options};
 use crate::base::rows::Rows;
@@ -56,7 +56,7 @@ pub(crate) fn model(
 
 /// The models that the chosen one is compared with, as far as they can be computed.
 pub(crate) struct OtherModels {
-    pub(crate) models: Vec<(options::ModelKind, Result<Arc<Model>, String>)>,
+    pub(crate) models: Vec<(options::ModelKind, Result<BatchEvaluator, String>)>,
 }
 
 impl OtherModels {
@@ -78,7 +78,8 @@ impl OtherModels {
             });
         let models = others.map(|other| {
             let model = model(machine, other, posture, has_odometry, options);
-            (other, model.map_err(|error| error.to_string()))
+            let evaluator = model.map(|model| BatchEvaluator::new(machine, Scope::LOADS, &model));
+            (other, evaluator.map_err(|error| error.to_string()))
         });
         Self {
             models: models.collect(),
@@ -91,13 +92,11 @@ impl OtherModels {
     }
 
     /// The loads of a block by each model that can be computed.
-    pub(crate) fn evaluate(&self, machine: &Machine, rows: &Rows) -> Vec<OutcomeColumns> {
-        let models = self
-            .models
-            .iter()
-            .filter_map(|(_, model)| model.as_ref().ok());
-        models
-            .map(|model| evaluate_rows(machine, &rows.states, 0..rows.len(), Scope::LOADS, model))
+    pub(crate) fn evaluate(&self, rows: &Rows) -> Vec<OutcomeColumns> {
+        let models = self.models.iter();
+        let evaluators = models.filter_map(|(_, evaluator)| evaluator.as_ref().ok());
+        evaluators
+            .map(|evaluator| evaluator.evaluate(&rows.states, 0..rows.len()))
             .collect()
     }
 }

@@ -106,7 +106,7 @@ pub(super) fn gather(
         });
     }
     let with = |rows: &Rows| More {
-        others: others.evaluate(machine, rows),
+        others: others.evaluate(rows),
         bands: (monte_carlo.as_ref()).map(|study| study.bands(machine, &rows.states)),
     };
     table.blocks(with, |blocks| -> Result<()> {

@@ -10,6 +10,7 @@ mod excitation;
 mod folds;
 pub mod imu_check;
 pub mod inputs;
+mod kept_blocks;
 pub mod margin;
 pub mod measured_loads;
 pub mod model_comparison;

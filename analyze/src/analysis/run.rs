@@ -170,7 +170,7 @@ fn analyse_with<S: RowSink>(
         true => verdicts::monitor_record(&log)?,
         false => MonitorRecord::default(),
     };
-    let mut table = Table::new(machine, rows, scope, model, record);
+    let mut table = Table::new(machine, rows, scope, &model, record);
     if let Some((named, sets)) = &on_supports {
         table = table.on_supports(named, SupportSets::clone(sets));
     }

@@ -11,6 +11,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{State, StateColumns};
 
+use super::kept_blocks::KeptBlocks;
 use crate::base::estimated::{EstimatedStates, StateSource};
 use crate::load::SharedSignal;
 
@@ -19,7 +20,7 @@ const MOST_KEPT: usize = 8;
 /// Most numbers of states that are smoothed once and kept: those of a few minutes of a usual machine, 32 MB.
 const MOST_NUMBERS_KEPT: usize = 4 << 20;
 
-/// The states of a log: smoothed now and kept if they are few, else whenever they are asked for.
+/// The states of a log: smoothed now and kept if they are few, else when they are asked for.
 pub(super) fn smoothed(
     machine: &Machine,
     smoother: BlockSmoother<SharedSignal>,
@@ -28,7 +29,7 @@ pub(super) fn smoothed(
     let states = SmoothedStates::new(machine, smoother);
     match numbers <= MOST_NUMBERS_KEPT {
         true => Arc::new(states.all()),
-        false => Arc::new(states),
+        false => Arc::new(states.keeping()),
     }
 }
 
@@ -36,7 +37,9 @@ pub(super) fn smoothed(
 struct SmoothedStates {
     machine: Machine,
     smoother: BlockSmoother<SharedSignal>,
-    recent: Mutex<VecDeque<(usize, Arc<SmoothedBlock>)>>,
+    recent: Mutex<VecDeque<(usize, Arc<EstimatedStates>)>>,
+    /// Blocks that were smoothed before.
+    kept: Option<KeptBlocks>,
     failure: Mutex<Option<String>>,
 }
 
@@ -59,14 +62,22 @@ impl SmoothedStates {
             machine: machine.clone(),
             smoother,
             recent: Mutex::default(),
+            kept: None,
             failure: Mutex::default(),
         }
+    }
+
+    /// Keeps blocks that are smoothed from now on.
+    fn keeping(mut self) -> Self {
+        let (blocks, columns) = (self.smoother.blocks(), State::<f64>::size(&self.machine));
+        self.kept = Some(KeptBlocks::new(blocks, ROWS_PER_BLOCK, columns));
+        self
     }
 
     /// All states.
     fn all(self) -> KeptStates {
         let blocks = (0..self.smoother.blocks()).into_par_iter();
-        let blocks: Vec<SmoothedBlock> = blocks.map(|block| self.block(block)).collect();
+        let blocks: Vec<EstimatedStates> = blocks.map(|block| self.block(block)).collect();
         let count = self.smoother.row_times_ns().len();
         let mut kept = KeptStates {
             states: StateColumns::with_capacity(&self.machine, count),
@@ -80,16 +91,30 @@ impl SmoothedStates {
         kept
     }
 
-    fn block(&self, block: usize) -> SmoothedBlock {
+    fn block(&self, block: usize) -> EstimatedStates {
+        let kept = self.kept.as_ref();
+        if let Some(known) = kept.and_then(|kept| kept.read(block, &self.machine)) {
+            return known;
+        }
         let mut rows = SmoothedBlock::empty(&self.machine);
         let mut worker = self.smoother.worker(&self.machine);
-        if let Err(error) = worker.smooth(block, &mut rows) {
-            let count = self.smoother.rows(block).len();
-            rows.states = StateColumns::unknown(&self.machine, count);
-            rows.reasons.resize(count, Reasons::NONE);
-            lock(&self.failure).get_or_insert(error.to_string());
+        match worker.smooth(block, &mut rows) {
+            Ok(()) => {
+                if let Some(kept) = kept {
+                    kept.keep(block, &rows.states, &rows.reasons);
+                }
+            }
+            Err(error) => {
+                let count = self.smoother.rows(block).len();
+                rows.states = StateColumns::unknown(&self.machine, count);
+                rows.reasons.resize(count, Reasons::NONE);
+                lock(&self.failure).get_or_insert(error.to_string());
+            }
         }
-        rows
+        EstimatedStates {
+            states: rows.states,
+            reasons: rows.reasons,
+        }
     }
 }
 
@@ -129,10 +154,7 @@ impl SmoothedStates {
         let all = self.smoother.rows(block);
         let part = rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start;
         if part.len() == all.len() {
-            let SmoothedBlock {
-                states, reasons, ..
-            } = self.block(block);
-            return EstimatedStates { states, reasons };
+            return self.block(block);
         }
         let smoothed = self.recent(block);
         EstimatedStates {
@@ -142,8 +164,8 @@ impl SmoothedStates {
     }
 
     /// A block, kept for those who ask for its neighbours next.
-    fn recent(&self, block: usize) -> Arc<SmoothedBlock> {
-        let kept = |recent: &mut VecDeque<(usize, Arc<SmoothedBlock>)>| {
+    fn recent(&self, block: usize) -> Arc<EstimatedStates> {
+        let kept = |recent: &mut VecDeque<(usize, Arc<EstimatedStates>)>| {
             let place = recent.iter().position(|(known, _)| *known == block)?;
             let found = recent.remove(place)?;
             recent.push_front(found);
@@ -187,5 +209,47 @@ impl StateSource for KeptStates {
 
     fn failure(&self) -> Option<String> {
         self.failure.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+    use std::path::Path;
+
+    use tipwatch_binding::MachineFile;
+    use tipwatch_mechanics::estimation::RowClock;
+
+    use super::*;
+    use crate::load::{block_smoother, load};
+
+    #[test]
+    fn kept_states_are_those_that_were_smoothed() {
+        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/tiny.mcap");
+        let file = MachineFile::read(&log.with_extension("toml")).unwrap();
+        let log = file.open_log(&log).unwrap();
+        let loaded = load(&log, &file, &mut |_| {}).unwrap();
+        // at this rate there are several blocks
+        let states = || {
+            let smoother = block_smoother(&loaded, RowClock::Rate(1500.0)).unwrap();
+            SmoothedStates::new(&loaded.machine, smoother)
+        };
+        let (once, keeping) = (states(), states().keeping());
+        let rows = once.smoother.row_times_ns().len();
+        assert!(rows > 2 * ROWS_PER_BLOCK, "{rows}");
+        let numbers = |states: &SmoothedStates, rows: Range<usize>| {
+            let found = states.read(rows);
+            let columns = 0..found.states.width();
+            let values = columns.flat_map(|column| found.states.column(column));
+            let bits: Vec<u64> = values.map(f64::to_bits).collect();
+            (bits, format!("{:?}", found.reasons))
+        };
+        for rows in [0..rows, 0..rows, ROWS_PER_BLOCK - 3..ROWS_PER_BLOCK + 7] {
+            assert_eq!(numbers(&keeping, rows.clone()), numbers(&once, rows));
+        }
+        let kept = keeping.kept.as_ref().unwrap();
+        let is_kept = |block| kept.read(block, &loaded.machine).is_some();
+        assert!((0..once.smoother.blocks()).all(is_kept));
     }
 }

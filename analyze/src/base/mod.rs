@@ -16,6 +16,7 @@ pub(crate) mod progress;
 pub mod provenance;
 pub mod recovered;
 pub mod rows;
+pub(crate) mod scratch_file;
 pub(crate) mod stdout;
 pub(crate) mod support_sets;
 pub mod table;

@@ -1,12 +1,12 @@
 //! The machine on each set of supports, and the set of each row.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use tipwatch_mechanics::machine::{ForceSource, Machine};
 use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::{
-    ColumnNames, Model, OutcomeColumns, Quantity, Scope, State, StateColumns, evaluate_rows,
+    BatchEvaluator, ColumnNames, OutcomeColumns, Quantity, Scope, State, StateColumns,
+    evaluate_rows,
 };
 
 /// A measured load contradicts equilibrium from so many standard deviations on.
@@ -61,14 +61,13 @@ impl SupportSets {
     /// Outcomes of some rows of the table, which begin at row `first`, and their reasons.
     pub(crate) fn evaluate(
         &self,
-        whole: &Machine,
+        whole: &BatchEvaluator,
         first: usize,
         states: &StateColumns,
         so_far: &[Reasons],
-        scope: Scope,
-        model: &Arc<Model>,
     ) -> (OutcomeColumns, Vec<Reasons>) {
-        let mut outcomes = OutcomeColumns::unknown(whole, scope, so_far.len());
+        let (scope, model) = (whole.scope(), whole.model());
+        let mut outcomes = OutcomeColumns::unknown(whole.machine(), scope, so_far.len());
         let mut reasons = so_far.to_vec();
         let all = first..first + so_far.len();
         let begin = self

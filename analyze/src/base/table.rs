@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::{
-    Model, OutcomeColumns, Quantity, Scope, State, StateColumns, evaluate_rows,
+    BatchEvaluator, Model, OutcomeColumns, Quantity, Scope, State, StateColumns,
 };
 
 use super::estimated::{EstimatedRows, StateSource};
@@ -36,15 +36,13 @@ pub struct Table {
     pub reasons: Vec<Reasons>,
     /// The quantities of each row.
     pub quantities: Vec<Quantity>,
-    machine: Machine,
     states: Arc<dyn StateSource>,
     /// The first row among those of `states`.
     first: usize,
-    scope: Scope,
-    model: Arc<Model>,
+    evaluator: BatchEvaluator,
     record: MonitorRecord,
     widening: Option<Arc<dyn Widening>>,
-    /// The sets of supports, if they come and go; `machine` then only names the columns.
+    /// The sets of supports, if they come and go; the machine of `evaluator` then only names the columns.
     supports: Option<Arc<SupportSets>>,
     /// Whether what is ahead of each row is predicted.
     predicts: bool,
@@ -57,18 +55,16 @@ impl Table {
         machine: &Machine,
         estimated: EstimatedRows,
         scope: Scope,
-        model: Arc<Model>,
+        model: &Arc<Model>,
         record: MonitorRecord,
     ) -> Self {
         Self {
             times_ns: estimated.times_ns,
             reasons: estimated.reasons,
             quantities: Quantity::all(machine, scope),
-            machine: machine.clone(),
             states: estimated.states,
             first: estimated.first,
-            scope,
-            model,
+            evaluator: BatchEvaluator::new(machine, scope, model),
             record,
             widening: None,
             supports: None,
@@ -90,8 +86,9 @@ impl Table {
 
     /// The table of a machine on different supports, which `machine` names.
     pub(crate) fn on_supports(mut self, machine: &Machine, supports: SupportSets) -> Self {
-        self.quantities = Quantity::all(machine, self.scope);
-        self.machine = machine.clone();
+        let scope = self.evaluator.scope();
+        self.quantities = Quantity::all(machine, scope);
+        self.evaluator = BatchEvaluator::new(machine, scope, self.evaluator.model());
         self.supports = Some(Arc::new(supports));
         self
     }
@@ -105,15 +102,14 @@ impl Table {
                 reasons.add(Reason::SupportsUnknown);
             }
         }
+        let scope = self.evaluator.scope();
         Self {
             times_ns: self.times_ns.clone(),
             reasons,
-            quantities: Quantity::all(machine, self.scope),
-            machine: machine.clone(),
+            quantities: Quantity::all(machine, scope),
             states: Arc::clone(&self.states),
             first: self.first,
-            scope: self.scope,
-            model: Arc::clone(&self.model),
+            evaluator: BatchEvaluator::new(machine, scope, self.evaluator.model()),
             record: MonitorRecord::default(),
             widening: self.widening.clone(),
             supports: None,
@@ -132,7 +128,7 @@ impl Table {
     pub fn machine_at(&self, row: usize) -> Option<&Machine> {
         match &self.supports {
             Some(supports) => supports.of_row(row).map(|set| &set.machine),
-            None => Some(&self.machine),
+            None => Some(self.evaluator.machine()),
         }
     }
 
@@ -211,13 +207,11 @@ impl Table {
 
     fn evaluated(&self, rows: Range<usize>, states: StateColumns) -> Rows {
         let so_far = &self.reasons[rows.clone()];
-        let (scope, model) = (self.scope, &self.model);
+        let evaluator = &self.evaluator;
         let (outcomes, reasons) = match &self.supports {
-            Some(supports) => {
-                supports.evaluate(&self.machine, rows.start, &states, so_far, scope, model)
-            }
+            Some(supports) => supports.evaluate(evaluator, rows.start, &states, so_far),
             None => {
-                let outcomes = evaluate_rows(&self.machine, &states, 0..rows.len(), scope, model);
+                let outcomes = evaluator.evaluate(&states, 0..rows.len());
                 let before = so_far.iter().enumerate();
                 let reasons = before.map(|(row, &reasons)| outcomes.reasons(row, reasons));
                 let reasons = reasons.collect();
@@ -272,8 +266,9 @@ impl Table {
                     .saturating_sub(self.first)
                     .min(self.len())
         };
-        let mut judge = self.scope.sensitivities.then(|| {
-            let judge = RowJudge::new(&self.machine, &self.record, self.supports());
+        let evaluator = &self.evaluator;
+        let mut judge = evaluator.scope().sensitivities.then(|| {
+            let judge = RowJudge::new(evaluator.machine(), &self.record, self.supports());
             match self.predicts {
                 true => judge.predicting(),
                 false => judge,
@@ -321,16 +316,16 @@ impl Table {
 
     /// The whole table without a row.
     pub(crate) fn no_rows(&self) -> Rows {
+        let (machine, scope) = (self.evaluator.machine(), self.evaluator.scope());
         Rows {
             first: 0,
             start_ns: self.times_ns.first().copied().unwrap_or(0),
             times_ns: Vec::new(),
             reasons: Vec::new(),
-            states: StateColumns::unknown(&self.machine, 0),
-            outcomes: OutcomeColumns::empty(&self.machine, self.scope),
-            verdicts: self.scope.sensitivities.then(|| Verdicts {
-                predictions: (self.predicts)
-                    .then(|| Predictions::none(self.machine.wheels().len())),
+            states: StateColumns::unknown(machine, 0),
+            outcomes: OutcomeColumns::empty(machine, scope),
+            verdicts: scope.sensitivities.then(|| Verdicts {
+                predictions: (self.predicts).then(|| Predictions::none(machine.wheels().len())),
                 ..Verdicts::default()
             }),
         }

@@ -42,6 +42,12 @@ const BEFORE_S: f64 = 1.5;
 /// Rows before a row without derivatives in which the standard deviation is looked for.
 const MOST_ROWS_BACK: usize = 400;
 
+/// What the standard deviation of a sum of loads takes.
+const DERIVATIVES: Scope = Scope {
+    sensitivities: true,
+    ..Scope::LOADS
+};
+
 /// A time in which the machine tipped about an edge.
 #[derive(Debug, Clone)]
 pub(super) struct Tipping {
@@ -99,7 +105,7 @@ pub(super) fn sigma_near(
     least_row: usize,
 ) -> Option<f64> {
     let mut state = State::zero(machine);
-    let mut workspace = Workspace::with_scope(machine, Scope::ALL);
+    let mut workspace = Workspace::with_scope(machine, DERIVATIVES);
     (least_row.min(row)..=row)
         .rev()
         .take(MOST_ROWS_BACK)

@@ -1,18 +1,18 @@
 //! Numbers of a whole log, in memory or in a temporary file.
 
-use std::fs::File;
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::io;
 
 use bytemuck::Pod;
+
+use crate::base::scratch_file::ScratchFile;
 
 /// Numbers that are appended, then read in pieces from several threads.
 #[derive(Debug)]
 pub(super) enum Column<T> {
     /// In memory.
     Memory(Vec<T>),
-    /// In a file that the system removes as soon as it is closed.
-    File(File),
+    /// In a temporary file.
+    File(ScratchFile),
 }
 
 impl<T> Default for Column<T> {
@@ -38,7 +38,7 @@ impl<T: Pod> Column<T> {
                 column.extend_from_slice(numbers);
                 Ok(())
             }
-            Self::File(file) => file.write_all(bytemuck::cast_slice(numbers)),
+            Self::File(file) => file.append(bytemuck::cast_slice(numbers)),
         }
     }
 
@@ -48,8 +48,8 @@ impl<T: Pod> Column<T> {
     /// The file cannot be written.
     pub(super) fn move_to_file(&mut self) -> io::Result<()> {
         if let Self::Memory(numbers) = self {
-            let mut file = temporary_file()?;
-            file.write_all(bytemuck::cast_slice(numbers))?;
+            let mut file = ScratchFile::new()?;
+            file.append(bytemuck::cast_slice(numbers))?;
             *self = Self::File(file);
         }
         Ok(())
@@ -68,50 +68,9 @@ impl<T: Pod> Column<T> {
             }
             Self::File(file) => {
                 let from = (first * size_of::<T>()) as u64;
-                read_at(file, bytemuck::cast_slice_mut(into), from)
+                file.read_at(bytemuck::cast_slice_mut(into), from)
             }
         }
-    }
-}
-
-#[cfg(unix)]
-fn read_at(file: &File, bytes: &mut [u8], from: u64) -> io::Result<()> {
-    std::os::unix::fs::FileExt::read_exact_at(file, bytes, from)
-}
-
-#[cfg(windows)]
-fn read_at(file: &File, bytes: &mut [u8], from: u64) -> io::Result<()> {
-    let mut done = 0;
-    while done < bytes.len() {
-        let next =
-            std::os::windows::fs::FileExt::seek_read(file, &mut bytes[done..], from + done as u64)?;
-        if next == 0 {
-            return Err(io::ErrorKind::UnexpectedEof.into());
-        }
-        done += next;
-    }
-    Ok(())
-}
-
-/// A file without a name.
-fn temporary_file() -> io::Result<File> {
-    let folder = temporary_folder();
-    let in_folder = |error: io::Error| {
-        let message = format!(
-            "{}: no temporary file can be written (TMPDIR names another folder): {error}",
-            folder.display()
-        );
-        io::Error::new(error.kind(), message)
-    };
-    tempfile::tempfile_in(&folder).map_err(in_folder)
-}
-
-/// The folder that TMPDIR names, else one for large files: on many systems `/tmp` is in memory.
-fn temporary_folder() -> PathBuf {
-    let on_disk = Path::new("/var/tmp");
-    match std::env::var_os("TMPDIR") {
-        None if on_disk.is_dir() => on_disk.into(),
-        _ => std::env::temp_dir(),
     }
 }
 

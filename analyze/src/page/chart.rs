@@ -2,6 +2,7 @@
 
 use plotly::Traces;
 
+use super::column::Columns;
 use super::decimate::rows_to_draw;
 use super::figure::{Figure, MOST_POINTS, layout, line, plain};
 
@@ -25,7 +26,13 @@ impl Curve {
 }
 
 /// A figure of curves over the times of the rows (s).
-pub(crate) fn chart(title: &str, unit: &str, seconds: &[f64], curves: &[Curve]) -> Figure {
+pub(crate) fn chart(
+    columns: &Columns,
+    title: &str,
+    unit: &str,
+    seconds: &[f64],
+    curves: &[Curve],
+) -> Figure {
     let last = seconds.last().copied().unwrap_or(0.0);
     let mut traces = Traces::new();
     for (index, curve) in curves.iter().enumerate() {
@@ -34,6 +41,7 @@ pub(crate) fn chart(title: &str, unit: &str, seconds: &[f64], curves: &[Curve]) 
         let of_rows =
             |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
         traces.push(line(
+            columns,
             index,
             &name,
             &of_rows(seconds),

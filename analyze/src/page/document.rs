@@ -3,9 +3,10 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
 
+use super::column::Columns;
 use super::figure::Figure;
 use super::glossary::glossary;
-use super::packed::packed_json;
+use super::packed::{packed_bytes, packed_json};
 use super::plot_library::PlotLibrary;
 
 const STYLE: &str = include_str!("style.css");
@@ -27,6 +28,8 @@ pub(crate) struct Document<'a> {
 pub(crate) struct Plots<'a> {
     pub(crate) library: PlotLibrary<'a>,
     pub(crate) figures: &'a [Figure],
+    /// The numbers of their curves.
+    pub(crate) columns: &'a Columns,
     /// A script that runs before the figures are drawn.
     pub(crate) script: &'a str,
 }
@@ -75,6 +78,7 @@ impl Plots<'_> {
         html! {
             (self.library.element())
             (packed_json("figures", &self.figures))
+            (packed_bytes("columns", &self.columns.bytes()))
             script { (PreEscaped(self.script)) }
             script { (PreEscaped(UNPACK_SCRIPT)) }
             script { (PreEscaped(FIGURES_SCRIPT)) }

@@ -8,7 +8,7 @@ use plotly::layout::{Axis, HoverMode, Legend, Margin};
 use plotly::{Configuration, Layout, Traces};
 use serde::Serialize;
 
-use super::column::{ColumnScatter, scatter};
+use super::column::{ColumnScatter, Columns};
 
 /// Height of the ticks below a plot (pixels).
 const BELOW: usize = 32;
@@ -74,12 +74,14 @@ pub(crate) fn figures(figures: &[Figure]) -> Markup {
 
 /// A curve over times (s).
 pub(crate) fn line(
+    columns: &Columns,
     index: usize,
     name: &str,
     seconds: &[f64],
     values: &[f64],
 ) -> Box<ColumnScatter> {
-    scatter(seconds, values)
+    columns
+        .scatter(seconds, values)
         .name(name)
         .mode(Mode::Lines)
         .connect_gaps(false)

@@ -12,7 +12,7 @@ mod plot_library;
 pub(crate) mod svg;
 
 pub(crate) use chart::{Curve, chart};
-pub(crate) use column::{ColumnScatter, scatter};
+pub(crate) use column::{ColumnScatter, Columns};
 pub(crate) use decimate::rows_to_draw;
 pub(crate) use document::{Document, Plots, json_script};
 pub(crate) use elements::{Bar, bars, facts, list, section, table};

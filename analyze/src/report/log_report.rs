@@ -12,7 +12,7 @@ use super::{
     tables, worst,
 };
 use crate::analysis::Analysis;
-use crate::page::{self, Document, Figure, MOST_POINTS, PlotLibrary, Plots, section};
+use crate::page::{self, Columns, Document, Figure, MOST_POINTS, PlotLibrary, Plots, section};
 
 const MOMENT_SCRIPT: &str = include_str!("moment.js");
 /// Findings at the top of the page; the table of events has all.
@@ -29,7 +29,8 @@ pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
 /// The same, with a sketch that was made while the rows were computed.
 #[must_use]
 pub fn render_sketch(analysis: &Analysis, sketch: &Sketch, library: PlotLibrary<'_>) -> String {
-    let figures = plots::figures(analysis, sketch);
+    let columns = Columns::default();
+    let figures = plots::figures(analysis, sketch, &columns);
     let path = path::section(analysis, sketch.path.as_ref());
     let content = html! {
         (opening(analysis))
@@ -45,6 +46,7 @@ pub fn render_sketch(analysis: &Analysis, sketch: &Sketch, library: PlotLibrary<
         plots: Some(Plots {
             library,
             figures: &figures,
+            columns: &columns,
             script: MOMENT_SCRIPT,
         }),
     }

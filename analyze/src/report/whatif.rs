@@ -5,7 +5,8 @@ use tipwatch_suspension::replay::Track;
 
 use super::findings::finding_list;
 use crate::page::{
-    self, Curve, Document, Figure, PlotLibrary, Plots, chart, list, readable, section, table,
+    self, Columns, Curve, Document, Figure, PlotLibrary, Plots, chart, list, readable, section,
+    table,
 };
 use crate::suspension::{CAVEATS, Summary, SuspensionMode, WhatIf, findings, rod_names};
 
@@ -14,7 +15,8 @@ use crate::suspension::{CAVEATS, Summary, SuspensionMode, WhatIf, findings, rod_
 pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
     let (analysis, moved) = (&what_if.analysis, name(what_if));
     let summary = Summary::of(what_if);
-    let figures = figures(what_if);
+    let columns = Columns::default();
+    let figures = figures(what_if, &columns);
     let content = html! {
         (section("Findings", finding_list(&findings(what_if))))
         (section("Comparison", side_by_side(&summary, moved)))
@@ -34,6 +36,7 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
         plots: Some(Plots {
             library: PlotLibrary::Inside,
             figures: &figures,
+            columns: &columns,
             script: "",
         }),
     }
@@ -142,12 +145,14 @@ fn time_histories(figures: &[Figure]) -> Markup {
     }
 }
 
-fn figures(what_if: &WhatIf) -> Vec<Figure> {
+fn figures(what_if: &WhatIf, columns: &Columns) -> Vec<Figure> {
     let rows = &what_if.analysis.rows;
     let seconds: Vec<f64> = (0..rows.len())
         .map(|row| (rows.seconds(row) * 1e6).round() / 1e6)
         .collect();
-    let plot = |title: &str, unit: &str, curves: Vec<Curve>| chart(title, unit, &seconds, &curves);
+    let plot = |title: &str, unit: &str, curves: Vec<Curve>| {
+        chart(columns, title, unit, &seconds, &curves)
+    };
     let (fixed, moved, now) = (
         &what_if.comparison.fixed,
         &what_if.comparison.moved,

@@ -1,7 +1,7 @@
 //! Evaluation of many samples: columns in, columns out, several samples per vector register.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::validity::OutcomeSigns;
 use crate::evaluate::evaluation::evaluate;
@@ -149,7 +149,14 @@ pub struct BatchWorkspace {
     workspace: Workspace<Lanes>,
     state: State<Lanes>,
     sums: Option<LaneSums>,
+    /// Of each column, the last rows.
+    staged: Vec<[[f64; Lanes::COUNT]; LANES_STAGED]>,
 }
+
+/// Rows that are written to the columns at once: whole lines of the cache, as the next rows of a column are often out of
+/// it. Columns of a power of two rows share few of its places.
+const ROWS_STAGED: usize = LANES_STAGED * Lanes::COUNT;
+const LANES_STAGED: usize = 4;
 
 impl BatchWorkspace {
     /// Memory for this machine; with another machine the evaluation panics or gives wrong results.
@@ -159,7 +166,67 @@ impl BatchWorkspace {
             workspace: Workspace::with_model(machine, scope, Arc::clone(model)),
             state: State::zero(machine),
             sums: scope.sensitivities.then(|| LaneSums::new(machine)),
+            staged: Vec::new(),
         }
+    }
+}
+
+/// Evaluates blocks of rows of one machine, scope and model on any number of threads. The memory of a block is kept for
+/// the next one.
+#[derive(Debug)]
+pub struct BatchEvaluator {
+    machine: Machine,
+    scope: Scope,
+    model: Arc<Model>,
+    /// Memory that no thread uses at the moment.
+    idle: Mutex<Vec<BatchWorkspace>>,
+}
+
+impl BatchEvaluator {
+    /// An evaluator before its first block.
+    #[must_use]
+    pub fn new(machine: &Machine, scope: Scope, model: &Arc<Model>) -> Self {
+        Self {
+            machine: machine.clone(),
+            scope,
+            model: Arc::clone(model),
+            idle: Mutex::default(),
+        }
+    }
+
+    /// The machine.
+    #[must_use]
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    /// The scope.
+    #[must_use]
+    pub fn scope(&self) -> Scope {
+        self.scope
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    /// The same as [`evaluate_rows`].
+    #[must_use]
+    pub fn evaluate(&self, states: &StateColumns, rows: Range<usize>) -> OutcomeColumns {
+        let (machine, scope) = (&self.machine, self.scope);
+        let idle = self.idle().pop();
+        let mut workspace =
+            idle.unwrap_or_else(|| BatchWorkspace::new(machine, scope, &self.model));
+        let mut outcomes = OutcomeColumns::empty(machine, scope);
+        evaluate_into(machine, states, rows, &mut workspace, &mut outcomes);
+        self.idle().push(workspace);
+        outcomes
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<BatchWorkspace>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -194,25 +261,37 @@ pub fn evaluate_into(
         workspace,
         state,
         sums,
+        staged,
     } = workspace;
     for column in outcomes.every_column() {
-        column.resize(rows.len().next_multiple_of(Lanes::COUNT), f64::NAN);
+        column.resize(rows.len().next_multiple_of(ROWS_STAGED), f64::NAN);
     }
+    staged.resize(
+        outcomes.columns.len() + 1,
+        [[0.0; Lanes::COUNT]; LANES_STAGED],
+    );
     if let Some(sums) = sums {
         sums.clear();
     }
-    for first in rows.clone().step_by(Lanes::COUNT) {
-        states.get_lanes(first, rows.end, state);
-        let outcome = evaluate(machine, state, workspace);
-        let place = first - rows.start;
-        let lanes = place..place + Lanes::COUNT;
-        for (column, &quantity) in outcomes.columns.iter_mut().zip(&outcomes.quantities) {
-            column[lanes.clone()].copy_from_slice(&outcome.get(quantity).to_array());
+    for first in rows.clone().step_by(ROWS_STAGED) {
+        let end = rows.end.min(first + ROWS_STAGED);
+        for (lanes, first) in (first..end).step_by(Lanes::COUNT).enumerate() {
+            states.get_lanes(first, rows.end, state);
+            let outcome = evaluate(machine, state, workspace);
+            let quantities = outcomes.quantities.iter();
+            let values = quantities.map(|&quantity| outcome.get(quantity));
+            let values = values.chain([outcome.linkage_closure]);
+            for (staged, value) in staged.iter_mut().zip(values) {
+                staged[lanes] = value.to_array();
+            }
+            if let Some(sums) = sums {
+                let load_sigma = &workspace.outcome().uncertainty.load;
+                sums.add(workspace.sensitivity(), load_sigma, rows.end - first);
+            }
         }
-        outcomes.linkage_closure[lanes].copy_from_slice(&outcome.linkage_closure.to_array());
-        if let Some(sums) = sums {
-            let load_sigma = &workspace.outcome().uncertainty.load;
-            sums.add(workspace.sensitivity(), load_sigma, rows.end - first);
+        let place = first - rows.start;
+        for (column, staged) in outcomes.every_column().zip(&*staged) {
+            column[place..place + ROWS_STAGED].copy_from_slice(staged.as_flattened());
         }
     }
     if let Some(sums) = sums {

@@ -51,12 +51,7 @@ pub fn evaluate<'w, T: Real>(
     workspace: &'w mut Workspace<T>,
 ) -> &'w Outcome<T> {
     let w = workspace;
-    w.outcome.linkage_closure = kinematics::coordinates(machine, state, &mut w.coordinates);
-    let sensor_frame = SensorFrame::of(machine, &w.coordinates);
-    let base = kinematics::base_motion(machine, &sensor_frame, &state.imu);
-    move_bodies(machine, w, base);
-    newton_euler::add_payloads(machine, state, &w.motions, &mut w.wrenches);
-    let tool_wrench = newton_euler::tool_wrench(machine, state, &w.motions);
+    let (sensor_frame, tool_wrench) = move_machine(machine, state, w);
     for (wheel, spec) in machine.wheels.iter().enumerate() {
         w.wheel_centres[wheel] = w.motions[spec.body].point(&spec.centre_in_body);
         w.radii[wheel] = T::constant(spec.radius);
@@ -101,6 +96,20 @@ pub fn evaluate_one<'w>(
     evaluate(machine, state, workspace)
 }
 
+/// The wrench that the ground exerts in one sample, as [`evaluate`] has it, without the loads that it is divided into.
+pub fn ground_wrench(
+    machine: &Machine,
+    state: &State<f64>,
+    workspace: &mut Workspace<f64>,
+) -> Wrench<f64> {
+    let (_, tool_wrench) = move_machine(machine, state, workspace);
+    sum_on_ground(workspace, &tool_wrench)
+}
+
+fn sum_on_ground<T: Real>(w: &Workspace<T>, tool_wrench: &Wrench<T>) -> Wrench<T> {
+    newton_euler::sum(&w.wrenches, |_| true).minus(tool_wrench)
+}
+
 /// Newton-Euler equations over every body; solved twice for tyres that deflect under load.
 fn whole_body<T: Real>(
     machine: &Machine,
@@ -108,7 +117,7 @@ fn whole_body<T: Real>(
     w: &mut Workspace<T>,
     tool_wrench: &Wrench<T>,
 ) -> ContactPlane<T> {
-    let ground = newton_euler::sum(&w.wrenches, |_| true).minus(tool_wrench);
+    let ground = sum_on_ground(w, tool_wrench);
     w.outcome.ground_wrench = ground;
     distal_wrenches(machine, &w.wrenches, tool_wrench, &mut w.distal);
     Actuation::fill(machine, state, &mut w.actuations);
@@ -210,6 +219,21 @@ fn closed_form<T: Real>(
     load_wheels(machine, w, &force, &plane.normal);
     w.outcome.indicators.set_edge_moments(&held.edge_moments);
     plane
+}
+
+/// Motion and wrench of every body with its payloads; returns the IMU's frame and the wrench on the tool.
+fn move_machine<T: Real>(
+    machine: &Machine,
+    state: &State<T>,
+    w: &mut Workspace<T>,
+) -> (SensorFrame<T>, Wrench<T>) {
+    w.outcome.linkage_closure = kinematics::coordinates(machine, state, &mut w.coordinates);
+    let sensor_frame = SensorFrame::of(machine, &w.coordinates);
+    let base = kinematics::base_motion(machine, &sensor_frame, &state.imu);
+    move_bodies(machine, w, base);
+    newton_euler::add_payloads(machine, state, &w.motions, &mut w.wrenches);
+    let tool_wrench = newton_euler::tool_wrench(machine, state, &w.motions);
+    (sensor_frame, tool_wrench)
 }
 
 /// Motion and wrench of every body, parents first.

@@ -1,7 +1,9 @@
 //! Delays between the load and what responds to it: actuator forces, and the tilt of the platform.
 
 use nalgebra::Vector3;
-use tipwatch_mechanics::{self as mechanics, Motion, Scope, State, Workspace, evaluate};
+use tipwatch_mechanics::{
+    self as mechanics, Motion, Scope, State, Workspace, evaluate, ground_wrench,
+};
 
 use super::channel::Channel;
 use super::delay::{self, Delay};
@@ -98,18 +100,14 @@ impl Scene<'_> {
                     *motion = Motion::zero();
                 }
             }
-            let whole = evaluate(machine, state, &mut workspace)
-                .ground_wrench
-                .moment;
+            let whole = ground_wrench(machine, state, &mut workspace).moment;
             for &joint in moving {
                 state.joints[joint] = middle.joints[joint];
             }
             if stream.is_none() {
                 state.tool_wrench = middle.tool_wrench;
             }
-            let rest = evaluate(machine, state, &mut workspace)
-                .ground_wrench
-                .moment;
+            let rest = ground_wrench(machine, state, &mut workspace).moment;
             [whole.x - rest.x, whole.y - rest.y, rest.x, rest.y]
         });
         ([x, y], [rest_x, rest_y])

@@ -4,7 +4,7 @@ use tipwatch_mechanics::machine::{Machine, MeasuredJoint};
 use tipwatch_mechanics::state::Sensor;
 
 use super::proportion::{Proportion, Unit, scale_hint, unit_by_factor};
-use super::windows::{median, quantile};
+use super::windows::median;
 use super::{GrossInput, GrossInputKind};
 use crate::base::number::{percent, short};
 use crate::load::{LoadedLog, Signal};
@@ -67,11 +67,16 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
         let joints = &loaded.matched.sensors.joints[stream].joints;
         let mut positions = Suspects::none();
         let mut velocities = Suspects::none();
-        for (column, &joint) in joints.iter().enumerate() {
-            let values = Column::of(signal, column, joints.len());
+        let seen = Seen::in_signal(loaded, signal, joints);
+        for ((column, &joint), seen) in joints.iter().enumerate().zip(seen) {
+            let values = Column {
+                signal,
+                position: column,
+                range: seen.range,
+            };
             let slides = loaded.machine.joint_slides(joint);
             let it = &loaded.machine.joints()[joint];
-            let by_velocity = values.velocity_proportion(slides, it.spins_wheel.is_some());
+            let by_velocity = seen.velocity_proportion();
             let by_limits = beyond_limits(&loaded.machine, it, slides, &values);
             let units: &[Unit] = if slides { &LENGTHS } else { &ANGLES };
             if let Some((factor, evidence)) = by_limits {
@@ -94,55 +99,88 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
     found
 }
 
-/// Positions and velocities of one joint.
-struct Column<'s> {
-    signal: &'s Signal,
-    position: usize,
-    velocity: usize,
+/// What one pass over the samples of a signal shows of a joint.
+struct Seen {
+    slides: bool,
+    is_wheel: bool,
+    /// Number, least and largest of the finite positions.
+    range: Option<(usize, f64, f64)>,
+    proportion: Proportion,
+    last: Option<(f64, f64)>,
+    /// Of the current comparison: its time (s), the change of the position, and the integrated velocity.
+    compared: [f64; 3],
 }
 
-impl<'s> Column<'s> {
-    fn of(signal: &'s Signal, column: usize, joints: usize) -> Self {
-        Self {
-            signal,
-            position: column,
-            velocity: joints + column,
+impl Seen {
+    /// Of each joint.
+    fn in_signal(loaded: &LoadedLog, signal: &Signal, joints: &[usize]) -> Vec<Self> {
+        let mut all: Vec<Self> = (joints.iter())
+            .map(|&joint| Self {
+                slides: loaded.machine.joint_slides(joint),
+                is_wheel: loaded.machine.joints()[joint].spins_wheel.is_some(),
+                range: None,
+                proportion: Proportion::default(),
+                last: None,
+                compared: [0.0; 3],
+            })
+            .collect();
+        let recording = &signal.recording;
+        let mut reader = recording.reader();
+        let mut last_ns = None;
+        for (at, &stamp_ns) in recording.stamps_ns.iter().enumerate() {
+            let step = last_ns.replace(stamp_ns);
+            let step_s = step.map_or(0.0, |last| stamp_ns.saturating_sub(last) as f64 * 1e-9);
+            let (positions, velocities) = reader.sample(at).split_at(joints.len());
+            for (seen, now) in all.iter_mut().zip(positions.iter().zip(velocities)) {
+                seen.take(step_s, (*now.0, *now.1));
+            }
         }
+        all
     }
 
-    fn positions(&self) -> impl Iterator<Item = f64> + '_ {
-        let mut reader = self.signal.recording.reader();
-        (0..self.signal.recording.len()).map(move |at| reader.sample(at)[self.position])
+    /// Takes position and velocity of the next sample, so long after the one before (s).
+    fn take(&mut self, step_s: f64, now: (f64, f64)) {
+        let before = self.last.replace(now);
+        let position = now.0;
+        if position.is_finite() {
+            let (count, low, high) = self.range.unwrap_or((0, position, position));
+            let is_less = |a: f64, b: f64| a.total_cmp(&b).is_lt();
+            let low = if is_less(position, low) {
+                position
+            } else {
+                low
+            };
+            let high = if is_less(high, position) {
+                position
+            } else {
+                high
+            };
+            self.range = Some((count + 1, low, high));
+        }
+        let Some(before) = before else {
+            return;
+        };
+        // over a tenth of a second or more, so that the noise of the positions does not matter
+        let step = now.0 - before.0;
+        let is_turn_clear = !self.is_wheel || now.1.abs() * step_s < LARGEST_WHEEL_STEP;
+        let is_step = step_s > 0.0 && step_s <= LONGEST_STEP_S && is_turn_clear;
+        if !is_step || !(self.slides || step.abs() < WRAP) {
+            self.compared = [0.0; 3];
+            return;
+        }
+        let [elapsed_s, change, travel] = &mut self.compared;
+        *elapsed_s += step_s;
+        *change += step;
+        *travel += 0.5 * (before.1 + now.1) * step_s;
+        if *elapsed_s >= COMPARED_S || !travel.is_finite() {
+            (self.proportion).add(*change / *elapsed_s, *travel / *elapsed_s);
+            self.compared = [0.0; 3];
+        }
     }
 
     /// Proportion of the velocity to the derivative of the position, if it cannot be one, and the evidence.
-    fn velocity_proportion(&self, slides: bool, is_wheel: bool) -> Option<(f64, String)> {
-        let recording = &self.signal.recording;
-        let mut reader = recording.reader();
-        let mut proportion = Proportion::default();
-        // over a tenth of a second or more, so that the noise of the positions does not matter
-        let (mut elapsed_s, mut change, mut travel) = (0.0, 0.0, 0.0);
-        for (at, pair) in recording.stamps_ns.windows(2).enumerate() {
-            let step_s = pair[1].saturating_sub(pair[0]) as f64 * 1e-9;
-            let [before, now] = [at, at + 1].map(|at| {
-                let sample = reader.sample(at);
-                (sample[self.position], sample[self.velocity])
-            });
-            let step = now.0 - before.0;
-            let is_turn_clear = !is_wheel || now.1.abs() * step_s < LARGEST_WHEEL_STEP;
-            let is_step = step_s > 0.0 && step_s <= LONGEST_STEP_S && is_turn_clear;
-            if !is_step || !(slides || step.abs() < WRAP) {
-                (elapsed_s, change, travel) = (0.0, 0.0, 0.0);
-                continue;
-            }
-            elapsed_s += step_s;
-            change += step;
-            travel += 0.5 * (before.1 + now.1) * step_s;
-            if elapsed_s >= COMPARED_S || !travel.is_finite() {
-                proportion.add(change / elapsed_s, travel / elapsed_s);
-                (elapsed_s, change, travel) = (0.0, 0.0, 0.0);
-            }
-        }
+    fn velocity_proportion(&self) -> Option<(f64, String)> {
+        let proportion = &self.proportion;
         let factor = proportion.factor()?;
         let [derivative, velocity] = proportion.sizes();
         let within = 1.0 / LARGEST_PROPORTION..=LARGEST_PROPORTION;
@@ -163,6 +201,21 @@ impl<'s> Column<'s> {
     }
 }
 
+/// Positions of one joint.
+struct Column<'s> {
+    signal: &'s Signal,
+    position: usize,
+    /// Number, least and largest of those that are finite.
+    range: Option<(usize, f64, f64)>,
+}
+
+impl Column<'_> {
+    fn positions(&self) -> impl Iterator<Item = f64> + '_ {
+        let mut reader = self.signal.recording.reader();
+        (0..self.signal.recording.len()).map(move |at| reader.sample(at)[self.position])
+    }
+}
+
 /// The factor by which positions exceed what the joint can reach, and the evidence.
 fn beyond_limits(
     machine: &Machine,
@@ -173,11 +226,7 @@ fn beyond_limits(
     if joint.spins_wheel.is_some() {
         return None;
     }
-    let count = values.positions().filter(|p| p.is_finite()).count();
-    let (low, high) = (
-        quantile(values.positions(), 0.0)?,
-        quantile(values.positions(), 1.0)?,
-    );
+    let (count, low, high) = values.range?;
     let range = format!("between {} and {}", short(low), short(high));
     if let Some([least, greatest]) = joint.limits {
         let margin = LIMIT_SHARE * (greatest - least)
@@ -191,26 +240,30 @@ fn beyond_limits(
             let beyond = finite().filter(|p| !within.contains(&(p * scale + offset)));
             beyond.count() as f64 / count as f64
         };
-        // an angle may be off by one turn, which changes nothing
-        let turn = std::f64::consts::TAU;
-        let is_off_by_a_turn = !slides
-            && greatest - least <= 1.01 * turn
-            && [turn, -turn]
-                .iter()
-                .any(|&offset| share_beyond(1.0, offset) == 0.0);
-        let beyond = share_beyond(1.0, 0.0);
-        let units: &[_] = if slides { &LENGTHS } else { &ANGLES };
-        let fits = units
-            .iter()
-            .find(|(_, factor)| share_beyond(1.0 / factor, 0.0) == 0.0);
         // a wrong zero of an encoder is no other unit
         let far = match slides {
             true => FAR_BEYOND_M,
             false => FAR_BEYOND_RAD,
         };
         let is_far = low < least - far || high > greatest + far;
-        let is_unit = is_far && beyond > MOST_BEYOND && !is_off_by_a_turn;
-        if let Some((_, factor)) = fits.filter(|_| is_unit) {
+        let beyond = if is_far { share_beyond(1.0, 0.0) } else { 0.0 };
+        // an angle may be off by one turn, which changes nothing
+        let turn = std::f64::consts::TAU;
+        let is_off_by_a_turn = || {
+            !slides
+                && greatest - least <= 1.01 * turn
+                && [turn, -turn]
+                    .iter()
+                    .any(|&offset| share_beyond(1.0, offset) == 0.0)
+        };
+        let units: &[_] = if slides { &LENGTHS } else { &ANGLES };
+        let fits = || {
+            units
+                .iter()
+                .find(|(_, factor)| share_beyond(1.0 / factor, 0.0) == 0.0)
+        };
+        let is_unit = beyond > MOST_BEYOND && !is_off_by_a_turn();
+        if let Some((_, factor)) = is_unit.then(fits).flatten() {
             return Some((
                 *factor,
                 format!(
@@ -222,14 +275,17 @@ fn beyond_limits(
             ));
         }
     }
-    let typical = median(values.positions().map(f64::abs))?;
     let (largest, unit) = match slides {
         true => (LARGEST_STROKE_M, LENGTHS[0]),
         false => (MOST_TURNS * std::f64::consts::TAU, ANGLES[0]),
     };
     // a slewing joint may count its turns: then its limits, if any, allow that
     let may_turn = !slides && !is_limited(joint);
-    (typical > largest && !may_turn).then_some((unit.1, range))
+    if may_turn || low.abs().max(high.abs()) <= largest {
+        return None;
+    }
+    let typical = median(values.positions().map(f64::abs))?;
+    (typical > largest).then_some((unit.1, range))
 }
 
 /// Whether the URDF states limits that a position of several turns would exceed.

@@ -6,7 +6,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Sensor;
 
 use super::proportion::{Proportion, Unit, scale_hint, unit_by_factor};
-use super::slots;
+use super::slots::{self, Sums};
 use super::windows::median;
 use super::{GrossInput, GrossInputKind};
 use crate::base::number::short;
@@ -182,18 +182,30 @@ fn wheel_speeds(loaded: &LoadedLog) -> Vec<WheelSpeed> {
             continue;
         };
         let joints = &loaded.matched.sensors.joints[stream].joints;
+        let mut wheels = Vec::new();
         for (column, &joint) in joints.iter().enumerate() {
             let Some(wheel) = machine.joints()[joint].spins_wheel else {
                 continue;
             };
-            let radius = machine.wheels()[wheel].radius;
-            let mut reader = signal.recording.reader();
-            let velocity = |at: usize| radius * reader.sample(at)[joints.len() + column];
-            speeds.push(WheelSpeed {
-                wheel,
-                by_slot: slots::means(&signal.recording.stamps_ns, velocity),
-            });
+            wheels.push((wheel, joints.len() + column, Sums::default()));
         }
+        let mut reader = signal.recording.reader();
+        if wheels.is_empty() {
+            continue;
+        }
+        for (at, &stamp_ns) in signal.recording.stamps_ns.iter().enumerate() {
+            let sample = reader.sample(at);
+            for (wheel, velocity, sums) in &mut wheels {
+                sums.add(
+                    stamp_ns,
+                    machine.wheels()[*wheel].radius * sample[*velocity],
+                );
+            }
+        }
+        speeds.extend(wheels.into_iter().map(|(wheel, _, sums)| WheelSpeed {
+            wheel,
+            by_slot: sums.means(),
+        }));
     }
     speeds
 }

@@ -7,18 +7,44 @@ const LENGTH_NS: i64 = 500_000_000;
 
 /// Mean of the finite values in each slot, by number of the slot.
 pub(super) fn means(stamps_ns: &[i64], mut value: impl FnMut(usize) -> f64) -> BTreeMap<i64, f64> {
-    let mut sums: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
+    let mut sums = Sums::default();
     for (sample, stamp) in stamps_ns.iter().enumerate() {
-        let value = value(sample);
-        if value.is_finite() {
-            let (sum, count) = sums.entry(stamp.div_euclid(LENGTH_NS)).or_default();
+        sums.add(*stamp, value(sample));
+    }
+    sums.means()
+}
+
+/// Sum and number of the finite values in each slot.
+#[derive(Debug, Default)]
+pub(super) struct Sums {
+    slots: BTreeMap<i64, (f64, f64)>,
+    /// The slot of the last value, which the next one usually shares.
+    last: Option<(i64, (f64, f64))>,
+}
+
+impl Sums {
+    pub(super) fn add(&mut self, stamp_ns: i64, value: f64) {
+        if !value.is_finite() {
+            return;
+        }
+        let slot = stamp_ns.div_euclid(LENGTH_NS);
+        if self.last.is_none_or(|(last, _)| last != slot) {
+            self.slots.extend(self.last.take());
+            let so_far = self.slots.get(&slot).copied().unwrap_or_default();
+            self.last = Some((slot, so_far));
+        }
+        if let Some((_, (sum, count))) = &mut self.last {
             *sum += value;
             *count += 1.0;
         }
     }
-    (sums.into_iter())
-        .map(|(slot, (sum, count))| (slot, sum / count))
-        .collect()
+
+    pub(super) fn means(mut self) -> BTreeMap<i64, f64> {
+        self.slots.extend(self.last);
+        (self.slots.into_iter())
+            .map(|(slot, (sum, count))| (slot, sum / count))
+            .collect()
+    }
 }
 
 /// Pairs of means of the slots that both have.
@@ -36,8 +62,8 @@ mod tests {
 
     #[test]
     fn slots_hold_the_means_of_what_is_finite() {
-        let stamps = [0, 400_000_000, 600_000_000, -1];
-        let values = [1.0, 3.0, f64::NAN, 7.0];
+        let stamps = [0, 400_000_000, 600_000_000, -1, 100_000_000];
+        let values = [1.0, 2.0, f64::NAN, 7.0, 3.0];
         let found = means(&stamps, |sample| values[sample]);
         assert_eq!(found, BTreeMap::from([(-1, 7.0), (0, 2.0)]));
         let other = BTreeMap::from([(0, 5.0), (9, 1.0)]);

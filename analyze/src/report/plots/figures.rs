@@ -2,12 +2,20 @@
 
 use super::plotter::Plotter;
 use crate::analysis::Analysis;
-use crate::page::Figure;
+use crate::page::{Columns, Figure};
 use crate::report::sketch::Sketch;
 
-/// All figures of the page, on one time axis.
-pub(in crate::report) fn figures(analysis: &Analysis, sketch: &Sketch) -> Vec<Figure> {
-    let plotter = Plotter { analysis, sketch };
+/// All figures of the page, on one time axis. The numbers of their curves are added to `columns`.
+pub(in crate::report) fn figures(
+    analysis: &Analysis,
+    sketch: &Sketch,
+    columns: &Columns,
+) -> Vec<Figure> {
+    let plotter = Plotter {
+        analysis,
+        sketch,
+        columns,
+    };
     let mut figures: Vec<Figure> = plotter.timeline().into_iter().collect();
     figures.extend([plotter.loads(), plotter.stability()]);
     figures.extend(plotter.edges());

@@ -6,7 +6,7 @@ use plotly::{Trace, Traces};
 use tipwatch_mechanics::Quantity;
 
 use super::plotter::{Plotter, axis};
-use crate::page::{Figure, colour, line, plain, scatter};
+use crate::page::{Figure, colour, line, plain};
 use crate::report::sketch::Curve;
 
 impl Plotter<'_> {
@@ -52,11 +52,13 @@ impl Plotter<'_> {
             let tint = if of.len() == 1 { of[0] } else { wheels + k };
             if of.len() > 1 {
                 let computed: Vec<f64> = compared.iter().map(|row| row.computed[k]).collect();
-                traces.push(line(tint, &format!("{name} computed"), &seconds, &computed));
+                let name = format!("{name} computed");
+                traces.push(line(self.columns, tint, &name, &seconds, &computed));
             }
             let measured: Vec<f64> = compared.iter().map(|row| row.measured[k]).collect();
             traces.push(
-                scatter(&seconds, &measured)
+                (self.columns)
+                    .scatter(&seconds, &measured)
                     .name(format!("{name} measured"))
                     .mode(Mode::Markers)
                     .marker(Marker::new().size(3).color(colour(tint, 0.8))),
@@ -102,7 +104,8 @@ impl Plotter<'_> {
             let ends = [0.0, self.last_second()];
             let line = Line::new().width(1.2).color(tint).dash(DashType::LongDash);
             traces.push(
-                scatter(&ends, &[limit; 2])
+                (self.columns)
+                    .scatter(&ends, &[limit; 2])
                     .name(name)
                     .mode(Mode::Lines)
                     .line(line),

@@ -8,7 +8,7 @@ use tipwatch_mechanics::Quantity;
 
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
-use crate::page::{ColumnScatter, Figure, layout, line, plain, scatter};
+use crate::page::{ColumnScatter, Columns, Figure, layout, line, plain};
 use crate::report::findings::{Scene, rank};
 use crate::report::sketch::{Curve, Sketch};
 
@@ -22,6 +22,8 @@ const ABOVE: usize = 32;
 pub(super) struct Plotter<'a> {
     pub(super) analysis: &'a Analysis,
     pub(super) sketch: &'a Sketch,
+    /// The numbers of the curves.
+    pub(super) columns: &'a Columns,
 }
 
 /// Title of a vertical axis: what it shows, and the unit.
@@ -38,7 +40,7 @@ impl Plotter<'_> {
         let points = self.sketch.points(curve);
         let times: Vec<f64> = points.iter().map(|p| self.seconds(p.row())).collect();
         let values: Vec<f64> = points.iter().map(|p| p.values()[0]).collect();
-        line(index, name, &times, &values)
+        line(self.columns, index, name, &times, &values)
     }
 
     /// Whether a curve has any value.
@@ -79,7 +81,8 @@ impl Plotter<'_> {
             times.push(self.seconds(run[run.len() - 1].0));
             values.push(f64::NAN);
         }
-        scatter(&times, &values)
+        (self.columns)
+            .scatter(&times, &values)
             .name(name)
             .mode(Mode::Lines)
             .fill(Fill::ToSelf)

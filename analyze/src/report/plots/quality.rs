@@ -9,7 +9,7 @@ use plotly::layout::Annotation;
 
 use super::plotter::Plotter;
 use crate::events::EventKind;
-use crate::page::{ColumnScatter, Figure, colour, plain, readable, scatter};
+use crate::page::{ColumnScatter, Figure, colour, plain, readable};
 
 /// Height of a lane (pixels).
 const LANE: usize = 34;
@@ -80,7 +80,8 @@ impl Plotter<'_> {
             times.extend([start, end.max(start + least), end]);
             values.extend([height(place), height(place), f64::NAN]);
         }
-        scatter(&times, &values)
+        (self.columns)
+            .scatter(&times, &values)
             .name(&lane.name)
             .mode(Mode::Lines)
             .connect_gaps(false)

@@ -86,6 +86,12 @@ impl Thinned {
             self.broken.get_or_insert_with(point);
             return;
         }
+        if let (Some((least, _)), Some((largest, _))) = (&self.least, &self.largest)
+            && *least < value
+            && value < *largest
+        {
+            return;
+        }
         if self
             .least
             .is_none_or(|(least, _)| value.total_cmp(&least).is_lt())

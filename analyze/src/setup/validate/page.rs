@@ -6,7 +6,7 @@ use plotly::common::{Fill, Line, Mode};
 
 use super::run::{LogValidation, Validation};
 use crate::page::{
-    self, Document, Figure, PlotLibrary, Plots, colour, layout, line, plain, scatter, section,
+    self, Columns, Document, Figure, PlotLibrary, Plots, colour, layout, line, plain, section,
     table,
 };
 
@@ -17,7 +17,9 @@ const ABOVE: usize = 24;
 /// The page. The same validation gives the same bytes.
 #[must_use]
 pub fn page(found: &Validation) -> String {
-    let figures: Vec<Figure> = found.logs.iter().flat_map(figures).collect();
+    let columns = Columns::default();
+    let logs = found.logs.iter();
+    let figures: Vec<Figure> = logs.flat_map(|log| figures(log, &columns)).collect();
     let content = html! {
         (section("Result", result(found)))
         @for log in &found.logs { (section(&log.log, of_log(log))) }
@@ -30,6 +32,7 @@ pub fn page(found: &Validation) -> String {
         plots: Some(Plots {
             library: PlotLibrary::Inside,
             figures: &figures,
+            columns: &columns,
             script: "",
         }),
     }
@@ -84,8 +87,8 @@ fn of_log(log: &LogValidation) -> Markup {
     }
 }
 
-/// One figure of loads and one of differences.
-fn figures(log: &LogValidation) -> [Figure; 2] {
+/// One figure of loads and one of differences. The numbers of their curves are added to `columns`.
+fn figures(log: &LogValidation, columns: &Columns) -> [Figure; 2] {
     let rows = &log.comparison.rows;
     let seconds: Vec<f64> = (rows.iter())
         .map(|row| (row.time_ns - log.start_ns) as f64 * 1e-9)
@@ -102,7 +105,8 @@ fn figures(log: &LogValidation) -> [Figure; 2] {
         let edges = high.iter().chain(low.iter().rev()).copied();
         let (times, edges): (Vec<f64>, Vec<f64>) = (times.collect(), edges.collect());
         loads.push(
-            scatter(&times, &edges)
+            columns
+                .scatter(&times, &edges)
                 .name(format!("{name} ± 2 σ"))
                 .mode(Mode::Lines)
                 .fill(Fill::ToSelf)
@@ -111,19 +115,21 @@ fn figures(log: &LogValidation) -> [Figure; 2] {
                 .line(Line::new().width(0.0)),
         );
         loads.push(line(
+            columns,
             k,
             &format!("{name} computed"),
             &seconds,
             &column(&|row| rows[row].computed[k]),
         ));
         loads.push(
-            scatter(&seconds, &column(&|row| rows[row].measured[k]))
+            columns
+                .scatter(&seconds, &column(&|row| rows[row].measured[k]))
                 .name(format!("{name} measured"))
                 .mode(Mode::Markers)
                 .marker(plotly::common::Marker::new().size(3).color(colour(k, 0.9))),
         );
         let difference = column(&|row| rows[row].measured[k] - rows[row].computed[k]);
-        differences.push(line(k, &name, &seconds, &difference));
+        differences.push(line(columns, k, &name, &seconds, &difference));
     }
     let axes = |unit: &str| layout(unit, HEIGHT, ABOVE, last);
     [
