@@ -524,7 +524,7 @@ TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 2432, "tipwatch_machin
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
 #define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v3"
-#define TIPWATCH_VERDICT_LAYOUT "76c1a8e9464ab3c4"
+#define TIPWATCH_VERDICT_LAYOUT "b530bb2e6e378ba0"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -613,6 +613,9 @@ struct tipwatch_verdict {
     double utilisation;
     /* Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s. */
     double time_to_lift_off_s;
+    /* Age of the prediction (s): it was made so long before this row, and its times are from then; 0 if it was made
+     * for this row. Only at level Safe and only a prediction by which no wheel may lift is repeated. */
+    double predicted_age_s;
     /* Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
      * lifts within the horizon of the machine file. */
     double predicted_lift_off_s[3];
@@ -670,7 +673,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2912, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2920, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */

@@ -14,7 +14,7 @@ use tipwatch_mechanics::{Quantity, State};
 /// Times ahead at which loads are compared (s).
 pub const AHEAD_S: [f64; 3] = [0.5, 1.0, 2.0];
 /// A wheel with less than this share of the mean load is off the ground.
-const OFF_GROUND: f64 = 0.01;
+pub const OFF_GROUND: f64 = 0.01;
 /// It has lifted if it is off the ground for so long (s); a bounce is shorter.
 const LIFTED_S: f64 = 0.05;
 /// A lift begins where no wheel was off the ground for so long (s).

@@ -5,16 +5,19 @@ use std::fmt::Write;
 use tipwatch_mechanics::machine::PredictionSpec;
 use tipwatch_mechanics::prediction::Law;
 
-use super::followed::{Followed, Row};
+use super::followed::{Followed, OFF_GROUND, Row};
 
-/// The prediction is asked so long before the stop begins (s): nothing brakes yet.
-const BEFORE_S: f64 = 0.3;
+/// The prediction is asked so long before a platform and an arm have lost a part of their speed (s): nothing brakes yet. The
+/// arm goes on until then, which the prediction cannot know: its time is shorter.
+const BEFORE_S: [f64; 2] = [0.5, 0.2];
 /// Wheels are watched so long after the stop (s).
 const AFTER_S: f64 = 0.3;
 /// A stop that takes longer is none (s): the horizon of the prediction.
 const LONGEST_S: f64 = 2.0;
 /// A speed is at its greatest down to this share of it.
-const BEGINS: f64 = 0.95;
+const BEGINS: f64 = 0.85;
+/// A machine that is slower stands (m/s).
+const STANDS: f64 = 0.1;
 /// It is rest below this share of the greatest.
 const RESTS: f64 = 0.1;
 
@@ -34,7 +37,7 @@ pub struct Stop {
 /// What came of a stop, beside what was predicted.
 #[derive(Debug, Clone, Copy)]
 pub struct Score {
-    /// Whether a wheel lifted.
+    /// Whether a wheel was off the ground.
     pub lifted: bool,
     /// Whether that was predicted by the OTF, and by the OTF less two standard deviations.
     pub predicted: [bool; 2],
@@ -51,17 +54,19 @@ pub fn stops(log: &Followed) -> Vec<Stop> {
         (Law::BrakeNow, 0.8, |row| row.speed),
         (Law::StopArm, 0.25, |row| row.arm_speed),
     ];
-    for (law, moving, speed) in speeds {
+    for ((law, moving, speed), before_s) in speeds.into_iter().zip(BEFORE_S) {
         let times: Vec<f64> = log.rows.iter().map(|row| row.time_s).collect();
         let speeds: Vec<f64> = log.rows.iter().map(speed).collect();
         for (begins, rests) in falls(&times, &speeds, moving) {
-            let asked = times.partition_point(|time_s| *time_s <= times[begins] - BEFORE_S);
+            let asked = times.partition_point(|time_s| *time_s <= times[begins] - before_s);
             let deceleration = (begins..rests).map(|row| {
                 let later = times.partition_point(|time_s| *time_s < times[row] + 0.1);
                 let later = later.min(times.len() - 1);
                 (speeds[row] - speeds[later]) / (times[later] - times[row])
             });
-            if let Some(row) = asked.checked_sub(1) {
+            // joints of the steering stop, too, while the machine drives
+            let is_of_arm = |row: usize| law != Law::StopArm || log.rows[row].speed < STANDS;
+            if let Some(row) = asked.checked_sub(1).filter(|&row| is_of_arm(row)) {
                 all.push(Stop {
                     law,
                     row,
@@ -104,12 +109,8 @@ pub fn score(log: &Followed, stop: &Stop, asked: &Followed) -> Option<Score> {
     }
     let span_s = [stop.span_s[0], stop.span_s[1] + AFTER_S];
     let (wheel, least) = log.least_load(span_s);
-    let lifted = log
-        .lifts()
-        .iter()
-        .any(|lift| (span_s[0]..span_s[1]).contains(&lift.time_s));
     Some(Score {
-        lifted,
+        lifted: least < OFF_GROUND * log.mean_load,
         predicted: [ahead.lift_off_s.is_finite(), ahead.earliest_s.is_finite()],
         error: (ahead.otf_least[wheel].max(0.0) - least) / log.mean_load,
     })
@@ -200,7 +201,7 @@ mod tests {
         let found = falls(&times, &falling(2.0, 1.0), 0.8);
         assert_eq!(found.len(), 1);
         let (begins, rests) = found[0];
-        assert!((times[begins] - 2.05).abs() < 0.02 && (times[rests] - 2.9).abs() < 0.02);
+        assert!((times[begins] - 2.15).abs() < 0.02 && (times[rests] - 2.9).abs() < 0.02);
         assert!(falls(&times, &falling(1.0, 4.0), 0.8).is_empty());
         assert!(falls(&times, &falling(2.0, 1.0), 3.0).is_empty());
     }
