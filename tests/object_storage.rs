@@ -29,7 +29,7 @@ fn serve(bucket: &str) -> Server {
     let server = Server::start(bucket);
     let access = Access {
         variables: server.variables(),
-        timeout: Duration::from_secs(2),
+        timeout: Duration::from_secs(6),
         attempts: 3,
         first_wait: Duration::from_millis(5),
         ..Access::default()
