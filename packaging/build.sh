@@ -28,7 +28,8 @@ want() { [[ $wanted == *" $1 "* ]]; }
 if [[ -n ${TIPWATCH_BUILT:-} ]]; then
     target=$TIPWATCH_BUILT
 else
-    cargo build --profile "$profile" --locked --bins -p tipwatch-analyze -p tipwatch-live -p tipwatch-packaging
+    # not by package: as part of the whole workspace dependencies have one set of features, and are built once
+    cargo build --profile "$profile" --locked --bin tipwatch --bin tipwatch-live --bin tipwatch-packaging
 fi
 "$target/tipwatch-packaging" sbom >"$work/tipwatch.cdx.json"
 "$target/tipwatch-packaging" third-party >"$work/THIRD-PARTY.txt"

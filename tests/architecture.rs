@@ -185,7 +185,7 @@ const RULES: [Rule; 12] = [
     Rule {
         folder: "packaging",
         crates: &["tipwatch_analyze", "tipwatch_live"],
-        floors: &["bill", "pages"],
+        floors: &["bill", "third_party", "pages"],
     },
     Rule {
         folder: "python",

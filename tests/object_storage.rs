@@ -24,12 +24,17 @@ use server::Server;
 use tipwatch_ingest::{Error, Log, Losses, TopicId};
 use tipwatch_storage::{Access, Folder, Location, connect};
 
-/// Starts a server; its bucket is reached with few attempts in a short time.
+/// Starts a server; its bucket is reached with few attempts, in a time that a busy computer needs.
 fn serve(bucket: &str) -> Server {
+    serve_within(bucket, Duration::from_secs(30))
+}
+
+/// The same within a time that faults may take.
+fn serve_within(bucket: &str, timeout: Duration) -> Server {
     let server = Server::start(bucket);
     let access = Access {
         variables: server.variables(),
-        timeout: Duration::from_secs(2),
+        timeout,
         attempts: 3,
         first_wait: Duration::from_millis(5),
         ..Access::default()

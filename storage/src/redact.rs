@@ -78,8 +78,8 @@ fn redact_url(scheme: &str, url: &str, out: &mut String) {
             out.push_str(host);
             out.push_str(path);
         }
-        // a password with a slash or a question mark in it: what follows the colon is no port
-        None if has_no_port(host) => {
+        // a password with a slash or a question mark in it: what follows the colon is no port, or no path follows
+        None if has_no_port(host) || (host.contains(':') && first_folder(path).contains('@')) => {
             out.push_str(HIDDEN);
             if let Some((_, rest)) = path.rsplit_once('@') {
                 out.push('@');
@@ -92,7 +92,8 @@ fn redact_url(scheme: &str, url: &str, out: &mut String) {
         return;
     };
     // a wildcard is no query, and a number tells apart URLs that differ in what is hidden
-    let is_wildcard = is_bucket && sign == '?' && !secret.contains('=');
+    let is_wildcard =
+        is_bucket && sign == '?' && !host.contains(':') && !secret.contains(['=', '@']);
     let is_number = sign == '#' && secret[1..].chars().all(|c| c.is_ascii_digit());
     if is_wildcard || is_number {
         out.push_str(secret);
@@ -100,6 +101,10 @@ fn redact_url(scheme: &str, url: &str, out: &mut String) {
         out.push(sign);
         out.push_str(HIDDEN);
     }
+}
+
+fn first_folder(path: &str) -> &str {
+    path.split('/').nth(1).unwrap_or("")
 }
 
 /// Whether something else than a port follows the colon of a host.
@@ -206,12 +211,15 @@ mod tests {
             ("https://host/x#token", "https://host/x#[redacted]"),
             ("https://me:p/w@host/x", "https://[redacted]@host/x"),
             ("https://me:p?w@host/x", "https://[redacted]?[redacted]"),
+            ("https://me:1/2@host/x", "https://[redacted]@host/x"),
+            ("s3://me:?p?w@bucket/x", "s3://me:?[redacted]"),
             ("HTTPS://me:pw@host/x", "HTTPS://[redacted]@host/x"),
             ("ftp://me:pw@host/x", "ftp://[redacted]@host/x"),
             ("s3://key:pw@bucket/x", "s3://[redacted]@bucket/x"),
             ("s3://b/k?X-Amz-Signature=x", "s3://b/k?[redacted]"),
             // no secrets
             ("http://host:80/x: not found", "http://host:80/x: not found"),
+            ("http://host:80/x/a@b.mcap", "http://host:80/x/a@b.mcap"),
             ("http://[::1]:80/x", "http://[::1]:80/x"),
             ("https://host/x#2", "https://host/x#2"),
             ("http://host:", "http://host:"),

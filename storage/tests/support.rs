@@ -17,7 +17,7 @@ pub(crate) fn serve(bucket: &str) -> Server {
 pub(crate) fn access(server: &Server) -> Access {
     Access {
         variables: server.variables(),
-        timeout: Duration::from_millis(400),
+        timeout: Duration::from_millis(1500),
         attempts: 3,
         first_wait: Duration::from_millis(5),
         ..Access::default()

@@ -1,5 +1,7 @@
 //! Faults while a log is read: a typed error, or every message.
 
+use std::time::Duration;
+
 use mcap::Compression;
 use tipwatch_ingest::Error;
 use tipwatch_storage::ErrorKind;
@@ -7,7 +9,10 @@ use tipwatch_tests::data;
 
 use super::image_log::image_log;
 use super::server::{Fault, Seen};
-use super::{messages, open, serve, upload};
+use super::{messages, open, serve, serve_within, upload};
+
+/// Long enough for an answer, short enough to wait for none.
+const SHORT: Duration = Duration::from_secs(6);
 
 fn is_range(seen: &Seen) -> bool {
     // not the suffix read of the opening
@@ -25,7 +30,7 @@ fn kind(error: &Error) -> ErrorKind {
 
 #[test]
 fn faults_that_pass_change_no_message() {
-    let server = serve("passing-log");
+    let server = serve_within("passing-log", SHORT);
     let bytes = image_log(&data("tiny_lift.mcap"), Some(Compression::Zstd));
     upload("passing-log", "log.mcap", &bytes);
     let expected = messages(&open("s3://passing-log/log.mcap").unwrap(), "/")
@@ -50,7 +55,7 @@ fn faults_that_pass_change_no_message() {
 
 #[test]
 fn faults_that_stay_are_typed_errors() {
-    let server = serve("staying-log");
+    let server = serve_within("staying-log", SHORT);
     let bytes = image_log(&data("tiny_lift.mcap"), Some(Compression::Zstd));
     upload("staying-log", "log.mcap", &bytes);
     for (fault, expected) in [

@@ -10,7 +10,7 @@ use super::wire::{Reply, Request, SECRET, Service};
 pub(crate) struct Gcs {
     pub(crate) bucket: String,
     pub(crate) objects: Objects,
-    uploads: AtomicUsize,
+    pub(crate) uploads: AtomicUsize,
 }
 
 impl Service for Gcs {

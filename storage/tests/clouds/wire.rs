@@ -273,10 +273,17 @@ fn read(reader: &mut BufReader<TcpStream>) -> std::io::Result<Option<Request>> {
 
 /// A path without percent signs.
 pub(crate) fn decoded(path: &str) -> String {
-    // a plus sign is no space in a path
-    let pair = path.replace('+', "%2B");
-    let mut pairs = url::form_urlencoded::parse(pair.as_bytes());
-    pairs
-        .next()
-        .map_or(String::new(), |(text, _)| text.into_owned())
+    let mut bytes = Vec::new();
+    let mut rest = path.as_bytes();
+    while let Some((&next, after)) = rest.split_first() {
+        let digits = after.get(..2).and_then(|two| std::str::from_utf8(two).ok());
+        let byte = digits.and_then(|two| u8::from_str_radix(two, 16).ok());
+        let (byte, behind) = match byte.filter(|_| next == b'%') {
+            Some(byte) => (byte, &after[2..]),
+            None => (next, after),
+        };
+        bytes.push(byte);
+        rest = behind;
+    }
+    String::from_utf8(bytes).unwrap()
 }
