@@ -250,11 +250,8 @@ impl Varying<'_> {
             let width = columns.len();
             let values = &values[rows.start * width..rows.end * width];
             for (place, &column) in columns.iter().enumerate() {
-                let cells = states.column_mut(column).iter_mut();
                 let numbers = values.iter().skip(place).step_by(width);
-                cells
-                    .zip(numbers)
-                    .for_each(|(cell, &number)| *cell = number);
+                states.set_column(column, numbers.copied());
             }
         }
     }

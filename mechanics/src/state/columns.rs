@@ -121,11 +121,6 @@ impl StateColumns {
         places.zip(values).for_each(|(to, from)| *to = from);
     }
 
-    /// A column, to be written.
-    pub fn column_mut(&mut self, column: usize) -> &mut [f64] {
-        &mut self.columns[column]
-    }
-
     /// Sets a row from its numbers, in column order.
     pub fn set_values(&mut self, row: usize, values: &[f64]) {
         let places = self.row_mut(row);
