@@ -7,6 +7,7 @@
 #   OUT/THIRD-PARTY.txt               the texts of these licences; packages contain it
 #
 # TIPWATCH_PROFILE=dev builds without optimisation; TIPWATCH_BUILT=FOLDER takes programs that are built: for a quick trial.
+# DEBFULLNAME and DEBEMAIL name the maintainer of the .deb.
 # The programs need an x86-64-v3 processor (2015 and later); RUSTFLAGS="" builds them for any x86-64.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -52,7 +53,11 @@ if want deb; then
     install -D -m 644 -t "$root/usr/include" live/include/tipwatch_live.h
     doc=$root/usr/share/doc/tipwatch
     install -D -m 644 -t "$doc" "$work/tipwatch.cdx.json" README.md
-    gzip -9nc CHANGELOG.md >"$doc/changelog.gz"
+    gzip -9nc CHANGELOG.md >"$doc/CHANGELOG.md.gz"
+    maintainer="${DEBFULLNAME:-Tipwatch developers} <${DEBEMAIL:-tipwatch@localhost}>"
+    printf 'tipwatch (%s) unstable; urgency=medium\n\n  * See CHANGELOG.md.gz beside this file.\n\n -- %s  %s\n' \
+        "$version" "$maintainer" "$(date --utc --date="@$SOURCE_DATE_EPOCH" --rfc-email)" | gzip -9n >"$doc/changelog.gz"
+    install -D -m 644 packaging/deb/lintian-overrides "$root/usr/share/lintian/overrides/tipwatch"
     gzip -9nc "$work/THIRD-PARTY.txt" >"$doc/THIRD-PARTY.txt.gz"
     {
         echo "Tipwatch is licensed under MIT or Apache-2.0, at your choice. The crates in it are listed in tipwatch.cdx.json"
@@ -69,7 +74,7 @@ if want deb; then
 Package: tipwatch
 Version: $version
 Architecture: $(dpkg --print-architecture)
-Maintainer: Tipwatch developers <tipwatch@localhost>
+Maintainer: $maintainer
 Installed-Size: $(du -ks "$root/usr" | cut -f1)
 Depends: libc6 (>= $libc), libgcc-s1
 Section: science

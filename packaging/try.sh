@@ -53,10 +53,10 @@ for package in "$out"/*.deb; do
         root/usr/share/doc/tipwatch/tipwatch.cdx.json
     gunzip -c root/usr/share/doc/tipwatch/THIRD-PARTY.txt.gz | grep -c '^=\{100\}$' | sed 's/$/ texts of licences/'
     if command -v lintian >/dev/null; then
-        lintian --no-tag-display-limit "$package" || true
+        lintian --tag-display-limit 0 "$package" || true
     fi
     managed --purge tipwatch >/dev/null
-    test -z "$(find root/usr -type f)"
+    test -z "$(find root -path '*tipwatch*' -type f)"
 done
 
 for wheel in "$out"/*.whl; do
