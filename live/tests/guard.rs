@@ -199,7 +199,7 @@ fn refused_messages_are_a_fault_from_the_third_in_succession() {
     ];
     for (fault, change) in changes {
         let mut bench = Bench::new();
-        let mut refused = |bench: &mut Bench| {
+        let refused = |bench: &mut Bench| {
             let mut wire = bench.sample(Kind::Imu, START, 0);
             bench.sequence -= 1;
             change(&mut wire);
@@ -368,7 +368,7 @@ fn untimed_sessions_must_not_fall_silent() {
         assert_eq!(bench.is_fault(InputFault::Stale, now_ns), is_fault);
     }
     // nor do rows of one depend on the time of day
-    let mut bench = Bench::with(|session| session.pace = 0.0);
+    let bench = Bench::with(|session| session.pace = 0.0);
     assert!(!bench.guard.is_timed());
     assert!(!bench.guard.is_late(START, START + 100 * DEADLINE_NS));
 }
@@ -521,7 +521,7 @@ fn implausible_values_count_from_the_third_in_succession_by_their_policy() {
     ] {
         let mut bench = Bench::new();
         let findings = [finding(policy, Component::Value)];
-        let mut implausible = |bench: &mut Bench| {
+        let implausible = |bench: &mut Bench| {
             let wire = bench.sample(Kind::Imu, START, 0);
             assert!(bench.assessed(&wire, START, Ok(()), &findings));
             let found = bench.found(START);

@@ -32,10 +32,10 @@ enum Part {
 
 fn main() {
     let machine = machine();
-    let words = std::env::args()
+    let mut words = std::env::args()
         .skip(1)
         .filter_map(|word| word.parse::<usize>().ok());
-    if let Some(repeats) = words.last() {
+    if let Some(repeats) = words.next() {
         for _ in 0..repeats {
             run(&machine, Part::Paced);
         }

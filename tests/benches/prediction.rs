@@ -1,4 +1,4 @@
-//! Lead time and false alarms of the prediction beside the plain rate: the tables of `book/src/concepts/prediction.md`.
+//! Lead time and false alarms of the prediction beside the plain rate, and stops beside what was predicted: the tables of `book/src/concepts/prediction.md`.
 //!
 //! `tests/data/make_prediction.py LAB OUT` makes the logs; then
 //!

@@ -21,6 +21,9 @@ const STANDS: f64 = 0.1;
 /// It is rest below this share of the greatest.
 const RESTS: f64 = 0.1;
 
+/// A speed that falls to zero in a stop.
+type SpeedOf = fn(&Row) -> f64;
+
 /// A stop that took place.
 #[derive(Debug, Clone)]
 pub struct Stop {
@@ -50,7 +53,7 @@ pub struct Score {
 #[must_use]
 pub fn stops(log: &Followed) -> Vec<Stop> {
     let mut all = Vec::new();
-    let speeds: [(Law, f64, fn(&Row) -> f64); 2] = [
+    let speeds: [(Law, f64, SpeedOf); 2] = [
         (Law::BrakeNow, 0.8, |row| row.speed),
         (Law::StopArm, 0.25, |row| row.arm_speed),
     ];
