@@ -189,8 +189,8 @@ fn wrong_load_cells_of_every_kind_are_found() {
 #[test]
 fn the_total_is_compared_while_a_wheel_is_off_the_ground() {
     let airborne = |analysis: &Analysis| {
-        let load = analysis.rows.outcomes.wheel_columns(Quantity::Otf);
-        let off = |row: &usize| load.iter().any(|column| column[*row] <= 0.0);
+        let otf = |wheel: usize| analysis.rows.outcomes.column(Quantity::Otf(wheel));
+        let off = |row: &usize| (0..WHEELS.len()).any(|wheel| otf(wheel)[*row] <= 0.0);
         (0..analysis.rows.len()).filter(off).collect::<Vec<usize>>()
     };
     let (_, good) = analysed("side_reach", &cells(100.0), |_, loads| loads);

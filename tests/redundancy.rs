@@ -28,7 +28,7 @@ const SWING: Scene = Scene {
     airborne_s: [1.83, 2.51],
 };
 
-/// A log on which no threshold was chosen, but for those of an encoder that stands out.
+/// A log on which no threshold was chosen, but for those of an encoder that stands out and of a light wheel.
 const SIDE: Scene = Scene {
     log: "side_reach.mcap",
     airborne_s: [3.98, 6.39],

@@ -284,8 +284,8 @@ mod tests {
         0.9
     }
 
-    /// Time after which a wheel counts as lighter than the joints say (s): it carries a tenth of its load, and `by_lean` of it
-    /// less per radian.
+    /// Time after which a wheel counts as lighter than the joints say (s). `least_load` gives the smallest load of a wheel for
+    /// a lean beyond that by the joints.
     fn light_after_s(
         least_load: fn(&Vector2<f64>) -> f64,
         leans: impl Fn(f64) -> [Vector2<f64>; 2],
