@@ -13,10 +13,11 @@ use nalgebra::Vector3;
 
 use crate::condensed::{Instant, MAX_ACTUATORS, SuspendedMachine};
 use crate::prediction::{PredictedState, RodMotion};
+use super::steady::Steady;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::MAX_WHEELS;
 use tipwatch_mechanics::number::Gradient;
-use tipwatch_mechanics::state::State;
+use tipwatch_mechanics::state::{ImuState, State};
 
 /// Times of the forecast (s).
 pub(super) const TIMES_S: [f64; 4] = [0.0, 0.5, 1.0, 1.8];
@@ -75,6 +76,8 @@ pub(super) struct Forecast {
     pub(super) edges: usize,
     pub(super) at: [Outlook; TIMES_S.len()],
     pub(super) doubt: Doubt,
+    /// S(19) by wheel (N).
+    pub(super) swing: ByWheel,
 }
 
 impl Added {
@@ -121,6 +124,7 @@ pub(super) struct Forecaster {
     arm: Vec<usize>,
     /// S(13): factors of q'' in q, q' and q'' at each time.
     lasting: [[f64; 3]; TIMES_S.len()],
+    steady: Steady,
     now: Instant,
     ahead: Instant,
     state_ahead: State<f64>,
@@ -145,6 +149,7 @@ impl Forecaster {
                 let gone = LASTING_S * (1.0 - left);
                 [LASTING_S * (t - gone), gone, left]
             }),
+            steady: Steady::UNKNOWN,
             now: Instant::new(suspended),
             ahead: Instant::new(suspended),
             state_ahead: State::zero(machine),
@@ -160,16 +165,20 @@ impl Forecaster {
         &self.arm
     }
 
-    /// The forecast for rods at the strokes `x` (m) with velocities `v` (m/s), and for those locked at `home`; with
-    /// unannounced accelerations of the base (m/s^2) and of each joint of the arm (rad/s^2 or m/s^2).
-    pub(super) fn find(
+    /// Forgets how the ground moved.
+    pub(super) fn forget(&mut self) {
+        self.steady = Steady::UNKNOWN;
+    }
+
+    /// Takes the state some seconds after the last one, for rods at the strokes `x` (m) with velocities `v` (m/s), home
+    /// for locked ones. Returns the mean motion of the ground, S(18).
+    pub(super) fn observe(
         &mut self,
         state: &State<f64>,
         [x, v]: [&ByRod; 2],
         home: &ByRod,
-        base_reserve: f64,
-        arm_reserve: &[f64],
-    ) -> Forecast {
+        seconds: f64,
+    ) -> ImuState<f64> {
         let actuators = self.suspended.linkages.len();
         let mut rods = [Motion::zero(); MAX_ACTUATORS];
         for (k, &linkage) in self.suspended.linkages.iter().enumerate() {
@@ -184,6 +193,27 @@ impl Forecaster {
         let rods = &rods[..actuators];
         self.now
             .fill(&self.suspended, state, rods, &mut self.scratch);
+        let measured = self.now.on_ground;
+        let mean = self.steady.see(&measured, seconds);
+        self.go_on(state, 0, home);
+        let by_measured = self.locked(home, false);
+        self.now.on_ground = mean;
+        self.ahead.on_ground = mean;
+        let by_mean = self.locked(home, false);
+        self.steady.see_loads(&by_measured, &by_mean, seconds);
+        mean
+    }
+
+    /// The forecast for the state that was observed last, with unannounced accelerations of the base (m/s^2) and of each
+    /// joint of the arm (rad/s^2 or m/s^2).
+    pub(super) fn find(
+        &mut self,
+        state: &State<f64>,
+        x: &ByRod,
+        home: &ByRod,
+        base_reserve: f64,
+        arm_reserve: &[f64],
+    ) -> Forecast {
         let machine = &self.suspended.machine;
         let mut found = Forecast {
             wheels: machine.wheels().len().min(MAX_WHEELS),
@@ -193,6 +223,7 @@ impl Forecaster {
                 at_once: [0.0; MAX_WHEELS],
                 by_square: [0.0; MAX_WHEELS],
             },
+            swing: *self.steady.swing(),
         };
         for at in 0..TIMES_S.len() {
             self.go_on(state, at, home);

@@ -117,7 +117,7 @@ impl Margins {
         for wheel in 0..self.wheels {
             let doubt = &forecast.doubt;
             let doubt = rise * doubt.at_once[wheel] + 0.5 * t * t * doubt.by_square[wheel];
-            let spare = outlook.locked[wheel] - doubt - bounds.limit;
+            let spare = outlook.locked[wheel] - forecast.swing[wheel] - doubt - bounds.limit;
             may_lose[wheel] = (SPARE_SHARE * spare).max(tolerance);
         }
         for edge in 0..self.edges {
