@@ -228,8 +228,6 @@ impl SuspensionOptimiser {
         let actuators = self.suspended.linkages.len();
         let known =
             |values: &[f64]| values.len() == actuators && values.iter().all(|u| u.is_finite());
-        let fits = state.joints.len() == self.suspended.machine.joints().len()
-            && state.payload_share.len() == self.suspended.machine.payloads().len();
         if !known(x) || !known(v) {
             return self.hold();
         }
@@ -253,7 +251,7 @@ impl SuspensionOptimiser {
         if rods.iter().any(|rod| !rod.allowed.viable) {
             return self.stop(rods, Status::OutsideLimits);
         }
-        if !fits {
+        if !self.fits(state) {
             return self.stop(rods, Status::NoSolution);
         }
         self.observe(state, rods);
@@ -276,6 +274,12 @@ impl SuspensionOptimiser {
         }
         self.stopping = false;
         self.command(rods, solved.acceleration, status, Some(&solved))
+    }
+
+    /// Whether a state is one of this machine.
+    pub(crate) fn fits(&self, state: &State<f64>) -> bool {
+        state.joints.len() == self.suspended.machine.joints().len()
+            && state.payload_share.len() == self.suspended.machine.payloads().len()
     }
 
     /// Fills the instant: the state without the motion of the suspension.

@@ -6,7 +6,7 @@
 //! from.
 //!
 //! ```text
-//!     S(15)  a = 6 (p - x)/H^2 - 4 xd/H,   |da/dt| <= A/0.2 s
+//!     S(15)  a = 6 (p - x)/H^2 - 4 xd/H,   |da/dt| <= A/0.5 s
 //! ```
 //! leads to the stroke p. What of it is not admitted is taken away by bisection towards the best return. If none is left,
 //! because something moved more than S(14) reserves for, the plan that costs least is followed.
@@ -23,14 +23,12 @@ use tipwatch_mechanics::state::{ImuState, State};
 const DEFAULT_LIMIT_SHARE: f64 = 0.05;
 /// A stability angle above which the loads come first (rad): to keep more would cost wheels that can be held down.
 const AMPLE_ANGLE: f64 = 0.25;
-/// b of S(14) (m/s^2).
-const BASE_RESERVE: f64 = 1.0;
 /// b_q of S(14): the largest acceleration of the joint so far, at least this (rad/s^2 or m/s^2).
 const ARM_RESERVE: f64 = 0.2;
 /// Time in which an acceleration that was seen is forgotten (s).
 const FORGET_S: f64 = 30.0;
-/// Time to reach the largest acceleration (s).
-const ACCELERATION_RISE_S: f64 = 0.8;
+/// Time to reach the largest acceleration (s): as long as a swing of the platform on tyres and oil, so as not to start one.
+const ACCELERATION_RISE_S: f64 = 0.5;
 /// The largest acceleration of S(15), as a share of the largest: harder motions set the platform swinging on its tyres.
 const WANTED_SHARE: f64 = 0.3;
 /// Halvings in the search for the largest safe share of a motion.
@@ -122,10 +120,9 @@ impl LoadGuard {
         }
     }
 
-    /// Discards the history: control begins anew.
+    /// Discards the history: control begins anew. How the machine moves is remembered.
     pub(crate) fn reset(&mut self) {
         self.history.reset();
-        self.forecaster.forget();
     }
 
     /// The rods have moved on without the guard, with this acceleration (m/s^2).
@@ -167,13 +164,9 @@ impl LoadGuard {
         self.max_velocity = max_velocity;
         let rods = self.rods(x, v);
         let home = *self.history.home.get_or_insert(rods.x);
-        let forecast = self.forecaster.find(
-            state,
-            &rods.x,
-            &home,
-            BASE_RESERVE,
-            &self.history.arm_reserve,
-        );
+        let forecast = self
+            .forecaster
+            .find(state, &rods.x, &home, &self.history.arm_reserve);
         if !forecast.is_known() {
             return None;
         }
