@@ -33,7 +33,7 @@ const TAIL: f64 = 10.0;
 /// What the spread of the loads may grow by for a moment, as a share of the weight ...
 const SPREAD_GROWTH: f64 = 0.01;
 /// ... and up to this spread, since every useful motion starts with the inertia of its start.
-const SMALL_SPREAD_GROWTH: f64 = 0.05;
+const SMALL_SPREAD_GROWTH: f64 = 0.08;
 const SMALL_SPREAD: f64 = 0.5;
 /// r of S(14) rises to 1 in this time (s).
 const RISE_S: f64 = 0.3;

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //!     S(18)  df_s/dt = (f - f_s)/T,   likewise w and w'            at the contact plane, T = 1 s
-//!     S(19)  swing = max(swing exp(-dt/T_s), |N_lock(f) - N_lock(f_s)|)                            by wheel, T_s = 1 s
+//!     S(19)  swing = max(swing exp(-dt/T_s), |N_lock(f) - N_lock(f_s)|)                            by wheel, T_s = 2 s
 //! ```
 //! The swing is a doubt of every forecast, S(17): after a shock, or while the platform swings, the wheels have less to spare.
 
@@ -17,7 +17,7 @@ use super::margin::spread;
 /// T (s).
 const MEAN_S: f64 = 1.0;
 /// T_s (s).
-const SWING_S: f64 = 1.0;
+const SWING_S: f64 = 2.0;
 /// Time in which a sudden acceleration is forgotten (s).
 const FORGET_S: f64 = 30.0;
 
