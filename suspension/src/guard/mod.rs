@@ -4,5 +4,6 @@ mod forecast;
 mod load_guard;
 mod margin;
 mod plan;
+mod steady;
 
 pub(crate) use load_guard::{LoadGuard, Move};
