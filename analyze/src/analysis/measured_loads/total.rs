@@ -63,7 +63,7 @@ fn complete(sensors: &[&LoadSensor], covered: &mut [bool], found: &mut Vec<usize
 /// The spans in which the totals contradict each other.
 pub(super) fn contradictions(rows: &[TotalRow]) -> Vec<Contradiction> {
     let judged: Vec<&TotalRow> = rows.iter().filter(|row| row.sigma.is_finite()).collect();
-    let spans = lasting(&judged, |row| row.is_off(), |row| row.time_ns);
+    let spans = lasting(&judged, TotalRow::is_off, |row| row.time_ns);
     let of_span = |span: &[&TotalRow]| {
         let mean = |value: fn(&TotalRow) -> f64| {
             span.iter().map(|row| value(row)).sum::<f64>() / span.len() as f64
