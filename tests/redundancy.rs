@@ -220,7 +220,7 @@ const WRONG: [Wrong; 19] = [
     Wrong {
         name: "extension encoder stands still, with noise",
         edit: |topic, values, _, memory| {
-            stop_with_noise(values, topic, "position.extension", memory)
+            stop_with_noise(values, topic, "position.extension", memory);
         },
     },
     Wrong {
