@@ -11,6 +11,7 @@
 
 use nalgebra::Vector3;
 
+use super::by_wheel::ByWheel;
 use super::steady::Steady;
 use crate::condensed::{Instant, MAX_ACTUATORS, SuspendedMachine};
 use crate::prediction::{PredictedState, RodMotion};
@@ -32,9 +33,6 @@ const POSITION_STEP: f64 = 0.05;
 const ACCELERATION_STEP: f64 = 1.0;
 /// c: a platform on tyres and oil answers a sudden acceleration twofold.
 const OVERSHOOT: f64 = 2.0;
-
-/// By wheel or edge; entries beyond their number are zero.
-pub(super) type ByWheel = [f64; MAX_WHEELS];
 
 /// A number by rod.
 pub(super) type ByRod = [f64; MAX_ACTUATORS];

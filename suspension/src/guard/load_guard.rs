@@ -11,8 +11,9 @@
 //! leads to the stroke p. What of it is not admitted is taken away by bisection towards the best return. If none is left,
 //! because something moved more than S(14) reserves for, the plan that costs least is followed.
 
+use super::by_wheel::spread;
 use super::forecast::{ByRod, Forecast, Forecaster};
-use super::margin::{Bounds, Margins, spread};
+use super::margin::{Bounds, Margins};
 use super::plan::{Plan, Rods};
 use crate::condensed::{MAX_ACTUATORS, SuspendedMachine};
 use crate::problem::{RodLimits, clamp};

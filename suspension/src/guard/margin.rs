@@ -11,7 +11,8 @@
 //! keep likewise to the smallest that locking has given so far, or an ample one if that is smaller, and the spread of the
 //! loads to the largest that locking has given less its own swing, or a little more than now for a moment.
 
-use super::forecast::{Added, ByRod, ByWheel, Forecast, Outlook, TIMES_S};
+use super::by_wheel::{ByWheel, spread};
+use super::forecast::{Added, ByRod, Forecast, Outlook, TIMES_S};
 use super::plan::{NODE_S, NODES, Plan, Plans, Rods};
 use crate::condensed::MAX_ACTUATORS;
 use tipwatch_mechanics::machine::MAX_WHEELS;
@@ -328,13 +329,4 @@ fn mix(values: &mut ByWheel, others: &ByWheel, share: f64) {
     for (value, other) in values.iter_mut().zip(others) {
         *value += share * (other - *value);
     }
-}
-
-/// Sum of the load differences over all pairs of wheels (N).
-pub(super) fn spread(loads: &[f64]) -> f64 {
-    let mut sum = 0.0;
-    for (i, a) in loads.iter().enumerate() {
-        sum += loads[..i].iter().map(|b| (a - b).abs()).sum::<f64>();
-    }
-    sum
 }

@@ -1,5 +1,6 @@
 //! The load guard: no motion of the suspension takes more from a wheel than locking the rods would leave it.
 
+mod by_wheel;
 mod forecast;
 mod load_guard;
 mod margin;

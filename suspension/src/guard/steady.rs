@@ -11,8 +11,7 @@
 
 use tipwatch_mechanics::state::ImuState;
 
-use super::forecast::ByWheel;
-use super::margin::spread;
+use super::by_wheel::{ByWheel, spread};
 
 /// T (s).
 const MEAN_S: f64 = 1.0;
