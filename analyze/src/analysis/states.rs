@@ -13,6 +13,7 @@ use tipwatch_mechanics::{State, StateColumns};
 
 use super::kept_blocks::KeptBlocks;
 use crate::base::estimated::{EstimatedStates, StateSource};
+use crate::base::table::BLOCK_ROWS;
 use crate::load::SharedSignal;
 
 /// Blocks that stay in memory for states that are asked for one by one.
@@ -193,7 +194,7 @@ pub(super) struct KeptStates {
 
 impl StateSource for KeptStates {
     fn rows_at_once(&self) -> usize {
-        ROWS_PER_BLOCK
+        BLOCK_ROWS
     }
 
     fn read(&self, rows: Range<usize>) -> EstimatedStates {
