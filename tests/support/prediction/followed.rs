@@ -171,7 +171,7 @@ impl Followed {
         &self.keys
     }
 
-    /// The wheel that comes to carry least within a span of time (s), and that load (N), a mean over [`LIFTED_S`].
+    /// The wheel that comes to carry least within a span of time (s), and that load (N), a mean over `LIFTED_S`.
     #[must_use]
     pub fn least_load(&self, span_s: [f64; 2]) -> (usize, f64) {
         let start_ns = self.truth.times_ns()[0];
