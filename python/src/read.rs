@@ -1,7 +1,7 @@
 //! The sensors of a log on one clock.
 
 use pyo3::prelude::*;
-use tipwatch_analyze::analysis::run::states;
+use tipwatch_analyze::analysis::states;
 use tipwatch_analyze::tables;
 
 use crate::call::error::exception;

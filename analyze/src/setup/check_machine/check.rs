@@ -10,7 +10,7 @@ use tipwatch_mechanics::{MassShare, RestingMachine};
 use super::document::{MachineCheck, PartMass, SCHEMA, WheelCheck, posture, triple};
 use super::geometry::{axles, sums, wheelbase};
 use super::readings;
-use crate::analysis::run::posture_in_log;
+use crate::analysis::posture_in_log;
 use crate::base::number::known;
 
 /// Checks a machine file, in the posture of the log's first valid row if there is a log, else in its reference posture.

@@ -5,8 +5,8 @@ use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::MachineSpec;
 
 use super::weighings::channel;
+use crate::analysis::MeasuredLog;
 use crate::analysis::measured_loads::sampled_rows;
-use crate::analysis::run::MeasuredLog;
 use crate::load::linkage_force::at;
 
 /// Error of one sample, as a share of the sensor's stated standard deviation, which is that of its constant error.

@@ -8,7 +8,7 @@ use tipwatch_identification::{Data, HeldBack, Identification};
 use tipwatch_mechanics::machine::Machine;
 
 use super::{collect, weighings};
-use crate::analysis::run::MeasuredLog;
+use crate::analysis::MeasuredLog;
 
 /// What to identify from.
 #[derive(Debug, Clone, Default)]

@@ -13,7 +13,7 @@ use tipwatch_ingest::{
 use super::can::{self, Described};
 use super::document::{ClockInspection, Inspection, SCHEMA, SignalInspection, TopicInspection};
 use crate::analysis::clock::text;
-use crate::analysis::run;
+use crate::analysis::clock_offsets;
 use crate::base::error_text::error_text;
 
 /// Reason for a signal without a topic of its own.
@@ -123,7 +123,7 @@ fn clock_inspection(
     });
     let offsets = match file {
         None => Err("expected a machine file (--machine), found none".to_owned()),
-        Some(file) => run::clock_offsets(log, file).map_err(|error| error_text(&error)),
+        Some(file) => clock_offsets(log, file).map_err(|error| error_text(&error)),
     };
     ClockInspection {
         time: base.map(TimeBase::source),

@@ -6,8 +6,8 @@ use anyhow::{Result, bail};
 use serde::Serialize;
 use tipwatch_binding::MachineFile;
 
+use crate::analysis::MeasuredLog;
 use crate::analysis::measured_loads::{LoadComparison, SensorStatistics};
-use crate::analysis::run::MeasuredLog;
 use crate::base::number::known;
 
 /// The comparison of some logs.

@@ -1,0 +1,203 @@
+//! The states of a log's rows: smoothed or causal, on one clock, in the requested time range.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Result;
+use tipwatch_binding::MachineFile;
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::{SampleError, Sensor, StreamCounts};
+use tipwatch_mechanics::{State, StateColumns, standing_posture};
+
+use super::clock::{self, ClockOffsets};
+use super::inputs::{self, GrossInput};
+use super::measured_loads::sampled_rows;
+use super::state_blocks::{self, KeptStates};
+use crate::base::estimated::{EstimatedRows, StateSource};
+use crate::base::options::{ApplyClockOffsets, Estimator, Options};
+use crate::load::linkage_force::{self, LinkageForce};
+use crate::load::{LoadedLog, block_smoother, load};
+
+/// Quality of the signals behind the rows.
+pub(super) struct SignalQuality {
+    pub(super) counts: Vec<(Sensor, StreamCounts)>,
+    pub(super) faults: Vec<FaultSpan>,
+}
+
+/// The states of a log's rows: its sensors on one clock, smoothed or causal. No loads are computed.
+///
+/// # Errors
+/// The machine does not fit the log, or it cannot be read.
+pub fn states(
+    path: &Path,
+    file: &MachineFile,
+    options: &Options,
+) -> Result<(Machine, EstimatedRows)> {
+    let (_, loaded, rows) = open(path, file, options)?;
+    loaded.check_read()?;
+    Ok((loaded.machine, rows))
+}
+
+/// A log as the machine file binds it, and the states of its rows in the requested time range.
+pub(super) fn open(
+    path: &Path,
+    file: &MachineFile,
+    options: &Options,
+) -> Result<(Log, LoadedLog, EstimatedRows)> {
+    let log = file.open_log(path)?;
+    let loaded = load(&log, file, &mut |_| {})?;
+    let (rows, _) = estimate(&loaded, options)?;
+    Ok((log, loaded, rows))
+}
+
+/// A log's machine, its joint positions in the first valid row (NaN if there is none), and the gross inputs.
+pub(crate) fn posture_in_log(
+    path: &Path,
+    file: &MachineFile,
+) -> Result<(Machine, Vec<f64>, Vec<GrossInput>)> {
+    let (log, loaded, rows) = open(path, file, &Options::default())?;
+    let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
+    loaded.check_read()?;
+    let posture = first_posture(&loaded.machine, &rows);
+    Ok((loaded.machine, posture, gross_inputs))
+}
+
+/// Estimates the offsets between the clocks of a log's topics that remain after those of the machine file.
+///
+/// # Errors
+/// The machine does not fit the log, or it cannot be read.
+pub fn clock_offsets(log: &Log, file: &MachineFile) -> Result<ClockOffsets> {
+    let loaded = load(log, file, &mut |_| {})?;
+    let (rows, _) = smoothed(&loaded, RowClock::JointStates)?;
+    let forces = linkage_force::read_all(log, file, &loaded);
+    let offsets = clock::estimate(&loaded, &forces, &rows);
+    loaded.check_read()?;
+    Ok(offsets)
+}
+
+/// States of all rows in the requested time range, and the offsets between the clocks of their topics,
+/// corrected beforehand if requested.
+pub(super) fn estimate_on_one_clock(
+    loaded: &mut LoadedLog,
+    forces: &mut [LinkageForce],
+    options: &Options,
+) -> Result<(EstimatedRows, SignalQuality, ClockOffsets)> {
+    let (rows, quality) = estimate(loaded, options)?;
+    // the causal estimator lags behind its signals, and a time range may leave few rows
+    let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
+    let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
+        clock::estimate(loaded, forces, &rows)
+    } else {
+        let (smoothed, _) = smoothed(loaded, RowClock::JointStates)?;
+        clock::estimate(loaded, forces, &smoothed)
+    };
+    if options.apply_clock_offsets == ApplyClockOffsets::Stated {
+        return Ok((rows, quality, clock));
+    }
+    // the rows share the samples, whose stamps change
+    drop(rows);
+    if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
+        clock.apply(signals, forces);
+    }
+    let (rows, quality) = estimate(loaded, options)?;
+    Ok((rows, quality, clock))
+}
+
+/// States of all rows in the requested time range.
+fn estimate(loaded: &LoadedLog, options: &Options) -> Result<(EstimatedRows, SignalQuality)> {
+    let clock = options
+        .rate_hz
+        .map_or(RowClock::JointStates, RowClock::Rate);
+    let (rows, quality) = match options.estimator {
+        Estimator::Smoother => smoothed(loaded, clock)?,
+        Estimator::Causal => causal(loaded, clock)?,
+    };
+    Ok((within(rows, options), quality))
+}
+
+fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
+    let machine = &loaded.machine;
+    let smoother = block_smoother(loaded, clock)?;
+    let quality = SignalQuality {
+        counts: smoother.counts().collect(),
+        faults: smoother.faults().to_vec(),
+    };
+    let times_ns = smoother.row_times_ns().to_vec();
+    let states = state_blocks::smoothed(machine, smoother);
+    Ok((estimated(machine, times_ns, states), quality))
+}
+
+/// The rows with what is asked of all their states before outcomes are computed.
+fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>) -> EstimatedRows {
+    let mut kept = inputs::looked_at(&times_ns);
+    if !machine.load_sensors().is_empty() {
+        kept.extend(sampled_rows(times_ns.len()));
+        kept.sort_unstable();
+        kept.dedup();
+    }
+    EstimatedRows::new(machine, times_ns, states, &kept, |machine, state| {
+        clock::activity(machine, state, inputs::is_quiet(machine, state))
+    })
+}
+
+/// Same as live: sample by sample, in the order in which the recorder received them.
+fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
+    let machine = &loaded.machine;
+    let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
+    let mut estimates: Vec<Estimate> = Vec::new();
+    let mut faults = FaultSpans::default();
+    loaded.for_each_arrival(|sample| {
+        // the estimator counts rejected samples
+        let pushed = estimator.push(machine, sample, &mut |row| estimates.push(row.clone()));
+        if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
+            faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
+        }
+    })?;
+    let mut states = StateColumns::unknown(machine, estimates.len());
+    for (row, estimate) in estimates.iter_mut().enumerate() {
+        states.set(row, &mut estimate.state);
+    }
+    let times_ns = estimates.iter().map(|e| e.time_ns).collect();
+    let states = Arc::new(KeptStates {
+        states,
+        reasons: estimates.iter().map(|e| e.reasons).collect(),
+        failure: None,
+    });
+    let quality = SignalQuality {
+        counts: estimator.counts().to_vec(),
+        faults: faults.finish(),
+    };
+    Ok((estimated(machine, times_ns, states), quality))
+}
+
+/// Keeps the rows between `from_s` and `to_s`.
+fn within(rows: EstimatedRows, options: &Options) -> EstimatedRows {
+    let (from, to) = (
+        options.from_s.unwrap_or(f64::NEG_INFINITY),
+        options.to_s.unwrap_or(f64::INFINITY),
+    );
+    // times rise from row to row
+    let kept: Vec<bool> = (0..rows.len())
+        .map(|row| (from..=to).contains(&rows.seconds(row)))
+        .collect();
+    let first = kept.iter().position(|&kept| kept).unwrap_or(0);
+    let last = kept
+        .iter()
+        .rposition(|&kept| kept)
+        .map_or(first, |last| last + 1);
+    rows.cut(first..last)
+}
+
+/// The first posture in which the machine can stand: joint positions; NaN if there is none.
+pub(super) fn first_posture(machine: &Machine, rows: &EstimatedRows) -> Vec<f64> {
+    let mut state = State::zero(machine);
+    let mut postures = (0..rows.len()).filter_map(|row| {
+        rows.state(row, &mut state);
+        standing_posture(machine, &state, rows.reasons[row])
+    });
+    let first = postures.next();
+    first.unwrap_or_else(|| vec![f64::NAN; machine.joints().len()])
+}

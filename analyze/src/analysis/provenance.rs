@@ -1,0 +1,56 @@
+//! Where a result comes from.
+
+use anyhow::Result;
+use tipwatch_binding::{MachineFile, NOT_COMMISSIONED, Urdf, commissioning_of};
+use tipwatch_ingest::{Log, metadata_records};
+
+use crate::base::clip;
+use crate::base::file_hash::{FileHash, hash_file, hash_of, program};
+use crate::base::provenance::Provenance;
+use crate::base::recovered::RecoveredFrom;
+use crate::load::LoadedLog;
+
+/// The files, the program and the records of the log behind a result.
+///
+/// # Errors
+/// A file or a record of the log cannot be read.
+pub(super) fn provenance(
+    log: &Log,
+    log_hashes: Vec<FileHash>,
+    file: &MachineFile,
+    loaded: &LoadedLog,
+) -> Result<Provenance> {
+    let urdf = Urdf {
+        name: loaded.urdf.path.clone(),
+        text: loaded.urdf_text.clone(),
+    };
+    let commissioning = commissioning_of(file, &urdf)?;
+    let records = metadata_records(log)?;
+    Ok(Provenance {
+        clip_of: clip::origin(&records),
+        commissioning: (commissioning.as_ref())
+            .map_or(NOT_COMMISSIONED.into(), |(_, found)| found.statement()),
+        commissioning_file: (commissioning.as_ref())
+            .map(|(path, _)| hash_file(path))
+            .transpose()?,
+        tipwatch_version: env!("CARGO_PKG_VERSION").into(),
+        program: program().map(|file| FileHash {
+            path: "tipwatch".into(),
+            ..file
+        }),
+        command_line: Vec::new(),
+        case: None,
+        examiner: None,
+        recovered_from: RecoveredFrom::all(&records),
+        log: log_hashes,
+        log_format: log.format().to_string(),
+        machine_file: hash_of(file.path.display().to_string(), file.text.as_bytes()),
+        urdf: loaded.urdf.clone(),
+        dbc_files: file
+            .dbc_files()
+            .iter()
+            .map(|file| hash_file(file))
+            .collect::<Result<_>>()?,
+        imu_mounting: loaded.machine.imu().source.clone(),
+    })
+}
