@@ -64,7 +64,7 @@ pub enum Precision {
 /// Which rows `derived.mcap` has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum DerivedRows {
-    /// All rows within 0.5 s of an event. Elsewhere, of each second the rows with the smallest and the largest OTF
+    /// All rows within 0.5 s of an event. Elsewhere, of every two seconds the rows with the smallest and the largest OTF
     /// (overturning force) of each wheel and the last row, and the rows at which the verdict or the reasons change.
     #[default]
     Events,

@@ -132,7 +132,7 @@ impl DerivedPass {
                 (self.topics).write(&self.machine, selected, &mut self.writer)
             })?;
         }
-        let selected = self.selection.end_second(&full_rate);
+        let selected = self.selection.end_bin(&full_rate);
         (self.topics).write(&self.machine, selected, &mut self.writer)
     }
 

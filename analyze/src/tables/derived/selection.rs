@@ -15,16 +15,16 @@ use crate::events::Event;
 const MARGIN_NS: i64 = 500_000_000;
 /// Of an event that lasts longer, all rows are written around its start, its worst moment and its end (ns).
 const LONG_NS: i64 = 10_000_000_000;
-/// Elsewhere, the extremes of every such time (ns) are written.
-const BIN_NS: i64 = 1_000_000_000;
+/// Elsewhere, the extremes of every such time (ns), a bin, are written.
+const BIN_NS: i64 = 2_000_000_000;
 
 /// Decides which rows are written. What it takes depends on the rows and the events alone, not on how the rows are
 /// divided into blocks.
 #[derive(Debug)]
 pub(super) struct Selection {
     extent: DerivedRows,
-    /// Consecutive rows of one second whose choice is not made yet.
-    second: Vec<Piece>,
+    /// Consecutive rows of one bin whose choice is not made yet.
+    waiting: Vec<Piece>,
     last_state: Option<(Reasons, Option<[Level; 2]>)>,
 }
 
@@ -65,7 +65,7 @@ impl Selection {
     pub(super) fn new(extent: DerivedRows) -> Self {
         Self {
             extent,
-            second: Vec::new(),
+            waiting: Vec::new(),
             last_state: None,
         }
     }
@@ -78,7 +78,7 @@ impl Selection {
         })
     }
 
-    /// Takes the rows of a block from `first` on; those of its last second wait for the next block.
+    /// Takes the rows of a block from `first` on; those of its last bin wait for the next block.
     pub(super) fn add(
         &mut self,
         block: &Arc<Rows>,
@@ -89,15 +89,15 @@ impl Selection {
         let mut selected = Vec::new();
         let mut start = first;
         while start < block.len() {
-            let before = self.second.last();
+            let before = self.waiting.last();
             let before = before.map(|p| p.block.times_ns[p.rows.end - 1].div_euclid(BIN_NS));
             if before.is_some_and(|before| before != bin(start)) {
-                selected.append(&mut self.end_second(full_rate));
+                selected.append(&mut self.end_bin(full_rate));
             }
             let end = (start..block.len()).find(|&row| bin(row) != bin(start));
             let rows = start..end.unwrap_or(block.len());
             start = rows.end;
-            self.second.push(Piece {
+            self.waiting.push(Piece {
                 block: Arc::clone(block),
                 rows,
             });
@@ -106,8 +106,8 @@ impl Selection {
     }
 
     /// The rows that wait.
-    pub(super) fn end_second(&mut self, full_rate: &FullRate) -> Vec<SelectedRow> {
-        let pieces = std::mem::take(&mut self.second);
+    pub(super) fn end_bin(&mut self, full_rate: &FullRate) -> Vec<SelectedRow> {
+        let pieces = std::mem::take(&mut self.waiting);
         let telling = self.telling_rows(&pieces);
         let rows = pieces.iter().flat_map(|piece| {
             let rows = piece.rows.clone();
@@ -124,7 +124,7 @@ impl Selection {
         rows.collect()
     }
 
-    /// Of a second, whether each row is written in any case: those with the smallest and the largest OTF of each wheel,
+    /// Of a bin, whether each row is written in any case: those with the smallest and the largest OTF of each wheel,
     /// the last one, and those at which verdict or reasons change, with the ones before.
     fn telling_rows(&mut self, pieces: &[Piece]) -> Vec<bool> {
         let rows = || (pieces.iter()).flat_map(|p| p.rows.clone().map(|row| (&p.block, row)));
@@ -155,7 +155,7 @@ impl Selection {
             let state = Some((block.reasons[row], levels));
             if self.last_state.is_some() && self.last_state != state {
                 is_telling[at] = true;
-                // that of the second before was its last, which is written
+                // that of the bin before was its last, which is written
                 if let Some(before) = at.checked_sub(1) {
                     is_telling[before] = true;
                 }
