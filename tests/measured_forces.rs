@@ -33,7 +33,7 @@ fn machine(more: &str) -> MachineFile {
 }
 
 /// An analysis of the log with the forces changed by `edit` from [`WRONG_FROM_S`] on.
-fn analysed(more: &str, edit: impl Fn(&mut Values<'_>)) -> Analysis {
+fn analysed(more: &str, mut edit: impl FnMut(&mut Values<'_>)) -> Analysis {
     let folder = TempDir::new().unwrap();
     let log = folder.path().join("lift_payload.mcap");
     let mut start_ns = None;
@@ -94,6 +94,30 @@ fn wrong_forces_are_reported_and_change_no_load() {
             assert!((start_s - WRONG_FROM_S).abs() < 0.3, "{name}: {start_s}");
         }
         assert_eq!(analysis.rows.reasons, good.rows.reasons, "{name}");
+    }
+}
+
+/// Each force that stands still is found as soon as the arm's motion has changed the true one by more than the limit.
+#[test]
+fn forces_that_stand_still_are_reported() {
+    let good = analysed(PAYLOAD, |_| {});
+    for linkage in ["lift", "tilt"] {
+        let name = format!("effort.{linkage}_rod");
+        let mut kept = None;
+        let mut largest_change = 0.0_f64;
+        let analysis = analysed(PAYLOAD, |values| {
+            let kept = *kept.get_or_insert(values.get(&name));
+            largest_change = largest_change.max((values.get(&name) - kept).abs());
+            values.set(&name, kept);
+        });
+        let found = reported(&analysis);
+        let [event] = found[..] else {
+            panic!("{linkage}, changed by {largest_change} N: {found:?}");
+        };
+        assert!(event.subject.starts_with(&format!("actuator.{linkage}")));
+        let start_s = (event.start_ns - analysis.rows.times_ns[0]) as f64 * 1e-9;
+        assert!(start_s >= WRONG_FROM_S, "{linkage}: {start_s}");
+        assert_eq!(analysis.rows.reasons, good.rows.reasons);
     }
 }
 

@@ -160,6 +160,15 @@ fn assert_all_rows(monitor: &Ended, name: &str) {
         "{}",
         monitor.err
     );
+    let untested = (analysis.notes.iter()).find(|note| note.starts_with("Not tested by"));
+    let untested = untested.map(|note| note.replace("this log", "this session"));
+    assert_eq!(told_untested(&monitor.err), untested.as_deref());
+}
+
+/// What the monitor says that the motion of its session has not tested.
+fn told_untested(err: &str) -> Option<&str> {
+    let mut told = (err.lines()).filter_map(|line| line.strip_prefix("monitor: "));
+    told.find(|line| line.starts_with("Not tested by"))
 }
 
 // requirement: TW-VERDICT-24

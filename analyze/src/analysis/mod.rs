@@ -7,7 +7,6 @@ pub mod coverage;
 pub mod digest;
 mod estimate;
 mod evaluation;
-mod excitation;
 mod folds;
 pub mod imu_check;
 pub mod inputs;

@@ -6,7 +6,6 @@ use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::{Quantity, State};
 
 use super::clock::{self, ClockOffsets, text::TopicsFinding};
-use super::excitation;
 use super::imu_check::MountingCheck;
 use super::measured_loads::LoadComparison;
 use super::payload::EstimatedPayload;
@@ -122,7 +121,7 @@ pub(crate) fn of(
     notes.extend(loaded.notes.iter().cloned());
     notes.extend(measured_torques(loaded, seen));
     notes.extend(accelerometer_bias(loaded, seen));
-    notes.extend(excitation::note(&loaded.machine, &seen.excitation));
+    notes.extend((seen.excitation).statement(&loaded.machine, "this log"));
     notes.extend(seen.ahead.note(&loaded.machine));
     for signal in loaded.signals.iter() {
         if signal.recording.without_value > 0 {

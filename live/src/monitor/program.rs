@@ -141,6 +141,7 @@ impl SessionHost for Cycle<'_, '_> {
     }
 
     fn succeed(&mut self, next: &mut Monitor, before: Monitor) -> Result<()> {
+        tell_untested(&before);
         next.resume(before.latch());
         Ok(())
     }
@@ -230,6 +231,7 @@ impl<'a> MonitorProgram<'a> {
         {
             self.waiter.wait();
         }
+        self.follower.active.iter().for_each(tell_untested);
         Ok(self.counts)
     }
 
@@ -294,12 +296,21 @@ impl<'a> MonitorProgram<'a> {
             if !self.stays {
                 return Ok(Progress::Ended);
             }
-            follower.active = None;
+            if let Some(ended) = follower.active.take() {
+                tell_untested(&ended);
+            }
             self.idle = Idle::new(now_ns);
         }
         self.outputs.machines.update_connections()?;
         self.outputs.refusals.update_connections()?;
         Ok(Progress::Running)
+    }
+}
+
+/// Tells what a session that is over has not shown.
+fn tell_untested(ended: &Monitor) {
+    if let Some(statement) = ended.untested() {
+        eprintln!("monitor: {statement}");
     }
 }
 

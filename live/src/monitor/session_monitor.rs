@@ -1,5 +1,6 @@
 //! Verdicts on one session. It does not know where messages come from or go to.
 
+use tipwatch_mechanics::estimation::plausibility::Excitation;
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
@@ -23,6 +24,8 @@ pub struct Monitor {
     judge: Judge,
     forecast: LiftOffForecast,
     predictor: PacedPredictor,
+    /// What the motion of the session has tested.
+    excitation: Excitation,
     is_acknowledged: bool,
     /// Number of alarms raised up to the last verdict published.
     alarms: u64,
@@ -62,6 +65,7 @@ impl Monitor {
             judge: Judge::new(machine.limits()),
             forecast: LiftOffForecast::new(&machine),
             predictor: PacedPredictor::new(&machine),
+            excitation: Excitation::new(&machine),
             input,
             machine,
             is_acknowledged: false,
@@ -96,6 +100,12 @@ impl Monitor {
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         self.published
+    }
+
+    /// States which errors of sensors the motion of the session would not have shown; `None` if there are none.
+    #[must_use]
+    pub fn untested(&self) -> Option<String> {
+        self.excitation.statement(&self.machine, "this session")
     }
 
     /// The latched alarm.
@@ -146,6 +156,9 @@ impl Monitor {
         let outcome = evaluate_one(&self.machine, &estimate.state, &mut self.workspace);
         let reasons = estimate.reasons.with_outcome(outcome);
         let utilisation = outcome.uncertainty.utilisation;
+        if !estimate.reasons.leave_state_unknown() {
+            self.excitation.take(time_ns, &estimate.state);
+        }
         let mut next = None;
         if reasons.leave_loads() {
             next = self.forecast.row(&self.machine, time_ns, &outcome.otf);

@@ -45,7 +45,10 @@ pub struct Excitation {
     model: Option<LeanModel>,
     base_from_imu: nalgebra::Matrix3<f64>,
     joints: Vec<JointLean>,
-    last: Option<(i64, Vec<f64>)>,
+    /// Time (ns) of the last row that was compared; `None` before the first.
+    last_ns: Option<i64>,
+    /// Its joint positions.
+    before: Vec<f64>,
     turned: LeakyIntegral<1>,
     gone: LeakyIntegral<1>,
     largest_turn: f64,
@@ -81,7 +84,8 @@ impl Excitation {
                     largest: 0.0,
                 })
                 .collect(),
-            last: None,
+            last_ns: None,
+            before: vec![f64::NAN; machine.joints().len()],
             turned: LeakyIntegral::new(yaw::COMPARED_S),
             gone: LeakyIntegral::new(yaw::COMPARED_S),
             largest_turn: 0.0,
@@ -89,25 +93,22 @@ impl Excitation {
         }
     }
 
-    /// Takes a row whose state is known.
+    /// Takes a row whose state is known. Nothing allocates.
     pub fn take(&mut self, time_ns: i64, state: &State<f64>) {
-        let positions = || state.joints.iter().map(|joint| joint.position);
-        let Some((last_ns, before)) = &mut self.last else {
-            self.last = Some((time_ns, positions().collect()));
+        let Some(last_ns) = self.last_ns else {
+            self.keep(time_ns, state);
             return;
         };
-        let step_s = time_ns.saturating_sub(*last_ns) as f64 * 1e-9;
+        let step_s = time_ns.saturating_sub(last_ns) as f64 * 1e-9;
         if step_s < STEP_S[0] {
             return;
         }
-        *last_ns = time_ns;
-        let turning = (self.base_from_imu * state.imu.angular_velocity).z;
-        let forward = state.base.velocity.x;
         if step_s > STEP_S[1] {
-            before.clear();
-            before.extend(positions());
+            self.keep(time_ns, state);
             return;
         }
+        let turning = (self.base_from_imu * state.imu.angular_velocity).z;
+        let forward = state.base.velocity.x;
         for (sum, rate, largest) in [
             (&mut self.turned, turning, &mut self.largest_turn),
             (&mut self.gone, forward, &mut self.largest_way),
@@ -120,10 +121,18 @@ impl Excitation {
         let up = self.base_from_imu * state.imu.specific_force;
         let stands = !(state.base.velocity.norm() > STANDING);
         if let Some(model) = &mut self.model {
+            let before = &self.before;
             add_joints(model, &mut self.joints, before, state, &up, step_s, stands);
         }
-        before.clear();
-        before.extend(positions());
+        self.keep(time_ns, state);
+    }
+
+    /// Keeps the row that the next one is compared with.
+    fn keep(&mut self, time_ns: i64, state: &State<f64>) {
+        self.last_ns = Some(time_ns);
+        self.before.clear();
+        let positions = state.joints.iter().map(|joint| joint.position);
+        self.before.extend(positions);
     }
 
     /// What the rows have not shown.
@@ -138,6 +147,37 @@ impl Excitation {
             all.push(Unshown::Travel);
         }
         all
+    }
+
+    /// States what the rows have not shown, as the rows of `source` ("this log"): an error there is found only by a
+    /// check at the machine. `None` if they showed everything.
+    #[must_use]
+    pub fn statement(&self, machine: &Machine, source: &str) -> Option<String> {
+        let unshown = self.unshown();
+        let joints = unshown.iter().filter_map(|it| match it {
+            Unshown::Joint(joint) => Some(machine.joints()[*joint].name.as_str()),
+            Unshown::Turn | Unshown::Travel => None,
+        });
+        let joints: Vec<&str> = joints.collect();
+        let mut parts = Vec::new();
+        if !joints.is_empty() {
+            parts.push(format!(
+                "the encoders of {} (sign, order, standstill: alone they lean the standing platform by less than 1 mrad)",
+                joints.join(", ")
+            ));
+        }
+        if unshown.contains(&Unshown::Turn) {
+            parts.push("signs about the vertical (the machine turns by less than 0.5 rad)".into());
+        }
+        if unshown.contains(&Unshown::Travel) {
+            parts.push("the direction of travel (the machine goes less than 1 m)".into());
+        }
+        (!parts.is_empty()).then(|| {
+            format!(
+                "Not tested by the motion of {source}: {}. An error there is found only by a check at the machine.",
+                parts.join("; ")
+            )
+        })
     }
 }
 
