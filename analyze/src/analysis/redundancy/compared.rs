@@ -12,19 +12,26 @@ const FEWEST_ROWS: usize = 4;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Compared {
     pub(super) time_ns: i64,
-    /// Measured minus computed, in the unit of the quantity.
-    pub(super) residual: f64,
-    /// From which size on it contradicts, in the same unit.
+    /// In the unit of the quantity.
+    pub(super) measured: f64,
+    /// In the same unit.
+    pub(super) computed: f64,
+    /// From which difference on the two contradict each other, in the same unit.
     pub(super) limit: f64,
 }
 
 impl Compared {
+    /// Measured minus computed.
+    fn residual(&self) -> f64 {
+        self.measured - self.computed
+    }
+
     fn is_off(&self) -> bool {
-        self.residual.abs() > self.limit
+        self.residual().abs() > self.limit
     }
 
     fn excess(&self) -> f64 {
-        self.residual.abs() / self.limit
+        self.residual().abs() / self.limit
     }
 }
 
@@ -35,10 +42,13 @@ pub(super) fn events(rows: &[Compared], subject: &str, unit: &'static str) -> Ve
 
 fn spans(rows: &[Compared]) -> impl Iterator<Item = &[Compared]> {
     let spans = rows.chunk_by(|a, b| a.is_off() == b.is_off());
-    spans.filter(|span| {
-        let length = span[span.len() - 1].time_ns.saturating_sub(span[0].time_ns);
-        span[0].is_off() && length >= LEAST_NS && span.len() >= FEWEST_ROWS
-    })
+    spans.filter(|span| span[0].is_off() && is_long(span))
+}
+
+/// Whether consecutive rows last long enough to be told.
+pub(super) fn is_long(span: &[Compared]) -> bool {
+    let length = span[span.len() - 1].time_ns.saturating_sub(span[0].time_ns);
+    length >= LEAST_NS && span.len() >= FEWEST_ROWS
 }
 
 fn event(span: &[Compared], subject: &str, unit: &'static str) -> Event {
@@ -50,7 +60,7 @@ fn event(span: &[Compared], subject: &str, unit: &'static str) -> Event {
         });
     Event {
         end_ns: Some(span[span.len() - 1].time_ns),
-        worst: worst.residual,
+        worst: worst.residual(),
         worst_ns: worst.time_ns,
         unit,
         fault: Some(InputFault {
@@ -70,7 +80,8 @@ mod tests {
     fn rows(residual: impl Fn(f64) -> f64) -> Vec<Compared> {
         let row = |step: i64| Compared {
             time_ns: step * 100_000_000,
-            residual: residual(step as f64 * 0.1),
+            measured: 1000.0 + residual(step as f64 * 0.1),
+            computed: 1000.0,
             limit: 500.0,
         };
         (0..100).map(row).collect()

@@ -7,7 +7,8 @@
 //! with the standard deviations of a sample and of the friction from the linkage in the machine file, and that of masses,
 //! centres of mass and payloads ([`actuator_force_sigma`]). A span in which |r| exceeds 5 s for two seconds on end is
 //! reported: the force, a position of the arm, a mass, or a load on the arm that nothing measures is wrong; or the cylinder is
-//! at its stop, or the arm rests on something.
+//! at its stop, or the arm rests on something. So is one in which the measured force repeats bit for bit although the
+//! computed one changes by more than 5 s_sample.
 
 use rayon::prelude::*;
 use tipwatch_binding::MachineFile;
@@ -19,6 +20,7 @@ use tipwatch_mechanics::{
 use super::super::measured_loads::sampled_rows;
 use super::super::payload::EstimatedPayload;
 use super::compared::{Compared, events};
+use super::standstill;
 use crate::base::estimated::EstimatedRows;
 use crate::events::Event;
 use crate::load::linkage_force::{LinkageForce, Series, at};
@@ -49,6 +51,8 @@ pub(super) fn contradictions(
             spec.name.to_lowercase()
         );
         found.extend(events(&compared, &subject, "N"));
+        let noticed = MOST_SIGMAS * spec.force_sigma;
+        found.extend(standstill::events(&compared, noticed, &subject, "N"));
     }
     found
 }
@@ -95,7 +99,8 @@ fn compare(
             let friction = spec.friction_share * force.abs().max(computed.abs());
             Compared {
                 time_ns: *time_ns,
-                residual: force - computed,
+                measured: *force,
+                computed,
                 limit: MOST_SIGMAS * spec.force_sigma.hypot(friction).hypot(by_masses),
             }
         })

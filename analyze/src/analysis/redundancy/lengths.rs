@@ -47,7 +47,8 @@ pub(super) fn contradictions(
             let stroke = linkage.solve(pivot).rod.displacement;
             Some(Compared {
                 time_ns,
-                residual: measured - stroke,
+                measured,
+                computed: stroke,
                 limit,
             })
         });

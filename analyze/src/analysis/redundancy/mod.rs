@@ -5,6 +5,7 @@
 mod compared;
 mod forces;
 mod lengths;
+mod standstill;
 
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
