@@ -12,7 +12,7 @@ use tipwatch_tests::{Truth, analysed_with, data, write_edited};
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
 /// A copy of a log with the messages that are kept, by topic and time since the first message (s).
-fn thinned(from: &Path, to: &Path, keep: &mut dyn FnMut(&str, f64) -> bool) {
+pub(crate) fn thinned(from: &Path, to: &Path, keep: &mut dyn FnMut(&str, f64) -> bool) {
     let bytes = std::fs::read(from).unwrap();
     let messages = || {
         mcap::MessageStream::new(&bytes)
@@ -33,7 +33,7 @@ fn thinned(from: &Path, to: &Path, keep: &mut dyn FnMut(&str, f64) -> bool) {
 }
 
 /// Keeps of each topic one message in `period_s`, the first of them `phase_s` after the start.
-fn every(period_s: f64, phase_s: f64) -> impl FnMut(&str, f64) -> bool {
+pub(crate) fn every(period_s: f64, phase_s: f64) -> impl FnMut(&str, f64) -> bool {
     let mut next: std::collections::HashMap<String, f64> = std::collections::HashMap::new();
     move |topic, t| {
         let next = next.entry(topic.into()).or_insert(phase_s);

@@ -31,6 +31,7 @@ mod redundancy; // wrong sensors found by comparison with each other
 mod reference_posture; // utilisation does not depend on when a recording begins
 mod second_paper; // results of the second paper, and the gain from cylinder pressures
 mod sparse; // static rows, and lifts that no row shows
+mod sparse_supports; // static rows of a machine whose supports come and go
 mod split; // what is said about wheels whose load equilibrium leaves open
 mod supports; // outriggers, raised wheels and three-point axles, compared with simulated ground truth
 mod tipping; // onset, certainty and causes of lifts and tip-overs

@@ -163,17 +163,10 @@ fn take_seen(seen: &mut Seen, machine: &Machine, table: &Table, scope: Scope, ro
         seen.take(machine, rows);
         return;
     };
-    let end = rows.first + rows.len();
-    let begin = supports
-        .spans
-        .partition_point(|(span, _)| span.end <= rows.first);
-    let within = supports.spans[begin..].iter();
-    for (span, set) in within.take_while(|(span, _)| span.start < end) {
-        let Some(set) = set.map(|set| &supports.sets[set]) else {
-            continue;
-        };
-        let part = span.start.max(rows.first) - rows.first..span.end.min(end) - rows.first;
-        seen.take(&set.machine, &rows.on_set(set, scope, part));
+    for (part, set) in supports.spans_within(rows.first..rows.first + rows.len()) {
+        if let Some(set) = set {
+            seen.take(&set.machine, &rows.on_set(set, scope, part));
+        }
     }
 }
 

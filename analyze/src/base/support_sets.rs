@@ -9,6 +9,9 @@ use tipwatch_mechanics::{
     evaluate_rows,
 };
 
+use super::rows::Rows;
+use super::widening::Widening;
+
 /// A measured load contradicts equilibrium from so many standard deviations on.
 const CONTRADICTS_SIGMAS: f64 = 5.0;
 
@@ -69,14 +72,8 @@ impl SupportSets {
         let (scope, model) = (whole.scope(), whole.model());
         let mut outcomes = OutcomeColumns::unknown(whole.machine(), scope, so_far.len());
         let mut reasons = so_far.to_vec();
-        let all = first..first + so_far.len();
-        let begin = self
-            .spans
-            .partition_point(|(rows, _)| rows.end <= all.start);
-        let within = self.spans[begin..].iter();
-        for (rows, set) in within.take_while(|(rows, _)| rows.start < all.end) {
-            let rows = rows.start.max(all.start) - first..rows.end.min(all.end) - first;
-            let Some(set) = set.map(|set| &self.sets[set]) else {
+        for (rows, set) in self.spans_within(first..first + so_far.len()) {
+            let Some(set) = set else {
                 for reasons in &mut reasons[rows] {
                     reasons.add(Reason::SupportsUnknown);
                 }
@@ -96,6 +93,42 @@ impl SupportSets {
             outcomes.write(rows.start, &of_set, &set.places);
         }
         (outcomes, reasons)
+    }
+
+    /// The spans of some rows of the table: their rows, counted from the first of them, and their sets; `None` where
+    /// these are unknown.
+    pub(crate) fn spans_within(
+        &self,
+        all: Range<usize>,
+    ) -> impl Iterator<Item = (Range<usize>, Option<&SupportSet>)> {
+        let begin = self
+            .spans
+            .partition_point(|(rows, _)| rows.end <= all.start);
+        let within = self.spans[begin..].iter();
+        let within = within.take_while(move |(rows, _)| rows.start < all.end);
+        within.map(move |(rows, set)| {
+            let rows = rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start;
+            (rows, set.map(|set| &self.sets[set]))
+        })
+    }
+
+    /// Widens the bands of rows, each span with the machine on its supports; `next_ns` is the time of the row that
+    /// follows them.
+    pub(crate) fn widen(
+        &self,
+        widening: &dyn Widening,
+        scope: Scope,
+        all: &mut Rows,
+        next_ns: Option<i64>,
+    ) {
+        for (rows, set) in self.spans_within(all.first..all.first + all.len()) {
+            let Some(set) = set else { continue };
+            let next_ns = all.times_ns.get(rows.end).copied().or(next_ns);
+            let mut of_set = all.on_set(set, scope, rows.clone());
+            widening.widen(&set.machine, &mut of_set, next_ns);
+            all.outcomes
+                .write(rows.start, &of_set.outcomes, &set.places);
+        }
     }
 }
 

@@ -228,8 +228,12 @@ impl Table {
             outcomes,
             verdicts: None,
         };
-        if let Some(widening) = &self.widening {
-            widening.widen(&mut rows, next_ns);
+        match (&self.widening, &self.supports) {
+            (None, _) => {}
+            (Some(widening), None) => widening.widen(evaluator.machine(), &mut rows, next_ns),
+            (Some(widening), Some(supports)) => {
+                supports.widen(widening.as_ref(), evaluator.scope(), &mut rows, next_ns);
+            }
         }
         rows
     }

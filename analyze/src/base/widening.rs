@@ -2,12 +2,14 @@
 
 use std::fmt::Debug;
 
+use tipwatch_mechanics::machine::Machine;
+
 use super::rows::Rows;
 
 /// Widens the bands of consecutive rows.
 pub(crate) trait Widening: Debug + Send + Sync {
-    /// Widens them; `next_ns` is the time of the row that follows them.
-    fn widen(&self, rows: &mut Rows, next_ns: Option<i64>);
+    /// Widens them on `machine`, whose quantities they have; `next_ns` is the time of the row that follows them.
+    fn widen(&self, machine: &Machine, rows: &mut Rows, next_ns: Option<i64>);
 
     /// Why samples could not be read so far.
     fn failure(&self) -> Option<String>;

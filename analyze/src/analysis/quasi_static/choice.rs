@@ -45,12 +45,6 @@ pub(in crate::analysis) fn choose(
     if !is_chosen {
         return Ok(None);
     }
-    let stands_on_one_set = loaded.supports.is_none();
-    if !stands_on_one_set && mode == QuasiStaticMode::Always {
-        bail!(
-            "quasi-static rows: expected a machine that is always on the same supports, found supports that come and go"
-        );
-    }
     let can = options.estimator == Estimator::Smoother && options.model == ModelKind::WholeBody;
     if !can && mode == QuasiStaticMode::Always {
         bail!(
@@ -78,12 +72,6 @@ pub(in crate::analysis) fn choose(
             format!("because {}", names.join(" and "))
         }
     };
-    if !stands_on_one_set {
-        loaded.notes.push(format!(
-            "This log is sparse, {why}. Rows in gaps are invalid: there are no static rows on supports that come and go."
-        ));
-        return Ok(None);
-    }
     if !can {
         loaded.notes.push(format!(
             "This log is sparse, {why}. Rows in gaps are invalid: static rows need --estimator smoother and --model whole-body."
@@ -118,7 +106,7 @@ pub(in crate::analysis) fn choose(
         );
     }
     Ok(Some(QuasiStatic {
-        rows: Arc::new(StaticRows::new(&loaded.machine, motion)),
+        rows: Arc::new(StaticRows::new(motion)),
         notes,
     }))
 }

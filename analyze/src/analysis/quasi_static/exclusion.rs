@@ -21,10 +21,19 @@ pub struct Exclusion {
     pub lift_not_excluded_s: f64,
 }
 
+/// Whether each wheel of a machine is one of the supports of the machine on a set.
+fn on_set(machine: &Machine, set: &Machine) -> Vec<bool> {
+    let wheels = machine.wheels().iter();
+    let stands = |name: &str| set.wheels().iter().any(|wheel| wheel.name == name);
+    wheels.map(|wheel| stands(&wheel.name)).collect()
+}
+
 /// Collects what is known between rows, block by block.
 pub(in crate::analysis) struct ExclusionPass<'a> {
     machine: &'a Machine,
-    times_ns: &'a [i64],
+    table: &'a Table,
+    /// By set of supports, whether each wheel of `machine` is one of them.
+    on_sets: Vec<Vec<bool>>,
     is_sparse: bool,
     found: Exclusion,
     /// By wheel, the event that may go on.
@@ -36,7 +45,11 @@ impl<'a> ExclusionPass<'a> {
     pub(in crate::analysis) fn new(machine: &'a Machine, table: &'a Table) -> Self {
         Self {
             machine,
-            times_ns: &table.times_ns,
+            table,
+            on_sets: (table.supports().into_iter())
+                .flat_map(|supports| &supports.sets)
+                .map(|set| on_set(machine, &set.machine))
+                .collect(),
             is_sparse: table.has(Quantity::Static),
             found: Exclusion::default(),
             open: vec![None; machine.wheels().len()],
@@ -56,17 +69,21 @@ impl<'a> ExclusionPass<'a> {
             .collect();
         for row in 0..rows.len() {
             let time_ns = rows.times_ns[row];
-            let next_ns = self.times_ns.get(rows.first + row + 1).copied();
+            let place = rows.first + row;
+            let next_ns = self.table.times_ns.get(place + 1).copied();
             let lasts_s = next_ns.map_or(0.0, |next| next.saturating_sub(time_ns) as f64 * 1e-9);
             let is_judged = is_static[row] == 1.0 && rows.reasons[row].leave_loads();
             self.found.static_rows += u64::from(is_static[row] == 1.0);
             // an unknown band excludes nothing
-            let opens: Vec<bool> = least
-                .iter()
-                .map(|least| is_judged && (least[row].is_nan() || least[row] <= 0.0))
+            let opens: Vec<bool> = (least.iter().enumerate())
+                .map(|(wheel, least)| {
+                    let is_open = least[row].is_nan() || least[row] <= 0.0;
+                    is_judged && is_open && self.is_on_ground(wheel, place)
+                })
                 .collect();
             if is_judged {
-                match opens.contains(&true) {
+                // while the weight passes to other supports nothing is known
+                match opens.contains(&true) || self.changes_supports(place) {
                     true => self.found.lift_not_excluded_s += lasts_s,
                     false => self.found.lift_excluded_s += lasts_s,
                 }
@@ -78,6 +95,25 @@ impl<'a> ExclusionPass<'a> {
                 }
             }
         }
+    }
+
+    /// Whether a wheel is one of the supports of a row; without a known set, none is.
+    fn is_on_ground(&self, wheel: usize, row: usize) -> bool {
+        match self.table.supports() {
+            Some(supports) => {
+                let set = supports.index_of_row(row);
+                set.is_some_and(|set| self.on_sets[set][wheel])
+            }
+            None => true,
+        }
+    }
+
+    /// Whether the machine stands on other supports in the next row, or it is unknown on which.
+    fn changes_supports(&self, row: usize) -> bool {
+        self.table.supports().is_some_and(|supports| {
+            row + 1 < self.table.len()
+                && supports.index_of_row(row) != supports.index_of_row(row + 1)
+        })
     }
 
     fn extend(&mut self, wheel: usize, time_ns: i64, next_ns: Option<i64>, least_n: f64) {

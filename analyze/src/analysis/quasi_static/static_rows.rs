@@ -14,15 +14,13 @@ use crate::load::SharedSignal;
 /// The static rows of a log.
 #[derive(Debug)]
 pub(super) struct StaticRows {
-    machine: Machine,
     motion: UnobservedMotion<SharedSignal>,
     failure: OnceLock<String>,
 }
 
 impl StaticRows {
-    pub(super) fn new(machine: &Machine, motion: UnobservedMotion<SharedSignal>) -> Self {
+    pub(super) fn new(motion: UnobservedMotion<SharedSignal>) -> Self {
         Self {
-            machine: machine.clone(),
             motion,
             failure: OnceLock::new(),
         }
@@ -30,8 +28,7 @@ impl StaticRows {
 }
 
 impl Widening for StaticRows {
-    fn widen(&self, rows: &mut Rows, next_ns: Option<i64>) {
-        let machine = &self.machine;
+    fn widen(&self, machine: &Machine, rows: &mut Rows, next_ns: Option<i64>) {
         let places = Places::of(machine, rows);
         let mut memory = self.motion.memory();
         let mut loads = UnobservedLoads::new(machine);

@@ -1,0 +1,180 @@
+//! Sparse logs of a machine whose supports come and go: a crane that drives on its wheels and works on outriggers, with
+//! one message of each topic in a second.
+
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::base::options::{Options, QuasiStaticOption};
+use tipwatch_analyze::base::rows::Rows;
+use tipwatch_analyze::events::EventKind;
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::state::Reason;
+use tipwatch_tests::{Truth, analysed_with, data};
+
+use crate::sparse::{every, thinned};
+
+const SUPPORTS: [&str; 8] = ["FL", "FR", "RL", "RR", "OFL", "OFR", "ORL", "ORR"];
+/// Times (s) in which it stands on its wheels and on its outriggers, without the transitions between.
+const ON_WHEELS: [[f64; 2]; 2] = [[0.5, 8.5], [36.5, 41.0]];
+const ON_FEET: [f64; 2] = [13.0, 31.5];
+/// Bounds that the simulated motion keeps, on wheels and on outriggers.
+const BOUNDS: &str = "[quasi_static]\nplatform_acceleration = 1.5\nplatform_rate = 0.1\n\
+    platform_angular_acceleration = 0.5\njoint_acceleration = 0.5\njoint_acceleration_linear = 0.5\n\
+    joint_rate = 0.5\njoint_rate_linear = 0.5\nhold = 3.0\n";
+
+/// Bounds that its operator states for slow work on outriggers.
+const SLOW: &str = "[quasi_static]\nplatform_acceleration = 0.1\nplatform_rate = 0.02\n\
+    platform_angular_acceleration = 0.05\njoint_acceleration = 0.05\njoint_acceleration_linear = 0.05\n\
+    joint_rate = 0.1\njoint_rate_linear = 0.1\nhold = 3.0\n";
+
+/// The crane's log with one message of each topic in `period_s`.
+fn crane(period_s: f64, bounds: &str, option: Option<QuasiStaticOption>) -> Analysis {
+    let folder = TempDir::new().unwrap();
+    let log = folder.path().join("crane.mcap");
+    thinned(&data("crane.mcap"), &log, &mut every(period_s, 0.0));
+    let text = std::fs::read_to_string(data("crane.toml")).unwrap();
+    // a switch tells for longer than its messages are apart
+    let aged = |line: &str| match line.starts_with("set =") || line.starts_with("raised =") {
+        true => line.replace(" }", ", max_age = 4.0 }"),
+        false => line.to_owned(),
+    };
+    let text: Vec<String> = text.lines().map(aged).collect();
+    let text = text.join("\n");
+    let machine = folder.path().join("crane.toml");
+    std::fs::write(&machine, text + "\n" + bounds).unwrap();
+    std::fs::copy(data("crane.urdf"), folder.path().join("crane.urdf")).unwrap();
+    let options = Options {
+        quasi_static: option,
+        ..Options::default()
+    };
+    let analysis = analysed_with(&log, &machine, options);
+    // everything is computed while the log is there
+    assert!(analysis.rows.outcomes.columns.len() > 20);
+    analysis
+}
+
+fn index(analysis: &Analysis, name: &str) -> usize {
+    let mut wheels = analysis.machine.wheels().iter();
+    wheels.position(|wheel| wheel.name == name).unwrap()
+}
+
+/// The supports on the ground at a time (s) far from the transitions.
+fn on_ground(time_s: f64) -> Option<&'static [&'static str]> {
+    let is_in = |[from, to]: [f64; 2]| (from..to).contains(&time_s);
+    if ON_WHEELS.into_iter().any(is_in) {
+        return Some(&SUPPORTS[..4]);
+    }
+    is_in(ON_FEET).then_some(&SUPPORTS[4..])
+}
+
+#[test]
+fn val_static_rows_on_wheels_and_on_outriggers_carry_the_weight() {
+    let analysis = crane(1.0, BOUNDS, None);
+    let rows: &Rows = &analysis.rows;
+    let weight = analysis.machine.mass() * analysis.machine.gravity();
+    let (mut wheels, mut feet) = (0, 0);
+    for row in 0..rows.len() {
+        let Some(on) = on_ground(rows.seconds(row)) else {
+            continue;
+        };
+        if !rows.reasons[row].is_empty() {
+            continue;
+        }
+        assert_eq!(rows.value(Quantity::Static, row), 1.0, "row {row}");
+        let mut total = 0.0;
+        for name in SUPPORTS {
+            let support = index(&analysis, name);
+            let load = rows.value(Quantity::Load(support), row);
+            let band = [
+                Quantity::OtfBetweenLeast(support),
+                Quantity::OtfBetweenLargest(support),
+            ]
+            .map(|quantity| rows.value(quantity, row));
+            if on.contains(&name) {
+                total += load;
+                let otf = rows.value(Quantity::Otf(support), row);
+                assert!(
+                    band[0] <= otf && otf <= band[1],
+                    "{name} {row}: {otf} {band:?}"
+                );
+            } else {
+                // a support that is off the ground has no load and no band
+                assert!(
+                    load.is_nan() && band.iter().all(|v| v.is_nan()),
+                    "{name} {row}"
+                );
+            }
+        }
+        assert!(
+            (total - weight).abs() < 0.02 * weight,
+            "row {row}: {total} {weight}"
+        );
+        match on[0] {
+            "FL" => wheels += 1,
+            _ => feet += 1,
+        }
+    }
+    assert!(wheels > 8 && feet > 12, "{wheels} {feet}");
+}
+
+#[test]
+fn val_the_band_covers_the_loads_on_the_wheels() {
+    let analysis = crane(1.0, BOUNDS, None);
+    let truth = Truth::of(&data("crane.mcap"), &SUPPORTS);
+    let rows: &Rows = &analysis.rows;
+    let (mut inside, mut all) = (0, 0);
+    for row in 0..rows.len() - 1 {
+        let [from_s, to_s] = [row, row + 1].map(|row| rows.seconds(row));
+        let spans = ON_WHEELS.iter();
+        if !spans
+            .clone()
+            .any(|[from, to]| *from <= from_s && to_s < *to)
+        {
+            continue;
+        }
+        for (wheel, name) in SUPPORTS[..4].iter().enumerate() {
+            let support = index(&analysis, name);
+            let low = rows.value(Quantity::OtfBetweenLeast(support), row);
+            let high = rows.value(Quantity::OtfBetweenLargest(support), row);
+            for step in 0..=20 {
+                let (a, b) = (rows.times_ns[row], rows.times_ns[row + 1]);
+                let load = truth.load(wheel, a + (b - a) * step / 20);
+                all += 1;
+                inside += usize::from(low <= load && load <= high);
+            }
+        }
+    }
+    assert!(
+        all > 600 && inside as f64 >= 0.99 * f64::from(all),
+        "{inside} of {all}"
+    );
+}
+
+#[test]
+fn lifts_that_cannot_be_excluded_are_those_of_supports_on_the_ground() {
+    for period_s in [1.0, 2.0] {
+        let analysis = crane(period_s, SLOW, Some(QuasiStaticOption::Always));
+        let between = analysis.coverage.between_rows.unwrap();
+        assert!(between.static_rows > 10, "{between:?}");
+        let length_s = analysis.rows.seconds(analysis.rows.len() - 1);
+        let judged_s = between.lift_excluded_s + between.lift_not_excluded_s;
+        // nothing is said about the transitions
+        assert!(judged_s < length_s - 3.0, "{between:?} of {length_s} s");
+        assert!(between.lift_excluded_s > 2.0, "{between:?}");
+        assert!(between.lift_not_excluded_s > 2.0, "{between:?}");
+        // the foot that sinks carries nothing for some seconds
+        let mut open = (analysis.events.iter()).filter(|e| e.kind == EventKind::LiftNotExcluded);
+        assert!(open.clone().any(|event| event.subject == "orr"));
+        for event in open.by_ref() {
+            let start_s = (event.start_ns - analysis.rows.times_ns[0]) as f64 * 1e-9;
+            if let Some(on) = on_ground(start_s) {
+                let subject = event.subject.to_uppercase();
+                assert!(on.contains(&subject.as_str()), "{subject} at {start_s} s");
+            }
+        }
+        // rows while the weight passes from wheels to outriggers know nothing
+        let rows = 0..analysis.rows.len();
+        for row in rows.filter(|&row| (10.0..10.6).contains(&analysis.rows.seconds(row))) {
+            assert!(analysis.rows.reasons[row].has(Reason::SupportsUnknown));
+        }
+    }
+}
