@@ -6,4 +6,5 @@ mod dialogue; // questions instead of a sheet
 mod examples; // every template's worked example weighs what its sheet says
 mod properties; // random sheets
 mod refusals; // contradictions, wrong units, absurd numbers
+mod sheets; // figures of data sheets that the examples do not state
 mod urdf; // read by independent parsers
