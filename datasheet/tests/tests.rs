@@ -7,4 +7,5 @@ mod examples; // every template's worked example weighs what its sheet says
 mod properties; // random sheets
 mod refusals; // contradictions, wrong units, absurd numbers
 mod sheets; // figures of data sheets that the examples do not state
+mod tracks; // supports along their length
 mod urdf; // read by independent parsers

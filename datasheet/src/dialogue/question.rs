@@ -196,7 +196,38 @@ pub fn questions(template: Template, axles: usize) -> Vec<Question> {
         );
     }
     arm_questions(&mut list, template, has_slew);
+    for pair in 0..outriggers(template) {
+        outrigger_questions(&mut list, pair);
+    }
     list
+}
+
+/// Pairs of outriggers that a kind of machine may have.
+fn outriggers(template: Template) -> usize {
+    match template {
+        Template::TruckCrane | Template::MobileCrane | Template::WheeledExcavator => 2,
+        Template::Telehandler => 1,
+        _ => 0,
+    }
+}
+
+fn outrigger_questions(list: &mut Vec<Question>, pair: usize) {
+    let name = ["Outriggers, first pair", "Outriggers, second pair"][pair.min(1)];
+    let key = |key: &str| format!("outriggers.{pair}.{key}");
+    ask(
+        list,
+        key("behind"),
+        &format!(
+            "{name}: distance behind the front axle, negative ahead of it; none if it has none [m]"
+        ),
+        false,
+    );
+    ask(
+        list,
+        key("base"),
+        &format!("{name}: from the middle of the left pad to that of the right [m]"),
+        false,
+    );
 }
 
 fn axle_questions(list: &mut Vec<Question>, template: Template, axle: usize, axles: usize) {
@@ -248,6 +279,7 @@ fn axle_questions(list: &mut Vec<Question>, template: Template, axle: usize, axl
     }
     let pendulum = matches!(template, Template::WheelLoader | Template::Forklift) && axle == 1
         || template == Template::WheeledExcavator && axle == 0
+        || template == Template::Telehandler
         || template == Template::Harvester && axle == 1;
     if pendulum {
         ask(
