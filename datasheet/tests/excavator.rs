@@ -1,4 +1,4 @@
-//! The wheeled excavator against figures of its data sheet that are not among its numbers.
+//! The excavators against figures of their data sheets that are not among their numbers.
 
 use tipwatch_datasheet::{Machine, Template};
 
@@ -18,6 +18,11 @@ struct Ranges {
     height: f64,
 }
 
+/// Place of the slew's axis (m).
+fn slew(machine: &Machine) -> f64 {
+    tip(machine, "superstructure", 0.0, &[]).0
+}
+
 fn ranges(machine: &Machine, radius: f64) -> Ranges {
     let mut found = Ranges {
         reach: machine.reach,
@@ -25,8 +30,8 @@ fn ranges(machine: &Machine, radius: f64) -> Ranges {
         depth: 0.0,
         height: 0.0,
     };
-    let slew = tip(machine, "boom_link", 0.0, &[]).0 - 0.09;
-    let pin = tip(machine, "boom_link", 0.0, &[]).1;
+    let slew = slew(machine);
+    let (pin_ahead, pin) = tip(machine, "boom_link", 0.0, &[]);
     let [low, high] = limits(machine, "boom");
     for stick in steps(limits(machine, "stick"), 90) {
         for bucket in steps(limits(machine, "bucket"), 90) {
@@ -38,7 +43,7 @@ fn ranges(machine: &Machine, radius: f64) -> Ranges {
             found.height = found.height.max(at(high).1);
             // the boom's angle that brings the tip to the ground
             let (x, z) = at(0.0);
-            let level = x - slew - 0.09;
+            let level = x - pin_ahead;
             let chord = level.hypot(z - pin);
             let boom = (-pin / chord).asin() - (z - pin).atan2(level);
             if (low..=high).contains(&boom) {
@@ -80,6 +85,15 @@ fn val_wheeled_excavator_has_the_working_ranges_of_its_sheet() {
     }
 }
 
+/// Cat 320 with the boom of 5.7 m and the stick of 2.9 m: 9,860 mm at ground level.
+#[test]
+fn val_crawler_excavator_reaches_as_far_on_the_ground_as_its_sheet_says() {
+    let machine = built(Template::CrawlerExcavator.example());
+    let found = ranges(&machine, 1.47).at_ground;
+    println!("{found:.3} m");
+    assert!((found / 9.86 - 1.0).abs() < 0.01, "{found:.3} m");
+}
+
 /// Cat M318D: 18,200 kg on a wheelbase of 2,600 mm.
 #[test]
 fn val_wheeled_excavator_has_the_mass_and_wheelbase_of_its_sheet() {
@@ -101,7 +115,7 @@ fn tipping_loads(machine: &Machine, radius: f64, height: f64) -> [f64; 3] {
     let elbow = tip(machine, "stick_link", 0.0, &[]);
     let end = tip(machine, "bucket_link", 0.0, &[]);
     let upper_link = machine.link("superstructure").unwrap();
-    let slew = place(machine, upper_link, (0.0, 0.0), &[]).0;
+    let slew = slew(machine);
     let (boom, stick) = (elbow.0 - pin.0, end.0 - elbow.0);
     let (dx, dz) = (radius + slew - pin.0, height - pin.1);
     let chord = dx.hypot(dz).min(boom + stick);

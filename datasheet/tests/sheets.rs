@@ -3,7 +3,7 @@
 use tipwatch_datasheet::Template;
 
 use crate::examples::{axle_loads, weigh};
-use crate::plane::{built, front, limits, tip};
+use crate::plane::{built, front, limits, place, tip};
 
 /// Kato NK-550VR: 41,600 kg, of which 15,650 kg on the two front axles and 25,950 kg on the two rear ones, which are
 /// 1,450, 3,900 and 1,350 mm apart.
@@ -76,4 +76,44 @@ fn val_telehandler_has_the_mass_lift_height_and_reach_of_its_sheet() {
     // crowding by 11.9 and dumping by 113.8 degrees
     let [dump, crowd] = limits(&machine, "forks");
     assert!(((crowd - dump).to_degrees() - 125.7).abs() < 0.01);
+}
+
+/// John Deere 1510G: 18,230 kg; the frame joint is 1,900 mm behind the middle of the front bogies and 3,400 mm ahead of
+/// that of the rear ones; the crane reaches 10 m.
+#[test]
+fn val_forwarder_has_the_mass_wheelbase_and_reach_of_its_sheet() {
+    let machine = built(Template::Forwarder.example());
+    let (loads, mass) = weigh(&machine);
+    assert!((mass / 18_230.0 - 1.0).abs() < 1e-3, "{mass} kg");
+    assert_eq!(loads.len(), 8);
+    let places: Vec<f64> = machine
+        .wheels
+        .iter()
+        .map(|wheel| place(&machine, wheel.link, (0.0, 0.0), &[]).0)
+        .collect();
+    let joints = machine.links.iter().filter_map(|link| link.joint.as_ref());
+    let joint = joints
+        .into_iter()
+        .find(|joint| joint.name == "articulation")
+        .unwrap();
+    let joint = place(&machine, joint.parent, (joint.xyz[0], 0.0), &[]).0;
+    let middle = |of: &dyn Fn(f64) -> bool| {
+        let of: Vec<f64> = places.iter().copied().filter(|x| of(*x)).collect();
+        assert_eq!(of.len(), 4, "{places:?}");
+        of.iter().sum::<f64>() / 4.0
+    };
+    let (front, rear) = (middle(&|x| x > joint), middle(&|x| x < joint));
+    assert!(
+        (front - joint - 1.9).abs() < 1e-9,
+        "{places:?}, joint {joint}"
+    );
+    assert!(
+        (joint - rear - 3.4).abs() < 1e-9,
+        "{places:?}, joint {joint}"
+    );
+    assert!(
+        (machine.reach / 10.0 - 1.0).abs() < 0.01,
+        "{} m",
+        machine.reach
+    );
 }

@@ -4,7 +4,7 @@
 
 mod dialogue; // questions instead of a sheet
 mod examples; // every template's worked example weighs what its sheet says
-mod excavator; // figures of the wheeled excavator's data sheet
+mod excavator; // figures of the excavators' data sheets
 mod plane; // places of arms in one plane
 mod properties; // random sheets
 mod refusals; // contradictions, wrong units, absurd numbers
