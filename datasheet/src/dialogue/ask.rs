@@ -25,9 +25,15 @@ pub fn ask(template: Template, input: &mut dyn BufRead, output: &mut dyn Write) 
     for (key, value) in fixed_answers(template) {
         set(&mut root, &key, toml::Value::String(value));
     }
+    let mut answered: Vec<String> = Vec::new();
     for question in questions(template, axles) {
+        let after = question.after.as_ref();
+        if after.is_some_and(|key| !answered.contains(key)) {
+            continue;
+        }
         if let Some(answer) = answer(&question, input, output)? {
             set(&mut root, &question.key, answer);
+            answered.push(question.key);
         }
     }
     toml::to_string(&root).map_err(std::io::Error::other)
