@@ -2,7 +2,8 @@
 
 use std::io::{BufRead, Result, Write};
 
-use super::question::{Kind, Question, fixed_answers, questions};
+use super::list::{fixed_answers, questions};
+use super::question::{Kind, Question};
 use crate::prior::Template;
 use crate::quantity::{Angle, Length, Mass};
 

@@ -1,8 +1,42 @@
-//! The questions about axles, arm and outriggers.
+//! The arm of each kind of machine, and the questions about axles, arm and outriggers.
 
-use super::question::{Kind, Question, ask, ask_after, segments};
+use super::question::{Kind, Question, ask, ask_after};
 use crate::prior::Template;
 use crate::sheet::SegmentKind;
+
+/// Name, kind and telescope of the segments of a kind of machine.
+pub(super) fn segments(template: Template) -> &'static [(&'static str, SegmentKind, bool)] {
+    use SegmentKind::{Lift, Mast, Roll};
+    match template {
+        Template::MobileManipulator => &[
+            ("shoulder", Lift, false),
+            ("elbow", Lift, false),
+            ("wrist", Lift, false),
+            ("flange", Roll, false),
+        ],
+        Template::Forwarder | Template::Harvester => &[("lift", Lift, false), ("jib", Lift, true)],
+        Template::WheelLoader => &[("boom", Lift, false)],
+        Template::Telehandler | Template::TruckCrane | Template::MobileCrane => {
+            &[("boom", Lift, true)]
+        }
+        Template::Forklift => &[("mast", Mast, true)],
+        Template::WheeledExcavator | Template::CrawlerExcavator => {
+            &[("boom", Lift, false), ("stick", Lift, false)]
+        }
+    }
+}
+
+/// Name of the tool of a kind of machine.
+pub(super) fn tool(template: Template) -> &'static str {
+    match template {
+        Template::MobileManipulator => "gripper",
+        Template::Forwarder => "grapple",
+        Template::Harvester => "head",
+        Template::WheelLoader | Template::WheeledExcavator | Template::CrawlerExcavator => "bucket",
+        Template::Telehandler | Template::Forklift => "forks",
+        Template::TruckCrane | Template::MobileCrane => "hook",
+    }
+}
 
 /// Pairs of outriggers that a kind of machine may have.
 pub(super) fn outriggers(template: Template) -> usize {
