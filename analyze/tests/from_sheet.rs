@@ -106,6 +106,10 @@ fn a_log_of_a_machine_from_its_sheet_gives_the_axle_loads_of_the_sheet() {
         "forwarder",
         "mobile-crane",
         "crawler-excavator",
+        "telehandler",
+        "truck-crane",
+        "wheeled-excavator",
+        "harvester",
     ] {
         let folder = TempDir::new().unwrap();
         let out = folder.path().join("machine");
@@ -269,4 +273,62 @@ fn every_kind_of_machine_has_an_example() {
             code_and_stderr(&new(&sheet(folder.path(), name), &out, &["--quiet"]));
         assert_eq!((code, messages.as_str()), (0, ""), "{name}");
     }
+}
+
+/// A crawler on outriggers that are set for two seconds: its weight is on them, then on the tracks.
+#[test]
+fn tracks_carry_where_the_outriggers_do_not() {
+    let folder = TempDir::new().unwrap();
+    let path = sheet(folder.path(), "crawler-excavator");
+    let pair = |behind: f64| {
+        format!("\n[[outriggers]]\nbehind = {behind}\nbase = 4.5\npad = 0.6\nset = true\n")
+    };
+    let with_pads = fs::read_to_string(&path).unwrap() + &pair(-2.2) + &pair(2.2);
+    fs::write(&path, with_pads).unwrap();
+    let out = folder.path().join("machine");
+    let (code, messages) = code_and_stderr(&new(&path, &out, &[]));
+    assert_eq!(code, 0, "{messages}");
+    let file = out.join("machine.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    let spans = text
+        .replace("\nset = true\n", "\nset = [[0.0, 2.0]]\n")
+        .replace("\n[contact]\n", "\n[contact]\ntransition = 0.3\n");
+    assert_eq!(spans.matches("set = [[").count(), 4, "{text}");
+    fs::write(&file, spans).unwrap();
+    let machine = MachineFile::read(&file).unwrap().check_alone().unwrap();
+    let names: Vec<String> = machine.joints().iter().map(|j| j.name.clone()).collect();
+    let log = folder.path().join("rest.mcap");
+    log_at_rest(&log, &names, &machine.reference().posture.positions);
+    let analysis = analysed(&log, &file);
+    let weight = 22_600.0 * 9.806_65;
+    let sum = |row: usize, prefix: &str| {
+        let wheels = analysis.machine.wheels().iter().enumerate();
+        let of_kind = wheels.filter(|(_, wheel)| wheel.name.starts_with(prefix));
+        let load = |(wheel, _)| analysis.rows.value(Quantity::Load(wheel), row);
+        of_kind
+            .map(load)
+            .filter(|load: &f64| load.is_finite())
+            .sum::<f64>()
+    };
+    let (mut on_pads, mut on_tracks) = (0, 0);
+    for row in 0..analysis.rows.len() {
+        let t = analysis.rows.seconds(row);
+        let [pads, tracks] =
+            [sum(row, "OUTRIGGER"), sum(row, "LEFT") + sum(row, "RIGHT")].map(|load| load / weight);
+        if (0.4..1.6).contains(&t) {
+            assert!(
+                (pads - 1.0).abs() < 1e-3 && tracks.abs() < 1e-9,
+                "{t} s: {pads} {tracks}"
+            );
+            on_pads += 1;
+        }
+        if (2.4..3.9).contains(&t) {
+            assert!(
+                (tracks - 1.0).abs() < 1e-3 && pads.abs() < 1e-9,
+                "{t} s: {pads} {tracks}"
+            );
+            on_tracks += 1;
+        }
+    }
+    assert!(on_pads > 100 && on_tracks > 100, "{on_pads} {on_tracks}");
 }

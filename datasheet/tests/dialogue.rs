@@ -84,6 +84,85 @@ fn every_question_is_a_key_of_the_sheet() {
     }
 }
 
+/// What the example has at a key such as `axles.0.load`, as someone would type it.
+fn typed(example: &toml::Table, key: &str) -> Option<String> {
+    let mut parts = key.split('.');
+    let mut value = example.get(parts.next()?)?;
+    for part in parts {
+        value = match part.parse::<usize>() {
+            Ok(index) => value.get(index)?,
+            Err(_) => value.get(part)?,
+        };
+    }
+    let text = |value: &toml::Value| match value {
+        toml::Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    Some(match value {
+        toml::Value::Array(pair) => pair.iter().map(text).collect::<Vec<_>>().join(", "),
+        single => text(single),
+    })
+}
+
+/// Whoever answers with the numbers of an example gets its machine: the questions leave out nothing that decides about
+/// mass, axle loads, reach and outriggers.
+#[test]
+fn answers_with_the_numbers_of_an_example_give_its_machine() {
+    for template in Template::iter() {
+        let example: toml::Table = template.example().parse().unwrap();
+        let axles = example
+            .get("axles")
+            .map_or(0, |a| a.as_array().unwrap().len());
+        let mut input = match template {
+            Template::CrawlerExcavator => String::new(),
+            _ => format!("{axles}\n"),
+        };
+        for question in questions(template, axles) {
+            let after = question.after.as_ref();
+            if after.is_some_and(|key| typed(&example, key).is_none()) {
+                continue;
+            }
+            // the example's arm ends at its wrist
+            let is_flange = question.key == "arm.segments.3.length";
+            let other = if is_flange { "5 mm" } else { "" };
+            let answer = typed(&example, &question.key).unwrap_or(other.into());
+            assert!(
+                !answer.is_empty() || !question.is_required,
+                "{template}: the example has no {}",
+                question.key
+            );
+            input.push_str(&answer);
+            input.push('\n');
+        }
+        let text = ask(template, &mut Cursor::new(input), &mut Vec::new()).unwrap();
+        let built = |text: &str| {
+            let machine = Sheet::from_toml(text, "sheet").and_then(|sheet| sheet.machine());
+            machine.unwrap_or_else(|e| panic!("{template}: {e}\n{text}"))
+        };
+        let [asked, written] = [text.as_str(), template.example()].map(built);
+        assert_eq!(asked.mass, written.mass, "{template}");
+        assert_eq!(
+            asked.stated_axle_loads(),
+            written.stated_axle_loads(),
+            "{template}"
+        );
+        let ratio = asked.reach / written.reach;
+        assert!(
+            (0.98..1.02).contains(&ratio),
+            "{template}: {} m, {} m",
+            asked.reach,
+            written.reach
+        );
+        let pads = |machine: &tipwatch_datasheet::Machine| {
+            let names = machine.links.iter().map(|link| link.name.clone());
+            names.filter(|name| name.starts_with("outrigger")).count()
+        };
+        assert_eq!(pads(&asked), pads(&written), "{template}");
+        let places = |machine: &tipwatch_datasheet::Machine| machine.wheels.len();
+        assert_eq!(places(&asked), places(&written), "{template}");
+    }
+}
+
 #[test]
 fn an_early_end_of_the_answers_is_an_error() {
     let ended = ask(Template::Forklift, &mut Cursor::new("2\n"), &mut Vec::new());

@@ -79,7 +79,7 @@ fn wrong_units_are_refused_with_the_likely_unit() {
 
 #[test]
 fn contradictions_are_refused() {
-    use Template::{Forklift, Forwarder, MobileCrane, Telehandler, TruckCrane, WheelLoader};
+    use Template::{Forklift, Forwarder, MobileCrane, TruckCrane, WheelLoader};
     for (template, from, to, expected) in [
         // axle loads that do not add up
         (
@@ -104,15 +104,15 @@ fn contradictions_are_refused() {
         ),
         // a longer arm than the reach
         (
-            Telehandler,
-            "extension = 7.0",
-            "extension = 11.0",
+            TruckCrane,
+            "extension = \"32 m\"",
+            "extension = \"42 m\"",
             "arm.reach",
         ),
         (
-            Telehandler,
-            "extension = 7.0",
-            "extension = 2.0",
+            TruckCrane,
+            "extension = \"32 m\"",
+            "extension = \"22 m\"",
             "arm.reach",
         ),
         // loads that need a centre of mass outside the machine
@@ -124,8 +124,8 @@ fn contradictions_are_refused() {
         ),
         (
             TruckCrane,
-            "load = \"6.9 t\"",
-            "load = \"26.9 t\"",
+            "load = \"7825 kg\"",
+            "load = \"27825 kg\"",
             "add up",
         ),
         // laden loads of another load centre

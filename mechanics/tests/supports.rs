@@ -299,6 +299,40 @@ fn a_track_stands_along_its_length() {
 }
 
 #[test]
+fn a_track_is_off_the_ground_where_what_raises_it_is_always_set() {
+    let track = |name: &str, y: f64| {
+        format!(
+            "[tracks.{name}]\nlink = \"base_link\"\nfrom = [-1.4, {y}, -0.5]\nto = [1.4, {y}, -0.5]\nraised_by = [\"A\", \"B\", \"C\"]\n"
+        )
+    };
+    let foot = |(name, x, y, set): (&str, f64, f64, &str)| {
+        format!("[supports.{name}]\nlink = \"base_link\"\nxyz = [{x}, {y}, -0.6]\nset = {set}\n")
+    };
+    let wheels = WHEELS.map(|(name, ..)| format!("[signals.joints.{name}]\nposition = 0.0\n"));
+    let stands_on = |set: &str| {
+        let feet = [
+            ("A", 2.0, 1.5, "true"),
+            ("B", 2.0, -1.5, "true"),
+            ("C", -2.0, 0.0, set),
+        ];
+        let text = format!(
+            "name = \"excavator\"\n[imu]\nlink = \"base_link\"\n{}{}{}{}",
+            track("LEFT", 1.1),
+            track("RIGHT", -1.1),
+            feet.map(foot).concat(),
+            wheels.concat()
+        );
+        let machine = checked(&text).unwrap();
+        let names: Vec<String> = machine.wheels().iter().map(|w| w.name.clone()).collect();
+        (names.join(" "), machine.supports().vary())
+    };
+    assert_eq!(stands_on("true"), ("A B C".into(), false));
+    let tracks = "LEFT_1 LEFT_2 LEFT_3 RIGHT_1 RIGHT_2 RIGHT_3";
+    assert_eq!(stands_on("false"), (format!("A B {tracks}"), false));
+    assert_eq!(stands_on("[[1.0, 5.0]]"), (format!("A B {tracks}"), true));
+}
+
+#[test]
 fn impossible_supports_are_refused_with_a_reason() {
     let refused = |text: String| checked(&text).unwrap_err().to_string();
     let neither = toml(&[], "[supports.A]\nlink = \"base_link\"\n");

@@ -72,14 +72,10 @@ pub(super) fn run(args: &MachineArgs, terminal: Terminal) -> Result<Exit> {
 
 fn new(args: &NewArgs, terminal: Terminal) -> Result<Exit> {
     OutputPlace::require_local(&args.out)?;
-    let (sheet, answers) = match &args.sheet {
-        Some(path) => (read(path)?, None),
-        None => {
-            let text = answers(args)?;
-            (Sheet::from_toml(&text, "the answers")?, Some(text))
-        }
+    let made = match &args.sheet {
+        Some(path) => from_sheet::create(&read(path)?, &args.out, args.log.as_deref(), None)?,
+        None => from_sheet::create_from_answers(&answers(args)?, &args.out, args.log.as_deref())?,
     };
-    let made = from_sheet::create(&sheet, &args.out, args.log.as_deref(), answers.as_deref())?;
     to_stdout(&format!("{}\n", made.summary))?;
     check_machine::print(&made.check, false)?;
     for file in &made.files {

@@ -84,7 +84,7 @@ pub(crate) fn read(
     let mut notes = Vec::new();
     let courses = (0..supports.all.len()).map(|support| {
         let presence = &supports.presence[support];
-        let is_wheel = supports.all[support].kind == SupportKind::Wheel;
+        let is_foot = supports.all[support].kind == SupportKind::Foot;
         let mut from_log = |field: &FieldSpec, above: f64, max_age_s: f64| match series(
             log, file, time_base, field,
         ) {
@@ -105,8 +105,8 @@ pub(crate) fn read(
                 from_log(&switch.number, switch.above, switch.max_age)
             }
             (None, Some(load)) => from_log(&load.field, LOADED_SIGMAS * load.sigma, LOAD_MAX_AGE_S),
-            // a wheel that is never raised; a point of a track
-            (None, None) => always(!is_wheel),
+            // a wheel or track that is never raised
+            (None, None) => always(is_foot),
         }
     });
     let courses: Vec<Course> = courses.collect();
@@ -234,14 +234,14 @@ fn on_ground(supports: &Supports, told: &impl Fn(usize) -> Status) -> Result<Vec
     let mut on = Vec::new();
     let mut is_changing = false;
     for (support, presence) in supports.presence.iter().enumerate() {
-        let is_wheel = supports.all[support].kind == SupportKind::Wheel;
-        let status = match (is_wheel, presence.raised_by.is_empty()) {
-            (true, false) => raised_by(&presence.raised_by, told),
+        let is_foot = supports.all[support].kind == SupportKind::Foot;
+        let status = match (is_foot, presence.raised_by.is_empty()) {
+            (false, false) => raised_by(&presence.raised_by, told),
             _ => told(support),
         };
-        match (status, is_wheel) {
-            (Status::On, false) | (Status::Off, true) => on.push(support),
-            (Status::On, true) | (Status::Off, false) => {}
+        match (status, is_foot) {
+            (Status::On, true) | (Status::Off, false) => on.push(support),
+            (Status::On, false) | (Status::Off, true) => {}
             (Status::Changing, _) => is_changing = true,
             (Status::Missing, _) => return Err(Unknown::Missing(support)),
         }
@@ -252,7 +252,7 @@ fn on_ground(supports: &Supports, told: &impl Fn(usize) -> Status) -> Result<Vec
     }
 }
 
-/// A wheel is raised while all of some supports are set.
+/// A wheel or track is raised while all of some supports are set.
 fn raised_by(by: &[usize], told: &impl Fn(usize) -> Status) -> Status {
     let mut all = by.iter().map(|&support| told(support));
     if all.clone().any(|status| status == Status::Off) {

@@ -211,6 +211,7 @@ impl Build<'_> {
         self.machine.wheels.push(Wheel {
             name,
             link,
+            place: [0.0; 3],
             radius,
             stiffness: 0.0,
             axle: index,
@@ -233,31 +234,35 @@ impl Build<'_> {
         format!("{side}{}", before + 1)
     }
 
-    /// Tracks: a support at each end of the length on the ground.
+    /// Tracks: supports along their length on the ground, both ends included.
     fn tracks(&mut self) {
         let Some(tracks) = self.sheet.tracks.clone() else {
             return;
         };
         let radius = tracks.height.si / 2.0;
-        for (side, sign) in [("l", 1.0), ("r", -1.0)] {
+        let points = self.track_points();
+        for (side, sign) in [("left", 1.0), ("right", -1.0)] {
             let y = sign * tracks.gauge.si / 2.0;
-            let track = self.fixed(&format!("track_{side}"), 0, [0.0, y, radius]);
+            let name = format!("track_{side}");
+            let track = self.fixed(&name, 0, [0.0, y, radius]);
             let belt = Solid::Box([tracks.length.si, tracks.shoe.si, tracks.height.si]);
             self.draw(track, belt, [0.0, y, radius], DARK);
-            for (end, x) in [
-                ("f", tracks.length.si / 2.0),
-                ("r", -tracks.length.si / 2.0),
-            ] {
-                let link = self.fixed(&format!("roller_{end}{side}"), track, [x, y, radius]);
-                let drum = Solid::CylinderY {
+            for (end, sign) in [("front", 1.0), ("rear", -1.0)] {
+                let at = [sign * tracks.length.si / 2.0, y, radius];
+                let drum = self.fixed(&format!("{name}_{end}"), track, at);
+                let solid = Solid::CylinderY {
                     radius,
                     length: tracks.shoe.si,
                 };
-                self.draw(link, drum, [x, y, radius], DARK);
+                self.draw(drum, solid, at, DARK);
+            }
+            for point in 0..points {
+                let share = f64::from(point) / f64::from(points - 1) - 0.5;
                 self.machine.wheels.push(Wheel {
-                    name: format!("{end}{side}").to_uppercase(),
-                    link,
-                    radius,
+                    name: format!("{}_{}", side.to_uppercase(), point + 1),
+                    link: track,
+                    place: [share * tracks.length.si, 0.0, -radius],
+                    radius: 0.0,
                     stiffness: 0.0,
                     axle: 0,
                     is_guess: false,
@@ -265,12 +270,22 @@ impl Build<'_> {
             }
         }
         self.assumed.add(
-            "each track bears at the two ends of its length on the ground",
-            "the polygon of support is then that of the tracks; the pressure between the ends is not told",
+            format!("each track bears on {points} points along its length on the ground, from end to end, which are springs alike"),
+            "the ground below a track bears anywhere: the sum of its points and the polygon of support are certain, the load of a \
+             point is that of even ground",
         );
         self.assumed.add(
             "the tracks' mass belongs to the carrier",
             "the sheet states only the mass of the whole machine",
         );
+    }
+
+    /// Points of each track: a machine has at most twelve supports, its outriggers included.
+    fn track_points(&self) -> u8 {
+        match self.sheet.outriggers.len() {
+            0..=2 => 4,
+            3 => 3,
+            _ => 2,
+        }
     }
 }

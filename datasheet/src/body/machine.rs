@@ -15,7 +15,7 @@ pub struct Machine {
     pub sources: Vec<String>,
     /// The links, parents before children; the first is the base.
     pub links: Vec<Link>,
-    /// The wheels, or the rollers at the ends of the tracks.
+    /// The wheels, or the points of the tracks.
     pub wheels: Vec<Wheel>,
     /// What was assumed.
     pub assumptions: Vec<Assumption>,
@@ -177,14 +177,16 @@ pub enum Solid {
     },
 }
 
-/// A wheel.
+/// A wheel, or a point of a track.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wheel {
     /// Its name.
     pub name: String,
     /// Index of its link.
     pub link: usize,
-    /// Radius (m).
+    /// Its middle in that link (m): zero for wheels.
+    pub place: [f64; 3],
+    /// Radius; zero for a point of a track (m).
     pub radius: f64,
     /// Vertical stiffness (N/m).
     pub stiffness: f64,

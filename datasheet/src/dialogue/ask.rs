@@ -2,7 +2,8 @@
 
 use std::io::{BufRead, Result, Write};
 
-use super::question::{Kind, Question, fixed_answers, questions};
+use super::list::{fixed_answers, questions};
+use super::question::{Kind, Question};
 use crate::prior::Template;
 use crate::quantity::{Angle, Length, Mass};
 
@@ -25,9 +26,15 @@ pub fn ask(template: Template, input: &mut dyn BufRead, output: &mut dyn Write) 
     for (key, value) in fixed_answers(template) {
         set(&mut root, &key, toml::Value::String(value));
     }
+    let mut answered: Vec<String> = Vec::new();
     for question in questions(template, axles) {
+        let after = question.after.as_ref();
+        if after.is_some_and(|key| !answered.contains(key)) {
+            continue;
+        }
         if let Some(answer) = answer(&question, input, output)? {
             set(&mut root, &question.key, answer);
+            answered.push(question.key);
         }
     }
     toml::to_string(&root).map_err(std::io::Error::other)

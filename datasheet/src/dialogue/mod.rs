@@ -1,7 +1,10 @@
 //! Questions on a terminal instead of a sheet: the answers become a sheet.
 
 mod ask;
+mod list;
+mod parts;
 mod question;
 
 pub use ask::ask;
-pub use question::{Question, questions};
+pub use list::questions;
+pub use question::Question;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::supports;
 use super::text::{comment, float, quoted, triple};
-use crate::body::{Joint, Machine, Role};
+use crate::body::{Joint, Machine, Role, Wheel};
 use crate::prior::SHEET_MASS_SIGMA;
 
 impl Machine {
@@ -36,7 +36,10 @@ impl Machine {
         for assumption in &self.assumptions {
             comment(&mut out, &assumption.to_string());
         }
-        self.write_wheels(&mut out);
+        match self.has_tracks {
+            true => supports::write_tracks(&mut out, self),
+            false => self.write_wheels(&mut out),
+        }
         supports::write(&mut out, self);
         self.write_imu(&mut out);
         let _ = writeln!(out, "\n[arm]\nroot = {}", quoted(&self.arm_root));
@@ -63,7 +66,7 @@ impl Machine {
     }
 
     fn write_wheels(&self, out: &mut String) {
-        let raised_by = supports::wheel_raised_by(self);
+        let raised_by = supports::raised_by_pads(self);
         for wheel in &self.wheels {
             let _ = writeln!(
                 out,
@@ -193,7 +196,9 @@ impl Machine {
         let _ = writeln!(out, "inertia_share = 0.5");
         comment(out, "assumed: tyres within a factor of two");
         let _ = writeln!(out, "tyre_stiffness_share = 0.5");
-        let radius = self.wheels.iter().map(|w| w.radius).fold(0.0, f64::max);
+        // the middle of a track is above its points as an axle is above the ground
+        let over_ground = |w: &Wheel| w.radius - w.place[2];
+        let radius = self.wheels.iter().map(over_ground).fold(0.0, f64::max);
         let is_guess = self.wheels.iter().any(|wheel| wheel.is_guess);
         comment(
             out,

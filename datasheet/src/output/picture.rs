@@ -111,14 +111,16 @@ impl Machine {
         }
         let mut places: Vec<f64> = self.axles.iter().map(|axle| axle.x).collect();
         if self.has_tracks {
-            places = self
-                .wheels
-                .iter()
-                .map(|wheel| self.place(wheel.link).x)
+            let points = self.wheels.iter();
+            places = points
+                .map(|point| self.place(point.link, point.place).x)
                 .collect();
         }
         places.sort_by(f64::total_cmp);
         places.dedup();
+        if let (true, [first, .., last]) = (self.has_tracks, &places[..]) {
+            places = vec![*first, *last];
+        }
         for pair in places.windows(2) {
             let [from, to] = [frame.at([pair[0], 0.0]), frame.at([pair[1], 0.0])];
             dimension(
@@ -130,12 +132,12 @@ impl Machine {
         }
     }
 
-    /// Origin of a link in the posture of the sheet.
-    fn place(&self, link: usize) -> Point3<f64> {
+    /// A point of a link in the posture of the sheet.
+    fn place(&self, link: usize, point: [f64; 3]) -> Point3<f64> {
         let positions: Vec<f64> = (self.links.iter())
             .map(|link| link.joint.as_ref().map_or(0.0, |joint| joint.at))
             .collect();
-        crate::body::poses(&self.links, &positions)[link] * Point3::origin()
+        crate::body::poses(&self.links, &positions)[link] * Point3::from(point)
     }
 
     /// The polygon of support, and that of the outriggers.
@@ -143,7 +145,7 @@ impl Machine {
         let wheels = self
             .wheels
             .iter()
-            .map(|wheel| View::Top.of(&self.place(wheel.link)));
+            .map(|wheel| View::Top.of(&self.place(wheel.link, wheel.place)));
         let mut polygons = vec![(
             hull(wheels.collect()),
             "#1f5fa8",
@@ -156,7 +158,9 @@ impl Machine {
             .outriggers
             .iter()
             .filter_map(|pad| self.link(&pad.link));
-        let pads: Vec<[f64; 2]> = pads.map(|link| View::Top.of(&self.place(link))).collect();
+        let pads: Vec<[f64; 2]> = pads
+            .map(|link| View::Top.of(&self.place(link, [0.0; 3])))
+            .collect();
         if !pads.is_empty() {
             polygons.push((hull(pads), "#b3261e", "outriggers"));
         }

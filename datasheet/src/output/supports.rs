@@ -2,18 +2,44 @@
 
 use std::fmt::Write;
 
-use super::text::{comment, float, quoted};
-use crate::body::{Machine, Outrigger, PadSet};
+use super::text::{comment, float, quoted, triple};
+use crate::body::{Machine, Outrigger, PadSet, Wheel};
 
-/// Writes what the machine file says about outriggers and tracks.
-pub(super) fn write(out: &mut String, machine: &Machine) {
-    if machine.has_tracks {
-        comment(
-            out,
-            "The supports above are the ends of the tracks. Between them the ground may bear anywhere; the polygon of support \
-             is the same.",
-        );
+/// Writes the tracks.
+pub(super) fn write_tracks(out: &mut String, machine: &Machine) {
+    out.push('\n');
+    comment(
+        out,
+        "Tracks. Their points are supports that are springs alike. Between the points the ground may bear anywhere; the polygon \
+         of support is the same.",
+    );
+    let raised_by = raised_by_pads(machine);
+    // the name of a point is that of its track and its number, from rear to front
+    let mut points: Vec<(&str, &Wheel)> = Vec::new();
+    for point in &machine.wheels {
+        let track = point.name.rsplit_once('_').map_or("", |(track, _)| track);
+        points.push((track, point));
     }
+    for track in points.chunk_by(|a, b| a.0 == b.0) {
+        let ([(name, rear), ..], [.., (_, front)]) = (track, track) else {
+            continue;
+        };
+        let _ = writeln!(
+            out,
+            "\n[tracks.{name}]\nlink = {}\nfrom = {}\nto = {}\npoints = {}",
+            quoted(&machine.links[rear.link].name),
+            triple(rear.place),
+            triple(front.place),
+            track.len()
+        );
+        if let Some(raised_by) = &raised_by {
+            let _ = writeln!(out, "{raised_by}");
+        }
+    }
+}
+
+/// Writes what the machine file says about outriggers.
+pub(super) fn write(out: &mut String, machine: &Machine) {
     if machine.outriggers.is_empty() {
         return;
     }
@@ -36,6 +62,11 @@ pub(super) fn write(out: &mut String, machine: &Machine) {
         "This file describes the machine without the pads below, because the sheet does not say when they stand on the ground. \
          Needed, for a log with them set: `set` as a constant or a signal, and that the wheels are then off the ground:",
     );
+    let table = if machine.has_tracks {
+        "tracks"
+    } else {
+        "wheels"
+    };
     for pad in &open {
         for line in support(machine, pad).lines() {
             let _ = writeln!(out, "# {line}");
@@ -43,12 +74,13 @@ pub(super) fn write(out: &mut String, machine: &Machine) {
     }
     comment(
         out,
-        &format!("and in each [wheels.NAME]: {}", raised_by(&open)),
+        &format!("and in each [{table}.NAME]: {}", raised_by(&open)),
     );
 }
 
-/// What holds a wheel off the ground: the pads that may be set, while all of them are. `None` if there are none.
-pub(super) fn wheel_raised_by(machine: &Machine) -> Option<String> {
+/// What holds wheels and tracks off the ground: the pads that may be set, while all of them are. `None` if there are
+/// none.
+pub(super) fn raised_by_pads(machine: &Machine) -> Option<String> {
     let pads: Vec<&Outrigger> = (machine.outriggers.iter())
         .filter(|pad| pad.may_be_set())
         .collect();

@@ -50,8 +50,8 @@ impl MachineSpec {
                 let wheel = WheelSpec {
                     link: track.link.clone(),
                     radius: 0.0,
-                    raised: None,
-                    raised_by: Vec::new(),
+                    raised: track.raised.clone(),
+                    raised_by: track.raised_by.clone(),
                     origin: SupportOrigin {
                         kind: SupportKind::TrackPoint,
                         xyz: std::array::from_fn(along),

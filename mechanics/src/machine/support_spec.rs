@@ -59,6 +59,11 @@ pub struct TrackSpec {
     pub points: usize,
     /// Vertical stiffness of each point (N/m), where that of the tyres is stated.
     pub stiffness: Option<f64>,
+    /// When it is off the ground because the machine is jacked.
+    pub raised: Option<PresenceSpec>,
+    /// The supports that keep it off the ground while all of them are set.
+    #[serde(default)]
+    pub raised_by: Vec<String>,
 }
 
 fn track_points() -> usize {

@@ -74,12 +74,11 @@ impl Supports {
         let stands = |&support: &usize| {
             let raised_by = &self.presence[support].raised_by;
             match self.all[support].kind {
-                SupportKind::Wheel => {
+                SupportKind::Wheel | SupportKind::TrackPoint => {
                     let is_jacked =
                         !raised_by.is_empty() && raised_by.iter().all(|&by| is_always(by));
                     !is_always(support) && !is_jacked
                 }
-                SupportKind::TrackPoint => true,
                 SupportKind::Foot => is_always(support),
             }
         };

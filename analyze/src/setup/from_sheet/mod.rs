@@ -1,5 +1,7 @@
 //! `machine new`: a URDF, a machine file and a picture from a data sheet.
 
+mod answers;
 mod files;
 
+pub use answers::create_from_answers;
 pub use files::{NewMachine, create};

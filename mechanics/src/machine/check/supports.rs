@@ -40,8 +40,8 @@ impl Checker<'_> {
         let kind = spec.origin.kind;
         let place = format!("{}.{name}", kind.table());
         let (key, told) = match kind {
-            SupportKind::Wheel => ("raised", &spec.raised),
-            _ => ("set", &spec.origin.set),
+            SupportKind::Wheel | SupportKind::TrackPoint => ("raised", &spec.raised),
+            SupportKind::Foot => ("set", &spec.origin.set),
         };
         if let Some(told) = told {
             self.check_presence(&format!("{place}.{key}"), told)?;
