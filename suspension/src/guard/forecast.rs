@@ -6,17 +6,19 @@
 //!     S(13)  q(t) = q + q' t + q'' T (t - T (1 - exp(-t/T)))                                    the arm goes on, base as now
 //!     S(14)  doubt(t) = r(t) sum |dN/df| b + sum over joints (r(t) |dN/dq''| + t^2/2 |dN/dq|) b_q
 //! ```
-//! N_lock are the loads with the rods where control began. S(14) is what a motion may add that nobody announced: a base
-//! acceleration b, and an acceleration b_q of each joint of the arm; r rises to 1.
+//! N_lock are the loads with the rods where control began, on the mean motion of the ground, S(18). S(14) is what a motion
+//! may add that nobody announced: a base acceleration b, and an acceleration b_q of each joint of the arm; r rises to 1.
 
 use nalgebra::Vector3;
 
+use super::by_wheel::ByWheel;
+use super::steady::Steady;
 use crate::condensed::{Instant, MAX_ACTUATORS, SuspendedMachine};
 use crate::prediction::{PredictedState, RodMotion};
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::MAX_WHEELS;
 use tipwatch_mechanics::number::Gradient;
-use tipwatch_mechanics::state::State;
+use tipwatch_mechanics::state::{ImuState, State};
 
 /// Times of the forecast (s).
 pub(super) const TIMES_S: [f64; 4] = [0.0, 0.5, 1.0, 1.8];
@@ -24,14 +26,13 @@ pub(super) const TIMES_S: [f64; 4] = [0.0, 0.5, 1.0, 1.8];
 const DOUBT_AT: usize = 1;
 /// T of S(13): how long an acceleration of the arm lasts (s).
 const LASTING_S: f64 = 0.5;
+/// b of S(14): the largest sudden acceleration of the base so far, at least this (m/s^2).
+const BASE_RESERVE: f64 = 0.2;
 /// Steps of the difference quotients: position (rad or m), acceleration (per s^2).
 const POSITION_STEP: f64 = 0.05;
 const ACCELERATION_STEP: f64 = 1.0;
-/// c: overshoot of the rods' acceleration in the hydraulics.
-const OVERSHOOT: f64 = 1.3;
-
-/// By wheel or edge; entries beyond their number are zero.
-pub(super) type ByWheel = [f64; MAX_WHEELS];
+/// c: a platform on tyres and oil answers a sudden acceleration twofold.
+const OVERSHOOT: f64 = 2.0;
 
 /// A number by rod.
 pub(super) type ByRod = [f64; MAX_ACTUATORS];
@@ -75,6 +76,10 @@ pub(super) struct Forecast {
     pub(super) edges: usize,
     pub(super) at: [Outlook; TIMES_S.len()],
     pub(super) doubt: Doubt,
+    /// S(19) by wheel (N).
+    pub(super) swing: ByWheel,
+    /// The same of the load spread (N).
+    pub(super) swing_spread: f64,
 }
 
 impl Added {
@@ -121,6 +126,7 @@ pub(super) struct Forecaster {
     arm: Vec<usize>,
     /// S(13): factors of q'' in q, q' and q'' at each time.
     lasting: [[f64; 3]; TIMES_S.len()],
+    steady: Steady,
     now: Instant,
     ahead: Instant,
     state_ahead: State<f64>,
@@ -145,6 +151,7 @@ impl Forecaster {
                 let gone = LASTING_S * (1.0 - left);
                 [LASTING_S * (t - gone), gone, left]
             }),
+            steady: Steady::UNKNOWN,
             now: Instant::new(suspended),
             ahead: Instant::new(suspended),
             state_ahead: State::zero(machine),
@@ -160,16 +167,15 @@ impl Forecaster {
         &self.arm
     }
 
-    /// The forecast for rods at the strokes `x` (m) with velocities `v` (m/s), and for those locked at `home`; with
-    /// unannounced accelerations of the base (m/s^2) and of each joint of the arm (rad/s^2 or m/s^2).
-    pub(super) fn find(
+    /// Takes the state some seconds after the last one, for rods at the strokes `x` (m) with velocities `v` (m/s), home
+    /// for locked ones. Returns the mean motion of the ground, S(18).
+    pub(super) fn observe(
         &mut self,
         state: &State<f64>,
         [x, v]: [&ByRod; 2],
         home: &ByRod,
-        base_reserve: f64,
-        arm_reserve: &[f64],
-    ) -> Forecast {
+        seconds: f64,
+    ) -> ImuState<f64> {
         let actuators = self.suspended.linkages.len();
         let mut rods = [Motion::zero(); MAX_ACTUATORS];
         for (k, &linkage) in self.suspended.linkages.iter().enumerate() {
@@ -184,6 +190,29 @@ impl Forecaster {
         let rods = &rods[..actuators];
         self.now
             .fill(&self.suspended, state, rods, &mut self.scratch);
+        let measured = self.now.on_ground;
+        let mean = self.steady.see(&measured, seconds);
+        self.go_on(state, 0, home);
+        let by_measured = self.locked(home, false);
+        self.now.on_ground = mean;
+        self.ahead.on_ground = mean;
+        let by_mean = self.locked(home, false);
+        let wheels = self.suspended.machine.wheels().len().min(MAX_WHEELS);
+        self.steady
+            .see_loads(&by_measured[..wheels], &by_mean[..wheels], seconds);
+        mean
+    }
+
+    /// The forecast for the state that was observed last, for rods at the strokes `x` (m) and for those locked at `home`,
+    /// with an unannounced acceleration of each joint of the arm (rad/s^2 or m/s^2).
+    pub(super) fn find(
+        &mut self,
+        state: &State<f64>,
+        x: &ByRod,
+        home: &ByRod,
+        arm_reserve: &[f64],
+    ) -> Forecast {
+        let base_reserve = self.steady.shock().max(BASE_RESERVE);
         let machine = &self.suspended.machine;
         let mut found = Forecast {
             wheels: machine.wheels().len().min(MAX_WHEELS),
@@ -193,6 +222,8 @@ impl Forecaster {
                 at_once: [0.0; MAX_WHEELS],
                 by_square: [0.0; MAX_WHEELS],
             },
+            swing: *self.steady.swing(),
+            swing_spread: self.steady.spread(),
         };
         for at in 0..TIMES_S.len() {
             self.go_on(state, at, home);
