@@ -172,6 +172,43 @@ impl Manoeuvre {
         manoeuvre
     }
 
+    /// The second paper's comparison on this machine, its (32): the arm swings to both sides and reaches out and back, so
+    /// that a rear wheel is light again and again; the rods at a stroke (m).
+    pub(crate) fn paper(machine: &Machine, rods: f64, rows: usize) -> Self {
+        const STEP_S: f64 = 1e-3;
+        let arm = |name: &str, t: f64| {
+            let s = (t / 2.0).clamp(0.0, 1.0);
+            let start = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+            let swing = start * (0.5 * t).sin();
+            match name {
+                "slew" => 1.2 * swing,
+                "lift" => 0.5 - 2.0736 + 0.6 * swing,
+                "tilt" => -1.15 - 0.4116 - 0.4 * swing,
+                "extension" => 0.3 + 0.2 * swing,
+                "suspension_right" | "suspension_left" => rods,
+                _ => 0.0,
+            }
+        };
+        let mut manoeuvre = Self::unknown(machine, rows);
+        let mut state = State::zero(machine);
+        state.base.up = Vector3::z();
+        state.imu.specific_force = Vector3::z() * machine.gravity();
+        for row in 0..rows {
+            let t = row as f64 / RATE as f64;
+            for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
+                let [before, now, after] =
+                    [-1.0, 0.0, 1.0].map(|k| arm(&joint.name, t + k * STEP_S));
+                *motion = Motion {
+                    position: now,
+                    rate: (after - before) / (2.0 * STEP_S),
+                    acceleration: (after - 2.0 * now + before) / (STEP_S * STEP_S),
+                };
+            }
+            manoeuvre.states.set(row, &mut state);
+        }
+        manoeuvre
+    }
+
     /// The arm reaches out to one side in front and stands still, the rods at a stroke (m); the platform pitches at a frequency (Hz) with a
     /// swing of its specific force (m/s^2).
     pub(crate) fn standing(machine: &Machine, rods: f64, [frequency, swing]: [f64; 2]) -> Self {

@@ -64,6 +64,62 @@ fn largest(pairs: &[[f64; 2]]) -> [f64; 2] {
     })
 }
 
+/// How far control went beyond locked rods at worst.
+struct Worst {
+    /// The load below the smaller of the limit and that of locked rods (N); negative: above it.
+    below: f64,
+    /// The manoeuvre and row where it was so.
+    at: [usize; 2],
+    /// The largest spread of a manoeuvre, relative to that of locked rods.
+    spread: f64,
+    /// The stability angle below the smaller of the ample one and that of locked rods (rad).
+    angle: f64,
+}
+
+impl Worst {
+    const NONE: Self = Self {
+        below: f64::NEG_INFINITY,
+        at: [0; 2],
+        spread: 0.0,
+        angle: f64::NEG_INFINITY,
+    };
+
+    fn see_load(&mut self, [locked, moved]: [f64; 2], at: [usize; 2]) {
+        let below = LIMIT.min(locked) - moved;
+        if below > self.below {
+            (self.below, self.at) = (below, at);
+        }
+    }
+
+    fn see_angle(&mut self, [locked, moved]: [f64; 2]) {
+        self.angle = self.angle.max(locked.min(AMPLE_ANGLE) - moved);
+    }
+
+    fn see_spread(&mut self, [locked, moved]: [f64; 2]) {
+        self.spread = self.spread.max(moved / locked);
+    }
+
+    /// Fails where a load is lower by more than a share of the mean load.
+    fn check(&self, mean: f64, tolerance: f64) {
+        let Self {
+            below,
+            at: [manoeuvre, row],
+            spread,
+            angle,
+        } = self;
+        println!(
+            "worst load {:.2} % of the mean load too low (manoeuvre {manoeuvre}, row {row}), largest spread {spread:.3} of locked, angle {angle:.5} rad too small",
+            100.0 * below / mean
+        );
+        assert!(
+            *below <= tolerance * mean,
+            "{below:.0} N too low in manoeuvre {manoeuvre}, row {row}"
+        );
+        assert!(*spread <= MOST_SPREAD, "{spread}");
+        assert!(*angle <= ANGLE_TOLERANCE, "{angle}");
+    }
+}
+
 /// Rods that follow at once cost no wheel its load; `gain` is the least mean reduction of the spread, since a guard that
 /// always holds would pass otherwise.
 fn ideal(mode: ControlMode, independent: bool, gain: f64) {
@@ -71,106 +127,87 @@ fn ideal(mode: ControlMode, independent: bool, gain: f64) {
     let mean = machine.mass() * machine.gravity() / 4.0;
     let tolerance = TOLERANCE[usize::from(independent)];
     let (mut worst, mut statuses, mut gains) =
-        (f64::INFINITY, BTreeMap::<Status, usize>::new(), Vec::new());
+        (Worst::NONE, BTreeMap::<Status, usize>::new(), Vec::new());
+    let (mut rows, mut low) = (0, 0);
     for (k, manoeuvre) in draws("TIPWATCH_IDEAL", 16, &machine).enumerate() {
         let found = manoeuvre.ideal(&machine, &settings(mode, independent));
         for (row, &[locked, moved]) in found.least.iter().enumerate() {
-            let added = moved - LIMIT.min(locked);
-            worst = worst.min(added);
-            assert!(
-                added >= -tolerance * mean,
-                "manoeuvre {k} row {row}: {moved:.0} N, locked {locked:.0} N"
-            );
-            assert!(
-                locked <= tolerance * mean || moved > 0.0,
-                "manoeuvre {k} row {row}: {moved:.0} N, locked {locked:.0} N"
-            );
+            worst.see_load([locked, moved], [k, row]);
+            rows += 1;
+            low += usize::from(LIMIT.min(locked) - moved > 0.002 * mean);
         }
         for status in found.status {
             *statuses.entry(status).or_default() += 1;
         }
-        let spread = largest(&found.spread);
-        assert!(
-            spread[1] <= MOST_SPREAD * spread[0],
-            "manoeuvre {k}: {spread:.0?}"
-        );
-        for (row, &[locked, moved]) in found.angle.iter().enumerate() {
-            assert!(
-                moved >= locked.min(AMPLE_ANGLE) - ANGLE_TOLERANCE,
-                "manoeuvre {k} row {row}: {moved:.4} rad, locked {locked:.4} rad"
-            );
+        worst.see_spread(largest(&found.spread));
+        for &angles in &found.angle {
+            worst.see_angle(angles);
         }
         let sum = |i: usize| found.spread.iter().map(|spread| spread[i]).sum::<f64>();
         gains.push(1.0 - sum(1) / sum(0));
     }
     let found = gains.iter().sum::<f64>() / gains.len() as f64;
     println!(
-        "worst {:.2} % of the mean load, mean gain {:.1} %, {statuses:?}",
-        100.0 * worst / mean,
-        100.0 * found
+        "mean gain {:.1} %, {:.2} % of {rows} rows more than 0.2 % too low, {statuses:?}",
+        100.0 * found,
+        100.0 * f64::from(low as u32) / rows as f64
     );
+    worst.check(mean, tolerance);
     assert!(found > gain, "{found}");
     assert!(statuses.contains_key(&Status::Restrained));
 }
 
 #[test]
 fn ideal_rods_look_ahead() {
-    ideal(ControlMode::LookAhead, false, 0.025);
+    ideal(ControlMode::LookAhead, false, 0.035);
 }
 
 #[test]
 fn ideal_rods_look_ahead_each_rod() {
-    ideal(ControlMode::LookAhead, true, 0.025);
+    ideal(ControlMode::LookAhead, true, 0.035);
 }
 
 #[test]
 fn ideal_rods_one_step() {
-    ideal(ControlMode::OneStep, false, 0.015);
+    ideal(ControlMode::OneStep, false, 0.025);
 }
 
 #[test]
 fn ideal_rods_one_step_each_rod() {
-    ideal(ControlMode::OneStep, true, 0.015);
+    ideal(ControlMode::OneStep, true, 0.025);
 }
 
 /// Rods on valves, oil and cylinders cost no wheel its load either.
 fn hydraulic(mode: ControlMode, independent: bool) {
     let machine = machine();
     let mean = machine.mass() * machine.gravity() / 4.0;
-    let tolerance = HELD_TOLERANCE[usize::from(independent)];
     let motion = SuspensionMotion::Controlled(settings(mode, independent));
+    let (mut held, mut rigid) = (Worst::NONE, Worst::NONE);
     for (k, manoeuvre) in draws("TIPWATCH_HYDRAULIC", 3, &machine).enumerate() {
         let found = manoeuvre.compared(&machine, &motion);
-        let held = manoeuvre.compared(&machine, &SuspensionMotion::Held).moved;
+        let closed = manoeuvre.compared(&machine, &SuspensionMotion::Held).moved;
         let rows = found.fixed.spread.len();
-        let (mut worst, mut pairs) = ([f64::INFINITY; 2], Vec::new());
+        let mut spreads = Vec::new();
         for row in 0..rows {
-            let [rigid, moved] = [&found.fixed, &found.moved].map(|of| least_load(of, row));
+            let [fixed, moved] = [&found.fixed, &found.moved].map(|of| least_load(of, row));
             let around = row.saturating_sub(SWING_ROWS)..(row + SWING_ROWS + 1).min(rows);
-            let locked = around.fold(rigid, |least, row| least.min(least_load(&held, row)));
-            worst[0] = worst[0].min(moved - LIMIT.min(locked));
-            worst[1] = worst[1].min(moved - LIMIT.min(rigid));
-            pairs.push([found.fixed.spread[row], found.moved.spread[row]]);
+            let locked = around.fold(fixed, |least, row| least.min(least_load(&closed, row)));
+            held.see_load([locked, moved], [k, row]);
+            rigid.see_load([fixed, moved], [k, row]);
+            spreads.push([found.fixed.spread[row], found.moved.spread[row]]);
         }
-        let spread = largest(&pairs);
-        let angle = [&found.fixed, &found.moved].map(|of| {
+        let spreads = largest(&spreads);
+        let angles = [&found.fixed, &found.moved].map(|of| {
             let angles = of.stability_angle.iter();
             angles.copied().fold(f64::INFINITY, f64::min)
         });
-        println!(
-            "{k}: worst {worst:.0?} N, largest spread {spread:.0?}, smallest angle {angle:.3?}"
-        );
-        assert!(worst[0] >= -tolerance * mean, "manoeuvre {k}: {worst:?}");
-        assert!(
-            worst[1] >= -RIGID_TOLERANCE * mean,
-            "manoeuvre {k}: {worst:?}"
-        );
-        assert!(spread[1] <= MOST_SPREAD * spread[0], "{spread:?}");
-        assert!(
-            angle[1] >= angle[0].min(AMPLE_ANGLE) - ANGLE_TOLERANCE,
-            "{angle:?}"
-        );
+        for worst in [&mut held, &mut rigid] {
+            worst.see_spread(spreads);
+            worst.see_angle(angles);
+        }
     }
+    held.check(mean, HELD_TOLERANCE[usize::from(independent)]);
+    rigid.check(mean, RIGID_TOLERANCE);
 }
 
 #[test]
@@ -231,6 +268,31 @@ fn closed_valves_hold_the_rods() {
     }
     println!("the oil yields {:.1} mm", 1e3 * farthest);
     assert!(farthest > 1e-5 && farthest < 8e-3, "{farthest}");
+}
+
+/// A light wheel does not freeze the rods: over the second paper's comparison, where each rear wheel is light in turn.
+#[test]
+fn rods_move_under_a_light_wheel() {
+    let machine = machine();
+    let mean = machine.mass() * machine.gravity() / 4.0;
+    for (rods, independent) in [(-0.18, false), (-0.18, true), (-0.1, false), (-0.03, false)] {
+        let found = Manoeuvre::paper(&machine, rods, 8 * RATE)
+            .ideal(&machine, &settings(ControlMode::LookAhead, independent));
+        let travel = found.rod.iter().map(|rod| (rod[0] - rods).abs());
+        let travel = travel.fold(0.0, f64::max);
+        let sum = |i: usize| found.spread.iter().map(|spread| spread[i]).sum::<f64>();
+        let gain = 1.0 - sum(1) / sum(0);
+        let mut worst = Worst::NONE;
+        for (row, &loads) in found.least.iter().enumerate() {
+            worst.see_load(loads, [0, row]);
+        }
+        println!(
+            "rods at {rods} m go {travel:.4} m, spread {:.1} % less",
+            100.0 * gain
+        );
+        worst.check(mean, TOLERANCE[0]);
+        assert!(travel > 0.015 && gain > 0.005, "{travel} {gain}");
+    }
 }
 
 /// Where no wheel is light the guard costs little: most of what the best posture can do, within the first 4 s.

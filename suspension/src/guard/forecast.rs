@@ -64,8 +64,10 @@ pub(super) struct Outlook {
 /// S(14), by wheel (N).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Doubt {
-    /// What an unannounced acceleration of base and arm takes at once.
-    pub(super) at_once: ByWheel,
+    /// What an unannounced acceleration of the base takes.
+    pub(super) by_base: ByWheel,
+    /// What one of the arm takes at once.
+    pub(super) by_arm: ByWheel,
     /// What the arm takes by going elsewhere: times t^2/2.
     pub(super) by_square: ByWheel,
 }
@@ -103,6 +105,14 @@ impl Outlook {
     };
 }
 
+impl Doubt {
+    const NONE: Self = Self {
+        by_base: [0.0; MAX_WHEELS],
+        by_arm: [0.0; MAX_WHEELS],
+        by_square: [0.0; MAX_WHEELS],
+    };
+}
+
 impl Forecast {
     /// Whether every number that the guard needs is finite; angles may be unknown.
     pub(super) fn is_known(&self) -> bool {
@@ -114,7 +124,14 @@ impl Forecast {
                 && outlook.load.by_velocity.iter().all(known)
                 && outlook.load.by_acceleration.iter().all(known)
         };
-        self.at.iter().all(of_load) && known(&self.doubt.at_once) && known(&self.doubt.by_square)
+        self.at.iter().all(of_load)
+            && [
+                &self.doubt.by_base,
+                &self.doubt.by_arm,
+                &self.doubt.by_square,
+            ]
+            .into_iter()
+            .all(known)
     }
 }
 
@@ -218,10 +235,7 @@ impl Forecaster {
             wheels: machine.wheels().len().min(MAX_WHEELS),
             edges: machine.polygon().edges().len().min(MAX_WHEELS),
             at: [Outlook::UNKNOWN; TIMES_S.len()],
-            doubt: Doubt {
-                at_once: [0.0; MAX_WHEELS],
-                by_square: [0.0; MAX_WHEELS],
-            },
+            doubt: Doubt::NONE,
             swing: *self.steady.swing(),
             swing_spread: self.steady.spread(),
         };
@@ -326,10 +340,7 @@ impl Forecaster {
         base_reserve: f64,
         arm_reserve: &[f64],
     ) -> Doubt {
-        let mut doubt = Doubt {
-            at_once: [0.0; MAX_WHEELS],
-            by_square: [0.0; MAX_WHEELS],
-        };
+        let mut doubt = Doubt::NONE;
         let add = |sum: &mut ByWheel, loads: &ByWheel, factor: f64| {
             for ((sum, load), locked) in sum.iter_mut().zip(loads).zip(locked) {
                 *sum += factor * (load - locked).abs();
@@ -338,7 +349,7 @@ impl Forecaster {
         for axis in 0..2 {
             self.ahead.on_ground.specific_force[axis] += 1.0;
             let loads = self.locked(home, false);
-            add(&mut doubt.at_once, &loads, base_reserve);
+            add(&mut doubt.by_base, &loads, base_reserve);
             self.ahead.on_ground = self.now.on_ground;
         }
         for k in 0..self.arm.len() {
@@ -353,7 +364,7 @@ impl Forecaster {
             self.state_ahead.joints[joint].acceleration += ACCELERATION_STEP;
             self.fill_ahead(home);
             let loads = self.locked(home, false);
-            add(&mut doubt.at_once, &loads, reserve / ACCELERATION_STEP);
+            add(&mut doubt.by_arm, &loads, reserve / ACCELERATION_STEP);
             self.state_ahead.joints[joint] = kept;
         }
         doubt

@@ -1,12 +1,15 @@
 //! Margins of plans: what every wheel keeps beyond what it must.
 //!
 //! ```text
-//!     S(17)  X (x - home) >= -max(e, spare/4)      spare = N_lock - swing - doubt - limit
-//!            D            >= -max(m, spare/4)
+//!     S(17)  X (x - home) >= -max(e, spare/4, k (N_lock - swing - limit))
+//!            D            >= -max(m, spare/4, k (N_lock - swing - limit))
+//!            spare = N_lock - limit - max(swing, doubt of the base) - doubt of the arm
 //!            at every node of a plan, and for the commanded acceleration now
 //! ```
 //! A wheel that has nothing to spare loses nothing to where the rods are (e is there for rounding), and no more than m for
-//! the moment of a start, without which rods under such a wheel could never help it. So a load is never below the smaller
+//! the moment of a start, without which rods under such a wheel could never help it. Nearly all wheels have nothing to spare if
+//! everything moves at once against them as hard as it ever did. A share k of what is expected of a wheel keeps that remote case
+//! from freezing the rods: a heavy wheel gives what a light one needs. So a load is never below the smaller
 //! of the limit and what locking gives, m aside, as long as nothing moves more than S(14) reserves for. Stability angles
 //! keep likewise to the smallest that locking has given so far, or an ample one if that is smaller, and the spread of the
 //! loads to the largest that locking has given less its own swing, or a little more than now for a moment.
@@ -23,6 +26,8 @@ const AT_REST_SHARE: f64 = 0.0002;
 const START_SHARE: f64 = 0.001;
 /// What of a wheel's spare may be used: the rest is for errors of the model.
 const SPARE_SHARE: f64 = 0.25;
+/// k: what a wheel may lose of the spare that is expected of it, however large the doubt.
+const EXPECTED_SHARE: f64 = 0.006;
 /// A load below its bound counts for more than any spread or angle (in units of the mean load).
 const PRIORITY: f64 = 1e3;
 /// Weight of a radian in units of the mean load.
@@ -124,10 +129,14 @@ impl Margins {
         let rise = (t / RISE_S).min(1.0);
         for wheel in 0..self.wheels {
             let doubt = &forecast.doubt;
-            let doubt = rise * doubt.at_once[wheel] + 0.5 * t * t * doubt.by_square[wheel];
-            let spare = outlook.locked[wheel] - forecast.swing[wheel] - doubt - bounds.limit;
+            // the swing is what such accelerations of the base have just done
+            let by_base = (rise * doubt.by_base[wheel]).max(forecast.swing[wheel]);
+            let by_arm = rise * doubt.by_arm[wheel] + 0.5 * t * t * doubt.by_square[wheel];
+            let above = outlook.locked[wheel] - bounds.limit;
+            let spare = SPARE_SHARE * (above - by_base - by_arm);
+            let expected = EXPECTED_SHARE * (above - forecast.swing[wheel]);
             for (may_lose, least) in may_lose.iter_mut().zip(least) {
-                may_lose[wheel] = (SPARE_SHARE * spare).max(least);
+                may_lose[wheel] = least.max(spare).max(expected);
             }
         }
         for edge in 0..self.edges {
