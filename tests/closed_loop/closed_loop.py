@@ -15,7 +15,7 @@ The results are MuJoCo's contact forces averaged over 20 ms: spread (35) with ea
 centre of pressure from the middle. For comparison, the best posture is the least spread, at each sample, of the rods locked at five positions of the
 stroke. The first 2 s are left out: the rods start to move at time zero, and their inertia first loads the wrong side. The default test run does not
 include this script, which needs MuJoCo, the laboratory and some minutes. The exit code is 1 if a wheel lifted that could have been held down, if a
-mean spread did not fall, if a largest spread rose by more than 2 %, or if, at any time of the whole run, the smallest load was below the smaller of
+mean spread did not fall, if a largest spread rose by more than 2.5 %, or if, at any time of the whole run, the smallest load was below the smaller of
 the machine's limit and that of the locked rods.
 """
 import json
@@ -28,7 +28,7 @@ import numpy as np
 
 CONTROL_S = 0.02
 OIL_S = 1e-3                                # step of the cylinders
-LIMIT_N, MOST_SPREAD = 500.0, 1.02          # limits.min_load of the machine file; of the locked rods
+LIMIT_N, MOST_SPREAD = 500.0, 1.025          # limits.min_load of the machine file; of the locked rods
 HALF_WHEELBASE, HALF_TRACK = 1.15, 0.875    # of the machine (m)
 POSTURES = (-0.2, -0.15, -0.1, -0.05, 0.0)  # rods (m)
 DEGREE = math.pi / 180
