@@ -62,6 +62,17 @@ fn pulse(t: f64, start: f64, length: f64) -> f64 {
 }
 
 impl Manoeuvre {
+    /// Without states yet.
+    fn unknown(machine: &Machine, rows: usize) -> Self {
+        Self {
+            times_ns: (0..rows)
+                .map(|row| (row * (1_000_000_000 / RATE)) as i64)
+                .collect(),
+            reasons: vec![Reasons::default(); rows],
+            states: StateColumns::unknown(machine, rows),
+        }
+    }
+
     /// The arm swings about a random posture, the machine accelerates, brakes and turns on a slope.
     pub(crate) fn draw(draws: &mut Draws, machine: &Machine) -> Self {
         let joint = |name: &str| {
@@ -103,13 +114,7 @@ impl Manoeuvre {
             between(draws, 0.0, 1.2),
         );
         let rows = RATE * SECONDS;
-        let mut manoeuvre = Self {
-            times_ns: (0..rows)
-                .map(|row| (row * (1_000_000_000 / RATE)) as i64)
-                .collect(),
-            reasons: vec![Reasons::default(); rows],
-            states: StateColumns::unknown(machine, rows),
-        };
+        let mut manoeuvre = Self::unknown(machine, rows);
         let mut state = State::zero(machine);
         for row in 0..rows {
             let t = row as f64 / RATE as f64;
@@ -137,6 +142,101 @@ impl Manoeuvre {
         manoeuvre
     }
 
+    /// The second paper's manoeuvre: the arm, folded over the platform, is raised and lowered a little.
+    pub(crate) fn folded(machine: &Machine, rows: usize) -> Self {
+        let sine = |middle: f64, amplitude: f64, w: f64| Sine {
+            middle,
+            amplitude,
+            w,
+            phase: 0.0,
+        };
+        let arm = [
+            ("slew", sine(0.0, 0.1, 0.3)),
+            ("lift", sine(-0.154, 0.07, 0.4)),
+            ("tilt", sine(-3.082, 0.0, 0.4)),
+            ("suspension_right", sine(-0.1, 0.0, 0.4)),
+            ("suspension_left", sine(-0.1, 0.0, 0.4)),
+        ];
+        let mut manoeuvre = Self::unknown(machine, rows);
+        let mut state = State::zero(machine);
+        state.base.up = Vector3::z();
+        state.imu.specific_force = Vector3::z() * machine.gravity();
+        for row in 0..rows {
+            for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
+                if let Some((_, sine)) = arm.iter().find(|(name, _)| *name == joint.name) {
+                    *motion = sine.at(row as f64 / RATE as f64);
+                }
+            }
+            manoeuvre.states.set(row, &mut state);
+        }
+        manoeuvre
+    }
+
+    /// The second paper's comparison on this machine, its (32): the arm swings to both sides and reaches out and back, so
+    /// that a rear wheel is light again and again; the rods at a stroke (m).
+    pub(crate) fn paper(machine: &Machine, rods: f64, rows: usize) -> Self {
+        const STEP_S: f64 = 1e-3;
+        let arm = |name: &str, t: f64| {
+            let s = (t / 2.0).clamp(0.0, 1.0);
+            let start = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+            let swing = start * (0.5 * t).sin();
+            match name {
+                "slew" => 1.2 * swing,
+                "lift" => 0.5 - 2.0736 + 0.6 * swing,
+                "tilt" => -1.15 - 0.4116 - 0.4 * swing,
+                "extension" => 0.3 + 0.2 * swing,
+                "suspension_right" | "suspension_left" => rods,
+                _ => 0.0,
+            }
+        };
+        let mut manoeuvre = Self::unknown(machine, rows);
+        let mut state = State::zero(machine);
+        state.base.up = Vector3::z();
+        state.imu.specific_force = Vector3::z() * machine.gravity();
+        for row in 0..rows {
+            let t = row as f64 / RATE as f64;
+            for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
+                let [before, now, after] =
+                    [-1.0, 0.0, 1.0].map(|k| arm(&joint.name, t + k * STEP_S));
+                *motion = Motion {
+                    position: now,
+                    rate: (after - before) / (2.0 * STEP_S),
+                    acceleration: (after - 2.0 * now + before) / (STEP_S * STEP_S),
+                };
+            }
+            manoeuvre.states.set(row, &mut state);
+        }
+        manoeuvre
+    }
+
+    /// The arm reaches out to one side in front and stands still, the rods at a stroke (m); the platform pitches at a frequency (Hz) with a
+    /// swing of its specific force (m/s^2).
+    pub(crate) fn standing(machine: &Machine, rods: f64, [frequency, swing]: [f64; 2]) -> Self {
+        let rows = RATE * SECONDS;
+        let mut manoeuvre = Self::unknown(machine, rows);
+        let posture = [
+            ("slew", 0.7),
+            ("lift", -1.2),
+            ("tilt", -1.9),
+            ("extension", 0.25),
+            ("suspension_right", rods),
+            ("suspension_left", rods),
+        ];
+        let mut state = State::zero(machine);
+        for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
+            let known = posture.iter().find(|(name, _)| *name == joint.name);
+            motion.position = known.map_or(0.0, |(_, position)| *position);
+        }
+        state.base.up = Vector3::z();
+        for row in 0..rows {
+            let phase = std::f64::consts::TAU * frequency * row as f64 / RATE as f64;
+            state.imu.specific_force =
+                Vector3::z() * machine.gravity() + Vector3::x() * (swing * phase.sin());
+            manoeuvre.states.set(row, &mut state);
+        }
+        manoeuvre
+    }
+
     pub(crate) fn compared(&self, machine: &Machine, motion: &SuspensionMotion) -> Comparison {
         let rows = RecordedRows {
             times_ns: &self.times_ns,
@@ -157,6 +257,8 @@ pub(crate) struct Ideal {
     pub(crate) angle: Vec<[f64; 2]>,
     /// Status by row.
     pub(crate) status: Vec<Status>,
+    /// Stroke (m) and velocity (m/s) of the first rod by row.
+    pub(crate) rod: Vec<[f64; 2]>,
 }
 
 impl Manoeuvre {
@@ -171,6 +273,7 @@ impl Manoeuvre {
         let mut rods = home;
         let (mut least, mut spread, mut angle, mut status) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut rod = Vec::new();
         let of = |replay: &Replay| {
             let outcome = replay.outcome();
             let least = outcome.otf.iter().copied().fold(f64::INFINITY, f64::min);
@@ -194,6 +297,7 @@ impl Manoeuvre {
             spread.push([locked.1, moved.1]);
             angle.push([locked.2, moved.2]);
             status.push(command.status);
+            rod.push([rods[0].position, rods[0].rate]);
             controller.follow(&positions, 1.0 / RATE as f64);
             let (position, velocity) = controller.reference().unwrap();
             for k in 0..rods.len() {
@@ -209,6 +313,7 @@ impl Manoeuvre {
             spread,
             angle,
             status,
+            rod,
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::guard::{LoadGuard, Move};
 use crate::hydraulics::{Valve, ValveInput, full_velocity};
 use crate::problem::{RodLimits, clamp};
 use tipwatch_mechanics::machine::{ControlMode, HydraulicParameters, Machine, SuspensionControl};
-use tipwatch_mechanics::state::State;
+use tipwatch_mechanics::state::{ImuState, State};
 
 /// Position error, as a fraction of the stroke, beyond which the reference is reset.
 const LOST_SHARE: f64 = 0.25;
@@ -198,7 +198,9 @@ impl Controller {
             }
         }
         let n = self.actuators;
-        let plan = self.plan(state, &position[..n], &velocity[..n]);
+        let fits = self.optimiser.fits(state);
+        let ground = fits.then(|| self.guard.observe(state, &position[..n], &velocity[..n]));
+        let plan = self.plan(state, &position[..n], &velocity[..n], ground.as_ref());
         let command = self.guarded(state, plan, &position, &velocity);
         self.reference = Some(Reference {
             position,
@@ -219,15 +221,21 @@ impl Controller {
         }
     }
 
-    /// The optimiser's command, a new one if it is due.
-    fn plan(&mut self, state: &State<f64>, x: &[f64], v: &[f64]) -> Command {
+    /// The optimiser's command on a ground that moves like this, a new one if it is due.
+    fn plan(
+        &mut self,
+        state: &State<f64>,
+        x: &[f64],
+        v: &[f64],
+        ground: Option<&ImuState<f64>>,
+    ) -> Command {
         let tick = self.limits.step;
         let plan = match self.plan {
-            Some(plan) if self.due_s > 0.5 * tick => plan,
+            Some(plan) if ground.is_some() && self.due_s > 0.5 * tick => plan,
             _ => {
                 let period = self.optimiser.step_length();
                 self.due_s = (self.due_s + period).clamp(0.0, period);
-                self.optimiser.step(state, x, v)
+                self.optimiser.step_on(state, x, v, ground)
             }
         };
         self.due_s -= tick;

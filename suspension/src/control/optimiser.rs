@@ -14,7 +14,7 @@ use crate::solve::Ending;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{ControlMode, Machine, Suspension, SuspensionControl};
 use tipwatch_mechanics::resting_state;
-use tipwatch_mechanics::state::State;
+use tipwatch_mechanics::state::{ImuState, State};
 
 /// Computes, step by step, how the rods of an active suspension should move to keep the wheels on the ground:
 /// (30)-(31) of the second paper, see [`ControlMode`].
@@ -214,11 +214,20 @@ impl SuspensionOptimiser {
     /// Suspension positions and velocities in the state are ignored, its accelerations are used. Stability angles
     /// require [`BaseState::up`](tipwatch_mechanics::BaseState).
     pub fn step(&mut self, state: &State<f64>, x: &[f64], v: &[f64]) -> Command {
+        self.step_on(state, x, v, None)
+    }
+
+    /// The same on a ground with this motion instead of the measured one, in the frame of the contact plane.
+    pub(crate) fn step_on(
+        &mut self,
+        state: &State<f64>,
+        x: &[f64],
+        v: &[f64],
+        ground: Option<&ImuState<f64>>,
+    ) -> Command {
         let actuators = self.suspended.linkages.len();
         let known =
             |values: &[f64]| values.len() == actuators && values.iter().all(|u| u.is_finite());
-        let fits = state.joints.len() == self.suspended.machine.joints().len()
-            && state.payload_share.len() == self.suspended.machine.payloads().len();
         if !known(x) || !known(v) {
             return self.hold();
         }
@@ -242,10 +251,13 @@ impl SuspensionOptimiser {
         if rods.iter().any(|rod| !rod.allowed.viable) {
             return self.stop(rods, Status::OutsideLimits);
         }
-        if !fits {
+        if !self.fits(state) {
             return self.stop(rods, Status::NoSolution);
         }
         self.observe(state, rods);
+        if let Some(ground) = ground {
+            self.instant.on_ground = *ground;
+        }
         let (suspended, instant, settings) = (&self.suspended, &self.instant, &self.settings);
         let solved = match &mut self.problem {
             Variables::One(problem) => problem.solve(suspended, instant, settings, rods),
@@ -262,6 +274,12 @@ impl SuspensionOptimiser {
         }
         self.stopping = false;
         self.command(rods, solved.acceleration, status, Some(&solved))
+    }
+
+    /// Whether a state is one of this machine.
+    pub(crate) fn fits(&self, state: &State<f64>) -> bool {
+        state.joints.len() == self.suspended.machine.joints().len()
+            && state.payload_share.len() == self.suspended.machine.payloads().len()
     }
 
     /// Fills the instant: the state without the motion of the suspension.

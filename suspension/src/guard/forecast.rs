@@ -6,17 +6,19 @@
 //!     S(13)  q(t) = q + q' t + q'' T (t - T (1 - exp(-t/T)))                                    the arm goes on, base as now
 //!     S(14)  doubt(t) = r(t) sum |dN/df| b + sum over joints (r(t) |dN/dq''| + t^2/2 |dN/dq|) b_q
 //! ```
-//! N_lock are the loads with the rods where control began. S(14) is what a motion may add that nobody announced: a base
-//! acceleration b, and an acceleration b_q of each joint of the arm; r rises to 1.
+//! N_lock are the loads with the rods where control began, on the mean motion of the ground, S(18). S(14) is what a motion
+//! may add that nobody announced: a base acceleration b, and an acceleration b_q of each joint of the arm; r rises to 1.
 
 use nalgebra::Vector3;
 
+use super::by_wheel::ByWheel;
+use super::steady::Steady;
 use crate::condensed::{Instant, MAX_ACTUATORS, SuspendedMachine};
 use crate::prediction::{PredictedState, RodMotion};
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::MAX_WHEELS;
 use tipwatch_mechanics::number::Gradient;
-use tipwatch_mechanics::state::State;
+use tipwatch_mechanics::state::{ImuState, State};
 
 /// Times of the forecast (s).
 pub(super) const TIMES_S: [f64; 4] = [0.0, 0.5, 1.0, 1.8];
@@ -24,14 +26,13 @@ pub(super) const TIMES_S: [f64; 4] = [0.0, 0.5, 1.0, 1.8];
 const DOUBT_AT: usize = 1;
 /// T of S(13): how long an acceleration of the arm lasts (s).
 const LASTING_S: f64 = 0.5;
+/// b of S(14): the largest sudden acceleration of the base so far, at least this (m/s^2).
+const BASE_RESERVE: f64 = 0.2;
 /// Steps of the difference quotients: position (rad or m), acceleration (per s^2).
 const POSITION_STEP: f64 = 0.05;
 const ACCELERATION_STEP: f64 = 1.0;
-/// c: overshoot of the rods' acceleration in the hydraulics.
-const OVERSHOOT: f64 = 1.3;
-
-/// By wheel or edge; entries beyond their number are zero.
-pub(super) type ByWheel = [f64; MAX_WHEELS];
+/// c: a platform on tyres and oil answers a sudden acceleration twofold.
+const OVERSHOOT: f64 = 2.0;
 
 /// A number by rod.
 pub(super) type ByRod = [f64; MAX_ACTUATORS];
@@ -63,8 +64,10 @@ pub(super) struct Outlook {
 /// S(14), by wheel (N).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Doubt {
-    /// What an unannounced acceleration of base and arm takes at once.
-    pub(super) at_once: ByWheel,
+    /// What an unannounced acceleration of the base takes.
+    pub(super) by_base: ByWheel,
+    /// What one of the arm takes at once.
+    pub(super) by_arm: ByWheel,
     /// What the arm takes by going elsewhere: times t^2/2.
     pub(super) by_square: ByWheel,
 }
@@ -75,6 +78,10 @@ pub(super) struct Forecast {
     pub(super) edges: usize,
     pub(super) at: [Outlook; TIMES_S.len()],
     pub(super) doubt: Doubt,
+    /// S(19) by wheel (N).
+    pub(super) swing: ByWheel,
+    /// The same of the load spread (N).
+    pub(super) swing_spread: f64,
 }
 
 impl Added {
@@ -98,6 +105,14 @@ impl Outlook {
     };
 }
 
+impl Doubt {
+    const NONE: Self = Self {
+        by_base: [0.0; MAX_WHEELS],
+        by_arm: [0.0; MAX_WHEELS],
+        by_square: [0.0; MAX_WHEELS],
+    };
+}
+
 impl Forecast {
     /// Whether every number that the guard needs is finite; angles may be unknown.
     pub(super) fn is_known(&self) -> bool {
@@ -109,7 +124,14 @@ impl Forecast {
                 && outlook.load.by_velocity.iter().all(known)
                 && outlook.load.by_acceleration.iter().all(known)
         };
-        self.at.iter().all(of_load) && known(&self.doubt.at_once) && known(&self.doubt.by_square)
+        self.at.iter().all(of_load)
+            && [
+                &self.doubt.by_base,
+                &self.doubt.by_arm,
+                &self.doubt.by_square,
+            ]
+            .into_iter()
+            .all(known)
     }
 }
 
@@ -121,6 +143,7 @@ pub(super) struct Forecaster {
     arm: Vec<usize>,
     /// S(13): factors of q'' in q, q' and q'' at each time.
     lasting: [[f64; 3]; TIMES_S.len()],
+    steady: Steady,
     now: Instant,
     ahead: Instant,
     state_ahead: State<f64>,
@@ -145,6 +168,7 @@ impl Forecaster {
                 let gone = LASTING_S * (1.0 - left);
                 [LASTING_S * (t - gone), gone, left]
             }),
+            steady: Steady::UNKNOWN,
             now: Instant::new(suspended),
             ahead: Instant::new(suspended),
             state_ahead: State::zero(machine),
@@ -160,16 +184,15 @@ impl Forecaster {
         &self.arm
     }
 
-    /// The forecast for rods at the strokes `x` (m) with velocities `v` (m/s), and for those locked at `home`; with
-    /// unannounced accelerations of the base (m/s^2) and of each joint of the arm (rad/s^2 or m/s^2).
-    pub(super) fn find(
+    /// Takes the state some seconds after the last one, for rods at the strokes `x` (m) with velocities `v` (m/s), home
+    /// for locked ones. Returns the mean motion of the ground, S(18).
+    pub(super) fn observe(
         &mut self,
         state: &State<f64>,
         [x, v]: [&ByRod; 2],
         home: &ByRod,
-        base_reserve: f64,
-        arm_reserve: &[f64],
-    ) -> Forecast {
+        seconds: f64,
+    ) -> ImuState<f64> {
         let actuators = self.suspended.linkages.len();
         let mut rods = [Motion::zero(); MAX_ACTUATORS];
         for (k, &linkage) in self.suspended.linkages.iter().enumerate() {
@@ -184,15 +207,37 @@ impl Forecaster {
         let rods = &rods[..actuators];
         self.now
             .fill(&self.suspended, state, rods, &mut self.scratch);
+        let measured = self.now.on_ground;
+        let mean = self.steady.see(&measured, seconds);
+        self.go_on(state, 0, home);
+        let by_measured = self.locked(home, false);
+        self.now.on_ground = mean;
+        self.ahead.on_ground = mean;
+        let by_mean = self.locked(home, false);
+        let wheels = self.suspended.machine.wheels().len().min(MAX_WHEELS);
+        self.steady
+            .see_loads(&by_measured[..wheels], &by_mean[..wheels], seconds);
+        mean
+    }
+
+    /// The forecast for the state that was observed last, for rods at the strokes `x` (m) and for those locked at `home`,
+    /// with an unannounced acceleration of each joint of the arm (rad/s^2 or m/s^2).
+    pub(super) fn find(
+        &mut self,
+        state: &State<f64>,
+        x: &ByRod,
+        home: &ByRod,
+        arm_reserve: &[f64],
+    ) -> Forecast {
+        let base_reserve = self.steady.shock().max(BASE_RESERVE);
         let machine = &self.suspended.machine;
         let mut found = Forecast {
             wheels: machine.wheels().len().min(MAX_WHEELS),
             edges: machine.polygon().edges().len().min(MAX_WHEELS),
             at: [Outlook::UNKNOWN; TIMES_S.len()],
-            doubt: Doubt {
-                at_once: [0.0; MAX_WHEELS],
-                by_square: [0.0; MAX_WHEELS],
-            },
+            doubt: Doubt::NONE,
+            swing: *self.steady.swing(),
+            swing_spread: self.steady.spread(),
         };
         for at in 0..TIMES_S.len() {
             self.go_on(state, at, home);
@@ -295,10 +340,7 @@ impl Forecaster {
         base_reserve: f64,
         arm_reserve: &[f64],
     ) -> Doubt {
-        let mut doubt = Doubt {
-            at_once: [0.0; MAX_WHEELS],
-            by_square: [0.0; MAX_WHEELS],
-        };
+        let mut doubt = Doubt::NONE;
         let add = |sum: &mut ByWheel, loads: &ByWheel, factor: f64| {
             for ((sum, load), locked) in sum.iter_mut().zip(loads).zip(locked) {
                 *sum += factor * (load - locked).abs();
@@ -307,7 +349,7 @@ impl Forecaster {
         for axis in 0..2 {
             self.ahead.on_ground.specific_force[axis] += 1.0;
             let loads = self.locked(home, false);
-            add(&mut doubt.at_once, &loads, base_reserve);
+            add(&mut doubt.by_base, &loads, base_reserve);
             self.ahead.on_ground = self.now.on_ground;
         }
         for k in 0..self.arm.len() {
@@ -322,7 +364,7 @@ impl Forecaster {
             self.state_ahead.joints[joint].acceleration += ACCELERATION_STEP;
             self.fill_ahead(home);
             let loads = self.locked(home, false);
-            add(&mut doubt.at_once, &loads, reserve / ACCELERATION_STEP);
+            add(&mut doubt.by_arm, &loads, reserve / ACCELERATION_STEP);
             self.state_ahead.joints[joint] = kept;
         }
         doubt

@@ -6,31 +6,30 @@
 //! from.
 //!
 //! ```text
-//!     S(15)  a = 6 (p - x)/H^2 - 4 xd/H,   |da/dt| <= A/0.2 s
+//!     S(15)  a = 6 (p - x)/H^2 - 4 xd/H,   |da/dt| <= A/0.5 s
 //! ```
 //! leads to the stroke p. What of it is not admitted is taken away by bisection towards the best return. If none is left,
 //! because something moved more than S(14) reserves for, the plan that costs least is followed.
 
+use super::by_wheel::spread;
 use super::forecast::{ByRod, Forecast, Forecaster};
-use super::margin::{Bounds, Margins, spread};
+use super::margin::{Bounds, Margins};
 use super::plan::{Plan, Rods};
 use crate::condensed::{MAX_ACTUATORS, SuspendedMachine};
 use crate::problem::{RodLimits, clamp};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::State;
+use tipwatch_mechanics::state::{ImuState, State};
 
 /// Default limit of a wheel's load, as a share of the mean load.
 const DEFAULT_LIMIT_SHARE: f64 = 0.05;
 /// A stability angle above which the loads come first (rad): to keep more would cost wheels that can be held down.
 const AMPLE_ANGLE: f64 = 0.25;
-/// b of S(14) (m/s^2).
-const BASE_RESERVE: f64 = 1.0;
 /// b_q of S(14): the largest acceleration of the joint so far, at least this (rad/s^2 or m/s^2).
 const ARM_RESERVE: f64 = 0.2;
 /// Time in which an acceleration that was seen is forgotten (s).
 const FORGET_S: f64 = 30.0;
-/// Time to reach the largest acceleration (s).
-const ACCELERATION_RISE_S: f64 = 0.2;
+/// Time to reach the largest acceleration (s): as long as a swing of the platform on tyres and oil, so as not to start one.
+const ACCELERATION_RISE_S: f64 = 0.5;
 /// The largest acceleration of S(15), as a share of the largest: harder motions set the platform swinging on its tyres.
 const WANTED_SHARE: f64 = 0.3;
 /// Halvings in the search for the largest safe share of a motion.
@@ -122,7 +121,7 @@ impl LoadGuard {
         }
     }
 
-    /// Discards the history: control begins anew.
+    /// Discards the history: control begins anew. How the machine moves is remembered.
     pub(crate) fn reset(&mut self) {
         self.history.reset();
     }
@@ -130,6 +129,27 @@ impl LoadGuard {
     /// The rods have moved on without the guard, with this acceleration (m/s^2).
     pub(crate) fn overruled(&mut self, acceleration: [f64; MAX_ACTUATORS]) {
         self.history.last = acceleration;
+    }
+
+    /// Takes the state of a step and returns the mean motion of the ground, which guides the rods.
+    pub(crate) fn observe(&mut self, state: &State<f64>, x: &[f64], v: &[f64]) -> ImuState<f64> {
+        let rods = self.rods(x, v);
+        let home = *self.history.home.get_or_insert(rods.x);
+        self.history
+            .see_arm(state, self.forecaster.arm(), self.limits.step);
+        self.forecaster
+            .observe(state, [&rods.x, &rods.v], &home, self.limits.step)
+    }
+
+    fn rods(&self, x: &[f64], v: &[f64]) -> Rods {
+        let mut rods = Rods {
+            x: [0.0; MAX_ACTUATORS],
+            v: [0.0; MAX_ACTUATORS],
+        };
+        for k in 0..self.actuators {
+            (rods.x[k], rods.v[k]) = (x[k], v[k]);
+        }
+        rods
     }
 
     /// Restrains a motion of rods at the strokes `x` (m) with velocities `v` (m/s), all within their limits, to no more
@@ -143,23 +163,11 @@ impl LoadGuard {
         max_velocity: f64,
     ) -> Option<Guarded> {
         self.max_velocity = max_velocity;
-        let mut rods = Rods {
-            x: [0.0; MAX_ACTUATORS],
-            v: [0.0; MAX_ACTUATORS],
-        };
-        for k in 0..self.actuators {
-            (rods.x[k], rods.v[k]) = (x[k], v[k]);
-        }
+        let rods = self.rods(x, v);
         let home = *self.history.home.get_or_insert(rods.x);
-        self.history
-            .see_arm(state, self.forecaster.arm(), self.limits.step);
-        let forecast = self.forecaster.find(
-            state,
-            [&rods.x, &rods.v],
-            &home,
-            BASE_RESERVE,
-            &self.history.arm_reserve,
-        );
+        let forecast = self
+            .forecaster
+            .find(state, &rods.x, &home, &self.history.arm_reserve);
         if !forecast.is_known() {
             return None;
         }

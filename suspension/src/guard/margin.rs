@@ -1,21 +1,33 @@
 //! Margins of plans: what every wheel keeps beyond what it must.
 //!
 //! ```text
-//!     S(17)  D >= -max(e, (N_lock - doubt - limit)/4)   at every node of a plan, and for the commanded acceleration now
+//!     S(17)  X (x - home) >= -max(e, spare/4, k (N_lock - swing - limit))
+//!            D            >= -max(m, spare/4, k (N_lock - swing - limit))
+//!            spare = N_lock - limit - max(swing, doubt of the base) - doubt of the arm
+//!            at every node of a plan, and for the commanded acceleration now
 //! ```
-//! So a load is never below the smaller of the limit and what locking gives, as long as nothing moves more than S(14)
-//! reserves for, e aside. Stability angles keep likewise to the smallest that locking has given so far, or an ample one if
-//! that is smaller, and the spread of the loads to the largest that locking has given, or a little more for a moment.
+//! A wheel that has nothing to spare loses nothing to where the rods are (e is there for rounding), and no more than m for
+//! the moment of a start, without which rods under such a wheel could never help it. Nearly all wheels have nothing to spare if
+//! everything moves at once against them as hard as it ever did. A share k of what is expected of a wheel keeps that remote case
+//! from freezing the rods: a heavy wheel gives what a light one needs. So a load is never below the smaller
+//! of the limit and what locking gives, m aside, as long as nothing moves more than S(14) reserves for. Stability angles
+//! keep likewise to the smallest that locking has given so far, or an ample one if that is smaller, and the spread of the
+//! loads to the largest that locking has given less its own swing, or a little more than now for a moment.
 
-use super::forecast::{Added, ByRod, ByWheel, Forecast, Outlook, TIMES_S};
+use super::by_wheel::{ByWheel, spread};
+use super::forecast::{Added, ByRod, Forecast, Outlook, TIMES_S};
 use super::plan::{NODE_S, NODES, Plan, Plans, Rods};
 use crate::condensed::MAX_ACTUATORS;
 use tipwatch_mechanics::machine::MAX_WHEELS;
 
-/// e, as a share of the mean load: what a wheel that is light anyway may lose for a moment.
-const TOLERANCE_SHARE: f64 = 0.002;
+/// e, as a share of the mean load.
+const AT_REST_SHARE: f64 = 0.0006;
+/// m, as a share of the mean load.
+const START_SHARE: f64 = 0.003;
 /// What of a wheel's spare may be used: the rest is for errors of the model.
 const SPARE_SHARE: f64 = 0.25;
+/// k: what a wheel may lose of the spare that is expected of it, however large the doubt.
+const EXPECTED_SHARE: f64 = 0.006;
 /// A load below its bound counts for more than any spread or angle (in units of the mean load).
 const PRIORITY: f64 = 1e3;
 /// Weight of a radian in units of the mean load.
@@ -27,7 +39,7 @@ const TAIL: f64 = 10.0;
 /// What the spread of the loads may grow by for a moment, as a share of the weight ...
 const SPREAD_GROWTH: f64 = 0.01;
 /// ... and up to this spread, since every useful motion starts with the inertia of its start.
-const SMALL_SPREAD_GROWTH: f64 = 0.05;
+const SMALL_SPREAD_GROWTH: f64 = 0.08;
 const SMALL_SPREAD: f64 = 0.5;
 /// r of S(14) rises to 1 in this time (s).
 const RISE_S: f64 = 0.3;
@@ -61,8 +73,9 @@ impl Bounds {
 #[derive(Debug, Clone, Copy)]
 struct Node {
     outlook: Outlook,
-    /// What each wheel (N) and each angle (rad) may lose.
-    may_lose: ByWheel,
+    /// What each wheel may lose: to the position of the rods alone, and in all (N).
+    may_lose: [ByWheel; 2],
+    /// What each angle may lose (rad).
     angle_may_lose: ByWheel,
     /// The largest spread (N).
     spread: f64,
@@ -111,14 +124,20 @@ impl Margins {
         let t = NODE_S * node as f64;
         let outlook = forecast.between(t);
         let bounds = &self.bounds;
-        let tolerance = TOLERANCE_SHARE * bounds.mean_load;
-        let (mut may_lose, mut angle_may_lose) = ([0.0; MAX_WHEELS], [0.0; MAX_WHEELS]);
+        let least = [AT_REST_SHARE, START_SHARE].map(|share| share * bounds.mean_load);
+        let (mut may_lose, mut angle_may_lose) = ([[0.0; MAX_WHEELS]; 2], [0.0; MAX_WHEELS]);
         let rise = (t / RISE_S).min(1.0);
         for wheel in 0..self.wheels {
             let doubt = &forecast.doubt;
-            let doubt = rise * doubt.at_once[wheel] + 0.5 * t * t * doubt.by_square[wheel];
-            let spare = outlook.locked[wheel] - doubt - bounds.limit;
-            may_lose[wheel] = (SPARE_SHARE * spare).max(tolerance);
+            // the swing is what such accelerations of the base have just done
+            let by_base = (rise * doubt.by_base[wheel]).max(forecast.swing[wheel]);
+            let by_arm = rise * doubt.by_arm[wheel] + 0.5 * t * t * doubt.by_square[wheel];
+            let above = outlook.locked[wheel] - bounds.limit;
+            let spare = SPARE_SHARE * (above - by_base - by_arm);
+            let expected = EXPECTED_SHARE * (above - forecast.swing[wheel]);
+            for (may_lose, least) in may_lose.iter_mut().zip(least) {
+                may_lose[wheel] = least.max(spare).max(expected);
+            }
         }
         for edge in 0..self.edges {
             let spare = outlook.locked_angle[edge] - bounds.angle;
@@ -128,7 +147,8 @@ impl Margins {
         Node {
             may_lose,
             angle_may_lose,
-            spread: bounds.spread.max(bounds.momentary_spread(locked_spread)),
+            spread: (bounds.spread - forecast.swing_spread)
+                .max(bounds.momentary_spread(locked_spread)),
             curve: [&outlook.load, &outlook.angle].map(|added| self.curve(added)),
             outlook,
         }
@@ -136,9 +156,8 @@ impl Margins {
 
     /// Minus D at home by S(12).
     fn curve(&self, added: &Added) -> ByWheel {
-        let none = [0.0; MAX_ACTUATORS];
         let way = self.offset(&self.home);
-        added.at(&way, &none, &none).map(|missing| -missing)
+        added.at_rest(&way).map(|missing| -missing)
     }
 
     fn offset(&self, x: &ByRod) -> ByRod {
@@ -203,15 +222,16 @@ impl Margins {
             let weight = if node + 1 == NODES { TAIL } else { 1.0 };
             let (added, _) = self.added(node, &moved, &a);
             for wheel in 0..self.wheels {
-                let missing = (added[wheel] + self.nodes[node].may_lose[wheel]).min(0.0);
+                let missing = self.margin(node, &added, wheel).min(0.0);
                 sum += weight * missing * missing;
             }
         }
         sum
     }
 
-    /// D at a node, and the square of the share of the way home that is gone.
-    fn added(&self, node: usize, rods: &Rods, a: &ByRod) -> (ByWheel, f64) {
+    /// D at a node: to the position of the rods alone, and in all; and the square of the share of the way home that is
+    /// gone.
+    fn added(&self, node: usize, rods: &Rods, a: &ByRod) -> ([ByWheel; 2], f64) {
         let node = &self.nodes[node];
         let dx = self.offset(&rods.x);
         let way = self.offset(&self.home);
@@ -219,31 +239,41 @@ impl Margins {
         let gone = way.iter().zip(&dx).map(|(way, dx)| way * dx).sum::<f64>();
         let gone = if length > 1e-12 { gone / length } else { 0.0 };
         let square = gone * gone;
-        let mut load = node.outlook.load.at(&dx, &rods.v, a);
+        let mut at_rest = node.outlook.load.at_rest(&dx);
         for wheel in 0..self.wheels {
-            load[wheel] += square * node.curve[0][wheel];
+            at_rest[wheel] += square * node.curve[0][wheel];
         }
-        (load, square)
+        let mut in_motion = at_rest;
+        node.outlook.load.add_motion(&mut in_motion, &rods.v, a);
+        ([at_rest, in_motion], square)
+    }
+
+    /// S(17) for one wheel (N).
+    fn margin(&self, node: usize, added: &[ByWheel; 2], wheel: usize) -> f64 {
+        let [at_rest, in_motion] = &self.nodes[node].may_lose;
+        (added[0][wheel] + at_rest[wheel]).min(added[1][wheel] + in_motion[wheel])
     }
 
     /// S(17) for rods with this motion at a node: the least of all margins (N).
     fn at(&self, node: usize, rods: &Rods, a: &ByRod) -> f64 {
-        let (mut load, square) = self.added(node, rods, a);
-        let node = &self.nodes[node];
+        let (added, square) = self.added(node, rods, a);
         let mut least = f64::INFINITY;
         for wheel in 0..self.wheels {
-            least = least.min(load[wheel] + node.may_lose[wheel]);
-            load[wheel] += node.outlook.locked[wheel];
+            least = least.min(self.margin(node, &added, wheel));
         }
         if least < 0.0 {
             return least - PRIORITY * self.bounds.mean_load;
+        }
+        let node = &self.nodes[node];
+        let mut load = added[1];
+        for wheel in 0..self.wheels {
+            load[wheel] += node.outlook.locked[wheel];
         }
         let spare = node.spread - spread(&load[..self.wheels]);
         // a load moved from one wheel to another changes its difference to all others
         least = least.min(spare / (2 * self.wheels.max(2) - 2) as f64);
         let unit = ANGLE_UNIT * self.bounds.mean_load;
-        let none = [0.0; MAX_ACTUATORS];
-        let angle = node.outlook.angle.at(&self.offset(&rods.x), &none, &none);
+        let angle = node.outlook.angle.at_rest(&self.offset(&rods.x));
         for edge in 0..self.edges {
             let added = angle[edge] + square * node.curve[1][edge];
             // unknown angles restrain nothing
@@ -254,17 +284,24 @@ impl Margins {
 }
 
 impl Added {
-    /// S(12)
-    fn at(&self, dx: &ByRod, v: &ByRod, a: &ByRod) -> ByWheel {
+    /// S(12) without V and A.
+    fn at_rest(&self, dx: &ByRod) -> ByWheel {
         let mut sum = self.here;
-        for k in 0..MAX_ACTUATORS {
-            for (i, sum) in sum.iter_mut().enumerate() {
-                *sum += self.by_position[k][i] * dx[k]
-                    + self.by_velocity[k][i] * v[k]
-                    + self.by_acceleration[k][i] * a[k];
+        for (by_position, dx) in self.by_position.iter().zip(dx) {
+            for (sum, by_position) in sum.iter_mut().zip(by_position) {
+                *sum += by_position * dx;
             }
         }
         sum
+    }
+
+    /// Adds V v + c A a of S(12).
+    fn add_motion(&self, sum: &mut ByWheel, v: &ByRod, a: &ByRod) {
+        for k in 0..MAX_ACTUATORS {
+            for (i, sum) in sum.iter_mut().enumerate() {
+                *sum += self.by_velocity[k][i] * v[k] + self.by_acceleration[k][i] * a[k];
+            }
+        }
     }
 
     fn mix(&mut self, other: &Self, share: f64) {
@@ -301,13 +338,4 @@ fn mix(values: &mut ByWheel, others: &ByWheel, share: f64) {
     for (value, other) in values.iter_mut().zip(others) {
         *value += share * (other - *value);
     }
-}
-
-/// Sum of the load differences over all pairs of wheels (N).
-pub(super) fn spread(loads: &[f64]) -> f64 {
-    let mut sum = 0.0;
-    for (i, a) in loads.iter().enumerate() {
-        sum += loads[..i].iter().map(|b| (a - b).abs()).sum::<f64>();
-    }
-    sum
 }

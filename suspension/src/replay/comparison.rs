@@ -15,6 +15,8 @@ pub enum SuspensionMotion {
     Locked,
     /// As recorded.
     Recorded,
+    /// On cylinders whose valves stay closed: locked, but for what the oil yields.
+    Held,
     /// By this control, through valves and cylinders.
     Controlled(SuspensionControl),
 }
@@ -50,6 +52,7 @@ impl Comparison {
         let moved = match motion {
             SuspensionMotion::Locked => fixed.clone(),
             SuspensionMotion::Recorded => prescribed::recorded(machine, rows)?,
+            SuspensionMotion::Held => controlled::held(machine, rows, &suspension)?,
             SuspensionMotion::Controlled(control) => {
                 controlled::controlled(machine, rows, &suspension, control)?
             }

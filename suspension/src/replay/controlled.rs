@@ -1,4 +1,4 @@
-//! Controlled rods: the controller, its valves and the cylinders, simulated along the recorded states.
+//! Rods on their oil: the controller or closed valves, and the cylinders, simulated along the recorded states.
 
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{Machine, Suspension, SuspensionControl};
@@ -24,6 +24,31 @@ pub(super) fn controlled(
     suspension: &Suspension,
     control: &SuspensionControl,
 ) -> Result<Track, SuspensionError> {
+    simulated(machine, rows, suspension, control, false)
+}
+
+/// Rods on cylinders whose valves stay closed: what locking gives where the oil yields.
+pub(super) fn held(
+    machine: &Machine,
+    rows: RecordedRows<'_>,
+    suspension: &Suspension,
+) -> Result<Track, SuspensionError> {
+    simulated(
+        machine,
+        rows,
+        suspension,
+        &SuspensionControl::default(),
+        true,
+    )
+}
+
+fn simulated(
+    machine: &Machine,
+    rows: RecordedRows<'_>,
+    suspension: &Suspension,
+    control: &SuspensionControl,
+    stays_closed: bool,
+) -> Result<Track, SuspensionError> {
     let posture = rows
         .first_posture(machine)
         .ok_or(SuspensionError::NoPosture)?;
@@ -34,6 +59,7 @@ pub(super) fn controlled(
             parameters: suspension.hydraulics,
         },
         stroke: suspension.stroke,
+        stays_closed,
         running: None,
     };
     let mut track = Track::new(machine, simulation.replay.actuators());
@@ -62,6 +88,8 @@ struct Simulation {
     controller: Controller,
     actuator: Actuator,
     stroke: [f64; 2],
+    /// Whether the valves never open.
+    stays_closed: bool,
     running: Option<Running>,
 }
 
@@ -153,7 +181,7 @@ impl Simulation {
         };
         let actuators = self.replay.actuators();
         let positions = running.rods.map(|rod| rod.position);
-        if running.due_s <= 0.5 * seconds {
+        if !self.stays_closed && running.due_s <= 0.5 * seconds {
             let mut wanted = running.rods;
             if let Some((position, velocity)) = self.controller.reference() {
                 for (k, rod) in wanted.iter_mut().enumerate() {
