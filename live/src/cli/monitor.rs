@@ -99,6 +99,7 @@ pub(super) fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
         "monitor: {} rows; samples: {} lost, {} refused, {} repeated, {} sent before joining",
         counts.rows, counts.lost, counts.refused, counts.repeated, counts.before_joining
     );
+    monitor.tell_untested();
     let ignored = monitor.ignored_acknowledgements();
     if ignored > 0 {
         eprintln!(

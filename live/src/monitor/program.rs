@@ -220,6 +220,11 @@ impl<'a> MonitorProgram<'a> {
         self.ignored_acknowledgements
     }
 
+    /// Tells on stderr what the session that ends with the program has not shown.
+    pub fn tell_untested(&self) {
+        self.follower.active.iter().for_each(tell_untested);
+    }
+
     /// Runs until the session is over, or forever with [`LoopOptions::stays`]; until a signal in any case.
     ///
     /// # Errors
@@ -231,7 +236,6 @@ impl<'a> MonitorProgram<'a> {
         {
             self.waiter.wait();
         }
-        self.follower.active.iter().for_each(tell_untested);
         Ok(self.counts)
     }
 

@@ -21,9 +21,9 @@ use crate::condensed::MAX_ACTUATORS;
 use tipwatch_mechanics::machine::MAX_WHEELS;
 
 /// e, as a share of the mean load.
-const AT_REST_SHARE: f64 = 0.0006;
+const AT_REST_SHARE: f64 = 0.0004;
 /// m, as a share of the mean load.
-const START_SHARE: f64 = 0.003;
+const START_SHARE: f64 = 0.002;
 /// What of a wheel's spare may be used: the rest is for errors of the model.
 const SPARE_SHARE: f64 = 0.25;
 /// k: what a wheel may lose of the spare that is expected of it, however large the doubt.
