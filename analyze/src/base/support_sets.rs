@@ -9,9 +9,6 @@ use tipwatch_mechanics::{
     evaluate_rows,
 };
 
-use super::rows::Rows;
-use super::widening::Widening;
-
 /// A measured load contradicts equilibrium from so many standard deviations on.
 const CONTRADICTS_SIGMAS: f64 = 5.0;
 
@@ -110,25 +107,6 @@ impl SupportSets {
             let rows = rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start;
             (rows, set.map(|set| &self.sets[set]))
         })
-    }
-
-    /// Widens the bands of rows, each span with the machine on its supports; `next_ns` is the time of the row that
-    /// follows them.
-    pub(crate) fn widen(
-        &self,
-        widening: &dyn Widening,
-        scope: Scope,
-        all: &mut Rows,
-        next_ns: Option<i64>,
-    ) {
-        for (rows, set) in self.spans_within(all.first..all.first + all.len()) {
-            let Some(set) = set else { continue };
-            let next_ns = all.times_ns.get(rows.end).copied().or(next_ns);
-            let mut of_set = all.on_set(set, scope, rows.clone());
-            widening.widen(&set.machine, &mut of_set, next_ns);
-            all.outcomes
-                .write(rows.start, &of_set.outcomes, &set.places);
-        }
     }
 }
 

@@ -232,7 +232,13 @@ impl Table {
             (None, _) => {}
             (Some(widening), None) => widening.widen(evaluator.machine(), &mut rows, next_ns),
             (Some(widening), Some(supports)) => {
-                supports.widen(widening.as_ref(), evaluator.scope(), &mut rows, next_ns);
+                widen_on_supports(
+                    supports,
+                    widening.as_ref(),
+                    evaluator.scope(),
+                    &mut rows,
+                    next_ns,
+                );
             }
         }
         rows
@@ -347,6 +353,25 @@ impl Table {
         match taken {
             Ok(()) => whole,
         }
+    }
+}
+
+/// Widens the bands of rows, each span with the machine on its supports; `next_ns` is the time of the row that follows
+/// them.
+fn widen_on_supports(
+    supports: &SupportSets,
+    widening: &dyn Widening,
+    scope: Scope,
+    all: &mut Rows,
+    next_ns: Option<i64>,
+) {
+    for (rows, set) in supports.spans_within(all.first..all.first + all.len()) {
+        let Some(set) = set else { continue };
+        let next_ns = all.times_ns.get(rows.end).copied().or(next_ns);
+        let mut of_set = all.on_set(set, scope, rows.clone());
+        widening.widen(&set.machine, &mut of_set, next_ns);
+        all.outcomes
+            .write(rows.start, &of_set.outcomes, &set.places);
     }
 }
 
