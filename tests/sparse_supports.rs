@@ -1,6 +1,8 @@
 //! Sparse logs of a machine whose supports come and go: a crane that drives on its wheels and works on outriggers, with
 //! one message of each topic in a second.
 
+use std::sync::LazyLock;
+
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::{Options, QuasiStaticOption};
@@ -25,6 +27,9 @@ const BOUNDS: &str = "[quasi_static]\nplatform_acceleration = 1.5\nplatform_rate
 const SLOW: &str = "[quasi_static]\nplatform_acceleration = 0.1\nplatform_rate = 0.02\n\
     platform_angular_acceleration = 0.05\njoint_acceleration = 0.05\njoint_acceleration_linear = 0.05\n\
     joint_rate = 0.1\njoint_rate_linear = 0.1\nhold = 3.0\n";
+
+/// The crane with one message of each topic in a second.
+static AT_ONE_SECOND: LazyLock<Analysis> = LazyLock::new(|| crane(1.0, BOUNDS, None));
 
 /// The crane's log with one message of each topic in `period_s`.
 fn crane(period_s: f64, bounds: &str, option: Option<QuasiStaticOption>) -> Analysis {
@@ -68,7 +73,7 @@ fn on_ground(time_s: f64) -> Option<&'static [&'static str]> {
 
 #[test]
 fn val_static_rows_on_wheels_and_on_outriggers_carry_the_weight() {
-    let analysis = crane(1.0, BOUNDS, None);
+    let analysis = &*AT_ONE_SECOND;
     let rows: &Rows = &analysis.rows;
     let weight = analysis.machine.mass() * analysis.machine.gravity();
     let (mut wheels, mut feet) = (0, 0);
@@ -82,7 +87,7 @@ fn val_static_rows_on_wheels_and_on_outriggers_carry_the_weight() {
         assert_eq!(rows.value(Quantity::Static, row), 1.0, "row {row}");
         let mut total = 0.0;
         for name in SUPPORTS {
-            let support = index(&analysis, name);
+            let support = index(analysis, name);
             let load = rows.value(Quantity::Load(support), row);
             let band = [
                 Quantity::OtfBetweenLeast(support),
@@ -118,7 +123,7 @@ fn val_static_rows_on_wheels_and_on_outriggers_carry_the_weight() {
 
 #[test]
 fn val_the_band_covers_the_loads_on_the_wheels() {
-    let analysis = crane(1.0, BOUNDS, None);
+    let analysis = &*AT_ONE_SECOND;
     let truth = Truth::of(&data("crane.mcap"), &SUPPORTS);
     let rows: &Rows = &analysis.rows;
     let (mut inside, mut all) = (0, 0);
@@ -132,7 +137,7 @@ fn val_the_band_covers_the_loads_on_the_wheels() {
             continue;
         }
         for (wheel, name) in SUPPORTS[..4].iter().enumerate() {
-            let support = index(&analysis, name);
+            let support = index(analysis, name);
             let low = rows.value(Quantity::OtfBetweenLeast(support), row);
             let high = rows.value(Quantity::OtfBetweenLargest(support), row);
             for step in 0..=20 {

@@ -3,28 +3,14 @@
 use tipwatch_storage::{ErrorKind, Location, Object};
 
 use crate::server::{Fault, SECRET, Seen, Server};
-use crate::support::{folder, serve};
+use crate::support::{content, folder, open, read, serve};
 
 const SIZE: usize = 3 << 20;
-
-fn content() -> Vec<u8> {
-    (0..SIZE as u32).map(|i| (i % 253) as u8).collect()
-}
-
-fn open(place: &str) -> Object {
-    Object::open(&Location::parse(place).unwrap()).unwrap()
-}
-
-fn read(object: &Object, at: usize, count: usize) -> Vec<u8> {
-    let mut bytes = vec![0; count];
-    object.read_at(at as u64, &mut bytes).unwrap();
-    bytes
-}
 
 #[test]
 fn planned_ranges_are_merged_and_nothing_comes_twice() {
     let server = serve("ranges");
-    let bytes = content();
+    let bytes = content(SIZE);
     folder("s3://ranges").put("x", &bytes).unwrap();
     server.take_seen();
     let object = open("s3://ranges/x");
@@ -66,7 +52,7 @@ fn planned_ranges_are_merged_and_nothing_comes_twice() {
 #[test]
 fn a_reader_that_stops_early_has_cost_little() {
     let server = serve("early");
-    folder("s3://early").put("x", &content()).unwrap();
+    folder("s3://early").put("x", &content(SIZE)).unwrap();
     let object = open("s3://early/x");
     server.take_seen();
     object.plan((0..20).map(|i| i * 140_000..i * 140_000 + 1000).collect());
@@ -80,14 +66,16 @@ fn a_reader_that_stops_early_has_cost_little() {
 fn small_and_empty_objects_are_read() {
     let server = serve("small");
     for length in [0, 1, 100] {
-        folder("s3://small").put("x", &content()[..length]).unwrap();
+        folder("s3://small")
+            .put("x", &content(SIZE)[..length])
+            .unwrap();
         if length == 0 {
             // as S3 answers; s3s-fs would stop
             server.inject(1, |seen| seen.range.is_some(), Fault::Status(416));
         }
         let object = open("s3://small/x");
         assert_eq!((object.size(), object.is_whole()), (length as u64, true));
-        assert_eq!(read(&object, 0, length), content()[..length]);
+        assert_eq!(read(&object, 0, length), content(SIZE)[..length]);
     }
     let absent = Object::open(&Location::parse("s3://small/none").unwrap());
     assert_eq!(absent.unwrap_err().kind, ErrorKind::NotFound);
@@ -99,10 +87,10 @@ fn small_and_empty_objects_are_read() {
 fn an_object_that_changes_between_two_reads_is_an_error() {
     let server = serve("changing");
     let there = folder("s3://changing");
-    there.put("x", &content()).unwrap();
+    there.put("x", &content(SIZE)).unwrap();
     let object = open("s3://changing/x");
     read(&object, 0, 100);
-    let mut other = content();
+    let mut other = content(SIZE);
     other[1_000_000] ^= 1;
     there.put("x", &other).unwrap();
     let error = object.read_at(1_000_000, &mut [0; 100]).unwrap_err();
@@ -130,11 +118,11 @@ fn an_object_that_changes_between_two_reads_is_an_error() {
 #[test]
 fn objects_of_a_web_server_are_read_by_a_url_with_a_secret() {
     let server = Server::start_public("web");
-    std::fs::write(server.folder().join("web/a b.bin"), content()).unwrap();
+    std::fs::write(server.folder().join("web/a b.bin"), content(SIZE)).unwrap();
     let url = format!("http://{}/web/a%20b.bin?token={SECRET}", server.address);
     let object = open(&url);
     assert_eq!(object.size(), SIZE as u64);
-    assert_eq!(read(&object, 5000, 10), content()[5000..5010]);
+    assert_eq!(read(&object, 5000, 10), content(SIZE)[5000..5010]);
     for seen in server.take_seen() {
         assert!(seen.path.ends_with(&format!("?token={SECRET}")), "{seen:?}");
     }

@@ -6,7 +6,7 @@ use tipwatch_storage::{Access, Error, ErrorKind, Folder, Location, Object, Put, 
 
 use crate::clouds::{Cloud, Fault, Request, SECRET};
 use crate::folders::keeps_its_contract;
-use crate::support::folder;
+use crate::support::{content, folder, open, read};
 
 /// Both, with a bucket of this name each.
 fn both(name: &str) -> [Cloud; 2] {
@@ -25,20 +25,6 @@ fn access(cloud: &Cloud) -> Access {
         first_wait: Duration::from_millis(5),
         ..Access::default()
     }
-}
-
-fn content(length: usize) -> Vec<u8> {
-    (0..length as u32).map(|i| (i % 253) as u8).collect()
-}
-
-fn open(place: &str) -> Object {
-    Object::open(&Location::parse(place).unwrap()).unwrap()
-}
-
-fn read(object: &Object, at: usize, count: usize) -> Vec<u8> {
-    let mut bytes = vec![0; count];
-    object.read_at(at as u64, &mut bytes).unwrap();
-    bytes
 }
 
 fn is_put(request: &Request) -> bool {

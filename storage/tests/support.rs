@@ -1,8 +1,8 @@
-//! A bucket for one test.
+//! A bucket for one test, and what is in it.
 
 use std::time::Duration;
 
-use tipwatch_storage::{Access, Folder, Location, connect};
+use tipwatch_storage::{Access, Folder, Location, Object, connect};
 
 use crate::server::Server;
 
@@ -26,4 +26,19 @@ pub(crate) fn access(server: &Server) -> Access {
 
 pub(crate) fn folder(place: &str) -> Folder {
     Folder::open(&Location::parse(place).unwrap()).unwrap()
+}
+
+/// Bytes that differ from place to place.
+pub(crate) fn content(length: usize) -> Vec<u8> {
+    (0..length as u32).map(|i| (i % 253) as u8).collect()
+}
+
+pub(crate) fn open(place: &str) -> Object {
+    Object::open(&Location::parse(place).unwrap()).unwrap()
+}
+
+pub(crate) fn read(object: &Object, at: usize, count: usize) -> Vec<u8> {
+    let mut bytes = vec![0; count];
+    object.read_at(at as u64, &mut bytes).unwrap();
+    bytes
 }

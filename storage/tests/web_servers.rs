@@ -6,14 +6,10 @@ use std::time::Duration;
 use tipwatch_storage::{Access, Error, ErrorKind, Location, Object, connect, set_whole_reads};
 
 use crate::clouds::{Cloud, Fault, Request, SECRET, Tells};
-use crate::support::folder;
+use crate::support::{content, folder};
 
 /// Larger than what is read when an object is opened.
 const SIZE: usize = 1 << 20;
-
-fn content() -> Vec<u8> {
-    (0..SIZE as u32).map(|i| (i % 253) as u8).collect()
-}
 
 /// A server with one object.
 fn serve(tells: Tells) -> Cloud {
@@ -25,7 +21,7 @@ fn serve(tells: Tells) -> Cloud {
         ..Access::default()
     };
     connect(&cloud.place, access);
-    cloud.objects().put("logs/x.mcap", &content(), false);
+    cloud.objects().put("logs/x.mcap", &content(SIZE), false);
     cloud
 }
 
@@ -69,7 +65,7 @@ fn a_server_without_ranges_is_read_as_a_whole_if_allowed() {
     let _one = whole_reads(true);
     let object = open(&cloud).unwrap();
     assert!(object.is_whole());
-    assert_eq!(read(&object, 5000, 100).unwrap(), content()[5000..5100]);
+    assert_eq!(read(&object, 5000, 100).unwrap(), content(SIZE)[5000..5100]);
     set_whole_reads(false);
 }
 
@@ -82,8 +78,8 @@ fn a_replaced_object_is_found_by_its_time_where_there_is_no_tag() {
     let cloud = serve(tells);
     let object = open(&cloud).unwrap();
     assert_eq!(object.e_tag(), None);
-    assert_eq!(read(&object, 0, 100).unwrap(), content()[..100]);
-    let mut other = content();
+    assert_eq!(read(&object, 0, 100).unwrap(), content(SIZE)[..100]);
+    let mut other = content(SIZE);
     other[500_000] ^= 1;
     cloud.objects().put("logs/x.mcap", &other, false);
     let (kind, text) = kind_and_text(&read(&object, 500_000, 100).unwrap_err());
@@ -106,18 +102,18 @@ fn a_server_that_tells_nothing_of_versions_is_read_in_one_request_only() {
         // a small one comes with the first request
         cloud
             .objects()
-            .put("logs/x.mcap", &content()[..1000], false);
+            .put("logs/x.mcap", &content(SIZE)[..1000], false);
         let object = open(&cloud).unwrap();
-        assert_eq!(read(&object, 0, 1000).unwrap(), content()[..1000]);
+        assert_eq!(read(&object, 0, 1000).unwrap(), content(SIZE)[..1000]);
     }
     let _one = whole_reads(true);
-    cloud.objects().put("logs/x.mcap", &content(), false);
+    cloud.objects().put("logs/x.mcap", &content(SIZE), false);
     cloud.server.take_seen();
     let object = open(&cloud).unwrap();
     assert!(object.is_whole());
     assert_eq!(
         read(&object, 700_000, 9).unwrap(),
-        content()[700_000..700_009]
+        content(SIZE)[700_000..700_009]
     );
     assert_eq!(cloud.server.take_seen().len(), 2);
     set_whole_reads(false);
@@ -140,7 +136,7 @@ fn broken_bodies_are_asked_for_again_and_never_taken() {
         let object = open(&cloud).unwrap();
         cloud.server.inject(2, is_get, fault.clone());
         let got = read(&object, 300_000, 5000).unwrap_or_else(|error| panic!("{fault:?}: {error}"));
-        assert!(got == content()[300_000..305_000], "{fault:?}");
+        assert!(got == content(SIZE)[300_000..305_000], "{fault:?}");
         // it stays
         let object = open(&cloud).unwrap();
         cloud.server.inject(99, is_get, fault.clone());
@@ -150,7 +146,7 @@ fn broken_bodies_are_asked_for_again_and_never_taken() {
         assert!(text.contains("attempt 3 of 3"), "{fault:?}: {text}");
         // what has come before is there still
         let tail = read(&object, SIZE - 10, 10).unwrap();
-        assert_eq!(tail, content()[SIZE - 10..]);
+        assert_eq!(tail, content(SIZE)[SIZE - 10..]);
         cloud.server.heal();
     }
 }

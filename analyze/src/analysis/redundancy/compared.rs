@@ -59,14 +59,21 @@ fn event(span: &[Compared], subject: &str, unit: &'static str) -> Event {
             false => worst,
         });
     Event {
-        end_ns: Some(span[span.len() - 1].time_ns),
         worst: worst.residual(),
         worst_ns: worst.time_ns,
         unit,
+        ..reported(span, FaultKind::Contradiction, worst.limit, subject)
+    }
+}
+
+/// A fault that lasts for a span of rows, without its worst moment.
+pub(super) fn reported(span: &[Compared], kind: FaultKind, limit: f64, subject: &str) -> Event {
+    Event {
+        end_ns: Some(span[span.len() - 1].time_ns),
         fault: Some(InputFault {
-            kind: FaultKind::Contradiction,
+            kind,
             policy: Policy::Report,
-            limit: Some(worst.limit),
+            limit: Some(limit),
             samples: span.len() as u64,
         }),
         ..Event::blank(EventKind::InputFault, span[0].time_ns, subject.into())

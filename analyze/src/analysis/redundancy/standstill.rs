@@ -1,10 +1,10 @@
 //! Spans in which a measured number stands still bit for bit although the computed one changes: a sensor or a
 //! transmission that has stopped, which the tolerance of the comparison may hide.
 
-use tipwatch_mechanics::machine::{FaultKind, Policy};
+use tipwatch_mechanics::machine::FaultKind;
 
-use super::compared::{Compared, is_long};
-use crate::events::{Event, EventKind, InputFault};
+use super::compared::{Compared, is_long, reported};
+use crate::events::Event;
 
 /// An event for each such span; `least` is the change of the computed number that the sensor must have noticed.
 pub(super) fn events(
@@ -26,17 +26,10 @@ fn event(span: &[Compared], least: f64, subject: &str, unit: &'static str) -> Op
     let size = |it: &Compared| change(it).abs();
     let worst = span.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
     (size(worst) > least).then(|| Event {
-        end_ns: Some(span[span.len() - 1].time_ns),
         worst: change(worst),
         worst_ns: worst.time_ns,
         unit,
-        fault: Some(InputFault {
-            kind: FaultKind::Frozen,
-            policy: Policy::Report,
-            limit: Some(least),
-            samples: span.len() as u64,
-        }),
-        ..Event::blank(EventKind::InputFault, span[0].time_ns, subject.into())
+        ..reported(span, FaultKind::Frozen, least, subject)
     })
 }
 
