@@ -13,7 +13,7 @@ use tipwatch_mechanics::{Placement, Quantity, Scope, State};
 use super::episodes::Episode;
 use super::normal::normal_distribution;
 use super::pages::Pages;
-use super::tipping::{Tipping, distances, sigma_near};
+use super::tipping::{Tipping, distances};
 
 /// Time within which the error of a computed load counts as constant (ns).
 pub(super) const CONSTANT_ERROR_NS: u64 = 30_000_000_000;
@@ -115,7 +115,7 @@ impl<'a> Evidence<'a> {
                 let factors: Vec<f64> = factors
                     .map(|(w, f)| edge * f + if w == wheel { own } else { 0.0 })
                     .collect();
-                sigma_near(self.machine, self.rows, row, &factors, 0)
+                self.rows.sigma_near(row, &factors, 0)
             };
             let (plus, minus) = (sigma(1.0, 1.0)?, sigma(1.0, -1.0)?);
             let (own, edge) = (sigma(1.0, 0.0)?, sigma(0.0, 1.0)?);
@@ -133,7 +133,7 @@ impl<'a> Evidence<'a> {
         let wheels = 0..self.machine.wheels().len();
         let factors: Vec<f64> = wheels.map(|w| f64::from(u8::from(w == wheel))).collect();
         let known = self.scope.sensitivities;
-        let sigma = known.then(|| sigma_near(self.machine, self.rows, row, &factors, 0));
+        let sigma = known.then(|| self.rows.sigma_near(row, &factors, 0));
         sigma.flatten().unwrap_or(f64::NAN)
     }
 
@@ -214,7 +214,7 @@ impl<'a> Evidence<'a> {
             is_end.then(|| distances.iter().map(|d| d / own).collect::<Vec<f64>>())
         });
         let sigma = factors
-            .filter_map(|factors| sigma_near(self.machine, self.rows, row, &factors, 0))
+            .filter_map(|factors| self.rows.sigma_near(row, &factors, 0))
             .reduce(f64::max);
         sigma.unwrap_or_else(|| self.load_sigma(wheel, row))
     }

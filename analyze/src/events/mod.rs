@@ -12,6 +12,7 @@ mod on_supports;
 mod onset;
 mod pages;
 mod pass;
+mod row_derivatives;
 pub(crate) mod split_rule;
 mod tipping;
 

@@ -9,11 +9,14 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{Quantity, State};
 
+use super::row_derivatives::RowDerivatives;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
 
 /// Most blocks of the pass that are kept.
 const MOST_BLOCKS: usize = 16;
+/// Rows before a row without derivatives in which a standard deviation is looked for.
+pub(super) const MOST_ROWS_BACK: usize = 400;
 /// Rows that are computed at once where the pass has gone on.
 const ROWS_ANEW: usize = 64;
 /// Most windows of such rows that are kept.
@@ -30,16 +33,18 @@ pub(super) struct Pages<'a> {
     blocks: BTreeMap<usize, Arc<Rows>>,
     /// Windows computed anew, the latest first.
     windows: RefCell<VecDeque<Rows>>,
+    derivatives: RefCell<RowDerivatives>,
 }
 
 impl<'a> Pages<'a> {
-    pub(super) fn new(table: &'a Table) -> Self {
+    pub(super) fn new(machine: &Machine, table: &'a Table) -> Self {
         Self {
             table,
             times_ns: &table.times_ns,
             reasons: Vec::with_capacity(table.len()),
             blocks: BTreeMap::new(),
             windows: RefCell::default(),
+            derivatives: RefCell::new(RowDerivatives::new(machine)),
         }
     }
 
@@ -116,6 +121,16 @@ impl<'a> Pages<'a> {
         let mut state = State::zero(machine);
         self.state(row, &mut state);
         Some(state.base.up).filter(|up| up.iter().all(|c| c.is_finite()))
+    }
+
+    /// Standard deviation of a weighted sum of OTF at a row, or at the nearest row before it, but not before
+    /// `least_row`, that has derivatives (N).
+    pub(super) fn sigma_near(&self, row: usize, factors: &[f64], least_row: usize) -> Option<f64> {
+        let mut derivatives = self.derivatives.borrow_mut();
+        (least_row.min(row)..=row)
+            .rev()
+            .take(MOST_ROWS_BACK)
+            .find_map(|row| derivatives.sigma(row, factors, |state| self.state(row, state)))
     }
 
     fn of<R>(&self, row: usize, read: impl FnOnce(&Rows, usize) -> R) -> R {

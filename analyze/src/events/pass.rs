@@ -82,7 +82,7 @@ impl<'a> EventPass<'a> {
             scope,
             min_loads_n,
             sizes_m: edges.map(|edge| tipping::size(machine, edge)).collect(),
-            rows: Pages::new(table),
+            rows: Pages::new(machine, table),
             steady: SteadyRows::default(),
             open: None,
             waiting: VecDeque::new(),

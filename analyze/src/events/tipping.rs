@@ -12,14 +12,12 @@
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{
-    Placement, Quantity, Scope, State, Workspace, combination_sigma, evaluate,
-};
+use tipwatch_mechanics::{Placement, Quantity, Scope, State};
 
 use super::episodes::{Episode, MERGED_NS, episodes_within};
 use super::normal::normal_distribution;
 use super::onset::{self, Curve, Onset};
-use super::pages::Pages;
+use super::pages::{MOST_ROWS_BACK, Pages};
 
 /// Loads off an edge below this share of the weight are looked at.
 const SMALL_SHARE: f64 = 0.15;
@@ -39,14 +37,6 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const LARGEST_RAD: f64 = std::f64::consts::FRAC_PI_2;
 /// Longest time before the load is near zero that the onset is searched with (s).
 const BEFORE_S: f64 = 1.5;
-/// Rows before a row without derivatives in which the standard deviation is looked for.
-const MOST_ROWS_BACK: usize = 400;
-
-/// What the standard deviation of a sum of loads takes.
-const DERIVATIVES: Scope = Scope {
-    sensitivities: true,
-    ..Scope::LOADS
-};
 
 /// A time in which the machine tipped about an edge.
 #[derive(Debug, Clone)]
@@ -94,27 +84,6 @@ pub(super) fn within(
         of_edge.find(within)
     });
     found.collect()
-}
-
-/// Standard deviation of a weighted sum of OTF at a row, or at the nearest row before it that has derivatives.
-pub(super) fn sigma_near(
-    machine: &Machine,
-    rows: &Pages<'_>,
-    row: usize,
-    factors: &[f64],
-    least_row: usize,
-) -> Option<f64> {
-    let mut state = State::zero(machine);
-    let mut workspace = Workspace::with_scope(machine, DERIVATIVES);
-    (least_row.min(row)..=row)
-        .rev()
-        .take(MOST_ROWS_BACK)
-        .find_map(|row| {
-            rows.state(row, &mut state);
-            evaluate(machine, &state, &mut workspace);
-            let sigma = combination_sigma(machine, &state, &workspace, factors);
-            (sigma.is_finite() && sigma > 0.0).then_some(sigma)
-        })
 }
 
 /// Distance of each wheel's contact point from an edge in a placed state (m); zero for wheels on the edge.
@@ -231,11 +200,11 @@ impl OfEdge<'_, '_> {
         // Derivatives are unknown while the machine tips, so they are taken where it does not yet.
         let first = candidate.first;
         let forward = (first..=candidate.last).take(MOST_ROWS_BACK);
-        let before = sigma_near(self.machine, self.rows, first, factors, 0);
+        let before = self.rows.sigma_near(first, factors, 0);
         before
             .or_else(|| {
                 let last = forward.last()?;
-                sigma_near(self.machine, self.rows, last, factors, first)
+                self.rows.sigma_near(last, factors, first)
             })
             .unwrap_or(f64::NAN)
     }

@@ -25,5 +25,6 @@ mod worst;
 pub use crate::page::{PlotLibrary, plot_library_script};
 pub use findings::{findings, main_findings};
 pub use log_report::{render, render_pdf, render_sketch, render_sketch_as_pdf};
+pub(crate) use sketch::LateSketch;
 pub use sketch::{Sketch, SketchPass};
 pub(crate) use whatif::render_what_if;

@@ -25,7 +25,7 @@ use crate::base::error_text::{error_text, without_path};
 use crate::base::file_hash::FileHash;
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
-use crate::report::{self, PlotLibrary, Sketch, SketchPass};
+use crate::report::{self, LateSketch, PlotLibrary, Sketch};
 use crate::tables::events::events;
 use crate::tables::parquet;
 use crate::tables::summary::Summary;
@@ -187,7 +187,7 @@ impl Screening<'_> {
     }
 
     fn analyse(&self, path: &Path, machine: &MachineFile, identity: &Identity) -> Result<Outcome> {
-        let begin = |prepared: &Prepared<'_>| Ok(SketchPass::begin(prepared));
+        let begin = |prepared: &Prepared<'_>| Ok(LateSketch::begin(prepared));
         let (analysis, sketch) = analyse_into(path, machine, self.options, &mut |_| {}, begin)?;
         let read = analysis.provenance.log.iter().map(FileHash::identity);
         if !read.eq(identity.files.iter().cloned()) {

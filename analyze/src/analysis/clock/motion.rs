@@ -16,14 +16,15 @@ impl Scene<'_> {
         let channels: Channels = (self.whole_stretches().iter())
             .map(|stretch| {
                 let odometry = self.odometry_angular_velocity(odometry, stretch);
-                let [vx, vy, ax, ay] = self.of_rows(stretch, |state| {
+                let [vx, vy, ax, ay, wx, wy, wz, fx, fy] = self.of_rows(stretch, |state| {
                     let (v, rate) = (state.base.velocity, state.base.velocity_rate);
-                    [v.x, v.y, rate.x, rate.y]
-                });
-                let [wx, wy, wz, fx, fy] = self.of_rows(stretch, |state| {
                     let angular_velocity = rotation * state.imu.angular_velocity;
                     let specific_force = rotation * state.imu.specific_force;
                     [
+                        v.x,
+                        v.y,
+                        rate.x,
+                        rate.y,
                         angular_velocity.x,
                         angular_velocity.y,
                         angular_velocity.z,
@@ -65,23 +66,25 @@ impl Scene<'_> {
         let channels: Channels = (parts.iter())
             .map(|stretch| {
                 let [wx, wy, wz] = self.odometry_angular_velocity(odometry, stretch);
-                let [vx, vy] = self.of_rows(stretch, |state| {
-                    [state.base.velocity.x, state.base.velocity.y]
+                let all = self.loaded.machine.wheels();
+                let columns = self.many_of_rows(stretch, 2 + wheels.len(), |state, into| {
+                    into[..2].copy_from_slice(&[state.base.velocity.x, state.base.velocity.y]);
+                    for (into, &(wheel, joint)) in into[2..].iter_mut().zip(&wheels) {
+                        *into = state.joints[joint].rate * all[wheel].radius;
+                    }
                 });
-                let of_wheel = |&(wheel, joint): &(usize, usize)| {
-                    let wheel = &self.loaded.machine.wheels()[wheel];
-                    let c = wheel.centre_at_zero;
-                    let [speed] =
-                        self.of_rows(stretch, |state| [state.joints[joint].rate * wheel.radius]);
+                let [vx, vy] = [&columns[0], &columns[1]];
+                let of_wheel = |(&(wheel, _), speed): (&(usize, usize), &Vec<f64>)| {
+                    let c = all[wheel].centre_at_zero;
                     // velocity of the wheel's centre: v + w x c
                     let steps = 0..speed.len();
                     let along = |i: usize| vx[i] + wy[i] * c.z - wz[i] * c.y;
                     let across = |i: usize| vy[i] + wz[i] * c.x - wx[i] * c.z;
                     let along: Vec<f64> = steps.clone().map(along).collect();
                     let across: Vec<f64> = steps.map(across).collect();
-                    Channel::new(&speed, &[&along, &across], SMOOTH_VELOCITY_S)
+                    Channel::new(speed, &[&along, &across], SMOOTH_VELOCITY_S)
                 };
-                wheels.iter().map(of_wheel).collect()
+                wheels.iter().zip(&columns[2..]).map(of_wheel).collect()
             })
             .collect();
         delay::find(&channels)
@@ -97,21 +100,20 @@ impl Scene<'_> {
         );
         let channels: Channels = (parts.iter())
             .map(|stretch| {
-                let of_wheel = |&(wheel, joint): &(usize, usize)| {
-                    let radius = self.loaded.machine.wheels()[wheel].radius;
-                    let [speed, fx, fy] = self.of_rows(stretch, |state| {
-                        let specific_force = rotation * state.imu.specific_force;
-                        [
-                            state.joints[joint].rate * radius,
-                            specific_force.x,
-                            specific_force.y,
-                        ]
-                    });
+                let all = self.loaded.machine.wheels();
+                let columns = self.many_of_rows(stretch, 2 + wheels.len(), |state, into| {
+                    let specific_force = rotation * state.imu.specific_force;
+                    into[..2].copy_from_slice(&[specific_force.x, specific_force.y]);
+                    for (into, &(wheel, joint)) in into[2..].iter_mut().zip(&wheels) {
+                        *into = state.joints[joint].rate * all[wheel].radius;
+                    }
+                });
+                let of_wheel = |speed: &Vec<f64>| {
                     let rolls = speed.iter().any(|speed| speed.abs() > ROLLING_SPEED);
-                    let gain = rolls.then(|| derivative(&speed))?;
-                    Channel::new(&gain, &[&fx, &fy], SMOOTH_ACCELERATION_S)
+                    let gain = rolls.then(|| derivative(speed))?;
+                    Channel::new(&gain, &[&columns[0], &columns[1]], SMOOTH_ACCELERATION_S)
                 };
-                wheels.iter().map(of_wheel).collect()
+                columns[2..].iter().map(of_wheel).collect()
             })
             .collect();
         delay::find(&channels)

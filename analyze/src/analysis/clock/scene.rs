@@ -93,16 +93,36 @@ impl<'a> Scene<'a> {
         stretch: &Stretch,
         mut numbers: impl FnMut(&mut State<f64>) -> [f64; N],
     ) -> [Vec<f64>; N] {
+        let write = |state: &mut State<f64>, into: &mut [f64]| {
+            into.copy_from_slice(&numbers(state));
+        };
+        let mut columns = self.many_of_rows(stretch, N, write).into_iter();
+        std::array::from_fn(|_| columns.next().unwrap_or_default())
+    }
+
+    /// `count` values of the rows, which `numbers` writes, at the steps of a stretch. Reading a row's state costs more than
+    /// most of what is computed from it: what can be asked for together should be.
+    pub(super) fn many_of_rows(
+        &self,
+        stretch: &Stretch,
+        count: usize,
+        mut numbers: impl FnMut(&mut State<f64>, &mut [f64]),
+    ) -> Vec<Vec<f64>> {
         let mut state = State::zero(&self.loaded.machine);
-        let mut columns: [Vec<f64>; N] = std::array::from_fn(|_| Vec::new());
+        let mut columns = vec![Vec::with_capacity(stretch.rows.len()); count];
+        let mut row_numbers = vec![f64::NAN; count];
         for row in stretch.rows.clone() {
             self.rows.state(row, &mut state);
-            for (column, number) in columns.iter_mut().zip(numbers(&mut state)) {
-                column.push(number);
+            numbers(&mut state, &mut row_numbers);
+            for (column, number) in columns.iter_mut().zip(&row_numbers) {
+                column.push(*number);
             }
         }
         let times = &self.rows.times_ns[stretch.rows.clone()];
-        columns.map(|column| at_steps(stretch, times, &column))
+        let columns = columns.iter();
+        columns
+            .map(|column| at_steps(stretch, times, column))
+            .collect()
     }
 
     /// Angular velocity of the odometry at the steps of a stretch.

@@ -1,6 +1,6 @@
 //! Delays between the load and what responds to it: actuator forces, and the tilt of the platform.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use tipwatch_mechanics::{
     self as mechanics, Motion, Scope, State, Workspace, evaluate, ground_wrench,
 };
@@ -59,22 +59,14 @@ impl Scene<'_> {
         );
         let channels: Channels = (parts.iter())
             .map(|stretch| {
-                let (moved, rest) = self.moments(stretch, stream);
-                let [ux, uy, fx, fy] = self.of_rows(stretch, |state| {
-                    let specific_force = rotation * state.imu.specific_force;
-                    [
-                        state.base.up.x,
-                        state.base.up.y,
-                        specific_force.x,
-                        specific_force.y,
-                    ]
-                });
+                let [mx, my, rest_x, rest_y, ux, uy, fx, fy] =
+                    self.moments_and_lean(stretch, stream, &rotation);
                 let is_known = ux.iter().chain(&uy).any(|u| u.is_finite());
                 // without an attitude, the IMU's specific force shows the tilt at standstill
                 let (ux, uy) = if is_known { (ux, uy) } else { (fx, fy) };
-                let known = [&ux[..], &uy, &rest[0], &rest[1]];
+                let known = [&ux[..], &uy, &rest_x, &rest_y];
                 let channel = |moment: &Vec<f64>| Channel::new(moment, &known, SMOOTH_TILT_S);
-                moved.iter().map(channel).collect()
+                [mx, my].iter().map(channel).collect()
             })
             .collect();
         let found = delay::find(&channels)?;
@@ -85,15 +77,22 @@ impl Scene<'_> {
         })
     }
 
-    /// Ground moment about the base's x and y axes (N m) under gravity alone: the part due to the
-    /// stream's joints, or without one the tool wrench, and the rest.
-    fn moments(&self, stretch: &Stretch, stream: Option<usize>) -> ([Vec<f64>; 2], [Vec<f64>; 2]) {
+    /// At the steps of a stretch: ground moment about the base's x and y axes (N m) under gravity alone, first the part due
+    /// to the stream's joints, or without one the tool wrench, then the rest; horizontal parts of the upward direction and
+    /// of the specific force (m/s^2), in base axes.
+    fn moments_and_lean(
+        &self,
+        stretch: &Stretch,
+        stream: Option<usize>,
+        rotation: &Matrix3<f64>,
+    ) -> [Vec<f64>; 8] {
         let machine = &self.loaded.machine;
         let moving: &[usize] =
             stream.map_or(&[], |s| &self.loaded.matched.sensors.joints[s].joints);
         let middle = self.mean_state(stretch);
         let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
-        let [x, y, rest_x, rest_y] = self.of_rows(stretch, |state| {
+        self.of_rows(stretch, |state| {
+            let (up, specific_force) = (state.base.up, rotation * state.imu.specific_force);
             state.imu = middle.imu;
             for (joint, motion) in machine.joints().iter().zip(&mut state.joints) {
                 if joint.spins_wheel.is_some() {
@@ -108,9 +107,17 @@ impl Scene<'_> {
                 state.tool_wrench = middle.tool_wrench;
             }
             let rest = ground_wrench(machine, state, &mut workspace).moment;
-            [whole.x - rest.x, whole.y - rest.y, rest.x, rest.y]
-        });
-        ([x, y], [rest_x, rest_y])
+            [
+                whole.x - rest.x,
+                whole.y - rest.y,
+                rest.x,
+                rest.y,
+                up.x,
+                up.y,
+                specific_force.x,
+                specific_force.y,
+            ]
+        })
     }
 
     /// Joints at rest in their mean positions, mean specific force, no tool wrench.

@@ -1,5 +1,6 @@
 //! What the report draws of all rows, kept while they are computed block by block.
 
+mod late;
 mod thin;
 
 use std::sync::Arc;
@@ -9,6 +10,7 @@ use rayon::prelude::*;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Contribution, Quantity, State};
 
+pub(crate) use self::late::LateSketch;
 pub(super) use self::thin::Point;
 use self::thin::{Thinned, VALUES, together};
 use super::moment::Instants;

@@ -1,0 +1,74 @@
+//! Derivatives of single rows: what the standard deviation of a sum of loads takes.
+
+use std::collections::BTreeSet;
+use std::fmt;
+
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{Scope, State, Workspace, combination_sigma, evaluate};
+
+const DERIVATIVES: Scope = Scope {
+    sensitivities: true,
+    ..Scope::LOADS
+};
+
+/// Derivatives of the OTF by the parameters, row by row as they are asked for. One row is often asked for several times,
+/// with other sums of loads.
+pub(super) struct RowDerivatives {
+    machine: Machine,
+    state: State<f64>,
+    workspace: Workspace<f64>,
+    /// The row that was evaluated last.
+    row: Option<usize>,
+    /// Rows that have none: the machine tips.
+    without: BTreeSet<usize>,
+}
+
+impl fmt::Debug for RowDerivatives {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("RowDerivatives")
+            .field("row", &self.row)
+            .finish_non_exhaustive()
+    }
+}
+
+impl RowDerivatives {
+    pub(super) fn new(machine: &Machine) -> Self {
+        Self {
+            machine: machine.clone(),
+            state: State::zero(machine),
+            workspace: Workspace::with_scope(machine, DERIVATIVES),
+            row: None,
+            without: BTreeSet::new(),
+        }
+    }
+
+    /// Standard deviation of a weighted sum of the OTF of a row (N), whose state `read` reads; `None` without derivatives.
+    pub(super) fn sigma(
+        &mut self,
+        row: usize,
+        factors: &[f64],
+        read: impl FnOnce(&mut State<f64>),
+    ) -> Option<f64> {
+        if self.without.contains(&row) {
+            return None;
+        }
+        if self.row != Some(row) {
+            read(&mut self.state);
+            evaluate(&self.machine, &self.state, &mut self.workspace);
+            self.row = Some(row);
+        }
+        let sigma = combination_sigma(&self.machine, &self.state, &self.workspace, factors);
+        if sigma.is_nan() && !self.is_known() {
+            self.without.insert(row);
+        }
+        (sigma.is_finite() && sigma > 0.0).then_some(sigma)
+    }
+
+    /// Whether the derivatives of the last row are numbers.
+    fn is_known(&self) -> bool {
+        let sensitivity = self.workspace.sensitivity();
+        let mut wheels = 0..self.machine.wheels().len();
+        wheels.all(|wheel| sensitivity.otf(wheel).iter().all(|by| by.is_finite()))
+    }
+}
