@@ -320,17 +320,18 @@ impl Drawn {
             Curve::TwoSigma(wheel) => {
                 let load = column(Quantity::Load(wheel));
                 let sigma = column(Quantity::LoadSigma(wheel));
-                for (&load, &sigma) in load.iter().zip(&sigma) {
+                let pairs = || load.iter().zip(&sigma);
+                let low = pairs().map(|(&load, &sigma)| {
                     let low = (load - 2.0 * sigma).max(0.0);
-                    let low = if load.is_nan() { load } else { low };
-                    self.area(low, load + 2.0 * sigma);
-                }
+                    if load.is_nan() { load } else { low }
+                });
+                let high = pairs().map(|(&load, &sigma)| load + 2.0 * sigma);
+                self.area(&low.collect::<Vec<_>>(), &high.collect::<Vec<_>>());
             }
             Curve::Envelope(wheel) => {
                 let least = column(Quantity::LoadLeast(wheel));
                 let largest = column(Quantity::LoadLargest(wheel));
-                let pairs = least.iter().zip(&largest);
-                pairs.for_each(|(&least, &largest)| self.area(least, largest));
+                self.area(&least, &largest);
             }
             Curve::OnPaper(wheel) => {
                 let columns = [
@@ -340,12 +341,10 @@ impl Drawn {
                     Quantity::LoadLargest(wheel),
                 ]
                 .map(column);
-                for row in 0..rows.len() {
-                    let values: [f64; VALUES] = std::array::from_fn(|k| columns[k][row]);
-                    let [load, _, least, largest] = values;
-                    for (thinned, value) in self.thinned.iter_mut().zip([load, least, largest]) {
-                        thinned.push(value, values);
-                    }
+                let [load, _, least, largest] = &columns;
+                let values = |row: usize| std::array::from_fn(|k| columns[k][row]);
+                for (thinned, chosen) in self.thinned.iter_mut().zip([load, least, largest]) {
+                    thinned.extend(chosen, values);
                 }
             }
         }
@@ -353,15 +352,14 @@ impl Drawn {
 
     fn line(&mut self, values: &[f64]) {
         for thinned in &mut self.thinned {
-            values
-                .iter()
-                .for_each(|&value| thinned.push(value, [value; VALUES]));
+            thinned.extend(values, |row| [values[row]; VALUES]);
         }
     }
 
-    fn area(&mut self, low: f64, high: f64) {
-        for (thinned, value) in self.thinned.iter_mut().zip([low, high]) {
-            thinned.push(value, [low, high, f64::NAN, f64::NAN]);
+    fn area(&mut self, low: &[f64], high: &[f64]) {
+        let values = |row: usize| [low[row], high[row], f64::NAN, f64::NAN];
+        for (thinned, chosen) in self.thinned.iter_mut().zip([low, high]) {
+            thinned.extend(chosen, values);
         }
     }
 }
@@ -370,6 +368,7 @@ impl Stack {
     fn add(&mut self, rows: &Rows, inputs: &Inputs) {
         let mut above = vec![0.0; rows.len()];
         let mut below = vec![0.0; rows.len()];
+        let nothing = vec![0.0; rows.len()];
         let count = self.layers.len();
         let parts = self
             .layers
@@ -378,25 +377,21 @@ impl Stack {
         let parts: Vec<Vec<f64>> = parts.collect();
         for (place, layer) in self.layers.iter_mut().enumerate() {
             layer.matters |= parts[place].iter().any(|value| value.abs() > 1.0);
-            for row in 0..rows.len() {
-                let value = parts[place][row];
-                let next = if place + 1 < count {
-                    parts[place + 1][row]
-                } else {
-                    0.0
-                };
-                for (base, thinned, part) in [
-                    (
-                        &mut above[row],
-                        &mut layer.above,
-                        positive as fn(f64) -> f64,
-                    ),
-                    (&mut below[row], &mut layer.below, negative),
-                ] {
-                    let from = *base;
-                    *base += part(value);
-                    thinned.push(*base, [from, *base, *base + part(next), f64::NAN]);
-                }
+            let next = if place + 1 < count {
+                &parts[place + 1]
+            } else {
+                &nothing
+            };
+            for (base, thinned, part) in [
+                (&mut above, &mut layer.above, positive as fn(f64) -> f64),
+                (&mut below, &mut layer.below, negative),
+            ] {
+                let values = base.iter().zip(&parts[place]);
+                let to: Vec<f64> = values.map(|(from, value)| from + part(*value)).collect();
+                thinned.extend(&to, |row| {
+                    [base[row], to[row], to[row] + part(next[row]), f64::NAN]
+                });
+                *base = to;
             }
         }
     }

@@ -64,45 +64,62 @@ impl Thinned {
         }
     }
 
-    /// Takes the next row, chosen by `value`.
-    pub(super) fn push(&mut self, value: f64, values: [f64; VALUES]) {
-        let row = self.row;
-        let point = || Point::new(row, values);
-        self.row += 1;
+    /// Takes the next rows, chosen by `chosen`; `values` gives what stands in the one with this index.
+    pub(super) fn extend(&mut self, chosen: &[f64], values: impl Fn(usize) -> [f64; VALUES]) {
+        let first = self.row;
+        let point = |at: usize| Point::new(first + at, values(at));
+        self.row += chosen.len();
         if self.rows <= self.most {
-            self.kept.push(point());
+            self.kept.extend((0..chosen.len()).map(point));
             return;
         }
-        if row == 0 {
-            self.kept.push(point());
+        if chosen.is_empty() {
+            return;
         }
-        if row == self.end {
-            self.end_bucket();
+        if first == 0 {
+            self.kept.push(point(0));
+        }
+        let mut from = 0;
+        while from < chosen.len() {
+            if first + from == self.end {
+                self.end_bucket();
+            }
+            // an empty bucket ends where it begins
+            let to = (self.end.max(first + from + 1) - first).min(chosen.len());
+            self.extend_bucket(&chosen[from..to], |at| point(from + at));
+            from = to;
         }
         if self.row == self.rows {
-            self.last = Some(point());
+            self.last = Some(point(chosen.len() - 1));
         }
-        if !value.is_finite() {
-            self.broken.get_or_insert_with(point);
-            return;
+    }
+
+    /// Takes rows of the bucket.
+    fn extend_bucket(&mut self, chosen: &[f64], point: impl Fn(usize) -> Point) {
+        // NaN, before the first finite value, is in no order
+        let value = |known: &Option<(f64, Point)>| known.map_or(f64::NAN, |(value, _)| value);
+        let (mut least, mut largest) = (value(&self.least), value(&self.largest));
+        let (mut least_at, mut largest_at) = (None, None);
+        for (at, &value) in chosen.iter().enumerate() {
+            if least < value && value < largest {
+                continue;
+            }
+            if !value.is_finite() {
+                self.broken.get_or_insert_with(|| point(at));
+                continue;
+            }
+            if least.is_nan() || value.total_cmp(&least).is_lt() {
+                (least, least_at) = (value, Some(at));
+            }
+            if largest.is_nan() || value.total_cmp(&largest).is_ge() {
+                (largest, largest_at) = (value, Some(at));
+            }
         }
-        if let (Some((least, _)), Some((largest, _))) = (&self.least, &self.largest)
-            && *least < value
-            && value < *largest
-        {
-            return;
+        if let Some(at) = least_at {
+            self.least = Some((least, point(at)));
         }
-        if self
-            .least
-            .is_none_or(|(least, _)| value.total_cmp(&least).is_lt())
-        {
-            self.least = Some((value, point()));
-        }
-        if self
-            .largest
-            .is_none_or(|(largest, _)| value.total_cmp(&largest).is_ge())
-        {
-            self.largest = Some((value, point()));
+        if let Some(at) = largest_at {
+            self.largest = Some((largest, point(at)));
         }
     }
 
@@ -158,11 +175,20 @@ mod tests {
             (&unknown, 1000),
         ] {
             let mut thinned = Thinned::new(curve.len(), most);
-            curve
-                .iter()
-                .for_each(|&value| thinned.push(value, [value; VALUES]));
-            let rows: Vec<usize> = thinned.finish().iter().map(Point::row).collect();
+            let mut parts = curve.as_slice();
+            for length in [1, 0, 7, 2048, usize::MAX] {
+                let (part, rest) = parts.split_at(length.min(parts.len()));
+                thinned.extend(part, |at| [part[at]; VALUES]);
+                parts = rest;
+            }
+            let points = thinned.finish();
+            let rows: Vec<usize> = points.iter().map(Point::row).collect();
             assert_eq!(rows, rows_to_draw(curve, most));
+            let is_of_row = |point: &Point| {
+                let value = curve[point.row()] as f32;
+                point.values().map(f64::to_bits) == [f64::from(value).to_bits(); VALUES]
+            };
+            assert!(points.iter().all(is_of_row));
         }
     }
 }
