@@ -32,14 +32,6 @@ pub struct Cli {
     fetch_whole: bool,
 }
 
-impl Cli {
-    /// Whether many logs are analysed in this process, one after another.
-    #[must_use]
-    pub fn takes_many_logs(&self) -> bool {
-        matches!(self.command, Command::Screen(_))
-    }
-}
-
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Compute wheel loads, stability and events of logs.
