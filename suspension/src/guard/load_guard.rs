@@ -6,8 +6,9 @@
 //! from.
 //!
 //! ```text
-//!     S(15)  a = 6 (p - x)/H^2 - 4 xd/H,   |a| <= 0.3 A,   |da/dt| <= J
-//!     S(20)  c |A| J T/(2 pi) <= what each wheel, and the spread, may lose after T,   0.3 A/T <= J <= A/T,   T = 0.5 s
+//!     S(15)  a = 6 (p - x)/H^2 - 4 xd/H,   |a| <= 0.3 A_max,   |da/dt| <= J
+//!     S(20)  c |A| J T/(2 pi) <= what each wheel, and the spread, may lose after T,
+//!            0.3 A_max/T <= J <= A_max/T,   T = 0.5 s
 //! ```
 //! leads to the stroke p. What of it is not admitted is taken away by bisection towards the best return. If none is left,
 //! because something moved more than S(14) reserves for, the plan that costs least is followed.
