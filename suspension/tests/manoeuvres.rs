@@ -175,18 +175,41 @@ impl Manoeuvre {
     /// The second paper's comparison on this machine, its (32): the arm swings to both sides and reaches out and back, so
     /// that a rear wheel is light again and again; the rods at a stroke (m).
     pub(crate) fn paper(machine: &Machine, rods: f64, rows: usize) -> Self {
+        Self::swinging(machine, rods, rows, |name, swing, _| match name {
+            "slew" => 1.2 * swing,
+            "lift" => 0.5 - 2.0736 + 0.6 * swing,
+            "tilt" => -1.15 - 0.4116 - 0.4 * swing,
+            "extension" => 0.3 + 0.2 * swing,
+            _ => 0.0,
+        })
+    }
+
+    /// The swing of the closed loop with MuJoCo: the arm swings from side to side in front and reaches out and back faster.
+    pub(crate) fn in_front(machine: &Machine, rods: f64, rows: usize) -> Self {
+        Self::swinging(machine, rods, rows, |name, swing, reach| match name {
+            "slew" => 0.8 * swing,
+            "lift" => 50_f64.to_radians() - 2.0736,
+            "tilt" => -85_f64.to_radians() - 0.4116,
+            "extension" => 0.15 + 0.1 * reach,
+            _ => 0.0,
+        })
+    }
+
+    /// The arm moves by position of each joint (rad or m) as a function of sines of 0.5 and 0.7 rad/s, which rise within 2 s;
+    /// the rods at a stroke (m).
+    fn swinging(
+        machine: &Machine,
+        rods: f64,
+        rows: usize,
+        arm: impl Fn(&str, f64, f64) -> f64,
+    ) -> Self {
         const STEP_S: f64 = 1e-3;
         let arm = |name: &str, t: f64| {
             let s = (t / 2.0).clamp(0.0, 1.0);
             let start = s * s * s * (10.0 + s * (6.0 * s - 15.0));
-            let swing = start * (0.5 * t).sin();
             match name {
-                "slew" => 1.2 * swing,
-                "lift" => 0.5 - 2.0736 + 0.6 * swing,
-                "tilt" => -1.15 - 0.4116 - 0.4 * swing,
-                "extension" => 0.3 + 0.2 * swing,
                 "suspension_right" | "suspension_left" => rods,
-                _ => 0.0,
+                _ => arm(name, start * (0.5 * t).sin(), start * (0.7 * t).sin()),
             }
         };
         let mut manoeuvre = Self::unknown(machine, rows);
@@ -259,6 +282,8 @@ pub(crate) struct Ideal {
     pub(crate) status: Vec<Status>,
     /// Stroke (m) and velocity (m/s) of the first rod by row.
     pub(crate) rod: Vec<[f64; 2]>,
+    /// Signed loads by row: locked, controlled without the acceleration of the rods, with it (N).
+    pub(crate) loads: Vec<[Vec<f64>; 3]>,
 }
 
 impl Manoeuvre {
@@ -273,7 +298,7 @@ impl Manoeuvre {
         let mut rods = home;
         let (mut least, mut spread, mut angle, mut status) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut rod = Vec::new();
+        let (mut rod, mut loads) = (Vec::new(), Vec::new());
         let of = |replay: &Replay| {
             let outcome = replay.outcome();
             let least = outcome.otf.iter().copied().fold(f64::INFINITY, f64::min);
@@ -285,14 +310,22 @@ impl Manoeuvre {
             self.states.get(row, &mut state);
             replay.moved(&state, &home);
             let locked = of(&replay);
+            let locked_loads = replay.outcome().otf.clone();
             let expected = replay.moved(&state, &rods);
             let positions = rods.map(|rod| rod.position);
             let command = controller.tick(expected, &positions);
             for (rod, acceleration) in rods.iter_mut().zip(command.acceleration) {
                 rod.acceleration = acceleration;
             }
+            let steady = rods.map(|rod| Motion {
+                acceleration: 0.0,
+                ..rod
+            });
+            replay.moved(&state, &steady);
+            let steady_loads = replay.outcome().otf.clone();
             replay.moved(&state, &rods);
             let moved = of(&replay);
+            loads.push([locked_loads, steady_loads, replay.outcome().otf.clone()]);
             least.push([locked.0, moved.0]);
             spread.push([locked.1, moved.1]);
             angle.push([locked.2, moved.2]);
@@ -314,8 +347,41 @@ impl Manoeuvre {
             angle,
             status,
             rod,
+            loads,
         }
     }
+}
+
+impl Ideal {
+    /// Controlled loads by row on a platform that swings on its tyres at a frequency (Hz), damped to a tenth: it answers
+    /// y'' = w^2 (u - y) - 2 z w y' to the loads u of the rods' acceleration (N).
+    pub(crate) fn on_tyres(&self, frequency: f64) -> Vec<Vec<f64>> {
+        const STEPS: usize = 20;
+        const DAMPING: f64 = 0.1;
+        let w = std::f64::consts::TAU * frequency;
+        let dt = 1.0 / (RATE * STEPS) as f64;
+        let mut swing = vec![[0.0; 2]; self.loads[0][0].len()];
+        let mut found = Vec::with_capacity(self.loads.len());
+        for [_, steady, moved] in &self.loads {
+            for ((steady, moved), [y, rate]) in steady.iter().zip(moved).zip(&mut swing) {
+                for _ in 0..STEPS {
+                    *rate += dt * w * (w * (moved - steady - *y) - 2.0 * DAMPING * *rate);
+                    *y += dt * *rate;
+                }
+            }
+            let loads = steady.iter().zip(&swing);
+            found.push(loads.map(|(steady, [y, _])| steady + y).collect());
+        }
+        found
+    }
+}
+
+/// Sum of the load differences over all pairs of wheels (N).
+pub(crate) fn load_spread(loads: &[f64]) -> f64 {
+    let pairs = loads.iter().enumerate();
+    pairs
+        .map(|(k, a)| loads[..k].iter().map(|b| (a - b).abs()).sum::<f64>())
+        .sum()
 }
 
 /// Least signed load of a row (N).

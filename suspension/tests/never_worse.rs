@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::manoeuvres::{Manoeuvre, RATE, least_load};
+use crate::manoeuvres::{Manoeuvre, RATE, least_load, load_spread};
 use crate::problems::{Draws, control, machine};
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::machine::{ControlMode, SuspensionControl};
@@ -288,6 +288,37 @@ fn a_swing_of_the_platform_is_not_fed() {
         println!("rods at {rods} m go {travel:.3} m, velocities differ by {found:.5?} m/s");
         assert!(travel > 0.02, "{travel}");
         assert!(found[0] < 1e-3, "{found:?}");
+    }
+}
+
+/// Nor do the rods set a platform swinging that stood still, by braking and letting go again. With tyres of any stiffness
+/// the spread of the loads is never higher than the largest of locked rods, and light wheels keep what they had.
+#[test]
+fn rods_do_not_shake_the_platform() {
+    let machine = machine();
+    let mean = machine.mass() * machine.gravity() / 4.0;
+    let settings = settings(ControlMode::LookAhead, false);
+    for (k, rods) in [-0.1, -0.15, -0.05].into_iter().enumerate() {
+        let found = Manoeuvre::in_front(&machine, rods, 16 * RATE).ideal(&machine, &settings);
+        let largest = |loads: &mut dyn Iterator<Item = &Vec<f64>>| {
+            loads.map(|loads| load_spread(loads)).fold(0.0, f64::max)
+        };
+        let locked = largest(&mut found.loads.iter().map(|[locked, ..]| locked));
+        for frequency in [1.5, 1.8, 2.1] {
+            let swung = found.on_tyres(frequency);
+            let spread = largest(&mut swung.iter()) / locked;
+            let mut worst = Worst::NONE;
+            for (row, ([locked, ..], swung)) in found.loads.iter().zip(&swung).enumerate() {
+                let least = |loads: &[f64]| loads.iter().copied().fold(f64::INFINITY, f64::min);
+                worst.see_load([least(locked), least(swung)], [k, row]);
+            }
+            println!(
+                "rods at {rods} m, {frequency} Hz: largest spread {spread:.4} of locked, load {:.2} % too low",
+                100.0 * worst.below / mean
+            );
+            assert!(spread < 1.01, "{spread}");
+            assert!(worst.below <= TOLERANCE[0] * mean, "{}", worst.below);
+        }
     }
 }
 

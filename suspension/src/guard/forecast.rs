@@ -80,8 +80,6 @@ pub(super) struct Forecast {
     pub(super) doubt: Doubt,
     /// S(19) by wheel (N).
     pub(super) swing: ByWheel,
-    /// The same of the load spread (N).
-    pub(super) swing_spread: f64,
 }
 
 impl Added {
@@ -114,6 +112,12 @@ impl Doubt {
 }
 
 impl Forecast {
+    /// The smallest stability angle of locked rods now (rad); infinite if it is unknown.
+    pub(super) fn least_locked_angle(&self) -> f64 {
+        let angles = self.at[0].locked_angle[..self.edges].iter();
+        angles.fold(f64::INFINITY, |least, &angle| least.min(angle))
+    }
+
     /// Whether every number that the guard needs is finite; angles may be unknown.
     pub(super) fn is_known(&self) -> bool {
         let known = |values: &ByWheel| values[..self.wheels].iter().all(|value| value.is_finite());
@@ -214,9 +218,7 @@ impl Forecaster {
         self.now.on_ground = mean;
         self.ahead.on_ground = mean;
         let by_mean = self.locked(home, false);
-        let wheels = self.suspended.machine.wheels().len().min(MAX_WHEELS);
-        self.steady
-            .see_loads(&by_measured[..wheels], &by_mean[..wheels], seconds);
+        self.steady.see_loads(&by_measured, &by_mean, seconds);
         mean
     }
 
@@ -237,7 +239,6 @@ impl Forecaster {
             at: [Outlook::UNKNOWN; TIMES_S.len()],
             doubt: Doubt::NONE,
             swing: *self.steady.swing(),
-            swing_spread: self.steady.spread(),
         };
         for at in 0..TIMES_S.len() {
             self.go_on(state, at, home);

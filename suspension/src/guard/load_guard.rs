@@ -6,13 +6,20 @@
 //! from.
 //!
 //! ```text
-//!     S(15)  a = 6 (p - x)/H^2 - 4 xd/H,   |da/dt| <= A/0.5 s
+//!     S(15)  a = 6 (p - x)/H^2 - 4 xd/H,   |a| <= 0.3 A_max,   |da/dt| <= J
+//!     S(20)  c |A| J T/(2 pi) <= what each wheel, and the spread, may lose after T,
+//!            0.3 A_max/T <= J <= A_max/T,   T = 0.5 s
 //! ```
 //! leads to the stroke p. What of it is not admitted is taken away by bisection towards the best return. If none is left,
 //! because something moved more than S(14) reserves for, the plan that costs least is followed.
+//!
+//! A platform on tyres and oil swings back. Rods that brake unload one side for as long as they do, and the other side when
+//! they stop braking: a change within half a swing takes from the wheels what it gave them before. S(20) is what the ramp
+//! of an acceleration leaves behind as a swing. Where the wheels cannot afford it, the acceleration changes within a whole
+//! swing T, whether it starts a motion, ends or brakes it. Without a return the rods are quicker, 1 + missing/m times with
+//! m of S(17): a return that is missed by next to nothing is no reason to shake a platform on its light wheels.
 
-use super::by_wheel::spread;
-use super::forecast::{ByRod, Forecast, Forecaster};
+use super::forecast::{ByRod, Forecaster};
 use super::margin::{Bounds, Margins};
 use super::plan::{Plan, Rods};
 use crate::condensed::{MAX_ACTUATORS, SuspendedMachine};
@@ -28,9 +35,10 @@ const AMPLE_ANGLE: f64 = 0.25;
 const ARM_RESERVE: f64 = 0.2;
 /// Time in which an acceleration that was seen is forgotten (s).
 const FORGET_S: f64 = 30.0;
-/// Time to reach the largest acceleration (s): as long as a swing of the platform on tyres and oil, so as not to start one.
+/// Time in which an acceleration rises to its largest (s): as long as a swing of the platform on tyres and oil, so as not
+/// to start one.
 const ACCELERATION_RISE_S: f64 = 0.5;
-/// The largest acceleration of S(15), as a share of the largest: harder motions set the platform swinging on its tyres.
+/// The largest acceleration of S(15), as a share of the rods' largest: harder motions set the platform swinging on its tyres.
 const WANTED_SHARE: f64 = 0.3;
 /// Halvings in the search for the largest safe share of a motion.
 const HALVINGS: usize = 6;
@@ -75,10 +83,6 @@ pub(crate) struct LoadGuard {
 struct History {
     /// Strokes then (m), the measure of what locking gives.
     home: Option<ByRod>,
-    /// The smallest stability angle that locking has given (rad).
-    least_locked_angle: f64,
-    /// The largest load spread that locking has given (N).
-    most_locked_spread: f64,
     /// Largest acceleration of each joint of the arm (rad/s^2 or m/s^2).
     arm: Vec<f64>,
     /// b_q of S(14).
@@ -103,7 +107,6 @@ impl LoadGuard {
             mean_load,
             limit: stated.min_load.unwrap_or(share * mean_load),
             angle: min_angle,
-            spread: 0.0,
             weight,
             acceleration: limits.max_acceleration,
         };
@@ -171,12 +174,10 @@ impl LoadGuard {
         if !forecast.is_known() {
             return None;
         }
-        self.history.see_locked(&forecast);
         let bounds = Bounds {
             angle: AMPLE_ANGLE
-                .min(self.history.least_locked_angle)
+                .min(forecast.least_locked_angle())
                 .max(self.min_angle),
-            spread: self.history.most_locked_spread,
             ..self.bounds
         };
         self.margins.take(&forecast, rods, home, bounds);
@@ -184,8 +185,9 @@ impl LoadGuard {
             Move::To(target) => self.towards(&rods, &target),
             Move::Stop => self.margins.start(Plan::STOP, &rods),
         };
-        let wanted = self.within_limits(&rods, wanted);
-        let acceleration = self.affordable(&rods, wanted);
+        let jerk = self.jerk();
+        let wanted = self.within_limits(&rods, wanted, jerk);
+        let acceleration = self.affordable(&rods, wanted, jerk);
         self.history.last = acceleration;
         Some(Guarded {
             acceleration,
@@ -206,32 +208,27 @@ impl LoadGuard {
 
     /// The wanted acceleration, else the largest part of it beyond the best return that leaves one; without any, the
     /// start of the plan that costs least.
-    fn affordable(&self, rods: &Rods, wanted: ByRod) -> ByRod {
-        let wanted_margin = self.margin(&wanted);
+    fn affordable(&self, rods: &Rods, wanted: ByRod, jerk: f64) -> ByRod {
+        let wanted_margin = self.margin(&wanted, jerk);
         if wanted_margin >= 0.0 {
             return wanted;
         }
         let (mut best, mut best_margin) = (wanted, f64::NEG_INFINITY);
-        let (mut least_harmful, mut least_harm) = (wanted, f64::INFINITY);
-        for plan in Plan::ALL {
-            let start = self.within_limits(rods, self.margins.start(plan, rods));
-            let after = self.after(&start, plan);
+        for plan in Plan::RETURNS {
+            let (start, after) = self.begin(rods, plan, jerk);
             let margin = self.margins.now(&start).min(self.margins.of(plan, &after));
-            if plan.returns() && margin > best_margin {
+            if margin > best_margin {
                 (best, best_margin) = (start, margin);
-            }
-            let harm = self.margins.harm(plan, &after);
-            if harm < least_harm {
-                (least_harmful, least_harm) = (start, harm);
             }
         }
         if best_margin < 0.0 {
-            return least_harmful;
+            let urgency = 1.0 + self.margins.missing(best_margin);
+            return self.least_harmful(rods, (urgency * jerk).min(self.hardest_jerk()));
         }
         let (mut safe, mut unsafe_one) = (best, wanted);
         for _ in 0..HALVINGS {
             let middle: ByRod = std::array::from_fn(|k| 0.5 * (safe[k] + unsafe_one[k]));
-            if self.margin(&middle) >= 0.0 {
+            if self.margin(&middle, jerk) >= 0.0 {
                 safe = middle;
             } else {
                 unsafe_one = middle;
@@ -240,15 +237,41 @@ impl LoadGuard {
         safe
     }
 
+    /// The start of the plan that costs least.
+    fn least_harmful(&self, rods: &Rods, jerk: f64) -> ByRod {
+        let none = self.within_limits(rods, [0.0; MAX_ACTUATORS], jerk);
+        let (mut best, mut least) = (none, f64::INFINITY);
+        for plan in Plan::ALL {
+            let (start, after) = self.begin(rods, plan, jerk);
+            let harm = self.margins.harm(plan, &after);
+            if harm < least {
+                (best, least) = (start, harm);
+            }
+        }
+        best
+    }
+
+    /// S(20) (m/s^3)
+    fn jerk(&self) -> f64 {
+        let hardest = self.hardest_jerk();
+        let affordable = self.margins.affordable_jerk(ACCELERATION_RISE_S);
+        affordable.clamp(WANTED_SHARE * hardest, hardest)
+    }
+
+    fn hardest_jerk(&self) -> f64 {
+        self.limits.max_acceleration / ACCELERATION_RISE_S
+    }
+
     /// The margin of an acceleration in the next step: now, and of the best return after it.
-    fn margin(&self, acceleration: &ByRod) -> f64 {
+    fn margin(&self, acceleration: &ByRod, jerk: f64) -> f64 {
         let now = self.margins.now(acceleration);
         if now < 0.0 {
             return now;
         }
         let mut best = f64::NEG_INFINITY;
         for plan in Plan::RETURNS {
-            best = best.max(self.margins.of(plan, &self.after(acceleration, plan)));
+            let after = self.after(acceleration, plan, jerk);
+            best = best.max(self.margins.of(plan, &after));
             if best >= 0.0 {
                 break;
             }
@@ -256,17 +279,21 @@ impl LoadGuard {
         best.min(now)
     }
 
+    /// The acceleration of the next step towards a plan, and the rods where it begins.
+    fn begin(&self, rods: &Rods, plan: Plan, jerk: f64) -> (ByRod, Rods) {
+        let start = self.within_limits(rods, self.margins.start(plan, rods), jerk);
+        (start, self.after(&start, plan, jerk))
+    }
+
     /// The rods where a plan begins after a step with this acceleration.
-    fn after(&self, acceleration: &ByRod, plan: Plan) -> Rods {
+    fn after(&self, acceleration: &ByRod, plan: Plan, jerk: f64) -> Rods {
         let rods = self.margins.after(acceleration, self.limits.step);
-        let jerk = self.limits.max_acceleration / ACCELERATION_RISE_S;
         self.margins.begin(plan, &rods, acceleration, jerk)
     }
 
-    /// An acceleration within the rods' limits that changes no faster than it may; rods that move alike keep to it.
-    fn within_limits(&self, rods: &Rods, mut acceleration: ByRod) -> ByRod {
-        let reach =
-            self.limits.max_acceleration * (self.limits.step / ACCELERATION_RISE_S).min(2.0);
+    /// An acceleration within the rods' limits that changes no faster than it may (m/s^3); rods that move alike keep to it.
+    fn within_limits(&self, rods: &Rods, mut acceleration: ByRod, jerk: f64) -> ByRod {
+        let reach = jerk * self.limits.step.min(2.0 * ACCELERATION_RISE_S);
         let last = &self.history.last;
         for (k, a) in acceleration[..self.actuators].iter_mut().enumerate() {
             let limits = [-self.max_velocity, self.max_velocity];
@@ -283,8 +310,6 @@ impl History {
     fn new(arm: usize) -> Self {
         Self {
             home: None,
-            least_locked_angle: f64::INFINITY,
-            most_locked_spread: 0.0,
             arm: vec![0.0; arm],
             arm_reserve: vec![0.0; arm],
             last: [0.0; MAX_ACTUATORS],
@@ -294,8 +319,6 @@ impl History {
     /// The habits of the arm are kept.
     fn reset(&mut self) {
         self.home = None;
-        self.least_locked_angle = f64::INFINITY;
-        self.most_locked_spread = 0.0;
         self.last = [0.0; MAX_ACTUATORS];
     }
 
@@ -307,13 +330,5 @@ impl History {
             *most = (*most * fading).max(seen);
             *reserve = most.max(ARM_RESERVE);
         }
-    }
-
-    fn see_locked(&mut self, forecast: &Forecast) {
-        let now = &forecast.at[0];
-        let angles = now.locked_angle[..forecast.edges].iter();
-        self.least_locked_angle = angles.fold(self.least_locked_angle, |a, &b| a.min(b));
-        let spread = spread(&now.locked[..forecast.wheels]);
-        self.most_locked_spread = self.most_locked_spread.max(spread);
     }
 }

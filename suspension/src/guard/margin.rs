@@ -11,8 +11,9 @@
 //! everything moves at once against them as hard as it ever did. A share k of what is expected of a wheel keeps that remote case
 //! from freezing the rods: a heavy wheel gives what a light one needs. So a load is never below the smaller
 //! of the limit and what locking gives, m aside, as long as nothing moves more than S(14) reserves for. Stability angles
-//! keep likewise to the smallest that locking has given so far, or an ample one if that is smaller, and the spread of the
-//! loads to the largest that locking has given less its own swing, or a little more than now for a moment.
+//! keep likewise to the smallest that locking gives now, or an ample one if that is smaller, and the spread of the loads to
+//! what locking gives at that time and a little more. What locking gave earlier is no measure: rods that used up a
+//! peak of the past would make one of their own.
 
 use super::by_wheel::{ByWheel, spread};
 use super::forecast::{Added, ByRod, Forecast, Outlook, TIMES_S};
@@ -36,7 +37,7 @@ const ANGLE_UNIT: f64 = 2.0;
 const ANGLE_SHARE: f64 = 0.5;
 /// Weight of the end of a plan in its harm: it lasts.
 const TAIL: f64 = 10.0;
-/// What the spread of the loads may grow by for a moment, as a share of the weight ...
+/// What the spread of the loads may grow by, as a share of the weight ...
 const SPREAD_GROWTH: f64 = 0.01;
 /// ... and up to this spread, since every useful motion starts with the inertia of its start.
 const SMALL_SPREAD_GROWTH: f64 = 0.08;
@@ -53,8 +54,6 @@ pub(super) struct Bounds {
     pub(super) limit: f64,
     /// Stability angle to keep (rad).
     pub(super) angle: f64,
-    /// Load spread that is always allowed (N).
-    pub(super) spread: f64,
     /// Weight of the machine (N).
     pub(super) weight: f64,
     /// The largest acceleration of a rod (m/s^2).
@@ -62,8 +61,8 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// What the spread may be for a moment where locking gives this (N): more while it is small.
-    fn momentary_spread(&self, locked: f64) -> f64 {
+    /// What the spread may be where locking gives this (N): more while it is small.
+    fn spread(&self, locked: f64) -> f64 {
         let small = (locked + SMALL_SPREAD_GROWTH * self.weight).min(SMALL_SPREAD * self.weight);
         small.max(locked + SPREAD_GROWTH * self.weight)
     }
@@ -147,8 +146,7 @@ impl Margins {
         Node {
             may_lose,
             angle_may_lose,
-            spread: (bounds.spread - forecast.swing_spread)
-                .max(bounds.momentary_spread(locked_spread)),
+            spread: bounds.spread(locked_spread),
             curve: [&outlook.load, &outlook.angle].map(|added| self.curve(added)),
             outlook,
         }
@@ -197,6 +195,35 @@ impl Margins {
     /// The margin of an acceleration now.
     pub(super) fn now(&self, a: &ByRod) -> f64 {
         self.at(0, &self.here, a)
+    }
+
+    /// S(20): how fast the acceleration of rods that move alike may change (m/s^3) on a platform that swings with this
+    /// period (s).
+    pub(super) fn affordable_jerk(&self, period: f64) -> f64 {
+        let Some(node) = self.nodes.get((period / NODE_S).ceil() as usize) else {
+            return 0.0;
+        };
+        let mut by_acceleration = [0.0; MAX_WHEELS];
+        for by_rod in &node.outlook.load.by_acceleration {
+            for (sum, by_rod) in by_acceleration.iter_mut().zip(by_rod) {
+                *sum += by_rod;
+            }
+        }
+        let wheels = self.wheels;
+        let locked_spread = spread(&node.outlook.locked[..wheels]);
+        let mut most = (node.spread - locked_spread) / spread(&by_acceleration[..wheels]);
+        for (may_lose, load) in node.may_lose[1][..wheels].iter().zip(&by_acceleration) {
+            most = most.min(may_lose / load.abs());
+        }
+        std::f64::consts::TAU / period * most
+    }
+
+    /// How many times m this margin is below zero.
+    pub(super) fn missing(&self, margin: f64) -> f64 {
+        let priority = PRIORITY * self.bounds.mean_load;
+        let of_wheel = margin < -0.5 * priority;
+        let margin = if of_wheel { margin + priority } else { margin };
+        -margin / (START_SHARE * self.bounds.mean_load)
     }
 
     /// The least margin of a plan.

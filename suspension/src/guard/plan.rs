@@ -59,10 +59,6 @@ impl Plan {
         Self::STOP,
         Self::Stay(3),
     ];
-
-    pub(super) fn returns(self) -> bool {
-        matches!(self, Self::Return(_))
-    }
 }
 
 impl Plans {

@@ -11,7 +11,7 @@
 
 use tipwatch_mechanics::state::ImuState;
 
-use super::by_wheel::{ByWheel, spread};
+use super::by_wheel::ByWheel;
 
 /// T (s).
 const MEAN_S: f64 = 1.0;
@@ -26,8 +26,6 @@ pub(super) struct Steady {
     motion: Option<ImuState<f64>>,
     /// (N)
     swing: ByWheel,
-    /// The same of the load spread (N).
-    spread: f64,
     /// The largest horizontal acceleration that was not in the mean, forgotten within half a minute (m/s^2).
     shock: f64,
 }
@@ -36,7 +34,6 @@ impl Steady {
     pub(super) const UNKNOWN: Self = Self {
         motion: None,
         swing: [0.0; tipwatch_mechanics::machine::MAX_WHEELS],
-        spread: 0.0,
         shock: 0.0,
     };
 
@@ -71,18 +68,11 @@ impl Steady {
     }
 
     /// S(19) for the loads of locked rods by the measured and by the mean motion (N).
-    pub(super) fn see_loads(&mut self, measured: &[f64], mean: &[f64], seconds: f64) {
+    pub(super) fn see_loads(&mut self, measured: &ByWheel, mean: &ByWheel, seconds: f64) {
         let fading = libm::exp(-seconds / SWING_S);
-        let apart = (spread(measured) - spread(mean)).abs();
-        self.spread = (self.spread * fading).max(apart);
         for ((swing, measured), mean) in self.swing.iter_mut().zip(measured).zip(mean) {
             *swing = (*swing * fading).max((measured - mean).abs());
         }
-    }
-
-    /// The swing of the load spread (N).
-    pub(super) fn spread(&self) -> f64 {
-        self.spread
     }
 
     /// The largest sudden acceleration (m/s^2).
