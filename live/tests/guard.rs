@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use tipwatch_live::guard::{Admitted, Guard};
+use tipwatch_live::guard::{Admitted, CheckedEstimator, Guard, Step};
 use tipwatch_live::safety_limits::{
     DEADLINE_NS, LOSS_WINDOW_NS, MAX_AUXILIARY_AGE_NS, MAX_CLOCK_LEAD_NS, MAX_DELAY_NS,
     MAX_LOST_SAMPLES, MAX_STAMP_LEAD_NS, PERSISTENT, START_UP_NS, UNTIMED_SILENCE_NS,
@@ -571,4 +571,58 @@ fn a_session_ends_with_its_last_message() {
     assert!(matches!(bench.guard.admit(&wire, START), Ok(Admitted::End)));
     bench.guard.note(InputFault::VerdictLate);
     assert!(bench.is_fault(InputFault::VerdictLate, START));
+}
+
+#[test]
+fn joint_states_complete_rows_with_what_was_found() {
+    let world = world();
+    let mut bench = Bench::new();
+    let (sensors, machine) = (&world.sensors, &world.machine);
+    let mut checked = CheckedEstimator::new(&world.session, machine, sensors, START);
+    let mut take = |wire: &WireSample| checked.take(machine, wire, START);
+    for kind in [Kind::Imu, Kind::Odometry] {
+        let wire = bench.sample(kind, START, 0);
+        assert!(matches!(take(&wire), Step::Pending));
+    }
+    let wire = bench.sample(Kind::Joints, START - MS, MAX_DELAY_NS + 1);
+    let Step::Row(row) = take(&wire) else {
+        panic!("no row");
+    };
+    assert_eq!(
+        (row.sample_sequence, row.sample_published_ns),
+        (2, START - MS)
+    );
+    assert!(row.conditions.cautions.has(InputFault::Stale));
+    // refused: no row
+    assert!(matches!(take(&wire), Step::Pending));
+    let mut end = WireSample::end();
+    end.seal(Head {
+        sequence: 3,
+        ..wire.head()
+    });
+    assert!(matches!(take(&end), Step::Ended));
+    assert_eq!(checked.guard.counts().rows, 1);
+    assert_eq!(checked.estimate().time_ns, wire.time_ns);
+}
+
+/// Without an IMU odometry is no auxiliary: the estimate cannot go on without it.
+#[test]
+fn odometry_without_an_imu_is_stale_like_any_sensor() {
+    let mut bench = Bench::new();
+    let sensors = Sensors {
+        imu: false,
+        ..world().sensors.clone()
+    };
+    bench.guard = Guard::new(&world().session, &world().machine, &sensors, START);
+    for sent in 0..=2 {
+        bench.good(Kind::Odometry, START + sent * 2000 * MS);
+    }
+    let last_ns = START + 4000 * MS;
+    for (age_ns, is_fault) in [(bench.max_gap_ns, false), (bench.max_gap_ns + 1, true)] {
+        bench.good(Kind::Joints, last_ns + age_ns);
+        assert_eq!(
+            bench.is_fault(InputFault::Stale, last_ns + age_ns),
+            is_fault
+        );
+    }
 }

@@ -16,6 +16,8 @@ mod bridge;
 mod commissioning;
 /// The suspension is controlled, and its valves close on every fault.
 mod control;
+/// Every decision of the control, without shared memory.
+mod control_decisions;
 /// Killed processes.
 mod crash;
 /// Data are late whatever their stamps say.
