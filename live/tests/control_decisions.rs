@@ -1,70 +1,23 @@
 //! Every decision of the control on both sides, in the process of the test: no shared memory, no monitor, and time that
 //! the test steers. What the programs do together is tested in `control.rs`.
 
-use std::sync::OnceLock;
-
 use tipwatch_live::control::Control;
 use tipwatch_live::safety_limits::{
     CLOSING_PERIOD_NS, CLOSING_RATE, DEADLINE_NS, GOOD_ROWS, HEARTBEAT_NS, MAX_ROW_AGE_NS,
     PERSISTENT, PERSISTENT_LATE, UNTIMED_SILENCE_NS, VALIDITY_NS,
 };
 use tipwatch_live::wire::command::{HoldReason, Mode};
-use tipwatch_live::wire::session::{Progress, Session, StampClock, machine_hash};
+use tipwatch_live::wire::session::{Progress, Session};
 use tipwatch_live::wire::topics::{
     EVENT_BETWEEN, EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireVerdict,
 };
-use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::Level;
 
-use crate::support::feed::{machine, samples};
+use crate::support::standing::{FASTEST, SESSION, START, seal_verdict, standing, verdict};
 
 const MS: i64 = 1_000_000;
-/// When the session began (ns).
-const START: i64 = 1_000_000 * MS;
 /// Time from row to row (ns).
 const ROW_NS: i64 = 10 * MS;
-/// Fastest motion of a rod with its valve all the way open (m/s).
-const FASTEST: f64 = 0.13;
-const SESSION: u64 = 7;
-
-struct World {
-    machine: Machine,
-    sensors: Sensors,
-    session: Session,
-    /// Samples of the log, without heads.
-    samples: Vec<WireSample>,
-    /// Places of the suspension's rods in the positions of joints.
-    rods: [usize; 2],
-}
-
-fn world() -> &'static World {
-    static WORLD: OnceLock<World> = OnceLock::new();
-    WORLD.get_or_init(|| {
-        let (file, urdf) = machine("second_paper");
-        let (recording, samples) = samples("second_paper");
-        let session = Session {
-            id: SESSION,
-            machine_hash: machine_hash(&file, &urdf),
-            pace: 1.0,
-            clock: StampClock {
-                stamp_ns: samples[0].time_ns,
-                host_ns: START,
-            },
-            ..recording.session
-        };
-        let (machine, sensors) = session.machine(&file, &urdf).unwrap();
-        let joints = &session.streams[0];
-        let place = |name: &str| joints.iter().position(|joint| joint == name).unwrap();
-        World {
-            rods: ["suspension_right", "suspension_left"].map(place),
-            machine,
-            sensors,
-            session,
-            samples,
-        }
-    })
-}
 
 /// A control of a machine that stands still, with rods that obey the valves.
 struct Bench {
@@ -88,7 +41,7 @@ impl Bench {
     }
 
     fn with(change: impl FnOnce(&mut Session)) -> Self {
-        let world = world();
+        let world = standing();
         let mut session = world.session.clone();
         change(&mut session);
         Self {
@@ -117,7 +70,7 @@ impl Bench {
     }
 
     fn seal(&mut self, wire: &mut WireSample) {
-        let world = world();
+        let world = standing();
         wire.seal(Head {
             sequence: self.sequence,
             source: SESSION,
@@ -151,31 +104,12 @@ impl Bench {
 
     /// A verdict of this level, valid from now.
     fn verdict(&self, level: Level) -> WireVerdict {
-        let mut wire = WireVerdict {
-            session: SESSION,
-            level: level as u32,
-            latched_level: level as u32,
-            valid_until_ns: self.now_ns + VALIDITY_NS,
-            ..WireVerdict::unknown()
-        };
-        seal_verdict(&mut wire, world().session.machine_hash);
-        wire
+        verdict(level, self.now_ns)
     }
 
     fn sample(&mut self, kind: Kind) -> WireSample {
-        let world = world();
-        let mut of_kind = (world.samples.iter()).filter(|sample| sample.kind == kind as u32);
-        let place = if kind == Kind::Imu { self.imu % 40 } else { 0 };
         self.imu += usize::from(kind == Kind::Imu);
-        let mut wire = *of_kind.nth(place).unwrap();
-        if kind == Kind::Joints {
-            let joints = wire.value_count as usize / 2;
-            wire.values[joints..2 * joints].fill(0.0);
-            for (rod, place) in self.rods.into_iter().zip(world.rods) {
-                wire.values[place] = rod;
-            }
-        }
-        wire
+        standing().sample(kind, self.imu, self.rods)
     }
 
     /// The samples of the next row, and the row's command. The program's cycle ends after that.
@@ -229,19 +163,9 @@ impl Bench {
     }
 }
 
-fn seal_verdict(wire: &mut WireVerdict, machine_hash: u64) {
-    wire.seal(Head {
-        sequence: 5,
-        source: 99,
-        machine_hash,
-        time_ns: 0,
-        published_ns: 0,
-    });
-}
-
 fn no_rod(wire: &mut WireSample) {
     if wire.kind == Kind::Joints as u32 {
-        wire.values[world().rods[0]] = f64::NAN;
+        wire.values[standing().rods[0]] = f64::NAN;
     }
 }
 
@@ -329,7 +253,7 @@ fn motion_is_permitted_by_known_levels_without_a_latched_fault() {
         bench.is_judged = false;
         let mut verdict = bench.verdict(level);
         verdict.latched_level = latched as u32;
-        seal_verdict(&mut verdict, world().session.machine_hash);
+        seal_verdict(&mut verdict, standing().session.machine_hash);
         bench.control.verdict(&verdict);
         let command = bench.row();
         assert_eq!(
@@ -345,17 +269,17 @@ fn motion_is_permitted_by_known_levels_without_a_latched_fault() {
 // requirement: TW-CONTROL-03
 #[test]
 fn verdicts_that_are_damaged_or_of_others_are_ignored() {
-    let own = world().session.machine_hash;
+    let own = standing().session.machine_hash;
     let forged: [fn(&mut WireVerdict); 4] = [
         |verdict| verdict.checksum ^= 1,
         |verdict| {
             verdict.session ^= 1;
-            seal_verdict(verdict, world().session.machine_hash);
+            seal_verdict(verdict, standing().session.machine_hash);
         },
-        |verdict| seal_verdict(verdict, world().session.machine_hash ^ 1),
+        |verdict| seal_verdict(verdict, standing().session.machine_hash ^ 1),
         |verdict| {
             verdict.session ^= 1;
-            seal_verdict(verdict, world().session.machine_hash ^ 1);
+            seal_verdict(verdict, standing().session.machine_hash ^ 1);
         },
     ];
     for forge in forged {
@@ -390,7 +314,7 @@ fn verdicts_count_until_they_expire() {
         bench.runs_in(0.0);
         let mut verdict = bench.verdict(Level::Safe);
         verdict.valid_until_ns = bench.now_ns + 30 * MS;
-        seal_verdict(&mut verdict, world().session.machine_hash);
+        seal_verdict(&mut verdict, standing().session.machine_hash);
         bench.control.verdict(&verdict);
         bench.now_ns += 30 * MS + late_ns;
         let command = bench.tick().unwrap();
@@ -545,7 +469,7 @@ fn valves_close_smoothly_and_follow_again_only_when_closed() {
     let mut before = bench.last();
     // a fault for one row
     let mut unknown = bench.verdict(Level::Unknown);
-    seal_verdict(&mut unknown, world().session.machine_hash);
+    seal_verdict(&mut unknown, standing().session.machine_hash);
     bench.control.verdict(&unknown);
     bench.tick();
     assert!(bench.has(HoldReason::Verdict));

@@ -626,3 +626,28 @@ fn odometry_without_an_imu_is_stale_like_any_sensor() {
         );
     }
 }
+
+#[test]
+fn periods_of_sensors_are_followed_slowly() {
+    // from 10 to 20 ms: each interval moves the mean by a twentieth of the difference
+    let period_ms = 20.0 - 10.0 * 0.95_f64.powi(20);
+    let late_ns = (3.0 * period_ms * 1e6) as i64;
+    for (age_ns, is_late) in [(late_ns - 1000, false), (late_ns + 1000, true)] {
+        let mut bench = Bench::new();
+        for sent in 0..=50 {
+            bench.good(Kind::Imu, START + sent * 10 * MS);
+        }
+        for sent in 1..=20 {
+            bench.good(Kind::Imu, START + 500 * MS + sent * 20 * MS);
+        }
+        let now_ns = START + 900 * MS + age_ns;
+        for kind in [Kind::Joints, Kind::Odometry] {
+            bench.good(kind, now_ns);
+        }
+        assert_eq!(
+            bench.is_caution(InputFault::Stale, now_ns),
+            is_late,
+            "{age_ns}"
+        );
+    }
+}

@@ -18,6 +18,8 @@ mod commissioning;
 mod control;
 /// Every decision of the control, without shared memory.
 mod control_decisions;
+/// The loop of the control, from session to session.
+mod control_program;
 /// Killed processes.
 mod crash;
 /// Data are late whatever their stamps say.

@@ -12,7 +12,9 @@ pub mod numbered;
 pub mod offline;
 pub mod prioritise;
 pub mod producing;
+pub mod standing;
 pub mod steered;
+pub mod steered_clock;
 pub mod world;
 
 use std::io::Read;
