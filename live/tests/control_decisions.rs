@@ -4,7 +4,7 @@
 use tipwatch_live::control::Control;
 use tipwatch_live::safety_limits::{
     CLOSING_PERIOD_NS, CLOSING_RATE, DEADLINE_NS, GOOD_ROWS, HEARTBEAT_NS, MAX_ROW_AGE_NS,
-    PERSISTENT, PERSISTENT_LATE, UNTIMED_SILENCE_NS, VALIDITY_NS,
+    PERSISTENT, PERSISTENT_LATE, UNTIMED_SILENCE_NS,
 };
 use tipwatch_live::wire::command::{HoldReason, Mode};
 use tipwatch_live::wire::session::{Progress, Session};
@@ -359,6 +359,20 @@ fn rows_without_a_known_state_close_the_valves() {
         follows = bench.changed_row(no_rod).mode() == Mode::Follow;
     }
     assert!(!follows && bench.has(HoldReason::RowInvalid));
+    bench.runs_in(0.0);
+}
+
+/// A stroke that no linkage can have gives no posture to begin with, though each row says what was measured.
+// requirement: TW-CONTROL-02
+#[test]
+fn controls_do_not_begin_with_an_impossible_posture() {
+    let mut bench = Bench::new();
+    bench.rods[0] = 5.0;
+    for k in 0..100 {
+        bench.row();
+        assert!(bench.has(HoldReason::RowInvalid), "{k}");
+    }
+    bench.rods[0] = -0.18;
     bench.runs_in(0.0);
 }
 

@@ -4,8 +4,9 @@ use std::sync::OnceLock;
 
 use tipwatch_live::guard::{Admitted, CheckedEstimator, Guard, Step};
 use tipwatch_live::safety_limits::{
-    DEADLINE_NS, LOSS_WINDOW_NS, MAX_AUXILIARY_AGE_NS, MAX_CLOCK_LEAD_NS, MAX_DELAY_NS,
-    MAX_LOST_SAMPLES, MAX_STAMP_LEAD_NS, PERSISTENT, START_UP_NS, UNTIMED_SILENCE_NS,
+    DEADLINE_NS, DRIFT_WINDOW_NS, LOSS_WINDOW_NS, MAX_AUXILIARY_AGE_NS, MAX_CLOCK_LEAD_NS,
+    MAX_DELAY_NS, MAX_DRIFT_NS, MAX_LOST_SAMPLES, MAX_STAMP_LEAD_NS, PERSISTENT, START_UP_NS,
+    UNTIMED_SILENCE_NS,
 };
 use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
 use tipwatch_live::wire::topics::{Head, Kind, Wire, WireSample};
@@ -321,6 +322,18 @@ fn stamps_and_publications_must_agree_on_the_time_between_two_samples() {
             assert!(!bench.is_fault(InputFault::ClockJump, START + 10 * MS));
             bench.good(Kind::Imu, START + 20 * MS);
         }
+    }
+}
+
+#[test]
+fn stamps_run_at_the_pace_of_the_session() {
+    for (pace, is_taken) in [(2.0, true), (1.0, false)] {
+        let mut bench = Bench::with(|session| session.pace = pace);
+        bench.good(Kind::Imu, START);
+        // two seconds of the sensor in one of this computer
+        let now_ns = START + 1000 * MS;
+        let wire = bench.sample(Kind::Imu, now_ns, -1000 * MS);
+        assert_eq!(bench.takes(&wire, now_ns), is_taken, "{pace}");
     }
 }
 
@@ -649,5 +662,21 @@ fn periods_of_sensors_are_followed_slowly() {
             is_late,
             "{age_ns}"
         );
+    }
+}
+
+#[test]
+fn delays_that_drift_are_a_caution() {
+    for (delay_ns, drifts) in [(MAX_DRIFT_NS, false), (MAX_DRIFT_NS + 1, true)] {
+        let mut bench = Bench::new();
+        let second = DRIFT_WINDOW_NS;
+        for (published_ns, delay_ns) in [(0, 0), (second, delay_ns), (2 * second, delay_ns)] {
+            let now_ns = START + published_ns;
+            let wire = bench.sample(Kind::Imu, now_ns, delay_ns);
+            assert!(bench.takes(&wire, now_ns));
+            let is_last = published_ns == 2 * second;
+            let expected = drifts && is_last;
+            assert_eq!(bench.is_caution(InputFault::ClockJump, now_ns), expected);
+        }
     }
 }
