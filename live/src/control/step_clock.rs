@@ -42,6 +42,8 @@ mod tests {
     fn steps_keep_their_length_whenever_rows_come() {
         assert_eq!(due(&[0, 10, 20, 30, 40, 50]), [0, 20, 40]);
         assert_eq!(due(&[0, 19, 21, 39, 40, 59]), [0, 21, 40]);
+        // from the row that it was started with
+        assert_eq!(due(&[1000, 1001, 1002, 1019, 1020]), [1000, 1020]);
         // rows slower than the steps
         assert_eq!(due(&[0, 40, 80, 120]), [0, 40, 80, 120]);
     }
