@@ -418,8 +418,7 @@ fn rods_outside_their_stroke_close_the_valves() {
     assert_eq!(bench.last().mode(), Mode::Hold);
 }
 
-// requirement: TW-CONTROL-07
-// requirement: TW-CONTROL-08
+// requirement: TW-CONTROL-07, TW-CONTROL-08
 #[test]
 fn rods_that_do_not_obey_close_the_valves_until_acknowledged() {
     for (obedience, fault, other) in [
