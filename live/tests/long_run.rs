@@ -93,8 +93,9 @@ fn not_recorded(ended: &Ended) -> (u64, u64) {
     told.unwrap_or_default()
 }
 
-/// Runs a monitor and a black box for so many hours of the machine's time, as fast as they can.
-fn run(hours: f64) {
+/// Runs a monitor and a black box for so many hours of the machine's time, as fast as they can. The black box may lose this
+/// share of the samples, if it says so.
+fn run(hours: f64, most_lost: f64) {
     let world = World::new("long");
     let folder = tempfile::tempdir().unwrap();
     let machine = data("tiny_lift.toml");
@@ -174,7 +175,7 @@ fn run(hours: f64) {
     assert_eq!(recorded(" verdicts, ") + lost_verdicts, rows);
     assert_eq!(recorded(" samples, ") + lost_samples, sent);
     assert!(
-        100 * lost_samples < sent,
+        lost_samples as f64 <= most_lost * sent as f64,
         "{lost_samples} of {sent} samples"
     );
     // memory, shared memory and handles
@@ -208,7 +209,7 @@ fn run(hours: f64) {
 
 #[test]
 fn a_quarter_of_an_hour_leaves_nothing_behind() {
-    run(0.25);
+    run(0.25, 0.0);
 }
 
 mod needs_long {
@@ -218,6 +219,10 @@ mod needs_long {
     #[ignore = "takes hours; TIPWATCH_LONG_HOURS sets the machine time, 24 by default"]
     fn day_leaves_nothing_behind() {
         let hours = std::env::var("TIPWATCH_LONG_HOURS").ok();
-        run(hours.and_then(|hours| hours.parse().ok()).unwrap_or(24.0));
+        // half an hour and more at fifty times real time: a disk that others use, too, does not keep up all the time
+        run(
+            hours.and_then(|hours| hours.parse().ok()).unwrap_or(24.0),
+            0.1,
+        );
     }
 }
