@@ -2,10 +2,11 @@
 
 use std::sync::OnceLock;
 
-use tipwatch_live::guard::{Admitted, Guard};
+use tipwatch_live::guard::{Admitted, CheckedEstimator, Guard, Step};
 use tipwatch_live::safety_limits::{
-    DEADLINE_NS, LOSS_WINDOW_NS, MAX_AUXILIARY_AGE_NS, MAX_CLOCK_LEAD_NS, MAX_DELAY_NS,
-    MAX_LOST_SAMPLES, MAX_STAMP_LEAD_NS, PERSISTENT, START_UP_NS, UNTIMED_SILENCE_NS,
+    DEADLINE_NS, DRIFT_WINDOW_NS, LOSS_WINDOW_NS, MAX_AUXILIARY_AGE_NS, MAX_CLOCK_LEAD_NS,
+    MAX_DELAY_NS, MAX_DRIFT_NS, MAX_LOST_SAMPLES, MAX_STAMP_LEAD_NS, PERSISTENT, START_UP_NS,
+    UNTIMED_SILENCE_NS,
 };
 use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
 use tipwatch_live::wire::topics::{Head, Kind, Wire, WireSample};
@@ -325,6 +326,18 @@ fn stamps_and_publications_must_agree_on_the_time_between_two_samples() {
 }
 
 #[test]
+fn stamps_run_at_the_pace_of_the_session() {
+    for (pace, is_taken) in [(2.0, true), (1.0, false)] {
+        let mut bench = Bench::with(|session| session.pace = pace);
+        bench.good(Kind::Imu, START);
+        // two seconds of the sensor in one of this computer
+        let now_ns = START + 1000 * MS;
+        let wire = bench.sample(Kind::Imu, now_ns, -1000 * MS);
+        assert_eq!(bench.takes(&wire, now_ns), is_taken, "{pace}");
+    }
+}
+
+#[test]
 fn stamps_that_are_not_set_or_do_not_fit_a_log_are_refused() {
     for (time_ns, is_taken) in [
         (0, false),
@@ -571,4 +584,99 @@ fn a_session_ends_with_its_last_message() {
     assert!(matches!(bench.guard.admit(&wire, START), Ok(Admitted::End)));
     bench.guard.note(InputFault::VerdictLate);
     assert!(bench.is_fault(InputFault::VerdictLate, START));
+}
+
+#[test]
+fn joint_states_complete_rows_with_what_was_found() {
+    let world = world();
+    let mut bench = Bench::new();
+    let (sensors, machine) = (&world.sensors, &world.machine);
+    let mut checked = CheckedEstimator::new(&world.session, machine, sensors, START);
+    let mut take = |wire: &WireSample| checked.take(machine, wire, START);
+    for kind in [Kind::Imu, Kind::Odometry] {
+        let wire = bench.sample(kind, START, 0);
+        assert!(matches!(take(&wire), Step::Pending));
+    }
+    let wire = bench.sample(Kind::Joints, START - MS, MAX_DELAY_NS + 1);
+    let Step::Row(row) = take(&wire) else {
+        panic!("no row");
+    };
+    assert_eq!(
+        (row.sample_sequence, row.sample_published_ns),
+        (2, START - MS)
+    );
+    assert!(row.conditions.cautions.has(InputFault::Stale));
+    // refused: no row
+    assert!(matches!(take(&wire), Step::Pending));
+    let mut end = WireSample::end();
+    end.seal(Head {
+        sequence: 3,
+        ..wire.head()
+    });
+    assert!(matches!(take(&end), Step::Ended));
+    assert_eq!(checked.guard.counts().rows, 1);
+    assert_eq!(checked.estimate().time_ns, wire.time_ns);
+}
+
+/// Without an IMU odometry is no auxiliary: the estimate cannot go on without it.
+#[test]
+fn odometry_without_an_imu_is_stale_like_any_sensor() {
+    let mut bench = Bench::new();
+    let sensors = Sensors {
+        imu: false,
+        ..world().sensors.clone()
+    };
+    bench.guard = Guard::new(&world().session, &world().machine, &sensors, START);
+    for sent in 0..=2 {
+        bench.good(Kind::Odometry, START + sent * 2000 * MS);
+    }
+    let last_ns = START + 4000 * MS;
+    for (age_ns, is_fault) in [(bench.max_gap_ns, false), (bench.max_gap_ns + 1, true)] {
+        bench.good(Kind::Joints, last_ns + age_ns);
+        assert_eq!(
+            bench.is_fault(InputFault::Stale, last_ns + age_ns),
+            is_fault
+        );
+    }
+}
+
+#[test]
+fn periods_of_sensors_are_followed_slowly() {
+    // from 10 to 20 ms: each interval moves the mean by a twentieth of the difference
+    let period_ms = 20.0 - 10.0 * 0.95_f64.powi(20);
+    let late_ns = (3.0 * period_ms * 1e6) as i64;
+    for (age_ns, is_late) in [(late_ns - 1000, false), (late_ns + 1000, true)] {
+        let mut bench = Bench::new();
+        for sent in 0..=50 {
+            bench.good(Kind::Imu, START + sent * 10 * MS);
+        }
+        for sent in 1..=20 {
+            bench.good(Kind::Imu, START + 500 * MS + sent * 20 * MS);
+        }
+        let now_ns = START + 900 * MS + age_ns;
+        for kind in [Kind::Joints, Kind::Odometry] {
+            bench.good(kind, now_ns);
+        }
+        assert_eq!(
+            bench.is_caution(InputFault::Stale, now_ns),
+            is_late,
+            "{age_ns}"
+        );
+    }
+}
+
+#[test]
+fn delays_that_drift_are_a_caution() {
+    for (delay_ns, drifts) in [(MAX_DRIFT_NS, false), (MAX_DRIFT_NS + 1, true)] {
+        let mut bench = Bench::new();
+        let second = DRIFT_WINDOW_NS;
+        for (published_ns, delay_ns) in [(0, 0), (second, delay_ns), (2 * second, delay_ns)] {
+            let now_ns = START + published_ns;
+            let wire = bench.sample(Kind::Imu, now_ns, delay_ns);
+            assert!(bench.takes(&wire, now_ns));
+            let is_last = published_ns == 2 * second;
+            let expected = drifts && is_last;
+            assert_eq!(bench.is_caution(InputFault::ClockJump, now_ns), expected);
+        }
+    }
 }

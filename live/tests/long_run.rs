@@ -80,8 +80,22 @@ fn number(ended: &Ended, words: &str) -> u64 {
     before.rsplit(' ').next().unwrap().parse().unwrap()
 }
 
-/// Runs a monitor and a black box for so many hours of the machine's time, as fast as they can.
-fn run(hours: f64) {
+/// Samples and verdicts that the recorder tells it has not recorded.
+fn not_recorded(ended: &Ended) -> (u64, u64) {
+    let told = ended.err.lines().find_map(|line| {
+        let (samples, verdicts) =
+            (line.split_once("not recorded: ")?.1).split_once(" samples, ")?;
+        Some((
+            samples.parse().ok()?,
+            verdicts.split_once(' ')?.0.parse().ok()?,
+        ))
+    });
+    told.unwrap_or_default()
+}
+
+/// Runs a monitor and a black box for so many hours of the machine's time, as fast as they can. The black box may lose this
+/// share of the samples, if it says so.
+fn run(hours: f64, most_lost: f64) {
     let world = World::new("long");
     let folder = tempfile::tempdir().unwrap();
     let machine = data("tiny_lift.toml");
@@ -154,8 +168,16 @@ fn run(hours: f64) {
     for count in [" lost,", " refused,", " repeated,"] {
         assert_eq!(number(&monitor, count), 0, "{}", monitor.err);
     }
-    assert_eq!(number(&recorder, " verdicts, "), rows, "{}", recorder.err);
-    assert_eq!(number(&recorder, " samples, "), sent, "{}", recorder.err);
+    // a disk that cannot keep up with many times real time loses some, and says how many
+    let (lost_samples, lost_verdicts) = not_recorded(&recorder);
+    println!("not recorded: {lost_samples} samples, {lost_verdicts} verdicts");
+    let recorded = |words: &str| number(&recorder, words);
+    assert_eq!(recorded(" verdicts, ") + lost_verdicts, rows);
+    assert_eq!(recorded(" samples, ") + lost_samples, sent);
+    assert!(
+        lost_samples as f64 <= most_lost * sent as f64,
+        "{lost_samples} of {sent} samples"
+    );
     // memory, shared memory and handles
     let after = &measured[measured.len() / 4..];
     let (first, last) = (after[0], after[after.len() - 1]);
@@ -187,7 +209,7 @@ fn run(hours: f64) {
 
 #[test]
 fn a_quarter_of_an_hour_leaves_nothing_behind() {
-    run(0.25);
+    run(0.25, 0.0);
 }
 
 mod needs_long {
@@ -197,6 +219,10 @@ mod needs_long {
     #[ignore = "takes hours; TIPWATCH_LONG_HOURS sets the machine time, 24 by default"]
     fn day_leaves_nothing_behind() {
         let hours = std::env::var("TIPWATCH_LONG_HOURS").ok();
-        run(hours.and_then(|hours| hours.parse().ok()).unwrap_or(24.0));
+        // half an hour and more at fifty times real time: a disk that others use, too, does not keep up all the time
+        run(
+            hours.and_then(|hours| hours.parse().ok()).unwrap_or(24.0),
+            0.1,
+        );
     }
 }

@@ -16,6 +16,10 @@ mod bridge;
 mod commissioning;
 /// The suspension is controlled, and its valves close on every fault.
 mod control;
+/// Every decision of the control, without shared memory.
+mod control_decisions;
+/// The loop of the control, from session to session.
+mod control_program;
 /// Killed processes.
 mod crash;
 /// Data are late whatever their stamps say.

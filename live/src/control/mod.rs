@@ -4,6 +4,7 @@
 
 mod program;
 mod session_control;
+mod step_clock;
 mod valve_command;
 
 pub use program::ControlProgram;

@@ -10,12 +10,14 @@
 //!
 //! [`CLOSING_RATE`]: crate::safety_limits::CLOSING_RATE
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use tipwatch_mechanics::machine::SuspensionControl;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{Conditions, Level};
 use tipwatch_mechanics::{Machine, standing_posture};
-use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay, RodFault, Status};
+use tipwatch_suspension::{Controller, MAX_ACTUATORS, Replay, RodFault};
 
+use super::step_clock::StepClock;
 use super::valve_command::{Solution, ValveCommand};
 use crate::guard::{CheckedEstimator, CompletedRow, Step};
 use crate::safety_limits::{
@@ -34,13 +36,13 @@ pub struct Control {
     machine: Machine,
     input: CheckedEstimator,
     rods: Replay,
+    settings: SuspensionControl,
     controller: Option<Controller>,
     verdict: Option<SeenVerdict>,
     /// Time of the last row, and when it was received (ns).
     row_ns: Option<(i64, i64)>,
     row_is_valid: bool,
-    /// Time of the row at which the optimiser is asked next (ns).
-    due_ns: i64,
+    steps: StepClock,
     good_rows: u32,
     /// Consecutive rows with late commands.
     late_rows: u32,
@@ -77,6 +79,7 @@ impl Control {
         now_ns: i64,
     ) -> Result<Self> {
         let rods = Replay::new(&machine)?;
+        let suspension = machine.suspension().context("expected [suspension]")?;
         let mut message = WireCommand::closed();
         message.session = session.id;
         message.actuator_count = rods.actuators() as u32;
@@ -84,13 +87,14 @@ impl Control {
             session: session.id,
             machine_hash: session.machine_hash,
             input: CheckedEstimator::new(session, &machine, sensors, now_ns),
+            settings: suspension.control.clone(),
             machine,
             rods,
             controller: None,
             verdict: None,
             row_ns: None,
             row_is_valid: false,
-            due_ns: i64::MIN,
+            steps: StepClock::default(),
             good_rows: 0,
             late_rows: 0,
             solver_holds: false,
@@ -180,9 +184,8 @@ impl Control {
         if self.controller.is_none()
             && let Some(posture) =
                 standing_posture(&self.machine, &estimate.state, estimate.reasons)
-            && let Some(suspension) = self.machine.suspension()
         {
-            let controller = Controller::new(&self.machine, &suspension.control, &posture)?;
+            let controller = Controller::new(&self.machine, &self.settings, &posture)?;
             self.controller = Some(controller);
         }
         let measured = self.rods.rods(&estimate.state).map(|rod| rod.position);
@@ -232,14 +235,11 @@ impl Control {
         let valves = &mut self.valves;
         if valves.mode != Mode::Follow {
             controller.reset();
-            self.due_ns = time_ns;
+            self.steps.restart(time_ns);
         }
-        if time_ns >= self.due_ns {
+        if self.steps.is_due(time_ns, controller.step_length()) {
             let command = controller.tick(&self.input.estimate().state, measured);
-            let step_ns = (controller.step_length() * 1e9) as i64;
-            self.due_ns = self.due_ns.saturating_add(step_ns).max(time_ns - step_ns);
-            let is_rod = command.status == Status::NotFollowing;
-            self.solver_holds = command.hold && !is_rod;
+            self.solver_holds = command.hold;
             valves.solution = Solution {
                 status: Some(command.status),
                 cost: command.cost,

@@ -95,3 +95,80 @@ impl ValveCommand {
         message.evaluations = self.solution.evaluations as u32;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: i64 = 1_000_000;
+
+    fn open(opening: f64) -> ValveCommand {
+        let mut command = ValveCommand {
+            mode: Mode::Follow,
+            reasons: HoldReasons::default(),
+            ..ValveCommand::closed(0)
+        };
+        command.opening[0] = opening;
+        command
+    }
+
+    fn fault() -> HoldReasons {
+        let mut reasons = HoldReasons::default();
+        reasons.note(HoldReason::Input, true);
+        reasons
+    }
+
+    #[test]
+    fn valves_close_at_their_rate_from_either_side() {
+        for (opening, after_ns, expected) in [
+            (0.5, 10 * MS, 0.46),
+            (-0.5, 10 * MS, -0.46),
+            // no further than closed
+            (0.03, 10 * MS, 0.0),
+            (-0.03, 10 * MS, 0.0),
+            // neither back in time nor by a jump after a pause
+            (0.5, -10 * MS, 0.5),
+            (0.5, HEARTBEAT_NS, 0.42),
+            (0.5, HEARTBEAT_NS + MS, 0.42),
+        ] {
+            let mut command = open(opening);
+            command.close(fault(), after_ns);
+            assert!((command.opening[0] - expected).abs() < 1e-12, "{command:?}");
+            assert_eq!(command.opening[1..], [0.0; MAX_ACTUATORS - 1]);
+            assert_eq!(command.reasons, fault());
+            assert_eq!(command.moved_ns, after_ns);
+            let is_closed = expected == 0.0;
+            assert_eq!(command.is_closed(), is_closed);
+            let mode = if is_closed { Mode::Hold } else { Mode::Ramp };
+            assert_eq!(command.mode, mode);
+            assert_eq!(command.solution.status, None);
+            assert!(command.reference.iter().all(|number| number.is_nan()));
+        }
+    }
+
+    #[test]
+    fn messages_carry_the_whole_command() {
+        let mut command = open(0.25);
+        command.reference[0] = -0.1;
+        command.velocity[0] = 0.02;
+        command.solution = Solution {
+            status: Some(Status::Optimal),
+            cost: 5.0,
+            target: [-0.05; MAX_ACTUATORS],
+            iterations: 6,
+            evaluations: 7,
+        };
+        let mut message = WireCommand::closed();
+        command.write_to(&mut message);
+        assert_eq!(message.mode(), Mode::Follow);
+        assert!(message.reasons().is_empty());
+        assert_eq!(message.opening, command.opening);
+        assert_eq!((message.reference[0], message.velocity[0]), (-0.1, 0.02));
+        assert_eq!(message.status(), Some(Status::Optimal));
+        assert_eq!(
+            (message.cost, message.target),
+            (5.0, [-0.05; MAX_ACTUATORS])
+        );
+        assert_eq!((message.iterations, message.evaluations), (6, 7));
+    }
+}

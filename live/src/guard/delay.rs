@@ -83,4 +83,28 @@ mod tests {
             assert!(found.is_some_and(|s| s <= within_s), "{speed}: {found:?}");
         }
     }
+
+    #[test]
+    fn windows_take_the_smallest_delay_up_to_their_end() {
+        const END: i64 = DRIFT_WINDOW_NS;
+        let far_ns = 2 * MAX_DRIFT_NS;
+        for (delay_ns, drifts) in [
+            (MAX_DRIFT_NS, false),
+            (MAX_DRIFT_NS + 1, true),
+            (-MAX_DRIFT_NS, false),
+            (-MAX_DRIFT_NS - 1, true),
+        ] {
+            let mut watch = DriftWatch::default();
+            assert!(!watch.take(0, 0));
+            // in the first window, however large
+            assert!(!watch.take(END / 2, far_ns) && !watch.take(END - 1, far_ns));
+            // the first of the second one
+            assert!(!watch.take(END, delay_ns));
+            assert!(!watch.take(2 * END - 1, far_ns));
+            assert_eq!(watch.take(2 * END, 0), drifts, "{delay_ns}");
+            // until the next one is complete
+            assert_eq!(watch.take(2 * END + 1, 0), drifts);
+            assert!(!watch.take(3 * END, 0));
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! Isolated worlds in shared memory, and the program's processes in them.
+//! The program's processes in isolated worlds.
 
 #![allow(
     unreachable_pub,
@@ -12,54 +12,24 @@ pub mod numbered;
 pub mod offline;
 pub mod prioritise;
 pub mod producing;
+pub mod standing;
 pub mod steered;
+pub mod steered_clock;
+pub mod world;
 
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use tipwatch_live::node::{LiveNode, ServiceAddress};
 use tipwatch_live::wire::topics::{WireSession, WireVerdict};
 
-const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data");
+pub use world::{World, data};
+
 /// Far longer than any test takes: it only prevents hangs.
 const LIMIT: Duration = Duration::from_secs(240);
 
-pub fn data(name: &str) -> PathBuf {
-    Path::new(DATA).join(name)
-}
-
-/// An isolated world in shared memory.
-pub struct World {
-    pub prefix: String,
-    /// Removed with this.
-    pub state: tempfile::TempDir,
-    /// The folder for latched alarms.
-    pub state_folder: PathBuf,
-}
-
 impl World {
-    pub fn new(test: &str) -> Self {
-        let state = tempfile::tempdir().unwrap();
-        Self {
-            prefix: format!("tw{}{test}_", std::process::id()),
-            state_folder: state.path().into(),
-            state,
-        }
-    }
-
-    pub fn address(&self) -> ServiceAddress {
-        ServiceAddress {
-            service: "tipwatch".into(),
-            prefix: Some(self.prefix.clone()),
-        }
-    }
-
-    pub fn join(&self) -> LiveNode {
-        LiveNode::new(&self.address(), "test").unwrap()
-    }
-
     /// Waits until a producer exists. It is no reader of samples, because a replay would count it.
     pub fn wait_for_producer(&self) {
         let node = self.join();
@@ -125,23 +95,6 @@ impl World {
         arguments.push(machine.to_str().unwrap());
         arguments.extend(more);
         self.start(&arguments)
-    }
-}
-
-impl Drop for World {
-    fn drop(&mut self) {
-        // files of killed processes, and one small file per prefix
-        let folders = ["/dev/shm", "/tmp/iceoryx2"];
-        let listed = folders.map(std::fs::read_dir).into_iter().flatten();
-        for entry in listed.flatten().flatten() {
-            if entry
-                .file_name()
-                .to_string_lossy()
-                .starts_with(&self.prefix)
-            {
-                let _ = std::fs::remove_file(entry.path());
-            }
-        }
     }
 }
 

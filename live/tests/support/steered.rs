@@ -1,7 +1,6 @@
 //! Monitor and control in simulated time: the programs' own loops over shared memory, in the thread of the
 //! test. Times of detection are exact, however busy the computer is.
 
-use std::cell::Cell;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -11,32 +10,19 @@ use tipwatch_live::monitor::Monitor;
 use tipwatch_live::monitor::{MonitorOptions, MonitorProgram, Observer};
 use tipwatch_live::node::LiveNode;
 use tipwatch_live::node::{LoopOptions, Wake};
-use tipwatch_live::system::clock::{Clock, monotonic_ns};
+use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::opening::Untimed;
 use tipwatch_live::wire::session::Session;
 use tipwatch_live::wire::topics::WireVerdict;
 
 use super::World;
 use super::feed::{Time, machine};
+use super::steered_clock::SteeredClock;
 
 /// Before now, so that programs in real time beside it find no message from the future (ns).
 const BEFORE_NS: i64 = 3_600_000_000_000;
 /// Period of a loop without notifications (ns).
 const CYCLE_NS: i64 = 1_000_000;
-
-#[derive(Debug)]
-struct SteeredClock {
-    now_ns: Cell<i64>,
-    /// How long it is from one look at the clock to the next.
-    look_ns: Cell<i64>,
-}
-
-impl Clock for SteeredClock {
-    fn now_ns(&self) -> i64 {
-        self.now_ns.set(self.now_ns.get() + self.look_ns.get());
-        self.now_ns.get()
-    }
-}
 
 /// The loops, and the clock that they go by.
 pub struct Steered {
@@ -57,10 +43,7 @@ impl Steered {
     /// A monitor of a machine of the test data. What the loops borrow lives as long as the tests.
     pub fn monitor(world: &World, name: &str) -> Self {
         let (file, urdf) = machine(name);
-        let clock = SteeredClock {
-            now_ns: Cell::new(monotonic_ns() - BEFORE_NS),
-            look_ns: Cell::new(0),
-        };
+        let clock = SteeredClock::at(monotonic_ns() - BEFORE_NS);
         let mut steered = Self {
             clock: Box::leak(Box::new(clock)),
             file: Box::leak(Box::new(file)),
