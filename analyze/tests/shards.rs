@@ -129,12 +129,18 @@ fn a_log_that_takes_its_process_with_it_fails_and_the_others_do_not() {
         }
         std::thread::yield_now();
     };
-    let mut child = part(logs.path(), &place, &machine, &["1/1", "--jobs", "1"])
-        .spawn()
-        .unwrap();
-    let mark = wait_for_mark(&mut child).expect("a mark of the first log");
-    child.kill().unwrap();
-    child.wait().unwrap();
+    let mark = loop {
+        let mut child = part(logs.path(), &place, &machine, &["1/1", "--jobs", "1"])
+            .spawn()
+            .unwrap();
+        wait_for_mark(&mut child).expect("a mark of a log");
+        child.kill().unwrap();
+        child.wait().unwrap();
+        // on a busy computer it may have come to another log meanwhile, or to the end of one
+        if let Some(mark) = files(&place.join("attempts")).into_keys().max() {
+            break mark;
+        }
+    };
     assert!(records(&place).len() < 12);
     let marks = files(&place.join("attempts"));
     assert_eq!(marks.len(), 1, "{marks:?}");
