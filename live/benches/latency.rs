@@ -25,6 +25,7 @@ use std::time::Duration;
 
 use support::World;
 use support::feed::{machine, samples};
+use support::obeying::Obeying;
 use tipwatch_live::control::Control;
 use tipwatch_live::monitor::Monitor;
 use tipwatch_live::node::Producer;
@@ -210,7 +211,7 @@ fn tick(count: u64) {
     println!("level {:?}", monitor.verdict().level);
 }
 
-/// The control with safe verdicts; its optimiser runs fifty times per second.
+/// The control with safe verdicts, and rods that obey it; its optimiser runs fifty times per second.
 fn control_tick(count: u64) {
     const MACHINE: &str = "second_paper";
     let mut steady = Steady::new(MACHINE, 1);
@@ -220,16 +221,21 @@ fn control_tick(count: u64) {
         pace: 0.0,
         ..steady.session.clone()
     };
+    let mut rods = Obeying::new(&machine, &session.streams[0]);
     let mut control = Control::new(machine, &sensors, &session, 0).unwrap();
     let mut verdict = WireVerdict::unknown();
     verdict.session = session.id;
     verdict.level = Level::Safe as u32;
     verdict.valid_until_ns = i64::MAX;
-    verdict.seal(Head::default());
+    verdict.seal(Head {
+        machine_hash: steady.hash,
+        ..Head::default()
+    });
     let (mut solved, mut other, mut following) = (Vec::new(), Vec::new(), 0);
+    let mut last = WireCommand::closed();
     for _ in 0..count + 1000 {
-        let [odometry, imu, joints] = steady.next(0);
-        let mut last = WireCommand::closed();
+        let [odometry, imu, mut joints] = steady.next(0);
+        rods.obey(&last.opening, &mut joints);
         let mut send = |command: &mut WireCommand| {
             command.seal(Head::default());
             last = *command;

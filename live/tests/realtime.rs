@@ -29,14 +29,13 @@ use tipwatch_live::wire::session::Session;
 use tipwatch_live::wire::topics::{
     EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireVerdict,
 };
-use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::verdict::Level;
-use tipwatch_suspension::hydraulics::{Actuator, ActuatorInput, ActuatorState, Valve};
 
 mod support;
 
 use support::World;
 use support::feed::{machine, samples};
+use support::obeying::Obeying;
 use support::prioritise::prioritise;
 use support::producing::Producing;
 
@@ -213,64 +212,6 @@ fn monitor_alone() {
     IS_COUNTED.set(false);
     assert!(rows > 300, "{rows} rows");
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), 0);
-}
-
-/// The suspension of a recording, its rods moved by the commands through valves, oil and cylinders.
-struct Obeying {
-    machine: Machine,
-    actuator: Actuator,
-    cylinders: [ActuatorState; 2],
-    valves: [Valve; 2],
-    /// Index of each rod in the samples of the joints.
-    places: [usize; 2],
-    before_ns: Option<i64>,
-}
-
-/// What each cylinder carries (N), and the mass that moves with it (kg).
-const LOAD: ActuatorInput = ActuatorInput::Load {
-    force: 1e4,
-    mass: 1e4,
-};
-
-impl Obeying {
-    fn new(machine: &Machine, joints: &[String]) -> Self {
-        let suspension = machine.suspension().unwrap();
-        let actuator = Actuator {
-            parameters: suspension.hydraulics,
-        };
-        let ActuatorInput::Load { force, .. } = LOAD else {
-            unreachable!("a load");
-        };
-        let place = |rod: &str| joints.iter().position(|name| name == rod).unwrap();
-        Self {
-            machine: machine.clone(),
-            // near the stop, where a swinging arm leaves them something to do
-            cylinders: [actuator.at_rest(0.02, force); 2],
-            actuator,
-            valves: [Valve::closed(); 2],
-            places: ["suspension_right", "suspension_left"].map(place),
-            before_ns: None,
-        }
-    }
-
-    /// Moves the rods with these openings until this sample, and writes them into it.
-    fn obey(&mut self, openings: &[f64; 2], sample: &mut WireSample) {
-        let before_ns = self.before_ns.replace(sample.time_ns);
-        let seconds = before_ns.map_or(0.0, |before| (sample.time_ns - before) as f64 * 1e-9);
-        // the command is the opening itself
-        let mut direct = self.actuator.parameters;
-        direct.gain = 1.0;
-        let [least, _] = self.machine.suspension().unwrap().stroke;
-        let joints = sample.value_count as usize / 2;
-        for (k, place) in self.places.into_iter().enumerate() {
-            self.valves[k] = self.valves[k].follow(&direct, openings[k], 0.0, seconds);
-            let (valve, before) = (self.valves[k], self.cylinders[k]);
-            self.cylinders[k] = self.actuator.step(&before, valve, LOAD, seconds).unwrap();
-            sample.values[place] = least + self.cylinders[k].extension;
-            sample.values[joints + place] = self.cylinders[k].velocity;
-        }
-        sample.seal(sample.head());
-    }
 }
 
 /// The control with safe verdicts in a closed loop: its valves follow, and the rods follow them.

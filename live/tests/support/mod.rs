@@ -9,6 +9,7 @@
 pub mod feed;
 pub mod killing;
 pub mod numbered;
+pub mod obeying;
 pub mod offline;
 pub mod prioritise;
 pub mod producing;
