@@ -24,6 +24,7 @@ mod imu_mount;
 mod invariants;
 // Four samples side by side give the bits of each alone.
 mod lanes_equal_scalar;
+mod lift_off;
 // Measured actuator forces determine the load split.
 mod measured_torques;
 // The study of drawn parameters.
