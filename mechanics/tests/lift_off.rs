@@ -149,17 +149,17 @@ fn val_rates_within_three_standard_deviations_are_noise() {
 }
 
 /// When a fall is told (s), whose noise ends after 3 s; rows of this length (s).
-fn told_from(noise: f64, step_s: f64) -> f64 {
+fn told_from(noise: f64, step_s: f64, fall: impl Fn(f64) -> [f64; 4]) -> f64 {
     let mut fed = Fed::new();
     let mut told_from = f64::NAN;
-    for row in 0..(7.0 / step_s) as i64 {
+    for row in 0..(10.0 / step_s) as i64 {
         let t = row as f64 * step_s;
         let sign = if row % 2 == 0 { 1.0 } else { -1.0 };
-        let mut shares = falls(4.0, 0.48)(t);
+        let mut shares = fall(t);
         shares[0] += if t < 3.0 { sign * noise } else { 0.0 };
         match fed.row((t * 1e9).round() as i64, shares) {
-            // nothing is told of more than five seconds ahead
             Some(_) => told_from = told_from.min(t),
+            // nothing is told of more than five seconds ahead
             None if t > 3.3 => told_from = f64::NAN,
             None => {}
         }
@@ -169,12 +169,19 @@ fn told_from(noise: f64, step_s: f64) -> f64 {
 
 #[test]
 fn noise_beyond_what_is_stated_takes_as_much_more_of_a_rate() {
+    // the mean square of the deviations falls by 1 / (1 + step / 1 s) in each step, however often rows come
+    let later_s = |step_s: f64, more: f64| 2.0 * more.ln() * step_s / (1.0 + step_s).ln();
     for step_s in [0.01, 0.02] {
-        // by then the fall is near enough
-        assert!(told_from(0.006, step_s) < 3.4);
-        // the mean square of the deviations halves in ln 2 s, however often rows come
-        let later_s = told_from(0.03, step_s) - told_from(0.02, step_s);
-        let expected_s = 2.0 * 1.5_f64.ln();
-        assert!((later_s - expected_s).abs() < 0.04, "{step_s} {later_s}");
+        let fall = || falls(3.9, 0.48);
+        assert!(told_from(0.006, step_s, fall()) < 3.4);
+        let found_s = told_from(0.03, step_s, fall()) - told_from(0.02, step_s, fall());
+        assert!((found_s - later_s(step_s, 1.5)).abs() < 0.04, "{found_s}");
     }
+    // a fast fall, since seldom rows leave much doubt in a rate
+    let fall = || falls(21.0, 2.0);
+    let found_s = told_from(2.0, 0.05, fall()) - told_from(0.3, 0.05, fall());
+    assert!(
+        (found_s - later_s(0.05, 2.0 / 0.3)).abs() < 0.09,
+        "{found_s}"
+    );
 }
