@@ -13,7 +13,9 @@ use tipwatch_live::wire::topics::{
 };
 use tipwatch_mechanics::verdict::Level;
 
-use crate::support::standing::{FASTEST, SESSION, START, seal_verdict, standing, verdict};
+use crate::support::standing::{
+    SESSION, START, follows, move_rods, seal_sample, seal_verdict, standing, verdict,
+};
 
 const MS: i64 = 1_000_000;
 /// Time from row to row (ns).
@@ -70,14 +72,7 @@ impl Bench {
     }
 
     fn seal(&mut self, wire: &mut WireSample) {
-        let world = standing();
-        wire.seal(Head {
-            sequence: self.sequence,
-            source: SESSION,
-            machine_hash: world.session.machine_hash,
-            time_ns: world.session.clock.stamp_ns + self.now_ns - START,
-            published_ns: self.now_ns,
-        });
+        seal_sample(wire, SESSION, self.sequence, self.now_ns);
         self.sequence += 1;
     }
 
@@ -130,10 +125,8 @@ impl Bench {
 
     fn row_after(&mut self, period_ns: i64, change: impl Fn(&mut WireSample)) -> WireCommand {
         self.now_ns += period_ns;
-        let opening = self.last().opening;
-        for (rod, opening) in self.rods.iter_mut().zip(opening) {
-            *rod += FASTEST * self.obedience * opening * period_ns as f64 * 1e-9;
-        }
+        let command = self.last();
+        move_rods(&mut self.rods, &command, self.obedience, period_ns);
         if self.is_judged {
             self.control.verdict(&self.verdict(Level::Safe));
         }
@@ -149,9 +142,7 @@ impl Bench {
     /// Rows until the valves follow, and are open at least that far.
     fn runs_in(&mut self, opening: f64) {
         for _ in 0..1000 {
-            let command = self.row();
-            let least = command.opening.iter().fold(1.0_f64, |u, v| u.min(v.abs()));
-            if command.mode() == Mode::Follow && least > opening {
+            if follows(&self.row(), opening) {
                 return;
             }
         }

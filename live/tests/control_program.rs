@@ -13,7 +13,9 @@ use tipwatch_mechanics::verdict::Level;
 
 use crate::support::World;
 use crate::support::feed::machine;
-use crate::support::standing::{FASTEST, SESSION, START, standing, verdict};
+use crate::support::standing::{
+    SESSION, START, follows, move_rods, seal_sample, standing, verdict,
+};
 use crate::support::steered_clock::SteeredClock;
 
 const MS: i64 = 1_000_000;
@@ -77,10 +79,7 @@ impl Bench {
         bench.sessions.send_raw(&announcement(SESSION)).unwrap();
         for _ in 0..400 {
             bench.row();
-            let least = bench.last.opening[..2]
-                .iter()
-                .fold(1.0_f64, |u, v| u.min(v.abs()));
-            if bench.last.mode() == Mode::Follow && least > opening {
+            if follows(&bench.last, opening) {
                 return bench;
             }
         }
@@ -113,14 +112,7 @@ impl Bench {
 
     /// A message of this session.
     fn send(&mut self, wire: &mut WireSample, session: u64) {
-        let standing = standing();
-        wire.seal(Head {
-            sequence: self.sequence,
-            source: session,
-            machine_hash: standing.session.machine_hash,
-            time_ns: standing.session.clock.stamp_ns + self.now_ns() - START,
-            published_ns: self.now_ns(),
-        });
+        seal_sample(wire, session, self.sequence, self.now_ns());
         self.sequence += 1;
         self.samples.as_ref().unwrap().send_raw(wire).unwrap();
     }
@@ -128,10 +120,7 @@ impl Bench {
     /// A row of the session, with a verdict before it.
     fn row(&mut self) {
         self.pass(ROW_NS);
-        let reach = FASTEST * self.obedience * ROW_NS as f64 * 1e-9;
-        for (rod, opening) in self.rods.iter_mut().zip(self.last.opening) {
-            *rod += reach * opening;
-        }
+        move_rods(&mut self.rods, &self.last, self.obedience, ROW_NS);
         let now_ns = self.now_ns();
         let mut safe = verdict(Level::Safe, now_ns);
         self.verdicts.send_at(&mut safe, now_ns).unwrap();

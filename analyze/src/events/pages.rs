@@ -24,6 +24,7 @@ const MOST_WINDOWS: usize = 64;
 
 /// The rows up to the end of the pass.
 pub(super) struct Pages<'a> {
+    machine: &'a Machine,
     table: &'a Table,
     /// Times of all rows of the log (ns).
     pub(super) times_ns: &'a [i64],
@@ -33,18 +34,19 @@ pub(super) struct Pages<'a> {
     blocks: BTreeMap<usize, Arc<Rows>>,
     /// Windows computed anew, the latest first.
     windows: RefCell<VecDeque<Rows>>,
-    derivatives: RefCell<RowDerivatives>,
+    derivatives: RefCell<Option<RowDerivatives>>,
 }
 
 impl<'a> Pages<'a> {
-    pub(super) fn new(machine: &Machine, table: &'a Table) -> Self {
+    pub(super) fn new(machine: &'a Machine, table: &'a Table) -> Self {
         Self {
+            machine,
             table,
             times_ns: &table.times_ns,
             reasons: Vec::with_capacity(table.len()),
             blocks: BTreeMap::new(),
             windows: RefCell::default(),
-            derivatives: RefCell::new(RowDerivatives::new(machine)),
+            derivatives: RefCell::default(),
         }
     }
 
@@ -127,10 +129,14 @@ impl<'a> Pages<'a> {
     /// `least_row`, that has derivatives (N).
     pub(super) fn sigma_near(&self, row: usize, factors: &[f64], least_row: usize) -> Option<f64> {
         let mut derivatives = self.derivatives.borrow_mut();
+        let derivatives = derivatives.get_or_insert_with(|| RowDerivatives::new(self.machine));
         (least_row.min(row)..=row)
             .rev()
             .take(MOST_ROWS_BACK)
-            .find_map(|row| derivatives.sigma(row, factors, |state| self.state(row, state)))
+            .find_map(|row| {
+                let read = |state: &mut State<f64>| self.state(row, state);
+                derivatives.sigma(self.machine, row, factors, read)
+            })
     }
 
     fn of<R>(&self, row: usize, read: impl FnOnce(&Rows, usize) -> R) -> R {

@@ -14,7 +14,6 @@ const DERIVATIVES: Scope = Scope {
 /// Derivatives of the OTF by the parameters, row by row as they are asked for. One row is often asked for several times,
 /// with other sums of loads.
 pub(super) struct RowDerivatives {
-    machine: Machine,
     state: State<f64>,
     workspace: Workspace<f64>,
     /// The row that was evaluated last.
@@ -35,7 +34,6 @@ impl fmt::Debug for RowDerivatives {
 impl RowDerivatives {
     pub(super) fn new(machine: &Machine) -> Self {
         Self {
-            machine: machine.clone(),
             state: State::zero(machine),
             workspace: Workspace::with_scope(machine, DERIVATIVES),
             row: None,
@@ -44,8 +42,10 @@ impl RowDerivatives {
     }
 
     /// Standard deviation of a weighted sum of the OTF of a row (N), whose state `read` reads; `None` without derivatives.
+    /// The machine is always the same.
     pub(super) fn sigma(
         &mut self,
+        machine: &Machine,
         row: usize,
         factors: &[f64],
         read: impl FnOnce(&mut State<f64>),
@@ -55,20 +55,19 @@ impl RowDerivatives {
         }
         if self.row != Some(row) {
             read(&mut self.state);
-            evaluate(&self.machine, &self.state, &mut self.workspace);
+            evaluate(machine, &self.state, &mut self.workspace);
             self.row = Some(row);
         }
-        let sigma = combination_sigma(&self.machine, &self.state, &self.workspace, factors);
-        if sigma.is_nan() && !self.is_known() {
+        let sigma = combination_sigma(machine, &self.state, &self.workspace, factors);
+        if sigma.is_nan() && !self.is_known(factors.len()) {
             self.without.insert(row);
         }
         (sigma.is_finite() && sigma > 0.0).then_some(sigma)
     }
 
-    /// Whether the derivatives of the last row are numbers.
-    fn is_known(&self) -> bool {
+    /// Whether the derivatives of the last row are numbers for so many wheels.
+    fn is_known(&self, wheels: usize) -> bool {
         let sensitivity = self.workspace.sensitivity();
-        let mut wheels = 0..self.machine.wheels().len();
-        wheels.all(|wheel| sensitivity.otf(wheel).iter().all(|by| by.is_finite()))
+        (0..wheels).all(|wheel| sensitivity.otf(wheel).iter().all(|by| by.is_finite()))
     }
 }

@@ -3,8 +3,9 @@
 use std::sync::OnceLock;
 
 use tipwatch_live::safety_limits::VALIDITY_NS;
+use tipwatch_live::wire::command::Mode;
 use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
-use tipwatch_live::wire::topics::{Head, Kind, Wire, WireSample, WireVerdict};
+use tipwatch_live::wire::topics::{Head, Kind, Wire, WireCommand, WireSample, WireVerdict};
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::Level;
@@ -15,7 +16,7 @@ use super::feed::{machine, samples};
 pub const START: i64 = 1_000_000_000_000;
 pub const SESSION: u64 = 7;
 /// Fastest motion of a rod with its valve all the way open (m/s).
-pub const FASTEST: f64 = 0.13;
+const FASTEST: f64 = 0.13;
 /// Samples of the IMU that are used, one after the other: noise is part of a sensor that works.
 const IMU_SAMPLES: usize = 40;
 
@@ -77,6 +78,32 @@ impl Standing {
         }
         wire
     }
+}
+
+/// Seals a sample of this session, measured and published now.
+pub fn seal_sample(wire: &mut WireSample, session: u64, sequence: u64, now_ns: i64) {
+    let standing = &standing().session;
+    wire.seal(Head {
+        sequence,
+        source: session,
+        machine_hash: standing.machine_hash,
+        time_ns: standing.clock.stamp_ns + now_ns - START,
+        published_ns: now_ns,
+    });
+}
+
+/// Moves rods with these openings of their valves for a time, `obedience` times as fast as the valves ask for.
+pub fn move_rods(rods: &mut [f64; 2], command: &WireCommand, obedience: f64, time_ns: i64) {
+    let reach = FASTEST * obedience * time_ns as f64 * 1e-9;
+    for (rod, opening) in rods.iter_mut().zip(command.opening) {
+        *rod += reach * opening;
+    }
+}
+
+/// Whether the valves follow, each open at least that far.
+pub fn follows(command: &WireCommand, opening: f64) -> bool {
+    let mut openings = command.opening.iter();
+    command.mode() == Mode::Follow && openings.all(|found| found.abs() > opening)
 }
 
 /// A verdict of this level on the session, valid from now.

@@ -279,11 +279,12 @@ pub fn evaluate_into(
             states.get_lanes(first, rows.end, state);
             let outcome = evaluate(machine, state, workspace);
             // a chained iterator would move each register through the stack several times
-            let (closure, staged) = staged.split_last_mut().unwrap_or_else(|| unreachable!());
             for (staged, &quantity) in staged.iter_mut().zip(&outcomes.quantities) {
                 staged[lanes] = outcome.get(quantity).to_array();
             }
-            closure[lanes] = outcome.linkage_closure.to_array();
+            if let Some(closure) = staged.last_mut() {
+                closure[lanes] = outcome.linkage_closure.to_array();
+            }
             if let Some(sums) = sums {
                 let load_sigma = &workspace.outcome().uncertainty.load;
                 sums.add(workspace.sensitivity(), load_sigma, rows.end - first);

@@ -1,8 +1,10 @@
 //! Delays between measurements of the machine's motion: odometry, IMU and wheels.
 
+use tipwatch_mechanics::State;
+
 use super::channel::{Channel, derivative};
 use super::delay::{self, Delay};
-use super::grid::stretches;
+use super::grid::{Stretch, stretches};
 use super::scene::{Channels, ROLLING_SPEED, Scene};
 use crate::load::Signal;
 
@@ -66,16 +68,11 @@ impl Scene<'_> {
         let channels: Channels = (parts.iter())
             .map(|stretch| {
                 let [wx, wy, wz] = self.odometry_angular_velocity(odometry, stretch);
-                let all = self.loaded.machine.wheels();
-                let columns = self.many_of_rows(stretch, 2 + wheels.len(), |state, into| {
-                    into[..2].copy_from_slice(&[state.base.velocity.x, state.base.velocity.y]);
-                    for (into, &(wheel, joint)) in into[2..].iter_mut().zip(&wheels) {
-                        *into = state.joints[joint].rate * all[wheel].radius;
-                    }
+                let ([vx, vy], speeds) = self.wheel_speeds(stretch, &wheels, |state| {
+                    [state.base.velocity.x, state.base.velocity.y]
                 });
-                let [vx, vy] = [&columns[0], &columns[1]];
                 let of_wheel = |(&(wheel, _), speed): (&(usize, usize), &Vec<f64>)| {
-                    let c = all[wheel].centre_at_zero;
+                    let c = self.loaded.machine.wheels()[wheel].centre_at_zero;
                     // velocity of the wheel's centre: v + w x c
                     let steps = 0..speed.len();
                     let along = |i: usize| vx[i] + wy[i] * c.z - wz[i] * c.y;
@@ -84,7 +81,7 @@ impl Scene<'_> {
                     let across: Vec<f64> = steps.map(across).collect();
                     Channel::new(speed, &[&along, &across], SMOOTH_VELOCITY_S)
                 };
-                wheels.iter().zip(&columns[2..]).map(of_wheel).collect()
+                wheels.iter().zip(&speeds).map(of_wheel).collect()
             })
             .collect();
         delay::find(&channels)
@@ -100,23 +97,42 @@ impl Scene<'_> {
         );
         let channels: Channels = (parts.iter())
             .map(|stretch| {
-                let all = self.loaded.machine.wheels();
-                let columns = self.many_of_rows(stretch, 2 + wheels.len(), |state, into| {
+                let ([fx, fy], speeds) = self.wheel_speeds(stretch, &wheels, |state| {
                     let specific_force = rotation * state.imu.specific_force;
-                    into[..2].copy_from_slice(&[specific_force.x, specific_force.y]);
-                    for (into, &(wheel, joint)) in into[2..].iter_mut().zip(&wheels) {
-                        *into = state.joints[joint].rate * all[wheel].radius;
-                    }
+                    [specific_force.x, specific_force.y]
                 });
                 let of_wheel = |speed: &Vec<f64>| {
                     let rolls = speed.iter().any(|speed| speed.abs() > ROLLING_SPEED);
                     let gain = rolls.then(|| derivative(speed))?;
-                    Channel::new(&gain, &[&columns[0], &columns[1]], SMOOTH_ACCELERATION_S)
+                    Channel::new(&gain, &[&fx, &fy], SMOOTH_ACCELERATION_S)
                 };
-                columns[2..].iter().map(of_wheel).collect()
+                speeds.iter().map(of_wheel).collect()
             })
             .collect();
         delay::find(&channels)
+    }
+
+    /// Two values of the rows, and the speed of each of these wheels and their joints (m/s), at the steps of a stretch.
+    fn wheel_speeds(
+        &self,
+        stretch: &Stretch,
+        wheels: &[(usize, usize)],
+        numbers: impl Fn(&State<f64>) -> [f64; 2],
+    ) -> ([Vec<f64>; 2], Vec<Vec<f64>>) {
+        let all = self.loaded.machine.wheels();
+        let mut columns = self.many_of_rows(stretch, 2 + wheels.len(), |state, into| {
+            let (two, speeds) = into.split_at_mut(2);
+            two.copy_from_slice(&numbers(state));
+            for (speed, &(wheel, joint)) in speeds.iter_mut().zip(wheels) {
+                *speed = state.joints[joint].rate * all[wheel].radius;
+            }
+        });
+        let speeds = columns.split_off(2);
+        let mut two = columns.into_iter();
+        (
+            std::array::from_fn(|_| two.next().unwrap_or_default()),
+            speeds,
+        )
     }
 }
 

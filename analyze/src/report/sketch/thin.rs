@@ -84,8 +84,8 @@ impl Thinned {
             if first + from == self.end {
                 self.end_bucket();
             }
-            // an empty bucket ends where it begins
-            let to = (self.end.max(first + from + 1) - first).min(chosen.len());
+            // a bucket has three rows or more
+            let to = (self.end - first).min(chosen.len());
             self.extend_bucket(&chosen[from..to], |at| point(from + at));
             from = to;
         }
