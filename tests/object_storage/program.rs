@@ -211,6 +211,39 @@ fn inspect_recover_check_machine_and_screen_take_places_of_a_bucket() {
 }
 
 #[test]
+fn copies_in_a_bucket_are_one_log_and_other_bytes_of_the_same_length_are_not() {
+    let server = serve("copies");
+    // longer than the end of a file that is read first: else its bytes would be known
+    let log = image_log(&data("tiny_lift.mcap"), Some(Compression::Lz4));
+    let mut other = log.clone();
+    // within an image
+    let byte = other.len() / 2;
+    other[byte] ^= 1;
+    upload("copies", "a.mcap", &log);
+    upload("copies", "deep/b.mcap", &log);
+    upload("copies", "deep/c.mcap", &other);
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().join("fleet");
+    let machine = data("tiny_lift.toml");
+    let screen = [
+        "screen",
+        "s3://copies",
+        "--machine",
+        machine.to_str().unwrap(),
+        "--out",
+    ];
+    let done = run(&server, &[&screen[..], &[out.to_str().unwrap()]].concat());
+    let totals = std::fs::read(out.join("screen.json")).unwrap();
+    let totals: serde_json::Value = serde_json::from_slice(&totals).unwrap();
+    let told = text(&done.stderr);
+    assert_eq!(
+        (totals["logs"].as_u64(), totals["copies"].as_u64()),
+        (Some(2), Some(1)),
+        "{totals:#} {told}"
+    );
+}
+
+#[test]
 fn secrets_of_urls_are_not_shown() {
     let server = serve("secrets");
     let address = format!(

@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use tipwatch_ingest::Log;
+use tipwatch_storage::Location;
 
 /// A file and its SHA-256.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -31,10 +32,14 @@ impl FileHash {
         self.sha256.as_deref().unwrap_or(none)
     }
 
-    /// What tells this content from others: its hash, or else the version by its server.
+    /// What tells this content from others: its hash, or else the version by its server. With its name, unless the
+    /// server's tag is of the bytes.
     pub(crate) fn identity(&self) -> String {
         match (&self.sha256, &self.e_tag) {
             (Some(sha256), _) => sha256.clone(),
+            (None, Some(tag)) if Location::is_tag_of_bytes(Path::new(&self.path), tag) => {
+                format!("{} {tag}", self.bytes)
+            }
             (None, Some(tag)) => format!("{} {} {tag}", self.path, self.bytes),
             (None, None) => format!("{} {}", self.path, self.bytes),
         }

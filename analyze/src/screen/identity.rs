@@ -12,9 +12,9 @@ use crate::base::file_hash::{FileHash, hash_file, hash_log, sha256_of};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Identity {
     /// SHA-256 of its file, or of the hashes of its files in order. In a bucket, where only parts are read, of the
-    /// names, lengths and versions (ETag) of its files.
+    /// lengths and versions (ETag) of its files, with their names where a version says nothing of the bytes.
     pub(super) id: String,
-    /// SHA-256 of each file, or its name, length and version in a bucket.
+    /// SHA-256 of each file, or its length and version in a bucket, with its name where that is needed.
     pub(super) files: Vec<String>,
     /// Total length of its files (bytes).
     pub(super) bytes: u64,

@@ -88,6 +88,21 @@ impl Location {
             .is_some_and(|(scheme, _)| scheme != "file")
     }
 
+    /// Whether a version's tag (ETag) of a file at this path is made of its bytes, so that files of one length and tag
+    /// are equal under any name.
+    ///
+    /// In S3 it is the MD5 of the bytes, or of the MD5s of the parts they were sent in, with `-` and their number. A
+    /// bucket that encrypts with a key of its own states as many digits, which no other upload has. Other servers count
+    /// versions or state times.
+    pub fn is_tag_of_bytes(path: &Path, e_tag: &str) -> bool {
+        let scheme = path.to_str().and_then(split_scheme);
+        let is_s3 = scheme.is_some_and(|(scheme, _)| matches!(scheme.as_str(), "s3" | "s3a"));
+        let tag = e_tag.trim_matches('"');
+        let (digest, parts) = tag.split_once('-').unwrap_or((tag, "1"));
+        let is_digest = digest.len() == 32 && digest.bytes().all(|byte| byte.is_ascii_hexdigit());
+        is_s3 && is_digest && !parts.is_empty() && parts.bytes().all(|byte| byte.is_ascii_digit())
+    }
+
     /// The path by which the program and its messages name this place; without secrets.
     pub fn path(&self) -> &Path {
         match &self.0 {
@@ -230,4 +245,35 @@ fn remote(address: Address, key: Key) -> Location {
         key,
         name: name.into(),
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_tags_of_s3_that_look_like_digests_are_of_the_bytes() {
+        let digest = "0123456789abcdef0123456789ABCDEF";
+        let of_bytes = |path: &str, tag: &str| Location::is_tag_of_bytes(Path::new(path), tag);
+        for tag in [
+            digest,
+            &format!("\"{digest}\""),
+            &format!("\"{digest}-12\""),
+        ] {
+            assert!(of_bytes("s3://logs/a.mcap", tag), "{tag}");
+            for elsewhere in ["gs://logs/a", "az://logs/a", "https://host/a", "/logs/a"] {
+                assert!(!of_bytes(elsewhere, tag), "{elsewhere}");
+            }
+        }
+        for tag in [
+            "",
+            &digest[1..],
+            &format!("W/\"{digest}\""),
+            &format!("{digest}-"),
+            &format!("{digest}-x"),
+            &digest.replace('a', "g"),
+        ] {
+            assert!(!of_bytes("s3://logs/a.mcap", tag), "{tag}");
+        }
+    }
 }
