@@ -42,9 +42,9 @@ pub mod verdict;
 pub mod wheel_loads;
 
 pub use evaluate::batch::{
-    BatchEvaluator, BatchWorkspace, OutcomeColumns, evaluate_into, evaluate_rows,
+    BatchEvaluator, BatchWorkspace, OutcomeColumns, evaluate_into, evaluate_rows, ground_wrenches,
 };
-pub use evaluate::evaluation::{evaluate, evaluate_one, ground_wrench};
+pub use evaluate::evaluation::{evaluate, evaluate_one};
 pub use evaluate::model::{ClosedForm, Model};
 pub use evaluate::outcome::Outcome;
 pub use evaluate::quantities::{Quantity, RowColumn};

@@ -16,8 +16,8 @@ const STEADY_RAD_S: f64 = 0.05;
 const STEADY_SHARE: f64 = 0.05;
 /// Fewest steady rows for a finding.
 const FEWEST_ROWS: usize = 10;
-/// Most steady rows that are used, evenly spread.
-const MOST_ROWS: usize = 1000;
+/// Most steady rows that are used, evenly spread: their mean is compared with tens of degrees.
+const MOST_ROWS: usize = 256;
 
 /// A note if the IMU's specific force does not point away from the ground.
 #[must_use]

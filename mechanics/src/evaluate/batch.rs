@@ -4,12 +4,13 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::validity::OutcomeSigns;
-use crate::evaluate::evaluation::evaluate;
+use crate::evaluate::evaluation::{evaluate, ground_wrench};
 use crate::evaluate::model::Model;
 use crate::evaluate::quantities::Quantity;
 use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
 use crate::explain::sensitivity::{LaneSums, SensitivitySums};
+use crate::geometry::spatial::Wrench;
 use crate::machine::Machine;
 use crate::number::Lanes;
 use crate::state::{Reasons, State, StateColumns};
@@ -301,4 +302,29 @@ pub fn evaluate_into(
     for column in outcomes.every_column() {
         column.truncate(rows.len());
     }
+}
+
+/// The wrench that the ground exerts in each of `rows`, as [`evaluate`] has it, without the loads that it is divided into.
+pub fn ground_wrenches(
+    machine: &Machine,
+    states: &StateColumns,
+    rows: Range<usize>,
+    workspace: &mut BatchWorkspace,
+) -> Vec<Wrench<f64>> {
+    let BatchWorkspace {
+        workspace, state, ..
+    } = workspace;
+    let mut wrenches = Vec::with_capacity(rows.len());
+    for first in rows.clone().step_by(Lanes::COUNT) {
+        states.get_lanes(first, rows.end, state);
+        let wrench = ground_wrench(machine, state, workspace);
+        let force = wrench.force.map(Lanes::to_array);
+        let moment = wrench.moment.map(Lanes::to_array);
+        wrenches.extend((0..Lanes::COUNT).map(|lane| Wrench {
+            force: force.map(|of_lanes| of_lanes[lane]),
+            moment: moment.map(|of_lanes| of_lanes[lane]),
+        }));
+    }
+    wrenches.truncate(rows.len());
+    wrenches
 }

@@ -96,12 +96,12 @@ pub fn evaluate_one<'w>(
     evaluate(machine, state, workspace)
 }
 
-/// The wrench that the ground exerts in one sample, as [`evaluate`] has it, without the loads that it is divided into.
-pub fn ground_wrench(
+/// The wrench that the ground exerts, as [`evaluate`] has it, without the loads that it is divided into.
+pub(super) fn ground_wrench<T: Real>(
     machine: &Machine,
-    state: &State<f64>,
-    workspace: &mut Workspace<f64>,
-) -> Wrench<f64> {
+    state: &State<T>,
+    workspace: &mut Workspace<T>,
+) -> Wrench<T> {
     let (_, tool_wrench) = move_machine(machine, state, workspace);
     sum_on_ground(workspace, &tool_wrench)
 }

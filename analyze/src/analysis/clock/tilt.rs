@@ -1,8 +1,11 @@
 //! Delays between the load and what responds to it: actuator forces, and the tilt of the platform.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 use tipwatch_mechanics::{
-    self as mechanics, Motion, Scope, State, Workspace, evaluate, ground_wrench,
+    self as mechanics, BatchWorkspace, Model, Motion, Scope, State, StateColumns, Workspace,
+    evaluate, ground_wrenches,
 };
 
 use super::channel::Channel;
@@ -19,6 +22,8 @@ const TILT_LAG_SIGMA_S: f64 = 0.010;
 const SLOW: f64 = 0.01;
 /// Smoothing time of forces and lean (s).
 const SMOOTH_TILT_S: f64 = 0.1;
+/// Rows whose moments are computed at once.
+const ROWS_AT_ONCE: usize = 256;
 
 impl Scene<'_> {
     /// Force of a linkage's actuator: weight and inertia of the distal subtree, and friction against the
@@ -90,34 +95,51 @@ impl Scene<'_> {
         let moving: &[usize] =
             stream.map_or(&[], |s| &self.loaded.matched.sensors.joints[s].joints);
         let middle = self.mean_state(stretch);
-        let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
-        self.of_rows(stretch, |state| {
-            let (up, specific_force) = (state.base.up, rotation * state.imu.specific_force);
-            state.imu = middle.imu;
-            for (joint, motion) in machine.joints().iter().zip(&mut state.joints) {
-                if joint.spins_wheel.is_some() {
-                    *motion = Motion::zero();
+        let mut state = State::zero(machine);
+        let mut postures = [(); 2].map(|()| StateColumns::unknown(machine, ROWS_AT_ONCE));
+        let model = Arc::new(Model::WholeBody);
+        let mut workspace = BatchWorkspace::new(machine, Scope::LOADS, &model);
+        let mut columns = [(); 8].map(|()| Vec::with_capacity(stretch.rows.len()));
+        for first in stretch.rows.clone().step_by(ROWS_AT_ONCE) {
+            let rows = first..stretch.rows.end.min(first + ROWS_AT_ONCE);
+            let [mx, my, rest_x, rest_y, lean @ ..] = &mut columns;
+            let [whole, rest] = &mut postures;
+            for (place, row) in rows.clone().enumerate() {
+                self.rows.state(row, &mut state);
+                let (up, force) = (state.base.up, rotation * state.imu.specific_force);
+                for (column, number) in lean.iter_mut().zip([up.x, up.y, force.x, force.y]) {
+                    column.push(number);
                 }
+                state.imu = middle.imu;
+                for (joint, motion) in machine.joints().iter().zip(&mut state.joints) {
+                    if joint.spins_wheel.is_some() {
+                        *motion = Motion::zero();
+                    }
+                }
+                whole.set(place, &mut state);
+                for &joint in moving {
+                    state.joints[joint] = middle.joints[joint];
+                }
+                if stream.is_none() {
+                    state.tool_wrench = middle.tool_wrench;
+                }
+                rest.set(place, &mut state);
             }
-            let whole = ground_wrench(machine, state, &mut workspace).moment;
-            for &joint in moving {
-                state.joints[joint] = middle.joints[joint];
+            let moments = |states: &StateColumns, workspace: &mut BatchWorkspace| {
+                ground_wrenches(machine, states, 0..rows.len(), workspace)
+            };
+            let whole = moments(whole, &mut workspace);
+            let rest = moments(rest, &mut workspace);
+            for (whole, rest) in whole.iter().zip(&rest) {
+                let (whole, rest) = (whole.moment, rest.moment);
+                mx.push(whole.x - rest.x);
+                my.push(whole.y - rest.y);
+                rest_x.push(rest.x);
+                rest_y.push(rest.y);
             }
-            if stream.is_none() {
-                state.tool_wrench = middle.tool_wrench;
-            }
-            let rest = ground_wrench(machine, state, &mut workspace).moment;
-            [
-                whole.x - rest.x,
-                whole.y - rest.y,
-                rest.x,
-                rest.y,
-                up.x,
-                up.y,
-                specific_force.x,
-                specific_force.y,
-            ]
-        })
+        }
+        let times = &self.rows.times_ns[stretch.rows.clone()];
+        columns.map(|column| at_steps(stretch, times, &column))
     }
 
     /// Joints at rest in their mean positions, mean specific force, no tool wrench.
