@@ -66,9 +66,9 @@ fn derived_rows_equal_the_analysis_to_the_bit() {
         levels == expected && levels.contains(&4.0),
         "expected a level of danger"
     );
-    // a status for the stability and one for the inputs, eight times a second
+    // a status for the stability and one for the inputs, ten times a second
     let statuses = numbers(&derived, "/diagnostics", "status[].level");
-    assert!(statuses.len() > 100 && statuses.contains(&2.0) && statuses.contains(&0.0));
+    assert!(statuses.len() > 120 && statuses.contains(&2.0) && statuses.contains(&0.0));
 
     let bytes = std::fs::read(&path).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
@@ -114,11 +114,11 @@ fn rows_far_from_events_are_thinned_without_losing_extremes() {
     }
     let kept: BTreeSet<i64> = times.into_iter().collect();
     // all rows around events
-    let half_ns = 500_000_000;
+    let margin_ns = 300_000_000;
     let is_near = |time_ns: i64| {
         (analysis.events.iter()).any(|event| {
             let end_ns = event.end_ns.unwrap_or(event.start_ns);
-            event.start_ns - half_ns <= time_ns && time_ns <= end_ns + half_ns
+            event.start_ns - margin_ns <= time_ns && time_ns <= end_ns + margin_ns
         })
     };
     let near: Vec<i64> = (rows.times_ns.iter().copied())

@@ -2,7 +2,7 @@
 //!
 //! Flat messages of numbers with embedded definitions, in CDR (common data representation), at the time of
 //! each row on the log's own clock: all rows around events, few elsewhere. Diagnostics and markers at up to
-//! 8 Hz around events, 1 Hz elsewhere. Report, URDF and machine file as attachments. Numbers that cannot be
+//! 10 Hz around events, 1 Hz elsewhere. Report, URDF and machine file as attachments. Numbers that cannot be
 //! computed are NaN.
 
 mod diagnostics;
@@ -36,7 +36,7 @@ use crate::base::rows::Rows;
 use crate::events::Event;
 
 /// Period of diagnostics and markers around events (ns).
-const BETWEEN_PICTURES_NS: i64 = 125_000_000;
+const BETWEEN_PICTURES_NS: i64 = 100_000_000;
 /// Their period elsewhere (ns).
 const BETWEEN_FEW_PICTURES_NS: i64 = 1_000_000_000;
 

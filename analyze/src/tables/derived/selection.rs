@@ -12,7 +12,7 @@ use crate::base::rows::Rows;
 use crate::events::Event;
 
 /// Time (ns) before and after an event in which all rows are written.
-const MARGIN_NS: i64 = 500_000_000;
+const MARGIN_NS: i64 = 300_000_000;
 /// Of an event that lasts longer, all rows are written around its start, its worst moment and its end (ns).
 const LONG_NS: i64 = 10_000_000_000;
 /// Elsewhere, the extremes of every such time (ns), a bin, are written.
@@ -213,8 +213,8 @@ mod tests {
         (long.end_ns, long.worst_ns) = (Some(400 * second), 200 * second);
         let selection = Selection::new(DerivedRows::Events);
         let FullRate(spans) = selection.full_rate([long, short].iter());
-        let half = second / 2;
-        let around = |from: i64, to: i64| [from * second - half, to * second + half];
+        let margin = MARGIN_NS;
+        let around = |from: i64, to: i64| [from * second - margin, to * second + margin];
         assert_eq!(
             spans.unwrap(),
             [around(100, 103), around(200, 200), around(400, 400)]
