@@ -54,6 +54,15 @@ class Browser:
                 return answer["result"]
             self.events.append(answer)
 
+    def close(self):
+        """Ends it and waits for its other processes, which write into the profile to the last."""
+        self.socket.send(json.dumps({"id": self.count + 1, "method": "Browser.close"}))
+        try:
+            self.process.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
     def wait_for(self, method):
         while not any(event.get("method") == method for event in self.events):
             self.events.append(json.loads(self.socket.recv()))
@@ -162,8 +171,7 @@ def main():
             if len(sys.argv) > 2:
                 pictures(browser, Path(sys.argv[2]))
         finally:
-            browser.process.kill()
-            browser.process.wait()
+            browser.close()
 
 
 if __name__ == "__main__":
