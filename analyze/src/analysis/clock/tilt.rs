@@ -22,8 +22,6 @@ const TILT_LAG_SIGMA_S: f64 = 0.010;
 const SLOW: f64 = 0.01;
 /// Smoothing time of forces and lean (s).
 const SMOOTH_TILT_S: f64 = 0.1;
-/// Rows whose moments are computed at once.
-const ROWS_AT_ONCE: usize = 256;
 
 impl Scene<'_> {
     /// Force of a linkage's actuator: weight and inertia of the distal subtree, and friction against the
@@ -95,51 +93,48 @@ impl Scene<'_> {
         let moving: &[usize] =
             stream.map_or(&[], |s| &self.loaded.matched.sensors.joints[s].joints);
         let middle = self.mean_state(stretch);
-        let mut state = State::zero(machine);
-        let mut postures = [(); 2].map(|()| StateColumns::unknown(machine, ROWS_AT_ONCE));
+        let rows = stretch.rows.len();
+        let [mut whole, mut rest] = [(); 2].map(|()| StateColumns::unknown(machine, rows));
+        let mut place = 0;
+        let [ux, uy, fx, fy] = self.of_rows(stretch, |state| {
+            let (up, specific_force) = (state.base.up, rotation * state.imu.specific_force);
+            state.imu = middle.imu;
+            for (joint, motion) in machine.joints().iter().zip(&mut state.joints) {
+                if joint.spins_wheel.is_some() {
+                    *motion = Motion::zero();
+                }
+            }
+            whole.set(place, state);
+            for &joint in moving {
+                state.joints[joint] = middle.joints[joint];
+            }
+            if stream.is_none() {
+                state.tool_wrench = middle.tool_wrench;
+            }
+            rest.set(place, state);
+            place += 1;
+            [up.x, up.y, specific_force.x, specific_force.y]
+        });
         let model = Arc::new(Model::WholeBody);
         let mut workspace = BatchWorkspace::new(machine, Scope::LOADS, &model);
-        let mut columns = [(); 8].map(|()| Vec::with_capacity(stretch.rows.len()));
-        for first in stretch.rows.clone().step_by(ROWS_AT_ONCE) {
-            let rows = first..stretch.rows.end.min(first + ROWS_AT_ONCE);
-            let [mx, my, rest_x, rest_y, lean @ ..] = &mut columns;
-            let [whole, rest] = &mut postures;
-            for (place, row) in rows.clone().enumerate() {
-                self.rows.state(row, &mut state);
-                let (up, force) = (state.base.up, rotation * state.imu.specific_force);
-                for (column, number) in lean.iter_mut().zip([up.x, up.y, force.x, force.y]) {
-                    column.push(number);
-                }
-                state.imu = middle.imu;
-                for (joint, motion) in machine.joints().iter().zip(&mut state.joints) {
-                    if joint.spins_wheel.is_some() {
-                        *motion = Motion::zero();
-                    }
-                }
-                whole.set(place, &mut state);
-                for &joint in moving {
-                    state.joints[joint] = middle.joints[joint];
-                }
-                if stream.is_none() {
-                    state.tool_wrench = middle.tool_wrench;
-                }
-                rest.set(place, &mut state);
-            }
-            let moments = |states: &StateColumns, workspace: &mut BatchWorkspace| {
-                ground_wrenches(machine, states, 0..rows.len(), workspace)
-            };
-            let whole = moments(whole, &mut workspace);
-            let rest = moments(rest, &mut workspace);
-            for (whole, rest) in whole.iter().zip(&rest) {
-                let (whole, rest) = (whole.moment, rest.moment);
-                mx.push(whole.x - rest.x);
-                my.push(whole.y - rest.y);
-                rest_x.push(rest.x);
-                rest_y.push(rest.y);
-            }
-        }
+        let [whole, rest] =
+            [whole, rest].map(|states| ground_wrenches(machine, &states, 0..rows, &mut workspace));
         let times = &self.rows.times_ns[stretch.rows.clone()];
-        columns.map(|column| at_steps(stretch, times, &column))
+        let column = |number: fn(&Vector3<f64>, &Vector3<f64>) -> f64| {
+            let wrenches = whole.iter().zip(&rest);
+            let numbers = wrenches.map(|(whole, rest)| number(&whole.moment, &rest.moment));
+            at_steps(stretch, times, &numbers.collect::<Vec<f64>>())
+        };
+        [
+            column(|whole, rest| whole.x - rest.x),
+            column(|whole, rest| whole.y - rest.y),
+            column(|_, rest| rest.x),
+            column(|_, rest| rest.y),
+            ux,
+            uy,
+            fx,
+            fy,
+        ]
     }
 
     /// Joints at rest in their mean positions, mean specific force, no tool wrench.

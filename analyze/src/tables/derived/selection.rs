@@ -213,8 +213,7 @@ mod tests {
         (long.end_ns, long.worst_ns) = (Some(400 * second), 200 * second);
         let selection = Selection::new(DerivedRows::Events);
         let FullRate(spans) = selection.full_rate([long, short].iter());
-        let margin = MARGIN_NS;
-        let around = |from: i64, to: i64| [from * second - margin, to * second + margin];
+        let around = |from: i64, to: i64| [from * second - MARGIN_NS, to * second + MARGIN_NS];
         assert_eq!(
             spans.unwrap(),
             [around(100, 103), around(200, 200), around(400, 400)]
