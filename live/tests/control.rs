@@ -16,12 +16,11 @@ use tipwatch_live::wire::topics::{EVENT_ROW, Kind, Wire, WireCommand, WireSample
 use crate::support::feed::{Feed, Time};
 use crate::support::killing::{files, wait_for_command};
 use crate::support::producing::Producing;
+use crate::support::standing::FASTEST;
 use crate::support::steered::Steered;
 use crate::support::{World, data};
 
 const MACHINE: &str = "second_paper";
-/// Fastest motion of a rod with its valve all the way open (m/s).
-const FASTEST: f64 = 0.13;
 /// Full openings a second of the machine file's valve.
 const VALVE_RATE: f64 = 20.0;
 /// Valves that are all the way open are closed after so long (ns).

@@ -16,7 +16,7 @@ use super::feed::{machine, samples};
 pub const START: i64 = 1_000_000_000_000;
 pub const SESSION: u64 = 7;
 /// Fastest motion of a rod with its valve all the way open (m/s).
-const FASTEST: f64 = 0.13;
+pub const FASTEST: f64 = 0.13;
 /// Samples of the IMU that are used, one after the other: noise is part of a sensor that works.
 const IMU_SAMPLES: usize = 40;
 
