@@ -4,13 +4,14 @@
 use std::path::Path;
 use std::time::Duration;
 
+use anyhow::Result;
 use tipwatch_binding::{MachineFile, Urdf};
-use tipwatch_live::node::Receiver;
+use tipwatch_live::node::{Producer, Receiver, SessionFollower, SessionHost};
 use tipwatch_live::replay::LogSamples;
 use tipwatch_live::wire::opening::{Untimed, open_session};
 use tipwatch_live::wire::refusal::{Refusal, SessionRefused};
-use tipwatch_live::wire::session::Session;
-use tipwatch_live::wire::topics::{WireRefusal, WireSession, WireVerdict};
+use tipwatch_live::wire::session::{Progress, Session};
+use tipwatch_live::wire::topics::{Kind, WireRefusal, WireSample, WireSession, WireVerdict};
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use crate::support::feed::{Feed, Time, machine, samples};
@@ -198,4 +199,63 @@ fn control_refuses_an_untimed_session() {
     assert_eq!(control.status.code(), Some(1));
     assert!(control.err.contains("pace 0"), "{}", control.err);
     let _ = replay.child.kill();
+}
+
+/// Follows any session, up to its end.
+struct AnySession;
+
+impl SessionHost for AnySession {
+    type Session = u64;
+
+    fn id(session: &u64) -> u64 {
+        *session
+    }
+
+    fn begin(&mut self, announced: &WireSession) -> Result<u64> {
+        Ok(announced.source)
+    }
+
+    fn succeed(&mut self, _: &mut u64, _: u64) -> Result<()> {
+        Ok(())
+    }
+
+    fn reject(&mut self, _: &mut u64, _: &anyhow::Error) {}
+
+    fn take(&mut self, _: &mut u64, sample: &WireSample) -> Result<Progress> {
+        Ok(match sample.kind == Kind::End as u32 {
+            true => Progress::Ended,
+            false => Progress::Running,
+        })
+    }
+}
+
+#[test]
+fn producer_that_ends_its_session_while_samples_are_taken_is_not_lost() {
+    for is_killed in [false, true] {
+        let world = World::new("goes");
+        let node = world.join();
+        let (LogSamples { session, .. }, wires) = samples("tiny");
+        let mut producer = Producer::new(&node, session.id, session.machine_hash).unwrap();
+        let mut announced = WireSession::try_from(&session).unwrap();
+        producer.announce(&mut announced).unwrap();
+        let mut follower = SessionFollower::new(&node).unwrap();
+        producer.update_connections().unwrap();
+        follower.look_for_session(&mut AnySession).unwrap();
+        assert_eq!(follower.active, Some(session.id));
+        producer.send(&mut wires[0].clone()).unwrap();
+        let progress = follower.take_samples(&mut AnySession).unwrap();
+        assert_eq!(progress, Progress::Running);
+        assert!(!follower.has_lost_producer());
+
+        // everything was taken, and whether there is a producer is asked after that
+        producer.send(&mut wires[1].clone()).unwrap();
+        if !is_killed {
+            producer.send(&mut WireSample::end()).unwrap();
+        }
+        drop(producer);
+        assert!(!follower.has_lost_producer());
+        let progress = follower.take_samples(&mut AnySession).unwrap();
+        assert_eq!(progress == Progress::Ended, !is_killed);
+        assert_eq!(follower.has_lost_producer(), is_killed);
+    }
 }

@@ -146,7 +146,7 @@ impl<'a> ControlProgram<'a> {
         while self.verdicts.receive(&mut take)?.is_some() {}
         if follower.take_samples(host)? == Progress::Ended {
             follower.active.iter_mut().for_each(Control::end);
-        } else if follower.active.is_some() && !follower.has_producer() {
+        } else if follower.has_lost_producer() {
             // a killed producer has not ended its session: the next one has another
             follower.look_for_session(host)?;
         }

@@ -266,8 +266,7 @@ impl<'a> MonitorProgram<'a> {
             }
         }
         let now_ns = cycle.outputs.verdicts.now_ns();
-        if progress == Progress::Running
-            && !follower.has_producer()
+        if follower.has_lost_producer()
             && let Some(monitor) = &mut follower.active
         {
             monitor.note(InputFault::ProducerGone);

@@ -49,6 +49,7 @@ pub trait SessionHost {
 #[derive(Debug)]
 pub struct SessionFollower<S> {
     reader: SampleReader,
+    has_lost_producer: bool,
     /// The session that is followed.
     pub active: Option<S>,
 }
@@ -62,6 +63,7 @@ impl<S> SessionFollower<S> {
     pub fn new(node: &LiveNode) -> Result<Self> {
         Ok(Self {
             reader: SampleReader::new(node)?,
+            has_lost_producer: false,
             active: None,
         })
     }
@@ -70,6 +72,13 @@ impl<S> SessionFollower<S> {
     #[must_use]
     pub fn has_producer(&self) -> bool {
         self.reader.has_producer()
+    }
+
+    /// Whether the session had no producer any more when its samples were last taken, and no end among them: it was
+    /// killed. A producer that sends its last samples, ends the session and goes while they are taken is not lost.
+    #[must_use]
+    pub fn has_lost_producer(&self) -> bool {
+        self.has_lost_producer && self.active.is_some()
     }
 
     /// Follows a session that was announced since the last call.
@@ -137,11 +146,15 @@ impl<S> SessionFollower<S> {
     /// # Errors
     /// As of [`Self::take_sample`].
     pub fn take_samples<H: SessionHost<Session = S>>(&mut self, host: &mut H) -> Result<Progress> {
+        // asked before: what a producer that is gone has sent is all in the queue
+        let had_producer = self.has_producer();
+        self.has_lost_producer = false;
         while let Some(progress) = self.take_sample(host)? {
             if progress == Progress::Ended {
                 return Ok(Progress::Ended);
             }
         }
+        self.has_lost_producer = !had_producer;
         Ok(Progress::Running)
     }
 }

@@ -161,8 +161,7 @@ pub fn commission(
         let progress = follower.take_samples(&mut host)?;
         guide.poll(follower.active.as_ref())?;
         let is_over = progress == Progress::Ended || guide.is_done();
-        let is_lost = follower.active.is_some() && !follower.has_producer();
-        if is_over || is_lost {
+        if is_over || follower.has_lost_producer() {
             break;
         }
         if pause(POLL_PERIOD).is_err() {

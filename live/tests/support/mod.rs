@@ -28,7 +28,7 @@ use tipwatch_live::wire::topics::{WireSession, WireVerdict};
 pub use world::{World, data};
 
 /// Far longer than any test takes: it only prevents hangs.
-const LIMIT: Duration = Duration::from_secs(240);
+pub const LIMIT: Duration = Duration::from_secs(240);
 
 impl World {
     /// Waits until a producer exists. It is no reader of samples, because a replay would count it.

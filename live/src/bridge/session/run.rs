@@ -217,6 +217,16 @@ impl SessionRun {
         }
     }
 
+    /// How many samples the slowest reader lags behind, of a session that wants progress; `None` if there is no reader,
+    /// or one has not reported yet.
+    ///
+    /// # Errors
+    /// The shared memory fails.
+    pub fn backlog(&mut self) -> Result<Option<u64>> {
+        let backlog = self.producer.backlog()?;
+        Ok(backlog.filter(|_| self.producer.readers() > 0))
+    }
+
     /// Ends the session.
     ///
     /// # Errors
