@@ -16,7 +16,7 @@ use super::clock::{self, ClockOffsets};
 use super::inputs::{self, GrossInput};
 use super::measured_loads::sampled_rows;
 use super::state_blocks::{self, KeptStates};
-use crate::base::estimated::{EstimatedRows, StateSource};
+use crate::base::estimated::{EstimatedRows, EstimatedStates, StateSource};
 use crate::base::options::{ApplyClockOffsets, Estimator, Options};
 use crate::load::linkage_force::{self, LinkageForce};
 use crate::load::{LoadedLog, block_smoother, load};
@@ -161,16 +161,13 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
         states.set(row, &mut estimate.state);
     }
     let times_ns = estimates.iter().map(|e| e.time_ns).collect();
-    let states = Arc::new(KeptStates {
-        states,
-        reasons: estimates.iter().map(|e| e.reasons).collect(),
-        failure: None,
-    });
+    let reasons = estimates.iter().map(|e| e.reasons).collect();
+    let kept = KeptStates::of(machine, EstimatedStates { states, reasons });
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
         faults: faults.finish(),
     };
-    Ok((estimated(machine, times_ns, states), quality))
+    Ok((estimated(machine, times_ns, Arc::new(kept)), quality))
 }
 
 /// Keeps the rows between `from_s` and `to_s`.

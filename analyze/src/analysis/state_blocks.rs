@@ -78,18 +78,12 @@ impl SmoothedStates {
     /// All states.
     fn all(self) -> KeptStates {
         let blocks = (0..self.smoother.blocks()).into_par_iter();
-        let blocks: Vec<EstimatedStates> = blocks.map(|block| self.block(block)).collect();
-        let count = self.smoother.row_times_ns().len();
-        let mut kept = KeptStates {
-            states: StateColumns::with_capacity(&self.machine, count),
-            reasons: Vec::with_capacity(count),
+        KeptStates {
+            machine: self.machine.clone(),
+            blocks: blocks.map(|block| self.block(block)).collect(),
+            rows_per_block: ROWS_PER_BLOCK,
             failure: self.failure(),
-        };
-        for block in blocks {
-            kept.states.append(&block.states);
-            kept.reasons.extend(block.reasons);
         }
-        kept
     }
 
     fn block(&self, block: usize) -> EstimatedStates {
@@ -126,16 +120,7 @@ impl StateSource for SmoothedStates {
 
     fn read(&self, rows: Range<usize>) -> EstimatedStates {
         let blocks = rows.start / ROWS_PER_BLOCK..rows.end.div_ceil(ROWS_PER_BLOCK);
-        let mut parts = blocks.map(|block| self.part(block, &rows));
-        let mut found = parts.next().unwrap_or_else(|| EstimatedStates {
-            states: StateColumns::unknown(&self.machine, 0),
-            reasons: Vec::new(),
-        });
-        for part in parts {
-            found.states.append(&part.states);
-            found.reasons.extend(part.reasons);
-        }
-        found
+        joined(blocks.map(|block| self.part(block, &rows)), &self.machine)
     }
 
     fn state(&self, row: usize, state: &mut State<f64>) {
@@ -157,11 +142,7 @@ impl SmoothedStates {
         if part.len() == all.len() {
             return self.block(block);
         }
-        let smoothed = self.recent(block);
-        EstimatedStates {
-            states: smoothed.states.block(part.clone()),
-            reasons: smoothed.reasons[part].to_vec(),
-        }
+        self.recent(block).part(part)
     }
 
     /// A block, kept for those who ask for its neighbours next.
@@ -183,13 +164,26 @@ impl SmoothedStates {
     }
 }
 
-/// States that are kept.
+/// States that are kept, in blocks.
 #[derive(Debug)]
 pub(super) struct KeptStates {
-    pub(super) states: StateColumns,
-    pub(super) reasons: Vec<Reasons>,
+    machine: Machine,
+    blocks: Vec<EstimatedStates>,
+    rows_per_block: usize,
     /// Why they could not be read, if so.
-    pub(super) failure: Option<String>,
+    failure: Option<String>,
+}
+
+impl KeptStates {
+    /// All states in one block.
+    pub(super) fn of(machine: &Machine, states: EstimatedStates) -> Self {
+        Self {
+            machine: machine.clone(),
+            rows_per_block: states.reasons.len().max(1),
+            blocks: vec![states],
+            failure: None,
+        }
+    }
 }
 
 impl StateSource for KeptStates {
@@ -198,19 +192,38 @@ impl StateSource for KeptStates {
     }
 
     fn read(&self, rows: Range<usize>) -> EstimatedStates {
-        EstimatedStates {
-            states: self.states.block(rows.clone()),
-            reasons: self.reasons[rows].to_vec(),
-        }
+        let first = rows.start / self.rows_per_block;
+        let blocks = self.blocks.iter().enumerate().skip(first);
+        let parts = blocks.map_while(|(block, states)| {
+            let start = block * self.rows_per_block;
+            let end = rows.end.min(start + states.reasons.len());
+            let part = rows.start.max(start)..end;
+            (!part.is_empty()).then(|| states.part(part.start - start..part.end - start))
+        });
+        joined(parts, &self.machine)
     }
 
     fn state(&self, row: usize, state: &mut State<f64>) {
-        self.states.get(row, state);
+        let block = &self.blocks[row / self.rows_per_block];
+        block.states.get(row % self.rows_per_block, state);
     }
 
     fn failure(&self) -> Option<String> {
         self.failure.clone()
     }
+}
+
+/// Consecutive states, one after the other.
+fn joined(mut parts: impl Iterator<Item = EstimatedStates>, machine: &Machine) -> EstimatedStates {
+    let mut joined = parts.next().unwrap_or_else(|| EstimatedStates {
+        states: StateColumns::unknown(machine, 0),
+        reasons: Vec::new(),
+    });
+    for part in parts {
+        joined.states.append(&part.states);
+        joined.reasons.extend(part.reasons);
+    }
+    joined
 }
 
 #[cfg(test)]

@@ -33,6 +33,16 @@ pub(crate) struct EstimatedStates {
     pub(crate) reasons: Vec<Reasons>,
 }
 
+impl EstimatedStates {
+    /// Some of the rows.
+    pub(crate) fn part(&self, rows: Range<usize>) -> Self {
+        Self {
+            states: self.states.block(rows.clone()),
+            reasons: self.reasons[rows].to_vec(),
+        }
+    }
+}
+
 /// The rows of a log before their outcomes are computed.
 #[derive(Debug)]
 pub struct EstimatedRows {
