@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{
     BatchWorkspace, Machine, Model, OutcomeColumns, Quantity, Scope, State, StateColumns,
-    Workspace, evaluate, evaluate_into, evaluate_rows,
+    Workspace, evaluate, evaluate_into, evaluate_rows, ground_wrenches,
 };
 
 const EVERYTHING: Scope = Scope {
@@ -133,6 +133,30 @@ fn assert_blocks_equal_separate_rows(machine: &Machine, numbers: &[f64], lengths
     }
 }
 
+/// The wrench of the ground is that of whole evaluations.
+fn assert_equal_wrenches(machine: &Machine, numbers: &[f64]) {
+    let (states, model) = (states(machine, numbers), Arc::new(Model::WholeBody));
+    let mut batch = BatchWorkspace::new(machine, Scope::LOADS, &model);
+    let wrenches = ground_wrenches(machine, &states, 1..states.rows(), &mut batch);
+    assert_eq!(wrenches.len(), states.rows() - 1);
+    let (mut state, mut workspace) = (State::zero(machine), Workspace::new(machine));
+    for (row, wrench) in (1..).zip(&wrenches) {
+        states.get(row, &mut state);
+        let alone = &evaluate(machine, &state, &mut workspace).ground_wrench;
+        let pairs = [
+            (&wrench.force, &alone.force),
+            (&wrench.moment, &alone.moment),
+        ];
+        for (found, expected) in pairs {
+            let mut numbers = found.iter().zip(expected);
+            assert!(
+                numbers.all(|(a, b)| same(*a, *b)),
+                "row {row}: {found}, {expected} alone"
+            );
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(support::cases(300))]
 
@@ -147,6 +171,11 @@ proptest! {
     #[test]
     fn with_measured_pivots(numbers in rows_of(&machine("rigid"), 7)) {
         assert_equal_bits(&machine("rigid"), &numbers);
+    }
+
+    #[test]
+    fn wrenches_of_the_ground(numbers in rows_of(&machine("rigid"), 7)) {
+        assert_equal_wrenches(&machine("rigid"), &numbers);
     }
 
     #[test]
