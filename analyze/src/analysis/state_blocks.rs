@@ -138,7 +138,7 @@ impl SmoothedStates {
     /// The states of `rows` that are in a block.
     fn part(&self, block: usize, rows: &Range<usize>) -> EstimatedStates {
         let all = self.smoother.rows(block);
-        let part = rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start;
+        let part = within(&all, rows);
         if part.len() == all.len() {
             return self.block(block);
         }
@@ -192,15 +192,13 @@ impl StateSource for KeptStates {
     }
 
     fn read(&self, rows: Range<usize>) -> EstimatedStates {
-        let first = rows.start / self.rows_per_block;
-        let blocks = self.blocks.iter().enumerate().skip(first);
-        let parts = blocks.map_while(|(block, states)| {
-            let start = block * self.rows_per_block;
-            let end = rows.end.min(start + states.reasons.len());
-            let part = rows.start.max(start)..end;
-            (!part.is_empty()).then(|| states.part(part.start - start..part.end - start))
-        });
-        joined(parts, &self.machine)
+        let length = self.rows_per_block;
+        let blocks = rows.start / length..rows.end.div_ceil(length);
+        let part = |block: usize| {
+            let all = block * length..(block + 1) * length;
+            self.blocks[block].part(within(&all, &rows))
+        };
+        joined(blocks.map(part), &self.machine)
     }
 
     fn state(&self, row: usize, state: &mut State<f64>) {
@@ -211,6 +209,11 @@ impl StateSource for KeptStates {
     fn failure(&self) -> Option<String> {
         self.failure.clone()
     }
+}
+
+/// The part of `rows` in a block of the rows `all`, counted from its first one.
+fn within(all: &Range<usize>, rows: &Range<usize>) -> Range<usize> {
+    rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start
 }
 
 /// Consecutive states, one after the other.
@@ -249,10 +252,10 @@ mod tests {
             let smoother = block_smoother(&loaded, RowClock::Rate(1500.0)).unwrap();
             SmoothedStates::new(&loaded.machine, smoother)
         };
-        let (once, keeping) = (states(), states().keeping());
+        let (once, keeping, all) = (states(), states().keeping(), states().all());
         let rows = once.smoother.row_times_ns().len();
         assert!(rows > 2 * ROWS_PER_BLOCK, "{rows}");
-        let numbers = |states: &SmoothedStates, rows: Range<usize>| {
+        let numbers = |states: &dyn StateSource, rows: Range<usize>| {
             let found = states.read(rows);
             let columns = 0..found.states.width();
             let values = columns.flat_map(|column| found.states.column(column));
@@ -260,7 +263,9 @@ mod tests {
             (bits, format!("{:?}", found.reasons))
         };
         for rows in [0..rows, 0..rows, ROWS_PER_BLOCK - 3..ROWS_PER_BLOCK + 7] {
-            assert_eq!(numbers(&keeping, rows.clone()), numbers(&once, rows));
+            let expected = numbers(&once, rows.clone());
+            assert_eq!(numbers(&keeping, rows.clone()), expected);
+            assert_eq!(numbers(&all, rows), expected);
         }
         let kept = keeping.kept.as_ref().unwrap();
         let is_kept = |block| kept.read(block, &loaded.machine).is_some();
