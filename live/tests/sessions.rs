@@ -254,6 +254,10 @@ fn producer_that_ends_its_session_while_samples_are_taken_is_not_lost() {
         }
         drop(producer);
         assert!(!follower.has_lost_producer());
+        // nor is a producer lost while samples of it wait
+        let taken = follower.take_sample(&mut AnySession).unwrap();
+        assert_eq!(taken, Some(Progress::Running));
+        assert!(!follower.has_lost_producer());
         let progress = follower.take_samples(&mut AnySession).unwrap();
         assert_eq!(progress == Progress::Ended, !is_killed);
         assert_eq!(follower.has_lost_producer(), is_killed);

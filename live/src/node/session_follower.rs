@@ -68,14 +68,8 @@ impl<S> SessionFollower<S> {
         })
     }
 
-    /// Whether a producer exists, dead ones included that were not removed yet.
-    #[must_use]
-    pub fn has_producer(&self) -> bool {
-        self.reader.has_producer()
-    }
-
-    /// Whether the session had no producer any more when its samples were last taken, and no end among them: it was
-    /// killed. A producer that sends its last samples, ends the session and goes while they are taken is not lost.
+    /// Whether nothing waited when a sample was last asked for, and the session, which goes on, had no producer any more:
+    /// it was killed, or its end was sent before this reader joined. Dead ones count until they are removed.
     #[must_use]
     pub fn has_lost_producer(&self) -> bool {
         self.has_lost_producer && self.active.is_some()
@@ -117,6 +111,8 @@ impl<S> SessionFollower<S> {
         &mut self,
         host: &mut H,
     ) -> Result<Option<Progress>> {
+        // asked before: what a producer that is gone has sent is all in the queue
+        let had_producer = self.reader.has_producer();
         let active = &mut self.active;
         let taken = self.reader.sample(|sample| {
             match active.as_mut().filter(|s| H::id(s) == sample.source) {
@@ -125,6 +121,7 @@ impl<S> SessionFollower<S> {
                 None => Err(*sample),
             }
         })?;
+        self.has_lost_producer = taken.is_none() && !had_producer;
         match taken {
             None => Ok(None),
             Some(Ok(progress)) => progress.map(Some),
@@ -146,15 +143,11 @@ impl<S> SessionFollower<S> {
     /// # Errors
     /// As of [`Self::take_sample`].
     pub fn take_samples<H: SessionHost<Session = S>>(&mut self, host: &mut H) -> Result<Progress> {
-        // asked before: what a producer that is gone has sent is all in the queue
-        let had_producer = self.has_producer();
-        self.has_lost_producer = false;
         while let Some(progress) = self.take_sample(host)? {
             if progress == Progress::Ended {
                 return Ok(Progress::Ended);
             }
         }
-        self.has_lost_producer = !had_producer;
         Ok(Progress::Running)
     }
 }

@@ -200,7 +200,7 @@ impl Recorder<'_> {
     /// Whether the session's producer has been gone for long. The end of the session reaches only readers that joined
     /// before it was sent, and a producer that is killed sends none.
     fn has_lost_producer(&self, gone: &mut Option<Instant>) -> bool {
-        if self.follower.active.is_none() || self.follower.has_producer() {
+        if !self.follower.has_lost_producer() {
             *gone = None;
             return false;
         }
