@@ -24,7 +24,7 @@ use super::verdicts::{MonitorRecord, RowJudge};
 use super::widening::Widening;
 
 /// Rows of a block that is computed at once.
-pub const BLOCK_ROWS: usize = 1024;
+pub const BLOCK_ROWS: usize = 512;
 
 /// The rows of a log. Reading [`Rows::outcomes`], [`Rows::states`] or [`Rows::verdicts`] through it computes and keeps
 /// the whole table, if it was not kept before.

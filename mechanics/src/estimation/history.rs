@@ -51,12 +51,17 @@ impl History {
         }
     }
 
-    /// Forgets all steps and keeps the memory.
-    pub(super) fn restart(&mut self, wanted_ns: i64) {
+    /// Forgets all steps and keeps the memory, with room for `steps` at least.
+    pub(super) fn restart(&mut self, wanted_ns: i64, steps: usize) {
         self.stamps_ns.clear();
         self.jets.clear();
         self.gains.clear();
         self.covariances.clear();
+        // growing step by step would leave memory of every smaller size behind
+        self.stamps_ns.reserve_exact(steps);
+        self.jets.reserve_exact(steps * self.channels);
+        self.gains.reserve_exact(steps);
+        self.covariances.reserve_exact(steps);
         self.wanted_ns = wanted_ns;
         self.ahead = None;
         self.is_complete = false;

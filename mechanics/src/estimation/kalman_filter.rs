@@ -85,11 +85,12 @@ impl KalmanFilter {
         &self.state
     }
 
-    /// Continues from an earlier state. Its history begins there; the estimates up to `wanted_ns` are wanted of it.
-    pub(super) fn restart(&mut self, from: &FilterState, wanted_ns: i64) {
+    /// Continues from an earlier state. Its history begins there, with room for `steps`; the estimates up to `wanted_ns`
+    /// are wanted of it.
+    pub(super) fn restart(&mut self, from: &FilterState, wanted_ns: i64, steps: usize) {
         self.state.clone_from(from);
         if let Some(history) = &mut self.history {
-            history.restart(wanted_ns);
+            history.restart(wanted_ns, steps);
             if let Some(last_ns) = from.last_ns {
                 history.push(last_ns, &from.jets, &from.covariance);
             }

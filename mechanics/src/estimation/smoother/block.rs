@@ -18,7 +18,9 @@ use crate::machine::Machine;
 use crate::state::{Reasons, Sensor, Sensors, State, StateColumns, StreamCounts};
 
 /// A usual number of rows in a block.
-pub const ROWS_PER_BLOCK: usize = 2048;
+pub const ROWS_PER_BLOCK: usize = 512;
+/// Usual number of samples after a block that matter to it.
+const USUAL_STEPS_AFTER: usize = 128;
 
 /// Smooths a recording block by block, the same as [`smooth`](super::smooth) does the whole of it. Samples of a sensor
 /// are sorted by stamp; of equal stamps only one is used, and of several sources of one sensor the first.
@@ -236,9 +238,10 @@ impl Bench {
         );
         let sensor = samples.sensor();
         let start = &track.starts[block];
+        let steps = samples.first_after(end_ns).saturating_sub(start.sample) + USUAL_STEPS_AFTER;
         let filters = self.filters.fed_by(sensor).zip(&start.filters);
         for ((_, filter), state) in filters {
-            filter.restart(state, end_ns);
+            filter.restart(state, end_ns, steps);
         }
         self.filters.has_tilt = track.measures_tilt;
         let Some(first_ns) = samples.stamp_ns(start.sample) else {
