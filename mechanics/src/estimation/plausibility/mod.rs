@@ -31,13 +31,17 @@ mod gravity;
 mod joint;
 mod notice;
 mod redundancy;
+mod signals;
 mod spans;
 mod treatment;
 mod vector;
 
 pub use checks::Plausibility;
+pub(super) use checks::room_for_findings;
 pub use fault::{Amount, Component, Finding, Part, YawBy};
+pub(super) use redundancy::Comparisons;
 pub use redundancy::{Excitation, Unshown};
+pub(super) use signals::{SignalChecks, Sound};
 pub(crate) use spans::SpanWalk;
 pub use spans::{FaultSpan, FaultSpans};
 pub use treatment::Judgement;

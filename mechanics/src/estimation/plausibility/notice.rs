@@ -1,7 +1,33 @@
 //! What the checks share: their limits, and how they report a fault.
 
-use super::fault::{Amount, Component};
-use crate::machine::FaultKind;
+use super::fault::{Amount, Component, Finding, Part};
+use crate::machine::{FaultKind, Machine, Policy};
+use crate::state::{Sample, Sensor};
+
+/// What a machine says of its checks.
+#[derive(Debug, Clone)]
+pub(super) struct Rules {
+    pub(super) limits: Limits,
+    pub(super) policies: Policies,
+}
+
+/// The treatment of each kind of fault.
+pub(super) type Policies = [Policy; FaultKind::ALL.len()];
+
+impl Rules {
+    pub(super) fn of(machine: &Machine) -> Self {
+        let spec = machine.plausibility();
+        Self {
+            limits: Limits {
+                max_gap_s: machine.estimator().max_gap,
+                frozen_samples: spec.frozen_samples,
+                quaternion_tolerance: spec.quaternion_tolerance,
+                rate_tolerance_share: spec.rate_tolerance_share,
+            },
+            policies: FaultKind::ALL.map(|kind| spec.policy_of(kind)),
+        }
+    }
+}
 
 /// Settings shared by all checks.
 #[derive(Debug, Clone)]
@@ -50,3 +76,46 @@ impl Notice {
 }
 
 pub(super) type Found<'f> = dyn FnMut(Notice) + 'f;
+
+/// Collects findings, up to the capacity reserved.
+pub(super) struct Note<'n> {
+    findings: &'n mut Vec<Finding>,
+    policies: &'n Policies,
+    sensor: Sensor,
+    stamp_ns: i64,
+}
+
+impl<'n> Note<'n> {
+    pub(super) fn new(
+        findings: &'n mut Vec<Finding>,
+        policies: &'n Policies,
+        sample: &Sample<'_>,
+    ) -> Self {
+        Self {
+            findings,
+            policies,
+            sensor: sample.sensor,
+            stamp_ns: sample.stamp_ns,
+        }
+    }
+
+    pub(super) fn of(&mut self, part: Part) -> impl FnMut(Notice) + '_ {
+        move |notice| {
+            if self.findings.len() == self.findings.capacity() {
+                return;
+            }
+            self.findings.push(Finding {
+                sensor: self.sensor,
+                part,
+                kind: notice.kind,
+                component: notice.component,
+                policy: self.policies[notice.kind as usize],
+                since_ns: notice.since_ns,
+                stamp_ns: self.stamp_ns,
+                measure: notice.measure,
+                limit: notice.limit,
+                amount: notice.amount,
+            });
+        }
+    }
+}

@@ -35,6 +35,15 @@ impl Judgement {
         *self == Self::default()
     }
 
+    /// The treatment of a sample with these faults.
+    pub(crate) fn of(findings: &[Finding]) -> Self {
+        let mut judgement = Self::default();
+        for finding in findings {
+            judgement.add(finding);
+        }
+        judgement
+    }
+
     pub(crate) fn add(&mut self, finding: &Finding) {
         let treatment = &mut self.parts[finding.part.slot()];
         let is_unusable = finding.kind == FaultKind::NotFinite;

@@ -3,8 +3,9 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::forward::{Forward, Pass, Passes, Track};
+use super::forward::{Forward, Passes, Track};
 use super::history_reader::HistoryReader;
+use super::pass::Pass;
 use super::row_times::row_times;
 use super::sorted_samples::{Chunk, SortedSamples};
 use super::source::SampleSource;
@@ -78,7 +79,7 @@ impl<S: SampleSource> BlockSmoother<S> {
         sources: Vec<S>,
         clock: RowClock,
         rows_per_block: usize,
-        run: &dyn Fn(Vec<Pass<'_>>),
+        run: &(dyn Fn(Vec<Pass<'_>>) + Sync),
     ) -> Result<Self, S::Error> {
         let mut samples: Vec<SortedSamples<S>> = Vec::with_capacity(sources.len());
         for source in sources {

@@ -4,17 +4,16 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use super::fault_search::find_faults;
+use super::pass::{Pass, Run};
 use super::sorted_samples::{Chunk, SortedSamples, for_each_by_stamp};
 use super::source::SampleSource;
 use crate::estimation::bias::{BiasEstimator, BiasHistory};
 use crate::estimation::kalman_filter::FilterState;
-use crate::estimation::plausibility::{FaultSpan, FaultSpans, Plausibility, SpanWalk};
+use crate::estimation::plausibility::{FaultSpan, SpanWalk};
 use crate::estimation::state_builder::{Filters, Followed};
 use crate::machine::Machine;
 use crate::state::{Credible, SampleError, Sensor, Sensors, StreamCounts, tilt_is_measured};
-
-/// A part of the forward pass, independent of the others.
-pub type Pass<'p> = Box<dyn FnOnce() + Send + 'p>;
 
 /// One sensor and its filters over the whole log.
 #[derive(Debug)]
@@ -76,7 +75,7 @@ impl<S: SampleSource> Passes<'_, S> {
     ///
     /// How a sample is treated depends on faults that may be found much later. All sensors are followed at the same
     /// time as faults are looked for, as if there were none, and those that have some once more.
-    pub(super) fn run(&self, run: &dyn Fn(Vec<Pass<'_>>)) -> Result<Forward, S::Error> {
+    pub(super) fn run(&self, run: Run<'_>) -> Result<Forward, S::Error> {
         let faulty: Vec<AtomicBool> = self.samples.iter().map(|_| AtomicBool::default()).collect();
         let is_faulty = |sensor: usize| faulty[sensor].load(Ordering::Relaxed);
         let of_bias = self.of_bias();
@@ -84,7 +83,7 @@ impl<S: SampleSource> Passes<'_, S> {
         let (found, bias) = (Slot::default(), Slot::default());
         let tracks: Vec<Slot<_, _>> = self.samples.iter().map(|_| Slot::default()).collect();
         let mut passes: Vec<Pass<'_>> = vec![
-            Box::new(|| found.set(self.find_faults(&faulty))),
+            Box::new(|| found.set(self.find_faults(&faulty, run))),
             Box::new(|| bias.set(self.find_bias(&of_bias, &[], &is_bias_faulty))),
         ];
         for (sensor, track) in tracks.iter().enumerate() {
@@ -93,7 +92,7 @@ impl<S: SampleSource> Passes<'_, S> {
             passes.push(Box::new(move || track.set(follow())));
         }
         run(passes);
-        let faults = found.take_or(|| self.find_faults(&faulty))?;
+        let faults = found.take_or(|| self.find_faults(&faulty, run))?;
         let of_sensor = |sensor: usize| -> Vec<FaultSpan> {
             faults_of(&faults, self.samples[sensor].sensor())
                 .copied()
@@ -127,6 +126,10 @@ impl<S: SampleSource> Passes<'_, S> {
         })
     }
 
+    fn find_faults(&self, faulty: &[AtomicBool], run: Run<'_>) -> Result<Vec<FaultSpan>, S::Error> {
+        find_faults(self.machine, self.sensors, self.samples, faulty, run)
+    }
+
     /// The sensors that the estimate of the bias depends on.
     fn of_bias(&self) -> Vec<usize> {
         let estimator = BiasEstimator::new(self.machine, self.sensors, false);
@@ -134,27 +137,6 @@ impl<S: SampleSource> Passes<'_, S> {
         sensors
             .filter(|&sensor| estimator.uses(self.samples[sensor].sensor()))
             .collect()
-    }
-
-    /// Finds implausible spans, checking all sensors together in stamp order. A sensor is `faulty` where one of them
-    /// changes how its samples are treated.
-    fn find_faults(&self, faulty: &[AtomicBool]) -> Result<Vec<FaultSpan>, S::Error> {
-        let mut plausibility = Plausibility::new(self.machine, self.sensors);
-        let mut spans = FaultSpans::default();
-        for_each_by_stamp(
-            &self.samples.iter().collect::<Vec<_>>(),
-            |sensor, sample| {
-                // A repeated or backward stamp is counted where the filter refuses it.
-                if let Ok(judgement) = plausibility.step(sample) {
-                    spans.take(sample.sensor, sample.stamp_ns, plausibility.findings());
-                    if !judgement.is_clean() || plausibility.lacks_a_value() {
-                        faulty[sensor].store(true, Ordering::Relaxed);
-                    }
-                }
-                ControlFlow::Continue(())
-            },
-        )?;
-        Ok(spans.finish())
     }
 
     /// Estimates the bias of the accelerometer from its sensors together in stamp order. Once `is_void`, the result

@@ -5,8 +5,10 @@
 //! later samples no longer matter, and the backward pass starts there. Only a few blocks are in memory at a time.
 
 mod block;
+mod fault_search;
 mod forward;
 mod history_reader;
+mod pass;
 mod quintic;
 mod row_times;
 mod sorted_samples;
@@ -14,7 +16,7 @@ mod source;
 mod whole;
 
 pub use block::{BlockSmoother, BlockWorker, ROWS_PER_BLOCK, SmoothedBlock};
-pub use forward::Pass;
+pub use pass::Pass;
 pub(super) use sorted_samples::{Chunk, SortedSamples};
 pub use source::{SampleSource, SensorSamples};
 pub use whole::{SmoothedRows, smooth};

@@ -118,26 +118,49 @@ impl<S: SampleSource> SortedSamples<S> {
     }
 }
 
+/// The samples of several sensors in stamp order.
+pub(in crate::estimation) struct ByStamp<'s, S> {
+    sensors: Vec<&'s SortedSamples<S>>,
+    chunks: Vec<Chunk>,
+    /// By sensor: the next sample, and its stamp.
+    next: Vec<(usize, Option<i64>)>,
+}
+
+impl<'s, S: SampleSource> ByStamp<'s, S> {
+    pub(in crate::estimation) fn new(sensors: Vec<&'s SortedSamples<S>>) -> Self {
+        Self {
+            chunks: vec![Chunk::default(); sensors.len()],
+            next: (sensors.iter())
+                .map(|sensor| (0, sensor.stamp_ns(0)))
+                .collect(),
+            sensors,
+        }
+    }
+
+    /// The next sample, with the index of its sensor; `None` after the last.
+    pub(in crate::estimation) fn next(&mut self) -> Result<Option<(usize, Sample<'_>)>, S::Error> {
+        let stamps = self.next.iter().enumerate();
+        let stamps = stamps.filter_map(|(which, (_, stamp))| Some((which, (*stamp)?)));
+        let Some((which, _)) = stamps.min_by_key(|(_, stamp)| *stamp) else {
+            return Ok(None);
+        };
+        let (sensor, (sample, _)) = (self.sensors[which], self.next[which]);
+        self.next[which] = (sample + 1, sensor.stamp_ns(sample + 1));
+        let sample = sensor.sample(sample, &mut self.chunks[which])?;
+        Ok(sample.map(|sample| (which, sample)))
+    }
+}
+
 /// Visits the samples of several sensors in stamp order, each with its index in `sensors`, until `visit` breaks off.
 pub(in crate::estimation) fn for_each_by_stamp<S: SampleSource>(
     sensors: &[&SortedSamples<S>],
     mut visit: impl FnMut(usize, &Sample<'_>) -> ControlFlow<()>,
 ) -> Result<(), S::Error> {
-    let mut chunks = vec![Chunk::default(); sensors.len()];
-    let mut next = vec![0; sensors.len()];
-    let mut heads: Vec<Option<i64>> = sensors.iter().map(|sensor| sensor.stamp_ns(0)).collect();
-    loop {
-        let stamps = heads.iter().enumerate();
-        let stamps = stamps.filter_map(|(which, &stamp)| Some((which, stamp?)));
-        let Some((which, _)) = stamps.min_by_key(|(_, stamp)| *stamp) else {
-            return Ok(());
-        };
-        if let Some(sample) = sensors[which].sample(next[which], &mut chunks[which])?
-            && visit(which, &sample).is_break()
-        {
-            return Ok(());
+    let mut samples = ByStamp::new(sensors.to_vec());
+    while let Some((which, sample)) = samples.next()? {
+        if visit(which, &sample).is_break() {
+            break;
         }
-        next[which] += 1;
-        heads[which] = sensors[which].stamp_ns(next[which]);
     }
+    Ok(())
 }

@@ -5,6 +5,7 @@
 //! shows nothing.
 
 mod band;
+mod comparisons;
 mod drive;
 mod evidence;
 mod excitation;
@@ -24,12 +25,5 @@ mod tilt;
 mod travel;
 mod yaw;
 
-pub(super) use drive::DriveWatch;
+pub(in crate::estimation) use comparisons::Comparisons;
 pub use excitation::{Excitation, Unshown};
-pub(super) use lean::LeanWatch;
-pub(super) use rolling::{Rolled, skids};
-pub(super) use rotation::RotationWatch;
-pub(super) use specific_force::SpecificForceWatch;
-pub(super) use tilt::{TiltWatch, up_direction};
-pub(super) use travel::Travel;
-pub(super) use yaw::YawWatch;

@@ -1,0 +1,312 @@
+//! The checks of every sensor's samples by themselves: what no other sensor is needed for.
+
+use super::attitude::AttitudeWatch;
+use super::fault::{Finding, Part};
+use super::gravity::GravityWatch;
+use super::joint::{JointLimits, JointWatch};
+use super::notice::{Note, Rules};
+use super::vector::{Slew, VectorWatch};
+use crate::machine::{FaultKind, Machine};
+use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
+
+/// Allowance for noise and stamp jitter in the change of an angular velocity (rad/s) and of a velocity (m/s).
+const SLEW_ALLOWANCE: f64 = 0.5;
+/// Angular velocity above which the machine counts as moving (rad/s).
+const TURNING: f64 = 0.1;
+/// Velocity above which the machine counts as moving (m/s).
+const TRAVELLING: f64 = 0.1;
+/// Lever arm that relates the largest moment on the tool to the largest force (m).
+const TOOL_LEVER: f64 = 1.0;
+/// Largest force of an actuator, or of one of its chambers, as a multiple of the machine's weight.
+const ACTUATOR_WEIGHTS: f64 = 100.0;
+/// Largest force on the tool as a multiple of the machine's weight, where none is stated.
+const TOOL_FORCE_WEIGHTS: f64 = 10.0;
+
+/// Checks samples by themselves, each sensor's in stamp order.
+#[derive(Debug, Clone)]
+pub(in crate::estimation) struct SignalChecks {
+    sensors: Sensors,
+    rules: Rules,
+    /// Stamp of the last sample of each sensor, in the order of [`Sensors::iter`].
+    last_ns: Vec<(Sensor, Option<i64>)>,
+    /// By stream and index in it.
+    joints: Vec<Vec<JointWatch>>,
+    force: VectorWatch,
+    turning: VectorWatch,
+    attitude: AttitudeWatch,
+    gravity: GravityWatch,
+    velocity: VectorWatch,
+    odometry_turning: VectorWatch,
+    odometry_attitude: AttitudeWatch,
+    tool: [VectorWatch; 2],
+    /// By signal.
+    actuators: Vec<VectorWatch>,
+    motion: Motion,
+}
+
+/// Which parts of a sample are sound by themselves: others may be compared with them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::estimation) struct Sound {
+    /// All of it, of joints and of the tool.
+    pub(super) whole: bool,
+    pub(super) force: bool,
+    pub(super) turning: bool,
+    pub(super) attitude: bool,
+    pub(super) velocity: bool,
+}
+
+/// Motion detected in the last samples.
+#[derive(Debug, Clone, Copy, Default)]
+struct Motion {
+    joints: bool,
+    wheels: bool,
+    turning: bool,
+    travelling: bool,
+}
+
+impl SignalChecks {
+    /// Checks before their first sample.
+    pub(in crate::estimation) fn new(machine: &Machine, sensors: &Sensors) -> Self {
+        let spec = machine.plausibility();
+        let weight = machine.mass() * machine.gravity();
+        let largest_force = TOOL_FORCE_WEIGHTS * weight;
+        let slew = |per_second: f64| {
+            Some(Slew {
+                per_second,
+                allowance: SLEW_ALLOWANCE,
+            })
+        };
+        let turning = || {
+            VectorWatch::new(
+                spec.angular_velocity_max,
+                slew(spec.angular_acceleration_max),
+            )
+        };
+        let joints: Vec<Vec<JointWatch>> = sensors
+            .joints
+            .iter()
+            .map(|stream| {
+                let watch = |&joint: &usize| JointWatch::new(joint_limits(machine, joint));
+                stream.joints.iter().map(watch).collect()
+            })
+            .collect();
+        Self {
+            rules: Rules::of(machine),
+            last_ns: sensors.iter().map(|sensor| (sensor, None)).collect(),
+            joints,
+            force: VectorWatch::new(spec.specific_force_max, None),
+            turning: turning(),
+            attitude: AttitudeWatch::new(),
+            gravity: GravityWatch::new(machine.gravity(), spec.gravity_tolerance),
+            velocity: VectorWatch::new(spec.speed_max, slew(spec.acceleration_max)),
+            odometry_turning: turning(),
+            odometry_attitude: AttitudeWatch::new(),
+            tool: [
+                VectorWatch::new(spec.tool_force_max.unwrap_or(largest_force), None),
+                VectorWatch::new(
+                    spec.tool_moment_max.unwrap_or(largest_force * TOOL_LEVER),
+                    None,
+                ),
+            ],
+            actuators: (sensors.actuators.iter())
+                .map(|signal| {
+                    let joint = &machine.contact().actuated_joints[signal.joint];
+                    let factor = joint.signals[signal.signal].abs();
+                    VectorWatch::new(ACTUATOR_WEIGHTS * weight / factor, None)
+                })
+                .collect(),
+            motion: Motion::default(),
+            sensors: sensors.clone(),
+        }
+    }
+
+    /// Checks a sample and appends its faults to `findings`; returns which parts of it are sound.
+    ///
+    /// # Errors
+    /// The sensor does not exist, the number of values is wrong, or the stamp is not later than the preceding one.
+    pub(in crate::estimation) fn step(
+        &mut self,
+        sample: &Sample<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Sound, SampleError> {
+        if self.sensors.value_count(sample.sensor) != Some(sample.values.len()) {
+            return Err(SampleError::UnknownSensor);
+        }
+        let last = self
+            .last_ns
+            .iter_mut()
+            .find(|(sensor, _)| *sensor == sample.sensor);
+        let (_, last_ns) = last.ok_or(SampleError::UnknownSensor)?;
+        if last_ns.is_some_and(|last| sample.stamp_ns <= last) {
+            return Err(SampleError::NotLater);
+        }
+        *last_ns = Some(sample.stamp_ns);
+        Ok(match sample.sensor {
+            Sensor::Joints(stream) => self.check_joints(stream, sample, findings),
+            Sensor::Imu => self.check_imu(sample, findings),
+            Sensor::Odometry => self.check_odometry(sample, findings),
+            Sensor::ToolWrench => self.check_tool(sample, findings),
+            Sensor::Actuator(signal) => self.check_actuator(signal, sample, findings),
+        })
+    }
+
+    fn check_joints(
+        &mut self,
+        stream: usize,
+        sample: &Sample<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Sound {
+        let Self {
+            joints,
+            sensors,
+            rules: Rules { limits, policies },
+            motion,
+            ..
+        } = self;
+        let mut note = Note::new(findings, policies, sample);
+        let (positions, rates) = sample.values.split_at(sample.values.len() / 2);
+        let watches = joints[stream]
+            .iter_mut()
+            .zip(&sensors.joints[stream].joints);
+        for ((watch, &joint), (&position, &rate)) in watches.zip(positions.iter().zip(rates)) {
+            let part = Part::Joint(joint);
+            watch.check(sample.stamp_ns, position, rate, limits, &mut note.of(part));
+        }
+        let moving = |wheel: bool| {
+            let watches = joints.iter().flatten();
+            watches
+                .filter(|watch| watch.limits.spins_wheel == wheel)
+                .any(JointWatch::moves)
+        };
+        (motion.joints, motion.wheels) = (moving(false), moving(true));
+        // A position beyond a limit of the URDF is often right; the model goes on.
+        let is_faulty = |finding: &Finding| finding.kind != FaultKind::JointLimit;
+        Sound {
+            whole: !findings.iter().any(is_faulty),
+            ..Sound::default()
+        }
+    }
+
+    fn check_imu(&mut self, sample: &Sample<'_>, findings: &mut Vec<Finding>) -> Sound {
+        let (stamp_ns, values) = (sample.stamp_ns, sample.values);
+        let (Rules { limits, policies }, seen) = (&self.rules, self.motion);
+        let mut note = Note::new(findings, policies, sample);
+        let moves = seen.joints || seen.travelling;
+        let (force, turning, attitude) = (&values[..3], &values[3..6], &values[6..]);
+        let part = Part::SpecificForce;
+        let has_force = self
+            .force
+            .check(stamp_ns, force, moves, limits, &mut note.of(part));
+        let part = Part::AngularVelocity;
+        let has_turning = self
+            .turning
+            .check(stamp_ns, turning, moves, limits, &mut note.of(part));
+        let turns = is_faster(turning, TURNING);
+        let part = Part::Attitude;
+        let has_attitude =
+            self.attitude
+                .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
+        if has_force && has_attitude && tilt_is_measured(attitude) {
+            self.gravity
+                .check(stamp_ns, force, attitude, limits, &mut note.of(part));
+        }
+        self.motion.turning = turns;
+        Sound {
+            force: has_force,
+            turning: has_turning,
+            attitude: has_attitude,
+            ..Sound::default()
+        }
+    }
+
+    fn check_odometry(&mut self, sample: &Sample<'_>, findings: &mut Vec<Finding>) -> Sound {
+        let (stamp_ns, values) = (sample.stamp_ns, sample.values);
+        let (Rules { limits, policies }, seen) = (&self.rules, self.motion);
+        let mut note = Note::new(findings, policies, sample);
+        let (velocity, turning, attitude) = (&values[..3], &values[3..6], &values[6..]);
+        let moves = seen.wheels || is_faster(velocity, TRAVELLING);
+        let part = Part::Velocity;
+        let has_velocity =
+            self.velocity
+                .check(stamp_ns, velocity, moves, limits, &mut note.of(part));
+        let turns = seen.turning || is_faster(turning, TURNING);
+        let part = Part::AngularVelocity;
+        // With an IMU, the odometry may be bound without angular velocity.
+        let is_absent = self.sensors.imu
+            && self.odometry_turning.was_never_given()
+            && turning.iter().all(|v| v.is_nan());
+        let has_turning = !is_absent
+            && self
+                .odometry_turning
+                .check(stamp_ns, turning, turns, limits, &mut note.of(part));
+        let part = Part::Attitude;
+        let has_attitude =
+            self.odometry_attitude
+                .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
+        self.motion.travelling = is_faster(velocity, TRAVELLING);
+        Sound {
+            velocity: has_velocity,
+            turning: has_turning,
+            attitude: has_attitude,
+            ..Sound::default()
+        }
+    }
+
+    fn check_tool(&mut self, sample: &Sample<'_>, findings: &mut Vec<Finding>) -> Sound {
+        let (stamp_ns, Rules { limits, policies }) = (sample.stamp_ns, &self.rules);
+        let mut note = Note::new(findings, policies, sample);
+        let parts = [Part::ToolForce, Part::ToolMoment];
+        let vectors = sample.values.chunks_exact(3);
+        let mut is_credible = true;
+        for ((watch, part), values) in self.tool.iter_mut().zip(parts).zip(vectors) {
+            // A constant force is legitimate: only vanishing noise counts.
+            is_credible &= watch.check(stamp_ns, values, false, limits, &mut note.of(part));
+        }
+        Sound {
+            whole: is_credible,
+            ..Sound::default()
+        }
+    }
+
+    fn check_actuator(
+        &mut self,
+        signal: usize,
+        sample: &Sample<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Sound {
+        let Rules { limits, policies } = &self.rules;
+        let mut note = Note::new(findings, policies, sample);
+        let part = Part::Actuator(self.sensors.actuators[signal].joint);
+        let along = [sample.values[0], 0.0, 0.0];
+        let stamp_ns = sample.stamp_ns;
+        // The same as for the tool: a constant force is legitimate.
+        self.actuators[signal].check(stamp_ns, &along, false, limits, &mut note.of(part));
+        Sound::default()
+    }
+}
+
+fn is_faster(vector: &[f64], limit: f64) -> bool {
+    vector.iter().map(|v| v * v).sum::<f64>() > limit * limit
+}
+
+fn joint_limits(machine: &Machine, joint: usize) -> JointLimits {
+    let (spec, it) = (machine.plausibility(), &machine.joints()[joint]);
+    let slides = machine.joint_slides(joint);
+    let of_kind = |turning: f64, sliding: f64| if slides { sliding } else { turning };
+    let spins_wheel = it.spins_wheel.is_some();
+    let usual_rate = match spins_wheel {
+        true => spec.wheel_rate_max,
+        false => of_kind(spec.joint_rate_max, spec.joint_rate_max_linear),
+    };
+    JointLimits {
+        range: it.limits.filter(|_| !spins_wheel),
+        margin: of_kind(spec.joint_margin, spec.joint_margin_linear),
+        max_velocity: it
+            .max_velocity
+            .map_or(usual_rate, |rate| rate * spec.joint_rate_margin),
+        max_acceleration: spec.joint_acceleration_max,
+        rate_tolerance: of_kind(spec.rate_tolerance, spec.rate_tolerance_linear),
+        spins_wheel,
+        wraps: !slides && it.limits.is_none(),
+    }
+}
