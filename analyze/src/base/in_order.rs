@@ -9,8 +9,12 @@ use rayon::Yield;
 /// How long a thread without work waits for a result before it looks for work again.
 const UNTIL_OTHER_WORK: Duration = Duration::from_micros(200);
 
+/// Most results that wait besides one in work on each core: that is what bounds the memory. With fewer, cores wait for a
+/// `take` that takes long now and then.
+const MOST_WAITING: usize = 4;
+
 /// Computes something of each of `inputs` on all cores; `take` receives the results in order while the next ones are
-/// computed. Besides one in work on each core, a single result waits: that is what bounds the memory.
+/// computed.
 ///
 /// # Errors
 /// The first error of `take`; nothing is taken after it.
@@ -24,7 +28,7 @@ where
     O: Send,
     E: Send,
 {
-    let most_ahead = rayon::current_num_threads() + 1;
+    let most_ahead = rayon::current_num_threads() + MOST_WAITING;
     let compute = &compute;
     rayon::scope_fifo(|scope| {
         let mut computed: VecDeque<Receiver<O>> = VecDeque::new();
@@ -92,7 +96,10 @@ mod tests {
             let take = |square| -> Result<(), ()> {
                 taken.push(square);
                 let ahead = started.load(Ordering::SeqCst) - taken.len();
-                assert!(ahead <= threads + 1, "{ahead} on {threads} threads");
+                assert!(
+                    ahead <= threads + MOST_WAITING,
+                    "{ahead} on {threads} threads"
+                );
                 Ok(())
             };
             on_threads(threads, || in_order(0..100, compute, take)).unwrap();
