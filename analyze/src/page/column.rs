@@ -23,6 +23,12 @@ pub(crate) struct Column(String);
 const TICK_S: f64 = 1e-4;
 
 impl Columns {
+    /// No numbers, with room for the curves of so many points.
+    pub(crate) fn with_room(points: usize) -> Self {
+        // a time and a value
+        Self(RefCell::new(Vec::with_capacity(points * 8)))
+    }
+
     /// A curve of values over times (s from the first row). Times are 32-bit ticks up to five days, each less the one
     /// before, and 64-bit numbers beyond; values are 32-bit numbers. A value that is not finite breaks the line.
     pub(crate) fn scatter(&self, times: &[f64], values: &[f64]) -> Box<ColumnScatter> {
@@ -53,11 +59,9 @@ impl Columns {
     ) -> Column {
         let mut bytes = self.0.borrow_mut();
         let (first, count) = (bytes.len(), numbers.len());
-        bytes.resize(first + N * count, 0);
-        for (place, number) in numbers.enumerate() {
-            for (rank, byte) in number.into_iter().enumerate() {
-                bytes[first + rank * count + place] = byte;
-            }
+        let numbers: Vec<[u8; N]> = numbers.collect();
+        for rank in 0..N {
+            bytes.extend(numbers.iter().map(|number| number[rank]));
         }
         Column(format!("{type_name}:{first}:{count}"))
     }

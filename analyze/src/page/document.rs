@@ -1,6 +1,6 @@
 //! The frame of a page, what it may load, and its scripts.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 use serde::Serialize;
 
 use super::column::Columns;
@@ -30,8 +30,9 @@ pub(crate) struct Plots<'a> {
     pub(crate) figures: &'a [Figure],
     /// The numbers of their curves.
     pub(crate) columns: &'a Columns,
-    /// A script that runs before the figures are drawn.
+    /// A script that runs before the figures are drawn, and before it the data that it reads.
     pub(crate) script: &'a str,
+    pub(crate) data: &'a Markup,
 }
 
 impl Document<'_> {
@@ -52,7 +53,7 @@ impl Document<'_> {
                     p.subtitle { (self.subtitle) }
                     (content)
                     (glossary(content))
-                    @if let Some(plots) = &self.plots { (plots.scripts()) }
+                    @if let Some(plots) = &self.plots { (plots) }
                 }
             }
         };
@@ -73,15 +74,26 @@ impl Document<'_> {
     }
 }
 
-impl Plots<'_> {
-    fn scripts(&self) -> Markup {
-        html! {
-            (self.library.element())
-            (packed_json("figures", &self.figures))
-            (packed_bytes("columns", &self.columns.bytes()))
-            script { (PreEscaped(self.script)) }
-            script { (PreEscaped(UNPACK_SCRIPT)) }
-            script { (PreEscaped(FIGURES_SCRIPT)) }
+/// The scripts and their data.
+impl Render for Plots<'_> {
+    fn render_to(&self, page: &mut String) {
+        let (library, columns) = (self.library, self.columns.bytes());
+        let columns: &[u8] = &columns;
+        // nearly all of the page is here: it moves once
+        page.reserve(self.library.length() + self.data.0.len() + columns.len());
+        let (packed, ()) = rayon::join(
+            || {
+                let mut packed = String::with_capacity(columns.len());
+                packed_bytes(&mut packed, "columns", columns);
+                packed
+            },
+            || library.render_to(page),
+        );
+        packed_json(page, "figures", &self.figures);
+        page.push_str(&packed);
+        self.data.render_to(page);
+        for script in [self.script, UNPACK_SCRIPT, FIGURES_SCRIPT] {
+            html! { script { (PreEscaped(script)) } }.render_to(page);
         }
     }
 }
@@ -91,10 +103,17 @@ impl Plots<'_> {
 pub(crate) fn json_script(id: &str, data: &impl Serialize) -> Markup {
     // what holds only numbers and names can always be written
     let json = serde_json::to_string(data).unwrap_or_else(|_| "null".to_string());
-    let json = json
-        .replace('<', "\\u003c")
-        .replace('\u{2028}', "\\u2028")
-        .replace('\u{2029}', "\\u2029");
+    let replacements = [
+        ('<', "\\u003c"),
+        ('\u{2028}', "\\u2028"),
+        ('\u{2029}', "\\u2029"),
+    ];
+    let json = (replacements.iter()).fold(json, |json, (hostile, harmless)| {
+        match json.contains(*hostile) {
+            true => json.replace(*hostile, harmless),
+            false => json,
+        }
+    });
     html! { script type="application/json" id=(id) { (PreEscaped(json)) } }
 }
 

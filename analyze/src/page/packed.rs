@@ -1,35 +1,54 @@
 //! Scripts and data that a page unpacks itself: gzip in base64, a third of their size.
 
-use std::io::{self, Read, Write};
+use std::io::{self, BufWriter, Read, Write};
 
-use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use base64::write::EncoderStringWriter;
 use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::GzEncoder;
-use maud::{Markup, PreEscaped, html};
 use serde::Serialize;
 
 /// More thorough ones take half as long again for a twentieth of the size.
 const LEVEL: Compression = Compression::fast();
 
-/// Bytes of gzip as a script element with this id. base64 has no character that could end it.
-pub(super) fn packed_script(id: &str, gzip: &[u8]) -> Markup {
-    html! { script type="application/gzip" id=(id) { (PreEscaped(STANDARD.encode(gzip))) } }
+/// Appends bytes of gzip to a page, as a script element with this id.
+pub(super) fn packed_script(page: &mut String, id: &'static str, gzip: &[u8]) {
+    script(page, id, |base64| base64.write_all(gzip));
 }
 
-/// Data of numbers, names and lists of them as a packed script element.
-pub(super) fn packed_json(id: &str, data: &impl Serialize) -> Markup {
-    // what holds only numbers and names can always be written
-    packed_bytes(id, &serde_json::to_vec(data).unwrap_or_default())
+/// Appends data of numbers, names and lists of them, as a packed script element.
+pub(super) fn packed_json(page: &mut String, id: &'static str, data: &impl Serialize) {
+    script(page, id, |base64| {
+        let mut json = BufWriter::new(GzEncoder::new(base64, LEVEL));
+        // what holds only numbers and names can always be written
+        serde_json::to_writer(&mut json, data)?;
+        json.into_inner()?.finish().map(drop)
+    });
 }
 
-/// Bytes as a packed script element.
-pub(super) fn packed_bytes(id: &str, bytes: &[u8]) -> Markup {
-    let mut gzip = GzEncoder::new(Vec::new(), LEVEL);
-    let written = gzip.write_all(bytes).and_then(|()| gzip.finish());
+/// Appends bytes as a packed script element.
+pub(super) fn packed_bytes(page: &mut String, id: &'static str, bytes: &[u8]) {
+    script(page, id, |base64| {
+        let mut gzip = GzEncoder::new(base64, LEVEL);
+        gzip.write_all(bytes)?;
+        gzip.finish().map(drop)
+    });
+}
+
+/// base64 has no character that could end the element. It is written into the page itself, of which such elements are
+/// the largest part.
+fn script(
+    page: &mut String,
+    id: &'static str,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) {
+    page.push_str(&format!("<script type=\"application/gzip\" id=\"{id}\">"));
+    let mut base64 = EncoderStringWriter::from_consumer(&mut *page, &STANDARD);
     // memory does not fail
-    packed_script(id, &written.unwrap_or_default())
+    let _ = write(&mut base64);
+    base64.into_inner();
+    page.push_str("</script>");
 }
 
 /// The text behind bytes of gzip.
@@ -41,12 +60,15 @@ pub(super) fn unpack(gzip: &[u8]) -> io::Result<String> {
 
 #[cfg(test)]
 mod tests {
+    use base64::Engine;
+
     use super::*;
 
     #[test]
     fn what_is_packed_comes_back() {
         let hostile = ["</script><!--", "\u{2028}"];
-        let element = packed_json("data", &hostile).into_string();
+        let mut element = String::new();
+        packed_json(&mut element, "data", &hostile);
         let (_, rest) = element.split_once('>').unwrap();
         let base64 = rest.strip_suffix("</script>").unwrap();
         let json = unpack(&STANDARD.decode(base64).unwrap()).unwrap();

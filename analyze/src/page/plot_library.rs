@@ -2,7 +2,7 @@
 
 use std::io;
 
-use maud::{Markup, html};
+use maud::{Render, html};
 
 use super::packed::{packed_script, unpack};
 
@@ -19,11 +19,21 @@ pub enum PlotLibrary<'a> {
 }
 
 impl PlotLibrary<'_> {
-    /// The element that holds or loads it.
-    pub(super) fn element(self) -> Markup {
+    /// Length of its element, or more (bytes).
+    pub(super) fn length(self) -> usize {
         match self {
-            PlotLibrary::Inside => packed_script("plot-library", PACKED),
-            PlotLibrary::Beside(address) => html! { script src=(address) {} },
+            PlotLibrary::Inside => PACKED.len() / 3 * 4 + 100,
+            PlotLibrary::Beside(address) => address.len() + 100,
+        }
+    }
+}
+
+/// The element that holds or loads it.
+impl Render for PlotLibrary<'_> {
+    fn render_to(&self, page: &mut String) {
+        match self {
+            PlotLibrary::Inside => packed_script(page, "plot-library", PACKED),
+            PlotLibrary::Beside(address) => html! { script src=(address) {} }.render_to(page),
         }
     }
 }

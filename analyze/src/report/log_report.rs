@@ -4,6 +4,7 @@ use anyhow::Result;
 use maud::{Markup, html};
 
 use super::findings::{finding_list, findings};
+use super::moment::Moments;
 use super::plots::{self, MOST_EVENTS};
 use super::sketch::Sketch;
 use super::when::Calendar;
@@ -12,7 +13,9 @@ use super::{
     tables, worst,
 };
 use crate::analysis::Analysis;
-use crate::page::{self, Columns, Document, Figure, MOST_POINTS, PlotLibrary, Plots, section};
+use crate::page::{
+    self, Columns, Document, Figure, MOST_POINTS, PlotLibrary, Plots, json_script, section,
+};
 
 const MOMENT_SCRIPT: &str = include_str!("moment.js");
 /// Findings at the top of the page; the table of events has all.
@@ -29,12 +32,21 @@ pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
 /// The same, with a sketch that was made while the rows were computed.
 #[must_use]
 pub fn render_sketch(analysis: &Analysis, sketch: &Sketch, library: PlotLibrary<'_>) -> String {
-    let columns = Columns::default();
-    let figures = plots::figures(analysis, sketch, &columns);
+    let columns = Columns::with_room(sketch.points_drawn());
+    let moments = || {
+        let moments = Moments::of(analysis, &sketch.instants);
+        (json_script("moments", &moments), moments)
+    };
+    let mut meanwhile = None;
+    let figures = rayon::in_place_scope(|scope| {
+        scope.spawn(|_| meanwhile = Some(moments()));
+        plots::figures(analysis, sketch, &columns)
+    });
+    let (moments_data, moments) = meanwhile.unwrap_or_else(moments);
     let path = path::section(analysis, sketch.path.as_ref());
     let content = html! {
         (opening(analysis))
-        (section("The machine over time", moment::section(analysis, &sketch.instants)))
+        (section("The machine over time", moment::section(&moments)))
         @if let Some(path) = &path { (section("Path on the ground", path)) }
         (section("Time histories", time_histories(analysis, &figures)))
         (closing(analysis))
@@ -48,6 +60,7 @@ pub fn render_sketch(analysis: &Analysis, sketch: &Sketch, library: PlotLibrary<
             figures: &figures,
             columns: &columns,
             script: MOMENT_SCRIPT,
+            data: &moments_data,
         }),
     }
     .render(&content)

@@ -14,7 +14,7 @@ use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
 use crate::events::Event;
-use crate::page::{json_script, readable};
+use crate::page::readable;
 
 /// Instants under the slider, those of events not counted.
 const MOST_INSTANTS: usize = 600;
@@ -25,7 +25,7 @@ const MOST_PICTURES: usize = 6;
 
 /// What the drawing shows. Positions are in the contact plane, forward and left, in m.
 #[derive(Debug, Serialize)]
-struct Moments {
+pub(super) struct Moments {
     wheels: Vec<WheelFacts>,
     /// Pairs of wheels: the edges of the support polygon.
     edges: Vec<[usize; 2]>,
@@ -99,9 +99,8 @@ struct Instant {
     reasons: String,
 }
 
-/// The section's content, and the data as a script element.
-pub(super) fn section(analysis: &Analysis, spread: &Instants) -> Markup {
-    let moments = Moments::of(analysis, spread);
+/// The section's content; the script that fills it reads the moments.
+pub(super) fn section(moments: &Moments) -> Markup {
     let pictures = moments
         .pictures
         .iter()
@@ -137,12 +136,11 @@ pub(super) fn section(analysis: &Analysis, spread: &Instants) -> Markup {
                 }
             }
         }
-        (json_script("moments", &moments))
     }
 }
 
 impl Moments {
-    fn of(analysis: &Analysis, spread: &Instants) -> Self {
+    pub(super) fn of(analysis: &Analysis, spread: &Instants) -> Self {
         let (machine, rows) = (&analysis.machine, &analysis.rows);
         let mut important: Vec<&Event> = (analysis.events.iter())
             .filter(|event| event.kind.is_observed())

@@ -38,6 +38,7 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
             figures: &figures,
             columns: &columns,
             script: "",
+            data: &html! {},
         }),
     }
     .render(&content)

@@ -91,6 +91,18 @@ impl Sketch {
         }
     }
 
+    /// Points of all curves that are drawn from it; of some shapes, both edges.
+    pub(super) fn points_drawn(&self) -> usize {
+        let curves = self.curves.iter().map(|(curve, points)| match curve {
+            Curve::TwoSigma(_) | Curve::Envelope(_) => 2 * points.len(),
+            Curve::OnPaper(_) => 0,
+            _ => points.len(),
+        });
+        let layers = self.stacks.iter().flatten();
+        let layers = layers.map(|layer| 2 * (layer.above.len() + layer.below.len()));
+        curves.chain(layers).sum()
+    }
+
     /// The points of a curve; none if the analysis has no such curve.
     pub(super) fn points(&self, curve: Curve) -> &[Point] {
         let found = self.curves.iter().find(|(known, _)| *known == curve);

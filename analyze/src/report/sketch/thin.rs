@@ -49,6 +49,8 @@ impl Thinned {
     /// A curve of `rows` rows, of which at most `most` are drawn.
     pub(super) fn new(rows: usize, most: usize) -> Self {
         let buckets = (most.saturating_sub(2) / 3).max(1);
+        // a bucket has two extremes, and rarely a break
+        let kept = if rows <= most { rows } else { 2 * buckets + 2 };
         Self {
             rows,
             row: 0,
@@ -60,7 +62,7 @@ impl Thinned {
             largest: None,
             broken: None,
             last: None,
-            kept: Vec::new(),
+            kept: Vec::with_capacity(kept),
         }
     }
 

@@ -34,6 +34,7 @@ pub fn page(found: &Validation) -> String {
             figures: &figures,
             columns: &columns,
             script: "",
+            data: &html! {},
         }),
     }
     .render(&content)
