@@ -108,6 +108,21 @@ impl StateColumns {
         block
     }
 
+    /// The rows with these indices.
+    #[must_use]
+    pub fn picked(&self, rows: &[usize]) -> Self {
+        let mut picked = Self {
+            tiles: vec![[f64::NAN; TILE]; self.width * rows.len().div_ceil(TILE)],
+            width: self.width,
+            rows: rows.len(),
+        };
+        for (row, &from) in rows.iter().enumerate() {
+            let places = picked.row_mut(row);
+            places.zip(self.row(from)).for_each(|(to, from)| *to = from);
+        }
+        picked
+    }
+
     /// The numbers of a column, row by row.
     pub fn column(&self, column: usize) -> impl Iterator<Item = f64> {
         let parts = self.tiles.iter().skip(column).step_by(self.width);

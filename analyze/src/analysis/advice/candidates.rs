@@ -97,7 +97,7 @@ struct Seen {
 
 impl Seen {
     fn of(window: &Window) -> Self {
-        let machine = &window.machine;
+        let machine = window.machine();
         let mut found = Self {
             positions: vec![[f64::INFINITY, f64::NEG_INFINITY]; machine.joints().len()],
             joint_rate: 0.0,

@@ -1,12 +1,9 @@
 //! Simulation of a change: the loads of every row of the window, and the smallest margins.
 
-use std::sync::Arc;
+use std::ops::Range;
 
 use rayon::prelude::*;
-use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{
-    Model, OutcomeColumns, Quantity, Scope, State, StateColumns, evaluate_rows,
-};
+use tipwatch_mechanics::{BatchEvaluator, OutcomeColumns, Quantity, State, StateColumns};
 
 use super::change::Change;
 use super::window::Window;
@@ -29,39 +26,42 @@ pub(super) struct Margins {
 
 /// Evaluates the window, with a change by an amount or as logged.
 pub(super) fn evaluated(window: &Window, change: Option<(Change, f64)>) -> OutcomeColumns {
-    let model = Arc::new(Model::WholeBody);
+    let (as_logged, machine) = (|rows| window.states.block(rows), window.machine());
     let Some((change, amount)) = change else {
-        return evaluate_all(&window.machine, &window.states, Scope::LOADS, &model);
+        return evaluate_all(&window.evaluator, window.rows.len(), as_logged);
     };
-    if let Some(machine) = change.changed_machine(amount, &window.machine) {
-        return evaluate_all(&machine, &window.states, Scope::LOADS, &model);
+    if let Some(machine) = change.changed_machine(amount, machine) {
+        let evaluator = Window::evaluator(&machine);
+        return evaluate_all(&evaluator, window.rows.len(), as_logged);
     }
-    let mut states = StateColumns::unknown(&window.machine, window.rows.len());
-    let mut state = State::zero(&window.machine);
-    for row in 0..window.rows.len() {
-        window.states.get(row, &mut state);
-        change.apply(amount, window.entry_speed, &mut state);
-        states.set(row, &mut state);
-    }
-    evaluate_all(&window.machine, &states, Scope::LOADS, &model)
+    let changed = |rows: Range<usize>| {
+        let mut states = window.states.block(rows);
+        let mut state = State::zero(machine);
+        for row in 0..states.rows() {
+            states.get(row, &mut state);
+            change.apply(amount, window.entry_speed, &mut state);
+            states.set(row, &mut state);
+        }
+        states
+    };
+    evaluate_all(&window.evaluator, window.rows.len(), changed)
 }
 
-/// Evaluates all states, in parallel blocks.
+/// Evaluates all rows in parallel blocks, of which `states` gives the states.
 fn evaluate_all(
-    machine: &Machine,
-    states: &StateColumns,
-    scope: Scope,
-    model: &Arc<Model>,
+    evaluator: &BatchEvaluator,
+    rows: usize,
+    states: impl Fn(Range<usize>) -> StateColumns + Sync,
 ) -> OutcomeColumns {
-    let blocks: Vec<usize> = (0..states.rows()).step_by(BLOCK_ROWS).collect();
+    let blocks: Vec<usize> = (0..rows).step_by(BLOCK_ROWS).collect();
     let evaluated: Vec<OutcomeColumns> = blocks
         .into_par_iter()
         .map(|first| {
-            let rows = first..(first + BLOCK_ROWS).min(states.rows());
-            evaluate_rows(machine, states, rows, scope, model)
+            let states = states(first..(first + BLOCK_ROWS).min(rows));
+            evaluator.evaluate(&states, 0..states.rows())
         })
         .collect();
-    let mut all = OutcomeColumns::empty(machine, scope);
+    let mut all = OutcomeColumns::empty(evaluator.machine(), evaluator.scope());
     for block in evaluated {
         all.append(block);
     }
@@ -70,7 +70,7 @@ fn evaluate_all(
 
 /// OTF under the stated split, by wheel and row (N), without the part that measured actuator forces determine.
 pub(super) fn otf_by_rule(window: &Window, outcomes: &OutcomeColumns) -> Vec<Vec<f64>> {
-    let wheels = 0..window.machine.wheels().len();
+    let wheels = 0..window.machine().wheels().len();
     wheels
         .map(|wheel| outcomes.column(Quantity::Otf(wheel)).to_vec())
         .collect()
@@ -78,8 +78,8 @@ pub(super) fn otf_by_rule(window: &Window, outcomes: &OutcomeColumns) -> Vec<Vec
 
 /// The smallest margins of an evaluated window.
 pub(super) fn margins(window: &Window, outcomes: &OutcomeColumns) -> Margins {
-    let wheels = 0..window.machine.wheels().len();
-    let edges = 0..window.machine.polygon().edges().len();
+    let wheels = 0..window.machine().wheels().len();
+    let edges = 0..window.machine().polygon().edges().len();
     let otf = wheels.clone().map(|wheel| {
         let by_rule = outcomes.column(Quantity::Otf(wheel));
         let measured = window.measured_split.get(wheel);

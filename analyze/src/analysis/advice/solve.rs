@@ -1,4 +1,4 @@
-//! The smallest amount of a change that holds: bracketing and bisection on the simulated margins.
+//! The smallest amount of a change that holds: bracketing and interpolation on the simulated margins.
 
 use tipwatch_mechanics::machine::Machine;
 
@@ -9,8 +9,8 @@ use crate::base::number::number;
 
 /// Amounts at which a bracket is looked for, besides the first-order estimate.
 const SCANNED: usize = 8;
-/// Bisections of a bracket.
-const BISECTIONS: usize = 10;
+/// Steps of a bracket: how precisely an amount is found.
+const STEPS: usize = 1024;
 /// Rows on which a solution is looked for, before it is checked on all.
 const SOLVED_ROWS: usize = 96;
 /// Searches for a solution, each with the rows that the last one violated.
@@ -67,35 +67,48 @@ impl Bounds {
         if let Some(place) = found.not_computable {
             return Some(Violation::NotComputable { place });
         }
-        let rounding = ROUNDING * self.weight;
-        let others = (0..self.otf.len()).filter(|wheel| !self.targets.contains(wheel));
-        for (wheel, slack) in (self.targets.iter().map(|&target| (target, 0.0)))
-            .chain(others.map(|wheel| (wheel, rounding)))
-        {
-            let (otf_n, place) = found.otf[wheel];
-            if !(otf_n >= self.otf[wheel] - slack) {
-                return Some(Violation::Wheel {
-                    wheel,
-                    otf_n,
-                    place,
-                });
-            }
-        }
-        if !(found.zmp.0 >= self.zmp - ROUNDING) {
-            let (margin_m, place) = found.zmp;
-            return Some(Violation::Zmp { margin_m, place });
-        }
-        if !(found.moment.0 <= self.moment + rounding) {
-            let (moment_nm, place) = found.moment;
-            return Some(Violation::Moment { moment_nm, place });
-        }
-        None
+        let mut slacks = self.slacks(found);
+        let violated = slacks.find(|(slack, _)| !(*slack >= 0.0));
+        violated.map(|(_, violation)| violation)
     }
 
-    /// Whether every wheel that fell below its limit is at it.
-    fn targets_hold(&self, found: &Margins) -> bool {
-        found.not_computable.is_none()
-            && (self.targets.iter()).all(|&wheel| found.otf[wheel].0 >= self.otf[wheel])
+    /// The slack of each bound, those of the targets first: by how much it is kept, in its own unit; negative or NaN where
+    /// it is violated. With it the violation that it is then.
+    fn slacks(&self, found: &Margins) -> impl Iterator<Item = (f64, Violation)> {
+        let rounding = ROUNDING * self.weight;
+        let others = (0..self.otf.len()).filter(|wheel| !self.targets.contains(wheel));
+        let targets = self.targets.iter().map(|&target| (target, 0.0));
+        let wheels = targets.chain(others.map(move |wheel| (wheel, rounding)));
+        let wheels = wheels.map(|(wheel, rounding)| {
+            let (otf_n, place) = found.otf[wheel];
+            let violation = Violation::Wheel {
+                wheel,
+                otf_n,
+                place,
+            };
+            (otf_n - (self.otf[wheel] - rounding), violation)
+        });
+        let (margin_m, place) = found.zmp;
+        let zmp = (
+            margin_m - (self.zmp - ROUNDING),
+            Violation::Zmp { margin_m, place },
+        );
+        let (moment_nm, place) = found.moment;
+        let moment = (
+            self.moment + rounding - moment_nm,
+            Violation::Moment { moment_nm, place },
+        );
+        wheels.chain([zmp, moment])
+    }
+
+    /// The least slack of the wheels that fell below their limit as logged; minus infinity where it cannot be computed.
+    fn slack_of_targets(&self, found: &Margins) -> f64 {
+        least_slack(found, self.slacks(found).take(self.targets.len()))
+    }
+
+    /// The least slack of all bounds; minus infinity where it cannot be computed.
+    fn slack(&self, found: &Margins) -> f64 {
+        least_slack(found, self.slacks(found))
     }
 
     /// Whether the bounds also hold under any split that equilibrium allows.
@@ -104,6 +117,21 @@ impl Bounds {
         let mut wheels = found.any_split.iter().zip(&self.any_split);
         wheels.all(|(load, bound)| *load >= bound - rounding)
     }
+}
+
+fn least_slack(found: &Margins, slacks: impl Iterator<Item = (f64, Violation)>) -> f64 {
+    let computable = if found.not_computable.is_none() {
+        f64::INFINITY
+    } else {
+        f64::NEG_INFINITY
+    };
+    slacks.fold(computable, |least, (slack, _)| {
+        if slack.is_nan() {
+            f64::NEG_INFINITY
+        } else {
+            least.min(slack)
+        }
+    })
 }
 
 impl Violation {
@@ -172,7 +200,7 @@ pub(super) fn solve(
             last = Some(violation);
         }
     }
-    let reason = last.map(|violation| violation.reason(&window.machine, bounds));
+    let reason = last.map(|violation| violation.reason(window.machine(), bounds));
     Err(reason.unwrap_or_default())
 }
 
@@ -214,47 +242,49 @@ impl Search<'_> {
 
     /// The smallest share of the largest amount that holds.
     fn smallest_share(&self) -> Result<f64, String> {
-        let scanned = self.scanned();
-        let holds = |found: &Margins| self.bounds.targets_hold(found);
-        let Some((below, reached)) = first(&scanned, 0.0, &holds) else {
-            return Err(self.out_of_reach(&scanned));
+        let mut scan = Scan::of(self);
+        let of_targets = |found: &Margins| self.bounds.slack_of_targets(found);
+        let Some(bracket) = scan.first(0.0, &of_targets) else {
+            return Err(self.out_of_reach(&scan.simulated));
         };
-        let share = self.bisected(below, reached, &holds);
+        let share = self.least_of(bracket, &of_targets);
         let Some(violation) = self.bounds.violated(&self.simulate(share)) else {
             return Ok(share);
         };
         // more of the change may mend what the least amount violates
-        let keeps_all = |found: &Margins| self.bounds.violated(found).is_none();
-        match first(&scanned, share, &keeps_all) {
-            Some((below, reached)) => Ok(self.bisected(below, reached, &keeps_all)),
-            None => Err(violation.reason(&self.window.machine, self.bounds)),
+        let of_all = |found: &Margins| self.bounds.slack(found);
+        match scan.first(share, &of_all) {
+            Some(bracket) => Ok(self.least_of(bracket, &of_all)),
+            None => Err(violation.reason(self.window.machine(), self.bounds)),
         }
     }
 
-    /// Shares to look for a bracket at, ascending, with their margins: evenly spaced, and the first-order estimate.
-    fn scanned(&self) -> Vec<(f64, Margins)> {
-        let even = (1..=SCANNED).map(|k| k as f64 / SCANNED as f64);
-        let seed = self.candidate.first_order;
-        let seed = seed.map(|seed| seed / self.candidate.bound);
-        let seed = seed.filter(|share| 0.0 < *share && *share < 1.0);
-        let mut shares: Vec<f64> = even.chain(seed).collect();
-        shares.sort_by(f64::total_cmp);
-        let simulated = shares
-            .into_iter()
-            .map(|share| (share, self.simulate(share)));
-        simulated.collect()
-    }
-
-    /// The upper end of the bracket after bisection: it holds.
-    fn bisected(&self, mut below: f64, mut holding: f64, holds: &dyn Fn(&Margins) -> bool) -> f64 {
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (below + holding);
-            match holds(&self.simulate(middle)) {
-                true => holding = middle,
-                false => below = middle,
+    /// The least step of the bracket that holds, if all above it do.
+    fn least_of(&self, bracket: Bracket, slack: &dyn Fn(&Margins) -> f64) -> f64 {
+        let Bracket { below, holding } = bracket;
+        let share = |step: usize| match step {
+            STEPS => holding.share,
+            _ => below.share + (holding.share - below.share) * (step as f64 / STEPS as f64),
+        };
+        let (mut low, mut high) = ((0, below.slack), (STEPS, holding.slack));
+        // the slack is nearly linear between two kinks; where it is not, halving is the faster half of the time
+        let mut halves = false;
+        while high.0 - low.0 > 1 {
+            let width = high.0 - low.0;
+            let crossing = low.1 / (low.1 - high.1) * width as f64;
+            let step = match halves || !crossing.is_finite() {
+                true => width / 2,
+                false => (crossing.ceil() as usize).clamp(1, width - 1),
+            };
+            let found = slack(&self.simulate(share(low.0 + step)));
+            if found >= 0.0 {
+                high = (low.0 + step, found);
+            } else {
+                low = (low.0 + step, found);
             }
+            halves = !halves && high.0 - low.0 > width / 2;
         }
-        holding
+        share(high.0)
     }
 
     /// Why no amount brings the wheels to their limits.
@@ -269,7 +299,7 @@ impl Search<'_> {
         match best.max_by(|a, b| a.1.total_cmp(&b.1)) {
             Some((wheel, otf_n)) => format!(
                 "within its limits the minimum of wheel {} would be {} N at best",
-                self.window.machine.wheels()[wheel].name,
+                self.window.machine().wheels()[wheel].name,
                 number(otf_n)
             ),
             None => "the machine cannot take that posture".into(),
@@ -277,20 +307,70 @@ impl Search<'_> {
     }
 }
 
-/// The first scanned share above `above` that holds, and the one before it.
-fn first(
-    scanned: &[(f64, Margins)],
-    above: f64,
-    holds: &dyn Fn(&Margins) -> bool,
-) -> Option<(f64, f64)> {
-    let mut before = above;
-    for (share, found) in scanned.iter().filter(|(share, _)| *share > above) {
-        if holds(found) {
-            return Some((before, *share));
+/// A share of the largest amount, with the least slack of the bounds looked at. A slack that is not known is NaN.
+#[derive(Debug, Clone, Copy)]
+struct Simulated {
+    share: f64,
+    slack: f64,
+}
+
+/// Two shares: the bounds looked at are kept at the second one.
+#[derive(Debug, Clone, Copy)]
+struct Bracket {
+    below: Simulated,
+    holding: Simulated,
+}
+
+/// Shares to look for a bracket at, ascending: evenly spaced, and the first-order estimate. They are simulated when
+/// they are asked for.
+struct Scan<'a> {
+    search: &'a Search<'a>,
+    shares: Vec<f64>,
+    /// The first ones, with their margins.
+    simulated: Vec<(f64, Margins)>,
+}
+
+impl<'a> Scan<'a> {
+    fn of(search: &'a Search<'a>) -> Self {
+        let even = (1..=SCANNED).map(|k| k as f64 / SCANNED as f64);
+        let seed = search.candidate.first_order;
+        let seed = seed.map(|seed| seed / search.candidate.bound);
+        let seed = seed.filter(|share| 0.0 < *share && *share < 1.0);
+        let mut shares: Vec<f64> = even.chain(seed).collect();
+        shares.sort_by(f64::total_cmp);
+        Self {
+            search,
+            shares,
+            simulated: Vec::new(),
         }
-        before = *share;
     }
-    None
+
+    /// The first share above `above` that holds, and the one before it.
+    fn first(&mut self, above: f64, slack: &dyn Fn(&Margins) -> f64) -> Option<Bracket> {
+        let mut below = Simulated {
+            share: above,
+            slack: f64::NAN,
+        };
+        for place in 0..self.shares.len() {
+            if self.simulated.len() == place {
+                let share = self.shares[place];
+                self.simulated.push((share, self.search.simulate(share)));
+            }
+            let (share, found) = &self.simulated[place];
+            if *share <= above {
+                continue;
+            }
+            let holding = Simulated {
+                share: *share,
+                slack: slack(found),
+            };
+            if holding.slack >= 0.0 {
+                return Some(Bracket { below, holding });
+            }
+            below = holding;
+        }
+        None
+    }
 }
 
 #[cfg(test)]

@@ -1,11 +1,15 @@
 //! The rows that a change is simulated on: the event and the manoeuvre around it.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use tipwatch_mechanics::dynamics::kinematics::{SensorFrame, base_motion, coordinates};
 use tipwatch_mechanics::geometry::coordinate::Coordinate;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
-use tipwatch_mechanics::{BaseState, ImuState, Quantity, State, StateColumns};
+use tipwatch_mechanics::{
+    BaseState, BatchEvaluator, ImuState, Model, Quantity, Scope, State, StateColumns,
+};
 
 use crate::base::table::Table;
 use crate::events::Event;
@@ -22,8 +26,8 @@ pub(super) const LONGEST_TIPPING_NS: i64 = 5_000_000_000;
 /// Rows to simulate.
 #[derive(Debug)]
 pub(super) struct Window {
-    /// The machine with its sensor frame at the base frame.
-    pub(super) machine: Machine,
+    /// Computes loads of the machine with its sensor frame at the base frame.
+    pub(super) evaluator: Arc<BatchEvaluator>,
     /// The states: `imu` is the motion of the base, forces of actuators are unknown.
     pub(super) states: StateColumns,
     /// The rows of the log.
@@ -65,8 +69,8 @@ impl Window {
     pub(super) fn around(machine: &Machine, rows: &Table, event: [i64; 2]) -> Self {
         let span = span(machine, rows, event);
         let mut found = Self {
-            machine: machine.with_imu_at_base(),
-            states: StateColumns::unknown(machine, 0),
+            evaluator: Arc::new(Self::evaluator(&machine.with_imu_at_base())),
+            states: StateColumns::unknown(machine, span.len()),
             rows: Vec::new(),
             measured_split: Vec::new(),
             entry_speed: f64::NAN,
@@ -75,7 +79,6 @@ impl Window {
             left_out_of_event: 0,
         };
         let mut base = BaseOfRows::new(machine);
-        found.states = StateColumns::unknown(machine, span.len());
         for row in span {
             match base.at(rows, row) {
                 BaseAt::Known { held } => {
@@ -95,22 +98,25 @@ impl Window {
                 BaseAt::TooLate => break,
             }
         }
-        let known: Vec<usize> = (0..found.rows.len()).collect();
-        found.pick(&known)
+        found.states.resize(found.rows.len());
+        found
+    }
+
+    /// Computes the loads of a machine alone.
+    pub(super) fn evaluator(machine: &Machine) -> BatchEvaluator {
+        BatchEvaluator::new(machine, Scope::LOADS, &Arc::new(Model::WholeBody))
+    }
+
+    pub(super) fn machine(&self) -> &Machine {
+        self.evaluator.machine()
     }
 
     /// Some of the rows.
     pub(super) fn pick(&self, picked: &[usize]) -> Self {
-        let mut states = StateColumns::unknown(&self.machine, picked.len());
-        let mut state = State::zero(&self.machine);
-        for (to, &from) in picked.iter().enumerate() {
-            self.states.get(from, &mut state);
-            states.set(to, &mut state);
-        }
         let split = |column: &Vec<f64>| picked.iter().map(|&row| column[row]).collect();
         Self {
-            machine: self.machine.clone(),
-            states,
+            evaluator: Arc::clone(&self.evaluator),
+            states: self.states.picked(picked),
             rows: picked.iter().map(|&row| self.rows[row]).collect(),
             measured_split: self.measured_split.iter().map(split).collect(),
             entry_speed: self.entry_speed,
@@ -123,7 +129,7 @@ impl Window {
     /// Takes the split by measured actuator forces, as logged, over the one by the split rule, `by_rule`. While the
     /// machine tips, the last one from before stays.
     pub(super) fn keep_measured_split(&mut self, rows: &Table, by_rule: &[Vec<f64>]) {
-        if self.machine.contact().actuated_joints.is_empty() {
+        if self.machine().contact().actuated_joints.is_empty() {
             return;
         }
         let (Some(&first), Some(&last)) = (self.rows.first(), self.rows.last()) else {
@@ -146,7 +152,7 @@ impl Window {
 
     /// Calls `visit` with each state.
     pub(super) fn for_each_state(&self, mut visit: impl FnMut(&State<f64>)) {
-        let mut state = State::zero(&self.machine);
+        let mut state = State::zero(self.machine());
         for row in 0..self.rows.len() {
             self.states.get(row, &mut state);
             visit(&state);
