@@ -89,9 +89,21 @@ fn median_slope(points: &[(f64, f64)]) -> Option<f64> {
     let mut slopes = Vec::with_capacity(points.len() * points.len() / 2);
     for (i, a) in points.iter().enumerate() {
         let later = points[i + 1..].iter().filter(|b| b.0 != a.0);
-        slopes.extend(later.map(|b| (b.1 - a.1) / (b.0 - a.0)));
+        slopes.extend(later.map(|b| ordered_bits((b.1 - a.1) / (b.0 - a.0))));
     }
-    median(&mut slopes)
+    median_ns(&mut slopes).map(from_ordered_bits)
+}
+
+/// An integer for each number, in the same order as [`f64::total_cmp`]: integers are selected faster.
+fn ordered_bits(number: f64) -> i64 {
+    let bits = number.to_bits() as i64;
+    // the bits of negative numbers are in falling order
+    bits ^ ((bits >> 63) & i64::MAX)
+}
+
+/// The number of such an integer.
+fn from_ordered_bits(integer: i64) -> f64 {
+    f64::from_bits((integer ^ ((integer >> 63) & i64::MAX)) as u64)
 }
 
 /// Evenly chosen points, few enough for a fit.
@@ -126,6 +138,26 @@ pub(super) fn median_ns(values: &mut [i64]) -> Option<i64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ordered_bits_are_in_the_order_of_their_numbers() {
+        let ascending = [
+            f64::NEG_INFINITY,
+            -1.5,
+            -f64::MIN_POSITIVE,
+            -0.0,
+            0.0,
+            1e-300,
+            2.0,
+            f64::INFINITY,
+            f64::NAN,
+        ];
+        assert!(ascending.is_sorted_by(|a, b| a.total_cmp(b).is_lt()));
+        let integers = ascending.map(ordered_bits);
+        assert!(integers.is_sorted_by(|a, b| a < b), "{integers:?}");
+        let back = integers.map(|integer| from_ordered_bits(integer).to_bits());
+        assert_eq!(back, ascending.map(f64::to_bits));
+    }
 
     #[test]
     fn a_fifth_of_wild_points_do_not_move_the_line() {

@@ -18,6 +18,8 @@ use super::grid::STEP_S;
 
 /// Largest delay searched, either way (steps): half a second.
 const FARTHEST: usize = 50;
+/// Delays compared.
+const DELAYS: usize = 2 * FARTHEST + 1;
 /// Length of a block of the jackknife (steps).
 const BLOCK: usize = 250;
 /// Fewest and most blocks.
@@ -50,10 +52,10 @@ struct Sums {
     stretch: usize,
     /// Known by known; the first two are a constant and the time.
     known: Vec<Vec<f64>>,
-    /// Known by late, for each delay.
-    both: Vec<Vec<f64>>,
+    /// Of each known signal, known by late for each delay.
+    both: Vec<[f64; DELAYS]>,
     /// Late by late, for each delay.
-    late: Vec<f64>,
+    late: [f64; DELAYS],
 }
 
 /// Estimates the delay of the late signals; `stretches` holds the channels of each stretch, in the same
@@ -139,16 +141,15 @@ impl Sums {
             let ahead = from + delay - FARTHEST;
             &channel.late[ahead..ahead + to - from]
         };
-        let delays = || (0..=2 * FARTHEST).map(shifted);
         Self {
             stretch,
             known: (known.iter())
                 .map(|a| known.iter().map(|b| dot(a, b)).collect())
                 .collect(),
-            both: delays()
-                .map(|late| known.iter().map(|k| dot(k, late)).collect())
+            both: (known.iter())
+                .map(|known| std::array::from_fn(|delay| dot(known, shifted(delay))))
                 .collect(),
-            late: delays().map(|late| dot(late, late)).collect(),
+            late: std::array::from_fn(|delay| dot(shifted(delay), shifted(delay))),
         }
     }
 }
@@ -194,26 +195,40 @@ fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
         }
     }
     let Some(factor) = cholesky(matrix) else {
-        return vec![0.0; 2 * FARTHEST + 1];
+        return vec![0.0; DELAYS];
     };
-    (0..=2 * FARTHEST)
-        .map(|delay| {
-            let mut both = DVector::zeros(width);
-            let mut late = 0.0;
-            for sums in &used {
-                late += sums.late[delay];
-                for (k, product) in sums.both[delay].iter().enumerate() {
-                    both[place(sums, k)] += product;
-                }
-            }
-            // b' inv(A) b = |inv(L) b|^2, term by term: what each signal explains beyond those before it
-            factor.solve_lower_triangular_unchecked_mut(&mut both);
-            let explained: Vec<f64> = both.iter().map(|term| term * term).collect();
-            let moving = late - explained[..own].iter().sum::<f64>();
-            let left = moving - explained[own..].iter().sum::<f64>();
-            (left / moving.max(f64::MIN_POSITIVE)).max(ROUNDING).ln()
-        })
-        .collect()
+    let mut late = [0.0; DELAYS];
+    let mut both = vec![[0.0; DELAYS]; width];
+    for sums in &used {
+        add(&mut late, &sums.late);
+        for (k, products) in sums.both.iter().enumerate() {
+            add(&mut both[place(sums, k)], products);
+        }
+    }
+    let mut of_delay = DVector::zeros(width);
+    let cost = |(delay, late): (usize, f64)| {
+        for (at, both) in of_delay.iter_mut().zip(&both) {
+            *at = both[delay];
+        }
+        // b' inv(A) b = |inv(L) b|^2, term by term: what each signal explains beyond those before it
+        factor.solve_lower_triangular_unchecked_mut(&mut of_delay);
+        let explained = |terms: Range<usize>| -> f64 {
+            of_delay.as_slice()[terms]
+                .iter()
+                .map(|term| term * term)
+                .sum()
+        };
+        let moving = late - explained(0..own);
+        let left = moving - explained(own..width);
+        (left / moving.max(f64::MIN_POSITIVE)).max(ROUNDING).ln()
+    };
+    late.into_iter().enumerate().map(cost).collect()
+}
+
+fn add(sums: &mut [f64; DELAYS], more: &[f64; DELAYS]) {
+    for (sum, more) in sums.iter_mut().zip(more) {
+        *sum += more;
+    }
 }
 
 /// Cholesky factor L of A = L L', slightly regularised for collinear signals.
@@ -234,9 +249,9 @@ fn cholesky(mut a: DMatrix<f64>) -> Option<DMatrix<f64>> {
 /// not.
 fn valley(costs: &[Vec<f64>]) -> Option<f64> {
     let sum = |delay: usize| costs.iter().map(|cost| cost[delay]).sum::<f64>();
-    let delays = 0..=2 * FARTHEST;
+    let delays = 0..DELAYS;
     let lowest = delays.min_by(|&a, &b| sum(a).total_cmp(&sum(b)))?;
-    if lowest == 0 || lowest == 2 * FARTHEST {
+    if lowest == 0 || lowest == DELAYS - 1 {
         return None;
     }
     let left = |delay: usize| -> f64 {

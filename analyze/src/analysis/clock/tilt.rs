@@ -20,6 +20,8 @@ const TILT_LAG_S: f64 = 0.012;
 const TILT_LAG_SIGMA_S: f64 = 0.010;
 /// Below this joint velocity the direction of friction is unknown (rad/s, m/s).
 const SLOW: f64 = 0.01;
+/// Rows whose wrenches are computed at once.
+const ROWS_AT_ONCE: usize = 128;
 /// Smoothing time of forces and lean (s).
 const SMOOTH_TILT_S: f64 = 0.1;
 
@@ -93,8 +95,15 @@ impl Scene<'_> {
         let moving: &[usize] =
             stream.map_or(&[], |s| &self.loaded.matched.sensors.joints[s].joints);
         let middle = self.mean_state(stretch);
-        let rows = stretch.rows.len();
-        let [mut whole, mut rest] = [(); 2].map(|()| StateColumns::unknown(machine, rows));
+        let model = Arc::new(Model::WholeBody);
+        let mut workspace = BatchWorkspace::new(machine, Scope::LOADS, &model);
+        let mut states = [(); 2].map(|()| StateColumns::unknown(machine, ROWS_AT_ONCE));
+        let mut wrenches = [(); 2].map(|()| Vec::with_capacity(stretch.rows.len()));
+        let mut compute = |states: &[StateColumns; 2], count: usize| {
+            for (wrenches, states) in wrenches.iter_mut().zip(states) {
+                wrenches.extend(ground_wrenches(machine, states, 0..count, &mut workspace));
+            }
+        };
         let mut place = 0;
         let [ux, uy, fx, fy] = self.of_rows(stretch, |state| {
             let (up, specific_force) = (state.base.up, rotation * state.imu.specific_force);
@@ -104,21 +113,22 @@ impl Scene<'_> {
                     *motion = Motion::zero();
                 }
             }
-            whole.set(place, state);
+            states[0].set(place, state);
             for &joint in moving {
                 state.joints[joint] = middle.joints[joint];
             }
             if stream.is_none() {
                 state.tool_wrench = middle.tool_wrench;
             }
-            rest.set(place, state);
+            states[1].set(place, state);
             place += 1;
+            if place == ROWS_AT_ONCE {
+                compute(&states, std::mem::take(&mut place));
+            }
             [up.x, up.y, specific_force.x, specific_force.y]
         });
-        let model = Arc::new(Model::WholeBody);
-        let mut workspace = BatchWorkspace::new(machine, Scope::LOADS, &model);
-        let [whole, rest] =
-            [whole, rest].map(|states| ground_wrenches(machine, &states, 0..rows, &mut workspace));
+        compute(&states, place);
+        let [whole, rest] = wrenches;
         let times = &self.rows.times_ns[stretch.rows.clone()];
         let column = |number: fn(&Vector3<f64>, &Vector3<f64>) -> f64| {
             let wrenches = whole.iter().zip(&rest);
