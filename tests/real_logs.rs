@@ -44,7 +44,7 @@ mod needs_shared {
         let found = analysis.clock_findings.iter().find(|f| simulated(f));
         assert_eq!(found.unwrap().topics.len(), analysis.inputs.len());
         for input in &analysis.inputs {
-            let timing = input.statistics.timing();
+            let timing = &input.timing;
             assert!(input.clock.starts_with("header.stamp"), "{}", input.clock);
             assert!(timing.header_minus_log.unwrap().median_s < -1e9);
         }

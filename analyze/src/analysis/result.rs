@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use tipwatch_ingest::{FileTransfer, Losses, StampCorrection, TopicStatistics};
+use tipwatch_ingest::{FileTransfer, Losses, StampCorrection, TopicTiming};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::StreamCounts;
 
@@ -117,8 +117,8 @@ pub struct Input {
     pub why: String,
     /// Which time stamp of its messages is used, and why.
     pub clock: String,
-    /// Statistics of its stamps: rates, gaps, offsets.
-    pub statistics: TopicStatistics,
+    /// Its stamps: rates, gaps, offsets.
+    pub timing: TopicTiming,
     /// How its stamps were converted to the clock of the log.
     pub correction: StampCorrection,
     /// Counts of used and skipped samples.

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
+use rayon::prelude::*;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, StreamCounts};
@@ -209,7 +210,7 @@ fn analyse_with<S: RowSink>(
         machine_file: file.text.clone(),
         urdf: loaded.urdf_text,
     };
-    let signals = loaded.signals.iter().map(|signal| Input {
+    let signals = loaded.signals.par_iter().map(|signal| Input {
         signal: signal.name,
         clock: format!(
             "{}: {}",
@@ -223,7 +224,7 @@ fn analyse_with<S: RowSink>(
         topic: signal.topic.clone(),
         type_name: signal.type_name.clone(),
         why: signal.why.clone(),
-        statistics: signal.recording.statistics.clone(),
+        timing: signal.recording.statistics.timing(),
         correction: signal.recording.correction,
         undecodable: signal.recording.undecodable,
     });

@@ -14,10 +14,10 @@ pub(crate) fn gaps(loaded: &LoadedLog, rows: &Table) -> Vec<Event> {
     let (first, last) = ends(rows);
     let mut gaps = Vec::new();
     for signal in loaded.signals.iter() {
-        let mut stamps = signal.recording.stamps_ns.clone();
-        stamps.retain(|stamp| (first..=last).contains(stamp));
-        stamps.push(first);
-        stamps.push(last);
+        let recorded = signal.recording.stamps_ns.iter().copied();
+        let within = recorded.filter(|stamp| (first..=last).contains(stamp));
+        let mut stamps: Vec<i64> = [first].into_iter().chain(within).chain([last]).collect();
+        // most are sorted already
         stamps.sort_unstable();
         for pair in stamps
             .windows(2)

@@ -63,7 +63,7 @@ fn stamps(analysis: &Analysis) -> Markup {
 }
 
 fn stamp_row(input: &Input) -> Vec<String> {
-    let timing = input.statistics.timing();
+    let timing = &input.timing;
     let offset = timing.header_minus_log;
     let backward = match timing.largest_backward {
         Some(largest) => format!("{} ({:.3})", timing.backward_stamps, largest.size_s()),

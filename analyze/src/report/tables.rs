@@ -1,7 +1,6 @@
 //! The tables of the report: events, inputs, limitations, provenance.
 
 use maud::{Markup, html};
-use tipwatch_ingest::TopicTiming;
 
 use super::findings::Scene;
 use super::when::Calendar;
@@ -153,13 +152,12 @@ pub(super) fn inputs(analysis: &Analysis) -> Markup {
         "Messages used",
     ];
     let inputs = analysis.inputs.iter();
-    let rows: Vec<_> = inputs
-        .map(|input| input_row(input, &input.statistics.timing()))
-        .collect();
+    let rows: Vec<_> = inputs.map(input_row).collect();
     table(&head, &rows)
 }
 
-fn input_row(input: &Input, timing: &TopicTiming) -> Vec<String> {
+fn input_row(input: &Input) -> Vec<String> {
+    let timing = &input.timing;
     let unknown = || "not computable".to_string();
     let offset = timing.header_minus_log.map_or_else(unknown, |offset| {
         format!(

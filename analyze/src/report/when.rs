@@ -31,7 +31,7 @@ impl Calendar {
         }
         let offsets = analysis.inputs.iter().filter_map(|input| {
             // only a topic whose own stamps are those of the rows
-            let offset = input.statistics.timing().header_minus_log?;
+            let offset = input.timing.header_minus_log?;
             Some((-offset.median_s * 1e9) as i64)
         });
         let recorded = |offset: &i64| YEARS_NS.contains(&first_ns.saturating_add(*offset));

@@ -63,10 +63,11 @@ pub(super) fn slope_unknown(loaded: &LoadedLog) -> Option<GrossInput> {
 pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
     let signal = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Imu)?;
     let given = || quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()));
-    let count = given().count();
-    if count == 0 || given().any(|xyzw| tilt_is_measured(&xyzw)) {
+    // a first sample that measures a tilt is enough
+    if given().any(|xyzw| tilt_is_measured(&xyzw)) {
         return None;
     }
+    let count = Some(given().count()).filter(|count| *count > 0)?;
     Some(format!(
         "{}: roll and pitch are exactly 0 in all {count} orientations. They are treated as not measured: the slope of \
          the ground is unknown, not 0 degrees. Loads follow from the specific force and are not affected.",

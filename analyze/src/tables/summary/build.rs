@@ -224,7 +224,7 @@ fn input_summary(input: &Input) -> InputSummary<'_> {
         samples_not_finite: input.counts.not_finite,
         samples_implausible: input.counts.implausible,
         messages_undecodable: input.undecodable,
-        timing: input.statistics.timing(),
+        timing: &input.timing,
         correction: input.correction,
     }
 }

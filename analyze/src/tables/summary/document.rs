@@ -268,6 +268,6 @@ pub struct InputSummary<'a> {
     /// Implausible samples, rejected in part or given less weight.
     pub(super) samples_implausible: u64,
     pub(super) messages_undecodable: u64,
-    pub(super) timing: TopicTiming,
+    pub(super) timing: &'a TopicTiming,
     pub(super) correction: StampCorrection,
 }
