@@ -1,4 +1,5 @@
-//! The checks of every sensor's samples by themselves: what no other sensor is needed for.
+//! The checks of each sensor's samples by themselves. Of the other sensors they only ask whether something moves: a
+//! signal that does not change is frozen then.
 
 use super::attitude::AttitudeWatch;
 use super::fault::{Finding, Part};
@@ -22,7 +23,7 @@ const ACTUATOR_WEIGHTS: f64 = 100.0;
 /// Largest force on the tool as a multiple of the machine's weight, where none is stated.
 const TOOL_FORCE_WEIGHTS: f64 = 10.0;
 
-/// Checks samples by themselves, each sensor's in stamp order.
+/// Checks samples by themselves, those of all sensors in stamp order.
 #[derive(Debug, Clone)]
 pub(in crate::estimation) struct SignalChecks {
     sensors: Sensors,
@@ -44,10 +45,10 @@ pub(in crate::estimation) struct SignalChecks {
     motion: Motion,
 }
 
-/// Which parts of a sample are sound by themselves: others may be compared with them.
+/// Which parts of a sample are sound by themselves: only these are compared with other sensors.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::estimation) struct Sound {
-    /// All of it, of joints and of the tool.
+    /// All of a sample of joints or of the tool.
     pub(super) whole: bool,
     pub(super) force: bool,
     pub(super) turning: bool,
