@@ -80,6 +80,11 @@ fn sensors(machine: &Machine, case: &Disorder) -> Sensors {
 
 /// Eight seconds of motion.
 fn recordings(sensors: &Sensors, case: &Disorder) -> Vec<Recording> {
+    recordings_of(sensors, case, 8.0)
+}
+
+/// So many seconds of motion.
+fn recordings_of(sensors: &Sensors, case: &Disorder, seconds: f64) -> Vec<Recording> {
     let mut numbers = Numbers(case.seed);
     let sensors = sensors.iter().map(|sensor| {
         let width = sensors.value_count(sensor).unwrap();
@@ -93,7 +98,7 @@ fn recordings(sensors: &Sensors, case: &Disorder) -> Vec<Recording> {
             stamps_ns: Vec::new(),
             values: Vec::new(),
         };
-        let count = (8.0 * rate_hz) as usize;
+        let count = (seconds * rate_hz) as usize;
         let mut k = 0;
         while k < count {
             let t = (k as f64 + 0.3 * numbers.next()) / rate_hz;
@@ -335,6 +340,35 @@ fn samples_that_cannot_be_read_are_an_error() {
     assert!(samples.contains(&300), "{samples:?}");
 }
 
+#[test]
+fn faults_of_a_long_recording_are_those_found_sample_by_sample() {
+    let machine = support::machine("rigid");
+    for seed in 1..4 {
+        let case = Disorder {
+            seed,
+            missing: 0.01,
+            not_finite: 0.003,
+            far_off: 0.003,
+            repeated: 0.01,
+            swapped: 0.01,
+            dies_at: 0.9,
+            imu: true,
+            odometry: true,
+        };
+        let sensors = sensors(&machine, &case);
+        let recordings = recordings_of(&sensors, &case, 60.0);
+        let faults = faults_one_by_one(&machine, &sensors, &recordings);
+        assert!(faults.len() > 20, "{}", faults.len());
+        for run in [&one_by_one as &(dyn Fn(Vec<Pass<'_>>) + Sync), &on_threads] {
+            let sources = recordings.iter().map(Recording::samples).collect();
+            let clock = RowClock::JointStates;
+            let Ok(smoother) = BlockSmoother::new(&machine, &sensors, sources, clock, 100, run);
+            // Faults hold NaN where there is no limit.
+            assert_eq!(format!("{:?}", smoother.faults()), format!("{faults:?}"));
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(support::cases(16))]
 
@@ -360,10 +394,7 @@ proptest! {
         prop_assert_eq!(whole.blocks(), 1);
         prop_assert!(whole.counts().eq(blocks.counts()));
         // Faults hold NaN where there is no limit.
-        let faults = faults_one_by_one(&machine, &sensors, &recordings);
-        for found in [&whole, &blocks] {
-            prop_assert_eq!(format!("{:?}", found.faults()), format!("{faults:?}"));
-        }
+        prop_assert_eq!(format!("{:?}", whole.faults()), format!("{:?}", blocks.faults()));
         let (whole, blocks) = (in_blocks(&machine, &whole), in_blocks(&machine, &blocks));
         prop_assert_eq!(&whole.times_ns, &blocks.times_ns);
         prop_assert_eq!(&whole.reasons, &blocks.reasons);

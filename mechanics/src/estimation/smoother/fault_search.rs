@@ -15,8 +15,8 @@ use crate::estimation::plausibility::{
 use crate::machine::Machine;
 use crate::state::{Sample, Sensor, Sensors};
 
-/// Samples of a batch: half a millisecond of work.
-const BATCH: usize = 1024;
+/// Samples of a batch: some milliseconds of work, beside which it costs little to wake a thread.
+const BATCH: usize = 4096;
 
 /// Finds implausible spans, checking all sensors together in stamp order. A sensor is `faulty` where one of them changes
 /// how its samples are treated. `run` runs the two halves of the work.
