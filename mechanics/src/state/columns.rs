@@ -88,35 +88,27 @@ impl StateColumns {
     /// Some consecutive rows.
     #[must_use]
     pub fn block(&self, rows: Range<usize>) -> Self {
-        let mut block = Self {
-            tiles: Vec::new(),
+        if !rows.start.is_multiple_of(TILE) {
+            return self.picked(rows);
+        }
+        let tiles = rows.start / TILE..rows.end.div_ceil(TILE);
+        let tiles = tiles.start * self.width..tiles.end.max(tiles.start) * self.width;
+        Self {
+            tiles: self.tiles[tiles].to_vec(),
             width: self.width,
             rows: rows.len(),
-        };
-        if rows.start.is_multiple_of(TILE) {
-            let tiles = rows.start / TILE..rows.end.div_ceil(TILE);
-            let tiles = tiles.start * self.width..tiles.end.max(tiles.start) * self.width;
-            block.tiles = self.tiles[tiles].to_vec();
-            return block;
         }
-        let tiles = self.width * rows.len().div_ceil(TILE);
-        block.tiles.resize(tiles, [f64::NAN; TILE]);
-        for (row, from) in rows.enumerate() {
-            let places = block.row_mut(row);
-            places.zip(self.row(from)).for_each(|(to, from)| *to = from);
-        }
-        block
     }
 
     /// The rows with these indices.
     #[must_use]
-    pub fn picked(&self, rows: &[usize]) -> Self {
+    pub fn picked(&self, rows: impl ExactSizeIterator<Item = usize>) -> Self {
         let mut picked = Self {
             tiles: vec![[f64::NAN; TILE]; self.width * rows.len().div_ceil(TILE)],
             width: self.width,
             rows: rows.len(),
         };
-        for (row, &from) in rows.iter().enumerate() {
+        for (row, from) in rows.enumerate() {
             let places = picked.row_mut(row);
             places.zip(self.row(from)).for_each(|(to, from)| *to = from);
         }

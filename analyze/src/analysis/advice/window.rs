@@ -116,7 +116,7 @@ impl Window {
         let split = |column: &Vec<f64>| picked.iter().map(|&row| column[row]).collect();
         Self {
             evaluator: Arc::clone(&self.evaluator),
-            states: self.states.picked(picked),
+            states: self.states.picked(picked.iter().copied()),
             rows: picked.iter().map(|&row| self.rows[row]).collect(),
             measured_split: self.measured_split.iter().map(split).collect(),
             entry_speed: self.entry_speed,

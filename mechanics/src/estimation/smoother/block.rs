@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::forward::{Forward, Passes, Track};
 use super::history_reader::HistoryReader;
-use super::pass::Pass;
+use super::pass::Run;
 use super::row_times::row_times;
 use super::sorted_samples::{Chunk, SortedSamples};
 use super::source::SampleSource;
@@ -79,7 +79,7 @@ impl<S: SampleSource> BlockSmoother<S> {
         sources: Vec<S>,
         clock: RowClock,
         rows_per_block: usize,
-        run: &(dyn Fn(Vec<Pass<'_>>) + Sync),
+        run: Run<'_>,
     ) -> Result<Self, S::Error> {
         let mut samples: Vec<SortedSamples<S>> = Vec::with_capacity(sources.len());
         for source in sources {
