@@ -2,11 +2,15 @@
 
 use std::sync::Arc;
 
-use arrow_array::{
-    ArrayRef, Float32Array, Float64Array, Int64Array, RecordBatch, StringArray,
-    TimestampMillisecondArray,
+use parquet::{
+    basic::{
+        Compression, GzipLevel, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel,
+    },
+    column::writer::ColumnWriter,
+    data_type::Int96,
+    file::{properties::WriterProperties, writer::SerializedFileWriter},
+    schema::types::Type,
 };
-use parquet::{arrow::ArrowWriter, file::properties::WriterProperties};
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
 
 use crate::support::TempLog;
@@ -91,30 +95,116 @@ fn broken_rows_are_lost_with_their_bytes() {
     );
 }
 
-fn parquet(columns: Vec<(&str, ArrayRef)>) -> Vec<u8> {
-    let batch = RecordBatch::try_from_iter(columns).unwrap();
-    let properties = WriterProperties::builder()
-        .set_max_row_group_row_count(Some(10))
-        .build();
+/// A column with values that may be missing.
+enum Column {
+    Boolean(Vec<Option<bool>>),
+    Single(Vec<Option<f32>>),
+    Double(Vec<Option<f64>>),
+    Whole32(Vec<Option<i32>>, Option<LogicalType>),
+    Whole64(Vec<Option<i64>>, Option<LogicalType>),
+    Int96(Vec<Option<Int96>>),
+    Text(Vec<Option<&'static str>>),
+}
+
+fn parquet(columns: &[(&str, Column)]) -> Vec<u8> {
+    packed(columns, Compression::UNCOMPRESSED)
+}
+
+/// A Parquet file of row groups of ten rows.
+fn packed(columns: &[(&str, Column)], compression: Compression) -> Vec<u8> {
+    use Column::{Boolean, Double, Int96, Single, Text, Whole32, Whole64};
+    let fields = columns.iter().map(|(name, column)| {
+        let (physical, logical) = match column {
+            Boolean(_) => (Physical::BOOLEAN, None),
+            Single(_) => (Physical::FLOAT, None),
+            Double(_) => (Physical::DOUBLE, None),
+            Whole32(_, logical) => (Physical::INT32, logical.clone()),
+            Whole64(_, logical) => (Physical::INT64, logical.clone()),
+            Int96(_) => (Physical::INT96, None),
+            Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        };
+        let field = Type::primitive_type_builder(name, physical)
+            .with_repetition(Repetition::OPTIONAL)
+            .with_logical_type(logical);
+        Arc::new(field.build().unwrap())
+    });
+    let schema = Type::group_type_builder("schema").with_fields(fields.collect());
+    let properties = WriterProperties::builder().set_compression(compression);
     let mut bytes = Vec::new();
-    let mut writer = ArrowWriter::try_new(&mut bytes, batch.schema(), Some(properties)).unwrap();
-    writer.write(&batch).unwrap();
-    writer.close().unwrap();
+    let mut file = SerializedFileWriter::new(
+        &mut bytes,
+        Arc::new(schema.build().unwrap()),
+        Arc::new(properties.build()),
+    )
+    .unwrap();
+    let rows = match &columns[0].1 {
+        Double(values) => values.len(),
+        Whole64(values, _) => values.len(),
+        Int96(values) => values.len(),
+        _ => unreachable!("the first column is one of times or of numbers"),
+    };
+    for first in (0..rows).step_by(10) {
+        let mut group = file.next_row_group().unwrap();
+        for (_, column) in columns {
+            let mut writer = group.next_column().unwrap().unwrap();
+            macro_rules! write {
+                ($variant:ident, $values:expr) => {{
+                    let rows = &$values[first..$values.len().min(first + 10)];
+                    let levels: Vec<i16> = rows.iter().map(|row| row.is_some().into()).collect();
+                    let known: Vec<_> = rows.iter().flatten().cloned().map(Into::into).collect();
+                    let ColumnWriter::$variant(to) = writer.untyped() else {
+                        unreachable!("the type of the schema")
+                    };
+                    to.write_batch(&known, Some(&levels), None).unwrap();
+                }};
+            }
+            match column {
+                Boolean(values) => write!(BoolColumnWriter, values),
+                Single(values) => write!(FloatColumnWriter, values),
+                Double(values) => write!(DoubleColumnWriter, values),
+                Whole32(values, _) => write!(Int32ColumnWriter, values),
+                Whole64(values, _) => write!(Int64ColumnWriter, values),
+                Int96(values) => write!(Int96ColumnWriter, values),
+                Text(values) => write!(ByteArrayColumnWriter, values),
+            }
+            writer.close().unwrap();
+        }
+        group.close().unwrap();
+    }
+    file.close().unwrap();
     bytes
 }
 
+fn timestamp(unit: TimeUnit) -> Option<LogicalType> {
+    Some(LogicalType::Timestamp(parquet::basic::TimestampType {
+        is_adjusted_to_u_t_c: true,
+        unit,
+    }))
+}
+
+/// Thirty rows with a time, numbers, numbers with gaps, and a text.
+fn columns() -> [(&'static str, Column); 4] {
+    let rows = 0..30_i16;
+    let times = rows
+        .clone()
+        .map(|row| Some(1_700_000_000_000 + i64::from(row) * 20));
+    let y = rows.clone().map(|row| (row % 2 == 0).then_some(row.into()));
+    [
+        (
+            "when",
+            Column::Whole64(times.collect(), timestamp(TimeUnit::MILLIS)),
+        ),
+        (
+            "x",
+            Column::Double(rows.map(|row| Some(row.into())).collect()),
+        ),
+        ("y", Column::Single(y.collect())),
+        ("operator", Column::Text(vec![Some("a"); 30])),
+    ]
+}
+
 fn thirty() -> Vec<u8> {
-    let times: Vec<i64> = (0..30).map(|row| 1_700_000_000_000 + row * 20).collect();
-    let x: Vec<f64> = (0..30).map(f64::from).collect();
-    let y: Vec<Option<f32>> = (0..30)
-        .map(|row| (row % 2 == 0).then_some(row as f32))
-        .collect();
-    parquet(vec![
-        ("when", Arc::new(TimestampMillisecondArray::from(times))),
-        ("x", Arc::new(Float64Array::from(x))),
-        ("y", Arc::new(Float32Array::from(y))),
-        ("operator", Arc::new(StringArray::from(vec!["a"; 30]))),
-    ])
+    parquet(&columns())
 }
 
 #[test]
@@ -130,24 +220,80 @@ fn parquet_files_are_read() {
         "{notes:?}"
     );
     assert_eq!(field(&log, "y").1.len(), 15);
-    let by_name = parquet(vec![
-        ("t_us", Arc::new(Int64Array::from(vec![5, 6])) as ArrayRef),
-        ("x", Arc::new(Float64Array::from(vec![1.0, 2.0]))),
+    let x = || Column::Double(vec![Some(1.0), Some(2.0)]);
+    let by_name = parquet(&[
+        ("t_us", Column::Whole64(vec![Some(5), Some(6)], None)),
+        ("x", x()),
     ]);
     let file = TempLog::new("table", &by_name);
     assert_eq!(
         field(&Log::open(&file.path).unwrap(), "x").0,
         [5_000, 6_000]
     );
-    let without = parquet(vec![(
-        "x",
-        Arc::new(Float64Array::from(vec![1.0])) as ArrayRef,
-    )]);
+    let without = parquet(&[("x", x())]);
     let file = TempLog::new("table", &without);
     let error = Log::open(&file.path).unwrap_err().to_string();
     assert!(
         error.contains("without a column of time") && error.contains("found x"),
         "{error}"
+    );
+}
+
+#[test]
+fn parquet_files_in_any_usual_compression_are_read() {
+    let compressions = [
+        Compression::SNAPPY,
+        Compression::GZIP(GzipLevel::default()),
+        Compression::LZ4_RAW,
+        Compression::ZSTD(ZstdLevel::default()),
+    ];
+    for compression in compressions {
+        let file = TempLog::new("table", &packed(&columns(), compression));
+        let log = Log::open(&file.path).unwrap();
+        assert_eq!(field(&log, "x").1.len(), 30, "{compression}");
+        assert_eq!(field(&log, "y").1[14], 28.0, "{compression}");
+    }
+}
+
+#[test]
+fn numbers_of_every_type_are_read_with_their_sign() {
+    let unsigned = |bits| Some(LogicalType::integer(bits, false));
+    let date = Some(LogicalType::Date);
+    let mut day_and_time = Int96::new();
+    // noon of the day 2,440,588 of the Julian calendar, 1970-01-01
+    day_and_time.set_data(0xbbd6_0000, 0x2746, 2_440_588);
+    let bytes = parquet(&[
+        ("stamp", Column::Int96(vec![Some(day_and_time), None])),
+        ("on", Column::Boolean(vec![Some(true), Some(false)])),
+        ("negative", Column::Whole32(vec![Some(-1), Some(-1)], None)),
+        (
+            "count",
+            Column::Whole32(vec![Some(-1), Some(-1)], unsigned(32)),
+        ),
+        (
+            "large",
+            Column::Whole64(vec![Some(-1), Some(-1)], unsigned(64)),
+        ),
+        ("day", Column::Whole32(vec![Some(7), Some(7)], date)),
+    ]);
+    let file = TempLog::new("table", &bytes);
+    let log = Log::open(&file.path).unwrap();
+    let (times, on, notes) = field(&log, "on");
+    assert_eq!((times.len(), on), (1, vec![1.0]));
+    let expected = i64::from(0x2746) * (1 << 32) + 0xbbd6_0000;
+    assert_eq!(times[0], expected);
+    assert_eq!(field(&log, "negative").1, [-1.0]);
+    assert_eq!(field(&log, "count").1, [f64::from(u32::MAX)]);
+    assert_eq!(field(&log, "large").1, [u64::MAX as f64]);
+    assert!(
+        notes.iter().any(|note| note.contains("not read: day")),
+        "{notes:?}"
+    );
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.contains("1 rows have no time")),
+        "{notes:?}"
     );
 }
 

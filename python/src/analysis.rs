@@ -290,15 +290,15 @@ pub(crate) fn analyze(
     );
     progress.end(matches!(found, Ok(Ok(_))))?;
     let found = found?.map_err(|error| exception(&error))?;
-    let table = |blocks: &[table::Table]| -> PyResult<Py<Table>> {
+    let table = |blocks: Vec<table::Table>| -> PyResult<Py<Table>> {
         let table = Table::of(blocks).context("a table of the analysis");
         Py::new(py, table.map_err(|error| exception(&error))?)
     };
     Ok(Analysis {
-        samples: table(&found.blocks)?,
-        events: table(std::slice::from_ref(&found.events))?,
-        sensitivity: match &found.sensitivity {
-            Some(sensitivity) => Some(table(std::slice::from_ref(sensitivity))?),
+        samples: table(found.blocks)?,
+        events: table(vec![found.events])?,
+        sensitivity: match found.sensitivity {
+            Some(sensitivity) => Some(table(vec![sensitivity])?),
             None => None,
         },
         summary: found.summary,

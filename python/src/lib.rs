@@ -3,6 +3,7 @@
 //! The package itself (`python/tipwatch`) adds what is better said in Python: drawing, progress bars, names.
 
 mod analysis;
+mod arrays;
 mod call;
 mod evaluation;
 mod identify;

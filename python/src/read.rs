@@ -52,7 +52,7 @@ pub(crate) fn read(
     let compute = move |_: &_| {
         let options = options(rate, start, end, estimator.as_deref(), None)?;
         let (machine, rows) = states(&log, &file, &options)?;
-        Table::of(&[tables::states::states(&machine, &rows)])
+        Table::of(vec![tables::states::states(&machine, &rows)])
     };
     let found = leavable(py, compute, |_| Ok(()))?;
     found.map_err(|error| exception(&error))

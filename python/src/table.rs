@@ -1,13 +1,19 @@
 //! Tables that Arrow readers take without a copy.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::{RecordBatch, RecordBatchIterator};
-use arrow_schema::{Schema, SchemaRef};
+use arrow_schema::{Field, Fields, Schema, SchemaRef};
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict};
 use tipwatch_analyze::tables::table;
+
+use crate::arrays::array;
+
+/// Key of a field's metadata with the unit of its column.
+const UNIT: &str = "unit";
 
 /// A table: columns of equal length with names and units.
 ///
@@ -21,17 +27,29 @@ pub(crate) struct Table {
 
 impl Table {
     /// A table of these blocks, which have the same columns.
-    pub(crate) fn of(blocks: &[table::Table]) -> anyhow::Result<Self> {
-        let batches: anyhow::Result<Vec<RecordBatch>> = blocks
-            .iter()
-            .map(|block| Ok(block.record_batch()?))
-            .collect();
+    pub(crate) fn of(blocks: Vec<table::Table>) -> anyhow::Result<Self> {
+        let batches: anyhow::Result<Vec<RecordBatch>> = blocks.into_iter().map(batch).collect();
         let batches = batches?;
         let schema = batches
             .first()
             .map_or_else(|| Arc::new(Schema::empty()), RecordBatch::schema);
         Ok(Self { schema, batches })
     }
+}
+
+/// A block as a record batch, which takes over the memory of its numbers.
+fn batch(block: table::Table) -> anyhow::Result<RecordBatch> {
+    let (mut fields, mut arrays) = (Vec::new(), Vec::new());
+    for column in block.into_columns() {
+        let unit = column.unit().map(|unit| (UNIT.to_owned(), unit.to_owned()));
+        let name = column.name().to_owned();
+        let array = array(column.into_values());
+        let field = Field::new(name, array.data_type().clone(), true);
+        fields.push(field.with_metadata(unit.into_iter().collect::<HashMap<_, _>>()));
+        arrays.push(array);
+    }
+    let schema = Schema::new(fields.into_iter().collect::<Fields>());
+    Ok(RecordBatch::try_new(Arc::new(schema), arrays)?)
 }
 
 #[pymethods]
@@ -48,7 +66,7 @@ impl Table {
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let units = PyDict::new(py);
         for field in self.schema.fields() {
-            if let Some(unit) = field.metadata().get("unit") {
+            if let Some(unit) = field.metadata().get(UNIT) {
                 units.set_item(field.name(), unit)?;
             }
         }

@@ -32,7 +32,7 @@ pub fn samples(
     table.add(RowColumn::VALID.name, None, valid);
     let reasons = rows.reasons.iter();
     let reasons = reasons.map(|reasons| Some(reasons.iter().map(Reason::name)));
-    table.add_array(RowColumn::REASONS.name.into(), None, cell::texts(reasons));
+    table.add_values(RowColumn::REASONS.name, None, cell::texts(reasons));
     for (&quantity, values) in rows.outcomes.quantities.iter().zip(&rows.outcomes.columns) {
         let unit = quantity.kind().unit;
         table.add_known(quantity.column(&names), unit, precision, values);
@@ -124,10 +124,6 @@ fn add_verdicts(
             found.add_all(conditions.cautions);
             Some(found.iter().map(InputFault::name).collect::<Vec<_>>())
         });
-        table.add_array(
-            RowColumn::INPUT_FAULTS.name.into(),
-            None,
-            cell::texts(faults),
-        );
+        table.add_values(RowColumn::INPUT_FAULTS.name, None, cell::texts(faults));
     }
 }

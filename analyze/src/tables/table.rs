@@ -1,14 +1,10 @@
 //! A table: columns of equal length with names and units.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
-use std::sync::Arc;
 
-use arrow_array::types::{Float32Type, Float64Type};
-use arrow_array::{Array, ArrayRef, RecordBatch};
-use arrow_schema::{ArrowError, DataType, Field, Fields, Schema};
-
-use super::cell::{self, Cell, Value};
+use super::cell::{Cell, Value};
+use super::series::Known;
+use super::values::Values;
 use crate::base::options::Precision;
 
 /// A table, or a block of rows of one.
@@ -22,7 +18,7 @@ pub struct Table {
 pub struct Column {
     name: String,
     unit: Option<Cow<'static, str>>,
-    values: ArrayRef,
+    values: Values,
 }
 
 impl Table {
@@ -33,11 +29,7 @@ impl Table {
         unit: Option<&'static str>,
         values: impl IntoIterator<Item = T>,
     ) {
-        self.add_array(
-            name.into(),
-            unit.map(Cow::from),
-            T::array(values.into_iter()),
-        );
+        self.add_values(name, unit.map(Cow::from), T::column(values.into_iter()));
     }
 
     /// Adds a column of numbers, null where they are not finite or beyond the precision's range.
@@ -48,22 +40,23 @@ impl Table {
         precision: Precision,
         values: &[f64],
     ) {
-        let values = values.iter().copied();
-        let known = match precision {
+        let known: Values = match precision {
             Precision::Single => {
-                cell::known::<Float32Type>(values.map(|value| value as f32), f32::is_finite)
+                let values = values.iter().map(|&value| value as f32).collect();
+                Known::where_known(values, f32::is_finite).into()
             }
-            Precision::Double => cell::known::<Float64Type>(values, f64::is_finite),
+            Precision::Double => Known::where_known(values.to_vec(), f64::is_finite).into(),
         };
-        self.add_array(name.into(), Some(unit.into()), known);
+        self.add_values(name, Some(unit.into()), known);
     }
 
-    pub(super) fn add_array(
+    pub(super) fn add_values(
         &mut self,
-        name: String,
+        name: impl Into<String>,
         unit: Option<Cow<'static, str>>,
-        values: ArrayRef,
+        values: Values,
     ) {
+        let name = name.into();
         self.columns.push(Column { name, unit, values });
     }
 
@@ -79,34 +72,22 @@ impl Table {
         &self.columns
     }
 
+    /// The columns, each of which gives its values away.
+    pub fn into_columns(self) -> impl Iterator<Item = Column> {
+        self.columns.into_iter()
+    }
+
     /// The column of this name.
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)
     }
 
-    /// The table as an Arrow record batch, which shares its memory; the units are metadata (`unit`) of the fields.
-    ///
-    /// # Errors
-    /// The columns differ in length.
-    pub fn record_batch(&self) -> Result<RecordBatch, ArrowError> {
-        let field = |column: &Column| {
-            let field = Field::new(&column.name, column.values.data_type().clone(), true);
-            let unit = column
-                .unit
-                .iter()
-                .map(|unit| ("unit".to_string(), unit.to_string()));
-            field.with_metadata(unit.collect::<HashMap<_, _>>())
-        };
-        let schema = Schema::new(self.columns.iter().map(field).collect::<Fields>());
-        let arrays = self.columns.iter().map(|c| Arc::clone(&c.values)).collect();
-        RecordBatch::try_new(Arc::new(schema), arrays)
-    }
-
-    /// Names and types of the columns.
-    pub(super) fn fields(&self) -> Fields {
-        let field = |c: &Column| Field::new(&c.name, c.values.data_type().clone(), true);
-        self.columns.iter().map(field).collect()
+    /// Name and type of every column.
+    pub(super) fn names_and_types(&self) -> impl Iterator<Item = (String, &'static str)> {
+        self.columns
+            .iter()
+            .map(|column| (column.name.clone(), column.type_name()))
     }
 }
 
@@ -137,109 +118,104 @@ impl Column {
 
     /// Type of its values, as `f64`, `str`, `list[str]`.
     #[must_use]
-    pub fn type_name(&self) -> String {
-        type_name(self.values.data_type())
+    pub fn type_name(&self) -> &'static str {
+        self.values.type_name()
     }
 
-    pub(super) fn array(&self) -> &ArrayRef {
+    /// Its values, by type.
+    #[must_use]
+    pub fn typed(&self) -> &Values {
         &self.values
+    }
+
+    /// The same, of a column that is no longer needed.
+    #[must_use]
+    pub fn into_values(self) -> Values {
+        self.values
     }
 
     /// Whether names, types and values are the same, to the bit.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
-        self.name == other.name && self.values.to_data() == other.values.to_data()
+        self.name == other.name
+            && self.type_name() == other.type_name()
+            && self.len() == other.len()
+            && self
+                .values()
+                .zip(other.values())
+                .all(|(a, b)| a.is_same(&b))
     }
 
     /// The value of every row.
-    ///
-    /// # Panics
-    /// If the column has a type that no table of this program has.
     pub fn values(&self) -> impl Iterator<Item = Value> {
-        (0..self.len()).map(|row| {
-            let value = cell::value(&self.values, row);
-            value.unwrap_or_else(|| panic!("{}: unexpected type {}", self.name, self.type_name()))
-        })
+        self.values.rows()
     }
 
     /// Whether its numbers have 32 bits.
     #[must_use]
     pub fn is_single(&self) -> bool {
-        *self.values.data_type() == DataType::Float32
+        matches!(self.values, Values::Single(_))
     }
 
     /// The numbers, NaN where there is none; `None` for a column of anything but floating-point numbers.
     #[must_use]
     pub fn numbers(&self) -> Option<Vec<f64>> {
-        if !matches!(
-            self.values.data_type(),
-            DataType::Float32 | DataType::Float64
-        ) {
-            return None;
+        match &self.values {
+            Values::Single(numbers) => Some(
+                numbers
+                    .rows()
+                    .map(|number| number.map_or(f64::NAN, f64::from))
+                    .collect(),
+            ),
+            Values::Double(numbers) => Some(
+                numbers
+                    .rows()
+                    .map(|number| number.unwrap_or(f64::NAN))
+                    .collect(),
+            ),
+            _ => None,
         }
-        let number = |value| match value {
-            Value::Number(number) => number,
-            _ => f64::NAN,
-        };
-        Some(self.values().map(number).collect())
     }
 
     /// The whole numbers; `None` for a column of anything else, or with nulls.
     #[must_use]
     pub fn integers(&self) -> Option<Vec<i64>> {
-        let integer = |row| match cell::value(&self.values, row) {
-            Some(Value::Integer(integer)) => i64::try_from(integer).ok(),
+        let integer = |value| match value {
+            Value::Integer(integer) => i64::try_from(integer).ok(),
             _ => None,
         };
-        (0..self.len()).map(integer).collect()
+        self.values().map(integer).collect()
     }
 
     /// The whole numbers, `None` where there is none; `None` for a column of anything else.
     #[must_use]
     pub fn optional_integers(&self) -> Option<Vec<Option<i64>>> {
-        let integer = |row| match cell::value(&self.values, row) {
-            Some(Value::Integer(integer)) => i64::try_from(integer).ok().map(Some),
-            Some(Value::Null) => Some(None),
+        let integer = |value| match value {
+            Value::Integer(integer) => i64::try_from(integer).ok().map(Some),
+            Value::Null => Some(None),
             _ => None,
         };
-        (0..self.len()).map(integer).collect()
+        self.values().map(integer).collect()
     }
 
     /// The truth values; `None` for a column of anything else, or with nulls.
     #[must_use]
     pub fn booleans(&self) -> Option<Vec<bool>> {
-        let boolean = |row| match cell::value(&self.values, row) {
-            Some(Value::Boolean(boolean)) => Some(boolean),
+        let boolean = |value| match value {
+            Value::Boolean(boolean) => Some(boolean),
             _ => None,
         };
-        (0..self.len()).map(boolean).collect()
+        self.values().map(boolean).collect()
     }
 
     /// The texts, `None` where there is none; `None` for a column of anything else.
     #[must_use]
     pub fn texts(&self) -> Option<Vec<Option<String>>> {
-        let text = |row| match cell::value(&self.values, row) {
-            Some(Value::Text(text)) => Some(Some(text)),
-            Some(Value::Null) => Some(None),
+        let text = |value| match value {
+            Value::Text(text) => Some(Some(text)),
+            Value::Null => Some(None),
             _ => None,
         };
-        (0..self.len()).map(text).collect()
-    }
-}
-
-fn type_name(of: &DataType) -> String {
-    match of {
-        DataType::Boolean => "bool".into(),
-        DataType::Float32 => "f32".into(),
-        DataType::Float64 => "f64".into(),
-        DataType::Int32 => "i32".into(),
-        DataType::Int64 => "i64".into(),
-        DataType::UInt32 => "u32".into(),
-        DataType::UInt64 => "u64".into(),
-        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => "str".into(),
-        DataType::List(of) | DataType::LargeList(of) => {
-            format!("list[{}]", type_name(of.data_type()))
-        }
-        other => other.to_string(),
+        self.values().map(text).collect()
     }
 }

@@ -160,8 +160,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (b, b_rest) = b.as_chunks::<8>();
     let mut sums = [0.0; 8];
     for (a, b) in a.iter().zip(b) {
-        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-            *sum += a * b;
+        for (k, sum) in sums.iter_mut().enumerate() {
+            *sum += a[k] * b[k];
         }
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();

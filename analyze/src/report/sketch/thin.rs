@@ -11,10 +11,11 @@ pub(in crate::report) struct Point {
 }
 
 impl Point {
-    pub(super) fn new(row: usize, values: [f64; VALUES]) -> Self {
+    #[inline]
+    pub(super) fn new(row: usize, [a, b, c, d]: [f64; VALUES]) -> Self {
         Self {
             row: row as u32,
-            values: values.map(|value| value as f32),
+            values: [a as f32, b as f32, c as f32, d as f32],
         }
     }
 

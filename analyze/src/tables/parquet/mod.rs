@@ -1,6 +1,8 @@
 //! Tables as Parquet files, with units and provenance in the metadata of the file.
 
+mod encode;
 mod read;
+mod schema;
 mod write;
 
 pub use read::read;

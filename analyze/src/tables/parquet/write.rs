@@ -7,24 +7,19 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use arrow_array::{Array, ArrayRef};
-use arrow_schema::{DataType, Field, Fields, Schema};
-use arrow_select::concat::concat;
-use parquet::arrow::ArrowSchemaConverter;
-use parquet::arrow::arrow_writer::{
-    ArrowColumnChunk, ArrowColumnWriter, ArrowRowGroupWriterFactory, compute_leaves,
-};
 use parquet::basic::{Compression, Encoding, ZstdLevel};
-use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::ColumnPath;
 use rayon::prelude::*;
 
+use super::encode::{Chunk, encode};
+use super::schema::schema;
 use super::{PROVENANCE, UNITS};
 use crate::base::provenance::Provenance;
 use crate::tables::table::Table;
+use crate::tables::values::Values;
 
 /// Rows of a page, which is compressed as a whole.
 const ROWS_OF_PAGE: usize = 1 << 13;
@@ -62,12 +57,11 @@ pub(crate) fn write_with(table: &Table, more: &[(&str, String)], path: &Path) ->
 /// not on how they are divided into blocks.
 pub(crate) struct TableWriter {
     path: String,
-    fields: Fields,
+    /// Names and types of the columns.
+    columns: Vec<(String, &'static str)>,
     file: SerializedFileWriter<BufWriter<File>>,
-    groups: ArrowRowGroupWriterFactory,
-    groups_written: usize,
-    /// For each column, the parts of blocks that do not fill a row group yet.
-    waiting: Vec<Vec<ArrayRef>>,
+    /// Of each column, the values that do not fill a row group yet.
+    waiting: Vec<Values>,
     rows_waiting: usize,
 }
 
@@ -78,25 +72,22 @@ impl TableWriter {
     /// # Errors
     /// The file cannot be created.
     pub(crate) fn create(path: &Path, like: &Table, more: &[(&str, String)]) -> Result<Self> {
-        let fields = like.fields();
         let file =
             File::create(path).with_context(|| format!("{}: cannot be created", path.display()))?;
-        let schema = Arc::new(Schema::new(fields.clone()));
-        let root = ArrowSchemaConverter::new()
-            .convert(&schema)?
-            .root_schema_ptr();
         let file = SerializedFileWriter::new(
             BufWriter::with_capacity(1 << 20, file),
-            root,
+            schema(like)?,
             Arc::new(properties(like, more)?),
         )?;
         Ok(Self {
             path: path.display().to_string(),
-            groups: ArrowRowGroupWriterFactory::new(&file, schema),
-            waiting: vec![Vec::new(); fields.len()],
-            fields,
+            columns: like.names_and_types().collect(),
             file,
-            groups_written: 0,
+            waiting: like
+                .columns()
+                .iter()
+                .map(|column| column.typed().empty_like(ROWS_OF_GROUP))
+                .collect(),
             rows_waiting: 0,
         })
     }
@@ -106,17 +97,14 @@ impl TableWriter {
     /// # Errors
     /// The file cannot be written, or the block has other columns.
     pub(crate) fn write(&mut self, block: &Table) -> Result<()> {
-        if block.fields() != self.fields {
+        if !block.names_and_types().eq(self.columns.iter().cloned()) {
             bail!("{}: a block of the table has other columns", self.path);
         }
         let mut at = 0;
         while at < block.rows() {
             let rows = (ROWS_OF_GROUP - self.rows_waiting).min(block.rows() - at);
-            let is_part = rows < block.rows();
             for (waiting, column) in self.waiting.iter_mut().zip(block.columns()) {
-                let part = column.array().slice(at, rows);
-                // what waits must not hold on to the whole block
-                waiting.push(if is_part { concat(&[&part])? } else { part });
+                waiting.extend(column.typed(), at..at + rows);
             }
             self.rows_waiting += rows;
             at += rows;
@@ -149,40 +137,24 @@ impl TableWriter {
         if self.rows_waiting == 0 {
             return Ok(());
         }
-        let waiting = self.waiting.iter_mut().map(std::mem::take);
-        let waiting: Vec<Vec<ArrayRef>> = waiting.collect();
-        let write = || {
-            let writers = self.groups.create_column_writers(self.groups_written)?;
-            let columns = self.fields.par_iter().zip(waiting).zip(writers);
-            let chunks: Vec<ArrowColumnChunk> = columns
-                .map(|((field, parts), writer)| encode(field, &parts, writer))
+        let mut write = || {
+            let (schema, properties) = (self.file.schema_descr(), self.file.properties());
+            let columns = schema.columns().par_iter().zip(&self.waiting);
+            let chunks: Vec<Chunk> = columns
+                .map(|(column, values)| encode(Arc::clone(column), Arc::clone(properties), values))
                 .collect::<Result<_, _>>()?;
             let mut group = self.file.next_row_group()?;
-            for chunk in chunks {
-                chunk.append_to_row_group(&mut group)?;
+            for (bytes, closed) in chunks {
+                group.append_column(&bytes, closed)?;
             }
             group.close()
         };
         write().with_context(|| format!("{}: cannot be written", self.path))?;
-        self.groups_written += 1;
+        // what is left keeps its memory for the next rows
+        self.waiting.iter_mut().for_each(Values::clear);
         self.rows_waiting = 0;
         Ok(())
     }
-}
-
-/// Encodes and compresses the parts of a column.
-fn encode(
-    field: &Field,
-    parts: &[ArrayRef],
-    mut writer: ArrowColumnWriter,
-) -> Result<ArrowColumnChunk, ParquetError> {
-    let parts: Vec<&dyn Array> = parts.iter().map(AsRef::as_ref).collect();
-    let whole = concat(&parts)?;
-    // no column is a structure: each has one leaf
-    for leaf in compute_leaves(field, &whole)? {
-        writer.write(&leaf)?;
-    }
-    writer.close()
 }
 
 /// How the columns are encoded, each by its type, and the metadata.
@@ -201,11 +173,11 @@ fn properties(like: &Table, more: &[(&str, String)]) -> Result<WriterProperties>
         .set_statistics_enabled(EnabledStatistics::Chunk)
         .set_key_value_metadata(Some(metadata.collect()));
     for column in like.columns() {
-        let encoding = match column.array().data_type() {
+        let encoding = match column.typed() {
             // neighbours share sign, exponent and first digits: bytes of equal rank compress together
-            DataType::Float32 | DataType::Float64 => Encoding::BYTE_STREAM_SPLIT,
+            Values::Single(_) | Values::Double(_) => Encoding::BYTE_STREAM_SPLIT,
             // times rise in nearly equal steps
-            DataType::Int64 => Encoding::DELTA_BINARY_PACKED,
+            Values::Int64(_) => Encoding::DELTA_BINARY_PACKED,
             _ => continue,
         };
         let path = ColumnPath::from(column.name());

@@ -5,19 +5,22 @@ use std::{
     ops::{ControlFlow, Range},
     panic::{AssertUnwindSafe, catch_unwind},
     path::PathBuf,
+    sync::Arc,
 };
 
-use arrow_array::{
-    Array, ArrowPrimitiveType, BooleanArray, RecordBatch,
-    cast::AsArray,
-    types::{
-        Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type,
-        TimestampMicrosecondType, TimestampMillisecondType, TimestampNanosecondType,
-        TimestampSecondType, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
+use parquet::{
+    basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical},
+    column::reader::{ColumnReader, ColumnReaderImpl},
+    data_type::DataType,
+    errors::{ParquetError, Result as ParquetResult},
+    file::{
+        metadata::{ParquetMetaData, ParquetMetaDataReader},
+        properties::ReaderProperties,
+        reader::RowGroupReader,
+        serialized_reader::SerializedRowGroupReader,
     },
+    schema::types::ColumnDescriptor,
 };
-use arrow_schema::{DataType, TimeUnit};
-use parquet::arrow::arrow_reader::{ArrowReaderMetadata, ParquetRecordBatchReaderBuilder};
 
 use super::{
     columns::Columns,
@@ -32,15 +35,21 @@ use crate::{
     message::{Error, Losses, LostPart, TopicTable},
 };
 
-const ROWS_PER_BATCH: usize = 4096;
 /// Far above the row groups of any writer.
 const MOST_GROUP_BYTES: i64 = 2 << 30;
+/// The same, in rows: damaged counts can stand for any number of them.
+const MOST_GROUP_ROWS: i64 = 1 << 26;
+/// Rows that are read at a time: a damaged count does not reserve memory for all of them.
+const ROWS_PER_READ: usize = 4096;
+
+/// The times (ns) of the rows of a group, and the columns of numbers.
+type Rows = (Vec<Option<i64>>, Vec<Vec<f64>>);
 
 /// A Parquet file.
 pub(crate) struct ParquetReader {
     path: PathBuf,
     data: PathBuf,
-    metadata: ArrowReaderMetadata,
+    metadata: ParquetMetaData,
     time: usize,
     power: u32,
     /// Indices of the columns with numbers.
@@ -63,7 +72,7 @@ impl ParquetReader {
         let bytes = source.metadata().map_err(Error::io(path))?.len();
         // the library may panic on damaged bytes
         let metadata = catch_unwind(AssertUnwindSafe(|| {
-            ArrowReaderMetadata::load(&source, Default::default())
+            ParquetMetaDataReader::new().parse_and_finish(&source)
         }));
         let metadata = match metadata {
             Ok(Ok(metadata)) => metadata,
@@ -74,34 +83,35 @@ impl ParquetReader {
             }
             Err(_) => return Err(invalid("a Parquet file whose end is damaged".to_owned())),
         };
-        let fields = metadata.schema().fields().clone();
-        let stated = fields
-            .iter()
-            .position(|field| time_power(field.data_type()).is_some());
+        let schema = metadata.file_metadata().schema_descr();
+        let (fields, columns) = (schema.root_schema().get_fields(), schema.columns());
+        let is_single = |at: usize| schema.get_column_root(at).is_primitive();
+        let singles = || (0..columns.len()).filter(|&at| is_single(at));
+        let stated = singles().find_map(|at| Some((at, time_power(&columns[at])?)));
         let named = || {
-            fields.iter().enumerate().find_map(|(at, field)| {
-                match time::unit_in_name(field.name())? {
-                    Unit::PowerOfTen(power) if is_number(field.data_type()) => Some((at, power)),
-                    _ => None,
-                }
+            singles().find_map(|at| match time::unit_in_name(columns[at].name())? {
+                Unit::PowerOfTen(power) if is_number(&columns[at]) => Some((at, power)),
+                _ => None,
             })
         };
-        let stated = stated.and_then(|at| Some((at, time_power(fields[at].data_type())?)));
         let (time, power) = stated.or_else(named).ok_or_else(|| {
-            let names: Vec<&str> = fields.iter().map(|field| field.name().as_str()).collect();
+            let names: Vec<&str> = fields.iter().map(|field| field.name()).collect();
             invalid(format!(
                 "a Parquet file without a column of time: expected one of type timestamp or of a name like time_s, \
                  time_ms or t_ns, found {}",
                 names.join(", ")
             ))
         })?;
-        let is_value = |at: &usize| *at != time && is_number(fields[*at].data_type());
-        let numbers: Vec<usize> = (0..fields.len()).filter(is_value).collect();
-        let others = fields
-            .iter()
-            .enumerate()
-            .filter(|(at, _)| *at != time && !numbers.contains(at));
-        let others: Vec<&str> = others.map(|(_, field)| field.name().as_str()).collect();
+        let numbers = singles().filter(|&at| at != time && is_number(&columns[at]));
+        let numbers: Vec<usize> = numbers.collect();
+        let read = || {
+            numbers
+                .iter()
+                .chain([&time])
+                .map(|&at| schema.get_column_root_idx(at))
+        };
+        let others = (fields.iter().enumerate()).filter(|(at, _)| !read().any(|read| read == *at));
+        let others: Vec<&str> = others.map(|(_, field)| field.name()).collect();
         if !others.is_empty() {
             losses.note(format!(
                 "{}: columns that are not numbers are not read: {}",
@@ -112,7 +122,7 @@ impl ParquetReader {
         let columns = Columns::new(
             numbers
                 .iter()
-                .map(|&at| fields[at].name().clone())
+                .map(|&at| columns[at].name().to_owned())
                 .collect(),
         );
         let mut reader = Self {
@@ -142,36 +152,24 @@ impl ParquetReader {
     ) -> Result<ControlFlow<()>, Error> {
         let mut without_time = 0_u64;
         let mut values = Vec::new();
-        for group in 0..self.metadata.metadata().num_row_groups() {
-            let batches = match self.group(group)? {
-                Ok(batches) => batches,
+        for group in 0..self.metadata.num_row_groups() {
+            let (times, columns) = match self.group(group)? {
+                Ok(rows) => rows,
                 Err(problem) => {
                     let reason = format!("row group {group}: {problem}");
                     losses.lose(LostPart::Chunk, &self.path, self.bytes_of(group), reason);
                     continue;
                 }
             };
-            for batch in &batches {
-                let columns: Vec<Vec<f64>> = self
-                    .numbers
-                    .iter()
-                    .map(|&at| numbers(batch.column(at)))
-                    .collect();
-                let times = times_ns(batch.column(self.time), self.power);
-                for (row, time_ns) in times.into_iter().enumerate() {
-                    let Some(time_ns) = time_ns else {
-                        without_time += 1;
-                        continue;
-                    };
-                    values.clear();
-                    values.extend(
-                        columns
-                            .iter()
-                            .map(|column| column.get(row).copied().unwrap_or(f64::NAN)),
-                    );
-                    if take(time_ns, &values).is_break() {
-                        return Ok(ControlFlow::Break(()));
-                    }
+            for (row, time_ns) in times.into_iter().enumerate() {
+                let Some(time_ns) = time_ns else {
+                    without_time += 1;
+                    continue;
+                };
+                values.clear();
+                values.extend(columns.iter().map(|column| column[row]));
+                if take(time_ns, &values).is_break() {
+                    return Ok(ControlFlow::Break(()));
                 }
             }
         }
@@ -185,30 +183,41 @@ impl ParquetReader {
     }
 
     /// The rows of a group, or what is wrong with it.
-    fn group(&self, group: usize) -> Result<Result<Vec<RecordBatch>, String>, Error> {
+    fn group(&self, group: usize) -> Result<Result<Rows, String>, Error> {
         let source = File::open(&self.data).map_err(Error::io(&self.path))?;
-        let size = self.metadata.metadata().row_group(group).total_byte_size();
-        if !(0..=MOST_GROUP_BYTES).contains(&size) {
-            return Ok(Err(format!("{size} bytes")));
+        let pages = self.metadata.page_index_for_row_group(group);
+        let group = self.metadata.row_group(group);
+        let (size, count) = (group.total_byte_size(), group.num_rows());
+        if !(0..=MOST_GROUP_BYTES).contains(&size) || !(0..=MOST_GROUP_ROWS).contains(&count) {
+            return Ok(Err(format!("{size} bytes, {count} rows")));
         }
-        let metadata = self.metadata.clone();
+        let properties = Arc::new(ReaderProperties::builder().build());
         // the library may panic on damaged bytes
-        let read = catch_unwind(AssertUnwindSafe(|| {
-            let builder = ParquetRecordBatchReaderBuilder::new_with_metadata(source, metadata);
-            let builder = builder
-                .with_row_groups(vec![group])
-                .with_batch_size(ROWS_PER_BATCH);
-            let batches = builder.build().map_err(|error| error.to_string())?;
-            batches
-                .collect::<Result<Vec<_>, _>>()
-                .map_err(|error| error.to_string())
+        let read = catch_unwind(AssertUnwindSafe(|| -> ParquetResult<Rows> {
+            let rows = count as usize;
+            let source = Arc::new(source);
+            let reader = SerializedRowGroupReader::new(source, group, pages, properties)?;
+            let column = |at: usize| {
+                (
+                    reader.get_column_reader(at),
+                    group.column(at).column_descr(),
+                )
+            };
+            let (times, described) = column(self.time);
+            let times = times_ns(times?, described, self.power, rows)?;
+            let columns = self.numbers.iter().map(|&at| {
+                let (numbers_of, described) = column(at);
+                numbers(numbers_of?, described, rows)
+            });
+            Ok((times, columns.collect::<ParquetResult<_>>()?))
         }));
+        let read = read.map(|rows| rows.map_err(|error| error.to_string()));
         Ok(read.unwrap_or_else(|_| Err("cannot be decoded".to_owned())))
     }
 
     fn bytes_of(&self, group: usize) -> Range<u64> {
         let of_file = |number: i64| u64::try_from(number).unwrap_or(0).min(self.rows.bytes);
-        let group = self.metadata.metadata().row_group(group);
+        let group = self.metadata.row_group(group);
         let columns = group.columns().iter();
         let ranges = columns.map(|column| {
             let start = column
@@ -222,79 +231,138 @@ impl ParquetReader {
 }
 
 /// The power of ten of nanoseconds in the unit of a timestamp.
-fn time_power(data_type: &DataType) -> Option<u32> {
-    match data_type {
-        DataType::Timestamp(TimeUnit::Second, _) => Some(9),
-        DataType::Timestamp(TimeUnit::Millisecond, _) => Some(6),
-        DataType::Timestamp(TimeUnit::Microsecond, _) => Some(3),
-        DataType::Timestamp(TimeUnit::Nanosecond, _) => Some(0),
+fn time_power(column: &ColumnDescriptor) -> Option<u32> {
+    let unit = match column.logical_type_ref() {
+        Some(LogicalType::Timestamp(timestamp)) => Some(&timestamp.unit),
+        _ => None,
+    };
+    match (unit, column.converted_type(), column.physical_type()) {
+        (Some(TimeUnit::MILLIS), ..) | (None, ConvertedType::TIMESTAMP_MILLIS, _) => Some(6),
+        (Some(TimeUnit::MICROS), ..) | (None, ConvertedType::TIMESTAMP_MICROS, _) => Some(3),
+        // the type of timestamps in nanoseconds before there was a name for it
+        (Some(TimeUnit::NANOS), ..) | (None, _, Physical::INT96) => Some(0),
         _ => None,
     }
 }
 
-fn is_number(data_type: &DataType) -> bool {
-    let is_other = matches!(data_type, DataType::Float16);
-    *data_type == DataType::Boolean
-        || !is_other && (data_type.is_integer() || data_type.is_floating())
-}
-
-fn times_ns(column: &dyn Array, power: u32) -> Vec<Option<i64>> {
-    let whole = |values: Vec<Option<i64>>| -> Vec<Option<i64>> {
-        let scale = 10_i64.pow(power);
-        values
-            .into_iter()
-            .map(|value| value?.checked_mul(scale))
-            .collect()
+fn is_number(column: &ColumnDescriptor) -> bool {
+    let is_whole = || match column.logical_type_ref() {
+        Some(logical) => matches!(logical, LogicalType::Integer(_)),
+        None => is_unsigned(column) || is_signed(column),
     };
-    match column.data_type() {
-        DataType::Timestamp(TimeUnit::Second, _) => whole(integers::<TimestampSecondType>(column)),
-        DataType::Timestamp(TimeUnit::Millisecond, _) => {
-            whole(integers::<TimestampMillisecondType>(column))
-        }
-        DataType::Timestamp(TimeUnit::Microsecond, _) => {
-            whole(integers::<TimestampMicrosecondType>(column))
-        }
-        DataType::Timestamp(TimeUnit::Nanosecond, _) => {
-            whole(integers::<TimestampNanosecondType>(column))
-        }
-        DataType::Int64 => whole(integers::<Int64Type>(column)),
-        _ => (numbers(column).into_iter())
-            .map(|number| time::from_float(number, power))
-            .collect(),
+    match column.physical_type() {
+        Physical::BOOLEAN | Physical::FLOAT | Physical::DOUBLE => true,
+        Physical::INT32 | Physical::INT64 => is_whole(),
+        _ => false,
     }
 }
 
-fn integers<T: ArrowPrimitiveType<Native = i64>>(column: &dyn Array) -> Vec<Option<i64>> {
-    column
-        .as_primitive_opt::<T>()
-        .map_or(Vec::new(), |values| values.iter().collect())
+fn is_signed(column: &ColumnDescriptor) -> bool {
+    use ConvertedType::{INT_8, INT_16, INT_32, INT_64, NONE};
+    matches!(
+        column.converted_type(),
+        NONE | INT_8 | INT_16 | INT_32 | INT_64
+    )
 }
 
-/// NaN for what is missing.
-fn numbers(column: &dyn Array) -> Vec<f64> {
-    fn of<T: ArrowPrimitiveType>(column: &dyn Array, to: impl Fn(T::Native) -> f64) -> Vec<f64> {
-        let values = column.as_primitive_opt::<T>();
-        let number = |value: Option<T::Native>| value.map_or(f64::NAN, &to);
-        values.map_or(Vec::new(), |values| values.iter().map(number).collect())
+fn is_unsigned(column: &ColumnDescriptor) -> bool {
+    use ConvertedType::{UINT_8, UINT_16, UINT_32, UINT_64};
+    match column.logical_type_ref() {
+        Some(LogicalType::Integer(integer)) => !integer.is_signed,
+        _ => matches!(
+            column.converted_type(),
+            UINT_8 | UINT_16 | UINT_32 | UINT_64
+        ),
     }
-    match column.data_type() {
-        DataType::Float64 => of::<Float64Type>(column, |value| value),
-        DataType::Float32 => of::<Float32Type>(column, f64::from),
-        DataType::Int8 => of::<Int8Type>(column, f64::from),
-        DataType::Int16 => of::<Int16Type>(column, f64::from),
-        DataType::Int32 => of::<Int32Type>(column, f64::from),
-        DataType::Int64 => of::<Int64Type>(column, |value| value as f64),
-        DataType::UInt8 => of::<UInt8Type>(column, f64::from),
-        DataType::UInt16 => of::<UInt16Type>(column, f64::from),
-        DataType::UInt32 => of::<UInt32Type>(column, f64::from),
-        DataType::UInt64 => of::<UInt64Type>(column, |value| value as f64),
-        DataType::Boolean => {
-            let values = column.as_any().downcast_ref::<BooleanArray>();
-            let number = |value: Option<bool>| value.map_or(f64::NAN, f64::from);
-            values.map_or(Vec::new(), |values| values.iter().map(number).collect())
+}
+
+/// The times of a row group, in the unit of 10 to this power of nanoseconds.
+fn times_ns(
+    reader: ColumnReader,
+    column: &ColumnDescriptor,
+    power: u32,
+    rows: usize,
+) -> ParquetResult<Vec<Option<i64>>> {
+    let scale = 10_i64.pow(power);
+    match reader {
+        ColumnReader::Int64ColumnReader(reader) if !is_unsigned(column) => {
+            each(reader, column, rows, None, |time| time.checked_mul(scale))
         }
-        _ => Vec::new(),
+        ColumnReader::Int96ColumnReader(reader) => {
+            each(reader, column, rows, None, |time| Some(time.to_nanos()))
+        }
+        other => {
+            let times = numbers(other, column, rows)?.into_iter();
+            Ok(times.map(|time| time::from_float(time, power)).collect())
+        }
     }
+}
+
+/// The numbers of a row group, NaN for what is missing.
+fn numbers(
+    reader: ColumnReader,
+    column: &ColumnDescriptor,
+    rows: usize,
+) -> ParquetResult<Vec<f64>> {
+    let unsigned = is_unsigned(column);
+    match reader {
+        ColumnReader::BoolColumnReader(reader) => {
+            each(reader, column, rows, f64::NAN, |&value| value.into())
+        }
+        ColumnReader::FloatColumnReader(reader) => {
+            each(reader, column, rows, f64::NAN, |&value| value.into())
+        }
+        ColumnReader::DoubleColumnReader(reader) => {
+            each(reader, column, rows, f64::NAN, |&value| value)
+        }
+        ColumnReader::Int32ColumnReader(reader) => each(reader, column, rows, f64::NAN, |&value| {
+            if unsigned {
+                value.cast_unsigned().into()
+            } else {
+                value.into()
+            }
+        }),
+        ColumnReader::Int64ColumnReader(reader) => each(reader, column, rows, f64::NAN, |&value| {
+            if unsigned {
+                value.cast_unsigned() as f64
+            } else {
+                value as f64
+            }
+        }),
+        _ => Err(ParquetError::General("expected numbers".to_owned())),
+    }
+}
+
+/// Every row of a column, `missing` where it has no value.
+fn each<C: DataType, V: Copy>(
+    mut reader: ColumnReaderImpl<C>,
+    column: &ColumnDescriptor,
+    rows: usize,
+    missing: V,
+    value: impl Fn(&C::T) -> V,
+) -> ParquetResult<Vec<V>> {
+    let (mut found, mut levels, mut known) = (Vec::new(), Vec::new(), Vec::new());
+    while found.len() < rows {
+        levels.clear();
+        known.clear();
+        let most = ROWS_PER_READ.min(rows - found.len());
+        let (count, ..) = reader.read_records(most, Some(&mut levels), None, &mut known)?;
+        if count == 0 {
+            let problem = format!("expected {rows} rows, found {}", found.len());
+            return Err(ParquetError::General(problem));
+        }
+        if column.max_def_level() == 0 {
+            found.extend(known.iter().map(&value));
+            continue;
+        }
+        let mut known = known.iter().map(&value);
+        let row = |&level: &i16| match level == column.max_def_level() {
+            true => known.next().unwrap_or(missing),
+            false => missing,
+        };
+        found.extend(levels.iter().map(row));
+    }
+    Ok(found)
 }
 
 impl FileReader for ParquetReader {
