@@ -198,6 +198,7 @@ const RULES: [Rule; 12] = [
         floors: &[
             "call",
             "program",
+            "arrays",
             "table",
             "inputs",
             "pose",

@@ -1,6 +1,7 @@
 //! Machine-readable results: table columns, Parquet files, `summary.json`, topics of `derived.mcap`.
 
 pub mod cell;
+pub(crate) mod collect;
 pub(crate) mod derived;
 pub mod events;
 pub mod parquet;

@@ -9,7 +9,7 @@ use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{InputFault, Level, Verdict};
 use tipwatch_mechanics::{ColumnNames, Contribution, Quantity, RowColumn};
 
-use super::cell;
+use super::collect;
 use super::table::Table;
 use crate::base::options::Precision;
 use crate::base::predicted::Predictions;
@@ -32,7 +32,7 @@ pub fn samples(
     table.add(RowColumn::VALID.name, None, valid);
     let reasons = rows.reasons.iter();
     let reasons = reasons.map(|reasons| Some(reasons.iter().map(Reason::name)));
-    table.add_values(RowColumn::REASONS.name, None, cell::texts(reasons));
+    table.add_values(RowColumn::REASONS.name, None, collect::texts(reasons));
     for (&quantity, values) in rows.outcomes.quantities.iter().zip(&rows.outcomes.columns) {
         let unit = quantity.kind().unit;
         table.add_known(quantity.column(&names), unit, precision, values);
@@ -124,6 +124,6 @@ fn add_verdicts(
             found.add_all(conditions.cautions);
             Some(found.iter().map(InputFault::name).collect::<Vec<_>>())
         });
-        table.add_values(RowColumn::INPUT_FAULTS.name, None, cell::texts(faults));
+        table.add_values(RowColumn::INPUT_FAULTS.name, None, collect::texts(faults));
     }
 }

@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use super::cell::{Cell, Value};
+use super::cell::Value;
+use super::collect::Cell;
 use super::series::Known;
 use super::values::Values;
 use crate::base::options::Precision;
