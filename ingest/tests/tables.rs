@@ -7,9 +7,9 @@ use parquet::{
         Compression, GzipLevel, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel,
     },
     column::writer::ColumnWriter,
-    data_type::Int96,
+    data_type::{DoubleType, Int64Type, Int96},
     file::{properties::WriterProperties, writer::SerializedFileWriter},
-    schema::types::Type,
+    schema::{parser::parse_message_type, types::Type},
 };
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
 
@@ -293,6 +293,36 @@ fn numbers_of_every_type_are_read_with_their_sign() {
         notes
             .iter()
             .any(|note| note.contains("1 rows have no time")),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn repeated_values_are_not_numbers_and_lose_no_row() {
+    let message = "message schema { required int64 t_ns; repeated double ranges; }";
+    let schema = Arc::new(parse_message_type(message).unwrap());
+    let mut bytes = Vec::new();
+    let mut file = SerializedFileWriter::new(&mut bytes, schema, Arc::default()).unwrap();
+    let mut group = file.next_row_group().unwrap();
+    let mut times = group.next_column().unwrap().unwrap();
+    let typed = times.typed::<Int64Type>();
+    typed.write_batch(&[1, 2], None, None).unwrap();
+    times.close().unwrap();
+    let mut ranges = group.next_column().unwrap().unwrap();
+    let typed = ranges.typed::<DoubleType>();
+    let (definition, repetition) = ([1, 1, 0], [0, 1, 0]);
+    typed
+        .write_batch(&[5.0, 6.0], Some(&definition), Some(&repetition))
+        .unwrap();
+    ranges.close().unwrap();
+    group.close().unwrap();
+    file.close().unwrap();
+    let file = TempLog::new("table", &bytes);
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(log.topics()[0].message_count, Some(2));
+    let notes = &log.losses().notes;
+    assert!(
+        notes.iter().any(|note| note.contains("not read: ranges")),
         "{notes:?}"
     );
 }

@@ -67,9 +67,10 @@ fn read_file(path: &Path) -> Result<Table> {
 fn empty(field: &Type, column: &ColumnDescriptor) -> Result<Values> {
     let logical = column.logical_type_ref();
     let is_signed = !matches!(logical, Some(LogicalType::Integer(integer)) if !integer.is_signed);
+    let is_single = field.is_primitive() && column.max_rep_level() == 0;
     let is_list = !field.is_primitive() && column.max_rep_level() == 1;
     let is_list = is_list && column.max_def_level() == ELEMENT;
-    Ok(match (column.physical_type(), field.is_primitive()) {
+    Ok(match (column.physical_type(), is_single) {
         (Physical::BOOLEAN, true) => Known::<Vec<bool>>::default().into(),
         (Physical::FLOAT, true) => Known::<Vec<f32>>::default().into(),
         (Physical::DOUBLE, true) => Known::<Vec<f64>>::default().into(),

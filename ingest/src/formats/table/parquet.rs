@@ -85,7 +85,10 @@ impl ParquetReader {
         };
         let schema = metadata.file_metadata().schema_descr();
         let (fields, columns) = (schema.root_schema().get_fields(), schema.columns());
-        let is_single = |at: usize| schema.get_column_root(at).is_primitive();
+        // a value that is repeated is a list of old writers
+        let is_single = |at: usize| {
+            schema.get_column_root(at).is_primitive() && columns[at].max_rep_level() == 0
+        };
         let singles = || (0..columns.len()).filter(|&at| is_single(at));
         let stated = singles().find_map(|at| Some((at, time_power(&columns[at])?)));
         let named = || {
