@@ -6,7 +6,7 @@ use arrow_array::builder::{Float64Builder, ListBuilder, StringBuilder};
 use arrow_array::types::{Float32Type, Float64Type, Int32Type, Int64Type, UInt32Type, UInt64Type};
 use arrow_array::{ArrayRef, ArrowPrimitiveType, BooleanArray, PrimitiveArray, StringArray};
 use arrow_schema::Field;
-use tipwatch_analyze::tables::series::{Known, Lists, Series};
+use tipwatch_analyze::tables::series::{Known, Series};
 use tipwatch_analyze::tables::values::Values;
 
 /// The values of a column; numbers of which none is missing keep their memory.
@@ -23,13 +23,13 @@ pub(crate) fn array(values: Values) -> ArrayRef {
         Values::Numbers(lists) => {
             let element = Field::new(ELEMENT, arrow_schema::DataType::Float64, true);
             let mut builder = ListBuilder::new(Float64Builder::new()).with_field(element);
-            each(&lists, |row| builder.append_option(row));
+            lists.rows().for_each(|row| builder.append_option(row));
             Arc::new(builder.finish())
         }
         Values::Texts(lists) => {
             let element = Field::new(ELEMENT, arrow_schema::DataType::Utf8, true);
             let mut builder = ListBuilder::new(StringBuilder::new()).with_field(element);
-            each(&lists, |row| builder.append_option(row));
+            lists.rows().for_each(|row| builder.append_option(row));
             Arc::new(builder.finish())
         }
     }
@@ -45,13 +45,5 @@ where
     match known.into_all() {
         Ok(values) => Arc::new(PrimitiveArray::<T>::new(values.into(), None)),
         Err(known) => Arc::new(PrimitiveArray::<T>::from_iter(known.rows())),
-    }
-}
-
-/// Passes on the list of every row.
-fn each<S: Series>(lists: &Lists<S>, mut take: impl FnMut(Option<Vec<Option<S::Item<'_>>>>)) {
-    let mut elements = lists.elements().rows();
-    for length in lists.lengths().rows() {
-        take(length.map(|length| elements.by_ref().take(length as usize).collect()));
     }
 }

@@ -309,23 +309,24 @@ impl<S: Series> Lists<S> {
         self.len() == 0
     }
 
-    /// Length of the list of every row.
-    #[must_use]
-    pub fn lengths(&self) -> &Known<Vec<u32>> {
-        &self.lengths
-    }
-
     /// The elements of all lists, one after the other.
     #[must_use]
     pub fn elements(&self) -> &Known<S> {
         &self.elements
     }
 
+    /// The list of every row.
+    pub fn rows(&self) -> impl Iterator<Item = Option<Vec<Option<S::Item<'_>>>>> {
+        let mut elements = self.elements.rows();
+        let lengths = self.lengths.rows();
+        lengths.map(move |length| Some(elements.by_ref().take(length? as usize).collect()))
+    }
+
     /// The value of every row.
     pub(super) fn values(&self) -> impl Iterator<Item = Value> {
-        let mut elements = self.elements.values();
-        self.lengths.rows().map(move |length| match length {
-            Some(length) => Value::List(elements.by_ref().take(length as usize).collect()),
+        let element = |element: Option<S::Item<'_>>| element.map_or(Value::Null, S::value);
+        self.rows().map(move |list| match list {
+            Some(list) => Value::List(list.into_iter().map(element).collect()),
             None => Value::Null,
         })
     }

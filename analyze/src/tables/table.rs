@@ -85,10 +85,9 @@ impl Table {
     }
 
     /// Name and type of every column.
-    pub(super) fn names_and_types(&self) -> impl Iterator<Item = (String, &'static str)> {
-        self.columns
-            .iter()
-            .map(|column| (column.name.clone(), column.type_name()))
+    pub(super) fn names_and_types(&self) -> impl Iterator<Item = (&str, &'static str)> {
+        let columns = self.columns.iter();
+        columns.map(|column| (column.name(), column.type_name()))
     }
 }
 

@@ -93,14 +93,14 @@ fn levels<S: Series>(of: &Known<S>) -> Vec<i16> {
 /// Definition and repetition levels.
 fn levels_of_lists<S: Series>(of: &Lists<S>) -> (Vec<i16>, Vec<i16>) {
     let (mut definition, mut repetition) = (Vec::new(), Vec::new());
-    let mut elements = of.elements().rows();
-    for length in of.lengths().rows() {
-        let Some(length @ 1..) = length else {
-            definition.push(length.map_or(0, |_| EMPTY_LIST));
+    for list in of.rows() {
+        let is_list = list.is_some();
+        let elements = list.unwrap_or_default();
+        if elements.is_empty() {
+            definition.push(if is_list { EMPTY_LIST } else { 0 });
             repetition.push(0);
-            continue;
-        };
-        for (place, element) in elements.by_ref().take(length as usize).enumerate() {
+        }
+        for (place, element) in elements.into_iter().enumerate() {
             definition.push(element.map_or(MISSING_ELEMENT, |_| ELEMENT));
             repetition.push(i16::from(place > 0));
         }

@@ -81,7 +81,9 @@ impl TableWriter {
         )?;
         Ok(Self {
             path: path.display().to_string(),
-            columns: like.names_and_types().collect(),
+            columns: (like.names_and_types())
+                .map(|(name, of)| (name.to_owned(), of))
+                .collect(),
             file,
             waiting: like
                 .columns()
@@ -97,7 +99,8 @@ impl TableWriter {
     /// # Errors
     /// The file cannot be written, or the block has other columns.
     pub(crate) fn write(&mut self, block: &Table) -> Result<()> {
-        if !block.names_and_types().eq(self.columns.iter().cloned()) {
+        let columns = self.columns.iter().map(|(name, of)| (name.as_str(), *of));
+        if !block.names_and_types().eq(columns) {
             bail!("{}: a block of the table has other columns", self.path);
         }
         let mut at = 0;
