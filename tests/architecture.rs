@@ -23,7 +23,12 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 12] = [
+const RULES: [Rule; 13] = [
+    Rule {
+        folder: "allocator",
+        crates: &[],
+        floors: &[],
+    },
     Rule {
         folder: "mechanics",
         crates: &[],
@@ -130,6 +135,7 @@ const RULES: [Rule; 12] = [
     Rule {
         folder: "analyze",
         crates: &[
+            "tipwatch_allocator",
             "tipwatch_binding",
             "tipwatch_can",
             "tipwatch_datasheet",
@@ -190,6 +196,7 @@ const RULES: [Rule; 12] = [
     Rule {
         folder: "python",
         crates: &[
+            "tipwatch_allocator",
             "tipwatch_analyze",
             "tipwatch_binding",
             "tipwatch_mechanics",

@@ -17,10 +17,11 @@ mod studies;
 mod table;
 
 use pyo3::prelude::*;
+use tipwatch_allocator::Allocator;
 
 /// Freed memory is kept for the next use, as in the programs.
 #[global_allocator]
-static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+static ALLOCATOR: Allocator = Allocator;
 
 #[pymodule]
 mod _tipwatch {

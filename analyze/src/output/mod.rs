@@ -61,6 +61,8 @@ pub fn write(
 /// # Errors
 /// A file cannot be written.
 pub fn finish(analysis: &Analysis, sinks: Sinks, folder: &Path) -> Result<Written> {
+    // the main pass is over; a report and a log need memory of other sizes
+    tipwatch_allocator::give_back();
     let precision = sinks.options.precision;
     let samples = sinks.samples;
     let finish_samples = || samples.finish(&analysis.provenance, &folder.join(SAMPLES));

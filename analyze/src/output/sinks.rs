@@ -54,6 +54,8 @@ impl Sinks {
         let documents = match options.outputs {
             Outputs::Samples => None,
             Outputs::All => {
+                // what held the samples of the log is free, and these take more than the rows
+                tipwatch_allocator::give_back();
                 let path = folder.join(DERIVED);
                 let (precision, rows) = (options.precision, options.derived);
                 Some(Documents {

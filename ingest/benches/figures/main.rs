@@ -42,7 +42,7 @@ use self::{
 
 /// As in the `tipwatch` program.
 #[global_allocator]
-static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+static ALLOCATOR: Allocator = Allocator;
 
 const ROUNDS: usize = 5;
 

@@ -149,7 +149,13 @@ impl Thinned {
 
 /// The rows of several curves over the same rows.
 pub(super) fn together(curves: impl IntoIterator<Item = Vec<Point>>) -> Vec<Point> {
-    let mut all: Vec<Point> = curves.into_iter().flatten().collect();
+    let mut curves = curves.into_iter();
+    // most are alone, and stay where they are
+    let mut all = curves.next().unwrap_or_default();
+    for curve in curves {
+        all.reserve_exact(curve.len());
+        all.extend(curve);
+    }
     all.sort_by_key(|point| point.row);
     all.dedup_by_key(|point| point.row);
     all
