@@ -1,6 +1,6 @@
 //! The analytic model applied to a state: eleven terms, motion of the wheels, and the ground wrench.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
 use super::{
     Counted, DemandContributions, EdgeMoments, MeasuredMotion, PlacedPlatform, PlanarMotion,
@@ -8,7 +8,7 @@ use super::{
 };
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::contact_plane::ContactPlane;
-use crate::geometry::spatial::{Wrench, cross};
+use crate::geometry::spatial::{Wrench, cross, z_axis};
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::state::BaseState;
@@ -148,7 +148,7 @@ impl<T: Real> ClosedFormOutcome<T> {
         let velocities = planar.velocities(&placed.platform);
         let headings = parts.wheels().map(|wheel| {
             let body = moving.machine.wheels[wheel].body;
-            let axis: Vector3<T> = moving.motions[body].rotation.column(2).into_owned();
+            let axis = z_axis(&moving.motions[body].rotation);
             heading_of_spin_axis(&placed.pose.direction(&axis))
         });
         for (corner, &wheel) in parts.wheels().iter().enumerate() {

@@ -7,6 +7,7 @@ use super::roles::{Role, Roles};
 use super::signals::View;
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::geometry::coordinate::Coordinate;
+use crate::geometry::spatial::z_axis;
 use crate::machine::Machine;
 use crate::state::State;
 
@@ -130,7 +131,7 @@ fn wheels(machine: &Machine, roles: &Roles, view: &View) -> Vec<WheelColumns> {
         for (columns, &(joint, wheel, body)) in columns.iter_mut().zip(&spinning) {
             let wheel = &machine.wheels[wheel];
             // A wheel that turns about the axis a rolls along a x z.
-            let axis: Vector3<f64> = motions[body].rotation.column(2).into_owned();
+            let axis = z_axis(&motions[body].rotation);
             let along = axis.cross(&Vector3::z());
             let rate = view.joints[joint].measured_rate[bin];
             let rate = if rate.is_finite() {

@@ -11,7 +11,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::dynamics::kinematics::BodyMotion;
-use crate::geometry::spatial::{Wrench, compose, cross, rotate_constant};
+use crate::geometry::spatial::{Wrench, compose, cross, rotate_constant, zero};
 use crate::machine::MassMoments;
 use crate::number::Real;
 
@@ -54,14 +54,12 @@ impl<T: Real> Composite<T> {
     /// No bodies.
     #[inline(always)]
     pub fn zero() -> Self {
-        // Written out, because nalgebra's zeros take ten times as long for lanes.
         let o = T::zero();
-        let none = Vector3::new(o, o, o);
         Self {
             mass: o,
-            first: none,
+            first: zero(),
             second: [o; 6],
-            momentum: none,
+            momentum: zero(),
             swept: Matrix3::new(o, o, o, o, o, o, o, o, o),
         }
     }
@@ -74,10 +72,10 @@ impl<T: Real> Composite<T> {
         let (mass, first) = (composite.mass, composite.first);
         composite.momentum = field.linear * mass + cross(&field.angular, &first);
         // row a of sum m r v' is h_a v_0 + w x (row a of sum m r r')
-        for a in 0..3 {
-            let swept = field.linear * first[a] + cross(&field.angular, &composite.second_row(a));
-            composite.swept.set_row(a, &swept.transpose());
-        }
+        let row =
+            |a: usize| field.linear * first[a] + cross(&field.angular, &composite.second_row(a));
+        let (x, y, z) = (row(0), row(1), row(2));
+        composite.swept = Matrix3::new(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z);
         composite
     }
 
@@ -140,7 +138,7 @@ impl<T: Real> Composite<T> {
     pub fn add(&mut self, other: &Self) {
         self.mass += other.mass;
         self.first += other.first;
-        for (sum, more) in self.second.iter_mut().zip(other.second) {
+        for (sum, &more) in self.second.iter_mut().zip(&other.second) {
             *sum += more;
         }
         self.momentum += other.momentum;
@@ -241,7 +239,7 @@ impl<T: Real> Field<T> {
     /// The velocity field of a uniform translation.
     pub(crate) fn sliding(direction: &Vector3<T>) -> Self {
         Self {
-            angular: Vector3::zeros(),
+            angular: zero(),
             linear: *direction,
         }
     }

@@ -7,7 +7,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::geometry::coordinate::Coordinate;
-use crate::geometry::spatial::{compose, constant, cross, rotate_back, rotate_constant};
+use crate::geometry::spatial::{
+    compose, constant, cross, identity, rotate_back, rotate_constant, z_axis, zero,
+};
 use crate::machine::{Body, JointCoupling, JointKind, Machine, rotation_in_body};
 use crate::number::Real;
 use crate::state::{ImuState, State};
@@ -38,9 +40,9 @@ impl<T: Real> BodyMotion<T> {
         angular_acceleration: Vector3<T>,
     ) -> Self {
         Self {
-            rotation: Matrix3::identity(),
-            origin: Vector3::zeros(),
-            velocity: Vector3::zeros(),
+            rotation: identity(),
+            origin: zero(),
+            velocity: zero(),
             specific_force,
             angular_velocity,
             angular_acceleration,
@@ -51,7 +53,7 @@ impl<T: Real> BodyMotion<T> {
     #[inline(always)]
     pub fn carry(&self, body: &Body, coordinate: &Coordinate<T>) -> Self {
         let joint_rotation = compose(&self.rotation, &body.parent_from_joint);
-        let z: Vector3<T> = joint_rotation.column(2).into_owned();
+        let z = z_axis(&joint_rotation);
         let mut arm = rotate_constant(&self.rotation, &body.joint_in_parent);
         if body.kind == JointKind::Prismatic {
             arm += z * coordinate.displacement;
@@ -110,7 +112,7 @@ impl<T: Real> BodyMotion<T> {
                 moved.rotation = Matrix3::from_columns(&[
                     along(cos, 0) + along(sin, 1),
                     along(cos, 1) - along(sin, 0),
-                    moved.rotation.column(2).into_owned(),
+                    z_axis(&moved.rotation),
                 ]);
                 moved.angular_velocity = along(coordinate.rate, 2);
                 moved.angular_acceleration = along(coordinate.acceleration, 2);
@@ -130,7 +132,7 @@ impl<T: Real> BodyMotion<T> {
         let joint_rotation = compose(&self.rotation, &body.parent_from_joint);
         let mut arm = rotate_constant(&self.rotation, &body.joint_in_parent);
         if body.kind == JointKind::Prismatic {
-            arm += joint_rotation.column(2) * coordinate.displacement;
+            arm += z_axis(&joint_rotation) * coordinate.displacement;
         }
         let o = T::zero();
         let none = Vector3::new(o, o, o);
@@ -172,11 +174,7 @@ impl<T: Real> BodyMotion<T> {
 #[inline(always)]
 fn turned_about_z<T: Real>(rotation: &Matrix3<T>, cos: T, sin: T) -> Matrix3<T> {
     let (x, y) = (rotation.column(0), rotation.column(1));
-    Matrix3::from_columns(&[
-        x * cos + y * sin,
-        y * cos - x * sin,
-        rotation.column(2).into_owned(),
-    ])
+    Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, z_axis(&rotation)])
 }
 
 /// Computes the coordinates of all joints, by body. Returns the smallest closure of the linkages, negative
@@ -240,8 +238,8 @@ pub struct SensorFrame<T> {
 impl<T: Real> SensorFrame<T> {
     /// Where it is with the joints at these coordinates.
     pub fn of(machine: &Machine, coordinates: &[Coordinate<T>]) -> Self {
-        let (mount, zero) = (&machine.imu, Vector3::zeros());
-        let carrier = BodyMotion::base(zero, zero, zero);
+        let mount = &machine.imu;
+        let carrier = BodyMotion::base(zero(), zero(), zero());
         let carrier = carry_along(machine, mount.body, coordinates, carrier);
         let arm = carrier.rotation * mount.body_from_mount.translation.vector.map(T::constant);
         let (w, alpha) = (&carrier.angular_velocity, &carrier.angular_acceleration);

@@ -7,8 +7,6 @@
 //! a_i is a specific force, so f_i includes the weight: the sum over all bodies minus the tool wrench is the
 //! ground wrench. It includes the wheel dynamics (32)-(44) of the first paper.
 
-use nalgebra::Vector3;
-
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::spatial::{Wrench, cross, rotate, rotate_back, rotate_constant};
 use crate::machine::{Inertia, Machine, rotation_in_body};
@@ -71,10 +69,7 @@ pub(crate) fn add_payloads<T: Real>(
 
 /// Sum of the wrenches of the bodies for which `counted` holds.
 pub(crate) fn sum<T: Real>(wrenches: &[Wrench<T>], counted: impl Fn(usize) -> bool) -> Wrench<T> {
-    let mut total = Wrench {
-        force: Vector3::zeros(),
-        moment: Vector3::zeros(),
-    };
+    let mut total = Wrench::zero();
     for (_, wrench) in wrenches.iter().enumerate().filter(|(i, _)| counted(*i)) {
         total = total.plus(wrench);
     }

@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 
 use crate::dynamics::composite::{Composite, Field};
 use crate::dynamics::kinematics::BodyMotion;
-use crate::geometry::spatial::{Wrench, cross, each};
+use crate::geometry::spatial::{Wrench, cross, each, z_axis, zero};
 use crate::machine::{BaseMotion, JointKind};
 use crate::number::Real;
 
@@ -60,7 +60,7 @@ impl<T: Real> MovingJoint<T> {
     /// The joint between `parent` and `body`; its axis is the body's z axis.
     #[inline(always)]
     pub(crate) fn new(kind: JointKind, body: &BodyMotion<T>, parent: &MotionFields<T>) -> Self {
-        let z: Vector3<T> = body.rotation.column(2).into_owned();
+        let z = z_axis(&body.rotation);
         let field = match kind {
             JointKind::Revolute => Field::turning(&z, &body.origin),
             JointKind::Prismatic => Field::sliding(&z),
@@ -119,11 +119,10 @@ impl<T: Real> BaseWrenches<T> {
     /// For bodies with these moments on a base with angular velocity `w`: `dF/dw_e = C(e) + I (w x e)`.
     pub(crate) fn of(bodies: &Composite<T>, w: &Vector3<T>) -> Self {
         let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-        let zero = Vector3::zeros();
         let turning = |e: &Vector3<T>| {
             bodies.accelerated(&Field {
                 angular: *e,
-                linear: zero,
+                linear: zero(),
             })
         };
         Self {
@@ -146,7 +145,7 @@ pub(crate) fn torque_form<T: Real>(joint: &BodyMotion<T>, factor: T::Wheels) -> 
 
 /// The same for the torque about a revolute joint, or the force along a prismatic one.
 pub(crate) fn joint_form<T: Real>(kind: JointKind, joint: &BodyMotion<T>, factor: T) -> Wrench<T> {
-    let axis: Vector3<T> = joint.rotation.column(2).into_owned();
+    let axis = z_axis(&joint.rotation);
     let field = match kind {
         JointKind::Revolute => Field::turning(&axis, &joint.origin),
         JointKind::Prismatic => Field::sliding(&axis),

@@ -38,6 +38,9 @@ impl<T: Real> Uncertainty<T> {
     }
 }
 
+/// Sums that the variance of a load is collected in.
+const PARTIAL_SUMS: usize = 4;
+
 /// How the derivatives with respect to parameters enter the variance; built once per machine.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterSigmas {
@@ -107,17 +110,19 @@ impl ParameterSigmas {
 
     /// Variance due to the parameters of a number with these derivatives.
     pub(crate) fn variance<T: Real>(&self, derivatives: &[T]) -> T {
-        let mut variance = T::zero();
+        // One sum would wait for itself at every parameter.
+        let mut sums = [T::zero(); PARTIAL_SUMS];
         for (first, own) in &self.variances {
             let (by, last_by) = derivatives[*first..][..own.len()].as_chunks();
             let (own, last_own) = own.as_chunks();
             for (by, own) in by.iter().zip(own) {
-                variance = add_squares::<T, 4>(variance, by, own);
+                add_squares::<T, PARTIAL_SUMS>(&mut sums, by, own);
             }
             for (&by, &own) in last_by.iter().zip(last_own) {
-                variance = add_squares(variance, &[by], &[own]);
+                add_squares(&mut sums, &[by], &[own]);
             }
         }
+        let mut variance = sums.into_iter().fold(T::zero(), T::add);
         for (first, sigmas) in &self.inertias {
             let Some(by) = derivatives[*first..].first_chunk::<6>() else {
                 continue;
@@ -166,12 +171,16 @@ fn told_directions(machine: &Machine, parameters: &[Parameter]) -> Vec<ToldDirec
     directions.collect()
 }
 
-/// Adds squared derivatives times variances, one after the other.
+/// Adds each of these squared derivatives, times its variance, to a sum of its own.
 #[inline(always)]
-fn add_squares<T: Real, const N: usize>(sum: T, by: &[T; N], variances: &[f64; N]) -> T {
-    (0..N).fold(sum, |sum, k| {
-        sum + by[k] * by[k] * T::constant(variances[k])
-    })
+fn add_squares<T: Real, const N: usize>(
+    sums: &mut [T; PARTIAL_SUMS],
+    by: &[T; N],
+    variances: &[f64; N],
+) {
+    for k in 0..N {
+        sums[k] += by[k] * by[k] * T::constant(variances[k]);
+    }
 }
 
 /// The loads that the standard deviations are of.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::geometry::spatial::zero;
 use crate::number::Real;
 
 /// The tangent plane of the wheels, in base axes: x forward and y left in the plane, z its normal.
@@ -134,10 +135,7 @@ struct Fit<T> {
 impl<T: Real> Fit<T> {
     fn of(centres: &[Vector3<T>], radii: &[T]) -> Self {
         let share = T::constant(1.0 / centres.len() as f64);
-        let mean = centres
-            .iter()
-            .fold(Vector3::zeros(), |sum: Vector3<T>, c| sum + c)
-            * share;
+        let mean = centres.iter().fold(zero(), |sum: Vector3<T>, c| sum + c) * share;
         let zero = Vector2::new(T::zero(), T::zero());
         let mut fit = Self {
             xx: T::zero(),

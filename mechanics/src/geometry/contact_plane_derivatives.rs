@@ -11,6 +11,7 @@
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 use crate::geometry::contact_plane::{Axes, ContactPlane, length};
+use crate::geometry::spatial::zero;
 use crate::number::{Dual, Real, Wheels};
 
 /// Quantities for the derivatives of the plane, for one set of wheels.
@@ -45,9 +46,10 @@ impl<T: Real> PlaneDerivatives<T> {
     pub(crate) fn new(plane: &ContactPlane<T>, centres: &[Vector3<T>], radii: &[T]) -> Self {
         let count = T::constant(centres.len() as f64);
         let share = T::one() / count;
-        let mean_centre = centres.iter().fold(Vector3::zeros(), |sum, c| sum + c) * share;
+        let mean_centre = centres.iter().fold(zero(), |sum, c| sum + c) * share;
         let (slope, s) = (plane.slope, length(plane.slope));
-        let (mut matrix, mut weighted) = (Matrix2::zeros(), Vector2::zeros());
+        let o = T::zero();
+        let (mut matrix, mut weighted) = (Matrix2::new(o, o, o, o), Vector2::new(o, o));
         for (centre, &radius) in centres.iter().zip(radii) {
             let rho = centre.xy() - mean_centre.xy();
             matrix += rho * rho.transpose();

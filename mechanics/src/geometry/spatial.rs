@@ -18,11 +18,9 @@ impl<T: Real> Wrench<T> {
     #[must_use]
     #[inline]
     pub fn zero() -> Self {
-        let o = T::zero();
-        let none = Vector3::new(o, o, o);
         Self {
-            force: none,
-            moment: none,
+            force: zero(),
+            moment: zero(),
         }
     }
 
@@ -63,6 +61,25 @@ impl<T: Real> Wrench<T> {
             moment: self.moment - point.cross(&self.force),
         }
     }
+}
+
+/// The vector of zeros. Written out, because nalgebra's takes ten times as long for lanes.
+#[inline(always)]
+pub fn zero<T: Real>() -> Vector3<T> {
+    Vector3::new(T::zero(), T::zero(), T::zero())
+}
+
+/// The orientation of a frame with the same axes, written out as well.
+#[inline(always)]
+pub fn identity<T: Real>() -> Matrix3<T> {
+    let (o, l) = (T::zero(), T::one());
+    Matrix3::new(l, o, o, o, l, o, o, o, l)
+}
+
+/// The z axis of a frame with this orientation: the third column. Written out, as nalgebra's is a loop for lanes.
+#[inline(always)]
+pub fn z_axis<T: Real>(r: &Matrix3<T>) -> Vector3<T> {
+    Vector3::new(r.m13, r.m23, r.m33)
 }
 
 /// R v. Written out, because nalgebra's general product takes twice as long for lanes.

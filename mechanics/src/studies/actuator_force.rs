@@ -8,14 +8,12 @@
 //! where W_i is the wrench that accelerates body i, weight included, and W_j that of the ground on a wheel in
 //! the distal subtree, with its traction proportional to its load. Friction is not included.
 
-use nalgebra::Vector3;
-
 use crate::dynamics::composite::Field;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler::{body_wrench, tool_wrench};
 use crate::evaluate::workspace::Workspace;
 use crate::explain::sensitivity::followed_by;
-use crate::geometry::spatial::Wrench;
+use crate::geometry::spatial::{Wrench, z_axis};
 use crate::machine::{Inertia, Machine};
 use crate::state::State;
 
@@ -97,7 +95,7 @@ impl RodStep {
     ) -> Self {
         let linkage = &machine.linkages[linkage];
         let [pivot, cylinder, rod] = followed_by(linkage, state).map(|by| by.coordinate);
-        let axis = |body: usize| -> Vector3<f64> { motions[body].rotation.column(2).into_owned() };
+        let axis = |body: usize| z_axis(&motions[body].rotation);
         let turning = |body: usize, angle: f64| {
             let field = Field::turning(&axis(body), &motions[body].origin);
             (body, field.scaled(angle / rod))

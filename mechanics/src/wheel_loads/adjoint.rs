@@ -15,7 +15,7 @@ use super::unilateral::Solver;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::contact_plane::ContactPlane;
 use crate::geometry::contact_plane_derivatives::{PlaneDerivatives, PlaneGradient};
-use crate::geometry::spatial::{Wrench, cross, each};
+use crate::geometry::spatial::{Wrench, cross, each, z_axis, zero};
 use crate::machine::{JointKind, MAX_WHEELS, Machine, Split, TorqueJoint};
 use crate::number::{Real, Wheels};
 
@@ -375,7 +375,10 @@ impl<'a, T: Real> LinearForm<'a, T> {
         out: &mut LoadAdjoint<T::Wheels>,
     ) {
         let (configuration, contact) = (self.configuration, &self.configuration.machine.contact);
-        let mut by_traction = Vector3::zeros();
+        if contact.free_joints.is_empty() && contact.actuated_joints.is_empty() {
+            return;
+        }
+        let mut by_traction = zero();
         out.axis.fill([by_traction; 2]);
         for (k, joint) in contact.free_joints.iter().enumerate() {
             let row = 3 + k;
@@ -428,10 +431,7 @@ impl<'a, T: Real> LinearForm<'a, T> {
         let configuration = self.configuration;
         let traction = configuration.ground.force / configuration.normal_force;
         let motion = &configuration.motions[joint.body];
-        let (z, p) = (
-            Vector3::from(motion.rotation.column(2).into_owned()),
-            motion.origin,
-        );
+        let (z, p) = (z_axis(&motion.rotation), motion.origin);
         let [by_origin, by_axis] = &mut out.axis[k];
         let across = cross(&traction, &z);
         for wheel in (0..configuration.centres.len()).filter(|&w| joint.supports_wheel[w]) {
@@ -464,7 +464,7 @@ impl<'a, T: Real> LinearForm<'a, T> {
         if k < configuration.machine.contact.free_joints.len()
             || configuration.machine.bodies[joint.body].kind == JointKind::Revolute
         {
-            let z = Vector3::from(motion.rotation.column(2).into_owned());
+            let z = z_axis(&motion.rotation);
             out.axis[k][0] += each(&cross(&z, &distal.force)) * value;
             out.axis[k][1] += each(&distal.about(&motion.origin).moment) * value;
         } else {

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler;
 use crate::geometry::contact_plane::ContactPlane;
-use crate::geometry::spatial::Wrench;
+use crate::geometry::spatial::{Wrench, z_axis};
 use crate::machine::{MAX_WHEELS, Machine, Split, TorqueJoint};
 use crate::number::Real;
 
@@ -148,7 +148,7 @@ impl<T: Real> Equations<T> {
         for (k, (joint, wrench)) in joints.enumerate() {
             self.set_distal_wheels(3 + k, joint, distal);
             let motion = &distal.motions[joint.body];
-            let axis = motion.rotation.column(2).into_owned();
+            let axis = z_axis(&motion.rotation);
             self.value[3 + k] = axis.dot(&wrench.about(&motion.origin).moment);
         }
     }
@@ -162,7 +162,7 @@ impl<T: Real> Equations<T> {
         distal: &DistalSubtrees<'_, T>,
     ) -> T {
         let motion = &distal.motions[joint.body];
-        let axis = motion.rotation.column(2).into_owned();
+        let axis = z_axis(&motion.rotation);
         let mut levers = T::zero();
         for (wheel, factor) in self.factor[row][..self.wheels].iter_mut().enumerate() {
             let contact =

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::sensed_motion::SensedMotion;
 use crate::dynamics::composite::Composite;
 use crate::dynamics::newton_euler_derivatives::{JointWrenches, MovingJoint};
-use crate::geometry::spatial::{Wrench, cross, each};
+use crate::geometry::spatial::{Wrench, cross, each, z_axis};
 use crate::machine::Machine;
 use crate::number::Real;
 use crate::wheel_loads::LoadAdjoint;
@@ -74,7 +74,7 @@ impl<T: Real> Carried<T> {
                 continue;
             };
             let free = &motion.motions[free.body];
-            let axis: Vector3<T> = free.rotation.column(2).into_owned();
+            let axis = z_axis(&free.rotation);
             *by_origin = field.at(&free.origin);
             *by_axis = cross(&field.angular, &axis);
         }

@@ -106,7 +106,7 @@ impl<T: Real> ReversePass<T> {
         let base = self.follow(motion.machine, adjoint);
         let sensed = base.by_sensor(motion);
         self.write_signals(motion, adjoint, &sensed, &mut write);
-        geometry::write_imu(motion, &base, &sensed, &mut write);
+        geometry::write_imu(motion, self, &base, &sensed, &mut write);
         geometry::write_arm(motion, self, adjoint, &base, &mut write);
         self.write_links(motion, adjoint, &mut write);
         self.write_payloads(motion, adjoint, &mut write);

@@ -2,12 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::regressor::pulled;
 use super::reverse_pass::ReversePass;
 use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
 use crate::dynamics::composite::Composite;
-use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler_derivatives::BaseGradient;
 use crate::geometry::spatial::{
     Wrench, cross, each, rotate, rotate_back_by_constant, rotate_each_back,
@@ -19,6 +17,7 @@ use crate::wheel_loads::LoadAdjoint;
 /// Position and small rotations of the IMU in its body.
 pub(super) fn write_imu<T: Real>(
     motion: &SensedMotion<'_, T>,
+    reverse_pass: &ReversePass<T>,
     base: &BaseGradient<T::Wheels>,
     sensed: &BaseGradient<T::Wheels>,
     write: &mut Writer<'_, T::Wheels>,
@@ -27,7 +26,7 @@ pub(super) fn write_imu<T: Real>(
     let carrier = &motion.motions[machine.imu.body];
     // The difference between the specific forces of IMU and base is due to the motion of the sensor's point p:
     // a shift d in the body changes it by alpha x d + w x (w x d), with the body's own angular motion.
-    let by_place = -pulled(carrier, &base.specific_force);
+    let by_place = -reverse_pass.by_place(machine.imu.body, &base.specific_force);
     let measured = |v: &Vector3<T>| each(&rotate(&mounting.rotation, v));
     let imu = &motion.state.imu;
     let by_turn = cross(&measured(&imu.specific_force), &sensed.specific_force)
@@ -55,14 +54,14 @@ pub(super) fn write_arm<T: Real>(
     let arm = &motion.groups.sets[0].arm;
     let force = arm.wrench.force - motion.groups.sets[0].tool.force;
     let form = reverse_pass.form(mounting.carrier, adjoint);
-    let carrier = &motion.motions[mounting.carrier];
-    let mut by = shifted(carrier, &arm.moments, &force, form);
+    let moments = &arm.moments;
+    let mut by = shifted(reverse_pass, mounting.carrier, moments, &force, form);
     let links = &motion.machine.links;
     if links
         .iter()
         .any(|l| l.body == motion.machine.imu.body && l.group == LinkGroup::Arm)
     {
-        by -= pulled(carrier, &base.specific_force);
+        by -= reverse_pass.by_place(mounting.carrier, &base.specific_force);
     }
     write_in_mounting(motion, mounting, &by, write);
 }
@@ -78,17 +77,10 @@ pub(super) fn write_wheels<T: Real>(
         let mounting = &spec.mounting;
         let mut by = adjoint.centre[wheel];
         if spec.body != mounting.carrier {
-            let (moments, wrench) = (
-                &reverse_pass.distal[spec.body],
-                &reverse_pass.distal_wrench[spec.body],
-            );
-            let carrier = &motion.motions[mounting.carrier];
-            by += shifted(
-                carrier,
-                moments,
-                &wrench.force,
-                reverse_pass.form(spec.body, adjoint),
-            );
+            let moments = &reverse_pass.distal[spec.body];
+            let force = &reverse_pass.distal_wrench[spec.body].force;
+            let form = reverse_pass.form(spec.body, adjoint);
+            by += shifted(reverse_pass, mounting.carrier, moments, force, form);
         }
         write_in_mounting(motion, mounting, &by, write);
         write.write([adjoint.radius[wheel] + adjoint.rest_radius[wheel]]);
@@ -116,14 +108,15 @@ pub(super) fn write_contact<T: Real>(
 ///     dF = m (alpha x d + w x (w x d)),      dM = d x F + h x (the same)
 /// ```
 fn shifted<T: Real>(
-    carrier: &BodyMotion<T>,
+    reverse_pass: &ReversePass<T>,
+    carrier: usize,
     moments: &Composite<T>,
     force: &Vector3<T>,
     form: &Wrench<T::Wheels>,
 ) -> Vector3<T::Wheels> {
     let lever =
         form.force * T::Wheels::each(moments.mass) + cross(&form.moment, &each(&moments.first));
-    pulled(carrier, &lever) + cross(&each(force), &form.moment)
+    reverse_pass.by_place(carrier, &lever) + cross(&each(force), &form.moment)
 }
 
 fn write_in_mounting<T: Real>(

@@ -10,6 +10,7 @@ mod derivatives;
 mod following;
 mod geometry;
 mod imu_joints;
+mod place_matrix;
 mod regressor;
 mod reverse_pass;
 mod sensed_motion;

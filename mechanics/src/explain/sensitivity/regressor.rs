@@ -1,7 +1,7 @@
 //! Derivatives with respect to inertial parameters of links and payloads, in which the wrench is linear.
 //!
 //! With (u, t) the coefficients of a body's force and moment in a load, r its centre of mass, a the specific
-//! force there, s = u + t x r, and B' the transpose of c -> alpha x c + w x (w x c):
+//! force there, s = u + t x r, and B the matrix of c -> alpha x c + w x (w x c):
 //! ```text
 //!     dN/dm    = s.a
 //!     dN/dc    = m B's + f x t                                       f = m a
@@ -10,6 +10,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::place_matrix::PlaceMatrix;
 use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
 use crate::dynamics::kinematics::BodyMotion;
@@ -50,11 +51,11 @@ impl<T: Real> LinkMotion<T> {
     }
 
     #[inline(always)]
-    pub(super) fn feel(&mut self, motion: &SensedMotion<'_, T>) {
+    pub(super) fn feel(&mut self, motion: &SensedMotion<'_, T>, place_matrices: &[PlaceMatrix<T>]) {
         let link = &motion.machine.links[self.link];
         let body = &motion.motions[link.body];
         self.rotation = compose(&body.rotation, &self.body_from_link);
-        (self.place, self.measured) = at_com(&link.inertia, body);
+        (self.place, self.measured) = at_com(&link.inertia, body, &place_matrices[link.body]);
         self.turning = [body.angular_velocity, body.angular_acceleration]
             .map(|v| rotate_back(&self.rotation, &v));
     }
@@ -64,13 +65,13 @@ impl<T: Real> LinkMotion<T> {
     pub(super) fn write(
         &self,
         mass: f64,
-        body: &BodyMotion<T>,
+        place_matrix: &PlaceMatrix<T>,
         form: &Wrench<T::Wheels>,
         write: &mut Writer<'_, T::Wheels>,
     ) {
         let measured = each(&self.measured);
         let s = lever(form, &each(&self.place));
-        let by_com = pulled(body, &s) + cross(&measured, &form.moment);
+        let by_com = place_matrix.transposed_times(&s) + cross(&measured, &form.moment);
         let by_com = rotate_each_back(&self.rotation, &by_com) * T::Wheels::constant(mass);
         let t = rotate_each_back(&self.rotation, &form.moment);
         let [w, alpha] = self.turning.each_ref().map(each);
@@ -111,9 +112,15 @@ impl<T: Real> PayloadMotion<T> {
         }
     }
 
-    pub(super) fn feel(&mut self, motion: &SensedMotion<'_, T>, payload: usize) {
+    pub(super) fn feel(
+        &mut self,
+        motion: &SensedMotion<'_, T>,
+        payload: usize,
+        place_matrices: &[PlaceMatrix<T>],
+    ) {
         let spec = &motion.machine.payloads[payload];
-        (self.place, self.measured) = at_com(&spec.inertia, &motion.motions[spec.body]);
+        let (body, matrix) = (&motion.motions[spec.body], &place_matrices[spec.body]);
+        (self.place, self.measured) = at_com(&spec.inertia, body, matrix);
         self.share = motion.state.payload_share[payload];
     }
 
@@ -125,10 +132,13 @@ impl<T: Real> PayloadMotion<T> {
 }
 
 /// Position of the centre of mass and the specific force there.
-fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vector3<T>) {
+fn at_com<T: Real>(
+    inertia: &Inertia,
+    body: &BodyMotion<T>,
+    place_matrix: &PlaceMatrix<T>,
+) -> (Vector3<T>, Vector3<T>) {
     let com = rotate(&body.rotation, &constant(&inertia.com));
-    let (w, alpha) = (&body.angular_velocity, &body.angular_acceleration);
-    let measured = body.specific_force + cross(alpha, &com) + cross(w, &cross(w, &com));
+    let measured = body.specific_force + place_matrix.times(&com);
     (body.origin + com, measured)
 }
 
@@ -136,17 +146,4 @@ fn at_com<T: Real>(inertia: &Inertia, body: &BodyMotion<T>) -> (Vector3<T>, Vect
 #[inline(always)]
 fn lever<T: Real>(form: &Wrench<T>, place: &Vector3<T>) -> Vector3<T> {
     form.force + cross(&form.moment, place)
-}
-
-/// The transpose of d -> alpha x d + w x (w x d).
-#[inline(always)]
-pub(super) fn pulled<T: Real>(
-    carrier: &BodyMotion<T>,
-    by: &Vector3<T::Wheels>,
-) -> Vector3<T::Wheels> {
-    let (w, alpha) = (
-        each(&carrier.angular_velocity),
-        each(&carrier.angular_acceleration),
-    );
-    cross(by, &alpha) + cross(&w, &cross(&w, by))
 }

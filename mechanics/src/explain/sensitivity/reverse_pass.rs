@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::carried::Carried;
 use super::following::{Following, follow_measured, measured_by};
 use super::imu_joints::ImuJoints;
+use super::place_matrix::PlaceMatrix;
 use super::regressor::{LinkMotion, PayloadMotion};
 use super::sensed_motion::SensedMotion;
 use super::writer::Writer;
@@ -28,6 +29,8 @@ pub(super) struct ReversePass<T: Real> {
     pub(super) distal_wrench: Vec<Wrench<T>>,
     /// All links with mass.
     links: Vec<LinkMotion<T>>,
+    /// B of every body, see [`PlaceMatrix`].
+    place_matrices: Vec<PlaceMatrix<T>>,
     payloads: Vec<PayloadMotion<T>>,
     fields: Vec<MotionFields<T>>,
     wrenches: Vec<JointWrenches<T>>,
@@ -65,6 +68,7 @@ impl<T: Real> ReversePass<T> {
             links: links_with_mass(machine)
                 .map(|link| LinkMotion::still(machine, link))
                 .collect(),
+            place_matrices: vec![PlaceMatrix::of(&still); n],
             payloads: vec![PayloadMotion::still(); machine.payloads.len()],
             fields: vec![fields; n],
             wrenches: vec![joint.wrenches(&nothing, &Wrench::zero()); n],
@@ -113,11 +117,14 @@ impl<T: Real> ReversePass<T> {
             let kind = machine.bodies[joint.body].kind;
             self.torque_forms[k] = joint_form(kind, &motion.motions[joint.body], T::one());
         }
+        for (matrix, body) in self.place_matrices.iter_mut().zip(motion.motions) {
+            *matrix = PlaceMatrix::of(body);
+        }
         for link in &mut self.links {
-            link.feel(motion);
+            link.feel(motion, &self.place_matrices);
         }
         for (place, payload) in self.payloads.iter_mut().enumerate() {
-            payload.feel(motion, place);
+            payload.feel(motion, place, &self.place_matrices);
         }
         follow_measured(machine, motion.state, &mut self.following);
         self.imu_joints.fill(motion, &self.following);
@@ -205,6 +212,16 @@ impl<T: Real> ReversePass<T> {
         }
     }
 
+    /// Derivative with respect to the place of a body's point, from that with respect to the specific force there.
+    #[inline(always)]
+    pub(super) fn by_place(
+        &self,
+        body: usize,
+        by_force: &Vector3<T::Wheels>,
+    ) -> Vector3<T::Wheels> {
+        self.place_matrices[body].transposed_times(by_force)
+    }
+
     fn torque_form(&self, k: usize, adjoint: &LoadAdjoint<T::Wheels>) -> Wrench<T::Wheels> {
         let (form, factor) = (&self.torque_forms[k], adjoint.torque[k]);
         Wrench {
@@ -274,13 +291,9 @@ impl<T: Real> ReversePass<T> {
     ) {
         for felt in &self.links {
             let link = &motion.machine.links[felt.link];
-            let body = &motion.motions[link.body];
-            felt.write(
-                link.inertia.mass,
-                body,
-                self.form(link.body, adjoint),
-                write,
-            );
+            let matrix = &self.place_matrices[link.body];
+            let form = self.form(link.body, adjoint);
+            felt.write(link.inertia.mass, matrix, form, write);
         }
     }
 

@@ -8,9 +8,10 @@
 //! The speeds of the wheels give vx and w by least squares of the first with vy = 0; where wheels are steered, the second
 //! with this vx gives vy and w.
 
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2};
 
 use crate::dynamics::kinematics::BodyMotion;
+use crate::geometry::spatial::z_axis;
 use crate::machine::{Body, JointCoupling, JointKind, Machine, Wheel};
 
 /// Smallest distance between left and right wheels, and between axles, that shows a turn (m).
@@ -118,7 +119,7 @@ impl Rolling {
 
 /// Place and axle of a wheel on the ground (base axes).
 fn placed(motion: &BodyMotion<f64>) -> Option<(Vector2<f64>, Vector2<f64>)> {
-    let axle: Vector3<f64> = motion.rotation.column(2).into_owned();
+    let axle = z_axis(&motion.rotation);
     let axle = axle.xy().try_normalize(0.1)?;
     Some((motion.origin.xy(), axle))
 }
