@@ -35,6 +35,8 @@ use std::{
     time::Instant,
 };
 
+use tipwatch_allocator::Allocator;
+
 use self::{
     logs::Content,
     readers::{BARE, BLOCKS, PEER, READERS},

@@ -174,7 +174,7 @@ impl<T: Real> BodyMotion<T> {
 #[inline(always)]
 fn turned_about_z<T: Real>(rotation: &Matrix3<T>, cos: T, sin: T) -> Matrix3<T> {
     let (x, y) = (rotation.column(0), rotation.column(1));
-    Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, z_axis(&rotation)])
+    Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, z_axis(rotation)])
 }
 
 /// Computes the coordinates of all joints, by body. Returns the smallest closure of the linkages, negative
