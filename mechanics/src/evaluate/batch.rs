@@ -181,6 +181,8 @@ pub struct BatchEvaluator {
     model: Arc<Model>,
     /// Memory that no thread uses at the moment.
     idle: Mutex<Vec<BatchWorkspace>>,
+    /// The same for outcomes that are only looked at.
+    idle_outcomes: Mutex<Vec<OutcomeColumns>>,
 }
 
 impl BatchEvaluator {
@@ -192,6 +194,7 @@ impl BatchEvaluator {
             scope,
             model: Arc::clone(model),
             idle: Mutex::default(),
+            idle_outcomes: Mutex::default(),
         }
     }
 
@@ -216,19 +219,45 @@ impl BatchEvaluator {
     /// The same as [`evaluate_rows`].
     #[must_use]
     pub fn evaluate(&self, states: &StateColumns, rows: Range<usize>) -> OutcomeColumns {
-        let (machine, scope) = (&self.machine, self.scope);
-        let idle = self.idle().pop();
-        let mut workspace =
-            idle.unwrap_or_else(|| BatchWorkspace::new(machine, scope, &self.model));
-        let mut outcomes = OutcomeColumns::empty(machine, scope);
-        evaluate_into(machine, states, rows, &mut workspace, &mut outcomes);
-        self.idle().push(workspace);
+        let mut outcomes = OutcomeColumns::empty(&self.machine, self.scope);
+        self.evaluate_into(states, rows, &|_| {}, &mut outcomes);
         outcomes
     }
 
-    fn idle(&self) -> MutexGuard<'_, Vec<BatchWorkspace>> {
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Evaluates `rows` of `states` after `change` has changed each of them, and shows the outcomes to `look`.
+    pub fn look_at<R>(
+        &self,
+        states: &StateColumns,
+        rows: Range<usize>,
+        change: &dyn Fn(&mut State<Lanes>),
+        look: impl FnOnce(&OutcomeColumns) -> R,
+    ) -> R {
+        let idle = lock(&self.idle_outcomes).pop();
+        let mut outcomes = idle.unwrap_or_else(|| OutcomeColumns::empty(&self.machine, self.scope));
+        self.evaluate_into(states, rows, change, &mut outcomes);
+        let seen = look(&outcomes);
+        lock(&self.idle_outcomes).push(outcomes);
+        seen
     }
+
+    fn evaluate_into(
+        &self,
+        states: &StateColumns,
+        rows: Range<usize>,
+        change: &dyn Fn(&mut State<Lanes>),
+        outcomes: &mut OutcomeColumns,
+    ) {
+        let (machine, scope) = (&self.machine, self.scope);
+        let idle = lock(&self.idle).pop();
+        let mut workspace =
+            idle.unwrap_or_else(|| BatchWorkspace::new(machine, scope, &self.model));
+        evaluate_changed(machine, states, rows, change, &mut workspace, outcomes);
+        lock(&self.idle).push(workspace);
+    }
+}
+
+fn lock<T>(idle: &Mutex<Vec<T>>) -> MutexGuard<'_, Vec<T>> {
+    idle.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Evaluates `rows` of `states`, [`Lanes::COUNT`] at a time, with the same bits as one by one.
@@ -258,6 +287,19 @@ pub fn evaluate_into(
     workspace: &mut BatchWorkspace,
     outcomes: &mut OutcomeColumns,
 ) {
+    evaluate_changed(machine, states, rows, &|_| {}, workspace, outcomes);
+}
+
+/// The same as [`evaluate_into`], of states that `change` has changed. It is not generic: the equations shall be compiled in
+/// this crate, where everything small is inlined.
+fn evaluate_changed(
+    machine: &Machine,
+    states: &StateColumns,
+    rows: Range<usize>,
+    change: &dyn Fn(&mut State<Lanes>),
+    workspace: &mut BatchWorkspace,
+    outcomes: &mut OutcomeColumns,
+) {
     let BatchWorkspace {
         workspace,
         state,
@@ -278,6 +320,7 @@ pub fn evaluate_into(
         let end = rows.end.min(first + ROWS_STAGED);
         for (lanes, first) in (first..end).step_by(Lanes::COUNT).enumerate() {
             states.get_lanes(first, rows.end, state);
+            change(state);
             let outcome = evaluate(machine, state, workspace);
             // a chained iterator would move each register through the stack several times
             for (staged, &quantity) in staged.iter_mut().zip(&outcomes.quantities) {

@@ -10,7 +10,7 @@ use super::super::sensitivity::SensitivityTable;
 use super::candidates::{Candidate, candidates};
 use super::change::Change;
 use super::result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
-use super::simulate::{Margins, evaluated, margins, otf_by_rule};
+use super::simulate::{Margins, as_logged};
 use super::solve::{Bounds, Solution, solve};
 use super::window::{FARTHEST_REST_NS, LONGEST_TIPPING_NS, MARGIN_NS, Window, event_around};
 use crate::base::number::{known, percent, short};
@@ -64,10 +64,8 @@ pub(crate) fn advise(
     if advice.not_simulated.is_some() {
         return Some(advice);
     }
-    let outcomes = evaluated(&window, None);
-    let by_rule = otf_by_rule(&window, &outcomes);
-    window.keep_measured_split(rows, &by_rule);
-    let logged = margins(&window, &outcomes);
+    window.keep_measured_split(rows);
+    let logged = as_logged(&window);
     let bounds = bounds(machine, &logged, &limit);
     let first_order = |parameter: Parameter| {
         let mut table = sensitivity.rows.iter();

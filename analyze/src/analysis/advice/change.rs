@@ -4,8 +4,9 @@
 //! force f, angular velocity w and angular acceleration alpha at the base origin, in base axes.
 
 use nalgebra::Vector3;
+use tipwatch_mechanics::geometry::spatial::cross;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Parameter, State};
+use tipwatch_mechanics::{Parameter, Real, State};
 
 /// A single change. Its amount is an offset for a joint position, a mass for a mass, and otherwise the share by which
 /// a motion or a force becomes smaller.
@@ -31,17 +32,17 @@ pub enum Change {
 
 impl Change {
     /// Changes the state of one row by `amount`. `entry_speed` is the forward velocity (m/s) in the window's first row.
-    pub(super) fn apply(self, amount: f64, entry_speed: f64, state: &mut State<f64>) {
+    pub(super) fn apply<T: Real>(self, amount: f64, entry_speed: f64, state: &mut State<T>) {
         let left = 1.0 - amount;
         match self {
-            Self::JointOffset(joint) => state.joints[joint].position += amount,
+            Self::JointOffset(joint) => state.joints[joint].position += T::constant(amount),
             Self::SlowerArm => slow_joints(left, state),
             Self::SlowerManoeuvre => slow_manoeuvre(left, state),
             Self::LessForwardAcceleration => brake_less(left, entry_speed, state),
             Self::WiderCurve => turn_less(left, state),
             Self::LessToolForce => {
-                state.tool_wrench.force *= left;
-                state.tool_wrench.moment *= left;
+                state.tool_wrench.force *= T::constant(left);
+                state.tool_wrench.moment *= T::constant(left);
             }
             Self::LessPayload(_) | Self::LessLinkMass(_) => {}
         }
@@ -97,10 +98,10 @@ impl Change {
 }
 
 /// A path that is travelled `s` times as fast: velocities times s, accelerations times s^2.
-fn slow_joints(s: f64, state: &mut State<f64>) {
+fn slow_joints<T: Real>(s: f64, state: &mut State<T>) {
     for joint in &mut state.joints {
-        joint.rate *= s;
-        joint.acceleration *= s * s;
+        joint.rate *= T::constant(s);
+        joint.acceleration *= T::constant(s * s);
     }
 }
 
@@ -109,15 +110,15 @@ fn slow_joints(s: f64, state: &mut State<f64>) {
 ///     a = vdot + w x v        v: velocity in base axes, vdot: derivative of its components
 /// ```
 /// and becomes s^2 a; the rest of the specific force is gravity and stays.
-fn slow_manoeuvre(s: f64, state: &mut State<f64>) {
+fn slow_manoeuvre<T: Real>(s: f64, state: &mut State<T>) {
     slow_joints(s, state);
     let (imu, base) = (&mut state.imu, &mut state.base);
-    let acceleration = base.velocity_rate + imu.angular_velocity.cross(&base.velocity);
-    imu.specific_force += acceleration * (s * s - 1.0);
-    imu.angular_velocity *= s;
-    imu.angular_acceleration *= s * s;
-    base.velocity *= s;
-    base.velocity_rate *= s * s;
+    let acceleration = base.velocity_rate + cross(&imu.angular_velocity, &base.velocity);
+    imu.specific_force += acceleration * T::constant(s * s - 1.0);
+    imu.angular_velocity *= T::constant(s);
+    imu.angular_acceleration *= T::constant(s * s);
+    base.velocity *= T::constant(s);
+    base.velocity_rate *= T::constant(s * s);
 }
 
 /// The forward velocity changes only by the share k of its logged change since the window began:
@@ -125,22 +126,23 @@ fn slow_manoeuvre(s: f64, state: &mut State<f64>) {
 ///     v_x' = v_0 + k (v_x - v_0)      vdot_x' = k vdot_x      a' - a = (k - 1) vdot_x e_x + w x (v_x' - v_x) e_x
 /// ```
 /// A vehicle that brakes less is faster afterwards, also in a curve.
-fn brake_less(k: f64, entry_speed: f64, state: &mut State<f64>) {
+fn brake_less<T: Real>(k: f64, entry_speed: f64, state: &mut State<T>) {
     let (imu, base) = (&mut state.imu, &mut state.base);
-    let faster = Vector3::x() * ((k - 1.0) * (base.velocity.x - entry_speed));
-    let pushed = Vector3::x() * ((k - 1.0) * base.velocity_rate.x);
-    imu.specific_force += pushed + imu.angular_velocity.cross(&faster);
+    let along = |x: T| Vector3::new(x.scaled(k - 1.0), T::zero(), T::zero());
+    let faster = along(base.velocity.x - T::constant(entry_speed));
+    let pushed = along(base.velocity_rate.x);
+    imu.specific_force += pushed + cross(&imu.angular_velocity, &faster);
     base.velocity += faster;
     base.velocity_rate += pushed;
 }
 
 /// The yaw rate and its derivative times k at the same velocity: a' - a = (k - 1) w_z e_z x v
-fn turn_less(k: f64, state: &mut State<f64>) {
+fn turn_less<T: Real>(k: f64, state: &mut State<T>) {
     let imu = &mut state.imu;
-    let yaw = Vector3::z() * ((k - 1.0) * imu.angular_velocity.z);
-    imu.specific_force += yaw.cross(&state.base.velocity);
+    let yaw = Vector3::new(T::zero(), T::zero(), imu.angular_velocity.z.scaled(k - 1.0));
+    imu.specific_force += cross(&yaw, &state.base.velocity);
     imu.angular_velocity += yaw;
-    imu.angular_acceleration.z *= k;
+    imu.angular_acceleration.z *= T::constant(k);
 }
 
 #[cfg(test)]

@@ -1,9 +1,7 @@
-//! Simulation of a change: the loads of every row of the window, and the smallest margins.
-
-use std::ops::Range;
+//! Simulation of a change: the smallest margins over the rows of the window.
 
 use rayon::prelude::*;
-use tipwatch_mechanics::{BatchEvaluator, OutcomeColumns, Quantity, State, StateColumns};
+use tipwatch_mechanics::{BatchEvaluator, Lanes, OutcomeColumns, Quantity, State};
 
 use super::change::Change;
 use super::window::Window;
@@ -24,100 +22,164 @@ pub(super) struct Margins {
     pub(super) not_computable: Option<usize>,
 }
 
-/// Evaluates the window, with a change by an amount or as logged.
-pub(super) fn evaluated(window: &Window, change: Option<(Change, f64)>) -> OutcomeColumns {
-    let (as_logged, machine) = (|rows| window.states.block(rows), window.machine());
-    let Some((change, amount)) = change else {
-        return evaluate_all(&window.evaluator, window.rows.len(), as_logged);
-    };
-    if let Some(machine) = change.changed_machine(amount, machine) {
-        let evaluator = Window::evaluator(&machine);
-        return evaluate_all(&evaluator, window.rows.len(), as_logged);
-    }
-    let changed = |rows: Range<usize>| {
-        let mut states = window.states.block(rows);
-        let mut state = State::zero(machine);
-        for row in 0..states.rows() {
-            states.get(row, &mut state);
-            change.apply(amount, window.entry_speed, &mut state);
-            states.set(row, &mut state);
-        }
-        states
-    };
-    evaluate_all(&window.evaluator, window.rows.len(), changed)
+/// Evaluates the window as logged.
+pub(super) fn as_logged(window: &Window) -> Margins {
+    margins(window, &window.evaluator, &|_| {})
 }
 
-/// Evaluates all rows in parallel blocks, of which `states` gives the states.
-fn evaluate_all(
+/// Evaluates the window with a change by an amount.
+pub(super) fn simulate(window: &Window, change: Change, amount: f64) -> Margins {
+    if let Some(machine) = change.changed_machine(amount, window.machine()) {
+        return margins(window, &Window::evaluator(&machine), &|_| {});
+    }
+    let changed = |state: &mut State<Lanes>| change.apply(amount, window.entry_speed, state);
+    margins(window, &window.evaluator, &changed)
+}
+
+/// OTF as logged under the stated split, by wheel and row (N), without the part that measured actuator forces determine.
+pub(super) fn otf_by_rule(window: &Window) -> Vec<Vec<f64>> {
+    let of_block = |outcomes: &OutcomeColumns, _| -> Vec<Vec<f64>> {
+        let wheels = 0..window.machine().wheels().len();
+        wheels
+            .map(|wheel| outcomes.column(Quantity::Otf(wheel)).to_vec())
+            .collect()
+    };
+    let blocks = blocks(window, &window.evaluator, &|_| {}, of_block);
+    let joined = |mut all: Vec<Vec<f64>>, block: Vec<Vec<f64>>| {
+        for (column, more) in all.iter_mut().zip(block) {
+            column.extend(more);
+        }
+        all
+    };
+    blocks.into_iter().reduce(joined).unwrap_or_default()
+}
+
+/// The smallest margins of the window by an evaluator, after a change of its states.
+fn margins(
+    window: &Window,
     evaluator: &BatchEvaluator,
-    rows: usize,
-    states: impl Fn(Range<usize>) -> StateColumns + Sync,
-) -> OutcomeColumns {
-    let blocks: Vec<usize> = (0..rows).step_by(BLOCK_ROWS).collect();
-    let evaluated: Vec<OutcomeColumns> = blocks
+    change: &(dyn Fn(&mut State<Lanes>) + Sync),
+) -> Margins {
+    let of_block = |outcomes: &OutcomeColumns, first| Least::of_block(window, outcomes, first);
+    let blocks = blocks(window, evaluator, change, of_block).into_iter();
+    blocks.fold(Least::of_none(window), Least::and).margins()
+}
+
+/// Evaluates the window in parallel blocks after a change of its states. `look` sees the outcomes of each, and the place
+/// of its first row.
+fn blocks<R: Send>(
+    window: &Window,
+    evaluator: &BatchEvaluator,
+    change: &(dyn Fn(&mut State<Lanes>) + Sync),
+    look: impl Fn(&OutcomeColumns, usize) -> R + Sync,
+) -> Vec<R> {
+    let rows = window.rows.len();
+    let firsts: Vec<usize> = (0..rows).step_by(BLOCK_ROWS).collect();
+    firsts
         .into_par_iter()
         .map(|first| {
-            let states = states(first..(first + BLOCK_ROWS).min(rows));
-            evaluator.evaluate(&states, 0..states.rows())
+            let block = first..(first + BLOCK_ROWS).min(rows);
+            evaluator.look_at(&window.states, block, change, |found| look(found, first))
         })
-        .collect();
-    let mut all = OutcomeColumns::empty(evaluator.machine(), evaluator.scope());
-    for block in evaluated {
-        all.append(block);
-    }
-    all
-}
-
-/// OTF under the stated split, by wheel and row (N), without the part that measured actuator forces determine.
-pub(super) fn otf_by_rule(window: &Window, outcomes: &OutcomeColumns) -> Vec<Vec<f64>> {
-    let wheels = 0..window.machine().wheels().len();
-    wheels
-        .map(|wheel| outcomes.column(Quantity::Otf(wheel)).to_vec())
         .collect()
 }
 
-/// The smallest margins of an evaluated window.
-pub(super) fn margins(window: &Window, outcomes: &OutcomeColumns) -> Margins {
-    let wheels = 0..window.machine().wheels().len();
-    let edges = 0..window.machine().polygon().edges().len();
-    let otf = wheels.clone().map(|wheel| {
-        let by_rule = outcomes.column(Quantity::Otf(wheel));
-        let measured = window.measured_split.get(wheel);
-        let otf = |row: usize| by_rule[row] + measured.map_or(0.0, |split| split[row]);
-        least((0..window.rows.len()).map(otf))
-    });
-    let otf: Vec<(f64, usize)> = otf.collect();
-    let any_split = wheels.map(|wheel| {
-        let column = outcomes.column(Quantity::LoadLeast(wheel));
-        least(column.iter().copied()).0
-    });
-    let moments = edges.map(|edge| {
-        let column = outcomes.column(Quantity::ItomFull(edge));
-        least(column.iter().map(|moment| -moment))
-    });
-    let nearest = moments.fold((f64::INFINITY, 0), |a, b| if b.0 < a.0 { b } else { a });
-    let (first, zmp) = (
-        outcomes.column(Quantity::Otf(0)),
-        outcomes.column(Quantity::ZmpMargin),
-    );
-    Margins {
-        any_split: any_split.collect(),
-        zmp: least(zmp.iter().copied()),
-        moment: (-nearest.0, nearest.1),
-        not_computable: (0..first.len()).find(|&row| !(first[row] + zmp[row]).is_finite()),
-        otf,
+/// A number and its place.
+type Placed = (f64, usize);
+/// Where no number is known.
+const NONE: Placed = (f64::INFINITY, 0);
+
+/// The least margins of some rows.
+struct Least {
+    otf: Vec<Placed>,
+    any_split: Vec<Placed>,
+    zmp: Placed,
+    /// Negative overturning moment, by edge.
+    moments: Vec<Placed>,
+    not_computable: Option<usize>,
+}
+
+impl Least {
+    /// Those before any row.
+    fn of_none(window: &Window) -> Self {
+        let machine = window.machine();
+        Self {
+            otf: vec![NONE; machine.wheels().len()],
+            any_split: vec![NONE; machine.wheels().len()],
+            zmp: NONE,
+            moments: vec![NONE; machine.polygon().edges().len()],
+            not_computable: None,
+        }
+    }
+
+    /// Those of consecutive rows, of which the first one has the place `first`.
+    fn of_block(window: &Window, outcomes: &OutcomeColumns, first: usize) -> Self {
+        let wheels = 0..window.machine().wheels().len();
+        let edges = 0..window.machine().polygon().edges().len();
+        let least = |column: &mut dyn Iterator<Item = f64>| {
+            let (value, row) = least(column);
+            (value, first + row)
+        };
+        let otf = wheels.clone().map(|wheel| {
+            let by_rule = outcomes.column(Quantity::Otf(wheel)).iter().enumerate();
+            let measured = window.measured_split.get(wheel);
+            let measured = |row: usize| measured.map_or(0.0, |split| split[first + row]);
+            least(&mut by_rule.map(|(row, otf)| otf + measured(row)))
+        });
+        let any_split = wheels.map(|wheel| {
+            let column = outcomes.column(Quantity::LoadLeast(wheel));
+            least(&mut column.iter().copied())
+        });
+        let moments = edges.map(|edge| {
+            let column = outcomes.column(Quantity::ItomFull(edge));
+            least(&mut column.iter().map(|moment| -moment))
+        });
+        let otf_of_first = outcomes.column(Quantity::Otf(0));
+        let zmp = outcomes.column(Quantity::ZmpMargin);
+        let mut sums = otf_of_first.iter().zip(zmp).map(|(otf, zmp)| otf + zmp);
+        Self {
+            otf: otf.collect(),
+            any_split: any_split.collect(),
+            zmp: least(&mut zmp.iter().copied()),
+            moments: moments.collect(),
+            not_computable: sums.position(|sum| !sum.is_finite()).map(|row| first + row),
+        }
+    }
+
+    /// With those of later rows.
+    fn and(mut self, later: Self) -> Self {
+        let otf = self.otf.iter_mut().zip(later.otf);
+        let any_split = self.any_split.iter_mut().zip(later.any_split);
+        let moments = self.moments.iter_mut().zip(later.moments);
+        let pairs = otf.chain(any_split).chain(moments);
+        for (so_far, later) in pairs.chain([(&mut self.zmp, later.zmp)]) {
+            *so_far = smaller(*so_far, later);
+        }
+        self.not_computable = self.not_computable.or(later.not_computable);
+        self
+    }
+
+    fn margins(self) -> Margins {
+        let nearest = self.moments.into_iter().fold(NONE, smaller);
+        Margins {
+            otf: self.otf,
+            any_split: self.any_split.into_iter().map(|(load, _)| load).collect(),
+            zmp: self.zmp,
+            moment: (-nearest.0, nearest.1),
+            not_computable: self.not_computable,
+        }
     }
 }
 
-/// Evaluates the window with a change.
-pub(super) fn simulate(window: &Window, change: Change, amount: f64) -> Margins {
-    margins(window, &evaluated(window, Some((change, amount))))
+/// The smaller one; of equal ones the earlier one.
+fn smaller(earlier: Placed, later: Placed) -> Placed {
+    match later.0 < earlier.0 {
+        true => later,
+        false => earlier,
+    }
 }
 
-fn least(values: impl Iterator<Item = f64>) -> (f64, usize) {
-    let smaller = |best: (f64, usize), (row, value): (usize, f64)| match value < best.0 {
-        true => (value, row),
-        false => best,
-    };
-    values.enumerate().fold((f64::INFINITY, 0), smaller)
+fn least(values: &mut dyn Iterator<Item = f64>) -> Placed {
+    let placed = values.enumerate().map(|(row, value)| (value, row));
+    placed.fold(NONE, smaller)
 }

@@ -11,6 +11,7 @@ use tipwatch_mechanics::{
     BaseState, BatchEvaluator, ImuState, Model, Quantity, Scope, State, StateColumns,
 };
 
+use super::simulate::otf_by_rule;
 use crate::base::table::Table;
 use crate::events::Event;
 
@@ -126,16 +127,16 @@ impl Window {
         }
     }
 
-    /// Takes the split by measured actuator forces, as logged, over the one by the split rule, `by_rule`. While the
-    /// machine tips, the last one from before stays.
-    pub(super) fn keep_measured_split(&mut self, rows: &Table, by_rule: &[Vec<f64>]) {
+    /// Takes the split by measured actuator forces, as logged, over the one by the split rule. While the machine tips,
+    /// the last one from before stays.
+    pub(super) fn keep_measured_split(&mut self, rows: &Table) {
         if self.machine().contact().actuated_joints.is_empty() {
             return;
         }
         let (Some(&first), Some(&last)) = (self.rows.first(), self.rows.last()) else {
             return;
         };
-        let logged = rows.window(first..last + 1);
+        let (by_rule, logged) = (otf_by_rule(self), rows.window(first..last + 1));
         let of_wheel = |(wheel, by_rule): (usize, &Vec<f64>)| {
             let logged = logged.outcomes.column(Quantity::Otf(wheel));
             let mut last = 0.0;
@@ -264,7 +265,9 @@ impl<'a> BaseOfRows<'a> {
             (self.state.imu, self.state.base) = (before.imu, before.base);
         } else {
             self.tipping_since = None;
-            coordinates(machine, &self.state, &mut self.coordinates);
+            if machine.imu().body != 0 {
+                coordinates(machine, &self.state, &mut self.coordinates);
+            }
             let frame = SensorFrame::of(machine, &self.coordinates);
             let motion = base_motion(machine, &frame, &self.state.imu);
             self.state.imu = ImuState {
