@@ -1,10 +1,8 @@
 //! Smoothed states of a long log, kept in a temporary file: reading them again is faster than smoothing again.
 
-use std::iter;
 use std::sync::OnceLock;
 
 use tipwatch_mechanics::StateColumns;
-use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
 
 use crate::base::estimated::EstimatedStates;
@@ -24,7 +22,7 @@ pub(super) struct KeptBlocks {
 struct Block {
     reasons: Vec<Reasons>,
     /// Of each column, the number of all of its rows if they have the same one, to the bit: most of what no sensor
-    /// measures. The other columns are in the file, one after another.
+    /// measures. The other columns are in the file, tile by tile.
     constants: Vec<Option<f64>>,
 }
 
@@ -34,7 +32,8 @@ impl KeptBlocks {
         Self {
             // smoothing again costs time, and nothing else
             file: ScratchFile::new().ok(),
-            block_bytes: (rows * columns * size_of::<f64>()) as u64,
+            block_bytes: (rows.next_multiple_of(StateColumns::TILE) * columns * size_of::<f64>())
+                as u64,
             blocks: (0..blocks).map(|_| OnceLock::new()).collect(),
         }
     }
@@ -44,12 +43,7 @@ impl KeptBlocks {
         let (Some(file), None) = (&self.file, self.blocks[block].get()) else {
             return;
         };
-        let constants = (0..states.width()).map(|column| constant(states.column(column)));
-        let constants: Vec<Option<f64>> = constants.collect();
-        let mut varying = Vec::with_capacity(states.width() * states.rows());
-        for (column, _) in constants.iter().enumerate().filter(|(_, c)| c.is_none()) {
-            varying.extend(states.column(column));
-        }
+        let (constants, varying) = states.constant_and_varying();
         let place = block as u64 * self.block_bytes;
         if (file.write_at(bytemuck::cast_slice(&varying), place)).is_err() {
             return;
@@ -62,31 +56,18 @@ impl KeptBlocks {
     }
 
     /// A block; `None` if it is not kept, or cannot be read.
-    pub(super) fn read(&self, block: usize, machine: &Machine) -> Option<EstimatedStates> {
+    pub(super) fn read(&self, block: usize) -> Option<EstimatedStates> {
         let (file, kept) = (self.file.as_ref()?, self.blocks[block].get()?);
         let rows = kept.reasons.len();
         let varying = kept.constants.iter().filter(|c| c.is_none()).count();
-        let mut varying = vec![0.0; varying * rows];
+        let mut varying =
+            vec![[0.0; StateColumns::TILE]; varying * rows.div_ceil(StateColumns::TILE)];
         let place = block as u64 * self.block_bytes;
         (file.read_at(bytemuck::cast_slice_mut(&mut varying), place)).ok()?;
-        let mut columns = varying.chunks(rows.max(1));
-        let mut states = StateColumns::unknown(machine, rows);
-        for (column, constant) in kept.constants.iter().enumerate() {
-            match constant {
-                Some(constant) => states.set_column(column, iter::repeat_n(*constant, rows)),
-                None => states.set_column(column, columns.next()?.iter().copied()),
-            }
-        }
+        let states = StateColumns::of_constant_and_varying(rows, &kept.constants, &varying);
         Some(EstimatedStates {
             states,
             reasons: kept.reasons.clone(),
         })
     }
-}
-
-/// The number of all rows, if they have the same one.
-fn constant(mut column: impl Iterator<Item = f64>) -> Option<f64> {
-    let first = column.next()?;
-    let is_same = |value: f64| value.to_bits() == first.to_bits();
-    column.all(is_same).then_some(first)
 }

@@ -88,7 +88,7 @@ impl SmoothedStates {
 
     fn block(&self, block: usize) -> EstimatedStates {
         let kept = self.kept.as_ref();
-        if let Some(known) = kept.and_then(|kept| kept.read(block, &self.machine)) {
+        if let Some(known) = kept.and_then(|kept| kept.read(block)) {
             return known;
         }
         let mut rows = SmoothedBlock::empty(&self.machine);
@@ -268,7 +268,7 @@ mod tests {
             assert_eq!(numbers(&all, rows), expected);
         }
         let kept = keeping.kept.as_ref().unwrap();
-        let is_kept = |block| kept.read(block, &loaded.machine).is_some();
+        let is_kept = |block| kept.read(block).is_some();
         assert!((0..once.smoother.blocks()).all(is_kept));
     }
 }

@@ -1,11 +1,13 @@
 //! Loads a log: the machine checked against it, and the samples of its sensors.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
+use rayon::prelude::*;
 use tipwatch_binding::{MachineFile, bind};
-use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, read_sensor_blocks};
+use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, TopicId, read_sensor_blocks};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 
@@ -128,10 +130,13 @@ pub fn load_within(
     let mut take = |block: &SensorBlock<'_>| samples.take(block);
     let (readings, losses) = read_sensor_blocks(log, &requests, &mut take, progress)?;
     let samples = samples.finish()?;
-    let mut signals = Vec::with_capacity(readings.len());
-    for ((sensor, reading), samples) in bound.sensors.into_iter().zip(readings).zip(samples) {
-        let topic = log.topic(reading.topic)?;
-        let mut recording = Recording::new(reading, samples)?;
+    let topics: Vec<TopicId> = readings.iter().map(|reading| reading.topic).collect();
+    let recordings = readings.into_par_iter().zip(samples);
+    let recordings = recordings.map(|(reading, samples)| Recording::new(reading, samples));
+    let recordings: Vec<Recording> = recordings.collect::<io::Result<_>>()?;
+    let mut signals = Vec::with_capacity(recordings.len());
+    for ((sensor, topic), mut recording) in bound.sensors.into_iter().zip(topics).zip(recordings) {
+        let topic = log.topic(topic)?;
         if let Some(&offset_s) = bound.clock_offsets_s.get(&topic.name) {
             recording.shift(offset_s);
         }

@@ -23,6 +23,9 @@ pub struct StateColumns {
 }
 
 impl StateColumns {
+    /// Rows of a tile.
+    pub const TILE: usize = TILE;
+
     /// `rows` unknown states: NaN throughout.
     #[must_use]
     pub fn unknown(machine: &Machine, rows: usize) -> Self {
@@ -113,6 +116,55 @@ impl StateColumns {
             places.zip(self.row(from)).for_each(|(to, from)| *to = from);
         }
         picked
+    }
+
+    /// Takes the columns apart: of each, the number of all rows if they have the same one, to the bit, and the other
+    /// columns tile by tile.
+    #[must_use]
+    pub fn constant_and_varying(&self) -> (Vec<Option<f64>>, Vec<[f64; TILE]>) {
+        let mut constants: Vec<Option<f64>> = match self.rows {
+            0 => vec![None; self.width],
+            _ => self.row(0).map(Some).collect(),
+        };
+        for (tile, parts) in self.tiles.chunks(self.width).enumerate() {
+            let known = (self.rows - tile * TILE).min(TILE);
+            for (constant, part) in constants.iter_mut().zip(parts) {
+                let is_same = |of_all: &f64| {
+                    let mut part = part[..known].iter();
+                    part.all(|value| value.to_bits() == of_all.to_bits())
+                };
+                *constant = constant.filter(is_same);
+            }
+        }
+        let varies = constants.iter().filter(|constant| constant.is_none());
+        let mut varying = Vec::with_capacity(varies.count() * self.rows.div_ceil(TILE));
+        for parts in self.tiles.chunks(self.width) {
+            let parts = constants.iter().zip(parts);
+            varying.extend(parts.filter_map(|(constant, part)| constant.is_none().then_some(part)));
+        }
+        (constants, varying)
+    }
+
+    /// Puts together what [`Self::constant_and_varying`] took apart. Parts that are missing are unknown.
+    #[must_use]
+    pub fn of_constant_and_varying(
+        rows: usize,
+        constants: &[Option<f64>],
+        varying: &[[f64; TILE]],
+    ) -> Self {
+        let mut varying = varying.iter();
+        let mut tiles = Vec::with_capacity(constants.len() * rows.div_ceil(TILE));
+        for _ in 0..rows.div_ceil(TILE) {
+            tiles.extend(constants.iter().map(|constant| match constant {
+                Some(constant) => [*constant; TILE],
+                None => varying.next().copied().unwrap_or([f64::NAN; TILE]),
+            }));
+        }
+        Self {
+            tiles,
+            width: constants.len(),
+            rows,
+        }
     }
 
     /// The numbers of a column, row by row.
@@ -231,6 +283,26 @@ mod tests {
             let mut joined = whole.block(0..start);
             joined.append(&whole.block(start..37));
             assert_eq!(all(&joined), all(&whole), "{start}");
+        }
+    }
+
+    #[test]
+    fn constant_and_varying_columns_are_put_together_again() {
+        for rows in [0, 1, 7, 8, 9, 37] {
+            let mut columns = counted(0..rows);
+            columns.set_column(0, std::iter::repeat_n(-0.0, rows));
+            let (constants, varying) = columns.constant_and_varying();
+            // a single row varies in nothing
+            let expected = usize::from(rows > 1) * 2 * rows.div_ceil(TILE);
+            assert_eq!(varying.len(), expected, "{rows} rows");
+            let again = StateColumns::of_constant_and_varying(rows, &constants, &varying);
+            assert_eq!(again.rows(), rows);
+            let bits = |columns: &StateColumns| -> Vec<Vec<u64>> {
+                let all = all(columns).into_iter();
+                all.map(|column| column.into_iter().map(f64::to_bits).collect())
+                    .collect()
+            };
+            assert_eq!(bits(&again), bits(&columns), "{rows} rows");
         }
     }
 

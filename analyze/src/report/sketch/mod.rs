@@ -394,17 +394,8 @@ impl Stack {
             } else {
                 &nothing
             };
-            for (base, thinned, part) in [
-                (&mut above, &mut layer.above, positive as fn(f64) -> f64),
-                (&mut below, &mut layer.below, negative),
-            ] {
-                let values = base.iter().zip(&parts[place]);
-                let to: Vec<f64> = values.map(|(from, value)| from + part(*value)).collect();
-                thinned.extend(&to, |row| {
-                    [base[row], to[row], to[row] + part(next[row]), f64::NAN]
-                });
-                *base = to;
-            }
+            layer.above.stack(&mut above, &parts[place], next, positive);
+            layer.below.stack(&mut below, &parts[place], next, negative);
         }
     }
 
@@ -430,6 +421,25 @@ impl Stack {
             under = upper;
         }
         layers
+    }
+}
+
+impl Thinned {
+    /// Takes the next rows of a layer on top of `base`, which becomes its upper edge. Of its values and of those of the
+    /// `next` layer only the `part` with its sign counts.
+    fn stack(
+        &mut self,
+        base: &mut Vec<f64>,
+        values: &[f64],
+        next: &[f64],
+        part: impl Fn(f64) -> f64,
+    ) {
+        let values = base.iter().zip(values);
+        let to: Vec<f64> = values.map(|(from, &value)| from + part(value)).collect();
+        self.extend(&to, |row| {
+            [base[row], to[row], to[row] + part(next[row]), f64::NAN]
+        });
+        *base = to;
     }
 }
 

@@ -19,7 +19,7 @@ use crate::machine::Machine;
 use crate::state::{Reasons, Sensor, Sensors, State, StateColumns, StreamCounts};
 
 /// A usual number of rows in a block.
-pub const ROWS_PER_BLOCK: usize = 512;
+pub const ROWS_PER_BLOCK: usize = 1024;
 /// Usual number of samples after a block that matter to it.
 const USUAL_STEPS_AFTER: usize = 128;
 
