@@ -39,7 +39,7 @@ mod vector;
 pub use checks::Plausibility;
 pub(super) use checks::room_for_findings;
 pub use fault::{Amount, Component, Finding, Part, YawBy};
-pub(super) use redundancy::Comparisons;
+pub(super) use redundancy::{ByWheels, LeanComparison, OtherComparisons};
 pub use redundancy::{Excitation, Unshown};
 pub(super) use signals::{SignalChecks, Sound};
 pub(crate) use spans::SpanWalk;

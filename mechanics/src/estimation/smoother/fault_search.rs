@@ -1,8 +1,8 @@
 //! The search for implausible spans in a whole log.
 //!
-//! Samples are checked by themselves a batch ahead of being compared with each other, so that two threads share the work.
+//! A batch of samples is checked by itself, then compared with the lean of the platform, then in all other ways. Three
+//! batches are on this way at the same time, so that threads share the work.
 
-use std::mem;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -10,16 +10,17 @@ use super::pass::Run;
 use super::sorted_samples::{ByStamp, SortedSamples};
 use super::source::SampleSource;
 use crate::estimation::plausibility::{
-    Comparisons, FaultSpan, FaultSpans, Finding, Judgement, SignalChecks, Sound, room_for_findings,
+    ByWheels, FaultSpan, FaultSpans, Finding, Judgement, LeanComparison, OtherComparisons,
+    SignalChecks, Sound, room_for_findings,
 };
 use crate::machine::Machine;
 use crate::state::{Sample, Sensor, Sensors};
 
 /// Samples of a batch: some milliseconds of work, beside which it costs little to wake a thread.
-const BATCH: usize = 4096;
+const BATCH: usize = 2048;
 
 /// Finds implausible spans, checking all sensors together in stamp order. A sensor is `faulty` where one of them changes
-/// how its samples are treated. `run` runs the two halves of the work.
+/// how its samples are treated. `run` runs the parts of the work.
 pub(super) fn find_faults<S: SampleSource>(
     machine: &Machine,
     sensors: &Sensors,
@@ -32,33 +33,47 @@ pub(super) fn find_faults<S: SampleSource>(
         checks: SignalChecks::new(machine, sensors),
         findings: room_for_findings(sensors),
     };
+    let mut leaning = LeaningSamples {
+        comparison: LeanComparison::new(machine, sensors),
+        findings: room_for_findings(sensors),
+    };
     let mut compared = ComparedSamples {
-        comparisons: Comparisons::new(machine, sensors),
+        comparisons: OtherComparisons::new(machine, sensors),
         spans: FaultSpans::default(),
         findings: room_for_findings(sensors),
         faulty,
     };
-    let (mut batch, mut next) = (Batch::default(), Batch::default());
-    checked.fill(&mut batch)?;
-    while !batch.samples.is_empty() {
-        let (mut filled, mut is_taken) = (None, false);
+    let mut batches: [Batch; 3] = Default::default();
+    loop {
+        let [first, second, third] = &mut batches;
+        let (mut filled, mut are_leaning, mut are_compared) = (None, false, false);
         run(vec![
-            Box::new(|| filled = Some(checked.fill(&mut next))),
+            Box::new(|| filled = Some(checked.fill(first))),
             Box::new(|| {
-                compared.take(&batch);
-                is_taken = true;
+                compared.take(third);
+                are_compared = true;
+            }),
+            // the longest part: whoever runs the parts takes this one, and leaves the others
+            Box::new(|| {
+                leaning.take(second);
+                are_leaning = true;
             }),
         ]);
         match filled {
             Some(filled) => filled?,
-            None => checked.fill(&mut next)?,
+            None => checked.fill(first)?,
         }
-        if !is_taken {
-            compared.take(&batch);
+        if !are_leaning {
+            leaning.take(second);
         }
-        mem::swap(&mut batch, &mut next);
+        if !are_compared {
+            compared.take(third);
+        }
+        batches.rotate_right(1);
+        if batches.iter().all(|batch| batch.samples.is_empty()) {
+            return Ok(compared.spans.finish());
+        }
     }
-    Ok(compared.spans.finish())
 }
 
 /// Consecutive samples that were checked by themselves.
@@ -67,6 +82,19 @@ struct Batch {
     samples: Vec<Checked>,
     values: Vec<f64>,
     findings: Vec<Finding>,
+    /// What the comparison with the lean found beyond that, and what it tells of the wheels, by sample.
+    leaning: Vec<(ByWheels, Range<usize>)>,
+    findings_of_lean: Vec<Finding>,
+}
+
+impl Batch {
+    fn sample(&self, checked: &Checked) -> Sample<'_> {
+        Sample {
+            sensor: checked.sensor,
+            stamp_ns: checked.stamp_ns,
+            values: &self.values[checked.values.clone()],
+        }
+    }
 }
 
 /// A sample of a batch.
@@ -117,9 +145,35 @@ impl<S: SampleSource> CheckedSamples<'_, S> {
     }
 }
 
-/// Comparisons of the samples with each other, and what was found so far.
+/// The comparison of the samples with the lean of the platform.
+struct LeaningSamples {
+    comparison: LeanComparison,
+    findings: Vec<Finding>,
+}
+
+impl LeaningSamples {
+    fn take(&mut self, batch: &mut Batch) {
+        batch.leaning.clear();
+        batch.findings_of_lean.clear();
+        for place in 0..batch.samples.len() {
+            let checked = &batch.samples[place];
+            let findings = &mut self.findings;
+            findings.clear();
+            findings.extend_from_slice(&batch.findings[checked.findings.clone()]);
+            let known = findings.len();
+            let sample = batch.sample(checked);
+            let by_wheels = self.comparison.step(&sample, checked.sound, findings);
+            let first = batch.findings_of_lean.len();
+            (batch.findings_of_lean).extend_from_slice(&findings[known..]);
+            let found = first..batch.findings_of_lean.len();
+            batch.leaning.push((by_wheels, found));
+        }
+    }
+}
+
+/// The other comparisons of the samples with each other, and what was found so far.
 struct ComparedSamples<'f> {
-    comparisons: Comparisons,
+    comparisons: OtherComparisons,
     spans: FaultSpans,
     findings: Vec<Finding>,
     faulty: &'f [AtomicBool],
@@ -127,16 +181,13 @@ struct ComparedSamples<'f> {
 
 impl ComparedSamples<'_> {
     fn take(&mut self, batch: &Batch) {
-        for checked in &batch.samples {
-            let sample = Sample {
-                sensor: checked.sensor,
-                stamp_ns: checked.stamp_ns,
-                values: &batch.values[checked.values.clone()],
-            };
+        for (checked, (by_wheels, of_lean)) in batch.samples.iter().zip(&batch.leaning) {
+            let sample = batch.sample(checked);
             let findings = &mut self.findings;
             findings.clear();
             findings.extend_from_slice(&batch.findings[checked.findings.clone()]);
-            (self.comparisons).step(&sample, checked.sound, findings);
+            findings.extend_from_slice(&batch.findings_of_lean[of_lean.clone()]);
+            (self.comparisons).step(&sample, checked.sound, *by_wheels, findings);
             self.spans.take(sample.sensor, sample.stamp_ns, findings);
             let lacks_a_value = findings.iter().any(Finding::lacks_a_value);
             if lacks_a_value || !Judgement::of(findings).is_clean() {

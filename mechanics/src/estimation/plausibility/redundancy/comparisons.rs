@@ -6,8 +6,8 @@ use super::super::fault::{Finding, Part};
 use super::super::notice::{Note, Rules};
 use super::super::signals::Sound;
 use super::drive::DriveWatch;
-use super::lean::LeanWatch;
-use super::rolling::{Rolled, skids};
+use super::lean_comparison::{ByWheels, LeanComparison};
+use super::rolling::skids;
 use super::rotation::RotationWatch;
 use super::specific_force::SpecificForceWatch;
 use super::tilt::{TiltWatch, up_direction};
@@ -19,46 +19,16 @@ use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
 /// Compares samples of all sensors, in stamp order, as far as they are sound by themselves.
 #[derive(Debug, Clone)]
 pub(in crate::estimation) struct Comparisons {
-    rules: Rules,
-    travel: Travel,
-    lean: Option<LeanWatch>,
-    /// Of an IMU on the base.
-    specific_force: Option<SpecificForceWatch>,
-    tilt: TiltWatch,
-    rotation: RotationWatch,
-    /// Of an IMU on the base.
-    yaw: Option<YawWatch>,
-    /// Of an IMU on the base.
-    drive: Option<DriveWatch>,
-    base_from_imu: Matrix3<f64>,
-    /// By stream: its joints, and of each the radius of the wheel that it spins, else NaN.
-    joints: Vec<Vec<(usize, f64)>>,
+    lean: LeanComparison,
+    others: OtherComparisons,
 }
 
 impl Comparisons {
     /// Comparisons before their first sample.
     pub(in crate::estimation) fn new(machine: &Machine, sensors: &Sensors) -> Self {
-        let imu_on_base = sensors.imu && machine.imu().body == 0;
-        let with_radius = |&joint: &usize| {
-            let wheel = machine.joints()[joint].spins_wheel;
-            let radius = wheel.map_or(f64::NAN, |wheel| machine.wheels()[wheel].radius);
-            (joint, radius)
-        };
-        let streams = sensors.joints.iter();
         Self {
-            rules: Rules::of(machine),
-            travel: Travel::default(),
-            lean: imu_on_base.then(|| LeanWatch::new(machine)).flatten(),
-            specific_force: imu_on_base.then(|| SpecificForceWatch::new(machine)),
-            tilt: TiltWatch::new(machine.plausibility().tilt_tolerance),
-            rotation: RotationWatch::new(),
-            yaw: imu_on_base.then(|| YawWatch::new(skids(machine))),
-            drive: imu_on_base
-                .then(|| DriveWatch::new(rotation_in_body(machine.imu()), machine.gravity())),
-            base_from_imu: rotation_in_body(machine.imu()),
-            joints: streams
-                .map(|stream| stream.joints.iter().map(with_radius).collect())
-                .collect(),
+            lean: LeanComparison::new(machine, sensors),
+            others: OtherComparisons::new(machine, sensors),
         }
     }
 
@@ -69,26 +39,57 @@ impl Comparisons {
         sound: Sound,
         findings: &mut Vec<Finding>,
     ) {
+        let by_wheels = self.lean.step(sample, sound, findings);
+        self.others.step(sample, sound, by_wheels, findings);
+    }
+}
+
+/// All comparisons but that of the lean.
+#[derive(Debug, Clone)]
+pub(in crate::estimation) struct OtherComparisons {
+    rules: Rules,
+    travel: Travel,
+    /// Of an IMU on the base.
+    specific_force: Option<SpecificForceWatch>,
+    tilt: TiltWatch,
+    rotation: RotationWatch,
+    /// Of an IMU on the base.
+    yaw: Option<YawWatch>,
+    /// Of an IMU on the base.
+    drive: Option<DriveWatch>,
+    base_from_imu: Matrix3<f64>,
+}
+
+impl OtherComparisons {
+    /// Comparisons before their first sample.
+    pub(in crate::estimation) fn new(machine: &Machine, sensors: &Sensors) -> Self {
+        let imu_on_base = sensors.imu && machine.imu().body == 0;
+        Self {
+            rules: Rules::of(machine),
+            travel: Travel::default(),
+            specific_force: imu_on_base.then(|| SpecificForceWatch::new(machine)),
+            tilt: TiltWatch::new(machine.plausibility().tilt_tolerance),
+            rotation: RotationWatch::new(),
+            yaw: imu_on_base.then(|| YawWatch::new(skids(machine))),
+            drive: imu_on_base
+                .then(|| DriveWatch::new(rotation_in_body(machine.imu()), machine.gravity())),
+            base_from_imu: rotation_in_body(machine.imu()),
+        }
+    }
+
+    /// Compares a sample after its [`LeanComparison`], and appends its faults to `findings`.
+    pub(in crate::estimation) fn step(
+        &mut self,
+        sample: &Sample<'_>,
+        sound: Sound,
+        by_wheels: ByWheels,
+        findings: &mut Vec<Finding>,
+    ) {
         match sample.sensor {
-            Sensor::Joints(stream) if sound.whole => self.take_joints(stream, sample),
-            Sensor::Joints(_) => {
-                if let Some(lean) = &mut self.lean {
-                    lean.distrust_joints(sample.stamp_ns);
-                }
-                self.take_wheels(sample.stamp_ns, None);
-            }
+            Sensor::Joints(_) => self.take_wheels(sample.stamp_ns, by_wheels),
             Sensor::Imu => self.compare_imu(sample, sound, findings),
             Sensor::Odometry => self.compare_odometry(sample, sound, findings),
-            Sensor::ToolWrench => {
-                if let Some(lean) = &mut self.lean
-                    && sound.whole
-                {
-                    let wrench =
-                        [0, 3].map(|at| Vector3::from_column_slice(&sample.values[at..at + 3]));
-                    lean.take_tool(sample.stamp_ns, wrench);
-                }
-            }
-            Sensor::Actuator(_) => {}
+            Sensor::ToolWrench | Sensor::Actuator(_) => {}
         }
     }
 
@@ -98,11 +99,6 @@ impl Comparisons {
         let mut note = Note::new(findings, policies, sample);
         let (force, turning, attitude) = (&values[..3], &values[3..6], &values[6..]);
         let vectors = [force, turning].map(Vector3::from_column_slice);
-        if let Some(lean) = self.lean.as_mut().filter(|_| sound.force && sound.turning) {
-            let [force, turning] = &vectors;
-            let found = &mut note.of(Part::Lean);
-            lean.check(stamp_ns, [force, turning], &self.travel, limits, found);
-        }
         let up = sound.attitude && tilt_is_measured(attitude);
         let [_, turning] = &vectors;
         let measured = (sound.turning && sound.attitude).then_some((attitude, turning));
@@ -156,25 +152,14 @@ impl Comparisons {
         }
     }
 
-    fn take_joints(&mut self, stream: usize, sample: &Sample<'_>) {
-        let stamp_ns = sample.stamp_ns;
-        let (positions, rates) = sample.values.split_at(sample.values.len() / 2);
-        let speeds = self.joints[stream].iter().zip(rates);
-        let speeds = speeds.map(|((_, radius), rate)| (radius * rate).abs());
-        if let Some(fastest) = speeds.filter(|speed| speed.is_finite()).reduce(f64::max) {
+    fn take_wheels(&mut self, stamp_ns: i64, by_wheels: ByWheels) {
+        let ByWheels { fastest, rolled } = by_wheels;
+        if let Some(fastest) = fastest {
             self.travel.take_wheels(stamp_ns, fastest);
         }
-        if let Some(lean) = &mut self.lean {
-            let motions = self.joints[stream].iter().zip(positions.iter().zip(rates));
-            let motions = motions.map(|(&(joint, _), (&position, &rate))| (joint, position, rate));
-            lean.take_joints(stamp_ns, motions, &self.rules.limits);
-            let rolled = lean.rolled;
-            self.take_wheels(stamp_ns, rolled);
-        }
-    }
-
-    /// Takes the motion by the wheels; `None`: it is not known.
-    fn take_wheels(&mut self, stamp_ns: i64, rolled: Option<Rolled>) {
+        let Some(rolled) = rolled else {
+            return;
+        };
         if let Some(yaw) = &mut self.yaw {
             yaw.take_wheels(stamp_ns, rolled);
         }

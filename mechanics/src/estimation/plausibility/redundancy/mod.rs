@@ -12,6 +12,7 @@ mod excitation;
 mod lasting;
 mod leaky;
 mod lean;
+mod lean_comparison;
 mod lean_difference;
 mod lean_model;
 mod low_pass;
@@ -25,5 +26,7 @@ mod tilt;
 mod travel;
 mod yaw;
 
-pub(in crate::estimation) use comparisons::Comparisons;
+pub(super) use comparisons::Comparisons;
+pub(in crate::estimation) use comparisons::OtherComparisons;
 pub use excitation::{Excitation, Unshown};
+pub(in crate::estimation) use lean_comparison::{ByWheels, LeanComparison};
