@@ -10,7 +10,7 @@ use super::super::sensitivity::SensitivityTable;
 use super::candidates::{Candidate, candidates};
 use super::change::Change;
 use super::result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
-use super::simulate::{Margins, as_logged};
+use super::simulate::{Margins, as_logged, otf_by_rule};
 use super::solve::{Bounds, Solution, solve};
 use super::window::{FARTHEST_REST_NS, LONGEST_TIPPING_NS, MARGIN_NS, Window, event_around};
 use crate::base::number::{known, percent, short};
@@ -58,13 +58,16 @@ pub(crate) fn advise(
         rows_held: window.held.iter().filter(|held| **held).count(),
         changes: Vec::new(),
         rejected: Vec::new(),
-        assumptions: assumptions(machine, &window),
+        assumptions: assumptions(&window),
         not_simulated: too_long.or_else(|| not_simulated(rows, &window, event)),
     };
     if advice.not_simulated.is_some() {
         return Some(advice);
     }
-    window.keep_measured_split(rows);
+    if window.may_measure_split() {
+        let by_rule = otf_by_rule(&window);
+        window.keep_measured_split(rows, &by_rule);
+    }
     let logged = as_logged(&window);
     let bounds = bounds(machine, &logged, &limit);
     let first_order = |parameter: Parameter| {
@@ -140,7 +143,7 @@ fn bounds(machine: &Machine, logged: &Margins, limit: &dyn Fn(usize) -> f64) -> 
     }
 }
 
-fn assumptions(machine: &Machine, window: &Window) -> Vec<String> {
+fn assumptions(window: &Window) -> Vec<String> {
     let seconds = |ns: i64| short(ns as f64 * 1e-9);
     let mut all = vec![
         format!(
@@ -165,7 +168,7 @@ fn assumptions(machine: &Machine, window: &Window) -> Vec<String> {
             seconds(LONGEST_TIPPING_NS)
         ));
     }
-    if !machine.contact().actuated_joints.is_empty() {
+    if window.may_measure_split() {
         all.push(
             "The part of the load split that measured actuator forces determine stays as logged"
                 .into(),

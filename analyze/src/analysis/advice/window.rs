@@ -11,7 +11,6 @@ use tipwatch_mechanics::{
     BaseState, BatchEvaluator, ImuState, Model, Quantity, Scope, State, StateColumns,
 };
 
-use super::simulate::otf_by_rule;
 use crate::base::table::Table;
 use crate::events::Event;
 
@@ -127,16 +126,18 @@ impl Window {
         }
     }
 
-    /// Takes the split by measured actuator forces, as logged, over the one by the split rule. While the machine tips,
-    /// the last one from before stays.
-    pub(super) fn keep_measured_split(&mut self, rows: &Table) {
-        if self.machine().contact().actuated_joints.is_empty() {
-            return;
-        }
+    /// Whether measured actuator forces may determine a part of the split.
+    pub(super) fn may_measure_split(&self) -> bool {
+        !self.machine().contact().actuated_joints.is_empty()
+    }
+
+    /// Takes the split by measured actuator forces, as logged, over the one by the split rule, `by_rule`. While the
+    /// machine tips, the last one from before stays.
+    pub(super) fn keep_measured_split(&mut self, rows: &Table, by_rule: &[Vec<f64>]) {
         let (Some(&first), Some(&last)) = (self.rows.first(), self.rows.last()) else {
             return;
         };
-        let (by_rule, logged) = (otf_by_rule(self), rows.window(first..last + 1));
+        let logged = rows.window(first..last + 1);
         let of_wheel = |(wheel, by_rule): (usize, &Vec<f64>)| {
             let logged = logged.outcomes.column(Quantity::Otf(wheel));
             let mut last = 0.0;
