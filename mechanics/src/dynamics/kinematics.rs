@@ -96,8 +96,7 @@ impl<T: Real> BodyMotion<T> {
                 x.scaled(joint[(2, k)]),
             )
         };
-        let o = T::zero();
-        let none = Vector3::new(o, o, o);
+        let none = zero();
         let mut moved = Self {
             rotation: joint.map(T::constant),
             origin: constant(&body.joint_in_parent),
@@ -134,8 +133,7 @@ impl<T: Real> BodyMotion<T> {
         if body.kind == JointKind::Prismatic {
             arm += z_axis(&joint_rotation) * coordinate.displacement;
         }
-        let o = T::zero();
-        let none = Vector3::new(o, o, o);
+        let none = zero();
         Self {
             rotation: match body.kind {
                 JointKind::Revolute => {

@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use tipwatch_mechanics::dynamics::kinematics::SensorFrame;
 use tipwatch_mechanics::geometry::contact_plane::{Axes, ContactPlane};
-use tipwatch_mechanics::geometry::spatial::cross;
+use tipwatch_mechanics::geometry::spatial::{cross, zero};
 use tipwatch_mechanics::number::{Jet, Real};
 
 /// The contact plane, and its frame as a sensor frame relative to the base.
@@ -29,8 +29,7 @@ impl<T: Real> Support<T> {
     /// For wheels at rest relative to the base.
     pub(crate) fn at_rest(centres: &[Vector3<T>], radii: &[T], radii_differ: bool) -> Self {
         let plane = ContactPlane::through(centres, radii, radii_differ);
-        let o = T::zero();
-        let none = Vector3::new(o, o, o);
+        let none = zero();
         Self {
             plane,
             sensor_frame: SensorFrame {
@@ -91,8 +90,7 @@ fn value<T: Real>(moving: &Vector3<Jet<T>>) -> Vector3<T> {
 
 /// S(3)
 fn origin<T: Real>(normal: &Vector3<T>, centres: &[Vector3<T>], radii: &[T]) -> Vector3<T> {
-    let o = T::zero();
-    let (mut centre, mut radius) = (Vector3::new(o, o, o), o);
+    let (mut centre, mut radius) = (zero(), T::zero());
     for (c, &r) in centres.iter().zip(radii) {
         centre += c;
         radius += r;
