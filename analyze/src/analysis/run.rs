@@ -21,7 +21,7 @@ use super::quasi_static::{QuasiStatic, choose};
 use super::{imu_check, inputs, notes, payload, redundancy, size, supports, verdicts};
 use crate::analysis::{Analysis, Coverage, Input, Sources};
 use crate::base::estimated::EstimatedRows;
-use crate::base::file_hash::hash_log;
+use crate::base::file_hash::LogHashes;
 use crate::base::options::{Estimator, Options};
 use crate::base::rows::Rows;
 use crate::base::support_sets::SupportSets;
@@ -73,20 +73,16 @@ fn analyse_with<S: RowSink>(
     is_kept: bool,
     begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
 ) -> Result<(Analysis, S)> {
-    let log = file.open_log(path)?;
+    let log = Arc::new(file.open_log(path)?);
+    let log_hashes = LogHashes::begin(&log);
     let mut loaded = load(&log, file, progress)?;
     loaded.notes.extend(recorder_gaps::note(&log)?);
     let quasi_static = choose(&mut loaded, &options)?;
     let scope = QuasiStatic::scope(quasi_static.as_ref(), evaluation::scope(&options));
     size::check(&loaded, &options, scope, is_kept, path)?;
     let mut forces = linkage_force::read_all(&log, file, &loaded);
-    // parts of the estimate take one core
-    let (estimated, log_hashes) = rayon::join(
-        || estimate_on_one_clock(&mut loaded, &mut forces, &options),
-        || hash_log(&log),
-    );
-    let (mut rows, quality, clock) = estimated?;
-    let log_hashes = log_hashes?;
+    let (mut rows, quality, clock) = estimate_on_one_clock(&mut loaded, &mut forces, &options)?;
+    let log_hashes = log_hashes.finish()?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
     loaded.check_read()?;

@@ -2,7 +2,8 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
+use std::thread::JoinHandle;
 
 use anyhow::{Context, Result};
 use schemars::JsonSchema;
@@ -64,6 +65,40 @@ pub(crate) fn hash_log(log: &Log) -> Result<Vec<FileHash>> {
         })
     };
     files.map(hash).collect()
+}
+
+/// The hashes of the files of a log, computed beside other work.
+pub(crate) struct LogHashes {
+    log: Arc<Log>,
+    /// The work; `None` where it is not begun.
+    begun: Option<JoinHandle<Result<Vec<FileHash>>>>,
+}
+
+impl LogHashes {
+    /// Begins to hash the files of a log on a thread of its own, which uses what time the processors have left. Files of
+    /// which parts are yet to be read wait for [`Self::finish`].
+    pub(crate) fn begin(log: &Arc<Log>) -> Self {
+        let is_whole = log.whole_files().iter().all(Option::is_some);
+        let shared = Arc::clone(log);
+        let hash = move || hash_log(&shared);
+        Self {
+            log: Arc::clone(log),
+            begun: is_whole
+                .then(|| std::thread::Builder::new().spawn(hash).ok())
+                .flatten(),
+        }
+    }
+
+    /// The hashes, after the log was read.
+    ///
+    /// # Errors
+    /// A file cannot be read.
+    pub(crate) fn finish(self) -> Result<Vec<FileHash>> {
+        match self.begun.map(JoinHandle::join) {
+            Some(Ok(hashes)) => hashes,
+            Some(Err(_)) | None => hash_log(&self.log),
+        }
+    }
 }
 
 /// Hashes bytes; `path` names them.

@@ -7,7 +7,7 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::UNCONFIRMED;
 
-use super::exit::{Exit, Terminal, Usage, exit_of};
+use super::exit::{Ending, Exit, Terminal, Usage};
 use super::options::{AnalysisArgs, CaseArgs, PolicyArgs, seconds};
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
@@ -271,17 +271,22 @@ fn analyze_one(
         log,
         policy: args.policy.file(),
         written: &written,
+        transfers: &analysis.transfers,
     };
-    let record = custody::write(&analysis, files, out)?;
+    let findings = findings(&analysis, terminal);
+    let ending = Ending::of(&analysis, min_valid);
+    let (provenance, rows) = (&analysis.provenance, analysis.rows);
+    // both take time after a long log: to hash the files, and to give back what the rows were computed from
+    let (record, ()) = rayon::join(|| custody::write(provenance, files, out), || drop(rows));
+    let record = record?;
     target.publish(custody::RECORD)?;
-    report_findings(&analysis, place, terminal);
+    findings.iter().for_each(|line| terminal.print(line));
+    terminal.print(&format!("results: {}", place.display()));
     if terminal.verbose {
         transfer_text::lines(&analysis.transfers).for_each(|line| terminal.print(&line));
-    }
-    if terminal.verbose {
         terminal.print(&format!("custody.json: SHA-256 {record}"));
     }
-    let exit = exit_of(&analysis, min_valid, terminal);
+    let exit = ending.tell(terminal);
     let Some(judgement) = judgement else {
         return Ok(exit);
     };
@@ -292,23 +297,22 @@ fn analyze_one(
     })
 }
 
-fn report_findings(analysis: &Analysis, out: &Path, terminal: Terminal) {
+/// What is found first, as lines: all of it if the user asked for much.
+fn findings(analysis: &Analysis, terminal: Terminal) -> Vec<String> {
     let gross = analysis.gross_inputs.len();
     let shown = if terminal.verbose {
         usize::MAX
     } else {
         gross.max(3)
     };
-    for finding in report::findings(analysis).iter().take(shown) {
-        terminal.print(&format!("- {finding}"));
-    }
+    let found = report::findings(analysis);
     let is_shown = |note: &&String| note.starts_with(FAULT) || note.starts_with(UNCONFIRMED);
     let faults = analysis.notes.iter().filter(is_shown);
-    faults.for_each(|fault| terminal.print(&format!("- {fault}")));
-    if let Some(clips) = &analysis.clips {
-        terminal.print(&format!("clips: {}", clips.len()));
-    }
-    terminal.print(&format!("results: {}", out.display()));
+    let shown = found.iter().take(shown);
+    let mut lines: Vec<String> = shown.map(|finding| format!("- {finding}")).collect();
+    lines.extend(faults.map(|fault| format!("- {fault}")));
+    lines.extend((analysis.clips.as_ref()).map(|clips| format!("clips: {}", clips.len())));
+    lines
 }
 
 /// The output folder of each log.

@@ -11,7 +11,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Terminal, exit_of};
+use super::exit::{Ending, Exit, Terminal};
 use super::options::CaseArgs;
 use crate::analysis::{Analysis, DEFAULT_MIN_VALID, run};
 use crate::base::options::Options;
@@ -44,11 +44,12 @@ pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
         log: &input.join("demo.mcap"),
         policy: None,
         written: &written,
+        transfers: &[],
     };
-    custody::write(&analysis, files, out)?;
+    custody::write(&analysis.provenance, files, out)?;
     print_findings(&analysis, out);
     terminal.print("the demo's log and machine file are in its folder input/");
-    Ok(exit_of(&analysis, DEFAULT_MIN_VALID, terminal))
+    Ok(Ending::of(&analysis, DEFAULT_MIN_VALID).tell(terminal))
 }
 
 /// Unpacks the demo's log and machine into `folder` and analyses them.

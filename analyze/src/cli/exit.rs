@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use crate::analysis::Analysis;
+use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::error_text::error_text;
 
 /// An error in a file, the machine description or the system.
@@ -134,18 +134,35 @@ impl Terminal {
     }
 }
 
-/// How an analysis ends without a policy: decided or not, with losses or not. Prints how much of the log's
-/// time is computable, and why nothing is decided.
-pub(super) fn exit_of(analysis: &Analysis, min_valid: f64, terminal: Terminal) -> Exit {
-    terminal.print(&format!("computable: {} of the log", analysis.coverage));
-    let undecided = analysis.undecided(min_valid);
-    if let Some(reason) = &undecided {
-        terminal.verdict(&format!("not decided: {reason}"));
+/// How an analysis ends without a policy: decided or not, with losses or not.
+#[derive(Debug)]
+pub(super) struct Ending {
+    coverage: Coverage,
+    undecided: Option<Undecided>,
+    lost: bool,
+}
+
+impl Ending {
+    /// The end of an analysis of which this share of the time must be computable.
+    pub(super) fn of(analysis: &Analysis, min_valid: f64) -> Self {
+        Self {
+            coverage: analysis.coverage,
+            undecided: analysis.undecided(min_valid),
+            lost: !analysis.losses.is_empty(),
+        }
     }
-    Exit {
-        undecided: undecided.is_some(),
-        lost: !analysis.losses.is_empty(),
-        ..Exit::DONE
+
+    /// Prints how much of the log's time is computable, and why nothing is decided.
+    pub(super) fn tell(self, terminal: Terminal) -> Exit {
+        terminal.print(&format!("computable: {} of the log", self.coverage));
+        if let Some(reason) = &self.undecided {
+            terminal.verdict(&format!("not decided: {reason}"));
+        }
+        Exit {
+            undecided: self.undecided.is_some(),
+            lost: self.lost,
+            ..Exit::DONE
+        }
     }
 }
 

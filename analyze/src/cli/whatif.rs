@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Exit, Terminal, exit_of};
+use super::exit::{Ending, Exit, Terminal};
 use super::options::{MinValidArgs, period, rate, seconds};
 use crate::base::options::{Estimator, Options};
 use crate::base::output_place::OutputPlace;
@@ -71,5 +71,5 @@ pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
     }
     terminal.print(&format!("results: {}", args.out.display()));
     let min_valid = args.min_valid.share(None);
-    Ok(exit_of(&replayed.analysis, min_valid, terminal))
+    Ok(Ending::of(&replayed.analysis, min_valid).tell(terminal))
 }

@@ -1,38 +1,36 @@
 //! Events of the inputs: missing and implausible signals.
 
+use rayon::prelude::*;
 use tipwatch_mechanics::estimation::plausibility::FaultSpan;
 use tipwatch_mechanics::machine::FaultKind;
 
 use super::episodes::MERGED_NS;
 use super::event::{Event, EventKind, InputFault};
 use crate::base::table::Table;
-use crate::load::LoadedLog;
+use crate::load::{LoadedLog, Signal};
 
 /// Gaps between the first and the last row that are longer than the estimator bridges.
 pub(crate) fn gaps(loaded: &LoadedLog, rows: &Table) -> Vec<Event> {
     let max_gap_ns = loaded.machine.longest_known_gap_ns();
     let (first, last) = ends(rows);
-    let mut gaps = Vec::new();
-    for signal in loaded.signals.iter() {
+    let of_signal = |signal: &Signal| {
         let recorded = signal.recording.stamps_ns.iter().copied();
         let within = recorded.filter(|stamp| (first..=last).contains(stamp));
         let mut stamps: Vec<i64> = [first].into_iter().chain(within).chain([last]).collect();
         // most are sorted already
         stamps.sort_unstable();
-        for pair in stamps
-            .windows(2)
-            .filter(|pair| pair[1] - pair[0] > max_gap_ns)
-        {
-            gaps.push(Event {
-                end_ns: (pair[1] < last).then_some(pair[1]),
-                worst: (pair[1] - pair[0]) as f64 * 1e-9,
-                worst_ns: pair[0],
-                unit: "s",
-                ..Event::blank(EventKind::InputGap, pair[0], signal.name.into())
-            });
-        }
-    }
-    gaps
+        let gaps = (stamps.windows(2)).filter(|pair| pair[1] - pair[0] > max_gap_ns);
+        let gaps = gaps.map(|pair| Event {
+            end_ns: (pair[1] < last).then_some(pair[1]),
+            worst: (pair[1] - pair[0]) as f64 * 1e-9,
+            worst_ns: pair[0],
+            unit: "s",
+            ..Event::blank(EventKind::InputGap, pair[0], signal.name.into())
+        });
+        gaps.collect()
+    };
+    let gaps: Vec<Vec<Event>> = loaded.signals.par_iter().map(of_signal).collect();
+    gaps.concat()
 }
 
 /// Faults that overlap the rows; close ones of the same kind and signal are merged.

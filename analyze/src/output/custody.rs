@@ -14,6 +14,7 @@ use tipwatch_storage::{Location, Object};
 use crate::analysis::Analysis;
 use crate::base::file_hash::{FileHash, hash_file, program, sha256_of};
 use crate::base::files::write_atomically;
+use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 
 /// Name of the record.
@@ -76,7 +77,7 @@ pub struct Input {
     pub file: FileHash,
 }
 
-/// The files of an analysis that its [`Analysis`] does not know.
+/// The files of an analysis that its [`Provenance`] does not know.
 #[derive(Debug, Clone, Copy)]
 pub struct Files<'a> {
     /// The log, as given.
@@ -85,6 +86,8 @@ pub struct Files<'a> {
     pub policy: Option<&'a Path>,
     /// Names of the files that were written.
     pub written: &'a [&'a str],
+    /// What reading the log has cost, for each of its files in a bucket or on a server.
+    pub transfers: &'a [FileTransfer],
 }
 
 impl Origin {
@@ -101,8 +104,7 @@ impl Origin {
 ///
 /// # Errors
 /// A file cannot be read or written.
-pub fn write(analysis: &Analysis, files: Files<'_>, folder: &Path) -> Result<String> {
-    let from = &analysis.provenance;
+pub fn write(from: &Provenance, files: Files<'_>, folder: &Path) -> Result<String> {
     let input = |role: &str, file: FileHash| Input {
         role: role.into(),
         file,
@@ -145,7 +147,7 @@ pub fn write(analysis: &Analysis, files: Files<'_>, folder: &Path) -> Result<Str
         machine_file: from.machine_file.path.clone(),
         inputs,
         recovered_from: from.recovered_from.clone(),
-        transfers: analysis.transfers.clone(),
+        transfers: files.transfers.to_vec(),
         outputs,
     };
     let text = serde_json::to_string_pretty(&record)?;

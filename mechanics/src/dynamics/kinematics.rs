@@ -125,27 +125,23 @@ impl<T: Real> BodyMotion<T> {
         moved
     }
 
+    /// The result of [`Self::carry`] without accelerations, which then are not computed.
+    #[inline(always)]
+    pub fn carry_velocity(&self, body: &Body, coordinate: &Coordinate<T>) -> Self {
+        Self {
+            specific_force: zero(),
+            angular_acceleration: zero(),
+            ..self.carry(body, coordinate)
+        }
+    }
+
     /// The pose from [`Self::carry`], without motion.
     #[inline(always)]
     pub fn carry_at_rest(&self, body: &Body, coordinate: &Coordinate<T>) -> Self {
-        let joint_rotation = compose(&self.rotation, &body.parent_from_joint);
-        let mut arm = rotate_constant(&self.rotation, &body.joint_in_parent);
-        if body.kind == JointKind::Prismatic {
-            arm += z_axis(&joint_rotation) * coordinate.displacement;
-        }
-        let none = zero();
         Self {
-            rotation: match body.kind {
-                JointKind::Revolute => {
-                    turned_about_z(&joint_rotation, coordinate.cos, coordinate.sin)
-                }
-                JointKind::Prismatic => joint_rotation,
-            },
-            origin: self.origin + arm,
-            velocity: none,
-            specific_force: none,
-            angular_velocity: none,
-            angular_acceleration: none,
+            velocity: zero(),
+            angular_velocity: zero(),
+            ..self.carry_velocity(body, coordinate)
         }
     }
 

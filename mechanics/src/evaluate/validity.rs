@@ -37,12 +37,6 @@ impl Reasons {
         }
         self
     }
-
-    fn of(reason: Reason) -> Self {
-        let mut reasons = Self::NONE;
-        reasons.add(reason);
-        reasons
-    }
 }
 
 pub(crate) fn largest(values: impl Iterator<Item = f64>) -> f64 {

@@ -74,9 +74,14 @@ impl Reasons {
     /// The empty set.
     pub const NONE: Self = Self(0);
 
+    /// The set of one reason.
+    pub(crate) const fn of(reason: Reason) -> Self {
+        Self(1 << reason as u8)
+    }
+
     /// Adds a reason.
     pub fn add(&mut self, reason: Reason) {
-        self.0 |= 1 << reason as u8;
+        self.add_all(Self::of(reason));
     }
 
     /// Adds every reason of another set.
@@ -100,7 +105,7 @@ impl Reasons {
     /// longer guaranteed.
     #[must_use]
     pub fn leave_loads(self) -> bool {
-        self.iter().all(|reason| reason == Reason::Tipping)
+        self.0 & !Self::of(Reason::Tipping).0 == 0
     }
 
     /// Whether a gap or an implausible signal makes the state unknown.

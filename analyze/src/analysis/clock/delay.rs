@@ -12,6 +12,7 @@
 use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::channel::Channel;
 use super::grid::STEP_S;
@@ -112,19 +113,18 @@ fn blocks<'a>(parts: impl Iterator<Item = (usize, &'a Channel)>) -> Vec<Sums> {
     let length = BLOCK
         .min(total / (2 * FEWEST_BLOCKS))
         .max(total / MOST_BLOCKS);
-    let mut sums = Vec::new();
     if width == 0 || length == 0 {
-        return sums;
+        return Vec::new();
     }
-    for (stretch, channel) in parts {
+    let blocks = parts.into_iter().flat_map(|(stretch, channel)| {
         let end = channel.late.len().saturating_sub(FARTHEST);
-        let mut from = FARTHEST;
-        while from + length <= end {
-            sums.push(Sums::of(stretch, channel, width, from..from + length));
-            from += length;
-        }
-    }
-    sums
+        let ends = (FARTHEST + length..=end).step_by(length);
+        ends.map(move |end| (stretch, channel, end - length..end))
+    });
+    let blocks: Vec<(usize, &Channel, Range<usize>)> = blocks.collect();
+    let blocks = blocks.into_par_iter();
+    let sums = blocks.map(|(stretch, channel, steps)| Sums::of(stretch, channel, width, steps));
+    sums.collect()
 }
 
 impl Sums {
@@ -281,7 +281,8 @@ fn jackknife(channels: &[Vec<Sums>]) -> Option<f64> {
             .collect();
         valley(&costs)
     };
-    let delays: Vec<f64> = (0..blocks).map(without).collect::<Option<_>>()?;
+    let delays = (0..blocks).into_par_iter().map(without);
+    let delays: Vec<f64> = delays.collect::<Option<_>>()?;
     let n = delays.len() as f64;
     let mean = delays.iter().sum::<f64>() / n;
     let squares: f64 = delays.iter().map(|d| (d - mean) * (d - mean)).sum();

@@ -1,5 +1,6 @@
 //! Delays between measurements of the machine's motion: odometry, IMU and wheels.
 
+use rayon::prelude::*;
 use tipwatch_mechanics::State;
 
 use super::channel::{Channel, derivative};
@@ -15,7 +16,7 @@ const SMOOTH_ACCELERATION_S: f64 = 0.15;
 impl Scene<'_> {
     pub(super) fn rotation_and_acceleration(&self, odometry: &Signal) -> Result<Delay, String> {
         let rotation = self.base_from_imu()?;
-        let channels: Channels = (self.whole_stretches().iter())
+        let channels: Channels = (self.whole_stretches().par_iter())
             .map(|stretch| {
                 let odometry = self.odometry_angular_velocity(odometry, stretch);
                 let [vx, vy, ax, ay, wx, wy, wz, fx, fy] = self.of_rows(stretch, |state| {
@@ -65,7 +66,7 @@ impl Scene<'_> {
         if parts.is_empty() {
             return Err("the machine does not travel".into());
         }
-        let channels: Channels = (parts.iter())
+        let channels: Channels = (parts.par_iter())
             .map(|stretch| {
                 let [wx, wy, wz] = self.odometry_angular_velocity(odometry, stretch);
                 let ([vx, vy], speeds) = self.wheel_speeds(stretch, &wheels, |state| {
@@ -95,7 +96,7 @@ impl Scene<'_> {
             |row| self.is_whole(row),
             |row| self.rows.activities[row].travel,
         );
-        let channels: Channels = (parts.iter())
+        let channels: Channels = (parts.par_iter())
             .map(|stretch| {
                 let ([fx, fy], speeds) = self.wheel_speeds(stretch, &wheels, |state| {
                     let specific_force = rotation * state.imu.specific_force;

@@ -58,7 +58,7 @@ pub(super) fn compare(
     let pairs = pairs(&scene, forces);
     let compare =
         |pair: &Pair<'_>| PairOffset::new(pair.topic, pair.against, pair.by, (pair.find)());
-    pairs.par_iter().map(compare).collect()
+    pairs.par_iter().with_max_len(1).map(compare).collect()
 }
 
 fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> {

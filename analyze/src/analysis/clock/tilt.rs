@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 use tipwatch_mechanics::{
     self as mechanics, BatchWorkspace, Model, Motion, Scope, State, StateColumns, Workspace,
     evaluate, ground_wrenches,
@@ -36,9 +37,9 @@ impl Scene<'_> {
             |row| self.is_whole(row),
             |row| self.rows.activities[row].arm,
         );
-        let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
-        let channels: Channels = (parts.iter())
+        let channels: Channels = (parts.par_iter())
             .map(|stretch| {
+                let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
                 let [computed, friction] = self.of_rows(stretch, |state| {
                     evaluate(machine, state, &mut workspace);
                     let force = mechanics::actuator_force(machine, state, &workspace, linkage);
@@ -62,7 +63,7 @@ impl Scene<'_> {
             |row| self.is_whole(row) && self.rows.activities[row].at_standstill,
             |row| self.rows.activities[row].arm,
         );
-        let channels: Channels = (parts.iter())
+        let channels: Channels = (parts.par_iter())
             .map(|stretch| {
                 let [mx, my, rest_x, rest_y, ux, uy, fx, fy] =
                     self.moments_and_lean(stretch, stream, &rotation);

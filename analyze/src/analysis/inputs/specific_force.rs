@@ -36,17 +36,19 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
     let all: Vec<(f64, bool)> = windows(&signal.recording.stamps_ns)
         .into_iter()
         .filter_map(|window| {
-            let mut mean = |first: usize| {
-                let vectors = window.clone().map(|at| {
-                    let sample = reader.sample(at);
-                    Vector3::new(sample[first], sample[first + 1], sample[first + 2])
-                });
-                let known = vectors.filter(|v| v.iter().all(|c| c.is_finite()));
-                let (count, sum) =
-                    known.fold((0.0, Vector3::zeros()), |(n, sum), v| (n + 1.0, sum + v));
-                (sum / count).norm()
-            };
-            let (force, turning) = (mean(0), mean(3));
+            // specific force and angular velocity: how many samples have it, and their sum
+            let mut sums = [(0.0, Vector3::zeros()); 2];
+            for at in window {
+                let sample = reader.sample(at);
+                for ((count, sum), first) in sums.iter_mut().zip([0, 3]) {
+                    let vector = Vector3::new(sample[first], sample[first + 1], sample[first + 2]);
+                    if vector.iter().all(|c| c.is_finite()) {
+                        *count += 1.0;
+                        *sum += vector;
+                    }
+                }
+            }
+            let [force, turning] = sums.map(|(count, sum)| (sum / count).norm());
             force.is_finite().then_some((force, turning < QUIET_RAD_S))
         })
         .collect();

@@ -52,8 +52,9 @@ pub fn sparseness<S: SampleSource>(
         let count = gaps.clone().count();
         let gaps_s: f64 = gaps.map(|&step| step as f64).sum();
         let all_s: f64 = steps.iter().map(|&step| step as f64).sum();
-        steps.sort_unstable();
-        let median = *steps.get(steps.len() / 2)?;
+        let middle = steps.len() / 2;
+        steps.get(middle)?;
+        let (_, &mut median, _) = steps.select_nth_unstable(middle);
         Some(Sparseness {
             sensor: source.sensor(),
             gap_share: gaps_s / all_s,

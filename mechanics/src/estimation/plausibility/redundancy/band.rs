@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::lean_model::SMOOTHED_S;
-use super::low_pass::{LowPass, share};
+use super::low_pass::{LowPass, left, share};
 
 /// Time over which the bias of the gyro is averaged at the start (s).
 pub(super) const BIAS_S: f64 = 0.4;
@@ -61,9 +61,9 @@ impl TurnedBand {
     }
 
     pub(super) fn step(&mut self, dt: f64, turning: &Vector2<f64>) -> Vector2<f64> {
-        let kept = (-dt / self.time_constant_s).exp();
-        self.turned = (self.turned + turning * dt) * kept;
-        self.turned - self.slow.step(dt, &self.turned)
+        let left = left(dt, self.time_constant_s);
+        self.turned = (self.turned + turning * dt) * left;
+        self.turned - self.slow.step_by(1.0 - left, &self.turned)
     }
 
     pub(super) fn reset(&mut self) {

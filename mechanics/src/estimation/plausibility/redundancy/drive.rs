@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector1, Vector3};
 use super::super::notice::{Found, Limits};
 use super::lasting::LastingDifference;
 use super::leaky::{LeakyIntegral, opposition};
-use super::low_pass::LowPass;
+use super::low_pass::{LowPass, left};
 use super::rolling::Rolled;
 
 /// Time of the comparison T (s).
@@ -46,8 +46,8 @@ impl DriveWatch {
             gravity,
             rolled: None,
             speed: None,
-            wheels: LeakyIntegral::new(COMPARED_S),
-            imu: LeakyIntegral::new(COMPARED_S),
+            wheels: LeakyIntegral::new(),
+            imu: LeakyIntegral::new(),
             bias: LowPass::new(BIAS_S),
             last_ns: None,
             apart: LastingDifference::new(OPPOSITE, LASTING_S),
@@ -85,9 +85,10 @@ impl DriveWatch {
         let forward = (self.base_from_imu * (force - up * self.gravity)).x;
         let bias = self.bias.step(step_s, &Vector1::new(forward));
         let gained = speed - self.speed.replace(speed).unwrap_or(speed);
-        self.wheels.add(step_s, &Vector1::new(gained));
+        let left = left(step_s, COMPARED_S);
+        self.wheels.add(left, &Vector1::new(gained));
         self.imu
-            .add(step_s, &((Vector1::new(forward) - bias) * step_s));
+            .add(left, &((Vector1::new(forward) - bias) * step_s));
         let (a, b) = (self.wheels.value.x, self.imu.value.x);
         let opposite = opposition(a, b);
         self.apart.check(stamp_ns, opposite, limits, found);

@@ -13,6 +13,7 @@ use super::band::Band;
 use super::leaky::LeakyIntegral;
 use super::lean::DIFFERS_S;
 use super::lean_model::LeanModel;
+use super::low_pass::left;
 use super::{rolling, yaw};
 use crate::machine::{Machine, rotation_in_body};
 use crate::state::State;
@@ -86,8 +87,8 @@ impl Excitation {
                 .collect(),
             last_ns: None,
             before: vec![f64::NAN; machine.joints().len()],
-            turned: LeakyIntegral::new(yaw::COMPARED_S),
-            gone: LeakyIntegral::new(yaw::COMPARED_S),
+            turned: LeakyIntegral::new(),
+            gone: LeakyIntegral::new(),
             largest_turn: 0.0,
             largest_way: 0.0,
         }
@@ -109,12 +110,13 @@ impl Excitation {
         }
         let turning = (self.base_from_imu * state.imu.angular_velocity).z;
         let forward = state.base.velocity.x;
+        let left = left(step_s, yaw::COMPARED_S);
         for (sum, rate, largest) in [
             (&mut self.turned, turning, &mut self.largest_turn),
             (&mut self.gone, forward, &mut self.largest_way),
         ] {
             if rate.is_finite() {
-                sum.add(step_s, &Vector1::new(rate * step_s));
+                sum.add(left, &Vector1::new(rate * step_s));
                 *largest = largest.max(sum.value.x.abs());
             }
         }

@@ -5,21 +5,20 @@ use nalgebra::SVector;
 /// The integral x of `dx/dt = r - x / T`.
 #[derive(Debug, Clone)]
 pub(super) struct LeakyIntegral<const N: usize> {
-    time_constant_s: f64,
     pub(super) value: SVector<f64, N>,
 }
 
 impl<const N: usize> LeakyIntegral<N> {
-    pub(super) fn new(time_constant_s: f64) -> Self {
+    pub(super) fn new() -> Self {
         Self {
-            time_constant_s,
             value: SVector::zeros(),
         }
     }
 
-    /// Adds the change of a step of `dt` seconds.
-    pub(super) fn add(&mut self, dt: f64, change: &SVector<f64, N>) {
-        self.value = (self.value + change) * (-dt / self.time_constant_s).exp();
+    /// Adds the change of a step; `left`: see [`left`](super::low_pass::left). Integrals of one time constant share the
+    /// exponential.
+    pub(super) fn add(&mut self, left: f64, change: &SVector<f64, N>) {
+        self.value = (self.value + change) * left;
     }
 
     pub(super) fn reset(&mut self) {

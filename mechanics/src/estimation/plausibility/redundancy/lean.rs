@@ -26,6 +26,7 @@ use super::band::{BIAS_S, Band, Gyro, TurnedBand};
 use super::evidence::Evidence;
 use super::lean_difference::LeanDifference;
 use super::lean_model::{Lean, LeanModel};
+use super::low_pass::left;
 use super::rolling::Rolled;
 use super::standstill::Standstill;
 use super::travel::{Rocking, Travel};
@@ -219,10 +220,10 @@ impl LeanWatch {
                 .turned
                 .each_mut()
                 .map(|band| band.step(step_s, &turning));
+            let left = left(step_s, DISTURBED_S);
             let disturbed = self.disturbed.iter_mut().zip(measured.iter().zip(rocking));
             for (disturbed, (lean, rocking)) in disturbed {
-                let before = *disturbed * (-step_s / DISTURBED_S).exp();
-                *disturbed = before.max(rocking * lean.norm());
+                *disturbed = (*disturbed * left).max(rocking * lean.norm());
             }
             self.weigh(stamp_ns, step_ns, &measured, rocking, limits);
         }

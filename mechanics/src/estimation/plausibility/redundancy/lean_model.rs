@@ -17,7 +17,9 @@ use super::low_pass::{LowPass, share};
 use super::rolling::{Rolled, Rolling};
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::geometry::coordinate::{Coordinate, Motion};
-use crate::machine::{Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint, rotation_in_body};
+use crate::machine::{
+    Body, Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint, rotation_in_body,
+};
 use crate::state::State;
 
 /// Time constant of both low-pass filters (s): slower than the platform swings on its tyres.
@@ -236,39 +238,55 @@ impl LeanModel {
 
     /// The lean of a machine at rest in the posture that is set, not smoothed.
     pub(super) fn posture_lean(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
-        let carried = self.weigh_bodies().first.cross(up);
+        let (ground, mut first) = (self.ground, Vector3::zeros());
+        self.move_bodies(BodyMotion::carry_at_rest, |motion, inertia, share| {
+            first += place_above(ground, motion, inertia) * inertia.mass * share;
+        });
+        let carried = first.cross(up);
         self.compliance * carried.xy() + self.plane_of_wheels()
     }
 
     /// Moves all bodies and sums up their moments.
     pub(super) fn weigh_bodies(&mut self) -> Weighed {
-        let machine = &self.machine;
-        kinematics::coordinates(machine, &self.state, &mut self.coordinates);
+        let ground = self.ground;
         let (mut first, mut momentum) = (Vector3::zeros(), Vector3::zeros());
-        for (i, body) in machine.bodies.iter().enumerate() {
-            if i > 0 {
-                self.motions[i] = self.motions[body.parent].carry(body, &self.coordinates[i]);
-            }
-            if self.spins[i] {
-                continue;
-            }
-            let [weighed, turned] = moments(&self.motions[i], &body.inertia, self.ground);
-            first += weighed;
-            momentum += turned;
-        }
-        let mut has_unknown_load = false;
-        for (payload, share) in machine.payloads.iter().zip(&self.state.payload_share) {
-            let [weighed, turned] =
-                moments(&self.motions[payload.body], &payload.inertia, self.ground);
-            first += weighed * *share;
-            momentum += turned * *share;
-            has_unknown_load |= payload.is_estimated && payload.inertia.mass == 0.0 && *share > 0.0;
-        }
+        let has_unknown_load =
+            self.move_bodies(BodyMotion::carry_velocity, |motion, inertia, share| {
+                let [weighed, turned] = moments(motion, inertia, ground);
+                first += weighed * share;
+                momentum += turned * share;
+            });
         Weighed {
             first,
             momentum,
             has_unknown_load,
         }
+    }
+
+    /// Moves all bodies by `carry`. `visit` receives the motion and inertia of each body but the wheels and of each payload,
+    /// and how much of it is attached, 0 to 1. Returns whether a load of unknown mass is attached.
+    #[inline(always)]
+    fn move_bodies(
+        &mut self,
+        carry: impl Fn(&BodyMotion<f64>, &Body, &Coordinate<f64>) -> BodyMotion<f64>,
+        mut visit: impl FnMut(&BodyMotion<f64>, &Inertia, f64),
+    ) -> bool {
+        let machine = &self.machine;
+        kinematics::coordinates(machine, &self.state, &mut self.coordinates);
+        for (i, body) in machine.bodies.iter().enumerate() {
+            if i > 0 {
+                self.motions[i] = carry(&self.motions[body.parent], body, &self.coordinates[i]);
+            }
+            if !self.spins[i] {
+                visit(&self.motions[i], &body.inertia, 1.0);
+            }
+        }
+        let mut has_unknown_load = false;
+        for (payload, &share) in machine.payloads.iter().zip(&self.state.payload_share) {
+            visit(&self.motions[payload.body], &payload.inertia, share);
+            has_unknown_load |= payload.is_estimated && payload.inertia.mass == 0.0 && share > 0.0;
+        }
+        has_unknown_load
     }
 
     /// The motion by the wheels, in the posture of the last [`Self::lean`].
@@ -341,12 +359,17 @@ pub(super) struct Weighed {
 fn moments(motion: &BodyMotion<f64>, inertia: &Inertia, ground: f64) -> [Vector3<f64>; 2] {
     let w = &motion.angular_velocity;
     let com = motion.rotation * inertia.com;
-    let place = motion.origin + com - Vector3::z() * ground;
+    let place = place_above(ground, motion, inertia);
     let velocity = motion.velocity + w.cross(&com);
     // The inertia tensor is not turned into base axes: three products with a vector cost less than two of matrices.
     let own = motion.rotation * (inertia.about_com * motion.rotation.tr_mul(w));
     let momentum = place.cross(&velocity) * inertia.mass + own;
     [place * inertia.mass, momentum]
+}
+
+/// Centre of mass about the point on the ground (m).
+fn place_above(ground: f64, motion: &BodyMotion<f64>, inertia: &Inertia) -> Vector3<f64> {
+    motion.origin + motion.rotation * inertia.com - Vector3::z() * ground
 }
 
 /// The arm's body at the end of the longest chain of bodies.

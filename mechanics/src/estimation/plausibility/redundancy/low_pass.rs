@@ -2,9 +2,14 @@
 
 use nalgebra::SVector;
 
+/// What is left of a value that has died away with this time constant for `dt` seconds, as a share of it.
+pub(super) fn left(dt: f64, time_constant_s: f64) -> f64 {
+    (-dt / time_constant_s).exp()
+}
+
 /// What a low-pass filter with this time constant takes over of an input that has lasted for `dt` seconds.
 pub(super) fn share(dt: f64, time_constant_s: f64) -> f64 {
-    1.0 - (-dt / time_constant_s).exp()
+    1.0 - left(dt, time_constant_s)
 }
 
 /// Low-pass filter; it begins at its first input.

@@ -13,6 +13,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::super::notice::{Found, Limits};
 use super::lasting::LastingDifference;
 use super::leaky::LeakyIntegral;
+use super::low_pass::left;
 
 /// Time of the comparison T (s).
 const COMPARED_S: f64 = 2.0;
@@ -39,8 +40,8 @@ impl RotationWatch {
         let apart = || LastingDifference::new(0.0, LASTING_S);
         Self {
             last: None,
-            attitude: LeakyIntegral::new(COMPARED_S),
-            gyro: LeakyIntegral::new(COMPARED_S),
+            attitude: LeakyIntegral::new(),
+            gyro: LeakyIntegral::new(),
             apart: [apart(), apart()],
         }
     }
@@ -72,9 +73,10 @@ impl RotationWatch {
             return;
         };
         let rotation = (before.inverse() * attitude).scaled_axis();
-        self.attitude.add(step_s, &rotation);
+        let left = left(step_s, COMPARED_S);
+        self.attitude.add(left, &rotation);
         self.gyro
-            .add(step_s, &((turning + turning_before) * (0.5 * step_s)));
+            .add(left, &((turning + turning_before) * (0.5 * step_s)));
         let up = attitude.inverse_transform_vector(&Vector3::z());
         let (a, b) = (self.attitude.value, self.gyro.value);
         let [of_a, of_b] = [a, b].map(|turned| turned.dot(&up));

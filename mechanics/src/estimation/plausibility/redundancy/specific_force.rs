@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::super::notice::{Found, Limits};
 use super::lasting::LastingDifference;
-use super::low_pass::LowPass;
+use super::low_pass::{LowPass, share};
 use super::travel::Travel;
 use crate::machine::{Machine, rotation_in_body};
 
@@ -76,8 +76,9 @@ impl SpecificForceWatch {
         };
         let velocity = self.imu_from_base * base + turning.cross(&self.position);
         let acceleration = force - up * self.gravity - turning.cross(&velocity);
-        let mean = self.error.step(step_s, &acceleration);
-        let gained = velocity - self.velocity.step(step_s, &velocity);
+        let share = share(step_s, AVERAGED_S);
+        let mean = self.error.step_by(share, &acceleration);
+        let gained = velocity - self.velocity.step_by(share, &velocity);
         let apart = (mean - gained / AVERAGED_S).norm();
         self.apart.check(stamp_ns, apart, limits, found);
     }

@@ -10,7 +10,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::super::notice::{Found, Limits};
 use super::lasting::LastingDifference;
-use super::low_pass::LowPass;
+use super::low_pass::{LowPass, share};
 
 /// Averaging time (s).
 const AVERAGED_S: f64 = 1.0;
@@ -64,8 +64,9 @@ impl TiltWatch {
             self.apart.reset();
             return;
         };
-        let up = self.imu.step(step_s, up);
-        let other = self.smoothed_odometry.step(step_s, &other);
+        let share = share(step_s, AVERAGED_S);
+        let up = self.imu.step_by(share, up);
+        let other = self.smoothed_odometry.step_by(share, &other);
         let apart = up.cross(&other).norm().atan2(up.dot(&other));
         self.apart.check(stamp_ns, apart, limits, found);
     }

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use super::low_pass::left;
+
 /// Speed that noise of the odometry may show while the machine stands (m/s).
 const STANDING: f64 = 0.04;
 /// Speed beyond it from which uneven ground rocks the machine (m/s).
@@ -67,7 +69,7 @@ impl Rocking {
     /// The rocking after a step in which it was `now`; `lasts`: whether what was before it counts.
     pub(super) fn step(&mut self, dt: f64, now: f64, lasts: bool) -> f64 {
         let before = if lasts { self.value } else { 0.0 };
-        self.value = now.max(before * (-dt / self.lasting_s).exp());
+        self.value = now.max(before * left(dt, self.lasting_s));
         self.value
     }
 }

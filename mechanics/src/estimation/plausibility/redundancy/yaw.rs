@@ -19,6 +19,7 @@ use super::super::fault::YawBy;
 use super::super::notice::{Found, Limits, Notice};
 use super::lasting::LastingDifference;
 use super::leaky::{LeakyIntegral, opposition};
+use super::low_pass::left;
 use super::rolling::Rolled;
 
 /// Time of the comparison T (s).
@@ -68,8 +69,8 @@ impl YawWatch {
     pub(in super::super) fn new(skids: bool) -> Self {
         let other = |by| Other {
             by,
-            gyro: LeakyIntegral::new(COMPARED_S),
-            other: LeakyIntegral::new(COMPARED_S),
+            gyro: LeakyIntegral::new(),
+            other: LeakyIntegral::new(),
             apart: LastingDifference::new(0.0, LASTING_S),
         };
         Self {
@@ -79,8 +80,8 @@ impl YawWatch {
             skids,
             last_ns: None,
             travel: Opposition {
-                wheels: LeakyIntegral::new(COMPARED_S),
-                odometry: LeakyIntegral::new(COMPARED_S),
+                wheels: LeakyIntegral::new(),
+                odometry: LeakyIntegral::new(),
                 last_ns: None,
                 apart: LastingDifference::new(OPPOSITE, LASTING_S),
             },
@@ -110,6 +111,7 @@ impl YawWatch {
         let is_fresh = |at: i64| limits.elapsed_s(at, stamp_ns).abs() <= limits.max_gap_s;
         let odometry = self.odometry.filter(|(at, _)| is_fresh(*at));
         let rolled = self.rolled.filter(|(at, _)| is_fresh(*at));
+        let left = left(step_s, COMPARED_S);
         for it in &mut self.others {
             let other = match it.by {
                 YawBy::Odometry => odometry.map(|(_, turning)| turning),
@@ -122,8 +124,8 @@ impl YawWatch {
                 it.apart.reset();
                 continue;
             };
-            it.gyro.add(step_s, &Vector1::new(turning * step_s));
-            it.other.add(step_s, &Vector1::new(other * step_s));
+            it.gyro.add(left, &Vector1::new(turning * step_s));
+            it.other.add(left, &Vector1::new(other * step_s));
             let (a, b) = (it.gyro.value.x, it.other.value.x);
             let by = it.by;
             let skids = self.skids && by != YawBy::Steering;
@@ -160,8 +162,9 @@ impl YawWatch {
             it.apart.reset();
             return;
         };
-        it.wheels.add(step_s, &Vector1::new(rolled.speed * step_s));
-        it.odometry.add(step_s, &Vector1::new(forward * step_s));
+        let left = left(step_s, COMPARED_S);
+        it.wheels.add(left, &Vector1::new(rolled.speed * step_s));
+        it.odometry.add(left, &Vector1::new(forward * step_s));
         let (a, b) = (it.wheels.value.x, it.odometry.value.x);
         let opposite = opposition(a, b);
         it.apart.check(stamp_ns, opposite, limits, found);
