@@ -1,6 +1,7 @@
 //! Atomic replacement of files: a reader sees the old file or the new one, never a part.
 
 use std::fs::{self, File};
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -11,36 +12,43 @@ const UNFINISHED: &str = ".tipwatch-part";
 
 /// Replaces a file by these bytes.
 pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
-    make_atomically(path, |unfinished| {
-        fs::write(unfinished, bytes).with_context(|| cannot(path, "written"))
-    })
+    let (mut file, unfinished) = begin(path)?;
+    let written = file.write_all(bytes);
+    drop(file);
+    let replaced = written.and_then(|()| Ok(unfinished.persist(path)?));
+    replaced.with_context(|| cannot(path, "written"))
 }
 
 /// Replaces a file by the one that `make` writes to a temporary path in the same folder.
 pub(crate) fn make_atomically(path: &Path, make: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))?;
-    let name = path.file_name().unwrap_or_default();
-    let unfinished = unfinished_in(folder, &name.to_string_lossy())?;
+    let (_, unfinished) = begin(path)?;
     make(&unfinished)?;
     unfinished
         .persist(path)
         .with_context(|| cannot(path, "written"))
 }
 
-/// A new, empty file beside the one of this name in a folder; it is removed unless it is given that name.
-pub(crate) fn unfinished_in(folder: &Path, name: &str) -> Result<TempPath> {
+/// A new, empty file beside `path`, whose folder is created if missing.
+fn begin(path: &Path) -> Result<(File, TempPath)> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    fs::create_dir_all(folder).with_context(|| cannot(folder, "created"))?;
+    unfinished_of(path)
+}
+
+/// A new, empty file beside the one of this name in a folder; it is removed unless it is given that name. It is best
+/// written through the file returned: opened and emptied anew, some file systems write it to the disk when it is closed.
+pub(crate) fn unfinished_in(folder: &Path, name: &str) -> Result<(File, TempPath)> {
     let unfinished = tempfile::Builder::new()
         .prefix(name)
         .suffix(UNFINISHED)
         // with the permissions of any other new file, not for the owner alone
         .make_in(folder, |unfinished| File::create_new(unfinished))
         .with_context(|| cannot(&folder.join(name), "written"))?;
-    Ok(unfinished.into_temp_path())
+    Ok(unfinished.into_parts())
 }
 
 /// A new, empty file beside `path`; it is removed unless it is given that name.
-pub(crate) fn unfinished_of(path: &Path) -> Result<TempPath> {
+pub(crate) fn unfinished_of(path: &Path) -> Result<(File, TempPath)> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     unfinished_in(path.parent().unwrap_or(Path::new("")), &name)
 }

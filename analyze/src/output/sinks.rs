@@ -111,8 +111,8 @@ impl SamplesFile {
         let (writer, _) = match &mut self.file {
             Some(file) => file,
             none => {
-                let path = unfinished_in(&self.folder, SAMPLES)?;
-                none.insert((TableWriter::create(&path, &block, &[])?, path))
+                let (file, path) = unfinished_in(&self.folder, SAMPLES)?;
+                none.insert((TableWriter::begin(file, &path, &block, &[])?, path))
             }
         };
         writer.write(&block)

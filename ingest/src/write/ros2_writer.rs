@@ -90,7 +90,7 @@ impl Ros2Writer {
         })?;
         // higher levels gain nothing on measured floating-point numbers
         let options = options("ros2").compression_level(1);
-        let writer = options.create(BufWriter::new(file));
+        let writer = options.create(BufWriter::with_capacity(1 << 18, file));
         Ok(Self {
             writer: writer.map_err(|source| failed(path, source))?,
             path: path.into(),

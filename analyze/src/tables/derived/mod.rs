@@ -69,7 +69,7 @@ impl DerivedPass {
         rows: DerivedRows,
         path: &Path,
     ) -> Result<Self> {
-        let unfinished = unfinished_of(path)?;
+        let (_, unfinished) = unfinished_of(path)?;
         fs::remove_file(&unfinished)?;
         let mut writer = Ros2Writer::create(&unfinished)?;
         let machine = prepared.machine.clone();

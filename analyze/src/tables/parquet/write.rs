@@ -74,6 +74,19 @@ impl TableWriter {
     pub(crate) fn create(path: &Path, like: &Table, more: &[(&str, String)]) -> Result<Self> {
         let file =
             File::create(path).with_context(|| format!("{}: cannot be created", path.display()))?;
+        Self::begin(file, path, like, more)
+    }
+
+    /// The same in an empty file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn begin(
+        file: File,
+        path: &Path,
+        like: &Table,
+        more: &[(&str, String)],
+    ) -> Result<Self> {
         let file = SerializedFileWriter::new(
             BufWriter::with_capacity(1 << 20, file),
             schema(like)?,
