@@ -3,7 +3,7 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use tipwatch_mechanics::state::{Sensor, tilt_is_measured};
 
-use super::windows::{median, windows};
+use super::windows::{median, of_windows};
 use super::{GrossInput, GrossInputKind};
 use crate::base::number::{percent, short};
 use crate::load::{LoadedLog, Signal};
@@ -114,29 +114,25 @@ fn contradicts_gravity(signal: &Signal) -> Option<GrossInput> {
     if signal.sensor != Sensor::Imu {
         return None;
     }
-    let mut reader = signal.recording.reader();
-    let angles = windows(&signal.recording.stamps_ns)
-        .into_iter()
-        .filter_map(|window| {
-            let (mut up, mut force) = (Vector3::zeros(), Vector3::zeros());
-            for at in window {
-                let sample = reader.sample(at);
-                let [x, y, z, w] = [6, 7, 8, 9].map(|at| sample[at]);
-                let quaternion = Quaternion::new(w, x, y, z);
-                let measured = Vector3::new(sample[0], sample[1], sample[2]);
-                let is_known = (quaternion.norm() - 1.0).abs() < LENGTH_TOLERANCE
-                    && tilt_is_measured(&sample[FIRST..])
-                    && measured.iter().all(|c| c.is_finite());
-                if is_known {
-                    let attitude = UnitQuaternion::from_quaternion(quaternion);
-                    up += attitude.inverse_transform_vector(&Vector3::z());
-                    force += measured;
-                }
+    let angles: Vec<f64> = of_windows(&signal.recording, |reader, window| {
+        let (mut up, mut force) = (Vector3::zeros(), Vector3::zeros());
+        for at in window {
+            let sample = reader.sample(at);
+            let [x, y, z, w] = [6, 7, 8, 9].map(|at| sample[at]);
+            let quaternion = Quaternion::new(w, x, y, z);
+            let measured = Vector3::new(sample[0], sample[1], sample[2]);
+            let is_known = (quaternion.norm() - 1.0).abs() < LENGTH_TOLERANCE
+                && tilt_is_measured(&sample[FIRST..])
+                && measured.iter().all(|c| c.is_finite());
+            if is_known {
+                let attitude = UnitQuaternion::from_quaternion(quaternion);
+                up += attitude.inverse_transform_vector(&Vector3::z());
+                force += measured;
             }
-            let angle = up.angle(&force).to_degrees();
-            (up.norm() > 0.0 && force.norm() > 0.0 && angle.is_finite()).then_some(angle)
-        });
-    let angles: Vec<f64> = angles.collect();
+        }
+        let angle = up.angle(&force).to_degrees();
+        (up.norm() > 0.0 && force.norm() > 0.0 && angle.is_finite()).then_some(angle)
+    });
     let angle = median(angles.iter().copied())?;
     if angles.len() < FEWEST_WINDOWS || angle <= LARGEST_ANGLE_DEG {
         return None;

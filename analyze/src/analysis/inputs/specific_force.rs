@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use tipwatch_mechanics::state::Sensor;
 
 use super::proportion::digits;
-use super::windows::{median, quantile, windows};
+use super::windows::{median, of_windows, quantile};
 use super::{GrossInput, GrossInputKind};
 use crate::base::number::{percent, short};
 use crate::load::LoadedLog;
@@ -32,26 +32,23 @@ const UNITS: [(&str, f64); 5] = [
 /// A specific force whose length is not that of gravity.
 pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
     let signal = loaded.signals.iter().find(|s| s.sensor == Sensor::Imu)?;
-    let mut reader = signal.recording.reader();
-    let all: Vec<(f64, bool)> = windows(&signal.recording.stamps_ns)
-        .into_iter()
-        .filter_map(|window| {
-            // specific force and angular velocity: how many samples have it, and their sum
-            let mut sums = [(0.0, Vector3::zeros()); 2];
-            for at in window {
-                let sample = reader.sample(at);
-                for ((count, sum), first) in sums.iter_mut().zip([0, 3]) {
-                    let vector = Vector3::new(sample[first], sample[first + 1], sample[first + 2]);
-                    if vector.iter().all(|c| c.is_finite()) {
-                        *count += 1.0;
-                        *sum += vector;
+    let all: Vec<(f64, bool)> = of_windows(&signal.recording, |reader, window| {
+        // specific force and angular velocity: how many samples have it, and their sum
+        let mut sums = [(0.0, [0.0; 3]); 2];
+        for at in window {
+            let (vectors, _) = reader.sample(at).as_chunks::<3>();
+            for ((count, sum), vector) in sums.iter_mut().zip(vectors) {
+                if vector.iter().all(|c| c.is_finite()) {
+                    *count += 1.0;
+                    for (sum, component) in sum.iter_mut().zip(vector) {
+                        *sum += component;
                     }
                 }
             }
-            let [force, turning] = sums.map(|(count, sum)| (sum / count).norm());
-            force.is_finite().then_some((force, turning < QUIET_RAD_S))
-        })
-        .collect();
+        }
+        let [force, turning] = sums.map(|(count, sum)| (Vector3::from(sum) / count).norm());
+        force.is_finite().then_some((force, turning < QUIET_RAD_S))
+    });
     let quiet: Vec<f64> = (all.iter())
         .filter(|(_, is_quiet)| *is_quiet)
         .map(|(force, _)| *force)

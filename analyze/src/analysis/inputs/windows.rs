@@ -2,12 +2,18 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
+use crate::load::{Recording, SampleReader};
+
 /// Length of a window (ns).
 const LENGTH_NS: i64 = 1_000_000_000;
 /// Longest step between samples in a window (ns).
 const LONGEST_STEP_NS: i64 = 250_000_000;
 /// Fewest samples of a window.
 const FEWEST: usize = 5;
+/// Windows that a thread looks at in a row.
+const IN_A_ROW: usize = 32;
 
 /// The windows, in order; a gap or a stamp that steps back ends one.
 pub(super) fn windows(stamps_ns: &[i64]) -> Vec<Range<usize>> {
@@ -27,6 +33,23 @@ pub(super) fn windows(stamps_ns: &[i64]) -> Vec<Range<usize>> {
         }
     }
     windows
+}
+
+/// What `of` makes of each window over a recording, in order, on all cores.
+pub(super) fn of_windows<T: Send>(
+    recording: &Recording,
+    of: impl Fn(&mut SampleReader<'_>, Range<usize>) -> Option<T> + Sync,
+) -> Vec<T> {
+    let windows = windows(&recording.stamps_ns);
+    let found = windows.par_chunks(IN_A_ROW).map(|windows| {
+        let mut reader = recording.reader();
+        let found = windows
+            .iter()
+            .filter_map(|window| of(&mut reader, window.clone()));
+        found.collect::<Vec<T>>()
+    });
+    let found: Vec<Vec<T>> = found.collect();
+    found.into_iter().flatten().collect()
 }
 
 /// The quantile of values that are finite; `None` without any.
