@@ -1,12 +1,12 @@
 //! The forward pass: implausible spans, the bias of the accelerometer, and where each block of rows starts.
 
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use super::bias_pass::find_bias;
 use super::fault_search::find_faults;
 use super::pass::{Pass, Run};
-use super::sorted_samples::{Chunk, SortedSamples, for_each_by_stamp};
+use super::sorted_samples::{Chunk, SortedSamples};
 use super::source::SampleSource;
 use crate::estimation::bias::{BiasEstimator, BiasHistory};
 use crate::estimation::kalman_filter::FilterState;
@@ -84,7 +84,7 @@ impl<S: SampleSource> Passes<'_, S> {
         let tracks: Vec<Slot<_, _>> = self.samples.iter().map(|_| Slot::default()).collect();
         let mut passes: Vec<Pass<'_>> = vec![
             Box::new(|| found.set(self.find_faults(&faulty, run))),
-            Box::new(|| bias.set(self.find_bias(&of_bias, &[], &is_bias_faulty))),
+            Box::new(|| bias.set(self.find_bias(&of_bias, &[], &is_bias_faulty, run))),
         ];
         for (sensor, track) in tracks.iter().enumerate() {
             let is_faulty = &is_faulty;
@@ -98,7 +98,7 @@ impl<S: SampleSource> Passes<'_, S> {
                 .copied()
                 .collect()
         };
-        let find_bias = || self.find_bias(&of_bias, &faults, &|| false);
+        let find_bias = || self.find_bias(&of_bias, &faults, &|| false, run);
         let follow = |sensor: usize| self.follow(sensor, of_sensor(sensor), &|| false);
         let mut passes: Vec<Pass<'_>> = Vec::new();
         if is_bias_faulty() {
@@ -139,30 +139,15 @@ impl<S: SampleSource> Passes<'_, S> {
             .collect()
     }
 
-    /// Estimates the bias of the accelerometer from its sensors together in stamp order. Once `is_void`, the result
-    /// does not matter.
     fn find_bias(
         &self,
         of_bias: &[usize],
         faults: &[FaultSpan],
         is_void: &dyn Fn() -> bool,
+        run: Run<'_>,
     ) -> Result<BiasHistory, S::Error> {
-        let mut estimator = BiasEstimator::new(self.machine, self.sensors, true);
         let used: Vec<&SortedSamples<S>> = of_bias.iter().map(|&k| &self.samples[k]).collect();
-        let mut walks: Vec<(SpanWalk<'_>, Option<i64>)> = (used.iter())
-            .map(|samples| (SpanWalk::new(faults_of(faults, samples.sensor())), None))
-            .collect();
-        for_each_by_stamp(&used, |which, sample| {
-            let (walk, last_ns) = &mut walks[which];
-            if last_ns.replace(sample.stamp_ns) != Some(sample.stamp_ns) {
-                estimator.push(sample, &walk.judgement(sample.stamp_ns));
-            }
-            match is_void() {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            }
-        })?;
-        Ok(estimator.smoothed())
+        find_bias(self.machine, self.sensors, &used, faults, is_void, run)
     }
 
     /// Feeds a sensor's samples to its filters, those within its faults treated as the fault requires. Once `is_void`,

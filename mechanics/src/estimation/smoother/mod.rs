@@ -4,6 +4,7 @@
 //! block. From it each block of rows is smoothed independently of the others: its filters run on past its end until
 //! later samples no longer matter, and the backward pass starts there. Only a few blocks are in memory at a time.
 
+mod bias_pass;
 mod block;
 mod fault_search;
 mod forward;

@@ -1,7 +1,5 @@
 //! The samples of a source in stamp order.
 
-use std::ops::ControlFlow;
-
 use super::source::SampleSource;
 use crate::state::{Sample, Sensor, Sensors};
 
@@ -149,18 +147,4 @@ impl<'s, S: SampleSource> ByStamp<'s, S> {
         let sample = sensor.sample(sample, &mut self.chunks[which])?;
         Ok(sample.map(|sample| (which, sample)))
     }
-}
-
-/// Visits the samples of several sensors in stamp order, each with its index in `sensors`, until `visit` breaks off.
-pub(in crate::estimation) fn for_each_by_stamp<S: SampleSource>(
-    sensors: &[&SortedSamples<S>],
-    mut visit: impl FnMut(usize, &Sample<'_>) -> ControlFlow<()>,
-) -> Result<(), S::Error> {
-    let mut samples = ByStamp::new(sensors.to_vec());
-    while let Some((which, sample)) = samples.next()? {
-        if visit(which, &sample).is_break() {
-            break;
-        }
-    }
-    Ok(())
 }

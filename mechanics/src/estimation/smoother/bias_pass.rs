@@ -1,0 +1,121 @@
+//! The bias of the accelerometer over a whole log.
+//!
+//! A batch of samples is put in stamp order and judged, then taken by the estimator. Two batches are on this way at the
+//! same time, so that two threads share the work.
+
+use std::ops::Range;
+
+use super::pass::Run;
+use super::sorted_samples::{ByStamp, SortedSamples};
+use super::source::SampleSource;
+use crate::estimation::bias::{BiasEstimator, BiasHistory};
+use crate::estimation::plausibility::{FaultSpan, Judgement, SpanWalk};
+use crate::machine::Machine;
+use crate::state::{Sample, Sensor, Sensors};
+
+/// Samples of a batch.
+const BATCH: usize = 2048;
+
+/// Estimates the bias from these sensors together in stamp order, their samples treated as their `faults` require. Once
+/// `is_void`, the result does not matter. `run` runs the parts of the work.
+pub(super) fn find_bias<S: SampleSource>(
+    machine: &Machine,
+    sensors: &Sensors,
+    samples: &[&SortedSamples<S>],
+    faults: &[FaultSpan],
+    is_void: &dyn Fn() -> bool,
+    run: Run<'_>,
+) -> Result<BiasHistory, S::Error> {
+    let mut estimator = BiasEstimator::new(machine, sensors, true);
+    let walk = |samples: &&SortedSamples<S>| {
+        let of_sensor = move |span: &&FaultSpan| span.worst.sensor == samples.sensor();
+        (SpanWalk::new(faults.iter().filter(of_sensor)), None)
+    };
+    let mut judged = JudgedSamples {
+        walks: samples.iter().map(walk).collect(),
+        samples: ByStamp::new(samples.to_vec()),
+    };
+    let mut batches: [Batch; 2] = Default::default();
+    loop {
+        let [first, second] = &mut batches;
+        let (mut filled, mut is_taken) = (None, false);
+        run(vec![
+            Box::new(|| filled = Some(judged.fill(first))),
+            Box::new(|| {
+                second.give_to(&mut estimator);
+                is_taken = true;
+            }),
+        ]);
+        match filled {
+            Some(filled) => filled?,
+            None => judged.fill(first)?,
+        }
+        if !is_taken {
+            second.give_to(&mut estimator);
+        }
+        batches.rotate_right(1);
+        if is_void() || batches.iter().all(|batch| batch.samples.is_empty()) {
+            return Ok(estimator.smoothed());
+        }
+    }
+}
+
+/// Consecutive samples, and how they are to be treated.
+#[derive(Default)]
+struct Batch {
+    samples: Vec<Judged>,
+    values: Vec<f64>,
+}
+
+/// A sample of a batch.
+struct Judged {
+    sensor: Sensor,
+    stamp_ns: i64,
+    values: Range<usize>,
+    judgement: Judgement,
+}
+
+impl Batch {
+    fn give_to(&self, estimator: &mut BiasEstimator) {
+        for judged in &self.samples {
+            let sample = Sample {
+                sensor: judged.sensor,
+                stamp_ns: judged.stamp_ns,
+                values: &self.values[judged.values.clone()],
+            };
+            estimator.push(&sample, &judged.judgement);
+        }
+    }
+}
+
+/// Samples in stamp order, and how they are to be treated.
+struct JudgedSamples<'s, S> {
+    samples: ByStamp<'s, S>,
+    /// By sensor: its faults, and the stamp of its last sample.
+    walks: Vec<(SpanWalk<'s>, Option<i64>)>,
+}
+
+impl<S: SampleSource> JudgedSamples<'_, S> {
+    /// Replaces a batch by the next samples; none after the last. Of equal stamps of a sensor only the first is used.
+    fn fill(&mut self, batch: &mut Batch) -> Result<(), S::Error> {
+        batch.samples.clear();
+        batch.values.clear();
+        while batch.samples.len() < BATCH
+            && let Some((which, sample)) = self.samples.next()?
+        {
+            let (walk, last_ns) = &mut self.walks[which];
+            if last_ns.replace(sample.stamp_ns) == Some(sample.stamp_ns) {
+                continue;
+            }
+            let first = batch.values.len();
+            batch.values.extend_from_slice(sample.values);
+            batch.samples.push(Judged {
+                sensor: sample.sensor,
+                stamp_ns: sample.stamp_ns,
+                values: first..batch.values.len(),
+                judgement: walk.judgement(sample.stamp_ns),
+            });
+        }
+        Ok(())
+    }
+}
