@@ -1,7 +1,8 @@
 //! A fleet split over processes: records, lost processes, late and repeated logs, versions.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Child;
 
 use serde_json::Value as Json;
@@ -31,7 +32,7 @@ fn records(place: &Path) -> Vec<String> {
 }
 
 /// The one record of a log, by the end of its path.
-fn record(place: &Path, log: &str) -> (std::path::PathBuf, Json) {
+fn record(place: &Path, log: &str) -> (PathBuf, Json) {
     let files = files(&place.join("state"));
     let records = files
         .values()
@@ -108,12 +109,19 @@ fn parts_named_by_engines_gather_to_the_data_set_of_one_run() {
 }
 
 /// All files but the lock, with their contents.
-fn result_with_state(out: &Path) -> std::collections::BTreeMap<String, Vec<u8>> {
+fn result_with_state(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let found = files(out).into_iter();
     let found = found.filter(|(name, _)| name != "state/lock");
     found
         .map(|(name, path)| (name, fs::read(path).unwrap()))
         .collect()
+}
+
+/// The marks of logs in progress, without files that a killed process left unfinished.
+fn marks(place: &Path) -> BTreeMap<String, PathBuf> {
+    let mut marks = files(&place.join("attempts"));
+    marks.retain(|name, _| !name.starts_with('.'));
+    marks
 }
 
 #[test]
@@ -123,7 +131,7 @@ fn a_log_that_takes_its_process_with_it_fails_and_the_others_do_not() {
     let (place, machine) = (out.path().join("records"), data("coverage.toml"));
     // a process that ends in the middle of a log leaves its mark: here each is killed at the first mark
     let wait_for_mark = |child: &mut Child| loop {
-        let mark = files(&place.join("attempts")).into_keys().max();
+        let mark = marks(&place).into_keys().max();
         if mark.is_some() || child.try_wait().unwrap().is_some() {
             return mark;
         }
@@ -137,14 +145,14 @@ fn a_log_that_takes_its_process_with_it_fails_and_the_others_do_not() {
         child.kill().unwrap();
         child.wait().unwrap();
         // on a busy computer it may have come to another log meanwhile, or to the end of one
-        if let Some(mark) = files(&place.join("attempts")).into_keys().max() {
+        if let Some(mark) = marks(&place).into_keys().max() {
             break mark;
         }
     };
     assert!(records(&place).len() < 12);
-    let marks = files(&place.join("attempts"));
-    assert_eq!(marks.len(), 1, "{marks:?}");
-    let lost = fs::read_to_string(&marks[&mark]).unwrap();
+    let left = marks(&place);
+    assert_eq!(left.len(), 1, "{left:?}");
+    let lost = fs::read_to_string(&left[&mark]).unwrap();
     // two more processes are lost at the same log
     let (log, _) = mark.rsplit_once('.').unwrap();
     for number in [2, 3] {
@@ -178,7 +186,7 @@ fn a_log_that_takes_its_process_with_it_fails_and_the_others_do_not() {
             .success()
     );
     assert_eq!(record(&place, &lost).1["result"]["status"], "analysed");
-    assert!(files(&place.join("attempts")).is_empty());
+    assert!(marks(&place).is_empty());
     let (code, messages) = gathered(&place, &out.path().join("fleet"), &[text(logs.path())]);
     assert_eq!((code, records(&place).len()), (0, 12), "{messages}");
 }
@@ -300,7 +308,7 @@ fn a_new_version_replaces_the_rows_of_an_old_one() {
     );
 }
 
-fn record_of_version(place: &Path, log: &str, version: &str) -> std::path::PathBuf {
+fn record_of_version(place: &Path, log: &str, version: &str) -> PathBuf {
     let records = files(&place.join("state")).into_values();
     let mut records = records.filter(|path| path.extension().is_some_and(|e| e == "json"));
     records

@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
+use std::time::SystemTime;
 
 use anyhow::{Context, Result};
 use schemars::JsonSchema;
@@ -67,38 +68,60 @@ pub(crate) fn hash_log(log: &Log) -> Result<Vec<FileHash>> {
     files.map(hash).collect()
 }
 
-/// The hashes of the files of a log, computed beside other work.
+/// The hashes of the files of a log after it was read, computed beside the reading.
 pub(crate) struct LogHashes {
     log: Arc<Log>,
-    /// The work; `None` where it is not begun.
-    begun: Option<JoinHandle<Result<Vec<FileHash>>>>,
+    /// `None` where the work is not begun.
+    begun: Option<BegunHashes>,
 }
+
+struct BegunHashes {
+    /// The files when the work was begun.
+    before: Vec<Version>,
+    work: JoinHandle<Result<Vec<FileHash>>>,
+}
+
+/// The length of a file and the time of its last change.
+type Version = (u64, SystemTime);
 
 impl LogHashes {
     /// Begins to hash the files of a log on a thread of its own, which uses what time the processors have left. Files of
     /// which parts are yet to be read wait for [`Self::finish`].
     pub(crate) fn begin(log: &Arc<Log>) -> Self {
-        let is_whole = log.whole_files().iter().all(Option::is_some);
         let shared = Arc::clone(log);
         let hash = move || hash_log(&shared);
+        let begin = |before: Vec<Version>| {
+            let work = std::thread::Builder::new().spawn(hash).ok()?;
+            Some(BegunHashes { before, work })
+        };
         Self {
             log: Arc::clone(log),
-            begun: is_whole
-                .then(|| std::thread::Builder::new().spawn(hash).ok())
-                .flatten(),
+            begun: versions(log).and_then(begin),
         }
     }
 
-    /// The hashes, after the log was read.
+    /// The hashes, after the log was read. Those of files that have changed since the begin are computed anew.
     ///
     /// # Errors
     /// A file cannot be read.
     pub(crate) fn finish(self) -> Result<Vec<FileHash>> {
-        match self.begun.map(JoinHandle::join) {
-            Some(Ok(hashes)) => hashes,
-            Some(Err(_)) | None => hash_log(&self.log),
+        let Some(BegunHashes { before, work }) = self.begun else {
+            return hash_log(&self.log);
+        };
+        match work.join() {
+            Ok(hashes) if versions(&self.log) == Some(before) => hashes,
+            _ => hash_log(&self.log),
         }
     }
+}
+
+/// Of each file of a log; `None` if only parts of one were read, or it cannot be looked at.
+fn versions(log: &Log) -> Option<Vec<Version>> {
+    let version = |file: Option<&Path>| {
+        let found = std::fs::metadata(file?).ok()?;
+        Some((found.len(), found.modified().ok()?))
+    };
+    log.whole_files().into_iter().map(version).collect()
 }
 
 /// Hashes bytes; `path` names them.
@@ -170,4 +193,44 @@ fn running() -> Option<PathBuf> {
 
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+    use std::io::{Seek, SeekFrom, Write};
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn hashes_of_a_log_are_those_after_it_was_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.mcap");
+        let tiny = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/tiny.mcap");
+        std::fs::copy(tiny, &path).unwrap();
+        let writable = std::fs::OpenOptions::new().write(true).open(&path);
+        let mut file = writable.unwrap();
+        // nothing, a longer file, another byte
+        let changes: [(&[u8], SeekFrom); 3] = [
+            (b"", SeekFrom::End(0)),
+            (b"more", SeekFrom::End(0)),
+            (b"M", SeekFrom::Start(100)),
+        ];
+        let mut found = Vec::new();
+        for (bytes, place) in changes {
+            let log = Arc::new(Log::open(&path).unwrap());
+            let hashes = LogHashes::begin(&log);
+            // longer than the clock of any file system takes for a step
+            std::thread::sleep(Duration::from_millis(50));
+            file.seek(place).unwrap();
+            file.write_all(bytes).unwrap();
+            let hashes = hashes.finish().unwrap();
+            assert_eq!(hashes, [hash_file(&path).unwrap()]);
+            found.extend(hashes);
+        }
+        found.dedup();
+        assert_eq!(found.len(), 3);
+    }
 }
