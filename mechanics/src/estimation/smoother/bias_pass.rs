@@ -5,54 +5,42 @@
 
 use std::ops::Range;
 
-use super::pass::Run;
+use super::pass::{Pass, Run, run_all};
 use super::sorted_samples::{ByStamp, SortedSamples};
 use super::source::SampleSource;
 use crate::estimation::bias::{BiasEstimator, BiasHistory};
-use crate::estimation::plausibility::{FaultSpan, Judgement, SpanWalk};
+use crate::estimation::plausibility::{Judgement, SpanWalk};
 use crate::machine::Machine;
 use crate::state::{Sample, Sensor, Sensors};
 
 /// Samples of a batch.
 const BATCH: usize = 2048;
 
-/// Estimates the bias from these sensors together in stamp order, their samples treated as their `faults` require. Once
+/// Estimates the bias from these sensors together in stamp order, the samples of each treated as its faults require. Once
 /// `is_void`, the result does not matter. `run` runs the parts of the work.
 pub(super) fn find_bias<S: SampleSource>(
     machine: &Machine,
     sensors: &Sensors,
-    samples: &[&SortedSamples<S>],
-    faults: &[FaultSpan],
+    used: Vec<(&SortedSamples<S>, SpanWalk<'_>)>,
     is_void: &dyn Fn() -> bool,
     run: Run<'_>,
 ) -> Result<BiasHistory, S::Error> {
     let mut estimator = BiasEstimator::new(machine, sensors, true);
-    let walk = |samples: &&SortedSamples<S>| {
-        let of_sensor = move |span: &&FaultSpan| span.worst.sensor == samples.sensor();
-        (SpanWalk::new(faults.iter().filter(of_sensor)), None)
-    };
+    let (samples, walks): (Vec<_>, Vec<_>) = used.into_iter().unzip();
     let mut judged = JudgedSamples {
-        walks: samples.iter().map(walk).collect(),
-        samples: ByStamp::new(samples.to_vec()),
+        samples: ByStamp::new(samples),
+        walks: walks.into_iter().map(|walk| (walk, None)).collect(),
     };
     let mut batches: [Batch; 2] = Default::default();
     loop {
         let [first, second] = &mut batches;
-        let (mut filled, mut is_taken) = (None, false);
-        run(vec![
-            Box::new(|| filled = Some(judged.fill(first))),
-            Box::new(|| {
-                second.give_to(&mut estimator);
-                is_taken = true;
-            }),
-        ]);
-        match filled {
-            Some(filled) => filled?,
-            None => judged.fill(first)?,
-        }
-        if !is_taken {
-            second.give_to(&mut estimator);
-        }
+        let mut filled = Ok(());
+        let parts: Vec<Pass<'_>> = vec![
+            Box::new(|| filled = judged.fill(first)),
+            Box::new(|| second.give_to(&mut estimator)),
+        ];
+        run_all(run, parts);
+        filled?;
         batches.rotate_right(1);
         if is_void() || batches.iter().all(|batch| batch.samples.is_empty()) {
             return Ok(estimator.smoothed());

@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::pass::Run;
+use super::pass::{Pass, Run, run_all};
 use super::sorted_samples::{ByStamp, SortedSamples};
 use super::source::SampleSource;
 use crate::estimation::plausibility::{
@@ -46,29 +46,15 @@ pub(super) fn find_faults<S: SampleSource>(
     let mut batches: [Batch; 3] = Default::default();
     loop {
         let [first, second, third] = &mut batches;
-        let (mut filled, mut are_leaning, mut are_compared) = (None, false, false);
-        run(vec![
-            Box::new(|| filled = Some(checked.fill(first))),
-            Box::new(|| {
-                compared.take(third);
-                are_compared = true;
-            }),
+        let mut filled = Ok(());
+        let parts: Vec<Pass<'_>> = vec![
+            Box::new(|| filled = checked.fill(first)),
+            Box::new(|| compared.take(third)),
             // the longest part: whoever runs the parts takes this one, and leaves the others
-            Box::new(|| {
-                leaning.take(second);
-                are_leaning = true;
-            }),
-        ]);
-        match filled {
-            Some(filled) => filled?,
-            None => checked.fill(first)?,
-        }
-        if !are_leaning {
-            leaning.take(second);
-        }
-        if !are_compared {
-            compared.take(third);
-        }
+            Box::new(|| leaning.take(second)),
+        ];
+        run_all(run, parts);
+        filled?;
         batches.rotate_right(1);
         if batches.iter().all(|batch| batch.samples.is_empty()) {
             return Ok(compared.spans.finish());

@@ -146,8 +146,11 @@ impl<S: SampleSource> Passes<'_, S> {
         is_void: &dyn Fn() -> bool,
         run: Run<'_>,
     ) -> Result<BiasHistory, S::Error> {
-        let used: Vec<&SortedSamples<S>> = of_bias.iter().map(|&k| &self.samples[k]).collect();
-        find_bias(self.machine, self.sensors, &used, faults, is_void, run)
+        let used = of_bias.iter().map(|&sensor| {
+            let samples = &self.samples[sensor];
+            (samples, SpanWalk::new(faults_of(faults, samples.sensor())))
+        });
+        find_bias(self.machine, self.sensors, used.collect(), is_void, run)
     }
 
     /// Feeds a sensor's samples to its filters, those within its faults treated as the fault requires. Once `is_void`,
