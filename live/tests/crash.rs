@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use iceoryx2::prelude::*;
+use tipwatch_live::node::LiveNode;
+use tipwatch_live::wire::topics::WireVerdict;
 
 use crate::support::killing::{
     Reading, kill_controls, kill_monitors, kill_producers, kill_recorders, kill_screens, left_over,
@@ -90,6 +92,45 @@ fn node_killed_while_it_made_a_port_is_removed() {
     for folder in folders {
         assert!(!folder.exists(), "{}", folder.display());
     }
+}
+
+/// Whoever opens shared memory without a size waits for the size, and he who would give it one is dead.
+#[test]
+fn shared_memory_killed_before_it_had_a_size_delays_nobody_for_long() {
+    let world = World::new("unsized");
+    let monitor = world.monitor(&data("tiny_lift.toml"), &["--quiet", "--stay"]);
+    Reading::new(&world.join()).wait_for("a monitor", |_| true);
+    monitor.kill();
+    let memory = || {
+        let entries = std::fs::read_dir("/dev/shm").unwrap().flatten();
+        let paths = entries.map(|entry| entry.path());
+        let of_world = |path: &Path| {
+            let name = path.file_name().unwrap().to_string_lossy();
+            name.starts_with(&world.prefix)
+        };
+        paths.filter(|path| of_world(path)).collect::<Vec<_>>()
+    };
+    // what such a kill leaves, here of all that the monitor had
+    let left = memory();
+    assert!(!left.is_empty());
+    for path in &left {
+        std::fs::File::create(path).unwrap();
+    }
+    let address = world.address();
+    let (joined, waits) = std::sync::mpsc::channel();
+    let joins = std::thread::spawn(move || {
+        let node = LiveNode::new(&address, "test").unwrap();
+        let receiver = node.receiver::<WireVerdict>().unwrap();
+        joined.send(receiver.writers()).unwrap();
+    });
+    let writers = waits.recv_timeout(std::time::Duration::from_secs(20));
+    assert_eq!(writers, Ok(0), "a process that joins waits for a dead one");
+    joins.join().unwrap();
+    for path in left {
+        let len = path.metadata().map(|metadata| metadata.len());
+        assert!(len.is_err() || len.unwrap() > 0, "{}", path.display());
+    }
+    assert_eq!(left_over(&world).0, 0);
 }
 
 mod needs_script {

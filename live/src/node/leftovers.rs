@@ -1,18 +1,51 @@
-//! Removes what iceoryx2 0.10 leaves of a node that was killed while it made a port.
+//! Removes what iceoryx2 0.10 leaves of a process that was killed at a bad moment.
 //!
-//! Its cleanup removes a dead node's tags, then its details, then its folder. A tag that was killed in the making is
-//! not listed, so it stays, the folder is not empty, and the cleanup stops after the details. Without them the next one
-//! looks for the node under the default prefix and takes it as removed.
+//! While it made a port: the cleanup removes a dead node's tags, then its details, then its folder. A tag that was killed
+//! in the making is not listed, so it stays, the folder is not empty, and the cleanup stops after the details. Without
+//! them the next one looks for the node under the default prefix and takes it as removed.
+//!
+//! While it made shared memory: before that gets its size, whoever opens it waits for the size without end, the cleanup
+//! too, and with it every process that joins.
 
-use std::fs;
+use std::fs::{self, Metadata};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use iceoryx2::node::NodeView;
 use iceoryx2::prelude::*;
 
-/// A younger node may still be in the hands of another process.
+/// What is younger may still be in the hands of another process.
 const MIN_AGE: Duration = Duration::from_secs(2);
+
+/// Where Linux keeps the shared memory that has a name.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// Waits until all shared memory of this prefix has a size or is removed: at most as long as it counts as young.
+pub(super) fn wait_for_sizes(config: &Config) {
+    let start = Instant::now();
+    while !remove_unsized(config) && start.elapsed() < 2 * MIN_AGE {
+        sleep(MIN_AGE / 100);
+    }
+}
+
+/// Removes the shared memory of this prefix that never got a size. False: some is so young that it may still get one,
+/// and until then nothing that opens shared memory may be called.
+pub(super) fn remove_unsized(config: &Config) -> bool {
+    let prefix = config.global.prefix.to_string();
+    let mut all_sized = true;
+    for path in files(Path::new(SHARED_MEMORY), &prefix) {
+        match path.metadata() {
+            Ok(metadata) if metadata.len() > 0 => {}
+            Ok(metadata) if is_young(&metadata) => all_sized = false,
+            // removed meanwhile
+            Err(_) => {}
+            // of another user: then it cannot be opened either, and nobody waits for it
+            Ok(_) => drop(fs::remove_file(path)),
+        }
+    }
+    all_sized
+}
 
 /// Removes the files of dead nodes without details; returns how many nodes these were. Such a node has no port and no
 /// place in a service: the details are the first that a node gets, and iceoryx2 removes all else before them.
@@ -39,11 +72,7 @@ pub(super) fn remove_leftovers(config: &Config) -> u64 {
 fn remove(folder: &Path, prefix: &str, id: u128) -> bool {
     let of_node = format!("{prefix}{id}.");
     let mut files = files(folder, &of_node);
-    let is_young = |path: &PathBuf| {
-        let changed = path.metadata().and_then(|metadata| metadata.modified());
-        let age = changed.ok().and_then(|changed| changed.elapsed().ok());
-        age.is_none_or(|age| age < MIN_AGE)
-    };
+    let is_young = |path: &PathBuf| path.metadata().is_ok_and(|file| is_young(&file));
     if files.is_empty() || files.iter().any(is_young) {
         return false;
     }
@@ -57,6 +86,12 @@ fn remove(folder: &Path, prefix: &str, id: u128) -> bool {
     }
     files.sort_by_key(|path| std::cmp::Reverse(path.as_os_str().len()));
     files.iter().all(|file| fs::remove_file(file).is_ok())
+}
+
+/// Whether it was changed a moment ago. What was changed in the future is old: the clock was set back since.
+fn is_young(file: &Metadata) -> bool {
+    let age = file.modified().map(|changed| changed.elapsed());
+    age.is_ok_and(|age| age.is_ok_and(|age| age < MIN_AGE))
 }
 
 /// The files in a folder whose names begin so.

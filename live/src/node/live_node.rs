@@ -8,7 +8,7 @@ use iceoryx2::service::attribute::AttributeVerifier;
 
 use super::event::{EventListener, EventNotifier};
 use super::iceoryx::{Service, cause};
-use super::leftovers::remove_leftovers;
+use super::leftovers::{remove_leftovers, remove_unsized, wait_for_sizes};
 use super::port::{Receiver, Sender};
 use crate::system::signals::{self, Interrupted};
 use crate::wire::topics::{
@@ -50,6 +50,7 @@ impl LiveNode {
                 .map_err(cause)
                 .with_context(|| format!("prefix \"{prefix}\""))?;
         }
+        wait_for_sizes(&config);
         let name = NodeName::new(role).map_err(cause)?;
         let node = NodeBuilder::new()
             .config(&config)
@@ -68,6 +69,9 @@ impl LiveNode {
 
     /// Removes the nodes of processes that died without cleaning up; returns their number.
     pub fn remove_dead_nodes(&self) -> u64 {
+        if !remove_unsized(self.node.config()) {
+            return 0;
+        }
         let found = self.node.try_cleanup_dead_nodes();
         if found.cleanups + found.failed_cleanups > 0 {
             remove_leftovers(self.node.config());
