@@ -11,7 +11,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix};
 use rayon::prelude::*;
 
 use super::channel::Channel;
@@ -137,19 +137,57 @@ impl Sums {
             .into_iter()
             .chain((0..width).map(|k| &channel.known[k][from..to]))
             .collect();
-        let shifted = |delay: usize| {
-            let ahead = from + delay - FARTHEST;
-            &channel.late[ahead..ahead + to - from]
+        // the first window, and how far the others reach beyond it
+        let late = &channel.late[from - FARTHEST..to + FARTHEST];
+        let moving = MovingSums::of(late, to - from);
+        let by_one = |delay: usize| moving.values[delay];
+        // step number from + j goes with the late signal's step delay + j
+        let by_time = |delay: usize| {
+            let ahead = from as f64 - delay as f64;
+            (moving.by_place[delay] + ahead * moving.values[delay]) / middle - moving.values[delay]
         };
+        let by_signal = |known: &[f64]| {
+            std::array::from_fn(|delay| dot(known, &late[delay..delay + known.len()]))
+        };
+        let own = [std::array::from_fn(by_one), std::array::from_fn(by_time)];
         Self {
             stretch,
             known: (known.iter())
                 .map(|a| known.iter().map(|b| dot(a, b)).collect())
                 .collect(),
-            both: (known.iter())
-                .map(|known| std::array::from_fn(|delay| dot(known, shifted(delay))))
+            both: (own.into_iter())
+                .chain(known[OWN..].iter().map(|known| by_signal(known)))
                 .collect(),
-            late: std::array::from_fn(|delay| dot(shifted(delay), shifted(delay))),
+            late: moving.squares,
+        }
+    }
+}
+
+/// Sums over a window that moves over a signal, one step for each delay.
+struct MovingSums {
+    values: [f64; DELAYS],
+    /// Of each value by its place in the signal.
+    by_place: [f64; DELAYS],
+    squares: [f64; DELAYS],
+}
+
+impl MovingSums {
+    /// Differences of sums from the signal's first step on: a window's own sum would be added anew for each delay.
+    fn of(signal: &[f64], window: usize) -> Self {
+        let over_windows = |term: &dyn Fn(usize, f64) -> f64| {
+            let mut sums = Vec::with_capacity(signal.len() + 1);
+            let mut sum = 0.0;
+            sums.push(sum);
+            for (place, &value) in signal.iter().enumerate() {
+                sum += term(place, value);
+                sums.push(sum);
+            }
+            std::array::from_fn(|delay| sums[delay + window] - sums[delay])
+        };
+        Self {
+            values: over_windows(&|_, value| value),
+            by_place: over_windows(&|place, value| place as f64 * value),
+            squares: over_windows(&|_, value| value * value),
         }
     }
 }
@@ -205,24 +243,34 @@ fn cost(blocks: &[Sums], counts: impl Fn(usize) -> bool) -> Vec<f64> {
             add(&mut both[place(sums, k)], products);
         }
     }
-    let mut of_delay = DVector::zeros(width);
+    solve_lower(&factor, &mut both);
+    // b' inv(A) b = |inv(L) b|^2, term by term: what each signal explains beyond those before it
+    let explained = |terms: &[[f64; DELAYS]], delay: usize| -> f64 {
+        terms.iter().map(|term| term[delay] * term[delay]).sum()
+    };
+    let (of_stretches, of_signals) = both.split_at(own);
     let cost = |(delay, late): (usize, f64)| {
-        for (at, both) in of_delay.iter_mut().zip(&both) {
-            *at = both[delay];
-        }
-        // b' inv(A) b = |inv(L) b|^2, term by term: what each signal explains beyond those before it
-        factor.solve_lower_triangular_unchecked_mut(&mut of_delay);
-        let explained = |terms: Range<usize>| -> f64 {
-            of_delay.as_slice()[terms]
-                .iter()
-                .map(|term| term * term)
-                .sum()
-        };
-        let moving = late - explained(0..own);
-        let left = moving - explained(own..width);
+        let moving = late - explained(of_stretches, delay);
+        let left = moving - explained(of_signals, delay);
         (left / moving.max(f64::MIN_POSITIVE)).max(ROUNDING).ln()
     };
     late.into_iter().enumerate().map(cost).collect()
+}
+
+/// Replaces right sides b, of all delays at once, by inv(L) b.
+fn solve_lower(factor: &DMatrix<f64>, right: &mut [[f64; DELAYS]]) {
+    for i in 0..right.len() {
+        let (before, rest) = right.split_at_mut(i);
+        let row = &mut rest[0];
+        for (j, solved) in before.iter().enumerate() {
+            let by = factor[(i, j)];
+            for (at, solved) in row.iter_mut().zip(solved) {
+                *at -= by * solved;
+            }
+        }
+        let diagonal = factor[(i, i)];
+        row.iter_mut().for_each(|at| *at /= diagonal);
+    }
 }
 
 fn add(sums: &mut [f64; DELAYS], more: &[f64; DELAYS]) {
@@ -309,4 +357,60 @@ fn disagreement(costs: &[Vec<f64>], mean: f64) -> f64 {
         return 0.0;
     }
     (squares / weights / (count - 1.0)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_over_a_moving_window_are_those_over_each_window() {
+        let signal: Vec<f64> = (0..300).map(|i| 5.0 + (0.1 * f64::from(i)).sin()).collect();
+        let window = signal.len() - 2 * FARTHEST;
+        let found = MovingSums::of(&signal, window);
+        for delay in 0..DELAYS {
+            let part = signal.iter().enumerate().skip(delay).take(window);
+            let sum = |term: fn(usize, f64) -> f64| part.clone().map(|(i, &v)| term(i, v)).sum();
+            for (found, direct) in [
+                (found.values[delay], sum(|_, value| value)),
+                (
+                    found.by_place[delay],
+                    sum(|place, value| place as f64 * value),
+                ),
+                (found.squares[delay], sum(|_, value| value * value)),
+            ] {
+                let direct: f64 = direct;
+                assert!(
+                    (found - direct).abs() < 1e-12 * direct.abs(),
+                    "{delay}: {found} {direct}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn right_sides_are_solved_by_the_factor() {
+        let factor = DMatrix::from_row_slice(2, 2, &[2.0, 0.0, 3.0, 4.0]);
+        let mut right = [[2.0; DELAYS], [11.0; DELAYS]];
+        right[0][7] = 4.0;
+        solve_lower(&factor, &mut right);
+        assert_eq!([right[0][0], right[1][0]], [1.0, 2.0]);
+        assert_eq!([right[0][7], right[1][7]], [2.0, 1.25]);
+    }
+
+    #[test]
+    fn a_late_signal_has_its_delay_whatever_its_gain_and_drift() {
+        let motion = |t: f64| (0.9 * t).sin() + 0.5 * (2.3 * t).cos();
+        let steps = 0..3000;
+        let time = |step: usize| step as f64 * STEP_S;
+        let known: Vec<f64> = steps.clone().map(|step| motion(time(step))).collect();
+        let late = steps.map(|step| 7.0 - 3.0 * motion(time(step) - 0.043) + 0.2 * time(step));
+        let channel = Channel {
+            late: late.collect(),
+            known: vec![known],
+        };
+        let found = find(&[vec![Some(channel)]]).unwrap();
+        assert!((found.seconds - 0.043).abs() < 1e-4, "{found:?}");
+        assert!(found.correlation > 0.999);
+    }
 }
