@@ -42,7 +42,8 @@ pub mod verdict;
 pub mod wheel_loads;
 
 pub use evaluate::batch::{
-    BatchEvaluator, BatchWorkspace, OutcomeColumns, evaluate_into, evaluate_rows, ground_wrenches,
+    BatchEvaluator, BatchWorkspace, OutcomeColumns, evaluate_into, evaluate_rows, ground_forces,
+    ground_wrenches,
 };
 pub use evaluate::evaluation::{evaluate, evaluate_one};
 pub use evaluate::model::{ClosedForm, Model};

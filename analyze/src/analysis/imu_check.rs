@@ -2,9 +2,11 @@
 //! it is far from the normal of the contact plane, the mounting is wrong or the slope extreme. The
 //! finding is reported, never corrected: gravity does not determine the rotation about the vertical.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{State, Workspace, evaluate};
+use tipwatch_mechanics::{BatchWorkspace, Model, Scope, State, StateColumns, ground_forces};
 
 /// Prefix of notes on inputs that contradict the machine file.
 pub const FAULT: &str = "input_fault";
@@ -18,6 +20,8 @@ const STEADY_SHARE: f64 = 0.05;
 const FEWEST_ROWS: usize = 10;
 /// Most steady rows that are used, evenly spread: their mean is compared with tens of degrees.
 const MOST_ROWS: usize = 256;
+/// Rows that are evaluated at once.
+const ROWS_AT_ONCE: usize = 64;
 
 /// A note if the IMU's specific force does not point away from the ground.
 #[must_use]
@@ -40,7 +44,7 @@ pub(crate) fn note(machine: &Machine, found: &MountingCheck) -> Option<String> {
 /// Directions of the specific force in steady rows, evenly spread.
 #[derive(Debug)]
 pub(crate) struct MountingCheck {
-    workspace: Workspace<f64>,
+    workspace: BatchWorkspace,
     /// Steady rows so far.
     steady: usize,
     /// Steady rows from one that is used to the next, as a power of two.
@@ -48,35 +52,35 @@ pub(crate) struct MountingCheck {
     /// For each steady row that is used, the direction in axes forward, left and normal to the contact plane; `None`
     /// where it is unknown.
     directions: Vec<Option<Vector3<f64>>>,
+    /// States of the next ones, the first `waiting` rows: several are evaluated at once.
+    states: StateColumns,
+    waiting: usize,
 }
 
 impl MountingCheck {
     /// Before the first row.
     pub(crate) fn new(machine: &Machine) -> Self {
+        let model = Arc::new(Model::WholeBody);
         Self {
-            workspace: Workspace::new(machine),
+            workspace: BatchWorkspace::new(machine, Scope::LOADS, &model),
             steady: 0,
             step: 0,
             directions: Vec::new(),
+            states: StateColumns::unknown(machine, ROWS_AT_ONCE),
+            waiting: 0,
         }
     }
 
-    /// Takes the state of the next row with a known one.
+    /// Takes the state of the next row with a known one. The last row on a machine is followed by
+    /// [`Self::evaluate_waiting`].
     pub(crate) fn take(&mut self, machine: &Machine, state: &State<f64>) {
         let imu = &state.imu;
         let deviation = (imu.specific_force.norm() / machine.gravity() - 1.0).abs();
         if !(deviation < STEADY_SHARE && imu.angular_velocity.norm() < STEADY_RAD_S) {
             return;
         }
-        if self.steady.is_multiple_of(1 << self.step) {
-            let direction = direction(machine, state.clone(), &mut self.workspace);
-            self.add(direction);
-        }
-        self.steady += 1;
-    }
-
-    fn add(&mut self, direction: Option<Vector3<f64>>) {
-        if self.directions.len() == MOST_ROWS {
+        if self.is_used() && self.directions.len() + self.waiting == MOST_ROWS {
+            self.evaluate_waiting(machine);
             let mut place = 0;
             self.directions.retain(|_| {
                 place += 1;
@@ -84,9 +88,36 @@ impl MountingCheck {
             });
             self.step += 1;
         }
-        if self.steady.is_multiple_of(1 << self.step) {
-            self.directions.push(direction);
+        if self.is_used() {
+            // at rest every part of the machine has the same specific force, supplied by the ground
+            let mut at_rest = state.clone();
+            at_rest.tool_wrench.force = Vector3::zeros();
+            at_rest.tool_wrench.moment = Vector3::zeros();
+            self.states.set(self.waiting, &mut at_rest);
+            self.waiting += 1;
+            if self.waiting == ROWS_AT_ONCE {
+                self.evaluate_waiting(machine);
+            }
         }
+        self.steady += 1;
+    }
+
+    /// Whether the next steady row is one of those that are used.
+    fn is_used(&self) -> bool {
+        self.steady.is_multiple_of(1 << self.step)
+    }
+
+    /// Evaluates the rows that wait.
+    pub(crate) fn evaluate_waiting(&mut self, machine: &Machine) {
+        let rows = 0..std::mem::take(&mut self.waiting);
+        let forces = ground_forces(machine, &self.states, rows, &mut self.workspace);
+        let directions = forces.iter().map(|[force, normal]| {
+            let direction = force.normalize();
+            let plane = plane_from_base(normal);
+            let is_known = direction.iter().chain(plane.iter()).all(|c| c.is_finite());
+            is_known.then(|| plane * direction)
+        });
+        self.directions.extend(directions);
     }
 
     /// Mean direction, and the number of rows used.
@@ -95,22 +126,6 @@ impl MountingCheck {
         let sum: Vector3<f64> = known.iter().copied().sum();
         (known.len() >= FEWEST_ROWS).then(|| (sum.normalize(), known.len()))
     }
-}
-
-/// Direction of the specific force of a state.
-fn direction(
-    machine: &Machine,
-    mut state: State<f64>,
-    workspace: &mut Workspace<f64>,
-) -> Option<Vector3<f64>> {
-    // at rest every part of the machine has the same specific force, supplied by the ground
-    state.tool_wrench.force = Vector3::zeros();
-    state.tool_wrench.moment = Vector3::zeros();
-    let outcome = evaluate(machine, &state, workspace);
-    let direction = outcome.ground_wrench.force.normalize();
-    let plane = plane_from_base(&outcome.contact_normal);
-    let is_known = direction.iter().chain(plane.iter()).all(|c| c.is_finite());
-    is_known.then(|| plane * direction)
 }
 
 fn plane_from_base(normal: &Vector3<f64>) -> Matrix3<f64> {

@@ -87,6 +87,7 @@ impl Seen {
                 self.bias_variance[i] += sigma.powi(2);
             }
         }
+        self.mounting.evaluate_waiting(machine);
     }
 }
 

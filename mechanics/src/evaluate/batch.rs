@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use nalgebra::Vector3;
+
 use super::validity::OutcomeSigns;
 use crate::evaluate::evaluation::{evaluate, ground_wrench};
 use crate::evaluate::model::Model;
@@ -354,20 +356,48 @@ pub fn ground_wrenches(
     rows: Range<usize>,
     workspace: &mut BatchWorkspace,
 ) -> Vec<Wrench<f64>> {
-    let BatchWorkspace {
-        workspace, state, ..
-    } = workspace;
-    let mut wrenches = Vec::with_capacity(rows.len());
-    for first in rows.clone().step_by(Lanes::COUNT) {
-        states.get_lanes(first, rows.end, state);
+    of_rows(states, rows, workspace, |state, workspace| {
         let wrench = ground_wrench(machine, state, workspace);
         let force = wrench.force.map(Lanes::to_array);
         let moment = wrench.moment.map(Lanes::to_array);
-        wrenches.extend((0..Lanes::COUNT).map(|lane| Wrench {
+        std::array::from_fn(|lane| Wrench {
             force: force.map(|of_lanes| of_lanes[lane]),
             moment: moment.map(|of_lanes| of_lanes[lane]),
-        }));
+        })
+    })
+}
+
+/// The force that the ground exerts in each of `rows` (N), and the unit normal of the plane through the contact points, which
+/// points up; both in base axes.
+pub fn ground_forces(
+    machine: &Machine,
+    states: &StateColumns,
+    rows: Range<usize>,
+    workspace: &mut BatchWorkspace,
+) -> Vec<[Vector3<f64>; 2]> {
+    of_rows(states, rows, workspace, |state, workspace| {
+        let outcome = evaluate(machine, state, workspace);
+        let force = outcome.ground_wrench.force.map(Lanes::to_array);
+        let normal = outcome.contact_normal.map(Lanes::to_array);
+        std::array::from_fn(|lane| [force, normal].map(|it| it.map(|of_lanes| of_lanes[lane])))
+    })
+}
+
+/// What `look` makes of each of `rows`, as many at a time as there are lanes.
+fn of_rows<R>(
+    states: &StateColumns,
+    rows: Range<usize>,
+    workspace: &mut BatchWorkspace,
+    mut look: impl FnMut(&State<Lanes>, &mut Workspace<Lanes>) -> [R; Lanes::COUNT],
+) -> Vec<R> {
+    let BatchWorkspace {
+        workspace, state, ..
+    } = workspace;
+    let mut found = Vec::with_capacity(rows.len().next_multiple_of(Lanes::COUNT));
+    for first in rows.clone().step_by(Lanes::COUNT) {
+        states.get_lanes(first, rows.end, state);
+        found.extend(look(state, workspace));
     }
-    wrenches.truncate(rows.len());
-    wrenches
+    found.truncate(rows.len());
+    found
 }
