@@ -13,7 +13,7 @@ use super::{
     part::{Part, PartOfSensor, SamplesSlice},
 };
 use crate::{
-    clock::{TimeBase, Times, TopicStatistics},
+    clock::{ClockFit, TimeBase, Times, TopicStatistics},
     formats::Batch,
     large_columns::{ColumnMemory, FreshMemory, Region},
     log::Log,
@@ -46,6 +46,8 @@ pub(crate) struct SensorPass {
     /// The times of all samples.
     pub(crate) times: Times,
     pub(crate) statistics: TopicStatistics,
+    /// The fit of its clock, once all times are known.
+    pub(crate) fit: Option<ClockFit>,
     pub(crate) undecodable: u64,
     pub(crate) without_value: u64,
 }
@@ -114,7 +116,7 @@ pub(crate) fn pass(
     )?;
     let mut pass = pass.into_inner();
     pass.loose();
-    let sensors = pass.sensors;
+    let mut sensors = pass.sensors;
     for (place, sensor) in sensors.iter().enumerate() {
         sensor.decoder.check_found()?;
         // a message that two sensors cannot decode counts once
@@ -124,12 +126,17 @@ pub(crate) fn pass(
             }
         }
     }
+    // a topic used by two sensors has one clock
+    let has_own = |place: usize| !topics[..place].contains(&topics[place]);
     let clocks: Vec<(&str, &Times, &TopicStatistics)> = (sensors.iter().enumerate())
-        // a topic used by two sensors has one clock
-        .filter(|(place, sensor)| !topics[..*place].contains(&sensor.topic))
+        .filter(|(place, _)| has_own(*place))
         .map(|(_, sensor)| (sensor.name.as_str(), &sensor.times, &sensor.statistics))
         .collect();
-    let time_base = TimeBase::of(log, &clocks);
+    let (time_base, fits) = TimeBase::with_fits(log, &clocks);
+    let fitted = (sensors.iter_mut().enumerate()).filter(|(place, _)| has_own(*place));
+    for ((_, sensor), fit) in fitted.zip(fits) {
+        sensor.fit = fit;
+    }
     Ok(Passed {
         sensors,
         time_base,
@@ -193,6 +200,7 @@ impl SensorPass {
             decoder: wanted.decoder,
             times: Times::default(),
             statistics: TopicStatistics::default(),
+            fit: None,
             undecodable: 0,
             without_value: 0,
         })
