@@ -25,6 +25,7 @@ mod sensor_blocks; // samples in blocks equal whole columns
 mod sensors; // messages to samples
 mod skipped_chunks; // chunks without a wanted topic are not read
 mod static_frames; // transforms of /tf_static
+mod stopped_reads; // what a stopped read leaves changes no later one
 mod tables; // CSV and Parquet
 mod timing; // clocks, gaps, offsets
 mod variants; // two hundred damaged variants of each format
