@@ -13,6 +13,7 @@ mod clips; // spans cut out of a log
 mod clocks; // all topics of a log on one clock
 mod damage; // nothing panics, everything intact is read
 mod databases; // databases after crashes, and of every schema version
+mod decoder_history; // a decoder gives the same after any messages
 mod fuzz; // every parser on damaged inputs
 mod layout; // fields of CDR messages
 mod mcap_files; // the same samples for all writer options
