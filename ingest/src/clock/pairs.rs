@@ -24,6 +24,7 @@ pub(super) fn median_slope(points: &[(f64, f64)]) -> Option<f64> {
     }
     let (times, values): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
     let [least, largest] = bounds(points)?;
+    let width = largest.wrapping_sub(least) as u64;
     let mut below = 0;
     let mut between = Vec::with_capacity(count * count / 8);
     for first in 0..count {
@@ -40,7 +41,7 @@ pub(super) fn median_slope(points: &[(f64, f64)]) -> Option<f64> {
             let mut count = 0;
             for &slope in row {
                 kept[count % ROW] = slope;
-                count += usize::from((least..=largest).contains(&slope));
+                count += usize::from(slope.wrapping_sub(least) as u64 <= width);
             }
             between.extend_from_slice(&kept[..count]);
         }

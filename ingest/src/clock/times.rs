@@ -202,6 +202,23 @@ impl<'t> TimesSlice<'t> {
         })
     }
 
+    /// When the recorder received each message (ns).
+    pub(super) fn log_ns(self) -> &'t [i64] {
+        self.log_ns
+    }
+
+    /// When each message was sent (ns), if these times are stored apart from the log times.
+    pub(super) fn apart_ns(self) -> Option<&'t [i64]> {
+        self.has_publish().then_some(self.publish_ns)
+    }
+
+    /// The header stamps that are there, each with its log time (ns).
+    pub(super) fn stamped(self) -> impl Iterator<Item = (i64, i64)> + 't {
+        let all = self.header_ns.iter().zip(self.log_ns);
+        all.map(|(&stamp, &log)| (stamp, log))
+            .filter(|(stamp, _)| *stamp != NO_STAMP)
+    }
+
     /// Whether publish times are stored apart from the log times.
     fn has_publish(self) -> bool {
         !std::ptr::eq(self.publish_ns, self.log_ns)

@@ -175,10 +175,7 @@ impl Pass<'_> {
                 *order += self.messages;
             }
             let samples = part.samples.as_slice(part.width);
-            for times in samples.times.iter() {
-                let (publish, log) = (times.publish_time_ns, times.log_time_ns);
-                sensor.statistics.push(times.header_stamp_ns, publish, log);
-            }
+            sensor.statistics.extend(samples.times);
             sensor.times.append(samples.times);
             self.sink.take(place, samples);
             self.memory.fill(place, samples.len());
