@@ -43,6 +43,12 @@ impl Times {
         columns.into_iter().filter_map(reserve).collect()
     }
 
+    /// Reserves memory for so many messages, if it is available.
+    pub(crate) fn reserve_exact(&mut self, messages: usize) {
+        let _ = self.header_ns.try_reserve_exact(messages);
+        let _ = self.log_ns.try_reserve_exact(messages);
+    }
+
     /// Adds a message. A header stamp of zero counts as missing.
     #[inline]
     pub fn push(&mut self, header_stamp_ns: Option<i64>, publish_time_ns: i64, log_time_ns: i64) {

@@ -22,6 +22,8 @@ use crate::{
 
 /// Messages outside batches that are collected before they are handed on.
 const LOOSE_MESSAGES: u32 = 1024;
+/// How many more messages a chunk may have than its share of the file, before its columns grow: indexes take bytes, too.
+const EXPECTED_EXCESS: f64 = 1.3;
 
 /// Receives the samples of each sensor in file order, some at a time.
 pub(crate) trait Sink {
@@ -72,13 +74,16 @@ pub(crate) fn pass(
 ) -> Result<Passed, Error> {
     let topics: Vec<TopicId> = wanted.iter().map(|wanted| wanted.topic).collect();
     let mut sensors = Vec::with_capacity(wanted.len());
+    let mut of_log = Vec::with_capacity(wanted.len());
     for (place, wanted) in wanted.into_iter().enumerate() {
         let mut sensor = SensorPass::new(log, wanted)?;
         // so that they need not be moved as they grow
         let samples = most_samples(log, sensor.topic)?;
         regions.extend(sensor.times.reserve(samples, place, memory));
+        of_log.push(samples);
         sensors.push(sensor);
     }
+    let of_log: Arc<[u64]> = of_log.into();
     let memory = Arc::new(FreshMemory::new(sensors.len(), regions));
     let empty = || Part::new(sensors.iter().map(SensorPass::part));
     // a part that a batch has delivered and the pass has not yet taken
@@ -87,6 +92,7 @@ pub(crate) fn pass(
     let empty_batch = || -> Box<dyn Batch> {
         Box::new(SensorBatch {
             part: Part::new(prototypes.iter().map(Wanted::part)),
+            of_log: Arc::clone(&of_log),
             inbox: Arc::clone(&inbox),
             memory: Arc::clone(&memory),
         })
@@ -234,11 +240,20 @@ pub(crate) fn most_samples(log: &Log, topic: TopicId) -> Result<u64, Error> {
 /// The samples of one chunk.
 struct SensorBatch {
     part: Part,
+    /// The number of messages of each sensor in the log.
+    of_log: Arc<[u64]>,
     inbox: Arc<Mutex<Part>>,
     memory: Arc<FreshMemory>,
 }
 
 impl Batch for SensorBatch {
+    fn expect(&mut self, share: f64, most: usize) {
+        for (sensor, &of_log) in self.part.sensors.iter_mut().zip(&*self.of_log) {
+            let messages = (of_log as f64 * share * EXPECTED_EXCESS) as usize;
+            sensor.reserve(messages.min(most));
+        }
+    }
+
     fn take(&mut self, message: &RawMessage<'_>) {
         if self.part.messages == 0 {
             self.memory.prepare();

@@ -241,7 +241,7 @@ impl BlockQueue {
                 continue;
             }
             self.collected.append(samples);
-            if self.collected.len() == MOST_SAMPLES {
+            if self.collected.len() >= LEAST_SAMPLES {
                 self.flush(request, take);
             }
         }

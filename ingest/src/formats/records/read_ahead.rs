@@ -72,7 +72,8 @@ impl<'s> Worker<'s> {
             unpacked.load::<G>(self.file, bytes, LoadMode::Whole, &mut self.decompressor)?;
         }
         if let Some(intake) = self.intake {
-            unpacked.take_in::<G>(intake);
+            let share = (bytes.end - bytes.start) as f64 / self.file.len() as f64;
+            unpacked.take_in::<G>(intake, share);
         }
         if unpacked.is_done_with_content() {
             unpacked.exchange(&mut self.buffers);

@@ -112,15 +112,17 @@ impl Unpacked {
         Ok(())
     }
 
-    /// Decodes the messages of verified content.
-    pub(super) fn take_in<G: Grammar>(&mut self, intake: &Intake<'_>) {
+    /// Decodes the messages of verified content. `share` is that of the chunk in the bytes of the file.
+    pub(super) fn take_in<G: Grammar>(&mut self, intake: &Intake<'_>, share: f64) {
         if self.failure.is_some() || !self.has_checksum {
             return;
         }
         let used = self.intake.take();
         let content = self.content();
         // A panic in a decoder must not leave the walk waiting, which will reach it again itself.
-        let taken = catch_unwind(AssertUnwindSafe(|| intake.take_in::<G>(content, used)));
+        let taken = catch_unwind(AssertUnwindSafe(|| {
+            intake.take_in::<G>(content, share, used)
+        }));
         self.is_taken_in = taken.is_ok();
         self.intake = taken.ok();
     }
