@@ -28,6 +28,8 @@ use crate::{file::FileBytes, message::Error};
 const AHEAD_LIMIT_BYTES: u64 = 24 << 20;
 /// Fewer compressed bytes ahead are not worth a second thread: it starts in the time that one needs for as many.
 const WORTH_A_THREAD_BYTES: u64 = 64 << 10;
+/// Shorter files are read in some milliseconds.
+const SHORT_FILE_BYTES: u64 = 4 << 20;
 const MOST_THREADS: usize = 8;
 
 enum Job {
@@ -184,12 +186,7 @@ pub(super) fn with_chunks<G: Grammar, R>(
     kept: &KeptChunk,
     walk: impl FnOnce(Chunks<'_, G>) -> R,
 ) -> R {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = match file.is_partial() {
-        // what is transferred from a bucket is read ahead there
-        true => 1,
-        false => processors.min(MOST_THREADS),
-    };
+    let threads = threads_for(file);
     let worker = Worker::new(file, intake);
     if threads < 2 {
         return walk(Chunks::new(worker, None, 0, kept));
@@ -217,6 +214,22 @@ pub(super) fn with_chunks<G: Grammar, R>(
         };
         walk(Chunks::new(worker, Some(several), 2 * threads, kept))
     })
+}
+
+/// How many threads may read a file.
+fn threads_for(file: &FileBytes) -> usize {
+    // A worker of a fleet is alone in its pool: the other processors have workers of their own, and a second thread
+    // would only cost its start and its memory.
+    let is_alone = rayon::current_thread_index().is_some() && rayon::current_num_threads() == 1;
+    match file.len() {
+        // what is transferred from a bucket is read ahead there
+        _ if file.is_partial() => 1,
+        ..SHORT_FILE_BYTES if is_alone => 1,
+        _ => {
+            let processors = std::thread::available_parallelism().map_or(1, usize::from);
+            processors.min(MOST_THREADS)
+        }
+    }
 }
 
 struct EndGuard<'s>(&'s Shared);
