@@ -13,6 +13,7 @@ mod clips; // spans cut out of a log
 mod clocks; // all topics of a log on one clock
 mod damage; // nothing panics, everything intact is read
 mod databases; // databases after crashes, and of every schema version
+mod decoder_history; // a decoder gives the same after any messages
 mod fuzz; // every parser on damaged inputs
 mod layout; // fields of CDR messages
 mod mcap_files; // the same samples for all writer options
@@ -25,6 +26,7 @@ mod sensor_blocks; // samples in blocks equal whole columns
 mod sensors; // messages to samples
 mod skipped_chunks; // chunks without a wanted topic are not read
 mod static_frames; // transforms of /tf_static
+mod stopped_reads; // what a stopped read leaves changes no later one
 mod tables; // CSV and Parquet
 mod timing; // clocks, gaps, offsets
 mod variants; // two hundred damaged variants of each format

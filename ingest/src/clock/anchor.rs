@@ -2,6 +2,7 @@
 
 use super::{
     line::{Line, few, few_of, median_ns},
+    stamp::StampSource,
     time::seconds_between,
 };
 
@@ -77,6 +78,25 @@ impl Clock {
     fn has_pace_of(&self, other: &Self) -> bool {
         let sigma = self.line.slope_sigma.hypot(other.line.slope_sigma);
         (self.line.slope - other.line.slope).abs() <= ONE_PACE + 5.0 * sigma
+    }
+}
+
+/// The clock of a topic whose stamps of one source are complete and never restart. To fit it anew would cost as much
+/// as to decode some thousand messages.
+#[derive(Debug, Clone)]
+pub(crate) struct ClockFit {
+    source: StampSource,
+    clock: Clock,
+}
+
+impl ClockFit {
+    pub(super) fn new(source: StampSource, clock: Clock) -> Self {
+        Self { source, clock }
+    }
+
+    /// The clock, if it was fitted to stamps of this source.
+    pub(super) fn by(self, source: StampSource) -> Option<Clock> {
+        (self.source == source).then_some(self.clock)
     }
 }
 

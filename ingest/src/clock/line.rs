@@ -3,7 +3,10 @@
 //! Theil-Sen estimator (Theil 1950, Sen 1968): the slope is the median of the slopes of all pairs
 //! of points, the offset the median of the residuals.
 
-use super::time::{NS_PER_S, seconds_between};
+use super::{
+    pairs,
+    time::{NS_PER_S, seconds_between},
+};
 
 /// Most points used for a slope; the number of pairs grows with the square.
 const MOST_POINTS: usize = 300;
@@ -86,6 +89,9 @@ fn spread(points: &[(f64, f64)]) -> f64 {
 }
 
 fn median_slope(points: &[(f64, f64)]) -> Option<f64> {
+    if let Some(slope) = pairs::median_slope(points) {
+        return Some(slope);
+    }
     let mut slopes = Vec::with_capacity(points.len() * points.len() / 2);
     for (i, a) in points.iter().enumerate() {
         let later = points[i + 1..].iter().filter(|b| b.0 != a.0);
@@ -95,14 +101,14 @@ fn median_slope(points: &[(f64, f64)]) -> Option<f64> {
 }
 
 /// An integer for each number, in the same order as [`f64::total_cmp`]: integers are selected faster.
-fn ordered_bits(number: f64) -> i64 {
+pub(super) fn ordered_bits(number: f64) -> i64 {
     let bits = number.to_bits() as i64;
     // the bits of negative numbers are in falling order
     bits ^ ((bits >> 63) & i64::MAX)
 }
 
 /// The number of such an integer.
-fn from_ordered_bits(integer: i64) -> f64 {
+pub(super) fn from_ordered_bits(integer: i64) -> f64 {
     f64::from_bits((integer ^ ((integer >> 63) & i64::MAX)) as u64)
 }
 

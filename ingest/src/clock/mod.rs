@@ -11,6 +11,7 @@ mod describe;
 mod finding;
 mod line;
 mod own_clock;
+mod pairs;
 mod placement;
 mod placing;
 mod restarts;
@@ -23,7 +24,7 @@ mod time_base;
 mod times;
 mod timing;
 
-pub(crate) use self::times::TimesSlice;
+pub(crate) use self::{anchor::ClockFit, times::TimesSlice};
 pub use self::{
     finding::{ClockFinding, ClockFindingKind, Treatment},
     placement::Placement,

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
-    anchor::{Clock, ONE_CLOCK_NS},
+    anchor::{Clock, ClockFit, ONE_CLOCK_NS},
     describe,
     finding::{ClockFinding, ClockFindingKind as Kind},
     line::{Line, SIGMA_BY_MAD, median_ns},
@@ -60,6 +60,17 @@ impl TimeBase {
     /// to the log times equals that of the anchor topic; drift is removed the same way. Messages
     /// without stamps get their publish or log time, shifted likewise.
     pub fn place(&self, name: &str, times: &Times, statistics: &TopicStatistics) -> Placed {
+        self.place_fitted(name, times, statistics, None)
+    }
+
+    /// Like [`place`](Self::place), given the fit of the topic's clock by [`with_fits`](Self::with_fits).
+    pub(crate) fn place_fitted(
+        &self,
+        name: &str,
+        times: &Times,
+        statistics: &TopicStatistics,
+        fit: Option<ClockFit>,
+    ) -> Placed {
         let own = OwnClock::of(times, statistics, self.without_publish);
         let mut placed = Placed {
             placement: Placement {
@@ -80,7 +91,7 @@ impl TimeBase {
         if source > self.source {
             self.place_worse_time(&mut placed, times);
         } else if source != StampSource::Log {
-            let clock = leave_out_impossible(&mut placed, times, statistics);
+            let clock = leave_out_impossible(&mut placed, times, statistics, fit);
             if let Some(clock) = clock.filter(|_| self.anchor() != Some(name)) {
                 self.place_own_clock(&mut placed, &clock);
             }
@@ -197,12 +208,16 @@ fn leave_out_impossible(
     placed: &mut Placed,
     times: &Times,
     statistics: &TopicStatistics,
+    fit: Option<ClockFit>,
 ) -> Option<Clock> {
     let log_ns = times.log_ns();
     let complete = times.by(placed.placement.source).complete();
     let complete = complete.filter(|_| placed.placement.shifts.is_empty());
     let clock = match complete {
-        Some(stamps_ns) => Clock::of_complete(stamps_ns, log_ns)?,
+        Some(stamps_ns) => match fit.and_then(|fit| fit.by(placed.placement.source)) {
+            Some(clock) => clock,
+            None => Clock::of_complete(stamps_ns, log_ns)?,
+        },
         None => Clock::of(placed.placement.stamps(times), log_ns)?,
     };
     if placed.placement.keeps_stamps() && are_possible(&clock, statistics) {

@@ -6,6 +6,7 @@ use super::{
     steps::Steps,
     thinned::Thinned,
     time::{is_date, seconds_between},
+    times::TimesSlice,
     timing::{StampOffset, TopicTiming},
 };
 use crate::file::Format;
@@ -34,6 +35,51 @@ pub struct TopicStatistics {
 }
 
 impl TopicStatistics {
+    /// Adds consecutive messages: the same as to [`push`](Self::push) them.
+    pub(crate) fn extend(&mut self, times: TimesSlice<'_>) {
+        let log_ns = times.log_ns();
+        self.messages += log_ns.len();
+        let log = |from: usize| (log_ns[from..].iter()).map(|&log_ns| (log_ns, log_ns));
+        match times.apart_ns() {
+            Some(publish_ns) => {
+                let both = publish_ns.iter().copied().zip(log_ns.iter().copied());
+                let mut equal = log_ns.len();
+                if !self.publish_is_apart {
+                    let first = both.clone().position(|(publish, log)| publish != log);
+                    equal = first.unwrap_or(equal);
+                    self.log.extend(log(0).take(equal));
+                    if equal < log_ns.len() {
+                        self.publish_is_apart = true;
+                        self.publish = self.log.clone();
+                    }
+                } else {
+                    equal = 0;
+                }
+                self.publish.extend(both.clone().skip(equal));
+                self.log.extend(log(equal));
+                self.publish_is_set |= publish_ns.iter().any(|&time_ns| time_ns != 0);
+            }
+            None => {
+                if self.publish_is_apart {
+                    self.publish.extend(log(0));
+                }
+                self.log.extend(log(0));
+                self.publish_is_set |= log_ns.iter().any(|&time_ns| time_ns != 0);
+            }
+        }
+        let stamped = || times.stamped();
+        self.header.extend(stamped());
+        let (mut least, mut largest) = self.header_minus_log_ns.unwrap_or((i64::MAX, i64::MIN));
+        for (stamp, log) in stamped() {
+            self.stamped += 1;
+            self.not_dates += usize::from(!is_date(stamp));
+            self.pairs.push((log, stamp));
+            let offset = stamp.saturating_sub(log);
+            (least, largest) = (least.min(offset), largest.max(offset));
+        }
+        self.header_minus_log_ns = Some((least, largest)).filter(|_| self.stamped > 0);
+    }
+
     /// Adds one message. A header stamp of zero counts as missing.
     pub fn push(&mut self, header_stamp_ns: Option<i64>, publish_time_ns: i64, log_time_ns: i64) {
         self.messages += 1;
@@ -156,5 +202,53 @@ impl TopicStatistics {
             drift_sigma_ppm: line.slope_sigma * 1e6,
             jitter_s: SIGMA_BY_MAD * line.mad_s,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::times::Times, *};
+
+    #[test]
+    fn many_messages_at_once_give_the_statistics_of_one_by_one() {
+        let mut state = 5_u64;
+        let mut below = |end: u64| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            ((state >> 33) % end) as i64
+        };
+        for apart_from in [0, 700, 5000, u64::MAX] {
+            let (mut at_once, mut one_by_one) =
+                (TopicStatistics::default(), TopicStatistics::default());
+            let mut part = Times::default();
+            let mut log_ns = 1_700_000_000_000_000_000_i64;
+            for index in 0..10_000_u64 {
+                log_ns += match below(50) {
+                    0 => 0,
+                    1 => -below(3_000_000_000),
+                    2 => below(3_000_000_000),
+                    _ => 9_000_000 + below(2_000_000),
+                };
+                let publish_ns = match index >= apart_from {
+                    true => log_ns - below(1000),
+                    false => log_ns,
+                };
+                let header_ns = match below(30) {
+                    0 => None,
+                    1 => Some(0),
+                    2 => Some(below(1_000_000)),
+                    _ => Some(log_ns - below(5_000_000)),
+                };
+                one_by_one.push(header_ns, publish_ns, log_ns);
+                part.push(header_ns, publish_ns, log_ns);
+                if below(300) == 0 {
+                    at_once.extend(part.as_slice());
+                    part.clear();
+                }
+            }
+            at_once.extend(part.as_slice());
+            assert_eq!(format!("{at_once:?}"), format!("{one_by_one:?}"));
+        }
     }
 }

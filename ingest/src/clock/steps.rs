@@ -62,38 +62,70 @@ pub(super) struct Steps {
 
 impl Steps {
     pub(super) fn push(&mut self, time_ns: i64, log_time_ns: i64) {
-        self.count += 1;
-        let Some(before) = self.last_ns.replace(time_ns) else {
-            self.first_ns = Some(time_ns);
-            return;
-        };
-        self.changes |= time_ns != before;
-        let step_ns = time_ns.saturating_sub(before);
-        if step_ns > 0 {
-            self.forward_s += seconds_between(before, time_ns);
-            self.longest_ns = self.longest_ns.max(Some(step_ns));
-            self.some.push(step_ns);
-            self.note_pause(step_ns, before);
-        } else if step_ns == 0 {
-            self.duplicates += 1;
-        } else {
-            self.backward += 1;
-            let step = BackwardStep {
-                from_ns: before,
-                to_ns: time_ns,
-                log_time_ns,
-            };
-            let is_larger = |largest: &BackwardStep| largest.size_s() < step.size_s();
-            if self.largest_backward.as_ref().is_none_or(is_larger) {
-                self.largest_backward = Some(step);
+        self.extend(std::iter::once((time_ns, log_time_ns)));
+    }
+
+    /// Adds the times of messages, each with its log time (ns).
+    #[inline]
+    pub(super) fn extend(&mut self, times: impl Iterator<Item = (i64, i64)>) {
+        let mut times = times;
+        let mut before = match self.last_ns {
+            Some(last_ns) => last_ns,
+            None => {
+                let Some((first_ns, _)) = times.next() else {
+                    return;
+                };
+                self.count += 1;
+                self.first_ns = Some(first_ns);
+                first_ns
             }
+        };
+        // in registers, over many messages
+        let (mut count, mut forward_s) = (self.count, self.forward_s);
+        let mut longest_ns = self.longest_ns.unwrap_or(0);
+        for (time_ns, log_time_ns) in times {
+            count += 1;
+            let step_ns = time_ns.saturating_sub(before);
+            if step_ns > 0 {
+                forward_s += seconds_between(before, time_ns);
+                longest_ns = longest_ns.max(step_ns);
+                self.some.push(step_ns);
+                if step_ns > SHORTEST_GAP_NS {
+                    self.note_pause(step_ns, before);
+                }
+            } else {
+                self.not_forward(before, time_ns, log_time_ns);
+            }
+            before = time_ns;
+        }
+        self.last_ns = Some(before);
+        self.count = count;
+        self.forward_s = forward_s;
+        // every step forward is longer
+        self.longest_ns = Some(longest_ns).filter(|&longest| longest > 0);
+        self.changes |= self.longest_ns.is_some() || self.backward > 0;
+    }
+
+    #[cold]
+    fn not_forward(&mut self, before: i64, time_ns: i64, log_time_ns: i64) {
+        if time_ns == before {
+            self.duplicates += 1;
+            return;
+        }
+        self.backward += 1;
+        let step = BackwardStep {
+            from_ns: before,
+            to_ns: time_ns,
+            log_time_ns,
+        };
+        let is_larger = |largest: &BackwardStep| largest.size_s() < step.size_s();
+        if self.largest_backward.as_ref().is_none_or(is_larger) {
+            self.largest_backward = Some(step);
         }
     }
 
+    #[cold]
     fn note_pause(&mut self, step_ns: i64, start_ns: i64) {
-        if step_ns <= SHORTEST_GAP_NS {
-            return;
-        }
         self.pauses.push(Reverse((step_ns, start_ns)));
         if self.pauses.len() > MOST_GAPS
             && let Some(Reverse((shortest, _))) = self.pauses.pop()

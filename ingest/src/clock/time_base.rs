@@ -1,7 +1,7 @@
 //! The common clock of a log.
 
 use super::{
-    anchor::{self, Clock, LogMap},
+    anchor::{self, Clock, ClockFit, LogMap},
     describe,
     finding::ClockFinding,
     line::Line,
@@ -34,6 +34,15 @@ pub struct TimeBase {
 impl TimeBase {
     /// The common clock of these topics, each with its name.
     pub fn of(log: &Log, topics: &[(&str, &Times, &TopicStatistics)]) -> Self {
+        Self::with_fits(log, topics).0
+    }
+
+    /// The common clock, and of each topic the fit of its own clock, if [`place`](Self::place) would make the same
+    /// one again.
+    pub(crate) fn with_fits(
+        log: &Log,
+        topics: &[(&str, &Times, &TopicStatistics)],
+    ) -> (Self, Vec<Option<ClockFit>>) {
         let without_publish = Some(log.format()).filter(|format| !format.has_publish_time());
         let clocks: Vec<OwnClock> = topics
             .iter()
@@ -55,10 +64,11 @@ impl TimeBase {
             without_publish,
             findings: Vec::new(),
         };
-        base.find_anchor(topics, &clocks, &shifts);
+        let mut fits = vec![None; topics.len()];
+        base.find_anchor(topics, &clocks, &shifts, &mut fits);
         let times: Vec<&Times> = topics.iter().map(|(_, times, _)| *times).collect();
         base.findings = describe::of_base(base.source, &base.map, &times, clock_topic(log));
-        base
+        (base, fits)
     }
 
     fn find_anchor(
@@ -66,6 +76,7 @@ impl TimeBase {
         topics: &[(&str, &Times, &TopicStatistics)],
         clocks: &[OwnClock<'_>],
         shifts: &[Vec<(usize, i64)>],
+        fits: &mut [Option<ClockFit>],
     ) {
         let unrolled = |topic: usize| restarts::unrolled(clocks[topic].stamps, &shifts[topic]);
         for source in [StampSource::Header, StampSource::Publish] {
@@ -75,10 +86,14 @@ impl TimeBase {
                     let log_ns = topics[topic].1.log_ns();
                     let complete = clock.stamps.complete();
                     let clock = match complete.filter(|_| shifts[topic].is_empty()) {
-                        Some(stamps_ns) => Clock::of_complete(stamps_ns, log_ns),
-                        None => Clock::of(unrolled(topic), log_ns),
+                        Some(stamps_ns) => {
+                            let clock = Clock::of_complete(stamps_ns, log_ns)?;
+                            fits[topic] = Some(ClockFit::new(source, clock.clone()));
+                            clock
+                        }
+                        None => Clock::of(unrolled(topic), log_ns)?,
                     };
-                    Some((topic, clock?))
+                    Some((topic, clock))
                 })
                 .collect();
             let Some(topic) = anchor::choose(&found) else {

@@ -43,6 +43,12 @@ impl Times {
         columns.into_iter().filter_map(reserve).collect()
     }
 
+    /// Reserves memory for so many messages, if it is available.
+    pub(crate) fn reserve_exact(&mut self, messages: usize) {
+        let _ = self.header_ns.try_reserve_exact(messages);
+        let _ = self.log_ns.try_reserve_exact(messages);
+    }
+
     /// Adds a message. A header stamp of zero counts as missing.
     #[inline]
     pub fn push(&mut self, header_stamp_ns: Option<i64>, publish_time_ns: i64, log_time_ns: i64) {
@@ -200,6 +206,23 @@ impl<'t> TimesSlice<'t> {
             publish_time_ns,
             log_time_ns,
         })
+    }
+
+    /// When the recorder received each message (ns).
+    pub(super) fn log_ns(self) -> &'t [i64] {
+        self.log_ns
+    }
+
+    /// When each message was sent (ns), if these times are stored apart from the log times.
+    pub(super) fn apart_ns(self) -> Option<&'t [i64]> {
+        self.has_publish().then_some(self.publish_ns)
+    }
+
+    /// The header stamps that are there, each with its log time (ns).
+    pub(super) fn stamped(self) -> impl Iterator<Item = (i64, i64)> + 't {
+        let all = self.header_ns.iter().zip(self.log_ns);
+        all.map(|(&stamp, &log)| (stamp, log))
+            .filter(|(stamp, _)| *stamp != NO_STAMP)
     }
 
     /// Whether publish times are stored apart from the log times.

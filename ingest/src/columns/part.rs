@@ -49,6 +49,13 @@ impl Samples {
         self.values.extend_from_slice(next.values);
     }
 
+    /// Reserves memory for so many samples, if it is available.
+    fn reserve(&mut self, samples: usize, width: usize) {
+        self.times.reserve_exact(samples);
+        let _ = self.order.try_reserve_exact(samples);
+        let _ = self.values.try_reserve_exact(samples.saturating_mul(width));
+    }
+
     /// Removes all samples, keeping the memory.
     pub(crate) fn clear(&mut self) {
         self.times.clear();
@@ -122,6 +129,11 @@ impl PartOfSensor {
             without_value: 0,
             scratch: SensorSample::default(),
         }
+    }
+
+    /// Reserves memory for so many samples.
+    pub(crate) fn reserve(&mut self, samples: usize) {
+        self.samples.reserve(samples, self.width);
     }
 
     #[inline]

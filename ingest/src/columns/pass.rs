@@ -13,7 +13,7 @@ use super::{
     part::{Part, PartOfSensor, SamplesSlice},
 };
 use crate::{
-    clock::{TimeBase, Times, TopicStatistics},
+    clock::{ClockFit, TimeBase, Times, TopicStatistics},
     formats::Batch,
     large_columns::{ColumnMemory, FreshMemory, Region},
     log::Log,
@@ -22,6 +22,8 @@ use crate::{
 
 /// Messages outside batches that are collected before they are handed on.
 const LOOSE_MESSAGES: u32 = 1024;
+/// How many more messages a chunk may have than its share of the file, before its columns grow: indexes take bytes, too.
+const EXPECTED_EXCESS: f64 = 1.3;
 
 /// Receives the samples of each sensor in file order, some at a time.
 pub(crate) trait Sink {
@@ -46,6 +48,8 @@ pub(crate) struct SensorPass {
     /// The times of all samples.
     pub(crate) times: Times,
     pub(crate) statistics: TopicStatistics,
+    /// The fit of its clock, once all times are known.
+    pub(crate) fit: Option<ClockFit>,
     pub(crate) undecodable: u64,
     pub(crate) without_value: u64,
 }
@@ -70,13 +74,16 @@ pub(crate) fn pass(
 ) -> Result<Passed, Error> {
     let topics: Vec<TopicId> = wanted.iter().map(|wanted| wanted.topic).collect();
     let mut sensors = Vec::with_capacity(wanted.len());
+    let mut of_log = Vec::with_capacity(wanted.len());
     for (place, wanted) in wanted.into_iter().enumerate() {
         let mut sensor = SensorPass::new(log, wanted)?;
         // so that they need not be moved as they grow
         let samples = most_samples(log, sensor.topic)?;
         regions.extend(sensor.times.reserve(samples, place, memory));
+        of_log.push(samples);
         sensors.push(sensor);
     }
+    let of_log: Arc<[u64]> = of_log.into();
     let memory = Arc::new(FreshMemory::new(sensors.len(), regions));
     let empty = || Part::new(sensors.iter().map(SensorPass::part));
     // a part that a batch has delivered and the pass has not yet taken
@@ -85,6 +92,7 @@ pub(crate) fn pass(
     let empty_batch = || -> Box<dyn Batch> {
         Box::new(SensorBatch {
             part: Part::new(prototypes.iter().map(Wanted::part)),
+            of_log: Arc::clone(&of_log),
             inbox: Arc::clone(&inbox),
             memory: Arc::clone(&memory),
         })
@@ -114,7 +122,7 @@ pub(crate) fn pass(
     )?;
     let mut pass = pass.into_inner();
     pass.loose();
-    let sensors = pass.sensors;
+    let mut sensors = pass.sensors;
     for (place, sensor) in sensors.iter().enumerate() {
         sensor.decoder.check_found()?;
         // a message that two sensors cannot decode counts once
@@ -124,12 +132,17 @@ pub(crate) fn pass(
             }
         }
     }
+    // a topic used by two sensors has one clock
+    let has_own = |place: usize| !topics[..place].contains(&topics[place]);
     let clocks: Vec<(&str, &Times, &TopicStatistics)> = (sensors.iter().enumerate())
-        // a topic used by two sensors has one clock
-        .filter(|(place, sensor)| !topics[..*place].contains(&sensor.topic))
+        .filter(|(place, _)| has_own(*place))
         .map(|(_, sensor)| (sensor.name.as_str(), &sensor.times, &sensor.statistics))
         .collect();
-    let time_base = TimeBase::of(log, &clocks);
+    let (time_base, fits) = TimeBase::with_fits(log, &clocks);
+    let fitted = (sensors.iter_mut().enumerate()).filter(|(place, _)| has_own(*place));
+    for ((_, sensor), fit) in fitted.zip(fits) {
+        sensor.fit = fit;
+    }
     Ok(Passed {
         sensors,
         time_base,
@@ -168,10 +181,7 @@ impl Pass<'_> {
                 *order += self.messages;
             }
             let samples = part.samples.as_slice(part.width);
-            for times in samples.times.iter() {
-                let (publish, log) = (times.publish_time_ns, times.log_time_ns);
-                sensor.statistics.push(times.header_stamp_ns, publish, log);
-            }
+            sensor.statistics.extend(samples.times);
             sensor.times.append(samples.times);
             self.sink.take(place, samples);
             self.memory.fill(place, samples.len());
@@ -193,6 +203,7 @@ impl SensorPass {
             decoder: wanted.decoder,
             times: Times::default(),
             statistics: TopicStatistics::default(),
+            fit: None,
             undecodable: 0,
             without_value: 0,
         })
@@ -229,11 +240,20 @@ pub(crate) fn most_samples(log: &Log, topic: TopicId) -> Result<u64, Error> {
 /// The samples of one chunk.
 struct SensorBatch {
     part: Part,
+    /// The number of messages of each sensor in the log.
+    of_log: Arc<[u64]>,
     inbox: Arc<Mutex<Part>>,
     memory: Arc<FreshMemory>,
 }
 
 impl Batch for SensorBatch {
+    fn expect(&mut self, share: f64, most: usize) {
+        for (sensor, &of_log) in self.part.sensors.iter_mut().zip(&*self.of_log) {
+            let messages = (of_log as f64 * share * EXPECTED_EXCESS) as usize;
+            sensor.reserve(messages.min(most));
+        }
+    }
+
     fn take(&mut self, message: &RawMessage<'_>) {
         if self.part.messages == 0 {
             self.memory.prepare();

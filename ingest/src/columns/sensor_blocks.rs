@@ -241,7 +241,7 @@ impl BlockQueue {
                 continue;
             }
             self.collected.append(samples);
-            if self.collected.len() == MOST_SAMPLES {
+            if self.collected.len() >= LEAST_SAMPLES {
                 self.flush(request, take);
             }
         }
@@ -279,7 +279,7 @@ fn reading(sensor: SensorPass, time_base: &TimeBase) -> SensorReading {
         clock,
         correction,
         findings,
-    } = time_base.place(&sensor.name, &sensor.times, &sensor.statistics);
+    } = time_base.place_fitted(&sensor.name, &sensor.times, &sensor.statistics, sensor.fit);
     SensorReading {
         unstamped: placement.unstamped(&sensor.times),
         topic: sensor.topic,

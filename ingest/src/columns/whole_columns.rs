@@ -75,13 +75,22 @@ impl Columns {
     }
 
     /// Puts the samples on the clock of the log and omits those without a stamp.
-    pub(crate) fn finish(mut self, sensor: SensorPass, time_base: &TimeBase) -> SensorRecording {
+    pub(crate) fn finish(
+        mut self,
+        mut sensor: SensorPass,
+        time_base: &TimeBase,
+    ) -> SensorRecording {
         let Placed {
             placement,
             clock,
             correction,
             findings,
-        } = time_base.place(&sensor.name, &sensor.times, &sensor.statistics);
+        } = time_base.place_fitted(
+            &sensor.name,
+            &sensor.times,
+            &sensor.statistics,
+            sensor.fit.take(),
+        );
         let mut unstamped = Vec::new();
         let (stamps_ns, log_times_ns) = placement.apply(sensor.times, |at| unstamped.push(at));
         omit(&mut self.order, &unstamped, 1);

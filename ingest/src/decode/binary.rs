@@ -13,7 +13,7 @@ use super::{
 };
 use crate::schema::NumberType;
 
-const ENCAPSULATION_BYTES: usize = 4;
+pub(super) const ENCAPSULATION_BYTES: usize = 4;
 
 /// The number of elements of an array.
 #[derive(Debug, Clone, Copy)]
@@ -115,14 +115,14 @@ fn encapsulation_name(encapsulation: u16) -> &'static str {
 
 /// A position in the data, in CDR after the encapsulation header. It may lie beyond the end, where
 /// every read fails.
-struct Cursor<'a, const BIG_ENDIAN: bool, const CDR: bool> {
-    data: &'a [u8],
-    position: usize,
+pub(super) struct Cursor<'a, const BIG_ENDIAN: bool, const CDR: bool> {
+    pub(super) data: &'a [u8],
+    pub(super) position: usize,
 }
 
 impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
     /// Offset of the data within the message.
-    const START: usize = if CDR { ENCAPSULATION_BYTES } else { 0 };
+    pub(super) const START: usize = if CDR { ENCAPSULATION_BYTES } else { 0 };
 
     fn steps(&mut self, steps: &[Op], fields: &mut Fields) -> Result<(), DecodeError> {
         for step in steps {
@@ -194,7 +194,7 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
     }
 
     #[inline]
-    fn align(&mut self, alignment: usize) {
+    pub(super) fn align(&mut self, alignment: usize) {
         if !CDR {
             return;
         }
@@ -204,7 +204,7 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
     }
 
     #[inline]
-    fn take(&mut self, bytes: usize) -> Result<&'a [u8], DecodeError> {
+    pub(super) fn take(&mut self, bytes: usize) -> Result<&'a [u8], DecodeError> {
         match self
             .data
             .get(self.position..)
@@ -247,7 +247,11 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
 
     /// Reads the number of elements, each of which takes at least `element_bytes`.
     #[inline]
-    fn count(&mut self, count: Count, element_bytes: usize) -> Result<usize, DecodeError> {
+    pub(super) fn count(
+        &mut self,
+        count: Count,
+        element_bytes: usize,
+    ) -> Result<usize, DecodeError> {
         let count = match count {
             Count::Fixed(count) => return Ok(count),
             Count::InMessage => self.u32()? as usize,
@@ -266,7 +270,11 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
 
     /// The bytes of an array. An empty array has no padding before it.
     #[inline]
-    fn array(&mut self, number: NumberType, count: usize) -> Result<&'a [u8], DecodeError> {
+    pub(super) fn array(
+        &mut self,
+        number: NumberType,
+        count: usize,
+    ) -> Result<&'a [u8], DecodeError> {
         if count == 0 {
             return Ok(&[]);
         }
@@ -282,7 +290,7 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
 
     /// The range of a string, without the terminating zero of CDR.
     #[inline]
-    fn text_place(&mut self) -> Result<Range<usize>, DecodeError> {
+    pub(super) fn text_place(&mut self) -> Result<Range<usize>, DecodeError> {
         let bytes = self.count(Count::InMessage, 1)?;
         let start = self.position;
         let closing = usize::from(self.take(bytes)?.ends_with(&[0]) && CDR);
@@ -392,7 +400,7 @@ fn double_from<const BIG_ENDIAN: bool>(bytes: &[u8; 8]) -> f64 {
 
 /// The number at the front of `bytes`; NaN if they are too few.
 #[inline]
-fn number_from<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8]) -> f64 {
+pub(super) fn number_from<const BIG_ENDIAN: bool>(number: NumberType, bytes: &[u8]) -> f64 {
     macro_rules! read {
         ($kind:ty) => {
             bytes.first_chunk().map_or(f64::NAN, |bytes| {

@@ -8,8 +8,10 @@ mod json;
 mod layout;
 mod number_decoder;
 mod number_fields;
+mod places;
 mod protobuf;
 mod sensor;
+mod shortcut;
 
 pub(crate) use self::{
     can_frame::{FrameDecoder, Stamp, is_can_frame},

@@ -2,7 +2,12 @@
 
 use std::ops::Range;
 
-use super::{error::DecodeError, fields::Fields, layout::Layout};
+use super::{
+    error::DecodeError,
+    fields::Fields,
+    layout::Layout,
+    shortcut::{Attitude, Credit, Shortcut},
+};
 use crate::{
     decode::layout::layout_of,
     message::{BindingError, RawMessage, SensorKind, Topic},
@@ -18,6 +23,17 @@ const HEADER_PATHS: [&str; FIRST] = [
     "header.stamp.nanosec",
     "header.frame_id",
 ];
+
+// Indices of some of the sensor's fields, see below.
+const ATTITUDE: usize = FIRST;
+const TWIST: usize = FIRST + 4;
+const COVARIANCE: usize = FIRST + 4;
+const ANGULAR_VELOCITY: usize = FIRST + 5;
+const SPECIFIC_FORCE: usize = FIRST + 8;
+// Of the values of a sample, in their order.
+const IMU_VALUES: [usize; 10] = [11, 12, 13, 8, 9, 10, 3, 4, 5, 6];
+const ODOMETRY_VALUES: [usize; 10] = [7, 8, 9, 10, 11, 12, 3, 4, 5, 6];
+const WRENCH_VALUES: [usize; 6] = [3, 4, 5, 6, 7, 8];
 
 /// The fields to read, in message order, so that adjacent numbers are read at once.
 fn paths_of(kind: SensorKind) -> &'static [&'static str] {
@@ -98,6 +114,9 @@ pub struct SensorDecoder {
     /// The same as a range, if the indices are consecutive.
     joints_in_row: Option<Range<usize>>,
     names_revision: Option<u64>,
+    /// Where the values were in the last message that was followed from its beginning.
+    shortcut: Option<Box<Shortcut>>,
+    credit: Credit,
 }
 
 impl SensorDecoder {
@@ -125,6 +144,8 @@ impl SensorDecoder {
             joint_places: Vec::new(),
             joints_in_row: None,
             names_revision: None,
+            shortcut: None,
+            credit: Credit::default(),
         })
     }
 
@@ -149,6 +170,22 @@ impl SensorDecoder {
         message: &RawMessage<'_>,
         values: &mut Vec<f64>,
     ) -> Result<Option<i64>, DecodeError> {
+        let shortcut = self.shortcut.as_ref();
+        if let Some([sec, nanosec]) =
+            shortcut.and_then(|shortcut| shortcut.append_values(message.data, values))
+        {
+            self.credit.earn();
+            return Ok(stamp_ns(sec, nanosec));
+        }
+        self.follow(message, values)
+    }
+
+    /// Decodes a message by following all its lengths.
+    fn follow(
+        &mut self,
+        message: &RawMessage<'_>,
+        values: &mut Vec<f64>,
+    ) -> Result<Option<i64>, DecodeError> {
         self.layout.decode(message.data, &mut self.fields)?;
         if self.frame_id.is_none() {
             let frame_id = String::from_utf8_lossy(self.fields.text(FRAME_ID));
@@ -162,7 +199,42 @@ impl SensorDecoder {
             // decoded by `NumberDecoder`
             SensorKind::Number => {}
         }
-        Ok(self.stamp_ns())
+        if self.credit.spend() {
+            self.shortcut = self.new_shortcut(message.data).map(Box::new);
+        }
+        Ok(stamp_ns(
+            self.fields.number(SEC),
+            self.fields.number(NANOSEC),
+        ))
+    }
+
+    /// The shortcut for messages like this one, which was decoded just now.
+    fn new_shortcut(&self, message: &[u8]) -> Option<Shortcut> {
+        let places = self.layout.places(message)?;
+        let stamp = [places.numbers(SEC)?, places.numbers(NANOSEC)?];
+        let singles = |paths: &[usize]| {
+            let single = |path: &usize| places.numbers(*path).map(Some);
+            paths.iter().map(single).collect::<Option<Vec<_>>>()
+        };
+        let (values, attitude) = match self.kind {
+            SensorKind::JointStates => {
+                let of_joints = |path: usize| {
+                    let array = places.numbers(path);
+                    let joint = move |place: usize| array?.part(place..place.checked_add(1)?);
+                    (self.joint_places.iter()).map(move |place| place.and_then(joint))
+                };
+                let joints = of_joints(FIRST + 1).chain(of_joints(FIRST + 2));
+                (joints.collect(), Attitude::None)
+            }
+            SensorKind::Imu => {
+                let mark = places.numbers(COVARIANCE)?;
+                (singles(&IMU_VALUES)?, Attitude::MarkedBy(mark))
+            }
+            SensorKind::Odometry => (singles(&ODOMETRY_VALUES)?, Attitude::Unmarked),
+            SensorKind::ToolWrench => (singles(&WRENCH_VALUES)?, Attitude::None),
+            SensorKind::Number => return None,
+        };
+        Shortcut::new(places, stamp, values.into_iter(), attitude)
     }
 
     /// The frame of the first decoded message, without a leading slash.
@@ -173,16 +245,6 @@ impl SensorDecoder {
     /// The kind of sensor.
     pub fn kind(&self) -> SensorKind {
         self.kind
-    }
-
-    fn stamp_ns(&self) -> Option<i64> {
-        // Both are small integers, so the conversion is exact.
-        let (sec, nanosec) = (
-            self.fields.number(SEC) as i64,
-            self.fields.number(NANOSEC) as i64,
-        );
-        let stamp_ns = sec.saturating_mul(1_000_000_000).saturating_add(nanosec);
-        (stamp_ns != 0).then_some(stamp_ns)
     }
 
     fn joint_values(&mut self, values: &mut Vec<f64>) {
@@ -217,20 +279,13 @@ impl SensorDecoder {
     }
 
     fn imu_values(&self, values: &mut Vec<f64>) {
-        const ATTITUDE: usize = FIRST;
-        const COVARIANCE: usize = FIRST + 4;
-        const ANGULAR_VELOCITY: usize = FIRST + 5;
-        const SPECIFIC_FORCE: usize = FIRST + 8;
         self.extend(values, SPECIFIC_FORCE, 3);
         self.extend(values, ANGULAR_VELOCITY, 3);
-        // By convention, -1 marks an IMU without attitude.
-        let has_attitude = self.fields.number(COVARIANCE) != -1.0;
+        let has_attitude = gives_attitude(self.fields.number(COVARIANCE));
         self.extend_attitude(values, ATTITUDE, has_attitude);
     }
 
     fn odometry_values(&self, values: &mut Vec<f64>) {
-        const ATTITUDE: usize = FIRST;
-        const TWIST: usize = FIRST + 4;
         self.extend(values, TWIST, 6);
         self.extend_attitude(values, ATTITUDE, true);
     }
@@ -243,12 +298,29 @@ impl SensorDecoder {
     #[inline]
     fn extend_attitude(&self, values: &mut Vec<f64>, first: usize, is_given: bool) {
         let quaternion = [0, 1, 2, 3].map(|part| self.fields.number(first + part));
-        // all zeros: never set by the driver
-        values.extend(if is_given && quaternion != [0.0; 4] {
-            quaternion
-        } else {
-            [f64::NAN; 4]
-        });
+        values.extend(given_attitude(quaternion, is_given));
+    }
+}
+
+fn stamp_ns(sec: f64, nanosec: f64) -> Option<i64> {
+    // Both are small integers, so the conversion is exact.
+    let (sec, nanosec) = (sec as i64, nanosec as i64);
+    let stamp_ns = sec.saturating_mul(1_000_000_000).saturating_add(nanosec);
+    (stamp_ns != 0).then_some(stamp_ns)
+}
+
+/// By convention, a first covariance of -1 marks an IMU without attitude.
+pub(super) fn gives_attitude(covariance: f64) -> bool {
+    covariance != -1.0
+}
+
+#[inline]
+pub(super) fn given_attitude(quaternion: [f64; 4], is_given: bool) -> [f64; 4] {
+    // all zeros: never set by the driver
+    if is_given && quaternion != [0.0; 4] {
+        quaternion
+    } else {
+        [f64::NAN; 4]
     }
 }
 

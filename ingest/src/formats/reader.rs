@@ -40,6 +40,8 @@ pub(crate) struct Request<'r> {
 
 /// Collects the messages of one chunk, on any thread.
 pub(crate) trait Batch: Send {
+    /// Reserves memory for the messages of a chunk that is such a share of the file, but not for more than `most`.
+    fn expect(&mut self, share: f64, most: usize);
     /// Adds a message.
     fn take(&mut self, message: &RawMessage<'_>);
     /// Hands over the collected messages and empties the batch. Batches are delivered in file

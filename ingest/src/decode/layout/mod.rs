@@ -11,7 +11,9 @@ use crate::{
         binary::{self, Op},
         error::DecodeError,
         fields::Fields,
-        json, protobuf,
+        json,
+        places::Places,
+        protobuf,
     },
     schema::{Definitions, Dialect, FieldPath, PathTree, SchemaError},
 };
@@ -125,6 +127,18 @@ impl Layout {
         match dialect {
             Dialect::Ros2 => binary::run_cdr(steps, message, values),
             Dialect::Ros1 => binary::run_ros1(steps, message, values),
+        }
+    }
+}
+
+impl Layout {
+    /// Where the numbers of a message are that this layout decodes; `None` if no other message tells its own by that.
+    pub(crate) fn places(&self, message: &[u8]) -> Option<Places> {
+        match &self.plan {
+            Plan::Binary { steps, dialect, .. } => {
+                Places::of(steps, *dialect, message, self.path_count)
+            }
+            Plan::Json(_) | Plan::Protobuf(_) => None,
         }
     }
 }

@@ -95,7 +95,7 @@ impl Decompressor {
         };
         let mut room = declared.min(BELIEVED_BYTES);
         loop {
-            let wanted = grow_to(buffer, room)?;
+            let wanted = make_room(buffer, room)?;
             let target = buffer.get_mut(..wanted).unwrap_or_default();
             match self.lz4.unpack(chunk.data, target, checksums) {
                 (filled, End::Complete) => {
@@ -128,7 +128,7 @@ impl Decompressor {
         chunk: &PackedChunk<'_>,
         buffer: &mut Vec<u8>,
     ) -> Result<usize, String> {
-        let wanted = grow_to(buffer, chunk.uncompressed_bytes)?;
+        let wanted = make_room(buffer, chunk.uncompressed_bytes)?;
         let decompressor = match &mut self.zstd {
             Some(decompressor) => decompressor,
             empty => {
@@ -230,6 +230,19 @@ fn check_filled(filled: u64, declared: u64) -> Result<(), String> {
     Err(format!(
         "expected {declared} bytes of content, found {filled}"
     ))
+}
+
+/// Like [`grow_to`], but what is in the buffer may get lost: it need not be copied, nor be there twice.
+fn make_room(buffer: &mut Vec<u8>, count: u64) -> Result<usize, String> {
+    let wanted = usize::try_from(count).unwrap_or(usize::MAX);
+    if buffer.capacity() < wanted {
+        *buffer = Vec::new();
+        // Chunks of one writer differ by a message or two.
+        let slack = (wanted / 8).min(GROWTH_BYTES);
+        // Without the slack it may fit.
+        let _ = buffer.try_reserve_exact(wanted.saturating_add(slack));
+    }
+    grow_to(buffer, count)
 }
 
 /// Grows the buffer to at least `count` bytes and returns `count`.

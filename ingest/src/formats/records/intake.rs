@@ -10,6 +10,9 @@ use super::{
 };
 use crate::formats::reader::Batch;
 
+/// No format has messages of fewer bytes, its own with them.
+const SMALLEST_MESSAGE_BYTES: usize = 16;
+
 /// Decodes chunks into batches.
 pub(super) struct Intake<'d> {
     routes: &'d Routes<'d>,
@@ -40,13 +43,20 @@ impl<'d> Intake<'d> {
         Self { routes, empty }
     }
 
-    /// Decodes verified content.
-    pub(super) fn take_in<G: Grammar>(&self, content: &[u8], used: Option<TakenIn>) -> TakenIn {
+    /// Decodes verified content. `share` is that of the chunk in the bytes of the file.
+    pub(super) fn take_in<G: Grammar>(
+        &self,
+        content: &[u8],
+        share: f64,
+        used: Option<TakenIn>,
+    ) -> TakenIn {
         let mut taken = used.unwrap_or_else(|| TakenIn {
             batch: (self.empty)(),
             messages: ChannelCounts::new(self.routes.table_size()),
             tally: Tally::default(),
         });
+        let most = content.len() / SMALLEST_MESSAGE_BYTES;
+        taken.batch.expect(share, most);
         taken.tally = Tally::default();
         let mut visitor = BatchVisitor {
             routes: self.routes,

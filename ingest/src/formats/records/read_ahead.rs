@@ -3,6 +3,9 @@
 //! The walk requests one chunk after the other. Meanwhile worker threads read and decompress the
 //! next ones, and decode them if there is an [`Intake`]; a walk that would have to wait helps. The
 //! result does not depend on which thread handled a chunk.
+//!
+//! The threads start when there is work ahead for them. A walk that only looks at the first messages of a topic
+//! usually stops in its first chunk: it starts none, and its chunk is kept for the next walk.
 
 use std::{
     collections::VecDeque,
@@ -23,8 +26,10 @@ use crate::{file::FileBytes, message::Error};
 
 /// Compressed bytes of the chunks in flight; a larger chunk is read alone.
 const AHEAD_LIMIT_BYTES: u64 = 24 << 20;
-/// Smaller files are not worth a second thread.
-const SMALLEST_FILE_BYTES: u64 = 4 << 20;
+/// Fewer compressed bytes ahead are not worth a second thread: it starts in the time that one needs for as many.
+const WORTH_A_THREAD_BYTES: u64 = 64 << 10;
+/// Shorter files are read in some milliseconds.
+const SHORT_FILE_BYTES: u64 = 4 << 20;
 const MOST_THREADS: usize = 8;
 
 enum Job {
@@ -64,10 +69,13 @@ impl<'s> Worker<'s> {
         unpacked: &mut Unpacked,
         bytes: &Range<u64>,
     ) -> Result<(), Error> {
-        unpacked.exchange(&mut self.buffers);
-        unpacked.load::<G>(self.file, bytes, LoadMode::Whole, &mut self.decompressor)?;
+        if !unpacked.was_kept() {
+            unpacked.exchange(&mut self.buffers);
+            unpacked.load::<G>(self.file, bytes, LoadMode::Whole, &mut self.decompressor)?;
+        }
         if let Some(intake) = self.intake {
-            unpacked.take_in::<G>(intake);
+            let share = (bytes.end - bytes.start) as f64 / self.file.len() as f64;
+            unpacked.take_in::<G>(intake, share);
         }
         if unpacked.is_done_with_content() {
             unpacked.exchange(&mut self.buffers);
@@ -135,12 +143,35 @@ impl Shared {
     }
 }
 
+/// The chunk in which the last walk over a file was stopped, unpacked.
+#[derive(Default)]
+pub(super) struct KeptChunk(Mutex<Option<(Range<u64>, Unpacked)>>);
+
+impl KeptChunk {
+    fn lock(&self) -> MutexGuard<'_, Option<(Range<u64>, Unpacked)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// What several threads share, and what starts them.
+#[derive(Clone, Copy)]
+struct Threads<'s> {
+    shared: &'s Shared,
+    start: &'s dyn Fn(),
+}
+
 /// Delivers chunks in the order of the walk.
 pub(super) struct Chunks<'s, G> {
     file: &'s FileBytes,
-    shared: Option<&'s Shared>,
+    threads: Option<Threads<'s>>,
+    are_started: bool,
+    is_first: bool,
     worker: Worker<'s>,
     spare: Unpacked,
+    /// What the walk before has left.
+    kept: Option<(Range<u64>, Unpacked)>,
+    /// Where this walk may leave one.
+    keep_in: &'s KeptChunk,
     /// Finds the next chunks without reading them.
     scout: HeadWindow<'s>,
     scouted: u64,
@@ -152,17 +183,13 @@ pub(super) struct Chunks<'s, G> {
 pub(super) fn with_chunks<G: Grammar, R>(
     file: &FileBytes,
     intake: Option<&Intake<'_>>,
+    kept: &KeptChunk,
     walk: impl FnOnce(Chunks<'_, G>) -> R,
 ) -> R {
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = match file.len() {
-        ..SMALLEST_FILE_BYTES => 1,
-        // what is transferred from a bucket is read ahead there
-        _ if file.is_partial() => 1,
-        _ => processors.min(MOST_THREADS),
-    };
+    let threads = threads_for(file);
+    let worker = Worker::new(file, intake);
     if threads < 2 {
-        return walk(Chunks::new(Worker::new(file, None), None, 0));
+        return walk(Chunks::new(worker, None, 0, kept));
     }
     let shared = Shared {
         state: Mutex::new(State {
@@ -173,14 +200,36 @@ pub(super) fn with_chunks<G: Grammar, R>(
         changed: Condvar::new(),
     };
     std::thread::scope(|scope| {
-        for _ in 1..threads {
-            scope.spawn(|| shared.work::<G>(Worker::new(file, intake)));
-        }
+        let shared = &shared;
+        let start = || {
+            for _ in 1..threads {
+                scope.spawn(move || shared.work::<G>(Worker::new(file, intake)));
+            }
+        };
         // Also if the walk panics in the caller's code: the threads must not wait forever.
-        let _end = EndGuard(&shared);
-        let worker = Worker::new(file, intake);
-        walk(Chunks::new(worker, Some(&shared), 2 * threads))
+        let _end = EndGuard(shared);
+        let several = Threads {
+            shared,
+            start: &start,
+        };
+        walk(Chunks::new(worker, Some(several), 2 * threads, kept))
     })
+}
+
+/// How many threads may read a file.
+fn threads_for(file: &FileBytes) -> usize {
+    // A worker of a fleet is alone in its pool: the other processors have workers of their own, and a second thread
+    // would only cost its start and its memory.
+    let is_alone = rayon::current_thread_index().is_some() && rayon::current_num_threads() == 1;
+    match file.len() {
+        // what is transferred from a bucket is read ahead there
+        _ if file.is_partial() => 1,
+        ..SHORT_FILE_BYTES if is_alone => 1,
+        _ => {
+            let processors = std::thread::available_parallelism().map_or(1, usize::from);
+            processors.min(MOST_THREADS)
+        }
+    }
 }
 
 struct EndGuard<'s>(&'s Shared);
@@ -192,13 +241,23 @@ impl Drop for EndGuard<'_> {
 }
 
 impl<'s, G: Grammar> Chunks<'s, G> {
-    fn new(worker: Worker<'s>, shared: Option<&'s Shared>, most_jobs: usize) -> Self {
+    fn new(
+        worker: Worker<'s>,
+        threads: Option<Threads<'s>>,
+        most_jobs: usize,
+        keep_in: &'s KeptChunk,
+    ) -> Self {
         let file = worker.file;
         Self {
             file,
-            shared,
+            threads,
+            are_started: false,
+            is_first: true,
             worker,
             spare: Unpacked::default(),
+            // Taken in any case: it is needed now or never.
+            kept: keep_in.lock().take(),
+            keep_in,
             scout: HeadWindow::new(file),
             scouted: 0,
             most_jobs,
@@ -212,10 +271,17 @@ impl<'s, G: Grammar> Chunks<'s, G> {
         bytes: &Range<u64>,
         visitor: &V,
     ) -> Result<Unpacked, Error> {
-        let Some(shared) = self.shared else {
-            return self.load(bytes, LoadMode::Whole);
+        let is_first = std::mem::take(&mut self.is_first);
+        let threads = self
+            .threads
+            .filter(|_| !is_first || self.worker.intake.is_some());
+        let Some(threads) = threads else {
+            let mut unpacked = self.unused(bytes);
+            self.worker.unpack::<G>(&mut unpacked, bytes)?;
+            return Ok(unpacked);
         };
-        self.send_ahead(shared, bytes, visitor)?;
+        self.send_ahead(threads, bytes, visitor)?;
+        let shared = threads.shared;
         let mut state = shared.lock();
         loop {
             match state.jobs.front_mut() {
@@ -249,6 +315,26 @@ impl<'s, G: Grammar> Chunks<'s, G> {
         }
     }
 
+    /// What to unpack a chunk into, unless it is there already.
+    fn unused(&mut self, bytes: &Range<u64>) -> Unpacked {
+        let of_kept = self.kept.take_if(|(known, _)| known.start <= bytes.start);
+        match of_kept.filter(|(known, _)| known == bytes) {
+            Some((_, unpacked)) => unpacked,
+            None => match self.threads {
+                Some(Threads { shared, .. }) => shared.lock().spare.pop().unwrap_or_default(),
+                None => std::mem::take(&mut self.spare),
+            },
+        }
+    }
+
+    /// Keeps a chunk for the next walk.
+    pub(super) fn keep(&mut self, bytes: &Range<u64>, unpacked: Unpacked) {
+        match unpacked.keep() {
+            Ok(unpacked) => *self.keep_in.lock() = Some((bytes.clone(), unpacked)),
+            Err(unpacked) => self.give_back(unpacked),
+        }
+    }
+
     /// Reads a chunk now.
     pub(super) fn load(&mut self, bytes: &Range<u64>, how: LoadMode) -> Result<Unpacked, Error> {
         let mut unpacked = std::mem::take(&mut self.spare);
@@ -259,8 +345,8 @@ impl<'s, G: Grammar> Chunks<'s, G> {
     /// Returns a chunk, to reuse its buffers.
     pub(super) fn give_back(&mut self, mut unpacked: Unpacked) {
         unpacked.forget_large();
-        match self.shared {
-            Some(shared) => {
+        match self.threads {
+            Some(Threads { shared, .. }) => {
                 let mut state = shared.lock();
                 if state.spare.len() < self.most_jobs {
                     state.spare.push(unpacked);
@@ -273,7 +359,7 @@ impl<'s, G: Grammar> Chunks<'s, G> {
     /// Finds the next wanted chunks and queues them for the threads.
     fn send_ahead<V: Visitor>(
         &mut self,
-        shared: &Shared,
+        Threads { shared, start }: Threads<'_>,
         bytes: &Range<u64>,
         visitor: &V,
     ) -> Result<(), Error> {
@@ -303,13 +389,16 @@ impl<'s, G: Grammar> Chunks<'s, G> {
             if !is_wanted {
                 continue;
             }
-            let mut state = shared.lock();
-            let unpacked = state.spare.pop().unwrap_or_default();
-            state.jobs.push_back((next, Job::Waiting(unpacked)));
-            drop(state);
+            let unpacked = self.unused(&next);
+            shared.lock().jobs.push_back((next, Job::Waiting(unpacked)));
             shared.changed.notify_one();
             count += 1;
             sum += size;
+        }
+        if !self.are_started && sum.saturating_sub(bytes.end - bytes.start) >= WORTH_A_THREAD_BYTES
+        {
+            self.are_started = true;
+            start();
         }
         Ok(())
     }

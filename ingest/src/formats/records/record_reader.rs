@@ -9,6 +9,7 @@ use super::{
     grammar::{Grammar, Kind},
     head_window::HeadWindow,
     intake::Intake,
+    read_ahead::KeptChunk,
     routes::{ChannelTable, Routes},
     scan, walk,
 };
@@ -26,6 +27,8 @@ pub(crate) struct RecordReader<G> {
     span_ns: Option<(i64, i64)>,
     /// Attachments and metadata records, if the index lists them all.
     extras: Option<Vec<ExtraPlace>>,
+    /// The first messages of several topics are looked at before all are read, and they are in one chunk as a rule.
+    kept: KeptChunk,
     grammar: std::marker::PhantomData<G>,
 }
 
@@ -60,6 +63,7 @@ impl<G: Grammar> RecordReader<G> {
             channels,
             span_ns,
             extras,
+            kept: KeptChunk::default(),
             grammar: std::marker::PhantomData,
         })
     }
@@ -80,6 +84,7 @@ impl<G: Grammar> FileReader for RecordReader<G> {
             &self.file,
             &self.chunks,
             intake.as_ref(),
+            &self.kept,
             &mut delivery,
             &mut losses,
         )?;
@@ -131,6 +136,7 @@ impl<G: Grammar> RecordReader<G> {
             &self.file,
             &self.chunks,
             None,
+            &self.kept,
             places,
             &mut Losses::default(),
         )?;

@@ -6,6 +6,7 @@ use super::{
     contents::{Channel, ChunkDirectory, ChunkEntry, Contents, Schema, widest},
     grammar::Grammar,
     parsed::{DefinitionRecord, MessageRecord},
+    read_ahead::KeptChunk,
     visitor::{Next, Visitor},
     walk,
 };
@@ -20,7 +21,14 @@ pub(super) fn read<G: Grammar>(file: &FileBytes, losses: &mut Losses) -> Result<
     // No chunk is known yet.
     let no_chunks = ChunkDirectory::new();
     // A scan never stops the walk.
-    let _ = walk::walk::<G, _>(file, &no_chunks, None, &mut scan, losses)?;
+    let _ = walk::walk::<G, _>(
+        file,
+        &no_chunks,
+        None,
+        &KeptChunk::default(),
+        &mut scan,
+        losses,
+    )?;
     scan.end_chunk();
     let mut contents = scan.contents;
     contents.message_counts = Some(scan.counts);

@@ -38,6 +38,8 @@ pub(super) struct Unpacked {
     /// Its decoded messages if `is_taken_in`, else buffers to decode into.
     intake: Option<TakenIn>,
     is_taken_in: bool,
+    /// Whether the content is that of a chunk which an earlier walk ended with.
+    is_kept: bool,
 }
 
 impl Unpacked {
@@ -75,6 +77,7 @@ impl Unpacked {
         self.has_checksum = false;
         self.failure = None;
         self.is_taken_in = false;
+        self.is_kept = false;
         let Some(mut chunk) = G::chunk(packed) else {
             self.failure = Some("unreadable chunk header".to_owned());
             return Ok(());
@@ -109,17 +112,36 @@ impl Unpacked {
         Ok(())
     }
 
-    /// Decodes the messages of verified content.
-    pub(super) fn take_in<G: Grammar>(&mut self, intake: &Intake<'_>) {
+    /// Decodes the messages of verified content. `share` is that of the chunk in the bytes of the file.
+    pub(super) fn take_in<G: Grammar>(&mut self, intake: &Intake<'_>, share: f64) {
         if self.failure.is_some() || !self.has_checksum {
             return;
         }
         let used = self.intake.take();
         let content = self.content();
         // A panic in a decoder must not leave the walk waiting, which will reach it again itself.
-        let taken = catch_unwind(AssertUnwindSafe(|| intake.take_in::<G>(content, used)));
+        let taken = catch_unwind(AssertUnwindSafe(|| {
+            intake.take_in::<G>(content, share, used)
+        }));
         self.is_taken_in = taken.is_ok();
         self.intake = taken.ok();
+    }
+
+    /// Keeps the content for the next walk, if it is all there and not too large; otherwise gives the chunk back.
+    pub(super) fn keep(mut self) -> Result<Self, Self> {
+        self.forget_large();
+        let has_content = self.content.is_some() && self.failure.is_none();
+        if !has_content || self.content().is_empty() {
+            return Err(self);
+        }
+        self.intake = None;
+        self.is_kept = true;
+        Ok(self)
+    }
+
+    /// Whether the content is there already; true only once.
+    pub(super) fn was_kept(&mut self) -> bool {
+        std::mem::take(&mut self.is_kept)
     }
 
     /// Exchanges the buffers before a chunk is loaded.
@@ -137,6 +159,7 @@ impl Unpacked {
     pub(super) fn forget_large(&mut self) {
         if self.buffers.forget_large() {
             self.intake = None;
+            self.content = None;
         }
     }
 }

@@ -16,7 +16,7 @@ use super::{
     intake::Intake,
     loss_log::LossLog,
     parsed::{DefinitionRecord, MessageRecord},
-    read_ahead::{Chunks, with_chunks},
+    read_ahead::{Chunks, KeptChunk, with_chunks},
     row::Tally,
     unpacked::Unpacked,
     visitor::{Next, Visitor},
@@ -30,11 +30,12 @@ use crate::{
 pub(super) const RECORD_LIMIT_BYTES: u64 = 1 << 30;
 
 /// Walks the messages of a file from its beginning. Verified chunks go through the intake, if there
-/// is one, as they are decompressed.
+/// is one, as they are decompressed. The chunk in which a walk is stopped is kept for the next one.
 pub(super) fn walk<G: Grammar, V: Visitor>(
     file: &FileBytes,
     chunks: &ChunkDirectory,
     intake: Option<&Intake<'_>>,
+    kept: &KeptChunk,
     visitor: &mut V,
     losses: &mut Losses,
 ) -> Result<ControlFlow<()>, Error> {
@@ -42,7 +43,7 @@ pub(super) fn walk<G: Grammar, V: Visitor>(
     if by_index {
         file.plan(wanted_ranges(file, chunks, visitor));
     }
-    with_chunks(file, intake, |unpacking| {
+    with_chunks(file, intake, kept, |unpacking| {
         Walk::<G, V> {
             by_index,
             file,
@@ -275,7 +276,10 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         self.visitor.begin_chunk(bytes.start, bytes.end);
         let mut unpacked = self.unpacking.take(bytes, self.visitor)?;
         let flow = self.content(&mut unpacked, bytes, LostPart::Chunk, None);
-        self.unpacking.give_back(unpacked);
+        match flow {
+            ControlFlow::Continue(()) => self.unpacking.give_back(unpacked),
+            ControlFlow::Break(()) => self.unpacking.keep(bytes, unpacked),
+        }
         Ok(flow)
     }
 
