@@ -30,6 +30,14 @@ impl<T: Pod> Column<T> {
         }
     }
 
+    /// Reserves memory for so many more numbers, if it is available and they are in memory.
+    pub(super) fn reserve(&mut self, numbers: usize) {
+        if let Self::Memory(column) = self {
+            // else it grows as numbers come
+            let _ = column.try_reserve_exact(numbers);
+        }
+    }
+
     /// # Errors
     /// The temporary file cannot be written.
     pub(super) fn append(&mut self, numbers: &[T]) -> io::Result<()> {

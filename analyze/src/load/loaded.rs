@@ -126,7 +126,12 @@ pub fn load_within(
     let urdf = file.urdf(None, Some(log))?;
     let bound = bind(log, &file.spec, &urdf.text, &urdf.name)?;
     let requests: Vec<SensorRequest> = bound.sensors.iter().map(|b| b.request.clone()).collect();
-    let mut samples = SampleStore::new(requests.len(), most_in_memory);
+    let messages = |request: &SensorRequest| {
+        let topic = log.topic(request.topic).ok();
+        topic.and_then(|topic| topic.message_count).unwrap_or(0)
+    };
+    let messages = requests.iter().map(messages).collect();
+    let mut samples = SampleStore::new(messages, most_in_memory);
     let mut take = |block: &SensorBlock<'_>| samples.take(block);
     let (readings, losses) = read_sensor_blocks(log, &requests, &mut take, progress)?;
     let samples = samples.finish()?;

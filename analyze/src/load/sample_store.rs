@@ -13,6 +13,8 @@ const NO_STAMP: i64 = i64::MIN;
 #[derive(Debug)]
 pub(super) struct SampleStore {
     sensors: Vec<Samples>,
+    /// The number of messages of each sensor, by the index of the log.
+    expected: Vec<u64>,
     /// Values that may still be taken into memory.
     room: usize,
     in_files: bool,
@@ -52,10 +54,11 @@ pub(super) fn message_times([header_ns, publish_ns, log_ns, _]: Times) -> Messag
 }
 
 impl SampleStore {
-    /// Keeps at most `most_in_memory` values in memory.
-    pub(super) fn new(sensors: usize, most_in_memory: usize) -> Self {
+    /// Keeps at most `most_in_memory` values in memory. `expected` has the number of messages of each sensor, or zero.
+    pub(super) fn new(expected: Vec<u64>, most_in_memory: usize) -> Self {
         Self {
-            sensors: (0..sensors).map(|_| Samples::default()).collect(),
+            sensors: expected.iter().map(|_| Samples::default()).collect(),
+            expected,
             room: most_in_memory,
             in_files: false,
             failure: None,
@@ -78,6 +81,7 @@ impl SampleStore {
                 sensor.times.move_to_file()?;
             }
         }
+        let most_in_memory = self.room;
         self.room = self.room.saturating_sub(values.len());
         let times = block.times().zip(block.order()).map(|(times, &order)| {
             [
@@ -89,6 +93,11 @@ impl SampleStore {
         });
         let times: Vec<Times> = times.collect();
         let sensor = &mut self.sensors[block.sensor];
+        if sensor.width == 0 && !self.in_files {
+            let expected = usize::try_from(self.expected[block.sensor]).unwrap_or(usize::MAX);
+            let fit = expected.min(most_in_memory / block.width().max(1));
+            sensor.reserve(fit, block.width());
+        }
         sensor.width = block.width();
         sensor.values.append(values)?;
         sensor.times.append(times.as_flattened())
@@ -104,6 +113,12 @@ impl SampleStore {
 }
 
 impl Samples {
+    /// Reserves memory for so many samples: growing would touch twice as much of it.
+    fn reserve(&mut self, samples: usize, width: usize) {
+        self.values.reserve(samples * width);
+        self.times.reserve(samples * Times::default().len());
+    }
+
     /// Reads the times of the samples from the one with index `first` on: as many as fit.
     pub(super) fn read_times(&self, first: usize, into: &mut [Times]) -> io::Result<()> {
         let from = first * Times::default().len();
