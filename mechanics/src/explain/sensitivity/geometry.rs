@@ -98,7 +98,9 @@ pub(super) fn write_contact<T: Real>(
         write.write([adjoint.roll_moment_distribution]);
     }
     if contact.tyres_deflect {
-        adjoint.stiffness.iter().for_each(|&by| write.write([by]));
+        let wheels = motion.machine.wheels.len();
+        let by_stiffness = adjoint.stiffness[..wheels].iter();
+        by_stiffness.for_each(|&by| write.write([by]));
     }
 }
 
