@@ -10,7 +10,7 @@
 //! link's inertia tensor, which share one factor, and for parameters that were identified together, whose joint
 //! covariance [`Identified`](crate::machine::Identified) states.
 
-use crate::explain::sensitivity::Sensitivity;
+use crate::explain::sensitivity::GroupDerivatives;
 use crate::machine::{Identified, InertiaElement, MAX_WHEELS, Machine, Parameter, Unknown};
 use crate::number::{Real, Wheels};
 use crate::state::SignalNoise;
@@ -183,59 +183,73 @@ fn add_squares<T: Real, const N: usize>(
     }
 }
 
-/// The loads that the standard deviations are of.
-pub(crate) struct Loads<'a, T> {
-    pub(crate) otf: &'a [T],
-    pub(crate) load: &'a [T],
-    pub(crate) normal_force: T,
+/// What the standard deviations of the loads depend on besides the derivatives.
+pub(crate) struct LoadSigmas<'a, T: Real> {
+    sigmas: &'a ParameterSigmas,
+    noise: &'a SignalNoise<T>,
+    signals: SignalPlaces,
+    /// Of the model (N^2).
+    model: T,
+    load: &'a [T],
     /// What measured torques leave of the split, of OTF and load.
-    pub(crate) measured_variances: [[T; MAX_WHEELS]; 2],
+    measured_variances: [[T; MAX_WHEELS]; 2],
 }
 
-/// Fills the standard deviations of an outcome from its derivatives.
-pub(crate) fn fill<T: Real>(
-    machine: &Machine,
-    sigmas: &ParameterSigmas,
-    noise: &SignalNoise<T>,
-    sensitivity: &Sensitivity<T>,
-    loads: &Loads<'_, T>,
-    out: &mut Uncertainty<T>,
-) {
-    let wheels = machine.wheels.len();
-    let [otf_measured, load_measured] = &loads.measured_variances;
-    let mean_load = loads.normal_force * T::constant(sigmas.model_share / wheels as f64);
-    let signals = SignalPlaces::of(machine);
-    let model = T::Wheels::each(mean_load * mean_load);
-    let of = |derivatives: &[T::Wheels], measured: &[T]| {
-        let variance = sigmas.variance(derivatives)
-            + signals.variance(derivatives, noise)
-            + model
-            + T::Wheels::of(measured);
-        variance.sqrt()
-    };
-    for (group, derivatives) in sensitivity.otf_of_groups().iter().enumerate() {
-        let first = group * T::Wheels::COUNT;
-        let otf = of(derivatives, &otf_measured[first..]);
-        let load = sensitivity.loads_differ().then(|| {
-            of(
-                &sensitivity.loads_of_groups()[group],
-                &load_measured[first..],
-            )
-        });
-        for (place, wheel) in (first..wheels).take(T::Wheels::COUNT).enumerate() {
+impl<'a, T: Real> LoadSigmas<'a, T> {
+    /// Of the loads `load`, with `measured_variances` what measured torques leave of the split, of OTF and load.
+    pub(crate) fn new(
+        machine: &Machine,
+        sigmas: &'a ParameterSigmas,
+        noise: &'a SignalNoise<T>,
+        (normal_force, load): (T, &'a [T]),
+        measured_variances: [[T; MAX_WHEELS]; 2],
+    ) -> Self {
+        let wheels = machine.wheels.len() as f64;
+        let mean_load = normal_force * T::constant(sigmas.model_share / wheels);
+        Self {
+            sigmas,
+            noise,
+            signals: SignalPlaces::of(machine),
+            model: mean_load * mean_load,
+            load,
+            measured_variances,
+        }
+    }
+
+    /// Fills the standard deviations of a group of wheels; returns those of the loads.
+    #[inline(always)]
+    pub(crate) fn fill(
+        &self,
+        derivatives: &GroupDerivatives<'_, T::Wheels>,
+        out: &mut Uncertainty<T>,
+    ) -> T::Wheels {
+        let [otf_measured, load_measured] = &self.measured_variances;
+        let first = derivatives.group * T::Wheels::COUNT;
+        let otf = self.of(derivatives.otf, &otf_measured[first..]);
+        let load = derivatives.load;
+        let load = load.map(|load| self.of(load, &load_measured[first..]));
+        for (place, wheel) in (first..self.load.len()).take(T::Wheels::COUNT).enumerate() {
             let otf = otf.wheel(place);
             out.otf[wheel] = otf;
             out.load[wheel] = otf;
             if let Some(load) = load {
-                let carries = T::zero().lt(loads.load[wheel]);
+                let carries = T::zero().lt(self.load[wheel]);
                 let load = load.wheel(place);
                 // NaN in either makes both NaN.
                 let unknown = load * T::zero();
                 out.load[wheel] = T::select(carries, load, otf + unknown);
             }
         }
+        T::Wheels::of(&out.load[first..])
     }
-    out.utilisation = utilisation(machine, loads.otf, &out.otf);
+
+    fn of(&self, derivatives: &[T::Wheels], measured: &[T]) -> T::Wheels {
+        let variance = self.sigmas.variance(derivatives)
+            + self.signals.variance(derivatives, self.noise)
+            + T::Wheels::each(self.model)
+            + T::Wheels::of(measured);
+        variance.sqrt()
+    }
 }
 
 /// U of the worst wheel, from OTF and its standard deviation by wheel (N).
