@@ -44,15 +44,22 @@ const PARTIAL_SUMS: usize = 4;
 /// How the derivatives with respect to parameters enter the variance; built once per machine.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterSigmas {
-    /// Variances of consecutive independently uncertain parameters, with the index of the first in the order of
-    /// [`Parameter::all`].
-    variances: Vec<(usize, Vec<f64>)>,
+    /// Variances of all independently uncertain parameters.
+    variances: Vec<Variances>,
     /// Start index of each link's inertia tensor, and the standard deviations of its elements, which share
     /// one factor.
     inertias: Vec<(usize, [f64; 6])>,
     /// What an identification removed of these variances.
     identified: Vec<ToldDirection>,
     pub(crate) model_share: f64,
+}
+
+/// Variances of consecutive independently uncertain parameters, with the index of the first in the order of
+/// [`Parameter::all`].
+#[derive(Debug, Clone)]
+enum Variances {
+    Four(usize, [f64; PARTIAL_SUMS]),
+    One(usize, f64),
 }
 
 /// A direction that an identification told.
@@ -91,17 +98,9 @@ impl ParameterSigmas {
             Parameter::LinkInertia(..) => 0.0,
             _ => prior(Unknown::Parameter(parameter)).powi(2),
         };
-        let mut variances: Vec<(usize, Vec<f64>)> = Vec::new();
-        for (place, variance) in parameters.iter().map(alone).enumerate() {
-            if variance > 0.0 {
-                match variances.last_mut() {
-                    Some((first, run)) if *first + run.len() == place => run.push(variance),
-                    _ => variances.push((place, vec![variance])),
-                }
-            }
-        }
+        let alone: Vec<f64> = parameters.iter().map(alone).collect();
         Self {
-            variances,
+            variances: consecutive_variances(&alone),
             inertias,
             identified: told_directions(machine, &parameters),
             model_share: machine.uncertainty.model_share,
@@ -112,14 +111,16 @@ impl ParameterSigmas {
     pub(crate) fn variance<T: Real>(&self, derivatives: &[T]) -> T {
         // One sum would wait for itself at every parameter.
         let mut sums = [T::zero(); PARTIAL_SUMS];
-        for (first, own) in &self.variances {
-            let (by, last_by) = derivatives[*first..][..own.len()].as_chunks();
-            let (own, last_own) = own.as_chunks();
-            for (by, own) in by.iter().zip(own) {
-                add_squares::<T, PARTIAL_SUMS>(&mut sums, by, own);
-            }
-            for (&by, &own) in last_by.iter().zip(last_own) {
-                add_squares(&mut sums, &[by], &[own]);
+        for variances in &self.variances {
+            match variances {
+                Variances::Four(first, own) => {
+                    if let Some(by) = derivatives[*first..].first_chunk() {
+                        add_squares::<T, PARTIAL_SUMS>(&mut sums, by, own);
+                    }
+                }
+                Variances::One(first, own) => {
+                    add_squares(&mut sums, &[derivatives[*first]], &[*own]);
+                }
             }
         }
         let mut variance = sums.into_iter().fold(T::zero(), T::add);
@@ -146,6 +147,26 @@ impl ParameterSigmas {
         // Rounding may leave less than nothing, and NaN stays.
         T::select(variance.lt(T::zero()), T::zero(), variance)
     }
+}
+
+/// Those of these variances that are not zero.
+fn consecutive_variances(variances: &[f64]) -> Vec<Variances> {
+    let mut found = Vec::new();
+    let mut first = 0;
+    while first < variances.len() {
+        let run = variances[first..].iter().take_while(|&&v| v > 0.0).count();
+        let (fours, ones) = variances[first..][..run].as_chunks();
+        for four in fours {
+            found.push(Variances::Four(first, *four));
+            first += PARTIAL_SUMS;
+        }
+        for one in ones {
+            found.push(Variances::One(first, *one));
+            first += 1;
+        }
+        first += usize::from(run == 0);
+    }
+    found
 }
 
 /// The directions that an identification told, by the indices of [`Parameter::all`].

@@ -275,9 +275,11 @@ impl<T: Real> ReversePass<T> {
             let link = &motion.machine.links[massive.link];
             let (body, matrix) = (&motion.motions[link.body], &self.place_matrices[link.body]);
             let felt = LinkMotion::of(massive, &link.inertia, body, matrix);
-            for (forms, out) in wanted.iter_mut().flat_map(Wanted::groups) {
-                if let Some(out) = out[place..].first_chunk_mut() {
-                    *out = felt.derivatives(link.inertia.mass, matrix, forms.of(link.body));
+            for wanted in &mut *wanted {
+                for (forms, out) in wanted.groups() {
+                    if let Some(out) = out[place..].first_chunk_mut() {
+                        *out = felt.derivatives(link.inertia.mass, matrix, forms.of(link.body));
+                    }
                 }
             }
             place += OF_LINK;
