@@ -8,8 +8,9 @@ use super::writer::Writer;
 use crate::dynamics::composite::Composite;
 use crate::dynamics::newton_euler_derivatives::{BaseGradient, by_base_motion};
 use crate::geometry::spatial::Wrench;
-use crate::machine::{Machine, Parameter};
+use crate::machine::{Linkage, LinkageMotion, Machine, Parameter};
 use crate::number::{Real, Wheels};
+use crate::state::State;
 use crate::wheel_loads::LoadAdjoints;
 
 /// Derivatives of the loads at one instant, or at several instants at once.
@@ -67,6 +68,12 @@ impl<T: Real> Sensitivity<T> {
     /// acceleration of the base frame.
     pub(crate) fn by_base(&self, group: usize) -> &BaseGradient<T::Wheels> {
         &self.base[0][group]
+    }
+
+    /// Motion of the joints of a linkage, with the bits of [`Linkage::solve`]; every linkage must be solved by it before
+    /// [`Self::fill`].
+    pub(crate) fn solve(&mut self, linkage: &Linkage, state: &State<T>) -> LinkageMotion<T> {
+        self.reverse_pass.solve(linkage, state)
     }
 
     /// Takes the moments of every body before [`Self::fill`], and leaves memory for the next ones.

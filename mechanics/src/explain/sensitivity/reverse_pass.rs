@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::carried::Carried;
-use super::following::{Following, follow_measured, measured_by};
+use super::following::{Following, constant_followings, measured_by, solve_followed};
 use super::imu_joints::ImuJoints;
 use super::place_matrix::PlaceMatrix;
 use super::regressor::{LinkMotion, MassiveLink, OF_LINK, PayloadMotion};
@@ -16,8 +16,11 @@ use crate::dynamics::newton_euler_derivatives::{
     BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, joint_form,
 };
 use crate::geometry::spatial::{Wrench, cross, each, rotate_each_back};
-use crate::machine::{JointKind, Machine, links_with_mass, rotation_in_body};
+use crate::machine::{
+    JointKind, Linkage, LinkageMotion, Machine, links_with_mass, rotation_in_body,
+};
 use crate::number::{Real, Wheels};
+use crate::state::State;
 use crate::wheel_loads::LoadAdjoint;
 
 /// Quantities of one evaluation that are shared by all wheels, and scratch memory for as many wheels as are
@@ -70,7 +73,7 @@ impl<T: Real> ReversePass<T> {
             payloads: vec![PayloadMotion::still(); machine.payloads.len()],
             fields: vec![fields; n],
             wrenches: vec![joint.wrenches(&nothing, &Wrench::zero()); n],
-            following: vec![Following::directly(T::zero()); n],
+            following: constant_followings(machine),
             measured: (0..n).map(|body| measured_by(machine, body)).collect(),
             carried: Carried::new(machine),
             imu_joints: ImuJoints::new(machine),
@@ -82,8 +85,8 @@ impl<T: Real> ReversePass<T> {
         }
     }
 
-    /// Computes the quantities that do not depend on the wheel. The moments of every body must have been taken:
-    /// see [`Self::take_moments`].
+    /// Computes the quantities that do not depend on the wheel. The linkages must have been solved and the moments of every
+    /// body taken: see [`Self::solve`] and [`Self::take_moments`].
     pub(super) fn fill(&mut self, motion: &SensedMotion<'_, T>) {
         let machine = motion.machine;
         self.distal_wrench.copy_from_slice(motion.wrenches);
@@ -120,9 +123,17 @@ impl<T: Real> ReversePass<T> {
         for (place, payload) in self.payloads.iter_mut().enumerate() {
             payload.feel(motion, place, &self.place_matrices);
         }
-        follow_measured(machine, motion.state, &mut self.following);
         self.imu_joints.fill(motion, &self.following);
         self.fill_gearing(motion);
+    }
+
+    /// Motion of the joints of a linkage. Their coupling to the measured joint is kept for [`Self::fill`].
+    pub(super) fn solve(&mut self, linkage: &Linkage, state: &State<T>) -> LinkageMotion<T> {
+        let (solved, [pivot, cylinder, rod]) = solve_followed(linkage, state);
+        self.following[linkage.bodies.pivot] = pivot;
+        self.following[linkage.bodies.cylinder] = cylinder;
+        self.following[linkage.bodies.rod] = rod;
+        solved
     }
 
     /// Takes the moments of every body, to which those of its distal subtree are then added; leaves memory for the next
