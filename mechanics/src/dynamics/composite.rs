@@ -67,16 +67,34 @@ impl<T: Real> Composite<T> {
     /// The moments of a rigid body, given in its own frame, with the motion `motion`.
     #[inline(always)]
     pub fn of(body: &MassMoments, motion: &BodyMotion<T>) -> Self {
-        let mut composite = Self::at_rest(body, motion);
-        let field = motion.velocity_field();
-        let (mass, first) = (composite.mass, composite.first);
-        composite.momentum = field.linear * mass + cross(&field.angular, &first);
-        // row a of sum m r v' is h_a v_0 + w x (row a of sum m r r')
-        let row =
-            |a: usize| field.linear * first[a] + cross(&field.angular, &composite.second_row(a));
-        let (x, y, z) = (row(0), row(1), row(2));
-        composite.swept = Matrix3::new(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z);
+        let mut composite = Self::zero();
+        composite.set(body, motion);
         composite
+    }
+
+    /// [`Self::of`] in its place, without a copy.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, body: &MassMoments, motion: &BodyMotion<T>) {
+        let Self {
+            mass,
+            first,
+            second: second @ [xx, yy, zz, xy, xz, yz],
+            ..
+        } = Self::at_rest(body, motion);
+        let Field {
+            angular: w,
+            linear: v,
+        } = motion.velocity_field();
+        self.mass = mass;
+        self.first = first;
+        self.second = second;
+        self.momentum = v * mass + cross(&w, &first);
+        // row a of sum m r v' is h_a v_0 + w x (row a of sum m r r')
+        let row = |h: T, s: Vector3<T>| v * h + cross(&w, &s);
+        let x = row(first.x, Vector3::new(xx, xy, xz));
+        let y = row(first.y, Vector3::new(xy, yy, yz));
+        let z = row(first.z, Vector3::new(xz, yz, zz));
+        self.swept = Matrix3::new(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z);
     }
 
     /// The same with the body at rest: its spatial inertia transformed to the base origin, one term of (21)
@@ -121,15 +139,6 @@ impl<T: Real> Composite<T> {
             mass: self.mass,
             centre,
             tensor: Matrix3::new(yy + zz, xy, xz, xy, xx + zz, yz, xz, yz, xx + yy),
-        }
-    }
-
-    fn second_row(&self, row: usize) -> Vector3<T> {
-        let [xx, yy, zz, xy, xz, yz] = self.second;
-        match row {
-            0 => Vector3::new(xx, xy, xz),
-            1 => Vector3::new(xy, yy, yz),
-            _ => Vector3::new(xz, yz, zz),
         }
     }
 

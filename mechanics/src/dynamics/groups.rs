@@ -96,15 +96,21 @@ impl<T: Real> Groups<T> {
         for set in &mut self.sets {
             *set = Parts::zero();
         }
+        // Sums are formed after all moments: a sum reads several numbers at once, which takes long where they have just
+        // been written one by one.
+        let is_laden = |i: usize| machine.payloads.iter().any(|payload| payload.body == i);
         for (i, body) in machine.bodies.iter().enumerate() {
-            let laden = machine.payloads.iter().any(|payload| payload.body == i);
-            if let ([(group, moments)], false) = (&body.parts[..], laden) {
+            match &body.parts[..] {
+                [(_, moments)] if !is_laden(i) => self.bodies[i].set(moments, &motions[i]),
+                _ => self.bodies[i] = Composite::zero(),
+            }
+        }
+        for (i, body) in machine.bodies.iter().enumerate() {
+            if let ([(group, _)], false) = (&body.parts[..], is_laden(i)) {
                 // A body in a single group moves by its wrench, which is already known.
-                self.bodies[i] = Composite::of(moments, &motions[i]);
                 self.count(machine, i, *group, &wrenches[i]);
                 continue;
             }
-            self.bodies[i] = Composite::zero();
             for (group, moments) in &body.parts {
                 let moments = Composite::of(moments, &motions[i]);
                 self.add(machine, i, *group, moments, &motions[i]);

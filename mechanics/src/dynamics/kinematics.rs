@@ -10,7 +10,9 @@ use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::{
     compose, constant, cross, identity, rotate_back, rotate_constant, z_axis, zero,
 };
-use crate::machine::{Body, JointCoupling, JointKind, Machine, rotation_in_body};
+use crate::machine::{
+    Body, JointCoupling, JointKind, Linkage, LinkageMotion, Machine, rotation_in_body,
+};
 use crate::number::Real;
 use crate::state::{ImuState, State};
 
@@ -178,9 +180,20 @@ pub fn coordinates<T: Real>(
     state: &State<T>,
     coordinates: &mut [Coordinate<T>],
 ) -> T {
+    let solve = |linkage: &Linkage| linkage.solve(&state.joints[linkage.measured_joint]);
+    coordinates_by(machine, state, coordinates, solve)
+}
+
+/// The same, with the motion of each linkage's joints from `solve`.
+pub(crate) fn coordinates_by<T: Real>(
+    machine: &Machine,
+    state: &State<T>,
+    coordinates: &mut [Coordinate<T>],
+    mut solve: impl FnMut(&Linkage) -> LinkageMotion<T>,
+) -> T {
     let mut closure = T::one();
     for linkage in &machine.linkages {
-        let solved = linkage.solve(&state.joints[linkage.measured_joint]);
+        let solved = solve(linkage);
         coordinates[linkage.bodies.pivot] = solved.pivot;
         coordinates[linkage.bodies.cylinder] = solved.cylinder;
         coordinates[linkage.bodies.rod] = solved.rod;

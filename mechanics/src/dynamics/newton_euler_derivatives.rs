@@ -118,7 +118,12 @@ pub(crate) struct BaseWrenches<T> {
 impl<T: Real> BaseWrenches<T> {
     /// For bodies with these moments on a base with angular velocity `w`: `dF/dw_e = C(e) + I (w x e)`.
     pub(crate) fn of(bodies: &Composite<T>, w: &Vector3<T>) -> Self {
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        let (o, l) = (T::zero(), T::one());
+        let axes = [
+            Vector3::new(l, o, o),
+            Vector3::new(o, l, o),
+            Vector3::new(o, o, l),
+        ];
         let turning = |e: &Vector3<T>| {
             bodies.accelerated(&Field {
                 angular: *e,

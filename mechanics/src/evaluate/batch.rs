@@ -11,7 +11,7 @@ use crate::evaluate::model::Model;
 use crate::evaluate::quantities::Quantity;
 use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
-use crate::explain::sensitivity::{LaneSums, SensitivitySums};
+use crate::explain::sensitivity::{SensitivitySums, SquareSums};
 use crate::geometry::spatial::Wrench;
 use crate::machine::Machine;
 use crate::number::Lanes;
@@ -151,7 +151,6 @@ impl OutcomeColumns {
 pub struct BatchWorkspace {
     workspace: Workspace<Lanes>,
     state: State<Lanes>,
-    sums: Option<LaneSums>,
     /// Of each column, the last rows.
     staged: Vec<[[f64; Lanes::COUNT]; LANES_STAGED]>,
 }
@@ -165,10 +164,11 @@ impl BatchWorkspace {
     /// Memory for this machine; with another machine the evaluation panics or gives wrong results.
     #[must_use]
     pub fn new(machine: &Machine, scope: Scope, model: &Arc<Model>) -> Self {
+        let mut workspace = Workspace::with_model(machine, scope, Arc::clone(model));
+        workspace.squares = scope.sensitivities.then(|| SquareSums::new(machine));
         Self {
-            workspace: Workspace::with_model(machine, scope, Arc::clone(model)),
+            workspace,
             state: State::zero(machine),
-            sums: scope.sensitivities.then(|| LaneSums::new(machine)),
             staged: Vec::new(),
         }
     }
@@ -305,7 +305,6 @@ fn evaluate_changed(
     let BatchWorkspace {
         workspace,
         state,
-        sums,
         staged,
     } = workspace;
     for column in outcomes.every_column() {
@@ -315,7 +314,7 @@ fn evaluate_changed(
         outcomes.columns.len() + 1,
         [[0.0; Lanes::COUNT]; LANES_STAGED],
     );
-    if let Some(sums) = sums {
+    if let Some(sums) = &mut workspace.squares {
         sums.clear();
     }
     for first in rows.clone().step_by(ROWS_STAGED) {
@@ -323,6 +322,9 @@ fn evaluate_changed(
         for (lanes, first) in (first..end).step_by(Lanes::COUNT).enumerate() {
             states.get_lanes(first, rows.end, state);
             change(state);
+            if let Some(sums) = &mut workspace.squares {
+                sums.count_first(rows.end - first);
+            }
             let outcome = evaluate(machine, state, workspace);
             // a chained iterator would move each register through the stack several times
             for (staged, &quantity) in staged.iter_mut().zip(&outcomes.quantities) {
@@ -331,17 +333,13 @@ fn evaluate_changed(
             if let Some(closure) = staged.last_mut() {
                 closure[lanes] = outcome.linkage_closure.to_array();
             }
-            if let Some(sums) = sums {
-                let load_sigma = &workspace.outcome().uncertainty.load;
-                sums.add(workspace.sensitivity(), load_sigma, rows.end - first);
-            }
         }
         let place = first - rows.start;
         for (column, staged) in outcomes.every_column().zip(&*staged) {
             column[place..place + ROWS_STAGED].copy_from_slice(staged.as_flattened());
         }
     }
-    if let Some(sums) = sums {
+    if let Some(sums) = &workspace.squares {
         sums.write_total(&mut outcomes.sensitivity);
     }
     for column in outcomes.every_column() {

@@ -15,7 +15,7 @@ use crate::evaluate::workspace::Workspace;
 use crate::explain::indicators::overturning;
 use crate::geometry::contact_plane::ContactPlane;
 use crate::geometry::spatial::Wrench;
-use crate::machine::Machine;
+use crate::machine::{Linkage, Machine};
 use crate::number::Real;
 use crate::state::State;
 use crate::wheel_loads::{
@@ -227,7 +227,13 @@ fn move_machine<T: Real>(
     state: &State<T>,
     w: &mut Workspace<T>,
 ) -> (SensorFrame<T>, Wrench<T>) {
-    w.outcome.linkage_closure = kinematics::coordinates(machine, state, &mut w.coordinates);
+    let (sensitivity, coordinates) = (&mut w.sensitivity, &mut w.coordinates);
+    w.outcome.linkage_closure = if w.scope.sensitivities {
+        let solve = |linkage: &Linkage| sensitivity.solve(linkage, state);
+        kinematics::coordinates_by(machine, state, coordinates, solve)
+    } else {
+        kinematics::coordinates(machine, state, coordinates)
+    };
     let sensor_frame = SensorFrame::of(machine, &w.coordinates);
     let base = kinematics::base_motion(machine, &sensor_frame, &state.imu);
     move_bodies(machine, w, base);

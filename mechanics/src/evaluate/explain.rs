@@ -6,7 +6,7 @@ use crate::evaluate::workspace::Workspace;
 use crate::explain::attribution::{Circumstances, Contribution, attribute, attribute_links};
 use crate::explain::indicators::{self, Balance};
 use crate::explain::sensitivity::SensedMotion;
-use crate::explain::uncertainty;
+use crate::explain::uncertainty::{LoadSigmas, utilisation};
 use crate::geometry::contact_plane::ContactPlane;
 use crate::geometry::spatial::Wrench;
 use crate::machine::Machine;
@@ -71,18 +71,19 @@ fn derive<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
         tool_wrench: it.tool_wrench,
         centres: &w.wheel_centres,
     };
-    w.sensitivity.fill(&motion, &w.adjoints);
-    let noise = &it.state.noise;
     let measured = w.solver.measured_variances(&w.equations);
     let out = &mut w.outcome;
-    let loads = uncertainty::Loads {
-        otf: &out.otf,
-        load: &out.load,
-        normal_force: out.normal_force,
-        measured_variances: measured,
-    };
-    let (sigmas, out) = (&w.sigmas, &mut out.uncertainty);
-    uncertainty::fill(it.machine, sigmas, noise, &w.sensitivity, &loads, out);
+    let (otf, loads) = (&out.otf, (out.normal_force, &out.load[..]));
+    let noise = &it.state.noise;
+    let sigmas = LoadSigmas::new(it.machine, &w.sigmas, noise, loads, measured);
+    let (out, squares) = (&mut out.uncertainty, &mut w.squares);
+    w.sensitivity.fill(&motion, &w.adjoints, |derivatives| {
+        let load_sigma = sigmas.fill(derivatives, out);
+        if let Some(squares) = squares {
+            squares.add(derivatives, load_sigma);
+        }
+    });
+    out.utilisation = utilisation(it.machine, otf, &out.otf);
 }
 
 fn find_causes<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {

@@ -9,7 +9,7 @@ use crate::dynamics::kinematics::BodyMotion;
 use crate::evaluate::model::Model;
 use crate::evaluate::outcome::Outcome;
 use crate::evaluate::scope::Scope;
-use crate::explain::sensitivity::Sensitivity;
+use crate::explain::sensitivity::{Sensitivity, SquareSums};
 use crate::explain::uncertainty::ParameterSigmas;
 use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::Wrench;
@@ -42,6 +42,8 @@ pub struct Workspace<T: Real> {
     pub(crate) groups: Groups<T>,
     pub(crate) sensitivity: Sensitivity<T>,
     pub(crate) sigmas: ParameterSigmas,
+    /// Sums of the derivatives' squares over all evaluations, for who asks for them.
+    pub(crate) squares: Option<SquareSums<T::Wheels>>,
     pub(crate) outcome: Outcome<T>,
 }
 
@@ -86,6 +88,7 @@ impl<T: Real> Workspace<T> {
             groups: Groups::new(machine),
             sensitivity: Sensitivity::new(machine),
             sigmas: ParameterSigmas::of(machine),
+            squares: None,
             outcome,
         }
     }

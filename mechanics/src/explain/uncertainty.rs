@@ -10,7 +10,7 @@
 //! link's inertia tensor, which share one factor, and for parameters that were identified together, whose joint
 //! covariance [`Identified`](crate::machine::Identified) states.
 
-use crate::explain::sensitivity::Sensitivity;
+use crate::explain::sensitivity::GroupDerivatives;
 use crate::machine::{Identified, InertiaElement, MAX_WHEELS, Machine, Parameter, Unknown};
 use crate::number::{Real, Wheels};
 use crate::state::SignalNoise;
@@ -44,15 +44,22 @@ const PARTIAL_SUMS: usize = 4;
 /// How the derivatives with respect to parameters enter the variance; built once per machine.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterSigmas {
-    /// Variances of consecutive independently uncertain parameters, with the index of the first in the order of
-    /// [`Parameter::all`].
-    variances: Vec<(usize, Vec<f64>)>,
+    /// Variances of all independently uncertain parameters.
+    variances: Vec<Variances>,
     /// Start index of each link's inertia tensor, and the standard deviations of its elements, which share
     /// one factor.
     inertias: Vec<(usize, [f64; 6])>,
     /// What an identification removed of these variances.
     identified: Vec<ToldDirection>,
     pub(crate) model_share: f64,
+}
+
+/// Variances of consecutive independently uncertain parameters, with the index of the first in the order of
+/// [`Parameter::all`].
+#[derive(Debug, Clone)]
+enum Variances {
+    Four(usize, [f64; PARTIAL_SUMS]),
+    One(usize, f64),
 }
 
 /// A direction that an identification told.
@@ -91,17 +98,9 @@ impl ParameterSigmas {
             Parameter::LinkInertia(..) => 0.0,
             _ => prior(Unknown::Parameter(parameter)).powi(2),
         };
-        let mut variances: Vec<(usize, Vec<f64>)> = Vec::new();
-        for (place, variance) in parameters.iter().map(alone).enumerate() {
-            if variance > 0.0 {
-                match variances.last_mut() {
-                    Some((first, run)) if *first + run.len() == place => run.push(variance),
-                    _ => variances.push((place, vec![variance])),
-                }
-            }
-        }
+        let alone: Vec<f64> = parameters.iter().map(alone).collect();
         Self {
-            variances,
+            variances: consecutive_variances(&alone),
             inertias,
             identified: told_directions(machine, &parameters),
             model_share: machine.uncertainty.model_share,
@@ -112,14 +111,16 @@ impl ParameterSigmas {
     pub(crate) fn variance<T: Real>(&self, derivatives: &[T]) -> T {
         // One sum would wait for itself at every parameter.
         let mut sums = [T::zero(); PARTIAL_SUMS];
-        for (first, own) in &self.variances {
-            let (by, last_by) = derivatives[*first..][..own.len()].as_chunks();
-            let (own, last_own) = own.as_chunks();
-            for (by, own) in by.iter().zip(own) {
-                add_squares::<T, PARTIAL_SUMS>(&mut sums, by, own);
-            }
-            for (&by, &own) in last_by.iter().zip(last_own) {
-                add_squares(&mut sums, &[by], &[own]);
+        for variances in &self.variances {
+            match variances {
+                Variances::Four(first, own) => {
+                    if let Some(by) = derivatives[*first..].first_chunk() {
+                        add_squares::<T, PARTIAL_SUMS>(&mut sums, by, own);
+                    }
+                }
+                Variances::One(first, own) => {
+                    add_squares(&mut sums, &[derivatives[*first]], &[*own]);
+                }
             }
         }
         let mut variance = sums.into_iter().fold(T::zero(), T::add);
@@ -146,6 +147,26 @@ impl ParameterSigmas {
         // Rounding may leave less than nothing, and NaN stays.
         T::select(variance.lt(T::zero()), T::zero(), variance)
     }
+}
+
+/// Those of these variances that are not zero.
+fn consecutive_variances(variances: &[f64]) -> Vec<Variances> {
+    let mut found = Vec::new();
+    let mut first = 0;
+    while first < variances.len() {
+        let run = variances[first..].iter().take_while(|&&v| v > 0.0).count();
+        let (fours, ones) = variances[first..][..run].as_chunks();
+        for four in fours {
+            found.push(Variances::Four(first, *four));
+            first += PARTIAL_SUMS;
+        }
+        for one in ones {
+            found.push(Variances::One(first, *one));
+            first += 1;
+        }
+        first += usize::from(run == 0);
+    }
+    found
 }
 
 /// The directions that an identification told, by the indices of [`Parameter::all`].
@@ -183,59 +204,73 @@ fn add_squares<T: Real, const N: usize>(
     }
 }
 
-/// The loads that the standard deviations are of.
-pub(crate) struct Loads<'a, T> {
-    pub(crate) otf: &'a [T],
-    pub(crate) load: &'a [T],
-    pub(crate) normal_force: T,
+/// What the standard deviations of the loads depend on besides the derivatives.
+pub(crate) struct LoadSigmas<'a, T: Real> {
+    sigmas: &'a ParameterSigmas,
+    noise: &'a SignalNoise<T>,
+    signals: SignalPlaces,
+    /// Of the model (N^2).
+    model: T,
+    load: &'a [T],
     /// What measured torques leave of the split, of OTF and load.
-    pub(crate) measured_variances: [[T; MAX_WHEELS]; 2],
+    measured_variances: [[T; MAX_WHEELS]; 2],
 }
 
-/// Fills the standard deviations of an outcome from its derivatives.
-pub(crate) fn fill<T: Real>(
-    machine: &Machine,
-    sigmas: &ParameterSigmas,
-    noise: &SignalNoise<T>,
-    sensitivity: &Sensitivity<T>,
-    loads: &Loads<'_, T>,
-    out: &mut Uncertainty<T>,
-) {
-    let wheels = machine.wheels.len();
-    let [otf_measured, load_measured] = &loads.measured_variances;
-    let mean_load = loads.normal_force * T::constant(sigmas.model_share / wheels as f64);
-    let signals = SignalPlaces::of(machine);
-    let model = T::Wheels::each(mean_load * mean_load);
-    let of = |derivatives: &[T::Wheels], measured: &[T]| {
-        let variance = sigmas.variance(derivatives)
-            + signals.variance(derivatives, noise)
-            + model
-            + T::Wheels::of(measured);
-        variance.sqrt()
-    };
-    for (group, derivatives) in sensitivity.otf_of_groups().iter().enumerate() {
-        let first = group * T::Wheels::COUNT;
-        let otf = of(derivatives, &otf_measured[first..]);
-        let load = sensitivity.loads_differ().then(|| {
-            of(
-                &sensitivity.loads_of_groups()[group],
-                &load_measured[first..],
-            )
-        });
-        for (place, wheel) in (first..wheels).take(T::Wheels::COUNT).enumerate() {
+impl<'a, T: Real> LoadSigmas<'a, T> {
+    /// Of the loads `load`, with `measured_variances` what measured torques leave of the split, of OTF and load.
+    pub(crate) fn new(
+        machine: &Machine,
+        sigmas: &'a ParameterSigmas,
+        noise: &'a SignalNoise<T>,
+        (normal_force, load): (T, &'a [T]),
+        measured_variances: [[T; MAX_WHEELS]; 2],
+    ) -> Self {
+        let wheels = machine.wheels.len() as f64;
+        let mean_load = normal_force * T::constant(sigmas.model_share / wheels);
+        Self {
+            sigmas,
+            noise,
+            signals: SignalPlaces::of(machine),
+            model: mean_load * mean_load,
+            load,
+            measured_variances,
+        }
+    }
+
+    /// Fills the standard deviations of a group of wheels; returns those of the loads.
+    #[inline(always)]
+    pub(crate) fn fill(
+        &self,
+        derivatives: &GroupDerivatives<'_, T::Wheels>,
+        out: &mut Uncertainty<T>,
+    ) -> T::Wheels {
+        let [otf_measured, load_measured] = &self.measured_variances;
+        let first = derivatives.group * T::Wheels::COUNT;
+        let otf = self.of(derivatives.otf, &otf_measured[first..]);
+        let load = derivatives.load;
+        let load = load.map(|load| self.of(load, &load_measured[first..]));
+        for (place, wheel) in (first..self.load.len()).take(T::Wheels::COUNT).enumerate() {
             let otf = otf.wheel(place);
             out.otf[wheel] = otf;
             out.load[wheel] = otf;
             if let Some(load) = load {
-                let carries = T::zero().lt(loads.load[wheel]);
+                let carries = T::zero().lt(self.load[wheel]);
                 let load = load.wheel(place);
                 // NaN in either makes both NaN.
                 let unknown = load * T::zero();
                 out.load[wheel] = T::select(carries, load, otf + unknown);
             }
         }
+        T::Wheels::of(&out.load[first..])
     }
-    out.utilisation = utilisation(machine, loads.otf, &out.otf);
+
+    fn of(&self, derivatives: &[T::Wheels], measured: &[T]) -> T::Wheels {
+        let variance = self.sigmas.variance(derivatives)
+            + self.signals.variance(derivatives, self.noise)
+            + T::Wheels::each(self.model)
+            + T::Wheels::of(measured);
+        variance.sqrt()
+    }
 }
 
 /// U of the worst wheel, from OTF and its standard deviation by wheel (N).

@@ -6,6 +6,8 @@
 //! ```
 //! so a wheel's load is a linear form in dA and db, and through them in everything that A and b depend on.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use super::actuated::Actuation;
@@ -40,15 +42,15 @@ pub(crate) struct LoadAdjoint<T> {
     /// Derivative with respect to each such joint's axis: its origin, its direction.
     pub(crate) axis: Vec<[Vector3<T>; 2]>,
     /// Derivative with respect to each wheel's centre.
-    pub(crate) centre: Vec<Vector3<T>>,
+    pub(crate) centre: [Vector3<T>; MAX_WHEELS],
     /// Derivative with respect to the distance of each wheel's centre from the ground.
-    pub(crate) radius: Vec<T>,
+    pub(crate) radius: [T; MAX_WHEELS],
     /// Derivative with respect to the unloaded radius of each wheel, where heights deflect tyres.
-    pub(crate) rest_radius: Vec<T>,
+    pub(crate) rest_radius: [T; MAX_WHEELS],
     /// Derivative with respect to the roll moment distribution D.
     pub(crate) roll_moment_distribution: T,
     /// Derivative with respect to the logarithm of each wheel's stiffness.
-    pub(crate) stiffness: Vec<T>,
+    pub(crate) stiffness: [T; MAX_WHEELS],
 }
 
 /// The adjoints of all wheels' loads, as many wheels side by side as [`Wheels::COUNT`].
@@ -141,18 +143,112 @@ fn deflect<T: Real>(
     pressing: &[T],
     adjoints: &mut [LoadAdjoint<T::Wheels>],
 ) {
-    let each = T::Wheels::each;
+    // With sizes known at compile time, the usual four wheels take half the time.
+    match machine.wheels.len() {
+        4 => deflect_sized(machine, 4, undeflected, pressing, adjoints),
+        n => deflect_sized(machine, n, undeflected, pressing, adjoints),
+    }
+}
+
+#[inline(always)]
+fn deflect_sized<T: Real>(
+    machine: &Machine,
+    n: usize,
+    undeflected: &[LoadAdjoint<T::Wheels>],
+    pressing: &[T],
+    adjoints: &mut [LoadAdjoint<T::Wheels>],
+) {
+    let mut compliance = [0.0; MAX_WHEELS];
+    for (compliance, wheel) in compliance.iter_mut().zip(&machine.wheels) {
+        *compliance = wheel.stiffness.map_or(0.0, |k| 1.0 / k);
+    }
     for adjoint in adjoints {
-        let mut by_radius = [T::Wheels::constant(0.0); MAX_WHEELS];
-        by_radius[..adjoint.radius.len()].copy_from_slice(&adjoint.radius);
-        for (wheel, spec) in machine.wheels.iter().enumerate() {
-            let compliance = T::Wheels::constant(spec.stiffness.map_or(0.0, |k| 1.0 / k));
-            let by_load = -by_radius[wheel] * compliance;
-            adjoint.stiffness[wheel] -= by_load * each(pressing[wheel]);
-            let (group, place) = (wheel / T::Wheels::COUNT, wheel % T::Wheels::COUNT);
-            adjoint.add_derivatives(by_load, &undeflected[group], |number| {
-                each(number.wheel(place))
+        let mut by_load = [T::Wheels::constant(0.0); MAX_WHEELS];
+        for (wheel, by_load) in by_load[..n].iter_mut().enumerate() {
+            *by_load = -adjoint.radius[wheel] * T::Wheels::constant(compliance[wheel]);
+        }
+        let loads = Deflecting::<T> {
+            by_load: &by_load[..n],
+            undeflected,
+        };
+        loads.add_derivatives(&pressing[..n], adjoint);
+    }
+}
+
+/// The loads that deflect the tyres, side by side.
+struct Deflecting<'a, T: Real> {
+    /// Derivatives of some loads with respect to them.
+    by_load: &'a [T::Wheels],
+    /// Their own derivatives.
+    undeflected: &'a [LoadAdjoint<T::Wheels>],
+}
+
+impl<T: Real> Deflecting<'_, T> {
+    /// Adds what acts through the deflection of the tyres to the derivatives (not the shares) of some loads; `pressing` are
+    /// the loads that deflect them.
+    #[inline(always)]
+    fn add_derivatives(&self, pressing: &[T], out: &mut LoadAdjoint<T::Wheels>) {
+        self.add_vector(&mut out.wrench.force, |load| &load.wrench.force);
+        self.add_vector(&mut out.wrench.moment, |load| &load.wrench.moment);
+        for (k, axis) in out.axis.iter_mut().enumerate() {
+            self.add_vector(&mut axis[0], |load| &load.axis[k][0]);
+            self.add_vector(&mut axis[1], |load| &load.axis[k][1]);
+        }
+        for wheel in 0..pressing.len() {
+            self.add_vector(&mut out.centre[wheel], |load| &load.centre[wheel]);
+            self.add(&mut out.radius[wheel], |load| load.radius[wheel]);
+            self.add(&mut out.rest_radius[wheel], |load| load.rest_radius[wheel]);
+        }
+        for k in 0..out.torque.len() {
+            self.add(&mut out.torque[k], |load| load.torque[k]);
+        }
+        for k in 0..out.actuator.len() {
+            self.add(&mut out.actuator[k], |load| load.actuator[k]);
+            self.add(&mut out.gearing[k], |load| load.gearing[k]);
+        }
+        self.add(&mut out.roll_moment_distribution, |load| {
+            load.roll_moment_distribution
+        });
+        for (wheel, &pressing) in pressing.iter().enumerate() {
+            // a stiffer tyre is deflected less by the same load
+            let less = self.by_load[wheel] * T::Wheels::each(pressing);
+            let stiffness = &mut out.stiffness[wheel];
+            self.add_from(0..wheel, stiffness, |load| load.stiffness[wheel]);
+            *stiffness -= less;
+            self.add_from(wheel..self.by_load.len(), stiffness, |load| {
+                load.stiffness[wheel]
             });
+        }
+    }
+
+    #[inline(always)]
+    fn add_vector(
+        &self,
+        to: &mut Vector3<T::Wheels>,
+        of: impl Fn(&LoadAdjoint<T::Wheels>) -> &Vector3<T::Wheels>,
+    ) {
+        self.add(&mut to.x, |load| of(load).x);
+        self.add(&mut to.y, |load| of(load).y);
+        self.add(&mut to.z, |load| of(load).z);
+    }
+
+    #[inline(always)]
+    fn add(&self, to: &mut T::Wheels, of: impl Fn(&LoadAdjoint<T::Wheels>) -> T::Wheels) {
+        self.add_from(0..self.by_load.len(), to, of);
+    }
+
+    /// Adds what these wheels' deflections change.
+    #[inline(always)]
+    fn add_from(
+        &self,
+        wheels: Range<usize>,
+        to: &mut T::Wheels,
+        of: impl Fn(&LoadAdjoint<T::Wheels>) -> T::Wheels,
+    ) {
+        for wheel in wheels {
+            let (group, place) = (wheel / T::Wheels::COUNT, wheel % T::Wheels::COUNT);
+            let by = of(&self.undeflected[group]).wheel(place);
+            *to += T::Wheels::each(by) * self.by_load[wheel];
         }
     }
 }
@@ -176,7 +272,7 @@ pub(crate) struct SupportConfiguration<'a, T: Real> {
 impl<T: Real> LoadAdjoint<T> {
     pub(crate) fn zero(machine: &Machine) -> Self {
         let contact = &machine.contact;
-        let (wheels, joints) = (machine.wheels.len(), contact.torque_joints().count());
+        let joints = contact.torque_joints().count();
         let actuated = contact.actuated_joints.len();
         let zero = Vector3::zeros();
         Self {
@@ -187,41 +283,12 @@ impl<T: Real> LoadAdjoint<T> {
             actuator: vec![T::zero(); actuated],
             gearing: vec![T::zero(); actuated],
             axis: vec![[zero; 2]; joints],
-            centre: vec![zero; wheels],
-            radius: vec![T::zero(); wheels],
-            rest_radius: vec![T::zero(); wheels],
+            centre: [zero; MAX_WHEELS],
+            radius: [T::zero(); MAX_WHEELS],
+            rest_radius: [T::zero(); MAX_WHEELS],
             roll_moment_distribution: T::zero(),
-            stiffness: vec![T::zero(); wheels],
+            stiffness: [T::zero(); MAX_WHEELS],
         }
-    }
-
-    /// Adds `factor` times the derivatives (not the shares) of another load, the wheel that `chosen` takes from
-    /// those side by side.
-    fn add_derivatives(&mut self, factor: T, other: &Self, chosen: impl Fn(T) -> T) {
-        let add = |to: &mut Vector3<T>, from: &Vector3<T>| *to += from.map(&chosen) * factor;
-        add(&mut self.wrench.force, &other.wrench.force);
-        add(&mut self.wrench.moment, &other.wrench.moment);
-        for (to, from) in self.axis.iter_mut().zip(&other.axis) {
-            add(&mut to[0], &from[0]);
-            add(&mut to[1], &from[1]);
-        }
-        for (to, from) in self.centre.iter_mut().zip(&other.centre) {
-            add(to, from);
-        }
-        let scalars = [
-            (&mut self.torque, &other.torque),
-            (&mut self.actuator, &other.actuator),
-            (&mut self.gearing, &other.gearing),
-            (&mut self.radius, &other.radius),
-            (&mut self.rest_radius, &other.rest_radius),
-            (&mut self.stiffness, &other.stiffness),
-        ];
-        for (to, from) in scalars {
-            for (to, &from) in to.iter_mut().zip(from) {
-                *to += chosen(from) * factor;
-            }
-        }
-        self.roll_moment_distribution += chosen(other.roll_moment_distribution) * factor;
     }
 }
 
@@ -233,10 +300,30 @@ impl<T: Real> SupportConfiguration<'_, T> {
         loads: &[T],
         adjoints: &mut [LoadAdjoint<T::Wheels>],
     ) {
-        let derivatives = PlaneDerivatives::new(self.plane, self.centres, self.radii);
+        // With sizes known at compile time, the usual four wheels take half the time.
+        match self.centres.len() {
+            4 => self.adjoints_sized(4, response, loads, adjoints),
+            n => self.adjoints_sized(n, response, loads, adjoints),
+        }
+    }
+
+    #[inline(always)]
+    fn adjoints_sized(
+        &self,
+        n: usize,
+        response: &Response<T>,
+        loads: &[T],
+        adjoints: &mut [LoadAdjoint<T::Wheels>],
+    ) {
+        let (centres, radii, loads) = (&self.centres[..n], &self.radii[..n], &loads[..n]);
+        let derivatives = PlaneDerivatives::new(self.plane, centres, radii);
+        let mut above_plane = [T::zero(); MAX_WHEELS];
+        for (wheel, above) in above_plane[..n].iter_mut().enumerate() {
+            *above = derivatives.above_plane(self.plane, &centres[wheel], radii[wheel]);
+        }
         for (group, adjoint) in adjoints.iter_mut().enumerate() {
             let form = LinearForm::new(self, response, loads, group * T::Wheels::COUNT);
-            form.fill(&derivatives, adjoint);
+            form.fill(&derivatives, centres, &above_plane, adjoint);
         }
     }
 }
@@ -280,11 +367,13 @@ impl<'a, T: Real> LinearForm<'a, T> {
     }
 
     /// Coefficient of db of an equation.
+    #[inline(always)]
     fn value(&self, row: usize) -> T::Wheels {
         T::Wheels::of(&self.response.loads[row][self.first..])
     }
 
     /// Coefficient of dA of an equation and a wheel.
+    #[inline(always)]
     fn factor(&self, row: usize, wheel: usize) -> T::Wheels {
         let mut coefficient = -self.value(row) * T::Wheels::each(self.loads[wheel]);
         if let Some(slack) = &self.slack {
@@ -297,7 +386,14 @@ impl<'a, T: Real> LinearForm<'a, T> {
     /// ```text
     ///     b_0 = n.F    b_1 = f.M + h l.F    b_2 = l.M - h f.F      A_1j = l.c_j    A_2j = -f.c_j
     /// ```
-    fn fill(&self, derivatives: &PlaneDerivatives<T>, out: &mut LoadAdjoint<T::Wheels>) {
+    #[inline(always)]
+    fn fill(
+        &self,
+        derivatives: &PlaneDerivatives<T>,
+        centres: &[Vector3<T>],
+        above_plane: &[T; MAX_WHEELS],
+        out: &mut LoadAdjoint<T::Wheels>,
+    ) {
         let configuration = self.configuration;
         let (plane, ground) = (configuration.plane, configuration.ground);
         let [b0, b1, b2] = [0, 1, 2].map(|row| self.value(row));
@@ -315,7 +411,7 @@ impl<'a, T: Real> LinearForm<'a, T> {
             normal: force * b0,
             height: b1 * l.dot(&force) - b2 * f.dot(&force),
         };
-        for (wheel, centre) in configuration.centres.iter().enumerate() {
+        for (wheel, centre) in centres.iter().enumerate() {
             let (a1, a2) = (self.factor(1, wheel), self.factor(2, wheel));
             let centre = each(centre);
             by_plane.left += centre * a1;
@@ -328,13 +424,13 @@ impl<'a, T: Real> LinearForm<'a, T> {
         self.fill_offsets(&mut by_plane, out);
         self.fill_joints(&mut by_plane, out);
         let by_slope = derivatives.gradient(&by_plane);
-        for (wheel, centre) in configuration.centres.iter().enumerate() {
-            let above = derivatives.above_plane(plane, centre, configuration.radii[wheel]);
+        for (wheel, centre) in centres.iter().enumerate() {
+            let above = above_plane[wheel];
             let (by_centre, by_radius) = derivatives.by_wheel(&by_slope, centre, above);
             out.centre[wheel] += by_centre;
             out.radius[wheel] += by_radius;
         }
-        self.fill_split(out);
+        self.fill_split(centres.len(), out);
     }
 
     /// Heights off a plane, u_j = k (R_0j + h - n.c_j): with springs they act through (I - L A) K, with the
@@ -473,7 +569,8 @@ impl<'a, T: Real> LinearForm<'a, T> {
     }
 
     /// Derivatives of the split rule: of the roll moment distribution, or of the springs' stiffness.
-    fn fill_split(&self, out: &mut LoadAdjoint<T::Wheels>) {
+    #[inline(always)]
+    fn fill_split(&self, wheels: usize, out: &mut LoadAdjoint<T::Wheels>) {
         let equations = self.configuration.equations;
         if let Split::RollMomentDistribution {
             wheels: [fl, fr, rl, rr],
@@ -485,7 +582,7 @@ impl<'a, T: Real> LinearForm<'a, T> {
                 [fl, fr, rl, rr].map(|wheel| self.factor(equations.certain, wheel));
             out.roll_moment_distribution = fl - fr + rl - rr;
         }
-        for (wheel, by_stiffness) in out.stiffness.iter_mut().enumerate() {
+        for (wheel, by_stiffness) in out.stiffness[..wheels].iter_mut().enumerate() {
             *by_stiffness = T::Wheels::constant(0.0);
             if let Some(warp) = &self.configuration.machine.contact.warp {
                 // The warp is dominated by its softest tyres.

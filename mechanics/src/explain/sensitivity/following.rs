@@ -1,7 +1,7 @@
 //! Coupling of every joint to the measured joint that moves it.
 
 use crate::geometry::coordinate::Coordinate;
-use crate::machine::{JointCoupling, Linkage, Machine};
+use crate::machine::{Body, JointCoupling, Linkage, LinkageMotion, Machine};
 use crate::number::{Dual, Real};
 use crate::state::State;
 
@@ -41,6 +41,16 @@ pub(super) fn measured_by(machine: &Machine, body: usize) -> Option<usize> {
 
 /// Coupling of pivot, cylinder and rod to the measured joint of the linkage.
 pub(crate) fn followed_by<T: Real>(linkage: &Linkage, state: &State<T>) -> [Following<T>; 3] {
+    let (_, followings) = solve_followed(linkage, state);
+    followings
+}
+
+/// Motion of the joints of a linkage, from its own equations in dual numbers, and with it their coupling.
+#[inline(always)]
+pub(super) fn solve_followed<T: Real>(
+    linkage: &Linkage,
+    state: &State<T>,
+) -> (LinkageMotion<T>, [Following<T>; 3]) {
     let mut measured = state.joints[linkage.measured_joint].map(Dual::fixed);
     measured.position.slope = T::one();
     let solved = linkage.solve(&measured);
@@ -50,32 +60,30 @@ pub(crate) fn followed_by<T: Real>(linkage: &Linkage, state: &State<T>) -> [Foll
         rate: c.rate.slope,
         acceleration: c.acceleration.slope,
     };
-    [
+    let followings = [
         following(&solved.pivot, turned(&solved.pivot)),
         following(&solved.cylinder, turned(&solved.cylinder)),
         following(&solved.rod, solved.rod.displacement.slope),
-    ]
+    ];
+    let value = |number: Dual<T>| number.value;
+    let motion = LinkageMotion {
+        pivot: solved.pivot.map(value),
+        cylinder: solved.cylinder.map(value),
+        rod: solved.rod.map(value),
+        closure: value(solved.closure),
+    };
+    (motion, followings)
 }
 
-/// Fills the coupling of every body's joint; for a closed triangle from its own equations in dual numbers.
-pub(super) fn follow_measured<T: Real>(
-    machine: &Machine,
-    state: &State<T>,
-    followings: &mut [Following<T>],
-) {
-    for (following, body) in followings.iter_mut().zip(&machine.bodies) {
-        match body.coupling {
-            JointCoupling::Measured(_) => *following = Following::directly(T::one()),
-            JointCoupling::Mimic { multiplier, .. } => {
-                *following = Following::directly(T::constant(multiplier));
-            }
-            _ => {}
-        }
-    }
-    for linkage in &machine.linkages {
-        let [pivot, cylinder, rod] = followed_by(linkage, state);
-        followings[linkage.bodies.pivot] = pivot;
-        followings[linkage.bodies.cylinder] = cylinder;
-        followings[linkage.bodies.rod] = rod;
-    }
+/// The coupling of every body's joint that does not change: not those of closed triangles.
+pub(super) fn constant_followings<T: Real>(machine: &Machine) -> Vec<Following<T>> {
+    let factor = |body: &Body| match body.coupling {
+        JointCoupling::Measured(_) => 1.0,
+        JointCoupling::Mimic { multiplier, .. } => multiplier,
+        _ => 0.0,
+    };
+    let bodies = machine.bodies.iter();
+    bodies
+        .map(|body| Following::directly(T::constant(factor(body))))
+        .collect()
 }

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::reverse_pass::ReversePass;
 use super::sensed_motion::SensedMotion;
+use super::wanted::Forms;
 use super::writer::Writer;
 use crate::dynamics::composite::Composite;
 use crate::dynamics::newton_euler_derivatives::BaseGradient;
@@ -44,7 +45,7 @@ pub(super) fn write_imu<T: Real>(
 pub(super) fn write_arm<T: Real>(
     motion: &SensedMotion<'_, T>,
     reverse_pass: &ReversePass<T>,
-    adjoint: &LoadAdjoint<T::Wheels>,
+    forms: Forms<'_, T::Wheels>,
     base: &BaseGradient<T::Wheels>,
     write: &mut Writer<'_, T::Wheels>,
 ) {
@@ -53,7 +54,7 @@ pub(super) fn write_arm<T: Real>(
     };
     let arm = &motion.groups.sets[0].arm;
     let force = arm.wrench.force - motion.groups.sets[0].tool.force;
-    let form = reverse_pass.form(mounting.carrier, adjoint);
+    let form = forms.of(mounting.carrier);
     let moments = &arm.moments;
     let mut by = shifted(reverse_pass, mounting.carrier, moments, &force, form);
     let links = &motion.machine.links;
@@ -70,16 +71,17 @@ pub(super) fn write_arm<T: Real>(
 pub(super) fn write_wheels<T: Real>(
     motion: &SensedMotion<'_, T>,
     reverse_pass: &ReversePass<T>,
-    adjoint: &LoadAdjoint<T::Wheels>,
+    forms: Forms<'_, T::Wheels>,
     write: &mut Writer<'_, T::Wheels>,
 ) {
+    let adjoint = forms.adjoint;
     for (wheel, spec) in motion.machine.wheels.iter().enumerate() {
         let mounting = &spec.mounting;
         let mut by = adjoint.centre[wheel];
         if spec.body != mounting.carrier {
             let moments = &reverse_pass.distal[spec.body];
             let force = &reverse_pass.distal_wrench[spec.body].force;
-            let form = reverse_pass.form(spec.body, adjoint);
+            let form = forms.of(spec.body);
             by += shifted(reverse_pass, mounting.carrier, moments, force, form);
         }
         write_in_mounting(motion, mounting, &by, write);
@@ -98,7 +100,9 @@ pub(super) fn write_contact<T: Real>(
         write.write([adjoint.roll_moment_distribution]);
     }
     if contact.tyres_deflect {
-        adjoint.stiffness.iter().for_each(|&by| write.write([by]));
+        let wheels = motion.machine.wheels.len();
+        let by_stiffness = adjoint.stiffness[..wheels].iter();
+        by_stiffness.for_each(|&by| write.write([by]));
     }
 }
 

@@ -15,10 +15,12 @@ mod regressor;
 mod reverse_pass;
 mod sensed_motion;
 mod sums;
+mod wanted;
 mod writer;
 
+pub(crate) use derivatives::GroupDerivatives;
 pub use derivatives::Sensitivity;
 pub(crate) use following::followed_by;
 pub(crate) use sensed_motion::SensedMotion;
-pub(crate) use sums::LaneSums;
 pub use sums::SensitivitySums;
+pub(crate) use sums::SquareSums;

@@ -12,7 +12,6 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::place_matrix::PlaceMatrix;
 use super::sensed_motion::SensedMotion;
-use super::writer::Writer;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::spatial::{
     Wrench, compose, constant, cross, each, rotate, rotate_back, rotate_each_back,
@@ -20,12 +19,31 @@ use crate::geometry::spatial::{
 use crate::machine::{Inertia, Machine};
 use crate::number::{Real, Wheels};
 
-/// A link with mass and its motion; the same for all wheels.
-#[derive(Debug, Clone)]
-pub(super) struct LinkMotion<T: Real> {
+/// Number of derivatives with respect to the parameters of a link: mass, centre of mass, inertia.
+pub(super) const OF_LINK: usize = 10;
+
+/// A link with mass.
+#[derive(Debug)]
+pub(super) struct MassiveLink {
     /// Index of the link.
     pub(super) link: usize,
-    body_from_link: Matrix3<f64>,
+    /// `None` where the link has the axes of its body.
+    body_from_link: Option<Matrix3<f64>>,
+}
+
+impl MassiveLink {
+    pub(super) fn of(machine: &Machine, link: usize) -> Self {
+        let in_body = machine.links[link].body_from_link.rotation;
+        let in_body = in_body.to_rotation_matrix().into_inner();
+        Self {
+            link,
+            body_from_link: (in_body != Matrix3::identity()).then_some(in_body),
+        }
+    }
+}
+
+/// The motion of a link; the same for all wheels.
+pub(super) struct LinkMotion<T> {
     /// Orientation: base from link.
     rotation: Matrix3<T>,
     /// Centre of mass in base axes (m).
@@ -37,38 +55,36 @@ pub(super) struct LinkMotion<T: Real> {
 }
 
 impl<T: Real> LinkMotion<T> {
-    pub(super) fn still(machine: &Machine, link: usize) -> Self {
-        let zero = Vector3::zeros();
-        let in_body = machine.links[link].body_from_link.rotation;
+    #[inline(always)]
+    pub(super) fn of(
+        link: &MassiveLink,
+        inertia: &Inertia,
+        body: &BodyMotion<T>,
+        place_matrix: &PlaceMatrix<T>,
+    ) -> Self {
+        let rotation = match &link.body_from_link {
+            Some(body_from_link) => compose(&body.rotation, body_from_link),
+            None => body.rotation,
+        };
+        let (place, measured) = at_com(inertia, body, place_matrix);
+        let turning =
+            [body.angular_velocity, body.angular_acceleration].map(|v| rotate_back(&rotation, &v));
         Self {
-            link,
-            body_from_link: in_body.to_rotation_matrix().into_inner(),
-            rotation: Matrix3::identity(),
-            place: zero,
-            measured: zero,
-            turning: [zero; 2],
+            rotation,
+            place,
+            measured,
+            turning,
         }
     }
 
+    /// Derivatives with respect to mass, centre of mass and inertia; `form` holds the coefficients of its body's wrench.
     #[inline(always)]
-    pub(super) fn feel(&mut self, motion: &SensedMotion<'_, T>, place_matrices: &[PlaceMatrix<T>]) {
-        let link = &motion.machine.links[self.link];
-        let body = &motion.motions[link.body];
-        self.rotation = compose(&body.rotation, &self.body_from_link);
-        (self.place, self.measured) = at_com(&link.inertia, body, &place_matrices[link.body]);
-        self.turning = [body.angular_velocity, body.angular_acceleration]
-            .map(|v| rotate_back(&self.rotation, &v));
-    }
-
-    /// Writes mass, centre of mass and inertia; `form` holds the coefficients of its body's wrench.
-    #[inline(always)]
-    pub(super) fn write(
+    pub(super) fn derivatives(
         &self,
         mass: f64,
         place_matrix: &PlaceMatrix<T>,
         form: &Wrench<T::Wheels>,
-        write: &mut Writer<'_, T::Wheels>,
-    ) {
+    ) -> [T::Wheels; OF_LINK] {
         let measured = each(&self.measured);
         let s = lever(form, &each(&self.place));
         let by_com = place_matrix.transposed_times(&s) + cross(&measured, &form.moment);
@@ -77,7 +93,7 @@ impl<T: Real> LinkMotion<T> {
         let [w, alpha] = self.turning.each_ref().map(each);
         let twisted = cross(&t, &w);
         let by = |j: usize, k: usize| t[j] * alpha[k] + twisted[j] * w[k];
-        write.write([
+        [
             s.dot(&measured),
             by_com.x,
             by_com.y,
@@ -88,7 +104,7 @@ impl<T: Real> LinkMotion<T> {
             by(0, 1) + by(1, 0),
             by(0, 2) + by(2, 0),
             by(1, 2) + by(2, 1),
-        ]);
+        ]
     }
 }
 

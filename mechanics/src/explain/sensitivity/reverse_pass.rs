@@ -3,11 +3,12 @@
 use nalgebra::Vector3;
 
 use super::carried::Carried;
-use super::following::{Following, follow_measured, measured_by};
+use super::following::{Following, constant_followings, measured_by, solve_followed};
 use super::imu_joints::ImuJoints;
 use super::place_matrix::PlaceMatrix;
-use super::regressor::{LinkMotion, PayloadMotion};
+use super::regressor::{LinkMotion, MassiveLink, OF_LINK, PayloadMotion};
 use super::sensed_motion::SensedMotion;
+use super::wanted::{Forms, Wanted};
 use super::writer::Writer;
 use crate::dynamics::composite::Composite;
 use crate::dynamics::kinematics::BodyMotion;
@@ -15,8 +16,11 @@ use crate::dynamics::newton_euler_derivatives::{
     BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, joint_form,
 };
 use crate::geometry::spatial::{Wrench, cross, each, rotate_each_back};
-use crate::machine::{JointKind, Machine, links_with_mass, rotation_in_body};
+use crate::machine::{
+    JointKind, Linkage, LinkageMotion, Machine, links_with_mass, rotation_in_body,
+};
 use crate::number::{Real, Wheels};
+use crate::state::State;
 use crate::wheel_loads::LoadAdjoint;
 
 /// Quantities of one evaluation that are shared by all wheels, and scratch memory for as many wheels as are
@@ -28,7 +32,7 @@ pub(super) struct ReversePass<T: Real> {
     /// Wrench of every body and its distal subtree, minus the tool wrench.
     pub(super) distal_wrench: Vec<Wrench<T>>,
     /// All links with mass.
-    links: Vec<LinkMotion<T>>,
+    links: Vec<MassiveLink>,
     /// B of every body, see [`PlaceMatrix`].
     place_matrices: Vec<PlaceMatrix<T>>,
     payloads: Vec<PayloadMotion<T>>,
@@ -46,9 +50,6 @@ pub(super) struct ReversePass<T: Real> {
     torque_forms: Vec<Wrench<T>>,
     /// Derivatives of the value of each actuated joint's equation through the changing gear ratio.
     by_gearing: Vec<T>,
-    /// Coefficients of every body's wrench in the current loads, where there are joints with known torque: without
-    /// them, all bodies have those of the ground wrench.
-    form: Vec<Wrench<T::Wheels>>,
     /// Derivatives with respect to position, velocity and acceleration of every measured joint.
     by_joint: Vec<[T::Wheels; 3]>,
 }
@@ -66,13 +67,13 @@ impl<T: Real> ReversePass<T> {
             distal: vec![nothing; n],
             distal_wrench: vec![Wrench::zero(); n],
             links: links_with_mass(machine)
-                .map(|link| LinkMotion::still(machine, link))
+                .map(|link| MassiveLink::of(machine, link))
                 .collect(),
             place_matrices: vec![PlaceMatrix::of(&still); n],
             payloads: vec![PayloadMotion::still(); machine.payloads.len()],
             fields: vec![fields; n],
             wrenches: vec![joint.wrenches(&nothing, &Wrench::zero()); n],
-            following: vec![Following::directly(T::zero()); n],
+            following: constant_followings(machine),
             measured: (0..n).map(|body| measured_by(machine, body)).collect(),
             carried: Carried::new(machine),
             imu_joints: ImuJoints::new(machine),
@@ -80,13 +81,12 @@ impl<T: Real> ReversePass<T> {
             distal_base: vec![base; torque_joints],
             torque_forms: vec![Wrench::zero(); torque_joints],
             by_gearing: vec![T::zero(); machine.contact.actuated_joints.len()],
-            form: vec![Wrench::zero(); n],
             by_joint: vec![[T::Wheels::constant(0.0); 3]; machine.joints.len()],
         }
     }
 
-    /// Computes the quantities that do not depend on the wheel. The moments of every body must have been taken:
-    /// see [`Self::take_moments`].
+    /// Computes the quantities that do not depend on the wheel. The linkages must have been solved and the moments of every
+    /// body taken: see [`Self::solve`] and [`Self::take_moments`].
     pub(super) fn fill(&mut self, motion: &SensedMotion<'_, T>) {
         let machine = motion.machine;
         self.distal_wrench.copy_from_slice(motion.wrenches);
@@ -120,15 +120,20 @@ impl<T: Real> ReversePass<T> {
         for (matrix, body) in self.place_matrices.iter_mut().zip(motion.motions) {
             *matrix = PlaceMatrix::of(body);
         }
-        for link in &mut self.links {
-            link.feel(motion, &self.place_matrices);
-        }
         for (place, payload) in self.payloads.iter_mut().enumerate() {
             payload.feel(motion, place, &self.place_matrices);
         }
-        follow_measured(machine, motion.state, &mut self.following);
         self.imu_joints.fill(motion, &self.following);
         self.fill_gearing(motion);
+    }
+
+    /// Motion of the joints of a linkage. Their coupling to the measured joint is kept for [`Self::fill`].
+    pub(super) fn solve(&mut self, linkage: &Linkage, state: &State<T>) -> LinkageMotion<T> {
+        let (solved, [pivot, cylinder, rod]) = solve_followed(linkage, state);
+        self.following[linkage.bodies.pivot] = pivot;
+        self.following[linkage.bodies.cylinder] = cylinder;
+        self.following[linkage.bodies.rod] = rod;
+        solved
     }
 
     /// Takes the moments of every body, to which those of its distal subtree are then added; leaves memory for the next
@@ -154,29 +159,29 @@ impl<T: Real> ReversePass<T> {
         }
     }
 
-    /// Processes the loads of `adjoint`: fills `form` and `by_joint`, and returns the derivatives with respect to
-    /// the base's motion.
+    /// Processes the loads of `adjoint`: fills `by_joint`, and the coefficients of every body's wrench, `by_body`; returns
+    /// the derivatives with respect to the base's motion.
     pub(super) fn follow(
         &mut self,
         machine: &Machine,
         adjoint: &LoadAdjoint<T::Wheels>,
+        by_body: &mut [Wrench<T::Wheels>],
     ) -> BaseGradient<T::Wheels> {
-        if !self.torque_forms.is_empty() {
-            self.form.fill(adjoint.wrench);
-        }
+        by_body.fill(adjoint.wrench);
         self.by_joint.fill([T::Wheels::constant(0.0); 3]);
         let mut base = self.base.contracted(&adjoint.wrench);
         for (k, joint) in machine.contact.torque_joints().enumerate() {
             let torque = self.torque_form(k, adjoint);
             base.add(&self.distal_base[k].contracted(&torque));
-            for (form, &carried) in self.form.iter_mut().zip(&joint.supports_body) {
+            for (form, &carried) in by_body.iter_mut().zip(&joint.supports_body) {
                 if carried {
                     *form = form.plus(&torque);
                 }
             }
         }
+        let forms = Forms { adjoint, by_body };
         for body in 1..machine.bodies.len() {
-            let mut by = self.wrenches[body].contracted(self.form(body, adjoint));
+            let mut by = self.wrenches[body].contracted(forms.of(body));
             by[0] += self.carried.by_places(body, adjoint);
             for (k, wrenches) in self.carried.subtrees(body) {
                 let more = wrenches.contracted(&self.torque_form(*k, adjoint));
@@ -196,20 +201,6 @@ impl<T: Real> ReversePass<T> {
         }
         self.imu_joints.follow(&base, &mut self.by_joint);
         base
-    }
-
-    /// Coefficients of a body's wrench in the current loads, those of `adjoint`.
-    #[inline(always)]
-    pub(super) fn form<'a>(
-        &'a self,
-        body: usize,
-        adjoint: &'a LoadAdjoint<T::Wheels>,
-    ) -> &'a Wrench<T::Wheels> {
-        if self.torque_forms.is_empty() {
-            &adjoint.wrench
-        } else {
-            &self.form[body]
-        }
     }
 
     /// Derivative with respect to the place of a body's point, from that with respect to the specific force there.
@@ -252,7 +243,7 @@ impl<T: Real> ReversePass<T> {
     pub(super) fn write_signals(
         &self,
         motion: &SensedMotion<'_, T>,
-        adjoint: &LoadAdjoint<T::Wheels>,
+        forms: Forms<'_, T::Wheels>,
         sensed: &BaseGradient<T::Wheels>,
         write: &mut Writer<'_, T::Wheels>,
     ) {
@@ -271,41 +262,51 @@ impl<T: Real> ReversePass<T> {
             let carrier = &motion.motions[tool.body];
             let rotation = carrier.rotation * rotation_in_body(tool).map(T::constant);
             let origin = each(&carrier.point(&tool.body_from_mount.translation.vector));
-            let form = self.form(tool.body, adjoint);
+            let form = forms.of(tool.body);
             let by_force = -(form.force + cross(&form.moment, &origin));
             for by in [by_force, -form.moment] {
                 write.vector(&rotate_each_back(&rotation, &by));
             }
         }
-        for &by in &adjoint.actuator {
+        for &by in &forms.adjoint.actuator {
             write.write([by]);
         }
     }
 
-    /// Writes mass, centre of mass and inertia of every link with mass.
+    /// Writes mass, centre of mass and inertia of every link with mass, from the derivative with the index `first` on. The
+    /// motion of a link serves all wheels while it is at hand. Returns the index of the next derivative.
     pub(super) fn write_links(
         &self,
         motion: &SensedMotion<'_, T>,
-        adjoint: &LoadAdjoint<T::Wheels>,
-        write: &mut Writer<'_, T::Wheels>,
-    ) {
-        for felt in &self.links {
-            let link = &motion.machine.links[felt.link];
-            let matrix = &self.place_matrices[link.body];
-            let form = self.form(link.body, adjoint);
-            felt.write(link.inertia.mass, matrix, form, write);
+        first: usize,
+        wanted: &mut [Wanted<'_, T>],
+    ) -> usize {
+        let mut place = first;
+        for massive in &self.links {
+            let link = &motion.machine.links[massive.link];
+            let (body, matrix) = (&motion.motions[link.body], &self.place_matrices[link.body]);
+            let felt = LinkMotion::of(massive, &link.inertia, body, matrix);
+            for wanted in &mut *wanted {
+                for (forms, out) in wanted.groups() {
+                    if let Some(out) = out[place..].first_chunk_mut() {
+                        *out = felt.derivatives(link.inertia.mass, matrix, forms.of(link.body));
+                    }
+                }
+            }
+            place += OF_LINK;
         }
+        place
     }
 
     /// Writes the mass of every payload.
     pub(super) fn write_payloads(
         &self,
         motion: &SensedMotion<'_, T>,
-        adjoint: &LoadAdjoint<T::Wheels>,
+        forms: Forms<'_, T::Wheels>,
         write: &mut Writer<'_, T::Wheels>,
     ) {
         for (payload, felt) in motion.machine.payloads.iter().zip(&self.payloads) {
-            write.write([felt.by_mass(self.form(payload.body, adjoint))]);
+            write.write([felt.by_mass(forms.of(payload.body))]);
         }
     }
 }

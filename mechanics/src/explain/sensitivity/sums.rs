@@ -1,6 +1,6 @@
 //! Sums of derivatives over many rows.
 
-use super::derivatives::Sensitivity;
+use super::derivatives::GroupDerivatives;
 use crate::machine::{Machine, Parameter};
 use crate::number::{Lanes, Mask, Real};
 
@@ -45,62 +45,67 @@ impl SensitivitySums {
     }
 }
 
-/// The same sums while rows are evaluated in lanes.
+/// The same sums while rows are evaluated: by group of wheels that are side by side.
 #[derive(Debug)]
-pub(crate) struct LaneSums {
-    squares: Vec<Vec<Lanes>>,
-    rows: Vec<Lanes>,
+pub(crate) struct SquareSums<V: Real> {
+    squares: Vec<Vec<V>>,
+    rows: Vec<V>,
+    /// The samples that count.
+    inside: V::Mask,
 }
 
-impl LaneSums {
-    pub(crate) fn new(machine: &Machine) -> Self {
-        let (wheels, size) = (machine.wheels.len(), Parameter::all(machine).len());
-        Self {
-            squares: vec![vec![Lanes::constant(0.0); size]; wheels],
-            rows: vec![Lanes::constant(0.0); wheels],
+impl<V: Real> SquareSums<V> {
+    /// Adds the derivatives of a group of wheels. An unknown derivative makes the root mean square unknown, as it makes
+    /// `load_sigma` unknown, the standard deviations of these loads.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, derivatives: &GroupDerivatives<'_, V>, load_sigma: V) {
+        let (zero, one) = (V::constant(0.0), V::constant(1.0));
+        let counted = self.inside & load_sigma.lt(V::constant(f64::INFINITY));
+        self.rows[derivatives.group] += V::select(counted, one, zero);
+        let squares = &mut self.squares[derivatives.group];
+        let derivatives = derivatives.of_loads();
+        if (!counted).any() {
+            let pairs = squares.iter_mut().zip(derivatives);
+            pairs.for_each(|(sum, &by)| *sum += V::select(counted, by * by, zero));
+            return;
         }
-    }
-
-    /// Adds the first `count` lanes. An unknown derivative makes the root mean square unknown.
-    pub(crate) fn add(
-        &mut self,
-        sensitivity: &Sensitivity<Lanes>,
-        load_sigma: &[Lanes],
-        count: usize,
-    ) {
-        let place: [f64; Lanes::COUNT] = std::array::from_fn(|lane| lane as f64);
-        let inside = Lanes::from_array(place).lt(Lanes::constant(count as f64));
-        let (zero, one) = (Lanes::constant(0.0), Lanes::constant(1.0));
-        for (wheel, squares) in self.squares.iter_mut().enumerate() {
-            let known = load_sigma[wheel].lt(Lanes::constant(f64::INFINITY));
-            let counted = inside & known;
-            self.rows[wheel] += Lanes::select(counted, one, zero);
-            let derivatives = &sensitivity.loads_of_groups()[wheel];
-            if (!counted).any() {
-                let pairs = squares.iter_mut().zip(derivatives);
-                pairs.for_each(|(sum, &by)| *sum += Lanes::select(counted, by * by, zero));
-                continue;
-            }
-            let (sums, last_sums) = squares.as_chunks_mut::<4>();
-            let (by, last_by) = derivatives.as_chunks::<4>();
-            for (sums, by) in sums.iter_mut().zip(by) {
-                for (sum, by) in sums.iter_mut().zip(by) {
-                    *sum += *by * *by;
-                }
-            }
-            for (sum, by) in last_sums.iter_mut().zip(last_by) {
+        let (sums, last_sums) = squares.as_chunks_mut::<4>();
+        let (by, last_by) = derivatives.as_chunks::<4>();
+        for (sums, by) in sums.iter_mut().zip(by) {
+            for (sum, by) in sums.iter_mut().zip(by) {
                 *sum += *by * *by;
             }
+        }
+        for (sum, by) in last_sums.iter_mut().zip(last_by) {
+            *sum += *by * *by;
         }
     }
 
     /// Forgets all rows.
     pub(crate) fn clear(&mut self) {
-        let zero = Lanes::constant(0.0);
+        let zero = V::constant(0.0);
         for squares in &mut self.squares {
             squares.fill(zero);
         }
         self.rows.fill(zero);
+    }
+}
+
+/// One wheel after the other, of the samples of a register.
+impl SquareSums<Lanes> {
+    pub(crate) fn new(machine: &Machine) -> Self {
+        let (wheels, size) = (machine.wheels.len(), Parameter::all(machine).len());
+        Self {
+            squares: vec![vec![Lanes::constant(0.0); size]; wheels],
+            rows: vec![Lanes::constant(0.0); wheels],
+            inside: Mask::splat(true),
+        }
+    }
+
+    /// Counts the first `count` lanes of what is added from now on.
+    pub(crate) fn count_first(&mut self, count: usize) {
+        let place: [f64; Lanes::COUNT] = std::array::from_fn(|lane| lane as f64);
+        self.inside = Lanes::from_array(place).lt(Lanes::constant(count as f64));
     }
 
     /// Writes the sums over the lanes, starting with the first.
