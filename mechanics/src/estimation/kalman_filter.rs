@@ -202,16 +202,16 @@ impl KalmanFilter {
         for jet in &mut self.state.jets {
             *jet = step(jet, dt);
         }
-        self.update(0, self.model.value_variance + doubt.value_variance, values);
+        self.update::<0>(self.model.value_variance + doubt.value_variance, values);
         if let Some(rates) = rates {
-            self.update(1, self.model.rate_variance + doubt.rate_variance, rates);
+            self.update::<1>(self.model.rate_variance + doubt.rate_variance, rates);
         }
     }
 
-    /// Updates every channel with a measurement of the component `measured` of its state.
-    fn update(&mut self, measured: usize, variance: f64, values: &[f64]) {
-        let row = self.state.covariance[measured];
-        let innovation_variance = row[measured] + variance;
+    /// Updates every channel with a measurement of the component `MEASURED` of its state.
+    fn update<const MEASURED: usize>(&mut self, variance: f64, values: &[f64]) {
+        let row = self.state.covariance[MEASURED];
+        let innovation_variance = row[MEASURED] + variance;
         let gain = row.map(|p| p / innovation_variance);
         for i in 0..3 {
             for j in 0..3 {
@@ -219,7 +219,7 @@ impl KalmanFilter {
             }
         }
         for (jet, value) in self.state.jets.iter_mut().zip(values) {
-            let innovation = value - jet[measured];
+            let innovation = value - jet[MEASURED];
             for i in 0..3 {
                 jet[i] += gain[i] * innovation;
             }

@@ -75,6 +75,9 @@ impl<S: SampleSource> SortedSamples<S> {
     }
 
     /// The k-th sample by time, from `chunk`, which is read anew where it does not hold the sample; `None` past the end.
+    ///
+    /// Inlined: a sample returned through memory is read again before it is written, and the processor waits for that.
+    #[inline(always)]
     pub(in crate::estimation) fn sample<'c>(
         &self,
         k: usize,
@@ -135,7 +138,8 @@ impl<'s, S: SampleSource> ByStamp<'s, S> {
         }
     }
 
-    /// The next sample, with the index of its sensor; `None` after the last.
+    /// The next sample, with the index of its sensor; `None` after the last. Inlined as [`SortedSamples::sample`].
+    #[inline(always)]
     pub(in crate::estimation) fn next(&mut self) -> Result<Option<(usize, Sample<'_>)>, S::Error> {
         let stamps = self.next.iter().enumerate();
         let stamps = stamps.filter_map(|(which, (_, stamp))| Some((which, (*stamp)?)));
