@@ -45,21 +45,36 @@ fn changes(values: &[f64]) -> bool {
 /// Applies a moving average over `half` steps to each side twice: no phase shift, and the same filter
 /// for all signals.
 fn smooth(values: &[f64], half: usize) -> Vec<f64> {
-    mean_around(&mean_around(values, half), half)
+    let mut values = values.to_vec();
+    let mut sums = Vec::with_capacity(values.len() + 1);
+    for _ in 0..2 {
+        average_around(&mut values, half, &mut sums);
+    }
+    values
 }
 
-fn mean_around(values: &[f64], half: usize) -> Vec<f64> {
-    let mut sums = Vec::with_capacity(values.len() + 1);
-    sums.push(0.0);
-    for value in values {
-        sums.push(sums[sums.len() - 1] + value);
+/// Replaces each value by the mean of those around it; `sums` is scratch memory.
+fn average_around(values: &mut [f64], half: usize, sums: &mut Vec<f64>) {
+    sums.clear();
+    let mut sum = 0.0;
+    sums.push(sum);
+    sums.extend(values.iter().map(|value| {
+        sum += value;
+        sum
+    }));
+    let count = values.len();
+    // symmetric windows, also at the ends
+    let ends = half.min(count.div_ceil(2));
+    for i in (0..ends).chain(count - ends..count) {
+        let reach = i.min(count - 1 - i);
+        values[i] = (sums[i + reach + 1] - sums[i - reach]) / (2 * reach + 1) as f64;
     }
-    let mean = |i: usize| {
-        // symmetric windows, also at the ends
-        let reach = half.min(i).min(values.len() - 1 - i);
-        (sums[i + reach + 1] - sums[i - reach]) / (2 * reach + 1) as f64
-    };
-    (0..values.len()).map(mean).collect()
+    let width = 2 * half + 1;
+    let sums = sums.iter().zip(sums.get(width..).unwrap_or_default());
+    let middle = ends..(count - ends).max(ends);
+    for (mean, (before, after)) in values[middle].iter_mut().zip(sums) {
+        *mean = (after - before) / width as f64;
+    }
 }
 
 fn without_mean(mut values: Vec<f64>) -> Vec<f64> {
@@ -76,4 +91,25 @@ pub(super) fn derivative(values: &[f64]) -> Vec<f64> {
         (values[b] - values[a]) / ((b - a).max(1) as f64 * STEP_S)
     };
     (0..values.len()).map(slope).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn averages_are_of_symmetric_windows() {
+        let values = [1.0, 4.0, 2.0, 8.0, 6.0, 3.0, 9.0];
+        for half in 0..6 {
+            let mut averaged = values;
+            average_around(&mut averaged, half, &mut Vec::new());
+            for (i, found) in averaged.into_iter().enumerate() {
+                let reach = half.min(i).min(values.len() - 1 - i);
+                let window = &values[i - reach..=i + reach];
+                let mean = window.iter().sum::<f64>() / window.len() as f64;
+                assert!((found - mean).abs() < 1e-12, "{half} {i}: {found} {mean}");
+            }
+        }
+        average_around(&mut [], 3, &mut Vec::new());
+    }
 }
