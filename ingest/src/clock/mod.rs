@@ -10,6 +10,7 @@ mod anchor;
 mod describe;
 mod finding;
 mod line;
+mod ordered_bits;
 mod own_clock;
 mod pairs;
 mod placement;

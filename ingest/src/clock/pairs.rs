@@ -4,7 +4,7 @@
 //! counted, those between them are kept, and the median is selected from these. It is the very slope that a selection
 //! from all of them finds.
 
-use super::line::{from_ordered_bits, ordered_bits};
+use super::ordered_bits::{from_ordered_bits, ordered_bits};
 
 /// Fewer points have so few pairs that sampling does not pay.
 const LEAST_POINTS: usize = 100;

@@ -1,5 +1,6 @@
 //! From the bytes of one message to numbers and strings.
 
+mod attitude;
 mod binary;
 mod can_frame;
 mod error;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::{
+    attitude::{given_attitude, gives_attitude},
     error::DecodeError,
     fields::Fields,
     layout::Layout,
@@ -307,21 +308,6 @@ fn stamp_ns(sec: f64, nanosec: f64) -> Option<i64> {
     let (sec, nanosec) = (sec as i64, nanosec as i64);
     let stamp_ns = sec.saturating_mul(1_000_000_000).saturating_add(nanosec);
     (stamp_ns != 0).then_some(stamp_ns)
-}
-
-/// By convention, a first covariance of -1 marks an IMU without attitude.
-pub(super) fn gives_attitude(covariance: f64) -> bool {
-    covariance != -1.0
-}
-
-#[inline]
-pub(super) fn given_attitude(quaternion: [f64; 4], is_given: bool) -> [f64; 4] {
-    // all zeros: never set by the driver
-    if is_given && quaternion != [0.0; 4] {
-        quaternion
-    } else {
-        [f64::NAN; 4]
-    }
 }
 
 /// The indices as a range, if they are consecutive.

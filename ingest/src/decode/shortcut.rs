@@ -1,8 +1,8 @@
 //! Copies the values of a sample from where they were in an earlier message.
 
 use super::{
+    attitude::{given_attitude, gives_attitude},
     places::{NumberPlace, Places},
-    sensor::{given_attitude, gives_attitude},
 };
 use crate::schema::NumberType;
 
