@@ -1,6 +1,6 @@
 //! The steps of a Kalman filter, kept for the backward pass of the smoother.
 
-use super::white_jerk::{ChannelState, Matrix, predicted, seconds, step};
+use super::white_jerk::{ChannelState, Matrix, predicted, seconds, step, symmetric};
 
 /// Samples after the last one wanted are of use until their effect on it falls below this share of its standard
 /// deviation: far less than rounding.
@@ -154,11 +154,10 @@ impl History {
                     .sum()
             })
         });
-        for i in 0..3 {
-            for j in 0..3 {
-                self.covariances[k][i][j] += (0..3).map(|m| change[i][m] * gain[j][m]).sum::<f64>();
-            }
-        }
+        let filtered = self.covariances[k];
+        self.covariances[k] = symmetric(|i, j| {
+            filtered[i][j] + (0..3).map(|m| change[i][m] * gain[j][m]).sum::<f64>()
+        });
     }
 }
 

@@ -10,7 +10,7 @@
 //! The covariance P depends only on the stamps, so all channels share it and the gains.
 
 use super::history::History;
-use super::white_jerk::{ChannelState, Matrix, predicted, seconds, smoother_gain, step};
+use super::white_jerk::{ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric};
 use crate::state::SampleError;
 
 /// Initial standard deviation of a channel's derivatives, as multiples of the process noise.
@@ -213,11 +213,8 @@ impl KalmanFilter {
         let row = self.state.covariance[MEASURED];
         let innovation_variance = row[MEASURED] + variance;
         let gain = row.map(|p| p / innovation_variance);
-        for i in 0..3 {
-            for j in 0..3 {
-                self.state.covariance[i][j] -= gain[i] * row[j];
-            }
-        }
+        let before = self.state.covariance;
+        self.state.covariance = symmetric(|i, j| before[i][j] - gain[i] * row[j]);
         for (jet, value) in self.state.jets.iter_mut().zip(values) {
             let innovation = value - jet[MEASURED];
             for i in 0..3 {
@@ -301,6 +298,27 @@ mod tests {
             filter.push(1, &[0.0, f64::INFINITY], None, Doubt::default()),
             Err(SampleError::NotFinite)
         );
+    }
+
+    /// The covariance after so many samples, which repeat every minute to the nanosecond.
+    fn covariance_after(minutes: i64) -> Matrix {
+        let mut filter = KalmanFilter::new(MODEL, 1, false);
+        for k in 0..minutes * 6000 {
+            let stamp = k * 10_000_000 + (k % 6000 * 7919 % 13) * 200_000;
+            filter.push(stamp, &[0.0], None, Doubt::default()).unwrap();
+        }
+        filter.state.covariance
+    }
+
+    #[test]
+    fn covariance_of_a_day_is_that_of_a_minute() {
+        let (minute, day) = (covariance_after(1), covariance_after(24 * 60));
+        for i in 0..3 {
+            for j in 0..3 {
+                let apart = day[i][j] / minute[i][j] - 1.0;
+                assert!(apart.abs() < 1e-12, "{i} {j}: {minute:?} {day:?}");
+            }
+        }
     }
 
     #[test]

@@ -6,6 +6,14 @@ pub(crate) type ChannelState = [f64; 3];
 /// Covariance of such a state, or a gain.
 pub(crate) type Matrix = [[f64; 3]; 3];
 
+/// The symmetric matrix with this upper triangle, rows and columns from zero. Rounding tears the two triangles of a
+/// recursively computed covariance apart, further and further: only one of them may be computed.
+pub(super) fn symmetric(upper: impl Fn(usize, usize) -> f64) -> Matrix {
+    let (m00, m01, m02) = (upper(0, 0), upper(0, 1), upper(0, 2));
+    let (m11, m12, m22) = (upper(1, 1), upper(1, 2), upper(2, 2));
+    [[m00, m01, m02], [m01, m11, m12], [m02, m12, m22]]
+}
+
 pub(super) fn seconds(ns: i64) -> f64 {
     ns as f64 * 1e-9
 }
@@ -37,13 +45,14 @@ pub(super) fn predicted(p: &Matrix, dt: f64, density: f64) -> Matrix {
         [q3 * dt / 8.0, q3 / 3.0, q2 / 2.0],
         [q3 / 6.0, q2 / 2.0, q1],
     ];
-    std::array::from_fn(|i| {
+    symmetric(|i, j| {
         let r = fp[i];
-        [
-            r[0] + d1 * r[1] + d2 * r[2] + q[i][0],
-            r[1] + d1 * r[2] + q[i][1],
-            r[2] + q[i][2],
-        ]
+        let across = match j {
+            0 => r[0] + d1 * r[1] + d2 * r[2],
+            1 => r[1] + d1 * r[2],
+            _ => r[2],
+        };
+        across + q[i][j]
     })
 }
 
