@@ -177,15 +177,14 @@ fn within(rows: EstimatedRows, options: &Options) -> EstimatedRows {
         options.to_s.unwrap_or(f64::INFINITY),
     );
     // times rise from row to row
-    let kept: Vec<bool> = (0..rows.len())
-        .map(|row| (from..=to).contains(&rows.seconds(row)))
-        .collect();
-    let first = kept.iter().position(|&kept| kept).unwrap_or(0);
-    let last = kept
-        .iter()
-        .rposition(|&kept| kept)
-        .map_or(first, |last| last + 1);
-    rows.cut(first..last)
+    let seconds = |time_ns: &i64| (time_ns - rows.times_ns[0]) as f64 * 1e-9;
+    let first = rows
+        .times_ns
+        .partition_point(|time_ns| seconds(time_ns) < from);
+    let last = rows
+        .times_ns
+        .partition_point(|time_ns| seconds(time_ns) <= to);
+    rows.cut(first..last.max(first))
 }
 
 /// The first posture in which the machine can stand: joint positions; NaN if there is none.

@@ -60,7 +60,7 @@ pub struct EstimatedRows {
 }
 
 /// What the machine does in a row.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Activity {
     pub(crate) has_velocity: bool,
     pub(crate) at_standstill: bool,
@@ -83,39 +83,35 @@ impl EstimatedRows {
         activity: impl Fn(&Machine, &State<f64>) -> Activity + Sync,
     ) -> Self {
         let unit = states.rows_at_once();
-        let firsts: Vec<usize> = (0..times_ns.len()).step_by(unit).collect();
-        let read = firsts.into_par_iter().map(|first| {
-            let rows = first..(first + unit).min(times_ns.len());
+        let mut reasons = vec![Reasons::NONE; times_ns.len()];
+        let mut activities = vec![Activity::default(); times_ns.len()];
+        let blocks = (reasons.par_chunks_mut(unit)).zip(activities.par_chunks_mut(unit));
+        let kept = blocks.enumerate().map(|(block, (reasons, activities))| {
+            let first = block * unit;
+            let rows = first..first + reasons.len();
             let block = states.read(rows.clone());
+            reasons.copy_from_slice(&block.reasons);
             let mut state = State::zero(machine);
-            let activities = (0..rows.len()).map(|row| {
+            for (row, of_row) in activities.iter_mut().enumerate() {
                 block.states.get(row, &mut state);
-                activity(machine, &state)
-            });
-            let activities: Vec<Activity> = activities.collect();
+                *of_row = activity(machine, &state);
+            }
             let place = |row: usize| kept.partition_point(|&kept| kept < row);
             let kept = kept[place(rows.start)..place(rows.end)].iter().map(|&row| {
                 block.states.get(row - first, &mut state);
                 (row, state.clone())
             });
-            let kept: Vec<(usize, State<f64>)> = kept.collect();
-            (block.reasons, activities, kept)
+            kept.collect()
         });
-        let read: Vec<_> = read.collect();
-        let mut found = Self {
-            reasons: Vec::with_capacity(times_ns.len()),
-            activities: Vec::with_capacity(times_ns.len()),
-            kept: BTreeMap::new(),
+        let kept: Vec<Vec<(usize, State<f64>)>> = kept.collect();
+        Self {
+            reasons,
+            activities,
+            kept: kept.into_iter().flatten().collect(),
             times_ns,
             states,
             first: 0,
-        };
-        for (reasons, activities, kept) in read {
-            found.reasons.extend(reasons);
-            found.activities.extend(activities);
-            found.kept.extend(kept);
         }
-        found
     }
 
     /// Number of rows.
@@ -155,9 +151,15 @@ impl EstimatedRows {
     #[must_use]
     pub(crate) fn cut(mut self, rows: Range<usize>) -> Self {
         self.first += rows.start;
-        self.times_ns = self.times_ns[rows.clone()].to_vec();
-        self.reasons = self.reasons[rows.clone()].to_vec();
-        self.activities = self.activities[rows].to_vec();
+        cut(&mut self.times_ns, &rows);
+        cut(&mut self.reasons, &rows);
+        cut(&mut self.activities, &rows);
         self
     }
+}
+
+/// Keeps some of the numbers of a column, in its memory: a long log has no room for a copy.
+fn cut<T>(column: &mut Vec<T>, rows: &Range<usize>) {
+    column.truncate(rows.end);
+    column.drain(..rows.start);
 }

@@ -84,12 +84,18 @@ fn quaternions(signal: &Signal) -> impl Iterator<Item = [f64; 4]> {
 }
 
 fn not_unit(signal: &Signal) -> Option<GrossInput> {
-    let lengths: Vec<f64> = quaternions(signal)
-        .map(|xyzw| xyzw.iter().map(|v| v * v).sum::<f64>().sqrt())
-        .filter(|length| length.is_finite() && *length > 0.0)
-        .collect();
-    let wrong = |length: &&f64| (*length - 1.0).abs() > LENGTH_TOLERANCE;
-    let share = lengths.iter().filter(wrong).count() as f64 / lengths.len() as f64;
+    let lengths = || {
+        quaternions(signal)
+            .map(|xyzw| xyzw.iter().map(|v| v * v).sum::<f64>().sqrt())
+            .filter(|length| length.is_finite() && *length > 0.0)
+    };
+    let (mut count, mut wrong) = (0_usize, 0_usize);
+    for length in lengths() {
+        count += 1;
+        wrong += usize::from((length - 1.0).abs() > LENGTH_TOLERANCE);
+    }
+    let share = wrong as f64 / count as f64;
+    // also where there is none
     if !(share > MOST_NOT_UNIT) {
         return None;
     }
@@ -101,8 +107,8 @@ fn not_unit(signal: &Signal) -> Option<GrossInput> {
         ),
         evidence: vec![format!(
             "Median length {} of {} quaternions, {} of them beyond 1 ± {LENGTH_TOLERANCE}",
-            short(median(lengths.iter().copied()).unwrap_or(f64::NAN)),
-            lengths.len(),
+            short(median(lengths()).unwrap_or(f64::NAN)),
+            count,
             percent(share)
         )],
         fix: "bind the quaternion in the order x, y, z, w, without a scale, or roll_pitch_yaw in radians".into(),

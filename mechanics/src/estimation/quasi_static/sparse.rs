@@ -1,5 +1,7 @@
 //! Whether a log is sparse.
 
+use std::borrow::Cow;
+
 use crate::estimation::smoother::SampleSource;
 use crate::machine::Machine;
 use crate::state::{Sensor, Sensors};
@@ -43,11 +45,7 @@ pub fn sparseness<S: SampleSource>(
     let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
     let needed = sources.iter().filter(|s| is_needed(sensors, s.sensor()));
     let found = needed.filter_map(|source| {
-        let mut stamps = source.stamps_ns().to_vec();
-        stamps.sort_unstable();
-        stamps.dedup();
-        let steps = stamps.windows(2).map(|p| p[1].saturating_sub(p[0]));
-        let mut steps: Vec<i64> = steps.collect();
+        let mut steps = steps_ns(source.stamps_ns());
         let gaps = steps.iter().filter(|&&step| step > max_gap_ns);
         let count = gaps.clone().count();
         let gaps_s: f64 = gaps.map(|&step| step as f64).sum();
@@ -64,6 +62,18 @@ pub fn sparseness<S: SampleSource>(
         })
     });
     found.collect()
+}
+
+/// Times between samples of different stamps (ns).
+fn steps_ns(stamps_ns: &[i64]) -> Vec<i64> {
+    let mut sorted = Cow::Borrowed(stamps_ns);
+    if !sorted.is_sorted() {
+        sorted.to_mut().sort_unstable();
+    }
+    let mut steps = Vec::with_capacity(sorted.len());
+    let apart = sorted.windows(2).map(|p| p[1].saturating_sub(p[0]));
+    steps.extend(apart.filter(|&step| step > 0));
+    steps
 }
 
 /// Whether every row needs a sensor.
