@@ -29,6 +29,7 @@ mod real_logs; // logs of real robots
 mod redaction; // secrets of URLs leave the programs by no door
 mod redundancy; // wrong sensors found by comparison with each other
 mod reference_posture; // utilisation does not depend on when a recording begins
+mod release_profile; // what the programs are built with
 mod second_paper; // results of the second paper, and the gain from cylinder pressures
 mod sparse; // static rows, and lifts that no row shows
 mod sparse_supports; // static rows of a machine whose supports come and go
