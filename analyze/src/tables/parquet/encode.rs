@@ -8,6 +8,7 @@ use parquet::file::properties::WriterPropertiesPtr;
 use parquet::file::writer::{SerializedPageWriter, TrackedWrite};
 use parquet::schema::types::ColumnDescPtr;
 
+use super::compress::{CompressingWriter, stated};
 use super::schema::{ELEMENT, EMPTY_LIST, MISSING_ELEMENT, VALUE};
 use crate::tables::series::{Known, Lists, Series, Texts};
 use crate::tables::values::Values;
@@ -22,10 +23,10 @@ pub(super) fn encode(
     values: &Values,
 ) -> Result<Chunk, ParquetError> {
     let mut pages = TrackedWrite::new(Vec::new());
-    let page_writer = Box::new(SerializedPageWriter::new(&mut pages));
-    let mut writer = get_column_writer(column, properties, page_writer);
+    let page_writer = CompressingWriter::new(SerializedPageWriter::new(&mut pages));
+    let mut writer = get_column_writer(column, properties, Box::new(page_writer));
     write(values, &mut writer)?;
-    let closed = writer.close()?;
+    let closed = stated(writer.close()?)?;
     Ok((pages.into_inner()?.into(), closed))
 }
 

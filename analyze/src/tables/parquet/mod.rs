@@ -1,5 +1,6 @@
 //! Tables as Parquet files, with units and provenance in the metadata of the file.
 
+mod compress;
 mod encode;
 mod read;
 mod schema;

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use parquet::basic::{Compression, Encoding, ZstdLevel};
+use parquet::basic::Encoding;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
@@ -23,8 +23,7 @@ use crate::tables::values::Values;
 
 /// Rows of a page, which is compressed as a whole.
 const ROWS_OF_PAGE: usize = 1 << 13;
-/// Rows of a row group: what is held before it is encoded, one column after the other on each core. A column that is
-/// being encoded holds the memory of a compressor, ten times as much as its page.
+/// Rows of a row group: what is held before it is encoded, one column after the other on each core.
 pub(super) const ROWS_OF_GROUP: usize = 2 * ROWS_OF_PAGE;
 
 /// The provenance as an entry of a table's metadata.
@@ -183,7 +182,6 @@ fn properties(like: &Table, more: &[(&str, String)]) -> Result<WriterProperties>
     let metadata = metadata.map(|(key, value)| KeyValue::new(key.into(), value));
     let mut properties = WriterProperties::builder()
         .set_created_by(concat!("tipwatch ", env!("CARGO_PKG_VERSION")).into())
-        .set_compression(Compression::ZSTD(ZstdLevel::try_new(1)?))
         .set_data_page_row_count_limit(ROWS_OF_PAGE)
         .set_data_page_size_limit(usize::MAX)
         .set_statistics_enabled(EnabledStatistics::Chunk)
