@@ -4,8 +4,10 @@ use std::ops::ControlFlow;
 
 use std::collections::BTreeSet;
 
-use tipwatch_analyze::base::options::{DerivedRows, Precision};
+use tipwatch_analyze::analysis::run::analyse;
+use tipwatch_analyze::base::options::{DerivedRows, Estimator, Options, Precision};
 use tipwatch_analyze::output::{self, OutputOptions};
+use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldPath, Fields, Layout, Log};
 use tipwatch_mechanics::Quantity;
 
@@ -87,6 +89,32 @@ fn derived_rows_equal_the_analysis_to_the_bit() {
     assert_eq!(attached("machine.urdf"), urdf);
     let report = std::fs::read(folder.path().join("report.html")).unwrap();
     assert!(attached("report.html") == report);
+}
+
+#[test]
+fn unknown_numbers_have_one_pattern_of_bits() {
+    let machine = MachineFile::read(&data("tiny_lift.toml")).unwrap();
+    let causal = Options {
+        estimator: Estimator::Causal,
+        ..Options::default()
+    };
+    let analysis = analyse(&data("tiny_lift.mcap"), &machine, causal, &mut |_| {}).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    output::write(&analysis, folder.path(), OutputOptions::default()).unwrap();
+    let derived = Log::open(&folder.path().join("derived.mcap")).unwrap();
+    let mut unknown = 0;
+    for name in ["/tipwatch/indicators", "/tipwatch/causes"] {
+        let topic = derived.topics().iter().find(|t| t.name == name).unwrap();
+        let lines = topic.definition.as_deref().unwrap().lines();
+        let fields = lines.filter_map(|line| line.strip_prefix("float32 ")?.split(' ').next());
+        for field in fields {
+            let numbers = numbers(&derived, name, field);
+            let not_known: Vec<_> = numbers.iter().filter(|number| number.is_nan()).collect();
+            unknown += not_known.len();
+            assert!(not_known.iter().all(|n| n.is_sign_positive()), "{field}");
+        }
+    }
+    assert!(unknown > 0);
 }
 
 #[test]

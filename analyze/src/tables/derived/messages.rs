@@ -42,10 +42,12 @@ impl Serialize for Flat<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut fields = serializer.serialize_tuple(1 + self.values.len())?;
         fields.serialize_element(&self.header)?;
-        for value in self.values {
+        for &value in self.values {
+            // The sign of a computed NaN depends on how the program was optimised.
+            let value = if value.is_nan() { f64::NAN } else { value };
             match self.precision {
-                Precision::Single => fields.serialize_element(&(*value as f32))?,
-                Precision::Double => fields.serialize_element(value)?,
+                Precision::Single => fields.serialize_element(&(value as f32))?,
+                Precision::Double => fields.serialize_element(&value)?,
             }
         }
         fields.end()
