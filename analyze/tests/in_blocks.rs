@@ -43,6 +43,20 @@ fn no_output_needs_the_whole_table() {
 }
 
 #[test]
+fn limits_that_are_not_numbers_leave_no_row() {
+    let file = MachineFile::read(&data("tip_over.toml")).unwrap();
+    for (from_s, to_s) in [(Some(f64::NAN), None), (None, Some(f64::NAN))] {
+        let options = Options {
+            from_s,
+            to_s,
+            ..Options::default()
+        };
+        let error = analyse(&data("tip_over.mcap"), &file, options, &mut |_| {}).unwrap_err();
+        assert!(error.to_string().contains("time range"), "{error}");
+    }
+}
+
+#[test]
 fn windows_and_blocks_have_the_bits_of_the_whole_table() {
     let file = MachineFile::read(&data("tip_over.toml")).unwrap();
     for rate_hz in [None, Some(730.0)] {

@@ -8,10 +8,9 @@
 //! The computable time lies between neighbouring rows that both have loads, without the holes of the
 //! signals that the loads need. The covered time is that of all messages of the log, of whichever topic.
 
-use std::borrow::Cow;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use tipwatch_mechanics::estimation::in_order;
 use tipwatch_mechanics::state::Sensor;
 
 use super::quasi_static::Exclusion;
@@ -154,10 +153,7 @@ fn holes(loaded: &LoadedLog) -> Vec<(i64, i64)> {
         .iter()
         .filter(|signal| is_needed(signal.sensor))
     {
-        let mut stamps = Cow::Borrowed(&signal.recording.stamps_ns);
-        if !stamps.is_sorted() {
-            stamps.to_mut().sort_unstable();
-        }
+        let stamps = in_order(&signal.recording.stamps_ns);
         let pairs = stamps.windows(2).map(|pair| (pair[0], pair[1]));
         holes.extend(pairs.filter(|(from, to)| to.saturating_sub(*from) > max_gap_ns));
     }

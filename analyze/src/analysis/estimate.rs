@@ -176,14 +176,10 @@ fn within(rows: EstimatedRows, options: &Options) -> EstimatedRows {
         options.from_s.unwrap_or(f64::NEG_INFINITY),
         options.to_s.unwrap_or(f64::INFINITY),
     );
-    // times rise from row to row
-    let seconds = |time_ns: &i64| (time_ns - rows.times_ns[0]) as f64 * 1e-9;
-    let first = rows
-        .times_ns
-        .partition_point(|time_ns| seconds(time_ns) < from);
-    let last = rows
-        .times_ns
-        .partition_point(|time_ns| seconds(time_ns) <= to);
+    // Times rise from row to row. A limit that is not a number leaves none.
+    let times = &rows.times_ns;
+    let first = times.partition_point(|&time_ns| !(rows.seconds_at(time_ns) >= from));
+    let last = times.partition_point(|&time_ns| rows.seconds_at(time_ns) <= to);
     rows.cut(first..last.max(first))
 }
 

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::fmt;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
 use tipwatch_mechanics::estimation::{BlockSmoother, ROWS_PER_BLOCK, SmoothedBlock};
@@ -13,6 +13,7 @@ use tipwatch_mechanics::{State, StateColumns};
 
 use super::kept_blocks::KeptBlocks;
 use crate::base::estimated::{EstimatedStates, StateSource};
+use crate::base::lock::lock;
 use crate::base::table::BLOCK_ROWS;
 use crate::load::SharedSignal;
 
@@ -50,11 +51,6 @@ impl fmt::Debug for SmoothedStates {
             .debug_struct("SmoothedStates")
             .finish_non_exhaustive()
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // no code panics while holding one
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl SmoothedStates {

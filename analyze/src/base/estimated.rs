@@ -135,7 +135,12 @@ impl EstimatedRows {
     /// Time of a row (s) after the first one.
     #[must_use]
     pub fn seconds(&self, row: usize) -> f64 {
-        (self.times_ns[row] - self.times_ns[0]) as f64 * 1e-9
+        self.seconds_at(self.times_ns[row])
+    }
+
+    /// A time (ns) on the clock of the stamps, in seconds after the first row.
+    pub(crate) fn seconds_at(&self, time_ns: i64) -> f64 {
+        (time_ns - self.times_ns[0]) as f64 * 1e-9
     }
 
     /// Reads the state of a row.

@@ -7,6 +7,7 @@ pub(crate) mod fetched;
 pub mod file_hash;
 pub(crate) mod files;
 mod in_order;
+pub(crate) mod lock;
 pub(crate) mod memory;
 pub(crate) mod number;
 pub mod options;

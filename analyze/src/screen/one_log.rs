@@ -4,7 +4,7 @@ use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use anyhow::{Context, Result};
 use tipwatch_binding::MachineFile;
@@ -23,6 +23,7 @@ use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, analyse_into};
 use crate::base::error_text::{error_text, without_path};
 use crate::base::file_hash::FileHash;
+use crate::base::lock::lock;
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
 use crate::report::{self, LateSketch, PlotLibrary, Sketch};
@@ -58,11 +59,6 @@ impl CurrentRun {
     fn lock_of(&self, log_id: &str) -> Arc<Mutex<()>> {
         Arc::clone(lock(&self.locks).entry(log_id.to_owned()).or_default())
     }
-}
-
-/// A panic leaves no partial change behind these locks.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A log's record, and whether it is from an earlier run.

@@ -5,6 +5,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result};
 
+use crate::base::lock::lock;
 use crate::base::memory;
 
 /// Memory of an analysis regardless of the size of the log (bytes).
@@ -83,8 +84,7 @@ fn own_thread() -> Result<rayon::ThreadPool> {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Queue> {
-        // no code panics while holding it
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.queue)
     }
 
     fn work_off(&self, work: &impl Fn(&Path) -> Result<()>) {

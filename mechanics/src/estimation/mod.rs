@@ -26,5 +26,5 @@ pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
 pub use rows::{Estimate, RowClock};
 pub use smoother::{
     BlockSmoother, BlockWorker, Pass, ROWS_PER_BLOCK, SampleSource, SensorSamples, SmoothedBlock,
-    SmoothedRows, smooth,
+    SmoothedRows, in_order, smooth,
 };

@@ -1,8 +1,6 @@
 //! Whether a log is sparse.
 
-use std::borrow::Cow;
-
-use crate::estimation::smoother::SampleSource;
+use crate::estimation::smoother::{SampleSource, in_order};
 use crate::machine::Machine;
 use crate::state::{Sensor, Sensors};
 
@@ -66,10 +64,7 @@ pub fn sparseness<S: SampleSource>(
 
 /// Times between samples of different stamps (ns).
 fn steps_ns(stamps_ns: &[i64]) -> Vec<i64> {
-    let mut sorted = Cow::Borrowed(stamps_ns);
-    if !sorted.is_sorted() {
-        sorted.to_mut().sort_unstable();
-    }
+    let sorted = in_order(stamps_ns);
     let mut steps = Vec::with_capacity(sorted.len());
     let apart = sorted.windows(2).map(|p| p[1].saturating_sub(p[0]));
     steps.extend(apart.filter(|&step| step > 0));
