@@ -3,7 +3,7 @@
 use tipwatch_storage::{Access, Error, ErrorKind, Folder, Location, Put, connect, expand};
 
 use crate::server::{Fault, SECRET, Server};
-use crate::support::{access, folder, serve};
+use crate::support::{access, errors_of, folder, serve};
 
 /// What every folder does.
 pub(crate) fn keeps_its_contract(folder: &Folder) {
@@ -156,12 +156,12 @@ fn faults_that_stay_are_typed_errors_without_secrets() {
     let all = |fault: Fault| -> Error {
         server.heal();
         server.inject(99, |_| true, fault);
-        let errors = [
-            folder.get("a").unwrap_err(),
-            folder.list("**").unwrap_err(),
-            folder.put("b", b"x").unwrap_err(),
-            folder.put_if_absent("b", b"x").unwrap_err(),
-        ];
+        let errors = errors_of([
+            &|| folder.get("a").err(),
+            &|| folder.list("**").err(),
+            &|| folder.put("b", b"x").err(),
+            &|| folder.put_if_absent("b", b"x").err(),
+        ]);
         for error in &errors {
             assert_eq!(error.kind, errors[0].kind, "{error}");
             let text = format!("{error} {error:?}");

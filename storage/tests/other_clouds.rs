@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use tipwatch_storage::{Access, Error, ErrorKind, Folder, Location, Object, Put, connect, expand};
+use tipwatch_storage::{Access, ErrorKind, Folder, Location, Object, Put, connect, expand};
 
 use crate::clouds::{Cloud, Fault, Request, SECRET};
 use crate::folders::keeps_its_contract;
-use crate::support::{content, folder, open, read};
+use crate::support::{content, errors_of, folder, open, read};
 
 /// Both, with a bucket of this name each.
 fn both(name: &str) -> [Cloud; 2] {
@@ -209,13 +209,13 @@ fn faults_that_stay_are_typed_errors_without_secrets() {
             cloud.server.heal();
             cloud.server.inject(99, |_| true, fault);
             let place = Location::parse(&cloud.at("a")).unwrap();
-            let errors: [Error; 5] = [
-                there.get("a").unwrap_err(),
-                there.list("**").unwrap_err(),
-                there.put("b", b"x").unwrap_err(),
-                there.put_if_absent("b", b"x").unwrap_err(),
-                Object::open(&place).unwrap_err(),
-            ];
+            let errors = errors_of([
+                &|| there.get("a").err(),
+                &|| there.list("**").err(),
+                &|| there.put("b", b"x").err(),
+                &|| there.put_if_absent("b", b"x").err(),
+                &|| Object::open(&place).err(),
+            ]);
             for error in &errors {
                 assert_eq!(error.kind, errors[0].kind, "{error}");
                 let text = format!("{error} {error:?}");

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use tipwatch_storage::{Access, Folder, Location, Object, connect};
+use tipwatch_storage::{Access, Error, Folder, Location, Object, connect};
 
 use crate::server::Server;
 
@@ -26,6 +26,16 @@ pub(crate) fn access(server: &Server) -> Access {
 
 pub(crate) fn folder(place: &str) -> Folder {
     Folder::open(&Location::parse(place).unwrap()).unwrap()
+}
+
+/// Calls that fail, all at once: each waits for its own attempts.
+pub(crate) fn errors_of<const N: usize>(
+    calls: [&(dyn Fn() -> Option<Error> + Sync); N],
+) -> [Error; N] {
+    std::thread::scope(|scope| {
+        let running = calls.map(|call| scope.spawn(call));
+        running.map(|call| call.join().unwrap().unwrap())
+    })
 }
 
 /// Bytes that differ from place to place.

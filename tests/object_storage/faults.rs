@@ -12,7 +12,7 @@ use super::server::{Fault, Seen};
 use super::{messages, open, serve, serve_within, upload};
 
 /// Long enough for an answer, short enough to wait for none.
-const SHORT: Duration = Duration::from_secs(6);
+const SHORT: Duration = Duration::from_secs(3);
 
 fn is_range(seen: &Seen) -> bool {
     // not the suffix read of the opening
