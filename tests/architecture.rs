@@ -23,7 +23,7 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 13] = [
+const RULES: [Rule; 14] = [
     Rule {
         folder: "allocator",
         crates: &[],
@@ -217,6 +217,11 @@ const RULES: [Rule; 13] = [
             "identify",
             "screen",
         ],
+    },
+    Rule {
+        folder: "benchmarks",
+        crates: &[],
+        floors: &["processors", "figure", "table", "attempts"],
     },
 ];
 

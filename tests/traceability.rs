@@ -24,7 +24,7 @@ use tags::{Tag, tags};
 const MATRIX: &str = "book/src/reference/traceability.md";
 
 /// Folders with tests.
-const SOURCES: [&str; 15] = [
+const SOURCES: [&str; 16] = [
     "analyze",
     "binding",
     "can",
@@ -40,6 +40,7 @@ const SOURCES: [&str; 15] = [
     "python/src",
     "python/tests",
     "packaging",
+    "benchmarks",
 ];
 
 /// The repository.

@@ -151,6 +151,7 @@ fn tree() -> String {
         "analyze",
         "live",
         "packaging",
+        "benchmarks",
     ] {
         let source = root().join(name).join("src");
         let Some(purpose) = first_sentence(&source.join("lib.rs")) else {

@@ -86,6 +86,7 @@ fn the_summary_lists_every_page_once() {
 fn files_that_the_documents_name_exist() {
     let roots = [
         "analyze",
+        "benchmarks",
         "binding",
         "book",
         "datasheet",

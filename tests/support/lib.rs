@@ -1,6 +1,5 @@
 //! Shared by the tests: fixtures, their ground truth, and analyses of them.
 
-pub mod by_release;
 #[cfg(doctest)]
 mod documents;
 mod edited_log;

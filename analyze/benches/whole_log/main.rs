@@ -8,7 +8,7 @@
 //! 2. One log of the simulator beside the Python peer, which computes the loads alone: where `../shared` is there and
 //!    the interpreter `TIPWATCH_PYTHON` (default `python3`) has what the peer needs.
 //!
-//! The lines that begin with `figure` are read by the table of releases (`tipwatch-tests`, bench `by_release`).
+//! The lines that begin with `figure` are read by the table of releases (`tipwatch-benchmarks`, bench `by_release`).
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints its result")]
 

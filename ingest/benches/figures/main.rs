@@ -14,7 +14,7 @@
 //! among images on other topics, in chunks of their own and in chunks with the joint states.
 //!
 //! `-- --short` reads a million joint states with lz4 and zstd alone. The lines that begin with `figure` are read by the
-//! table of releases (`tipwatch-tests`, bench `by_release`).
+//! table of releases (`tipwatch-benchmarks`, bench `by_release`).
 //!
 //! The Python readers (`mcap`, `rosbags`) take part if the interpreter `PYTHON` (default `python3`)
 //! has them; they read only the first messages, and their rates are compared.

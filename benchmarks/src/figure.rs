@@ -66,14 +66,27 @@ pub const FIGURES: [Figure; 9] = [
 pub struct Measured(Vec<(String, f64)>);
 
 impl Measured {
-    /// Takes a line of a benchmark's output; other lines than `figure NAME RATIO` are passed over.
+    /// Takes a line of a benchmark's output; other lines than `figure NAME RATIO` are passed over, and a ratio that is not
+    /// finite is not measured.
     pub fn take(&mut self, line: &str) {
         let mut words = line.split_whitespace();
         if words.next() != Some("figure") {
             return;
         }
-        if let (Some(name), Some(Ok(ratio))) = (words.next(), words.next().map(str::parse)) {
+        let (name, ratio) = (words.next(), words.next());
+        let ratio = ratio.and_then(|ratio| ratio.parse().ok());
+        if let (Some(name), Some(ratio)) = (name, ratio.filter(|ratio: &f64| ratio.is_finite())) {
             self.0.push((name.to_string(), ratio));
+        }
+    }
+
+    /// Keeps the larger ratio of each figure.
+    pub fn keep_larger(&mut self, other: &Self) {
+        for (name, ratio) in &other.0 {
+            match self.0.iter_mut().find(|(known, _)| known == name) {
+                Some((_, best)) => *best = best.max(*ratio),
+                None => self.0.push((name.clone(), *ratio)),
+            }
         }
     }
 
