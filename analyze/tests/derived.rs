@@ -99,22 +99,32 @@ fn unknown_numbers_have_one_pattern_of_bits() {
         ..Options::default()
     };
     let analysis = analyse(&data("tiny_lift.mcap"), &machine, causal, &mut |_| {}).unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    output::write(&analysis, folder.path(), OutputOptions::default()).unwrap();
-    let derived = Log::open(&folder.path().join("derived.mcap")).unwrap();
-    let mut unknown = 0;
-    for name in ["/tipwatch/indicators", "/tipwatch/causes"] {
-        let topic = derived.topics().iter().find(|t| t.name == name).unwrap();
-        let lines = topic.definition.as_deref().unwrap().lines();
-        let fields = lines.filter_map(|line| line.strip_prefix("float32 ")?.split(' ').next());
-        for field in fields {
-            let numbers = numbers(&derived, name, field);
-            let not_known: Vec<_> = numbers.iter().filter(|number| number.is_nan()).collect();
-            unknown += not_known.len();
-            assert!(not_known.iter().all(|n| n.is_sign_positive()), "{field}");
+    for (precision, field_type) in [
+        (Precision::Single, "float32 "),
+        (Precision::Double, "float64 "),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let options = OutputOptions {
+            precision,
+            ..OutputOptions::default()
+        };
+        output::write(&analysis, folder.path(), options).unwrap();
+        let derived = Log::open(&folder.path().join("derived.mcap")).unwrap();
+        let mut unknown = 0;
+        for name in ["/tipwatch/indicators", "/tipwatch/causes"] {
+            let topic = derived.topics().iter().find(|t| t.name == name).unwrap();
+            let lines = topic.definition.as_deref().unwrap().lines();
+            let fields = lines.filter_map(|line| line.strip_prefix(field_type)?.split(' ').next());
+            for field in fields {
+                let numbers = numbers(&derived, name, field);
+                for number in numbers.iter().filter(|number| number.is_nan()) {
+                    unknown += 1;
+                    assert_eq!(number.to_bits(), f64::NAN.to_bits(), "{field}");
+                }
+            }
         }
+        assert!(unknown > 0, "{precision:?}");
     }
-    assert!(unknown > 0);
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! All benchmarks with a peer in one run, and the table of their ratios by release.
 //!
-//! `cargo bench -p tipwatch-benchmarks --bench by_release -- [--short] [--check] [--record RELEASE]` runs the benchmarks
+//! `cargo bench -p tipwatch-benchmarks --bench by_release -- [--short] [--check | --record RELEASE]` runs the benchmarks
 //! of the other crates and reads the lines `figure NAME RATIO` that they print: how many times as fast as the peer, or
-//! which share of a bare limit. Program and peer run in turns on the same input, so the ratio hardly depends on the
-//! computer and on what else it does.
+//! which share of a bare limit. Program and peer run in turns on the same input, so a ratio depends less on the computer
+//! than a time does; other work on it still lowers most of them.
 //!
 //! `--check` compares with the last release, in as many attempts as it needs ([`Attempts`]). Exit codes: 0 no ratio fell
-//! by a third, 1 one did, 3 one did while others used the processors. `--record RELEASE` writes the column of that
+//! by a third, 1 one did, 3 one did where the processors were not free. `--record RELEASE` writes the column of that
 //! release into `book/src/benchmarks-by-release.md`.
 
 #![allow(
@@ -24,13 +24,18 @@ use tipwatch_benchmarks::{Attempts, FIGURES, Judgement, Measured, Processors, Ta
 /// Bench targets with a peer, in the order in which they run.
 const BENCHES: [&str; 3] = ["figures", "evaluate", "whole_log"];
 const PAGE: &str = "book/src/benchmarks-by-release.md";
-/// Exit code where others used the processors.
+/// Exit code where the processors were not free.
 const UNDECIDED: u8 = 3;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().collect();
     let has = |name: &str| arguments.iter().any(|argument| argument == name);
-    let release = arguments.iter().position(|argument| argument == "--record");
+    let record = arguments.iter().position(|argument| argument == "--record");
+    let release = record.map(|at| arguments.get(at + 1).expect("--record RELEASE"));
+    assert!(
+        !(has("--check") && release.is_some()),
+        "expected --check or --record, found both"
+    );
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let page = root.join(PAGE);
     let text = std::fs::read_to_string(&page).expect("the page of the book");
@@ -43,8 +48,7 @@ fn main() -> ExitCode {
     }
     let measured = measure(&root, is_short);
     println!("\n{}", measured.text());
-    if let Some(at) = release {
-        let release = arguments.get(at + 1).expect("--record RELEASE");
+    if let Some(release) = release {
         table.record(release, &measured);
         std::fs::write(&page, table.written_into(&text)).expect("the page is written");
     }
@@ -69,7 +73,7 @@ fn check(table: &Table, measure: impl Fn() -> Measured) -> ExitCode {
                 return ExitCode::FAILURE;
             }
             Judgement::Undecided(fell) => {
-                tell("others use the processors, so nothing is known", &fell);
+                tell("the processors were not free, so nothing is known", &fell);
                 return ExitCode::from(UNDECIDED);
             }
         }
@@ -113,7 +117,7 @@ fn measure(root: &Path, is_short: bool) -> Measured {
     for line in output.lines() {
         let line = line.expect("text");
         println!("{line}");
-        measured.take(&line);
+        measured.take(&line).expect("a ratio");
     }
     let status = child.wait().expect("cargo ends");
     assert!(status.success(), "a benchmark failed: {status}");

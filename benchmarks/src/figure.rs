@@ -66,18 +66,20 @@ pub const FIGURES: [Figure; 9] = [
 pub struct Measured(Vec<(String, f64)>);
 
 impl Measured {
-    /// Takes a line of a benchmark's output; other lines than `figure NAME RATIO` are passed over, and a ratio that is not
-    /// finite is not measured.
-    pub fn take(&mut self, line: &str) {
-        let mut words = line.split_whitespace();
-        if words.next() != Some("figure") {
-            return;
-        }
-        let (name, ratio) = (words.next(), words.next());
-        let ratio = ratio.and_then(|ratio| ratio.parse().ok());
-        if let (Some(name), Some(ratio)) = (name, ratio.filter(|ratio: &f64| ratio.is_finite())) {
-            self.0.push((name.to_string(), ratio));
-        }
+    /// Takes a line of a benchmark's output; other lines than `figure NAME RATIO` are passed over.
+    ///
+    /// # Errors
+    /// The ratio is not a finite number.
+    pub fn take(&mut self, line: &str) -> Result<(), String> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let ["figure", name, ratio] = words[..] else {
+            return Ok(());
+        };
+        let number = ratio.parse().ok().filter(|ratio: &f64| ratio.is_finite());
+        let number =
+            number.ok_or_else(|| format!("{name}: expected a finite ratio, found {ratio}"))?;
+        self.0.push((name.to_string(), number));
+        Ok(())
     }
 
     /// Keeps the larger ratio of each figure.
@@ -116,4 +118,31 @@ impl Measured {
 pub(crate) fn rounded(ratio: f64) -> String {
     let digits = 2 - ratio.abs().log10().floor() as i32;
     format!("{ratio:.*}", digits.clamp(0, 6) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ratio_that_is_no_number_is_an_error() {
+        let mut measured = Measured::default();
+        measured.take("figure a 2.5").unwrap();
+        measured.take("a figure of the report").unwrap();
+        assert_eq!(measured.get("a"), Some(2.5));
+        for ratio in ["NaN", "inf", "fast"] {
+            let error = measured.take(&format!("figure b {ratio}")).unwrap_err();
+            assert_eq!(error, format!("b: expected a finite ratio, found {ratio}"));
+        }
+    }
+
+    #[test]
+    fn the_larger_ratio_is_kept() {
+        let (mut best, mut second) = (Measured::default(), Measured::default());
+        best.take("figure a 2.5").unwrap();
+        second.take("figure a 2.0").unwrap();
+        second.take("figure b 1.0").unwrap();
+        best.keep_larger(&second);
+        assert_eq!([best.get("a"), best.get("b")], [Some(2.5), Some(1.0)]);
+    }
 }

@@ -20,8 +20,8 @@ pub struct Processors {
 }
 
 impl Processors {
-    /// The share of them that is free now, from 0 to 1: the work of one thread for each, of what as many threads would do
-    /// if each had a processor of its own.
+    /// Share of the processors that is free now, from 0 to 1: the work of one thread per processor, relative to that of a
+    /// thread alone times their number. It is also lower where processors slow down when all of them work.
     ///
     /// Every step waits for the last one, so two threads that share a core do not slow each other down.
     pub fn free_share(&mut self) -> f64 {
@@ -29,13 +29,20 @@ impl Processors {
             self.alone = self.alone.max(work_a_second());
         }
         let count = thread::available_parallelism().map_or(1, NonZero::get);
-        let together: f64 = thread::scope(|scope| {
+        let together: Vec<f64> = thread::scope(|scope| {
             let threads: Vec<_> = (0..count).map(|_| scope.spawn(work_a_second)).collect();
             let done = threads.into_iter().map(ScopedJoinHandle::join);
-            done.map(|work| work.expect("work does not panic")).sum()
+            done.map(|work| work.expect("work does not panic"))
+                .collect()
         });
-        (together / (self.alone * count as f64)).min(1.0)
+        share(self.alone, &together)
     }
+}
+
+/// The work of several threads, relative to that of as many that each do what one does alone.
+fn share(alone: f64, together: &[f64]) -> f64 {
+    let expected = alone * together.len() as f64;
+    (together.iter().sum::<f64>() / expected).min(1.0)
 }
 
 /// Rounds of work that this thread does a second.
@@ -56,30 +63,20 @@ fn work_a_second() -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::{AtomicBool, Ordering};
-
     use super::*;
 
     #[test]
-    fn busy_processors_are_not_free() {
-        let mut processors = Processors::default();
-        let before = processors.free_share();
-        assert!(0.0 < before && before <= 1.0, "{before}");
-        let count = thread::available_parallelism().map_or(1, NonZero::get);
-        let done = AtomicBool::new(false);
-        let busy = thread::scope(|scope| {
-            for _ in 0..3 * count {
-                scope.spawn(|| {
-                    while !done.load(Ordering::Relaxed) {
-                        black_box(1);
-                    }
-                });
-            }
-            let busy = processors.free_share();
-            done.store(true, Ordering::Relaxed);
-            busy
-        });
-        // a quarter, if nothing else ran before
-        assert!(busy < 0.8, "{busy}");
+    fn threads_that_do_what_one_does_alone_have_free_processors() {
+        assert_eq!(share(8.0, &[8.0, 8.0]), 1.0);
+        assert_eq!(share(8.0, &[8.0, 0.0]), 0.5);
+        assert_eq!(share(8.0, &[2.0, 2.0, 2.0, 2.0]), 0.25);
+        // others disturbed the thread alone
+        assert_eq!(share(4.0, &[8.0, 8.0]), 1.0);
+    }
+
+    #[test]
+    fn some_of_the_processors_is_free() {
+        let found = Processors::default().free_share();
+        assert!(0.0 < found && found <= 1.0, "{found}");
     }
 }

@@ -135,7 +135,7 @@ mod tests {
 
     fn measured(name: &str, ratio: f64) -> Measured {
         let mut measured = Measured::default();
-        measured.take(&format!("figure {name} {ratio}"));
+        measured.take(&format!("figure {name} {ratio}")).unwrap();
         measured
     }
 

@@ -10,7 +10,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use tipwatch_mechanics::estimation::in_order;
+use tipwatch_mechanics::estimation::sorted_stamps;
 use tipwatch_mechanics::state::Sensor;
 
 use super::quasi_static::Exclusion;
@@ -153,7 +153,7 @@ fn holes(loaded: &LoadedLog) -> Vec<(i64, i64)> {
         .iter()
         .filter(|signal| is_needed(signal.sensor))
     {
-        let stamps = in_order(&signal.recording.stamps_ns);
+        let stamps = sorted_stamps(&signal.recording.stamps_ns);
         let pairs = stamps.windows(2).map(|pair| (pair[0], pair[1]));
         holes.extend(pairs.filter(|(from, to)| to.saturating_sub(*from) > max_gap_ns));
     }

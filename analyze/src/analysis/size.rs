@@ -1,6 +1,9 @@
 //! Refuses an analysis whose rows would not fit into memory, before the first of them is computed.
 
+use std::borrow::Cow;
+
 use anyhow::{Result, bail};
+use tipwatch_mechanics::estimation::sorted_stamps;
 use tipwatch_mechanics::state::Sensor;
 use tipwatch_mechanics::{OutcomeColumns, Scope, State};
 
@@ -46,11 +49,11 @@ pub(super) fn check(
 }
 
 /// The sorted stamps of the joint states that define the rows.
-fn stamps(loaded: &LoadedLog) -> Vec<i64> {
+fn stamps(loaded: &LoadedLog) -> Cow<'_, [i64]> {
     let rows = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Joints(0));
-    let mut stamps = rows.map_or(Vec::new(), |signal| signal.recording.stamps_ns.clone());
-    stamps.sort_unstable();
-    stamps
+    rows.map_or(Cow::default(), |signal| {
+        sorted_stamps(&signal.recording.stamps_ns)
+    })
 }
 
 fn check_rows(

@@ -18,6 +18,7 @@ pub mod plausibility;
 pub mod quasi_static;
 mod rows;
 mod smoother;
+mod sorted_stamps;
 mod state_builder;
 mod white_jerk;
 
@@ -26,5 +27,6 @@ pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
 pub use rows::{Estimate, RowClock};
 pub use smoother::{
     BlockSmoother, BlockWorker, Pass, ROWS_PER_BLOCK, SampleSource, SensorSamples, SmoothedBlock,
-    SmoothedRows, in_order, smooth,
+    SmoothedRows, smooth,
 };
+pub use sorted_stamps::sorted_stamps;

@@ -95,7 +95,7 @@ fn not_unit(signal: &Signal) -> Option<GrossInput> {
         wrong += usize::from((length - 1.0).abs() > LENGTH_TOLERANCE);
     }
     let share = wrong as f64 / count as f64;
-    // also where there is none
+    // NaN, where no quaternion has a length, is no finding either
     if !(share > MOST_NOT_UNIT) {
         return None;
     }

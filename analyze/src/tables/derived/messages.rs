@@ -43,11 +43,17 @@ impl Serialize for Flat<'_> {
         let mut fields = serializer.serialize_tuple(1 + self.values.len())?;
         fields.serialize_element(&self.header)?;
         for &value in self.values {
-            // The sign of a computed NaN depends on how the program was optimised.
-            let value = if value.is_nan() { f64::NAN } else { value };
+            // The bits of a computed or rounded NaN depend on how the program was optimised.
+            let is_known = !value.is_nan();
             match self.precision {
-                Precision::Single => fields.serialize_element(&(value as f32))?,
-                Precision::Double => fields.serialize_element(&value)?,
+                Precision::Single => {
+                    let value = if is_known { value as f32 } else { f32::NAN };
+                    fields.serialize_element(&value)?;
+                }
+                Precision::Double => {
+                    let value = if is_known { value } else { f64::NAN };
+                    fields.serialize_element(&value)?;
+                }
             }
         }
         fields.end()

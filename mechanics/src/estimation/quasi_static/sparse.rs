@@ -1,6 +1,7 @@
 //! Whether a log is sparse.
 
-use crate::estimation::smoother::{SampleSource, in_order};
+use crate::estimation::smoother::SampleSource;
+use crate::estimation::sorted_stamps::sorted_stamps;
 use crate::machine::Machine;
 use crate::state::{Sensor, Sensors};
 
@@ -64,7 +65,7 @@ pub fn sparseness<S: SampleSource>(
 
 /// Times between samples of different stamps (ns).
 fn steps_ns(stamps_ns: &[i64]) -> Vec<i64> {
-    let sorted = in_order(stamps_ns);
+    let sorted = sorted_stamps(stamps_ns);
     let mut steps = Vec::with_capacity(sorted.len());
     let apart = sorted.windows(2).map(|p| p[1].saturating_sub(p[0]));
     steps.extend(apart.filter(|&step| step > 0));

@@ -19,5 +19,5 @@ mod whole;
 pub use block::{BlockSmoother, BlockWorker, ROWS_PER_BLOCK, SmoothedBlock};
 pub use pass::Pass;
 pub(super) use sorted_samples::{Chunk, SortedSamples};
-pub use source::{SampleSource, SensorSamples, in_order};
+pub use source::{SampleSource, SensorSamples};
 pub use whole::{SmoothedRows, smooth};

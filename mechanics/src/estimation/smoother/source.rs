@@ -1,6 +1,5 @@
 //! Where the smoother reads samples from.
 
-use std::borrow::Cow;
 use std::convert::Infallible;
 use std::ops::Range;
 
@@ -23,16 +22,6 @@ pub trait SampleSource: Sync {
     /// # Errors
     /// The samples cannot be read.
     fn read(&self, samples: Range<usize>, values: &mut [f64]) -> Result<(), Self::Error>;
-}
-
-/// Stamps (ns) that rise or stay equal; copied only if they did not.
-#[must_use]
-pub fn in_order(stamps_ns: &[i64]) -> Cow<'_, [i64]> {
-    let mut sorted = Cow::Borrowed(stamps_ns);
-    if !sorted.is_sorted() {
-        sorted.to_mut().sort_unstable();
-    }
-    sorted
 }
 
 /// All samples of one sensor, in memory.
