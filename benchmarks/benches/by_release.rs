@@ -41,10 +41,8 @@ fn main() -> ExitCode {
     let text = std::fs::read_to_string(&page).expect("the page of the book");
     let mut table = Table::read(&text).expect("the table of releases");
     let is_short = has("--short");
-    // before the processors are looked at, which it would use
-    build(&root);
     if has("--check") {
-        return check(&table, || measure(&root, is_short));
+        return check(&table, &root, is_short);
     }
     let measured = measure(&root, is_short);
     println!("\n{}", measured.text());
@@ -56,11 +54,13 @@ fn main() -> ExitCode {
 }
 
 /// Measures until it is known whether a ratio fell.
-fn check(table: &Table, measure: impl Fn() -> Measured) -> ExitCode {
+fn check(table: &Table, root: &Path, is_short: bool) -> ExitCode {
+    // a build would use the processors that are looked at
+    build(root);
     let (mut processors, mut attempts) = (Processors::default(), Attempts::default());
     loop {
         let free_before = processors.free_share();
-        let measured = measure();
+        let measured = measure(root, is_short);
         let free_share = processors.free_share().min(free_before);
         attempts.add(&measured, free_share);
         println!("\n{}", attempts.best().text());

@@ -68,18 +68,13 @@ impl Attempts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::FIGURES;
+    use crate::figure::{FIGURES, measured};
 
-    fn measured(ratio: f64) -> Measured {
-        let mut measured = Measured::default();
-        let line = format!("figure {} {ratio}", FIGURES[0].name);
-        measured.take(&line).unwrap();
-        measured
-    }
+    const NAME: &str = FIGURES[0].name;
 
     fn last_release() -> Table {
         let mut table = Table::default();
-        table.record("0.1.0", &measured(6.0));
+        table.record("0.1.0", &measured(NAME, 6.0));
         table
     }
 
@@ -87,7 +82,7 @@ mod tests {
     fn judged(attempts: &[(f64, f64)]) -> Vec<Judgement> {
         let (table, mut so_far) = (last_release(), Attempts::default());
         let judge = |&(ratio, free_share): &(f64, f64)| {
-            so_far.add(&measured(ratio), free_share);
+            so_far.add(&measured(NAME, ratio), free_share);
             so_far.judge(&table)
         };
         attempts.iter().map(judge).collect()

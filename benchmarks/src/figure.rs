@@ -120,6 +120,12 @@ pub(crate) fn rounded(ratio: f64) -> String {
     format!("{ratio:.*}", digits.clamp(0, 6) as usize)
 }
 
+/// One figure, for tests.
+#[cfg(test)]
+pub(crate) fn measured(name: &str, ratio: f64) -> Measured {
+    Measured(vec![(name.to_string(), ratio)])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,11 +144,9 @@ mod tests {
 
     #[test]
     fn the_larger_ratio_is_kept() {
-        let (mut best, mut second) = (Measured::default(), Measured::default());
-        best.take("figure a 2.5").unwrap();
-        second.take("figure a 2.0").unwrap();
-        second.take("figure b 1.0").unwrap();
-        best.keep_larger(&second);
+        let mut best = measured("a", 2.5);
+        best.keep_larger(&measured("a", 2.0));
+        best.keep_larger(&measured("b", 1.0));
         assert_eq!([best.get("a"), best.get("b")], [Some(2.5), Some(1.0)]);
     }
 }

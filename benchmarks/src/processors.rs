@@ -1,7 +1,6 @@
 //! How much of the computer's processors a measurement gets.
 
 use std::hint::black_box;
-use std::num::NonZero;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
@@ -28,7 +27,7 @@ impl Processors {
         for _ in 0..WATCHED_ALONE {
             self.alone = self.alone.max(work_a_second());
         }
-        let count = thread::available_parallelism().map_or(1, NonZero::get);
+        let count = thread::available_parallelism().map_or(1, usize::from);
         let together: Vec<f64> = thread::scope(|scope| {
             let threads: Vec<_> = (0..count).map(|_| scope.spawn(work_a_second)).collect();
             let done = threads.into_iter().map(ScopedJoinHandle::join);

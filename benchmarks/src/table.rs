@@ -132,12 +132,7 @@ fn row(head: &str, cells: impl Iterator<Item = String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn measured(name: &str, ratio: f64) -> Measured {
-        let mut measured = Measured::default();
-        measured.take(&format!("figure {name} {ratio}")).unwrap();
-        measured
-    }
+    use crate::figure::measured;
 
     #[test]
     fn a_recorded_release_is_read_back() {

@@ -44,16 +44,11 @@ impl Serialize for Flat<'_> {
         fields.serialize_element(&self.header)?;
         for &value in self.values {
             // The bits of a computed or rounded NaN depend on how the program was optimised.
-            let is_known = !value.is_nan();
-            match self.precision {
-                Precision::Single => {
-                    let value = if is_known { value as f32 } else { f32::NAN };
-                    fields.serialize_element(&value)?;
-                }
-                Precision::Double => {
-                    let value = if is_known { value } else { f64::NAN };
-                    fields.serialize_element(&value)?;
-                }
+            match (self.precision, value.is_nan()) {
+                (Precision::Single, true) => fields.serialize_element(&f32::NAN)?,
+                (Precision::Single, false) => fields.serialize_element(&(value as f32))?,
+                (Precision::Double, true) => fields.serialize_element(&f64::NAN)?,
+                (Precision::Double, false) => fields.serialize_element(&value)?,
             }
         }
         fields.end()
