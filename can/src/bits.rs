@@ -64,6 +64,22 @@ impl BitRange {
         })
     }
 
+    /// A number in whole bytes from `first_byte` on, the highest first, whose lowest bit is bit `shift` of the last.
+    pub(crate) fn highest_byte_first(
+        first_byte: usize,
+        shift: u32,
+        bit_count: u32,
+    ) -> Option<Self> {
+        let start = first_byte.checked_mul(8)?;
+        (shift < 8 && Self::is_possible(start, bit_count)).then(|| Self {
+            first_byte,
+            byte_count: (shift + bit_count).div_ceil(8) as usize,
+            shift,
+            bit_count,
+            is_big_endian: true,
+        })
+    }
+
     fn is_possible(start: usize, bit_count: u32) -> bool {
         const MOST_BYTES: usize = 1785;
         start < MOST_BYTES * 8 && (1..=64).contains(&bit_count)

@@ -1,7 +1,7 @@
 //! CAN (Controller Area Network): frames as loggers write them, and the numbers in them.
 //!
 //! - A [`FrameSource`] yields [`Frame`]s. [`Container`] reads the files of loggers (candump text, Vector ASC and
-//!   BLF, ASAM MF4), gives what is intact and reports what was lost.
+//!   BLF, PEAK PCAN traces, ASAM MF4), gives what is intact and reports what was lost.
 //! - A [`Message`] says where signals are in the data of a frame. It comes from a DBC file ([`Database`]) or is one of
 //!   the parameter groups of SAE J1939 that need no such file ([`j1939::public_group`]).
 //! - A [`Decoder`] turns frames into signals in SI units, reassembles the transport protocol of J1939, and counts

@@ -13,8 +13,10 @@ use crate::{
 /// A message: what frames carry it, and its signals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
-    /// Its name, such as `VehicleWeight`.
+    /// Its name, such as `VehicleWeight`; the long one of a DBC file that has two.
     pub name: String,
+    /// The short name of a DBC file that also has a long one.
+    pub symbol: Option<String>,
     /// Which frames carry it.
     pub addressing: Addressing,
     /// Its length (bytes).
@@ -51,8 +53,10 @@ pub enum Protocol {
 /// A signal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
-    /// Its name.
+    /// Its name; the long one of a DBC file that has two.
     pub name: String,
+    /// The short name of a DBC file that also has a long one.
+    pub symbol: Option<String>,
     pub(crate) bits: BitRange,
     /// What the bits are.
     pub kind: ValueKind,
@@ -103,7 +107,7 @@ pub struct Multiplexed {
 }
 
 /// Multiplexers select multiplexers no deeper than this.
-const MOST_NESTED: usize = 8;
+pub(crate) const MOST_NESTED: usize = 8;
 /// Rounding must not move the ends of a range.
 const RANGE_TOLERANCE: f64 = 1e-9;
 
@@ -179,10 +183,12 @@ impl Message {
         }
     }
 
-    /// The index of a signal.
+    /// The index of a signal, by its name or by its short name.
     #[must_use]
     pub fn signal(&self, name: &str) -> Option<usize> {
-        self.signals.iter().position(|signal| signal.name == name)
+        let place = |is: &dyn Fn(&Signal) -> bool| self.signals.iter().position(is);
+        place(&|signal| signal.name == name)
+            .or_else(|| place(&|signal| signal.symbol.as_deref() == Some(name)))
     }
 
     /// Whether data of this length are those of the message. CAN FD has no lengths between 8 and 64 but a few; J1939

@@ -31,8 +31,10 @@ impl SiUnit {
     #[must_use]
     pub fn of(text: &str) -> Option<Self> {
         let text: String = text.chars().filter(|c| !c.is_whitespace()).collect();
-        // superscripts and the several ways to write a power
+        // superscripts, the several ways to write a power, and characters that look the same
         let text = text
+            .replace(['º', '˚'], "°")
+            .replace('\u{3bc}', "µ")
             .replace('²', "2")
             .replace("^2", "2")
             .replace("**2", "2")
@@ -41,11 +43,13 @@ impl SiUnit {
             "" => ("", 1.0),
             "rad" => ("rad", 1.0),
             "mrad" => ("rad", 1e-3),
+            "µrad" | "urad" => ("rad", 1e-6),
             "deg" | "°" | "Deg" | "degree" | "degrees" | "Degree" | "Degrees" => {
                 ("rad", PI / 180.0)
             }
             "rad/s" | "rad/sec" => ("rad/s", 1.0),
             "mrad/s" => ("rad/s", 1e-3),
+            "µrad/s" | "urad/s" => ("rad/s", 1e-6),
             "deg/s" | "°/s" | "Deg/s" | "deg/sec" | "°/sec" | "degree/s" | "degrees/s" | "dps" => {
                 ("rad/s", PI / 180.0)
             }
@@ -56,6 +60,7 @@ impl SiUnit {
             "dm" => ("m", 0.1),
             "cm" => ("m", 1e-2),
             "mm" => ("m", 1e-3),
+            "µm" | "um" => ("m", 1e-6),
             "km" => ("m", 1e3),
             "m/s" | "m/sec" => ("m/s", 1.0),
             "mm/s" => ("m/s", 1e-3),
@@ -102,6 +107,10 @@ mod tests {
         assert_eq!(si("km/h"), Some(("m/s", 1.0 / 3.6)));
         assert_eq!(si(" m/s² "), Some(("m/s^2", 1.0)));
         assert_eq!(si("°/s").map(|(_, factor)| factor.to_degrees()), Some(1.0));
+        // the micro sign and the Greek letter, the degree sign and an ordinal
+        assert_eq!(si("µm"), Some(("m", 1e-6)));
+        assert_eq!(si("\u{3bc}m"), si("µm"));
+        assert_eq!(si("º/s"), si("°/s"));
         for ambiguous in ["g", "%", "T", "A", "raw"] {
             assert_eq!(si(ambiguous), None, "{ambiguous}");
         }

@@ -6,18 +6,21 @@ use tipwatch_can::{Container, Frame, FrameSource};
 
 use crate::support::{data, frames};
 
-const FILES: [&str; 6] = [
+const FILES: [&str; 9] = [
     "mixed.log",
     "mixed.asc",
     "mixed.blf",
     "mixed.mf4",
     "mixed_plain.mf4",
     "mixed_transposed.mf4",
+    "layout_virtual_bus.mf4",
+    "layout_variable_mixed.mf4",
+    "classical.trc",
 ];
 
 #[test]
 fn a_damaged_line_costs_one_frame() {
-    for name in ["mixed.log", "mixed.asc"] {
+    for name in ["mixed.log", "mixed.asc", "classical.trc"] {
         let bytes = data(name);
         let (intact, _) = frames(&bytes);
         let mut damaged = bytes.clone();

@@ -1,20 +1,55 @@
 //! The files of `data` made anew by python-can, cantools and asammdf.
 
-use std::{env, fs, process::Command};
+use std::{env, fs, path::PathBuf, process::Command};
 
-use crate::support::{data, data_folder, frames};
+use crate::{
+    support::{data, data_folder, frames},
+    values::check_generated,
+};
+
+/// A folder with what a script of `data` makes.
+fn made(script: &str, arguments: &[String]) -> PathBuf {
+    let python = env::var("TIPWATCH_PYTHON").unwrap_or_else(|_| "python3".into());
+    let folder = env::temp_dir().join(format!("tipwatch-can-{}-{script}", std::process::id()));
+    let status = Command::new(python)
+        .arg(data_folder().join(script))
+        .arg(&folder)
+        .args(arguments)
+        .status();
+    assert!(status.unwrap().success());
+    folder
+}
+
+#[test]
+#[ignore = "needs Python with asammdf"]
+fn mf4_layouts_made_anew_are_the_same() {
+    let folder = made("make_mf4.py", &[]);
+    for name in [
+        "layouts.txt",
+        "layout_virtual_bus.mf4",
+        "layout_variable_mixed.mf4",
+    ] {
+        assert_eq!(fs::read(folder.join(name)).unwrap(), data(name), "{name}");
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+#[ignore = "needs Python with cantools"]
+fn many_generated_dbc_files_are_read_as_cantools_reads_them() {
+    let seeds: Vec<String> = (1..=40).map(|seed| seed.to_string()).collect();
+    let folder = made("make_generated.py", &seeds);
+    for seed in &seeds {
+        check_generated(|name| fs::read(folder.join(name)).unwrap(), seed);
+    }
+    fs::remove_dir_all(folder).unwrap();
+}
 
 /// Set `TIPWATCH_PYTHON` to a Python that has `data/requirements.txt` installed.
 #[test]
 #[ignore = "needs Python with python-can, cantools and asammdf"]
 fn fixtures_made_anew_hold_the_same_frames() {
-    let python = env::var("TIPWATCH_PYTHON").unwrap_or_else(|_| "python3".into());
-    let folder = env::temp_dir().join(format!("tipwatch-can-{}", std::process::id()));
-    let status = Command::new(python)
-        .arg(data_folder().join("make_fixtures.py"))
-        .arg(&folder)
-        .status();
-    assert!(status.unwrap().success());
+    let folder = made("make_fixtures.py", &[]);
     for name in ["frames.txt", "decoded.csv", "machine.log"] {
         assert_eq!(fs::read(folder.join(name)).unwrap(), data(name), "{name}");
     }

@@ -6,6 +6,11 @@ use tipwatch_can::{Container, ContainerFormat, Database, Decoder, Frame, FrameSo
 
 use crate::support::data;
 
+/// Frames as `candump -td -x` prints them.
+const CANDUMP_INTERVALS: &[u8] = b" (000.000000)  can0  RX - -  123   [2]  AB CD\n \
+    (000.010000)  can0  RX - -  123   [2]  AB CD\n (000.009000)  can1  TX B E  18FEF100   [8]  00 01 02 03 04 05 06 07\n \
+    (000.011000)  can0  RX - -  321  [12]  00 01 02 03 04 05 06 07 08 09 0A 0B\n";
+
 fn read(format: ContainerFormat, bytes: &[u8], decoder: &mut Decoder) {
     let Ok(mut source) = Container::open_as(format, Cursor::new(bytes)) else {
         return;
@@ -36,6 +41,7 @@ fn any_bytes_are_survived_by_all_readers() {
         ContainerFormat::Candump,
         ContainerFormat::Asc,
         ContainerFormat::Blf,
+        ContainerFormat::Trc,
         ContainerFormat::Mf4,
     ];
     let decoder = decoder();
@@ -55,6 +61,10 @@ fn any_changes_of_files_are_survived() {
         (ContainerFormat::Mf4, data("mixed.mf4")),
         (ContainerFormat::Mf4, data("mixed_plain.mf4")),
         (ContainerFormat::Mf4, data("mixed_transposed.mf4")),
+        (ContainerFormat::Mf4, data("layout_virtual_bus.mf4")),
+        (ContainerFormat::Mf4, data("layout_variable_mixed.mf4")),
+        (ContainerFormat::Trc, data("classical.trc")),
+        (ContainerFormat::Candump, CANDUMP_INTERVALS.to_vec()),
     ];
     let decoder = decoder();
     bolero::check!()

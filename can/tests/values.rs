@@ -1,6 +1,6 @@
 //! Signals have the values that cantools reads, and are no numbers where the description says so.
 
-use std::io::Cursor;
+use std::{collections::BTreeMap, io::Cursor};
 
 use tipwatch_can::{Container, Database, Decoder, Frame, FrameSource, Message, Selection};
 
@@ -64,6 +64,57 @@ fn val_signals_are_those_that_cantools_reads() {
         .filter(|(.., value)| value.is_finite())
         .count();
     assert_eq!(selected, numbers);
+}
+
+/// Nested multiplexers, long names and units in code page 1252, as cantools writes them.
+#[test]
+fn val_generated_files_have_the_values_that_cantools_reads() {
+    check_generated(|name| data(name), "1");
+}
+
+/// Compares `generated_SEED`: what is listed has a value, and nothing else has one.
+pub(crate) fn check_generated(read: impl Fn(&str) -> Vec<u8>, seed: &str) {
+    let file = |ending: &str| read(&format!("generated_{seed}.{ending}"));
+    let database = Database::parse(&file("dbc")).unwrap();
+    assert_eq!(database.notes, [""; 0]);
+    let selections = database.messages.iter().cloned().map(Selection::of);
+    let mut decoder = Decoder::new(selections.collect());
+    let mut source = Container::open(Cursor::new(file("log"))).unwrap();
+    let mut found = BTreeMap::new();
+    let mut frame = Frame::default();
+    let mut count = 0;
+    while source.next_frame(&mut frame).unwrap() {
+        decoder.decode(&frame, &mut |selection, numbers| {
+            let message = &database.messages[selection];
+            for (signal, number) in message.signals.iter().zip(numbers) {
+                if number.is_finite() {
+                    let value = (number - signal.si.offset) / signal.si.factor;
+                    let key = format!("{count},{},{}", message.name, signal.name);
+                    found.insert(key, value);
+                }
+            }
+        });
+        count += 1;
+    }
+    let listed = String::from_utf8(file("csv")).unwrap();
+    for line in listed.lines() {
+        let (key, expected) = line.rsplit_once(',').unwrap();
+        let expected: f64 = expected.parse().unwrap();
+        let value = found.remove(key).unwrap_or(f64::NAN);
+        let error = (value - expected).abs();
+        assert!(
+            error <= 1e-12 * expected.abs().max(1.0),
+            "{line}: found {value}"
+        );
+    }
+    assert!(found.is_empty(), "not selected: {found:?}");
+    // a multiplexer with a value that selects nothing is told
+    let unknown = |place| {
+        decoder
+            .tally(place)
+            .and_then(|tally| tally.unknown_multiplexer)
+    };
+    assert!((0..database.messages.len()).any(|place| unknown(place).is_some()));
 }
 
 /// By the description alone: within its range, and not the value that is called SNA or error.

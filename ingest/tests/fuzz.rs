@@ -360,6 +360,10 @@ fn can_containers() {
         "mixed.blf",
         "mixed.mf4",
         "mixed_plain.mf4",
+        "layout_virtual_bus.mf4",
+        "layout_variable_mixed.mf4",
+        "classical.trc",
+        "classical_1_0.trc",
     ];
     let seeds = names.map(|name| std::fs::read(folder.join(name)).unwrap());
     fuzz!(seeds.to_vec(), |bytes: &[u8], _| read_log(bytes));

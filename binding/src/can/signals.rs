@@ -68,7 +68,7 @@ impl MachineFile {
         let mut databases: BTreeMap<PathBuf, Database> = BTreeMap::new();
         let mut topics: Vec<CanTopic> = Vec::new();
         for can in can_signals(&self.text) {
-            let (message, mut notes) = match &can.message {
+            let (mut message, mut notes) = match &can.message {
                 CanMessageSpec::ParameterGroup(pgn) => (public_group(*pgn)?, Vec::new()),
                 CanMessageSpec::Dbc { file, message } => {
                     let path = self.beside(file);
@@ -87,15 +87,33 @@ impl MachineFile {
                 });
             };
             notes.extend(unit_note(&can, &message.signals[index]));
+            // the field of the topic is called as the machine file calls it, also by the short name
+            let mut named = message.signals[index].clone();
+            named.name = can.signal.clone();
+            let add = |message: &mut Message| {
+                if message
+                    .signals
+                    .iter()
+                    .all(|signal| signal.name != named.name)
+                {
+                    message.signals.push(named);
+                }
+            };
             match topics.iter_mut().find(|topic| topic.name == can.topic()) {
-                Some(topic) => topic.notes.extend(notes),
-                None => topics.push(CanTopic {
-                    name: can.topic(),
-                    bus: can.bus,
-                    message,
-                    source: can.source,
-                    notes,
-                }),
+                Some(topic) => {
+                    add(&mut topic.message);
+                    topic.notes.extend(notes);
+                }
+                None => {
+                    add(&mut message);
+                    topics.push(CanTopic {
+                        name: can.topic(),
+                        bus: can.bus,
+                        message,
+                        source: can.source,
+                        notes,
+                    });
+                }
             }
         }
         Ok(topics)
@@ -126,7 +144,7 @@ fn described(
             .map(|message| message.name.clone())
             .collect(),
     })?;
-    let of_message = format!("{name}.");
+    let of_message = format!("{}.", message.name);
     let notes = database
         .notes
         .iter()
@@ -158,7 +176,7 @@ fn unit_note(can: &CanSpec, signal: &Signal) -> Option<String> {
         (true, _) => None,
         (false, unit) => Some(format!(
             "{name}: the unit \"{}\" is not converted: scale and offset of the machine file must do it",
-            unit.escape_default()
+            unit.escape_debug()
         )),
     }
 }

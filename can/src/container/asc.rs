@@ -3,6 +3,7 @@
 use std::io::{self, BufRead};
 
 use super::{
+    calendar::unix_ns,
     channels::Channels,
     lost::LostRanges,
     text::{Lines, decimal, hexadecimal, seconds, words},
@@ -306,27 +307,7 @@ fn date_ns(text: &[u8]) -> Option<i64> {
         year = words.next()?;
     }
     let year = decimal(year)?;
-    let is_date = (1970..2200).contains(&year)
-        && (1..=31).contains(&day)
-        && (0..24).contains(&hour)
-        && (0..60).contains(&minute)
-        && (0..61_000_000_000).contains(&second_ns);
-    is_date.then(|| {
-        let minutes = (days_since_1970(year, month, day) * 24 + hour) * 60 + minute;
-        minutes * 60_000_000_000 + second_ns
-    })
-}
-
-/// Days from 1 January 1970 in the Gregorian calendar: years are counted from March, so that the leap day is the
-/// last of a year.
-pub(super) fn days_since_1970(year: i64, month: i64, day: i64) -> i64 {
-    let (year, month) = if month > 2 {
-        (year, month - 3)
-    } else {
-        (year - 1, month + 9)
-    };
-    let leap_days = year / 4 - year / 100 + year / 400;
-    365 * year + leap_days + (153 * month + 2) / 5 + day - 1 - 719_468
+    unix_ns([year, month, day], [hour, minute], second_ns)
 }
 
 #[cfg(test)]
@@ -339,8 +320,6 @@ mod tests {
         let expected = 1_506_783_973_191_000_000;
         assert_eq!(date_ns(b" Sat Sep 30 15:06:13.191 2017"), Some(expected));
         assert_eq!(date_ns(b" Sat Sep 30 03:06:13.191 pm 2017"), Some(expected));
-        assert_eq!(days_since_1970(1970, 1, 1), 0);
-        assert_eq!(days_since_1970(2000, 2, 29), 11_016);
         assert_eq!(date_ns(b" Sam Okt 40 03:06:13.191 2017"), None);
     }
 }

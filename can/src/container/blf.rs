@@ -4,10 +4,10 @@ use std::io::{self, Read, Seek, SeekFrom};
 
 use flate2::read::ZlibDecoder;
 
-use super::{asc::days_since_1970, channels::Channels, lost::LostRanges, open_error::OpenError};
+use super::{calendar::unix_ns, channels::Channels, lost::LostRanges, open_error::OpenError};
 use crate::{
-    bits::{array_at, u16_at, u32_at, u64_at},
-    frame::{CanId, Frame, FrameKind, fd_length},
+    bits::{u16_at, u32_at, u64_at},
+    frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES, fd_length},
 };
 
 const FILE_MAGIC: &[u8] = b"LOGG";
@@ -24,11 +24,13 @@ const SEARCH_BYTES: usize = 64 << 10;
 /// Types of objects.
 mod object {
     pub(super) const CAN_MESSAGE: u32 = 1;
+    pub(super) const CAN_ERROR: u32 = 2;
     pub(super) const LOG_CONTAINER: u32 = 10;
     pub(super) const CAN_ERROR_EXT: u32 = 73;
     pub(super) const CAN_MESSAGE2: u32 = 86;
     pub(super) const CAN_FD_MESSAGE: u32 = 100;
     pub(super) const CAN_FD_MESSAGE_64: u32 = 101;
+    pub(super) const CAN_FD_ERROR_64: u32 = 104;
 }
 
 #[derive(Debug)]
@@ -89,11 +91,20 @@ impl<R: Read + Seek> Blf<R> {
         loop {
             while let Some(range) = self.next_object(lost) {
                 let object = self.inner.get(range).unwrap_or_default();
-                if let Some(found) = parse(object, self.start_ns, frame, channels) {
-                    match found {
-                        Ok(()) => return Ok(true),
-                        Err(reason) => lost.lose(self.inner_bytes.clone(), reason),
+                match parse(object, self.start_ns, frame, channels) {
+                    None => {}
+                    Some(Some(Body::Whole(_))) => return Ok(true),
+                    // a size that is damaged leads to no object
+                    Some(Some(Body::Shortened(_))) if self.is_at_object()? => {
+                        lost.note(
+                            "the logger left out the last bytes of frames (they are zero as a rule): they are read as zero",
+                        );
+                        return Ok(true);
                     }
+                    Some(_) => lost.lose(
+                        self.inner_bytes.clone(),
+                        "an object of a frame that is too short",
+                    ),
                 }
             }
             if !self.refill(lost)? {
@@ -104,6 +115,28 @@ impl<R: Read + Seek> Blf<R> {
                 return Ok(false);
             }
         }
+    }
+
+    /// Whether an object or the end of the file is next, behind no more than padding.
+    fn is_at_object(&mut self) -> io::Result<bool> {
+        const MOST_PADDING: usize = 3;
+        let rest = self.inner.get(self.inner_at..).unwrap_or_default();
+        let mut beginning = rest
+            .get(..rest.len().min(MOST_PADDING + OBJECT_MAGIC.len()))
+            .unwrap_or_default()
+            .to_vec();
+        if beginning.len() < OBJECT_MAGIC.len() {
+            // the next container or object of the file
+            self.source.seek(SeekFrom::Start(self.at))?;
+            let missing = MOST_PADDING + OBJECT_MAGIC.len() - beginning.len();
+            (&mut self.source)
+                .take(missing as u64)
+                .read_to_end(&mut beginning)?;
+        }
+        let padding = find(&beginning, OBJECT_MAGIC).unwrap_or(beginning.len());
+        let is_end = beginning.len() <= MOST_PADDING;
+        let is_zero = beginning.iter().take(padding).all(|&byte| byte == 0);
+        Ok(is_zero && (is_end || padding <= MOST_PADDING))
     }
 
     /// The next whole object among the decompressed bytes.
@@ -294,22 +327,29 @@ fn unpack(body: &[u8], into: &mut Vec<u8>) -> Option<String> {
     }
 }
 
-/// Reads a frame from an object; `None` for objects of other kinds.
+/// The channel of a frame that was read.
+#[derive(Debug, Clone, Copy)]
+enum Body {
+    Whole(u16),
+    /// The object ends before the data do: zeros stand for what is missing.
+    Shortened(u16),
+}
+
+/// Reads a frame from an object: `None` for objects of other kinds, `Some(None)` for one that is too short.
 fn parse(
     object: &[u8],
     start_ns: i64,
     frame: &mut Frame,
     channels: &mut Channels,
-) -> Option<Result<(), &'static str>> {
-    let kind = u32_at(object, 12)?;
-    let read: fn(&[u8], &mut Frame) -> Option<u16> = match kind {
+) -> Option<Option<Body>> {
+    let read: fn(&[u8], &mut Frame) -> Option<Body> = match u32_at(object, 12)? {
         object::CAN_MESSAGE | object::CAN_MESSAGE2 => classical,
-        object::CAN_ERROR_EXT => error,
+        object::CAN_ERROR | object::CAN_ERROR_EXT => error,
         object::CAN_FD_MESSAGE => fd,
         object::CAN_FD_MESSAGE_64 => fd_64,
+        object::CAN_FD_ERROR_64 => fd_error_64,
         _ => return None,
     };
-    const BAD: &str = "an object of a frame that is too short";
     let mut parts = || {
         let header_bytes = usize::from(u16_at(object, 4)?);
         // flags: 1 for units of 10 microseconds, 2 for nanoseconds
@@ -318,11 +358,12 @@ fn parse(
         let unit_ns = if flags == 1 { 10_000 } else { 1 };
         let time_ns = i64::try_from(units).ok()?.checked_mul(unit_ns)?;
         frame.time_ns = start_ns.checked_add(time_ns)?;
-        let channel = read(object.get(header_bytes..)?, frame)?;
+        let body = read(object.get(header_bytes..)?, frame)?;
+        let (Body::Whole(channel) | Body::Shortened(channel)) = body;
         frame.channel = channels.numbered(u64::from(channel));
-        Some(())
+        Some(body)
     };
-    Some(parts().ok_or(BAD))
+    Some(parts())
 }
 
 fn id(raw: u32) -> CanId {
@@ -332,75 +373,89 @@ fn id(raw: u32) -> CanId {
     }
 }
 
-fn classical(body: &[u8], frame: &mut Frame) -> Option<u16> {
-    const REMOTE: u8 = 0x80;
-    let (flags, dlc) = (*body.get(2)?, *body.get(3)?);
-    frame.id = id(u32_at(body, 4)?);
-    frame.is_fd = false;
-    let data: [u8; 8] = array_at(body, 8)?;
-    let is_remote = flags & REMOTE != 0;
-    frame.kind = if is_remote {
-        FrameKind::Remote
-    } else {
-        FrameKind::Data
-    };
-    let len = if is_remote {
-        0
-    } else {
-        usize::from(dlc.min(8))
-    };
-    frame.set_data(data.get(..len)?);
-    u16_at(body, 0)
+/// Takes as many bytes of data as the frame has. Loggers may end an object with the last byte that is not zero.
+fn take_data(from: &[u8], len: usize, channel: u16, frame: &mut Frame) -> Option<Body> {
+    let mut data = [0; MOST_DATA_BYTES];
+    let data = data.get_mut(..len)?;
+    let found = from.get(..from.len().min(len))?;
+    data.get_mut(..found.len())?.copy_from_slice(found);
+    frame.set_data(data).then_some(())?;
+    Some(match found.len() < len {
+        true => Body::Shortened(channel),
+        false => Body::Whole(channel),
+    })
 }
 
-fn error(body: &[u8], frame: &mut Frame) -> Option<u16> {
+fn classical(body: &[u8], frame: &mut Frame) -> Option<Body> {
+    const REMOTE: u8 = 0x80;
+    const DATA_AT: usize = 8;
+    let (channel, flags, dlc) = (u16_at(body, 0)?, *body.get(2)?, *body.get(3)?);
+    frame.id = id(u32_at(body, 4)?);
+    frame.is_fd = false;
+    frame.kind = kind(flags & REMOTE != 0);
+    let len = match frame.kind {
+        FrameKind::Remote => 0,
+        _ => usize::from(dlc.min(8)),
+    };
+    take_data(body.get(DATA_AT..)?, len, channel, frame)
+}
+
+fn kind(is_remote: bool) -> FrameKind {
+    match is_remote {
+        true => FrameKind::Remote,
+        false => FrameKind::Data,
+    }
+}
+
+fn error(body: &[u8], frame: &mut Frame) -> Option<Body> {
+    error_of(u16_at(body, 0)?, frame)
+}
+
+fn fd_error_64(body: &[u8], frame: &mut Frame) -> Option<Body> {
+    error_of(u16::from(*body.first()?), frame)
+}
+
+fn error_of(channel: u16, frame: &mut Frame) -> Option<Body> {
     frame.id = CanId::default();
     frame.is_fd = false;
     frame.kind = FrameKind::Error;
-    frame.set_data(&[]);
-    u16_at(body, 0)
+    frame.set_data(&[]).then_some(Body::Whole(channel))
 }
 
-fn fd(body: &[u8], frame: &mut Frame) -> Option<u16> {
+fn fd(body: &[u8], frame: &mut Frame) -> Option<Body> {
     const REMOTE: u8 = 0x80;
-    let flags = *body.get(2)?;
+    const DATA_AT: usize = 20;
+    let (channel, flags) = (u16_at(body, 0)?, *body.get(2)?);
     frame.id = id(u32_at(body, 4)?);
     let (fd_flags, valid) = (*body.get(13)?, usize::from(*body.get(14)?));
     frame.is_fd = fd_flags & 1 != 0;
-    let is_remote = flags & REMOTE != 0;
-    frame.kind = if is_remote {
-        FrameKind::Remote
-    } else {
-        FrameKind::Data
+    frame.kind = kind(flags & REMOTE != 0);
+    let len = match frame.kind {
+        FrameKind::Remote => 0,
+        _ => valid,
     };
-    let len = if is_remote { 0 } else { valid };
-    frame.set_data(body.get(20..)?.get(..len)?).then_some(())?;
-    u16_at(body, 0)
+    take_data(body.get(DATA_AT..).unwrap_or_default(), len, channel, frame)
 }
 
-fn fd_64(body: &[u8], frame: &mut Frame) -> Option<u16> {
+fn fd_64(body: &[u8], frame: &mut Frame) -> Option<Body> {
     const REMOTE: u32 = 0x10;
     const FD: u32 = 0x1000;
-    const HEADER_BYTES: usize = 40;
+    const DATA_AT: usize = 40;
     let (channel, dlc, valid) = (*body.first()?, *body.get(1)?, usize::from(*body.get(2)?));
     frame.id = id(u32_at(body, 4)?);
     let flags = u32_at(body, 12)?;
     frame.is_fd = flags & FD != 0;
-    let is_remote = flags & REMOTE != 0;
-    frame.kind = if is_remote {
-        FrameKind::Remote
-    } else {
-        FrameKind::Data
+    frame.kind = kind(flags & REMOTE != 0);
+    let len = match frame.kind {
+        FrameKind::Remote => 0,
+        _ => valid.min(fd_length(dlc)),
     };
-    let len = if is_remote {
-        0
-    } else {
-        valid.min(fd_length(dlc))
-    };
-    frame
-        .set_data(body.get(HEADER_BYTES..)?.get(..len)?)
-        .then_some(())?;
-    Some(u16::from(channel))
+    take_data(
+        body.get(DATA_AT..).unwrap_or_default(),
+        len,
+        u16::from(channel),
+        frame,
+    )
 }
 
 /// A SYSTEMTIME of Windows: year, month, day of week, day, hour, minute, second, millisecond.
@@ -408,17 +463,9 @@ fn system_time_ns(header: &[u8], at: usize) -> Option<i64> {
     let field = |index: usize| u16_at(header, at + 2 * index).map(i64::from);
     let (year, month, day) = (field(0)?, field(1)?, field(3)?);
     let (hour, minute, second, millisecond) = (field(4)?, field(5)?, field(6)?, field(7)?);
-    let is_date = (1970..2200).contains(&year)
-        && (1..=12).contains(&month)
-        && (1..=31).contains(&day)
-        && hour < 24
-        && minute < 60
-        && second < 60
-        && millisecond < 1000;
-    is_date.then(|| {
-        let seconds = ((days_since_1970(year, month, day) * 24 + hour) * 60 + minute) * 60 + second;
-        seconds * 1_000_000_000 + millisecond * 1_000_000
-    })
+    (second < 60 && millisecond < 1000).then_some(())?;
+    let second_ns = second * 1_000_000_000 + millisecond * 1_000_000;
+    unix_ns([year, month, day], [hour, minute], second_ns)
 }
 
 fn find(bytes: &[u8], part: &[u8]) -> Option<usize> {

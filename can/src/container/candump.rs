@@ -1,36 +1,62 @@
-//! Text of candump: `(1436509052.249713) can0 044#2A366C2B`, one frame a line.
+//! Text of candump: `(1436509052.249713) can0 044#2A366C2B`, one frame a line, or as candump prints it on a terminal.
 
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, Seek, SeekFrom};
 
 use super::{
+    candump_time::{Clock, CountedFrom, Evidence, Stamp, UNTOLD, stamp},
     channels::Channels,
     lost::LostRanges,
-    text::{Lines, decimal, digit, hexadecimal, seconds, words},
+    open_error::OpenError,
+    text::{Lines, decimal, digit, hexadecimal, words},
 };
 use crate::frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES};
 
 /// Flag of an error frame in the identifier (SocketCAN).
 const ERROR_FLAG: u32 = 0x2000_0000;
+const ESCAPE: u8 = 0x1b;
+/// What candump writes when the kernel dropped frames.
+const DROPPED: &[u8] = b"DROPCOUNT:";
 
 /// Whether a line begins like that of a frame.
 pub(super) fn is_line(line: &[u8]) -> bool {
-    let mut words = words(line);
-    let time = words.next().and_then(time);
-    time.is_some()
-        && words.next().is_some()
-        && words.next().is_some_and(|word| id_part(word).is_some())
+    let line = without_colours(line);
+    match stamp(&line) {
+        Some((_, rest)) => words_of_frame(rest).is_some(),
+        None => is_without_time(&line),
+    }
 }
 
+/// Whether a line is a frame as candump prints it without `-t`.
+fn is_without_time(line: &[u8]) -> bool {
+    let is_length = |word: &[u8]| word.starts_with(b"[") && word.ends_with(b"]");
+    words_of_frame(line).is_some_and(|(_, (.., data), mut words)| {
+        data.is_none() && words.next().is_some_and(is_length)
+    })
+}
+
+/// A reader of frames, which have the stamps of their lines or the times that these stand for.
 #[derive(Debug)]
 pub(super) struct Candump<R> {
     lines: Lines<R>,
+    /// `None` while the kind of times is not known.
+    clock: Option<Clock>,
+    /// Whether the lines that follow may explain an error frame.
+    is_explained: bool,
 }
 
 impl<R: BufRead> Candump<R> {
-    pub(super) fn new(source: R) -> Self {
+    /// Reads without seeking.
+    pub(super) fn stream(source: R) -> Self {
         Self {
             lines: Lines::new(source),
+            clock: None,
+            is_explained: false,
         }
+    }
+
+    /// States what the times count from.
+    pub(super) fn set_counted_from(&mut self, counted_from: CountedFrom) -> &mut Clock {
+        self.clock.insert(Clock::new(counted_from))
     }
 
     pub(super) fn next_frame(
@@ -39,38 +65,142 @@ impl<R: BufRead> Candump<R> {
         channels: &mut Channels,
         lost: &mut LostRanges,
     ) -> io::Result<bool> {
+        Ok(self.next_stamped(frame, channels, lost)?.is_some())
+    }
+
+    /// The next frame and its stamp. The frame has its time if what the times count from is known.
+    pub(super) fn next_stamped(
+        &mut self,
+        frame: &mut Frame,
+        channels: &mut Channels,
+        lost: &mut LostRanges,
+    ) -> io::Result<Option<Stamp>> {
         while self.lines.advance()? {
-            let line = self.lines.line();
+            let line = without_colours(self.lines.line());
             if line.is_empty() {
                 continue;
             }
-            if self.lines.is_whole() && parse(line, frame, channels).is_some() {
-                return Ok(true);
+            let is_indented = self.lines.raw().starts_with(b"\t");
+            if is_indented && self.is_explained {
+                // `-e` explains an error frame in the lines behind it
+                continue;
             }
-            let place = if self.lines.is_last {
-                "a last line without line break, which may be cut off"
-            } else {
-                "a line"
+            let stamp = match self.lines.is_whole() {
+                true => stamp(&line),
+                false => None,
             };
-            let shown = line
-                .get(..line.len().min(40))
-                .unwrap_or_default()
-                .escape_ascii();
-            lost.lose(
-                self.lines.start..self.lines.end,
-                format!("expected (seconds) channel id#data, found {place}: \"{shown}\""),
+            let time_ns = stamp.map(|(stamp, _)| match &mut self.clock {
+                Some(clock) => clock.time_ns(stamp, lost),
+                None => stamp.time_ns,
+            });
+            if let (Some((stamp, rest)), Some(time_ns)) = (stamp, time_ns)
+                && parse(rest, frame, channels).is_some()
+            {
+                frame.time_ns = time_ns;
+                self.is_explained = frame.kind == FrameKind::Error;
+                return Ok(Some(stamp));
+            }
+            let reason = self.problem(&line, stamp.is_some());
+            lost.lose(self.lines.start..self.lines.end, reason);
+        }
+        Ok(None)
+    }
+
+    /// What is wrong with a line.
+    fn problem(&self, line: &[u8], has_stamp: bool) -> String {
+        let shown = line
+            .get(..line.len().min(40))
+            .unwrap_or_default()
+            .escape_ascii();
+        if line.starts_with(DROPPED) {
+            let said = line.get(..line.len().min(120)).unwrap_or_default();
+            return format!(
+                "frames that candump itself missed: \"{}\"",
+                said.escape_ascii()
             );
         }
-        Ok(false)
+        if is_without_time(line) {
+            return format!("{WITHOUT_TIME}, found \"{shown}\"");
+        }
+        let place = if self.lines.is_last {
+            "a last line without line break, which may be cut off"
+        } else {
+            "a line"
+        };
+        let cost = match &self.clock {
+            Some(clock) if !has_stamp => clock.cost(),
+            _ => "",
+        };
+        format!("expected (seconds) channel id#data, found {place}: \"{shown}\"{cost}")
     }
 }
 
-fn time(word: &[u8]) -> Option<i64> {
-    seconds(word.strip_prefix(b"(")?.strip_suffix(b")")?)
+impl<R: BufRead + Seek> Candump<R> {
+    /// Opens a file: its first lines say what its times count from.
+    pub(super) fn open(mut source: R) -> Result<Self, OpenError> {
+        let mut lines = Lines::new(&mut source);
+        let mut evidence = Evidence::default();
+        let mut is_without_times = false;
+        while !evidence.is_enough(Evidence::MOST_STAMPS) && lines.advance()? {
+            let line = without_colours(lines.line());
+            match stamp(&line) {
+                Some((stamp, rest)) => {
+                    if let Some((interface, ..)) = words_of_frame(rest) {
+                        evidence.take(stamp, interface);
+                    }
+                }
+                None => is_without_times |= is_without_time(&line),
+            }
+        }
+        if is_without_times && evidence.is_empty() {
+            return Err(OpenError::Invalid(format!("{WITHOUT_TIME}, found none")));
+        }
+        let counted_from = evidence.counted_from();
+        let counted_from = counted_from.ok_or_else(|| OpenError::Invalid(UNTOLD.to_owned()))?;
+        source.seek(SeekFrom::Start(0))?;
+        let mut reader = Self::stream(source);
+        reader.set_counted_from(counted_from);
+        Ok(reader)
+    }
+}
+
+const WITHOUT_TIME: &str =
+    "expected frames of candump with a time (record with candump -l, or print with candump -ta)";
+
+/// A line without the sequences that colour it on a terminal (`-c`).
+fn without_colours(line: &[u8]) -> Vec<u8> {
+    let mut plain = Vec::with_capacity(line.len());
+    let mut bytes = line.iter();
+    while let Some(&byte) = bytes.next() {
+        if byte == ESCAPE {
+            bytes.find(|byte| byte.is_ascii_alphabetic());
+        } else {
+            plain.push(byte);
+        }
+    }
+    plain
+}
+
+type IdPart<'l> = (CanId, FrameKind, Option<&'l [u8]>);
+
+/// The interface, the identifier with the text behind `#`, and the words behind them.
+fn words_of_frame(rest: &[u8]) -> Option<(&[u8], IdPart<'_>, impl Iterator<Item = &[u8]>)> {
+    let mut words = words(rest);
+    let interface = words.next()?;
+    let mut word = words.next()?;
+    if matches!(word, b"RX" | b"TX") {
+        // `-x`: the direction, whether the bit rate is switched, the state of the sender
+        let mut flags = [words.next()?, words.next()?].into_iter();
+        flags
+            .all(|flag| matches!(flag, b"-" | b"B" | b"E"))
+            .then_some(())?;
+        word = words.next()?;
+    }
+    Some((interface, id_part(word)?, words))
 }
 
 /// The identifier, and the text behind `#`; `None` behind it for the spaced form.
-fn id_part(word: &[u8]) -> Option<(CanId, FrameKind, Option<&[u8]>)> {
+fn id_part(word: &[u8]) -> Option<IdPart<'_>> {
     let hash = word.iter().position(|&byte| byte == b'#');
     let id = hash.map_or(Some(word), |hash| word.get(..hash))?;
     let raw = hexadecimal(id)?;
@@ -89,11 +219,10 @@ fn id_part(word: &[u8]) -> Option<(CanId, FrameKind, Option<&[u8]>)> {
     (raw <= most).then_some((id, kind, data))
 }
 
-fn parse(line: &[u8], frame: &mut Frame, channels: &mut Channels) -> Option<()> {
-    let mut words = words(line);
-    frame.time_ns = time(words.next()?)?;
-    let channel = std::str::from_utf8(words.next()?).ok()?;
-    let (id, kind, data) = id_part(words.next()?)?;
+/// Reads what stands behind the stamp.
+fn parse(rest: &[u8], frame: &mut Frame, channels: &mut Channels) -> Option<()> {
+    let (interface, (id, kind, data), words) = words_of_frame(rest)?;
+    let channel = std::str::from_utf8(interface).ok()?;
     (frame.id, frame.kind, frame.is_fd) = (id, kind, false);
     match data {
         Some(data) => compact(data, frame)?,
@@ -106,6 +235,8 @@ fn parse(line: &[u8], frame: &mut Frame, channels: &mut Channels) -> Option<()> 
 /// `DEADBEEF`, `R8` for a remote frame, `#1DEADBEEF` for CAN FD with its flags.
 fn compact(text: &[u8], frame: &mut Frame) -> Option<()> {
     if let Some(length) = text.strip_prefix(b"R") {
+        // a raw data length code may follow
+        let length = length.split(|&byte| byte == b'_').next()?;
         (length.is_empty() || decimal(length)? <= 8).then_some(())?;
         frame.kind = FrameKind::Remote;
         return frame.set_data(&[]).then_some(());
@@ -130,19 +261,27 @@ fn compact(text: &[u8], frame: &mut Frame) -> Option<()> {
     (rest.is_empty() && len <= most && frame.set_data(&data[..len])).then_some(())
 }
 
-/// `[8] 11 22 33 44 55 66 77 88`, as on a terminal.
+/// `[8] 11 22 33 44 55 66 77 88`, as on a terminal; `{F}` with the raw data length code (`-8`).
 fn spaced<'l>(mut words: impl Iterator<Item = &'l [u8]>, frame: &mut Frame) -> Option<()> {
-    let text = words.next()?.strip_prefix(b"[")?.strip_suffix(b"]")?;
-    let len = usize::try_from(decimal(text)?).ok()?;
+    let word = words.next()?;
+    let (is_code, text) = match word.strip_prefix(b"{") {
+        Some(rest) => (true, rest.strip_suffix(b"}")?),
+        None => (false, word.strip_prefix(b"[")?.strip_suffix(b"]")?),
+    };
+    let len = match is_code {
+        true => hexadecimal(text)?.min(8) as usize,
+        false => usize::try_from(decimal(text)?).ok()?,
+    };
     // CAN FD lengths have two digits
-    frame.is_fd = text.len() == 2;
+    frame.is_fd = !is_code && text.len() == 2;
     let mut data = [0; MOST_DATA_BYTES];
+    let mut words = words.peekable();
+    if words.peek() == Some(&&b"remote"[..]) {
+        frame.kind = FrameKind::Remote;
+        return frame.set_data(&[]).then_some(());
+    }
     for byte in data.get_mut(..len)? {
         let word = words.next()?;
-        if word == b"remote" {
-            frame.kind = FrameKind::Remote;
-            return frame.set_data(&[]).then_some(());
-        }
         *byte = (word.len() == 2).then(|| hexadecimal(word))?? as u8;
     }
     frame.set_data(data.get(..len)?).then_some(())

@@ -3,12 +3,14 @@
 /// The format of a file of frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContainerFormat {
-    /// Text of `candump -l` (can-utils), also that of `candump -ta`.
+    /// Text of candump (can-utils), as a file (`-l`) or as printed.
     Candump,
     /// Vector ASC.
     Asc,
     /// Vector BLF.
     Blf,
+    /// PEAK PCAN trace.
+    Trc,
     /// ASAM MDF version 4 with bus logging.
     Mf4,
 }
@@ -34,6 +36,9 @@ impl ContainerFormat {
             }
             if super::asc::is_header(line) {
                 return Some(Self::Asc);
+            }
+            if super::trc::is_line(line) {
+                return Some(Self::Trc);
             }
         }
         None

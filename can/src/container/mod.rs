@@ -2,8 +2,10 @@
 
 mod asc;
 mod blf;
+mod calendar;
 mod candump;
 mod candump_stream;
+mod candump_time;
 mod channels;
 mod format;
 mod lost;
@@ -11,6 +13,7 @@ mod mf4;
 mod open;
 mod open_error;
 mod text;
+mod trc;
 
 pub use self::{
     candump_stream::CandumpStream, format::ContainerFormat, lost::Lost, open::Container,

@@ -11,6 +11,7 @@ use super::{
     lost::{Lost, LostRanges},
     mf4::Mf4,
     open_error::OpenError,
+    trc::Trc,
 };
 use crate::frame::{Frame, FrameSource};
 
@@ -31,6 +32,7 @@ enum Reader<R> {
     Candump(Candump<R>),
     Asc(Asc<R>),
     Blf(Box<Blf<R>>),
+    Trc(Trc<R>),
     Mf4(Box<Mf4<R>>),
 }
 
@@ -66,9 +68,10 @@ impl<R: BufRead + Seek> Container<R> {
         let mut lost = LostRanges::default();
         source.seek(SeekFrom::Start(0))?;
         let reader = match format {
-            ContainerFormat::Candump => Reader::Candump(Candump::new(source)),
+            ContainerFormat::Candump => Reader::Candump(Candump::open(source)?),
             ContainerFormat::Asc => Reader::Asc(Asc::new(source)),
             ContainerFormat::Blf => Reader::Blf(Box::new(Blf::open(source, &mut lost)?)),
+            ContainerFormat::Trc => Reader::Trc(Trc::open(source, &mut lost)?),
             ContainerFormat::Mf4 => Reader::Mf4(Box::new(Mf4::open(source, &mut lost)?)),
         };
         Ok(Self {
@@ -105,9 +108,12 @@ impl<R: BufRead + Seek> FrameSource for Container<R> {
             Reader::Candump(reader) => reader.next_frame(frame, channels, lost)?,
             Reader::Asc(reader) => reader.next_frame(frame, channels, lost)?,
             Reader::Blf(reader) => reader.next_frame(frame, channels, lost)?,
+            Reader::Trc(reader) => reader.next_frame(frame, channels, lost)?,
             Reader::Mf4(reader) => reader.next_frame(frame, channels, lost)?,
         };
         if is_frame {
+            // loggers that state no format of a frame leave it to its length
+            frame.is_fd |= frame.data().len() > 8;
             self.lost.last_time_ns = Some(frame.time_ns);
         }
         Ok(is_frame)

@@ -9,7 +9,9 @@ pub enum OpenError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// It is not a file of frames.
-    #[error("expected candump text, Vector ASC, Vector BLF or ASAM MF4, found \"{found}\"")]
+    #[error(
+        "expected candump text, Vector ASC, Vector BLF, a PEAK PCAN trace or ASAM MF4, found \"{found}\""
+    )]
     Unknown {
         /// Its first bytes.
         found: String,

@@ -62,6 +62,11 @@ impl<R: BufRead> Lines<R> {
         !self.is_last
     }
 
+    /// The line as it is, at most its first bytes.
+    pub(super) fn raw(&self) -> &[u8] {
+        &self.buffer
+    }
+
     /// The line without spaces around it.
     pub(super) fn line(&self) -> &[u8] {
         self.buffer.trim_ascii()

@@ -2,7 +2,7 @@
 
 use can_dbc::{AttributeValue, Dbc, Message as DbcMessage, MessageId, decode_cp1252};
 
-use super::signals;
+use super::{names, signals};
 use crate::{
     frame::CanId,
     j1939::Identifier,
@@ -41,11 +41,13 @@ pub enum DatabaseError {
 const MOST_BYTES: usize = 32 << 20;
 /// The sender that DBC files state where any may be meant.
 const NULL_ADDRESS: u8 = 0xfe;
+/// Attribute of a message whose name is too long for its statement.
+const LONG_NAME: &str = "SystemMessageLongSymbol";
 /// The message that editors put signals into which belong to none.
 const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
 impl Database {
-    /// Parses a DBC file, in UTF-8 or in code page 1252 as most editors write it.
+    /// Parses a DBC file, in UTF-8 or in code page 1252 as most editors write it, also line by line.
     ///
     /// # Errors
     /// The text is not a DBC file.
@@ -56,10 +58,7 @@ impl Database {
                 found: bytes.len(),
             });
         }
-        let text = match std::str::from_utf8(bytes) {
-            Ok(text) => text.into(),
-            Err(_) => decode_cp1252(bytes).unwrap_or_else(|| String::from_utf8_lossy(bytes)),
-        };
+        let text = text(bytes);
         let dbc = Dbc::try_from(text.trim_start_matches('\u{feff}'));
         let dbc = dbc.map_err(|error| DatabaseError::Invalid {
             problem: error.to_string(),
@@ -70,27 +69,56 @@ impl Database {
             .iter()
             .filter(|message| message.name != NO_MESSAGE)
         {
-            let prepared = prepare(&dbc, message, &mut database.notes);
-            if database.message(&prepared.name).is_some() {
-                database.notes.push(format!(
-                    "{}: stated twice, the first is used",
-                    prepared.name
-                ));
-            } else {
-                database.messages.push(prepared);
+            let long = dbc.message_attribute(message.id, LONG_NAME);
+            let long = names::long_name(long, &message.name);
+            let is_taken = |name: &str| database.messages.iter().any(|known| known.name == name);
+            let name = match long {
+                Some(long) if is_taken(long) => {
+                    database.notes.push(format!(
+                        "{}: the name {long} is that of another message and is not used",
+                        message.name
+                    ));
+                    &message.name
+                }
+                Some(long) => long,
+                None => &message.name,
+            };
+            if is_taken(name) {
+                database
+                    .notes
+                    .push(format!("{name}: stated twice, the first is used"));
+                continue;
             }
+            let prepared = prepare(&dbc, message, name, &mut database.notes);
+            database.messages.push(prepared);
         }
         Ok(database)
     }
 
-    /// A message by name.
+    /// A message by its name or by its short name.
     #[must_use]
     pub fn message(&self, name: &str) -> Option<&Message> {
-        self.messages.iter().find(|message| message.name == name)
+        let find = |is: &dyn Fn(&&Message) -> bool| self.messages.iter().find(is);
+        find(&|message| message.name == name)
+            .or_else(|| find(&|message| message.symbol.as_deref() == Some(name)))
     }
 }
 
-fn prepare(dbc: &Dbc, message: &DbcMessage, notes: &mut Vec<String>) -> Message {
+/// The text of a file. Editors write code page 1252; what other programs add may be in UTF-8.
+fn text(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len());
+    for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+        match std::str::from_utf8(line) {
+            Ok(line) => text.push_str(line),
+            Err(_) => {
+                text.push_str(&decode_cp1252(line).unwrap_or_else(|| String::from_utf8_lossy(line)))
+            }
+        }
+    }
+    text
+}
+
+fn prepare(dbc: &Dbc, message: &DbcMessage, name: &str, notes: &mut Vec<String>) -> Message {
     let id = match message.id {
         MessageId::Standard(id) => CanId::standard(u32::from(id)),
         MessageId::Extended(id) => CanId::extended(id),
@@ -104,7 +132,8 @@ fn prepare(dbc: &Dbc, message: &DbcMessage, notes: &mut Vec<String>) -> Message 
         None => Addressing::Id(id),
     };
     Message {
-        name: message.name.clone(),
+        name: name.to_owned(),
+        symbol: (name != message.name).then(|| message.name.clone()),
         addressing,
         len: usize::try_from(message.size).unwrap_or(usize::MAX),
         protocol: if group.is_some() {
@@ -112,7 +141,7 @@ fn prepare(dbc: &Dbc, message: &DbcMessage, notes: &mut Vec<String>) -> Message 
         } else {
             Protocol::Plain
         },
-        signals: signals::prepare(dbc, message, notes),
+        signals: signals::prepare(dbc, message, name, notes),
     }
 }
 

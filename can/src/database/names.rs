@@ -1,29 +1,60 @@
 //! What names and descriptions say about a signal.
 
-/// Whether a description of a raw value says that it is not a number.
+use can_dbc::AttributeValue;
+
+/// The name that an attribute states, if it is another than the short one.
+pub(super) fn long_name<'d>(attribute: Option<&'d AttributeValue>, short: &str) -> Option<&'d str> {
+    match attribute? {
+        AttributeValue::String(name) => {
+            (!name.trim().is_empty() && name != short).then(|| name.trim())
+        }
+        _ => None,
+    }
+}
+
+/// Whether a description of a raw value says that it is not a number: by whole words, since a default is no fault.
 pub(super) fn is_not_a_number(description: &str) -> bool {
-    const WHOLE: [&str; 5] = ["sna", "na", "nan", "n/a", "init"];
-    const PARTS: [&str; 9] = [
-        "notavailable",
-        "notavail",
-        "unavailable",
+    /// As the whole description.
+    const WHOLE: [&str; 4] = ["na", "nan", "init", "err"];
+    const WORDS: [&str; 17] = [
+        "sna",
         "invalid",
         "error",
+        "errors",
+        "erroneous",
         "fault",
+        "faults",
+        "faulty",
+        "faulted",
         "undefined",
+        "unavailable",
+        "notavailable",
+        "notavail",
         "notvalid",
-        "signalnot",
+        "sensorerror",
+        "sensorfault",
+        "signalerror",
     ];
-    let words: String = description.to_lowercase();
-    let joined: String = words
-        .chars()
-        .filter(|c| c.is_alphanumeric() || *c == '/')
-        .collect();
-    let is_negated = ["noerror", "nofault"]
-        .iter()
-        .any(|part| joined.contains(part));
-    WHOLE.contains(&joined.as_str())
-        || !is_negated && PARTS.iter().any(|part| joined.contains(part))
+    /// With "not" before them, or "no".
+    const DENIED: [&str; 4] = ["available", "avail", "valid", "defined"];
+    const DENIALS: [&str; 4] = ["no", "not", "non", "without"];
+    let words = words(description);
+    let is =
+        |list: &[&str], word: Option<&String>| word.is_some_and(|w| list.contains(&w.as_str()));
+    let says = |(place, word): (usize, &String)| {
+        let is_denied = is(&DENIALS, place.checked_sub(1).and_then(|at| words.get(at)));
+        let is_free = is(&["free"], words.get(place + 1));
+        if is(&DENIED, Some(word)) {
+            return is_denied;
+        }
+        // also "no sensor error"
+        let is_denied = is_denied || is(&["no", "without"], words.first());
+        is(&WORDS, Some(word)) && !is_denied && !is_free
+    };
+    let says_signal_not = words.windows(2).any(|pair| pair == ["signal", "not"]);
+    WHOLE.contains(&words.concat().as_str())
+        || says_signal_not
+        || words.iter().enumerate().any(says)
 }
 
 /// Words of a name: `AliveCounter_1` is alive, counter, 1.
@@ -114,10 +145,33 @@ mod tests {
             "Error",
             "Sensor fault",
             "Invalid value",
+            "SensorFault",
+            "Signal not available",
+            "signal not received",
+            "NOT_VALID",
+            "N/A",
+            "NaN",
+            "ERROR_2",
         ] {
             assert!(is_not_a_number(text), "{text}");
         }
-        for text in ["Forward", "No error", "On", "Nail", "Neutral"] {
+        for text in [
+            "Forward",
+            "No error",
+            "NoFault",
+            "no sensor error",
+            "fault-free",
+            "On",
+            "Nail",
+            "Neutral",
+            "Default",
+            "DefaultMode",
+            "defaulted",
+            "Terror",
+            "Not invalid",
+            "Trailer not present",
+            "Available",
+        ] {
             assert!(!is_not_a_number(text), "{text}");
         }
     }

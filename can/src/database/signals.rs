@@ -10,66 +10,60 @@ use can_dbc::{
 use super::names;
 use crate::{
     bits::BitRange,
-    message::{Multiplexed, Signal, ValueKind},
+    message::{MOST_NESTED, Multiplexed, Signal, ValueKind},
     unit::SiUnit,
 };
 
+/// What of a signal stands behind its name in other statements of the file.
+const LONG_NAME: &str = "SystemSignalLongSymbol";
+
 /// All signals of a message that fit into it, and what is wrong with the others.
-pub(super) fn prepare(dbc: &Dbc, message: &DbcMessage, notes: &mut Vec<String>) -> Vec<Signal> {
+pub(super) fn prepare(
+    dbc: &Dbc,
+    message: &DbcMessage,
+    message_name: &str,
+    notes: &mut Vec<String>,
+) -> Vec<Signal> {
     let mut kept: Vec<(&DbcSignal, Signal)> = Vec::new();
     for signal in &message.signals {
         match prepare_one(dbc, message, signal) {
             Ok(prepared) => kept.push((signal, prepared)),
-            Err(problem) => notes.push(format!("{}.{}: {problem}", message.name, signal.name)),
+            Err(problem) => notes.push(format!("{message_name}.{}: {problem}", signal.name)),
         }
     }
-    let plain_multiplexer = kept.iter().position(|(signal, _)| {
-        matches!(
-            signal.multiplexer_indicator,
-            MultiplexIndicator::Multiplexor
-        )
-    });
-    let multiplexed: Vec<Option<Result<Multiplexed, String>>> = (kept.iter())
-        .map(|(signal, _)| {
-            let (name, values) = extended(dbc, message, signal).unwrap_or_default();
-            let place = |name: &str| kept.iter().position(|(signal, _)| signal.name == name);
-            let value = match signal.multiplexer_indicator {
-                MultiplexIndicator::Plain | MultiplexIndicator::Multiplexor => return None,
-                MultiplexIndicator::MultiplexedSignal(value)
-                | MultiplexIndicator::MultiplexorAndMultiplexedSignal(value) => value,
-            };
-            let multiplexer = if name.is_empty() {
-                plain_multiplexer
-            } else {
-                place(name)
-            };
-            let values = if values.is_empty() {
-                vec![value..=value]
-            } else {
-                values
-            };
-            Some(match multiplexer {
-                Some(multiplexer) => Ok(Multiplexed {
-                    multiplexer,
-                    values,
-                }),
-                None => Err("its multiplexer is not in the message".to_owned()),
-            })
-        })
-        .collect();
-    let selecting: Vec<usize> = (multiplexed.iter().flatten().flatten())
+    let multiplexers = multiplexers(dbc, message, &kept);
+    let selecting: Vec<usize> = (multiplexers.iter().flatten().flatten())
         .map(|of| of.multiplexer)
         .collect();
-    let mut signals = Vec::with_capacity(kept.len());
-    for (place, ((_, mut signal), multiplexed)) in kept.into_iter().zip(multiplexed).enumerate() {
+    let mut signals: Vec<Signal> = Vec::with_capacity(kept.len());
+    for (place, ((of, mut signal), multiplexed)) in kept.into_iter().zip(multiplexers).enumerate() {
+        let long = dbc.signal_attribute(message.id, &of.name, LONG_NAME);
+        if let Some(long) = names::long_name(long, &of.name) {
+            match signals.iter().any(|other| other.name == long) {
+                true => notes.push(format!(
+                    "{message_name}.{}: the name {long} is that of another signal and is not used",
+                    of.name
+                )),
+                false => {
+                    signal.name = long.to_owned();
+                    signal.symbol = Some(of.name.clone());
+                }
+            }
+        }
+        let is_whole =
+            signal.kind == ValueKind::Unsigned && signal.factor == 1.0 && signal.offset == 0.0;
+        let size = signal.bits.bit_count;
+        signal.is_counter = is_whole && (2..=16).contains(&size) && names::is_counter(&signal.name);
+        signal.is_checksum =
+            is_whole && (4..=32).contains(&size) && names::is_checksum(&signal.name);
         signal.is_multiplexer = selecting.contains(&place);
         match multiplexed {
             None => {}
             Some(Ok(multiplexed)) => signal.multiplexed = Some(multiplexed),
             Some(Err(problem)) => {
                 notes.push(format!(
-                    "{}.{}: {problem}: never a number",
-                    message.name, signal.name
+                    "{message_name}.{}: {problem}: never a number",
+                    signal.name
                 ));
                 // nothing selects it
                 signal.multiplexed = Some(Multiplexed {
@@ -83,21 +77,120 @@ pub(super) fn prepare(dbc: &Dbc, message: &DbcMessage, notes: &mut Vec<String>) 
     signals
 }
 
+/// By signal: what selects it, or why nobody knows.
+fn multiplexers(
+    dbc: &Dbc,
+    message: &DbcMessage,
+    kept: &[(&DbcSignal, Signal)],
+) -> Vec<Option<Result<Multiplexed, String>>> {
+    // cantools writes the long name of a multiplexer, others the short one
+    let place = |name: &str| {
+        let short = kept.iter().position(|(signal, _)| signal.name == name);
+        short.or_else(|| {
+            kept.iter().position(|(signal, _)| {
+                let long = dbc.signal_attribute(message.id, &signal.name, LONG_NAME);
+                names::long_name(long, &signal.name) == Some(name)
+            })
+        })
+    };
+    let stated: Vec<_> = (kept.iter())
+        .map(|(signal, _)| stated_multiplexer(dbc, message, signal))
+        .collect();
+    // some editors mark a multiplexer that another one selects like one that nothing selects
+    let mut roots = (kept.iter().zip(&stated).enumerate())
+        .filter(|(_, ((signal, _), stated))| {
+            stated.is_none()
+                && matches!(
+                    signal.multiplexer_indicator,
+                    MultiplexIndicator::Multiplexor
+                )
+        })
+        .map(|(place, _)| place);
+    let root = match (roots.next(), roots.next()) {
+        (Some(root), None) => Ok(root),
+        (None, _) => Err("its multiplexer is not in the message"),
+        (Some(_), Some(_)) => {
+            Err("its message has several multiplexers, and none is stated for it")
+        }
+    };
+    let mut found: Vec<_> = (kept.iter().zip(stated))
+        .map(|((signal, _), stated)| {
+            use MultiplexIndicator::{
+                MultiplexedSignal, Multiplexor, MultiplexorAndMultiplexedSignal, Plain,
+            };
+            let (multiplexer, values) = match (stated, signal.multiplexer_indicator) {
+                (Some(Err(problem)), _) => return Some(Err(problem)),
+                (Some(Ok((name, values))), _) => {
+                    let place = place(name).ok_or("its multiplexer is not in the message");
+                    (place, values)
+                }
+                (None, Plain | Multiplexor) => return None,
+                (None, MultiplexedSignal(value) | MultiplexorAndMultiplexedSignal(value)) => {
+                    (root, vec![value..=value])
+                }
+            };
+            let multiplexed = multiplexer.map(|multiplexer| Multiplexed {
+                multiplexer,
+                values,
+            });
+            Some(multiplexed.map_err(str::to_owned))
+        })
+        .collect();
+    let has_end: Vec<bool> = (0..found.len())
+        .map(|start| has_root(&found, start))
+        .collect();
+    for (multiplexed, has_end) in found.iter_mut().zip(has_end) {
+        if let Some(multiplexed) = multiplexed
+            && multiplexed.is_ok()
+            && !has_end
+        {
+            *multiplexed = Err(format!(
+                "its multiplexers select each other, or more than {MOST_NESTED} select it"
+            ));
+        }
+    }
+    found
+}
+
+/// Whether the multiplexers of a signal end with one that nothing selects.
+fn has_root(found: &[Option<Result<Multiplexed, String>>], start: usize) -> bool {
+    let mut place = start;
+    for _ in 0..=MOST_NESTED {
+        match found.get(place) {
+            Some(Some(Ok(of))) => place = of.multiplexer,
+            _ => return true,
+        }
+    }
+    false
+}
+
+type Stated<'d> = (&'d str, Vec<RangeInclusive<u64>>);
+
 /// The multiplexer of a signal and the values that select it, where the file states them separately.
-fn extended<'d>(
+fn stated_multiplexer<'d>(
     dbc: &'d Dbc,
     message: &DbcMessage,
     signal: &DbcSignal,
-) -> Option<(&'d str, Vec<RangeInclusive<u64>>)> {
+) -> Option<Result<Stated<'d>, String>> {
     let stated = dbc.extended_multiplex.iter();
     let mut of_signal =
         stated.filter(|of| of.message_id == message.id && of.signal_name == signal.name);
-    let stated = of_signal.next()?;
-    let values = stated
-        .mappings
+    let first = of_signal.next()?;
+    let name = first.multiplexor_signal_name.as_str();
+    let mut mappings = first.mappings.clone();
+    for other in of_signal {
+        if other.multiplexor_signal_name != name {
+            return Some(Err(format!(
+                "two multiplexers are stated for it, {name} and {}",
+                other.multiplexor_signal_name
+            )));
+        }
+        mappings.extend(other.mappings.iter().cloned());
+    }
+    let values = mappings
         .iter()
         .map(|range| range.min_value..=range.max_value);
-    Some((&stated.multiplexor_signal_name, values.collect()))
+    Some(Ok((name, values.collect())))
 }
 
 fn prepare_one(dbc: &Dbc, message: &DbcMessage, signal: &DbcSignal) -> Result<Signal, String> {
@@ -144,10 +237,9 @@ fn prepare_one(dbc: &Dbc, message: &DbcMessage, signal: &DbcSignal) -> Result<Si
     let not_numbers = (descriptions.unwrap_or_default().iter())
         .filter(|described| names::is_not_a_number(&described.description))
         .map(|described| described.id);
-    let is_whole =
-        matches!(kind, ValueKind::Unsigned) && signal.factor == 1.0 && signal.offset == 0.0;
     Ok(Signal {
         name: signal.name.clone(),
+        symbol: None,
         bits,
         kind,
         factor: signal.factor,
@@ -159,8 +251,8 @@ fn prepare_one(dbc: &Dbc, message: &DbcMessage, signal: &DbcSignal) -> Result<Si
         not_numbers: not_numbers.collect(),
         multiplexed: None,
         is_multiplexer: false,
-        is_counter: is_whole && (2..=16).contains(&size) && names::is_counter(&signal.name),
-        is_checksum: is_whole && (4..=32).contains(&size) && names::is_checksum(&signal.name),
+        is_counter: false,
+        is_checksum: false,
     })
 }
 

@@ -154,6 +154,7 @@ pub fn public_group(pgn: u32) -> Option<Message> {
     }
     Some(Message {
         name: (*name).to_owned(),
+        symbol: None,
         addressing: Addressing::ParameterGroup {
             pgn: *pgn,
             source: None,
@@ -174,6 +175,7 @@ fn signal(parameter: &Parameter) -> Option<Signal> {
     let si = SiUnit::of(unit)?;
     Some(Signal {
         name: name.to_owned(),
+        symbol: None,
         bits: BitRange::little_endian(start, bit_count)?,
         kind: ValueKind::Unsigned,
         factor,

@@ -14,6 +14,7 @@ import asammdf
 import can
 import cantools
 import numpy as np
+from can.io.trc import TRCFileVersion
 
 START = 1_700_000_000.0
 HERE = pathlib.Path(__file__).parent
@@ -81,10 +82,24 @@ def write(folder, name, frames, formats=("log", "asc", "blf", "mf4")):
                 logger(frame)
 
 
+def write_trc(folder, frames):
+    """PCAN traces; python-can writes classical data frames only."""
+    for name, version in [("classical", TRCFileVersion.V2_1), ("classical_1_0", TRCFileVersion.V1_0)]:
+        writer = can.TRCWriter(str(folder / f"{name}.trc"))
+        writer.file_version = version
+        # the folder is no part of the file
+        writer.filepath = f"{name}.trc"
+        for frame in frames:
+            if not (frame.is_fd or frame.is_error_frame or frame.is_remote_frame):
+                writer(frame)
+        writer.stop()
+
+
 def main(folder):
     folder.mkdir(parents=True, exist_ok=True)
     frames = list(mixed())
     write(folder, "mixed", frames)
+    write_trc(folder, frames)
     with open(folder / "frames.txt", "w") as out:
         for m in frames:
             kind = "error" if m.is_error_frame else "remote" if m.is_remote_frame else "data"

@@ -27,6 +27,9 @@ pub enum Format {
     /// CAN frames of Vector tools.
     #[strum(serialize = "Vector BLF")]
     Blf,
+    /// CAN frames of PEAK PCAN tools, as text.
+    #[strum(serialize = "PEAK TRC")]
+    Trc,
     /// CAN frames in ASAM MDF, version 4.
     #[strum(serialize = "ASAM MF4")]
     Mf4,
@@ -44,6 +47,7 @@ impl From<ContainerFormat> for Format {
             ContainerFormat::Candump => Self::Candump,
             ContainerFormat::Asc => Self::Asc,
             ContainerFormat::Blf => Self::Blf,
+            ContainerFormat::Trc => Self::Trc,
             ContainerFormat::Mf4 => Self::Mf4,
         }
     }
@@ -59,6 +63,7 @@ impl Format {
             | Format::Candump
             | Format::Asc
             | Format::Blf
+            | Format::Trc
             | Format::Mf4
             | Format::Csv
             | Format::Parquet => false,

@@ -35,6 +35,7 @@ pub(crate) fn open(
         Format::Candump => can(ContainerFormat::Candump, file, topics, losses)?,
         Format::Asc => can(ContainerFormat::Asc, file, topics, losses)?,
         Format::Blf => can(ContainerFormat::Blf, file, topics, losses)?,
+        Format::Trc => can(ContainerFormat::Trc, file, topics, losses)?,
         Format::Mf4 => can(ContainerFormat::Mf4, file, topics, losses)?,
     })
 }

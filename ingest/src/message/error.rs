@@ -22,7 +22,7 @@ pub enum Error {
     /// The content is not in a supported format.
     #[error(
         "{}: not a log: expected MCAP, a bag of ROS 1, a rosbag2 SQLite database or folder, \
-         CAN frames (candump text, Vector ASC or BLF, ASAM MF4) or a table (CSV, Parquet) with a column of time, found {found}",
+         CAN frames (candump text, Vector ASC or BLF, PEAK TRC, ASAM MF4) or a table (CSV, Parquet) with a column of time, found {found}",
         path.display()
     )]
     NotALog {

@@ -52,6 +52,8 @@ pub(super) struct Frames {
     pub(super) values: Option<Stream>,
     /// The record identifier of values in the same data group.
     pub(super) values_id: Option<u64>,
+    /// Records so far, among mixed ones.
+    pub(super) count: u64,
 }
 
 impl DataGroup {
@@ -145,7 +147,13 @@ impl DataGroup {
             let Content::Frames(frames) = &mut records.content else {
                 continue;
             };
-            match frames.layout.parse(bytes, start_ns, frame) {
+            let index = match self.id_bytes {
+                // also behind lost records
+                0 => start / (bytes.len() as u64).max(1),
+                _ => frames.count,
+            };
+            frames.count += 1;
+            match frames.layout.parse(bytes, index, start_ns, frame) {
                 Parsed::Whole => return Ok(true),
                 Parsed::Wrong => lost.lose(file.len..file.len, "records that are not frames"),
                 Parsed::At(position) => {

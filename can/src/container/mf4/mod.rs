@@ -2,6 +2,9 @@
 
 mod block;
 mod chain;
+mod channel;
+mod conversion;
+mod field;
 mod group;
 mod layout;
 mod reader;

@@ -68,7 +68,8 @@ impl<R: Read + Seek> Mf4<R> {
         }
         if groups.is_empty() && lost.ranges.is_empty() {
             return Err(OpenError::Invalid(format!(
-                "expected bus frames (CAN_DataFrame) in the MF4 file, found {others} groups of other channels"
+                "expected bus frames (CAN_DataFrame) in the MF4 file, found {others} groups of other channels: export the \
+                 frames of the bus with the software of the logger, or its signals as a CSV table with a column of time"
             )));
         }
         if others > 0 {
@@ -161,13 +162,21 @@ fn data_group<R: Read + Seek>(
                 recent: VecDeque::new(),
             }
         } else {
-            match FrameLayout::find(file, group.link(1), lost)? {
-                Some(layout) => Content::Frames(Box::new(Frames {
+            match FrameLayout::find(file, group.link(1), group.link(3), lost)? {
+                Ok(Some(layout)) => Content::Frames(Box::new(Frames {
                     layout,
                     values: None,
                     values_id: None,
+                    count: 0,
                 })),
-                None => Content::Other,
+                Ok(None) => Content::Other,
+                Err(reason) => {
+                    lost.lose(
+                        channel_group.min(file.len)..(channel_group + 1).min(file.len),
+                        format!("frames of a group that cannot be read: {reason}"),
+                    );
+                    Content::Other
+                }
             }
         };
         let bytes = bytes[0].saturating_add(bytes[1]);
