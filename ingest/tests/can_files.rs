@@ -1,6 +1,6 @@
 //! Files of CAN loggers as logs: each channel a topic of frames.
 
-use std::{ops::ControlFlow, path::PathBuf};
+use std::{io::Write as _, ops::ControlFlow, path::PathBuf};
 
 use tipwatch_can::{Database, j1939};
 use tipwatch_ingest::{CanTopic, FieldRequest, Log, Losses, record_fields, recover};
@@ -56,6 +56,113 @@ fn every_format_is_recognised_by_its_content() {
         );
         let (first, last) = log.span_ns().unwrap();
         assert!((last - first - 119 * 15_625_000).abs() < 10_000, "{name}");
+    }
+}
+
+/// A PCAN trace has classical data frames only, and MF4 files may have a bus for each group.
+#[test]
+fn every_bus_of_a_trace_is_a_topic() {
+    let cases: [(&str, &str, &[&str], u64); 3] = [
+        ("classical.trc", "PEAK TRC", &["can1", "can2"], 60),
+        ("classical_1_0.trc", "PEAK TRC", &["can1"], 60),
+        (
+            "layout_virtual_bus.mf4",
+            "ASAM MF4",
+            &["can1", "can2", "can3", "can4"],
+            48,
+        ),
+    ];
+    for (name, format, channels, frames) in cases {
+        let log = Log::open(&fixture(name)).unwrap();
+        assert_eq!(log.format().to_string(), format);
+        let names: Vec<&str> = log
+            .topics()
+            .iter()
+            .map(|topic| topic.name.as_str())
+            .collect();
+        assert_eq!(names, channels, "{name}");
+        let (counts, losses) = read(&log);
+        assert_eq!(counts.iter().sum::<u64>(), frames, "{name}");
+        assert!(losses.is_empty(), "{name}: {losses:?}");
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("clean.mcap");
+        recover(&log, &target).unwrap();
+        assert_eq!(read(&Log::open(&target).unwrap()).0, counts, "{name}");
+    }
+}
+
+/// A file packed as a whole, by each of the programs that users have.
+fn packed(bytes: &[u8]) -> Vec<(&'static str, Vec<u8>)> {
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    gzip.write_all(bytes).unwrap();
+    let mut bzip2 = bzip2::write::BzEncoder::new(Vec::new(), bzip2::Compression::fast());
+    bzip2.write_all(bytes).unwrap();
+    let mut lz4 = lz4_flex::frame::FrameEncoder::new(Vec::new());
+    lz4.write_all(bytes).unwrap();
+    vec![
+        ("gzip", gzip.finish().unwrap()),
+        ("bzip2", bzip2.finish().unwrap()),
+        ("lz4", lz4.finish().unwrap()),
+        ("zstd", zstd::stream::encode_all(bytes, 1).unwrap()),
+    ]
+}
+
+#[test]
+fn packed_traces_give_the_messages_of_the_trace() {
+    for name in [
+        "mixed.log",
+        "mixed.asc",
+        "mixed.blf",
+        "mixed_plain.mf4",
+        "classical.trc",
+    ] {
+        let bytes = std::fs::read(fixture(name)).unwrap();
+        let plain = read(&Log::open(&fixture(name)).unwrap()).0;
+        for (packing, packed) in packed(&bytes) {
+            let file = TempLog::new("trace", &packed);
+            let log = Log::open(&file.path).unwrap();
+            let (counts, losses) = read(&log);
+            assert_eq!(counts, plain, "{name} in {packing}");
+            assert!(losses.is_empty(), "{name} in {packing}: {losses:?}");
+        }
+    }
+}
+
+/// Packed files that were joined are one file; of a file that is cut the beginning is read.
+#[test]
+fn joined_and_cut_packed_traces_are_read() {
+    let bytes = std::fs::read(fixture("mixed.log")).unwrap();
+    let long = bytes.repeat(20);
+    let halves = 10 * bytes.len();
+    for ((packing, first), (_, second)) in packed(&long[..halves])
+        .into_iter()
+        .zip(packed(&long[halves..]))
+    {
+        let file = TempLog::new("joined", &[&first[..], &second[..]].concat());
+        let (counts, losses) = read(&Log::open(&file.path).unwrap());
+        assert_eq!(counts, [80 * 20, 20 * 20], "{packing}");
+        assert!(losses.is_empty(), "{packing}: {losses:?}");
+        let file = TempLog::new("cut", &[&first[..], &second[..second.len() / 2]].concat());
+        let log = Log::open(&file.path).unwrap();
+        let (counts, losses) = read(&log);
+        assert!(
+            (80 * 10..80 * 20).contains(&counts[0]),
+            "{packing}: {counts:?}"
+        );
+        assert!(!losses.is_empty(), "{packing}");
+        let flipped = first.len() / 2;
+        let mut damaged = [&first[..], &second[..]].concat();
+        damaged[flipped] ^= 0x40;
+        let file = TempLog::new("flipped", &damaged);
+        let Ok(log) = Log::open(&file.path) else {
+            continue;
+        };
+        let (counts, losses) = read(&log);
+        assert!(counts[0] <= 80 * 20, "{packing}");
+        // these have a checksum
+        if ["gzip", "bzip2"].contains(&packing) {
+            assert!(!losses.is_empty(), "{packing}");
+        }
     }
 }
 

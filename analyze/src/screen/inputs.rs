@@ -17,7 +17,7 @@ use tipwatch_storage::{Folder, Location, expand};
 /// File extensions of logs; logs given by name may have any.
 const LOG_ENDINGS: [&str; 4] = [".mcap", ".bag", ".db3", ".bag.active"];
 /// Extensions added by whole-file compression.
-const PACKED_ENDINGS: [&str; 3] = ["", ".zstd", ".zst"];
+const PACKED_ENDINGS: [&str; 6] = ["", ".zstd", ".zst", ".gz", ".bz2", ".lz4"];
 const MANIFEST_ENDINGS: [&str; 3] = [".txt", ".list", ".manifest"];
 /// The file that makes a folder a log.
 const ROSBAG2_METADATA: &str = "metadata.yaml";

@@ -5,7 +5,7 @@ use std::{fs::File, io::Read, path::Path};
 use tipwatch_can::ContainerFormat;
 use tipwatch_storage::Object;
 
-use super::{format::Format, table_time::is_csv};
+use super::{format::Format, packing::Packing, table_time::is_csv};
 use crate::message::Error;
 
 /// The first line of every bag, version 2.0.
@@ -13,18 +13,15 @@ pub(crate) const BAG_MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 const OTHER_BAG_MAGIC: &[u8] = b"#ROS";
 const PARQUET_MAGIC: &[u8] = b"PAR1";
-const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 pub(crate) const LONGEST_MAGIC_BYTES: u64 = 16;
 /// Enough to see the format of a text.
 const BEGINNING_BYTES: u64 = 4096;
-/// The largest block of zstd, and its headers.
-const PACKED_BEGINNING_BYTES: u64 = 132 << 10;
 
 /// The content of a file, judged by its first bytes.
 pub(crate) enum Content {
     Log(Format),
-    /// A log in a zstd-compressed file.
+    /// A log in a file that is compressed as a whole.
     Packed(Format),
     Unsupported(&'static str),
     Unknown(String),
@@ -51,11 +48,11 @@ impl Content {
 pub(super) fn of_file(path: &Path) -> Result<Content, Error> {
     let file = File::open(path).map_err(Error::io(path))?;
     let first_bytes = first_bytes_of(&file).map_err(Error::io(path))?;
-    if !first_bytes.starts_with(ZSTD_MAGIC) {
+    let Some(packing) = Packing::of(&first_bytes) else {
         return Ok(classify(&first_bytes));
-    }
+    };
     let file = File::open(path).map_err(Error::io(path))?;
-    Ok(within_zstd(file))
+    Ok(within(packing, file))
 }
 
 /// What the bytes of an object say. That it ends as an MCAP file is enough: its end is there already.
@@ -69,25 +66,27 @@ pub(super) fn of_object(object: &Object) -> Result<Content, Error> {
     }
     let mut first_bytes = vec![0; BEGINNING_BYTES.min(size) as usize];
     object.read_at(0, &mut first_bytes)?;
-    Ok(match first_bytes.starts_with(ZSTD_MAGIC) {
-        true => {
-            // enough for one block
-            let beginning = 0..PACKED_BEGINNING_BYTES.min(size);
+    Ok(match Packing::of(&first_bytes) {
+        Some(packing) => {
+            let beginning = 0..packing.beginning_bytes().min(size);
             object.require(beginning.clone())?;
             let file = File::open(object.data()).map_err(Error::io(object.data()))?;
-            within_zstd(file.take(beginning.end))
+            within(packing, file.take(beginning.end))
         }
-        false => classify(&first_bytes),
+        None => classify(&first_bytes),
     })
 }
 
-fn within_zstd(packed: impl Read) -> Content {
-    let unpacked = zstd::stream::read::Decoder::new(packed).and_then(first_bytes_of);
-    match unpacked.map(|first_bytes| classify(&first_bytes)) {
-        Ok(Content::Log(format)) => Content::Packed(format),
-        Ok(Content::Unknown(found)) => Content::Unknown(format!("within zstd {found}")),
-        Ok(other) => other,
-        Err(error) => Content::Unknown(format!("damaged zstd: {error}")),
+fn within(packing: Packing, packed: impl Read) -> Content {
+    let mut first_bytes = Vec::new();
+    let unpacked = packing.unpack(packed);
+    let unpacked = unpacked.and_then(|of| of.take(BEGINNING_BYTES).read_to_end(&mut first_bytes));
+    match (unpacked, classify(&first_bytes)) {
+        // damage may follow
+        (_, Content::Log(format)) => Content::Packed(format),
+        (Err(error), _) => Content::Unknown(format!("damaged {packing}: {error}")),
+        (Ok(_), Content::Unknown(found)) => Content::Unknown(format!("within {packing} {found}")),
+        (Ok(_), other) => other,
     }
 }
 

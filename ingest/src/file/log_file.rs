@@ -1,8 +1,8 @@
-//! A file of a log. A zstd-compressed file is first decompressed into a private temporary file.
+//! A file of a log. A file that is compressed as a whole is first decompressed into a private temporary file.
 
 use std::{
     fs::File,
-    io::{Read, Write},
+    io::{Read, Seek, Write},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 use tipwatch_storage::{ErrorKind, Object};
 
+use super::{content::LONGEST_MAGIC_BYTES, packing::Packing};
 use crate::message::{Error, Losses, LostPart};
 
 /// Highest compression ratio of a real log; beyond it decompression stops.
@@ -142,9 +143,15 @@ fn unpack(path: &Path, packed: &Path, losses: &mut Losses) -> Result<(TempDir, P
         .map_err(Error::io(&std::env::temp_dir()))?;
     let data = folder.path().join("log");
     let mut target = File::create_new(&data).map_err(Error::io(&data))?;
-    let source = File::open(packed).map_err(Error::io(path))?;
+    let mut source = File::open(packed).map_err(Error::io(path))?;
     let packed_bytes = source.metadata().map_err(Error::io(path))?.len();
-    let mut decoder = zstd::stream::read::Decoder::new(source).map_err(Error::io(path))?;
+    let mut first_bytes = Vec::new();
+    let mut read = (&mut source).take(LONGEST_MAGIC_BYTES);
+    read.read_to_end(&mut first_bytes)
+        .map_err(Error::io(path))?;
+    source.rewind().map_err(Error::io(path))?;
+    let packing = Packing::of(&first_bytes).unwrap_or(Packing::Zstd);
+    let mut decoder = packing.unpack(source).map_err(Error::io(path))?;
     let mut buffer = vec![0; COPY_BYTES];
     let mut unpacked_bytes: u64 = 0;
     loop {

@@ -4,6 +4,7 @@ mod content;
 mod file_bytes;
 mod format;
 mod log_file;
+mod packing;
 mod source;
 pub(crate) mod table_time;
 
