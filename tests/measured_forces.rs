@@ -84,7 +84,7 @@ fn wrong_forces_are_reported_and_change_no_load() {
         let found = reported(&analysis);
         assert_eq!(found.len(), 2, "{name}: {found:?}");
         for event in found {
-            let fault = event.fault.unwrap();
+            let fault = event.fault.as_ref().unwrap();
             assert_eq!(fault.kind, FaultKind::Contradiction);
             assert_eq!(fault.policy, Policy::Report);
             let limit = fault.limit.unwrap();
@@ -111,7 +111,7 @@ fn forces_that_stand_still_are_reported() {
             values.set(&name, kept);
         });
         let mut found = reported(&analysis);
-        found.retain(|event| event.fault.unwrap().kind == FaultKind::Frozen);
+        found.retain(|event| event.fault.as_ref().unwrap().kind == FaultKind::Frozen);
         let [event] = found[..] else {
             panic!("{linkage}, changed by {largest_change} N: {found:?}");
         };

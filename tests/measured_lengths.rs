@@ -84,7 +84,7 @@ fn wrong_strokes_are_reported_and_change_no_load() {
         let event = found
             .first()
             .unwrap_or_else(|| panic!("{name}: not reported"));
-        assert!(event.unit == "m" && event.fault.unwrap().policy == Policy::Report);
+        assert!(event.unit == "m" && event.fault.as_ref().unwrap().policy == Policy::Report);
         let start_s = (event.start_ns - analysis.rows.times_ns[0]) as f64 * 1e-9;
         assert!((start_s - WRONG_FROM_S).abs() < 0.5, "{name}: {start_s}");
         assert_eq!(analysis.rows.reasons, good.rows.reasons, "{name}");

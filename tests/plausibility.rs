@@ -361,7 +361,7 @@ fn faults_are_located_and_their_rows_invalid() {
             "{}: {found:?}",
             case.name
         );
-        let fault = event.fault.unwrap();
+        let fault = event.fault.as_ref().unwrap();
         assert_eq!(fault.kind.name(), case.kind, "{}", case.name);
         assert_eq!(event.unit, case.unit, "{}", case.name);
         let [least, largest] = case.worst;
@@ -450,7 +450,8 @@ fn what_is_used_live_finds_the_same_faults() {
         assert!(
             found
                 .iter()
-                .any(|e| e.subject == case.subject && e.fault.unwrap().kind.name() == case.kind),
+                .any(|e| e.subject == case.subject
+                    && e.fault.as_ref().unwrap().kind.name() == case.kind),
             "{}: {found:?}",
             case.name
         );
@@ -465,7 +466,7 @@ fn a_check_has_a_policy_of_its_own() {
     let case = &CASES[2];
     let scene = Scene::new(case, "policy = \"invalid\"\nrange = \"report\"");
     let analysis = scene.analysed(Estimator::Smoother);
-    let fault = faults(&analysis)[0].fault.unwrap();
+    let fault = faults(&analysis)[0].fault.as_ref().unwrap();
     assert_eq!(fault.policy.name(), "report");
     assert!(
         analysis

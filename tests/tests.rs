@@ -30,6 +30,7 @@ mod redaction; // secrets of URLs leave the programs by no door
 mod redundancy; // wrong sensors found by comparison with each other
 mod reference_posture; // utilisation does not depend on when a recording begins
 mod release_profile; // what the programs are built with
+mod rotation; // tip-overs that gyro and attitude show, whatever the loads say
 mod second_paper; // results of the second paper, and the gain from cylinder pressures
 mod sparse; // static rows, and lifts that no row shows
 mod sparse_supports; // static rows of a machine whose supports come and go

@@ -163,8 +163,8 @@ fn of_reason(reason: Reason) -> &'static str {
         Reason::JointsFault
         | Reason::ImuFault
         | Reason::OdometryFault
-        | Reason::ToolWrenchFault
-        | Reason::Contradiction => "TW-VERDICT-10",
+        | Reason::ToolWrenchFault => "TW-VERDICT-10",
+        Reason::Contradiction => "TW-VERDICT-26",
         Reason::Settling => "TW-VERDICT-01",
         Reason::LinkageOpen | Reason::NoGroundContact | Reason::NotFinite => "TW-VERDICT-12",
         Reason::Tipping => "TW-VERDICT-06",

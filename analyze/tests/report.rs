@@ -147,6 +147,8 @@ fn two_hundred_input_faults_are_one_line_each_kind() {
                 policy: Policy::Report,
                 limit: Some(1.0),
                 samples: 3,
+                explanation: None,
+                loads_are_right: None,
             }),
             ..Event::blank(
                 EventKind::InputFault,

@@ -522,6 +522,7 @@ fn finding(policy: Policy, component: Component) -> Finding {
         measure: 100.0,
         limit: 39.2,
         amount: Amount::default(),
+        explanation: None,
     }
 }
 

@@ -75,6 +75,5 @@ pub use studies::placement::Placement;
 pub use studies::self_equilibrated::self_equilibrated_loads;
 pub use studies::standing::{MassShare, RestingMachine};
 pub use studies::static_posture::{
-    ReferenceLoadError, resting_on_slope, resting_state, standing_posture, static_contributions,
-    static_outcome,
+    ReferenceLoadError, resting_on_slope, resting_state, standing_posture, static_outcome,
 };

@@ -155,6 +155,24 @@ pub fn write_edited_without(
     left_out: &str,
     edit: &mut dyn FnMut(&str, &mut Values<'_>),
 ) {
+    write_changed(from, to, left_out, &|_, _| true, edit);
+}
+
+/// Copies those messages of a log to a new MCAP file whose topic and log time (ns) `keep` accepts.
+///
+/// # Panics
+/// If the log cannot be read or the copy cannot be written.
+pub fn write_kept(from: &Path, to: &Path, keep: &dyn Fn(&str, i64) -> bool) {
+    write_changed(from, to, "", keep, &mut |_, _| ());
+}
+
+fn write_changed(
+    from: &Path,
+    to: &Path,
+    left_out: &str,
+    keep: &dyn Fn(&str, i64) -> bool,
+    edit: &mut dyn FnMut(&str, &mut Values<'_>),
+) {
     let log = Log::open(from).expect("a log");
     let file = std::io::BufWriter::new(std::fs::File::create(to).expect("a new file"));
     let mut writer: Writer<_> = WriteOptions::new().create(file).expect("a writer");
@@ -179,6 +197,9 @@ pub fn write_edited_without(
     let ids: Vec<TopicId> = channels.keys().copied().collect();
     log.read(&ids, &mut |message| {
         let topic = &log.topics()[message.topic.index()];
+        if !keep(&topic.name, message.log_time_ns) {
+            return ControlFlow::Continue(());
+        }
         let mut data = message.data.to_vec();
         if let Some(mut values) = values(&topic.type_name, &mut data) {
             edit(&topic.name, &mut values);

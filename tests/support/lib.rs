@@ -19,7 +19,7 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::estimation::SensorSamples;
 use tipwatch_mechanics::state::Sensor;
 
-pub use edited_log::{Values, write_edited, write_edited_without};
+pub use edited_log::{Values, write_edited, write_edited_without, write_kept};
 pub use load_log::{LOADS, write_with_loads};
 pub use python_package::python_package;
 

@@ -37,6 +37,9 @@ pub struct Coverage {
     pub valid_share: Option<f64>,
     /// Rows with wheel loads: the valid ones, and those of a machine that tips.
     pub computable_rows: u64,
+    /// Time in it in which signals that the loads rest on contradict each other (s).
+    #[serde(default)]
+    pub doubted_s: f64,
     /// What is known between the rows; absent for a log that is not sparse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between_rows: Option<Exclusion>,
@@ -51,13 +54,15 @@ impl Coverage {
         log_span_ns: Option<(i64, i64)>,
     ) -> Self {
         let covered_s = covered_s(loaded, options, log_span_ns);
-        let computable_s = computable_s(rows, &holes(loaded)).min(covered_s);
+        let [computable_s, doubted_s] =
+            computable_s(rows, &holes(loaded)).map(|s| s.min(covered_s));
         let computable = rows.reasons.iter().filter(|reasons| reasons.leave_loads());
         Self {
             covered_s,
             computable_s,
             valid_share: (covered_s > 0.0).then(|| computable_s / covered_s),
             computable_rows: computable.count() as u64,
+            doubted_s,
             between_rows: None,
         }
     }
@@ -168,21 +173,26 @@ fn holes(loaded: &LoadedLog) -> Vec<(i64, i64)> {
     disjoint
 }
 
-/// Time between neighbouring rows with loads, without the holes.
-fn computable_s(rows: &Table, holes: &[(i64, i64)]) -> f64 {
+/// Time between neighbouring rows with loads, without the holes: all, and that with a doubted row at either end.
+fn computable_s(rows: &Table, holes: &[(i64, i64)]) -> [f64; 2] {
     let mut next = 0;
-    let mut sum_ns = 0.0;
+    let (mut sum_ns, mut doubted_ns) = (0.0, 0.0);
     for row in 1..rows.len() {
         let (from, to) = (rows.times_ns[row - 1], rows.times_ns[row]);
         while holes.get(next).is_some_and(|hole| hole.1 <= from) {
             next += 1;
         }
-        if !(rows.reasons[row - 1].leave_loads() && rows.reasons[row].leave_loads()) {
+        let reasons = [rows.reasons[row - 1], rows.reasons[row]];
+        if !reasons.iter().all(|reasons| reasons.leave_loads()) {
             continue;
         }
         let within = holes[next..].iter().take_while(|hole| hole.0 < to);
         let lost = within.map(|hole| hole.1.min(to).saturating_sub(hole.0.max(from)) as f64);
-        sum_ns += to.saturating_sub(from) as f64 - lost.sum::<f64>();
+        let step_ns = to.saturating_sub(from) as f64 - lost.sum::<f64>();
+        sum_ns += step_ns;
+        if reasons.iter().any(|reasons| reasons.have_doubt()) {
+            doubted_ns += step_ns;
+        }
     }
-    sum_ns * 1e-9
+    [sum_ns * 1e-9, doubted_ns * 1e-9]
 }

@@ -9,15 +9,17 @@ use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::{SampleError, Sensor, StreamCounts};
+use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
 
 use super::clock::{self, ClockOffsets};
 use super::inputs::{self, GrossInput};
 use super::measured_loads::sampled_rows;
+use super::rotations;
 use super::state_blocks::{self, KeptStates};
 use crate::base::estimated::{EstimatedRows, EstimatedStates, StateSource};
 use crate::base::options::{ApplyClockOffsets, Estimator, Options};
+use crate::events::FoundRotation;
 use crate::load::linkage_force::{self, LinkageForce};
 use crate::load::{LoadedLog, block_smoother, load};
 
@@ -25,6 +27,10 @@ use crate::load::{LoadedLog, block_smoother, load};
 pub(super) struct SignalQuality {
     pub(super) counts: Vec<(Sensor, StreamCounts)>,
     pub(super) faults: Vec<FaultSpan>,
+    /// Rotations of the platform about an edge, by gyro and attitude alone.
+    pub(super) rotations: Vec<FoundRotation>,
+    /// Times of the first and the last row in each, as far as the estimator knew it in the row (ns).
+    pub(super) rotating: Vec<[i64; 2]>,
 }
 
 /// The states of a log's rows: its sensors on one clock, smoothed or causal. No loads are computed.
@@ -111,10 +117,25 @@ fn estimate(loaded: &LoadedLog, options: &Options) -> Result<(EstimatedRows, Sig
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
-    let (rows, quality) = match options.estimator {
+    let (mut rows, mut quality) = match options.estimator {
         Estimator::Smoother => smoothed(loaded, clock)?,
         Estimator::Causal => causal(loaded, clock)?,
     };
+    quality.rotations = rotations::find(loaded, rows.times_ns.first().copied(), options)?;
+    if options.estimator == Estimator::Smoother {
+        // each row knows what follows
+        quality.rotating = quality
+            .rotations
+            .iter()
+            .map(FoundRotation::span_ns)
+            .collect();
+        for &[first, last] in &quality.rotating {
+            let pairs = rows.times_ns.iter().zip(&mut rows.reasons);
+            for (_, reasons) in pairs.filter(|(time, _)| (first..=last).contains(time)) {
+                reasons.add(Reason::Tipping);
+            }
+        }
+    }
     Ok((within(rows, options), quality))
 }
 
@@ -124,6 +145,8 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
     let quality = SignalQuality {
         counts: smoother.counts().collect(),
         faults: smoother.faults().to_vec(),
+        rotations: Vec::new(),
+        rotating: Vec::new(),
     };
     let times_ns = smoother.row_times_ns().to_vec();
     let states = state_blocks::smoothed(machine, smoother);
@@ -162,10 +185,16 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
     }
     let times_ns = estimates.iter().map(|e| e.time_ns).collect();
     let reasons = estimates.iter().map(|e| e.reasons).collect();
+    let spells = estimates.chunk_by(|a, b| a.rotates == b.rotates);
+    let spells = spells.filter(|spell| spell[0].rotates);
+    let rotating = spells.map(|spell| [spell[0].time_ns, spell[spell.len() - 1].time_ns]);
+    let rotating = rotating.collect();
     let kept = KeptStates::of(machine, EstimatedStates { states, reasons });
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
         faults: faults.finish(),
+        rotations: Vec::new(),
+        rotating,
     };
     Ok((estimated(machine, times_ns, Arc::new(kept)), quality))
 }

@@ -17,7 +17,7 @@ use super::sensitivity::SensitivityPass;
 use crate::base::options::Options;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
-use crate::events::{AnyPass, Event, Found, OnSet};
+use crate::events::{AnyPass, Event, Found, FoundRotation, OnSet, Stories};
 use crate::load::MeasuredLoads;
 
 /// Receives the rows of a log block by block, in order.
@@ -74,6 +74,7 @@ pub(super) fn gather(
     prepared: Prepared<'_>,
     min_loads_n: Option<&[f64]>,
     sets: &[OnSet<'_>],
+    rotations: &[FoundRotation],
     scope: Scope,
     others: &OtherModels,
     sink: &mut dyn RowSink,
@@ -88,6 +89,12 @@ pub(super) fn gather(
     let monte_carlo = draws.map(|draws| MonteCarloPass::new(machine, draws));
     let mut bands: Vec<Vec<Band>> = Vec::new();
     let mut events = AnyPass::new(machine, table, min_loads_n, sets, scope);
+    let stories = Stories {
+        machine,
+        table,
+        scope,
+        rotations,
+    };
     let is_one_set = table.supports().is_none();
     let mut sensitivity =
         (scope.sensitivities && is_one_set).then(|| SensitivityPass::new(machine));
@@ -132,15 +139,19 @@ pub(super) fn gather(
             },
         );
         written?;
-        let settled = events.settled();
+        let settled = stories.settled(events.settled());
         let time_ns = table.times_ns.get(settled).copied();
         match time_ns {
-            Some(_) => sink.settle(settled, time_ns, events.events()),
+            Some(_) => {
+                let told = stories.told(events.events().to_vec(), settled);
+                sink.settle(settled, time_ns, &told)
+            }
             // events that are still open become known at the end
             None => Ok(()),
         }
     })?;
-    let found = events.finish();
+    let mut found = events.finish();
+    found.events = stories.told(found.events, table.len());
     let (not_excluded, exclusion) = exclusion.finish();
     sink.settle(table.len(), None, &found.events)?;
     Ok(Gathered {

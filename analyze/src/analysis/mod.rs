@@ -23,6 +23,7 @@ mod provenance;
 pub mod quasi_static;
 mod redundancy;
 mod result;
+mod rotations;
 pub mod run;
 pub mod sensitivity;
 mod size;

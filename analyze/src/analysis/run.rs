@@ -129,6 +129,12 @@ fn analyse_with<S: RowSink>(
         has_odometry,
         &options,
     )?;
+    // an IMU that is grossly wrong shows no rotation
+    let shows_rotations = !gross_inputs.iter().any(|input| input.kind.is_of_imu());
+    let (rotations, rotating) = match shows_rotations {
+        true => (quality.rotations, quality.rotating),
+        false => Default::default(),
+    };
     let on_supports = supports::of_rows(&mut loaded, &rows.times_ns, scope);
     let machine = on_supports
         .as_ref()
@@ -137,7 +143,7 @@ fn analyse_with<S: RowSink>(
         true => verdicts::monitor_record(&log)?,
         false => MonitorRecord::default(),
     };
-    let mut table = Table::new(machine, rows, scope, &model, record);
+    let mut table = Table::new(machine, rows, scope, &model, record).rotating(rotating);
     if let Some((named, sets)) = &on_supports {
         table = table.on_supports(named, SupportSets::clone(sets));
     }
@@ -167,6 +173,7 @@ fn analyse_with<S: RowSink>(
         prepared,
         min_loads_n.as_deref(),
         &sets,
+        &rotations,
         scope,
         &others,
         &mut sink,

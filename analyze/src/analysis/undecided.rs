@@ -24,6 +24,13 @@ pub enum Undecided {
         /// Of which time with known loads (s).
         computable_s: f64,
     },
+    /// Signals that the loads rest on contradict each other: what was found stands, and more may be hidden.
+    Doubted {
+        /// For how long (s).
+        doubted_s: f64,
+        /// Of which time with known loads (s).
+        computable_s: f64,
+    },
     /// Inputs are grossly wrong, so that computed loads mean nothing: one sentence each.
     GrossInputs(Vec<String>),
 }
@@ -45,9 +52,16 @@ impl Undecided {
                 min_valid,
             });
         }
+        let computable_s = coverage.computable_s;
+        if coverage.doubted_s > 0.0 {
+            return Some(Self::Doubted {
+                doubted_s: coverage.doubted_s,
+                computable_s,
+            });
+        }
         Some(Self::LiftNotExcluded {
             not_excluded_s: coverage.lift_not_excluded_s()?,
-            computable_s: coverage.computable_s,
+            computable_s,
         })
     }
 
@@ -85,6 +99,13 @@ impl std::fmt::Display for Undecided {
                 formatter,
                 "between the rows of this sparse log a wheel lift cannot be excluded for {not_excluded_s:.1} of \
                  {computable_s:.1} s"
+            ),
+            Self::Doubted {
+                doubted_s,
+                computable_s,
+            } => write!(
+                formatter,
+                "signals contradict each other for {doubted_s:.1} of {computable_s:.1} s, and which one is wrong is unknown"
             ),
             Self::GrossInputs(findings) => {
                 write!(formatter, "inputs are wrong: {}", findings.join("; "))

@@ -129,7 +129,7 @@ impl EstimatedRows {
     /// Whether the signals leave a row valid.
     #[must_use]
     pub fn is_valid(&self, row: usize) -> bool {
-        self.reasons[row].is_empty()
+        self.reasons[row].leave_valid()
     }
 
     /// Time of a row (s) after the first one.

@@ -54,7 +54,7 @@ impl Rows {
     /// Whether a row is valid.
     #[must_use]
     pub fn is_valid(&self, row: usize) -> bool {
-        self.reasons[row].is_empty()
+        self.reasons[row].leave_valid()
     }
 
     /// The row at a time, or the next one.

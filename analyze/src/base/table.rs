@@ -41,6 +41,8 @@ pub struct Table {
     first: usize,
     evaluator: BatchEvaluator,
     record: MonitorRecord,
+    /// Times, first and last, in which the platform rotates about an edge (ns).
+    rotating: Vec<[i64; 2]>,
     widening: Option<Arc<dyn Widening>>,
     /// The sets of supports, if they come and go; the machine of `evaluator` then only names the columns.
     supports: Option<Arc<SupportSets>>,
@@ -66,6 +68,7 @@ impl Table {
             first: estimated.first,
             evaluator: BatchEvaluator::new(machine, scope, model),
             record,
+            rotating: Vec::new(),
             widening: None,
             supports: None,
             predicts: false,
@@ -76,6 +79,12 @@ impl Table {
     /// Widens the bands of all rows computed from now on.
     pub(crate) fn widen_by(&mut self, widening: Arc<dyn Widening>) {
         self.widening = Some(widening);
+    }
+
+    /// States when the platform rotates about an edge, by gyro and attitude alone: first and last times (ns).
+    pub(crate) fn rotating(mut self, rotating: Vec<[i64; 2]>) -> Self {
+        self.rotating = rotating;
+        self
     }
 
     /// Predicts what is ahead of each row: for rows whose states know nothing of what follows.
@@ -111,6 +120,7 @@ impl Table {
             first: self.first,
             evaluator: BatchEvaluator::new(machine, scope, self.evaluator.model()),
             record: MonitorRecord::default(),
+            rotating: self.rotating.clone(),
             widening: self.widening.clone(),
             supports: None,
             predicts: false,
@@ -147,7 +157,7 @@ impl Table {
     /// Whether a row is valid.
     #[must_use]
     pub fn is_valid(&self, row: usize) -> bool {
-        self.reasons[row].is_empty()
+        self.reasons[row].leave_valid()
     }
 
     /// The row at a time, or the next one.
@@ -278,7 +288,12 @@ impl Table {
         };
         let evaluator = &self.evaluator;
         let mut judge = evaluator.scope().sensitivities.then(|| {
-            let judge = RowJudge::new(evaluator.machine(), &self.record, self.supports());
+            let judge = RowJudge::new(
+                evaluator.machine(),
+                &self.record,
+                &self.rotating,
+                self.supports(),
+            );
             match self.predicts {
                 true => judge.predicting(),
                 false => judge,

@@ -27,6 +27,8 @@ pub(crate) struct MonitorRecord {
 pub(crate) struct RowJudge<'a> {
     machine: &'a Machine,
     record: &'a MonitorRecord,
+    /// Times in which the platform rotates about an edge (ns).
+    rotating: &'a [[i64; 2]],
     judge: Judge,
     forecast: LiftOffForecast,
     otf: Vec<f64>,
@@ -75,6 +77,7 @@ impl<'a> RowJudge<'a> {
     pub(crate) fn new(
         machine: &'a Machine,
         record: &'a MonitorRecord,
+        rotating: &'a [[i64; 2]],
         supports: Option<&'a SupportSets>,
     ) -> Self {
         let mut judge = Judge::new(machine.limits());
@@ -82,6 +85,7 @@ impl<'a> RowJudge<'a> {
         Self {
             machine,
             record,
+            rotating,
             judge,
             forecast: LiftOffForecast::new(machine),
             otf: vec![f64::NAN; machine.wheels().len()],
@@ -139,6 +143,8 @@ impl<'a> RowJudge<'a> {
                 reasons,
                 utilisation: utilisation[row],
                 is_wheel_unloaded: self.otf.iter().any(|otf| *otf <= 0.0),
+                rotates: (self.rotating.iter())
+                    .any(|[first, last]| (*first..=*last).contains(&time_ns)),
                 conditions,
                 is_acknowledged,
             });

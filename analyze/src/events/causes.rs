@@ -1,7 +1,7 @@
 //! The causes of a load loss: what took the load away up to the onset of an event.
 
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Contribution, Outcome, Quantity, State, static_contributions};
+use tipwatch_mechanics::{Contribution, Quantity, State};
 
 use super::event::{CauseShare, EventCauses};
 use super::pages::Pages;
@@ -14,6 +14,8 @@ const STEADY_RATE: f64 = 0.02;
 const STEADY_LOAD_SHARE: f64 = 0.02;
 /// A machine is steady after it has been so for this long (ns).
 const STEADY_NS: i64 = 500_000_000;
+/// Where no moment was steady, causes are looked for in so much time (ns).
+const BEFORE_NS: i64 = 2_000_000_000;
 /// What acceleration and motion contribute to a load.
 const OF_MOTION: [Contribution; 3] = [
     Contribution::ArmMotion,
@@ -23,13 +25,12 @@ const OF_MOTION: [Contribution; 3] = [
 
 /// Finds the causes of the events of a log.
 pub(super) struct Causes<'a> {
-    pub(super) machine: &'a Machine,
     pub(super) rows: &'a Pages<'a>,
     pub(super) steady: &'a SteadyRows,
 }
 
 impl Causes<'_> {
-    /// Load loss by cause of a weighted sum of OTF between a steady moment, or else the static posture, and the
+    /// Load loss by cause of a weighted sum of OTF between the last steady moment, or without one two seconds before, and the
     /// onset: the last row up to `start_ns`. `None` where either is unknown.
     pub(super) fn of(&self, start_ns: i64, factors: &[f64]) -> Option<EventCauses> {
         let upto = self.rows.times_ns.partition_point(|&t| t <= start_ns);
@@ -42,31 +43,13 @@ impl Causes<'_> {
         };
         let otf_n = at(&Quantity::Otf, row);
         let by_cause = |cause| at(&|wheel| Quantity::Contribution(cause, wheel), row);
-        let since = self.steady.upto(row);
-        let (otf_before_n, before): (f64, Vec<f64>) = match since {
-            Some(from) => {
-                let of =
-                    |&cause: &Contribution| at(&|wheel| Quantity::Contribution(cause, wheel), from);
-                (
-                    at(&Quantity::Otf, from),
-                    Contribution::ALL.iter().map(of).collect(),
-                )
-            }
-            None => {
-                let outcome = self.at_rest(row);
-                let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
-                    let wheels = factors.iter().enumerate().filter(|(_, f)| **f != 0.0);
-                    wheels.map(|(wheel, f)| f * of(wheel)).sum()
-                };
-                let of = |&cause: &Contribution| {
-                    sum(&|wheel| outcome.contributions[wheel][cause as usize])
-                };
-                (
-                    sum(&|wheel| outcome.otf[wheel]),
-                    Contribution::ALL.iter().map(of).collect(),
-                )
-            }
-        };
+        let steady = self.steady.upto(row);
+        let from = steady.or_else(|| self.shortly_before(row))?;
+        let otf_before_n = at(&Quantity::Otf, from);
+        let before = Contribution::ALL
+            .iter()
+            .map(|&cause| at(&|wheel| Quantity::Contribution(cause, wheel), from));
+        let before: Vec<f64> = before.collect();
         let lost_n = otf_before_n - otf_n;
         if !lost_n.is_finite() {
             return None;
@@ -85,8 +68,8 @@ impl Causes<'_> {
             .collect();
         shares.sort_by(|a, b| b.taken_n.total_cmp(&a.taken_n));
         Some(EventCauses {
-            since_ns: since.map(|row| self.rows.times_ns[row]),
-            since_is_steady: since.is_some(),
+            since_ns: self.rows.times_ns[from],
+            since_is_steady: steady.is_some(),
             at_ns: self.rows.times_ns[row],
             otf_before_n,
             otf_n,
@@ -94,11 +77,10 @@ impl Causes<'_> {
         })
     }
 
-    /// The machine at rest on level ground in its reference posture.
-    fn at_rest(&self, row: usize) -> Outcome<f64> {
-        let posture = &self.machine.reference().posture.positions;
-        let knows_attitude = self.rows.up_in_base(self.machine, row).is_some();
-        static_contributions(self.machine, posture, knows_attitude)
+    /// The valid row two seconds before `row`, or the first one after that.
+    fn shortly_before(&self, row: usize) -> Option<usize> {
+        let from_ns = self.rows.times_ns[row].saturating_sub(BEFORE_NS);
+        (self.rows.at(from_ns)..row).find(|&row| self.rows.is_valid(row))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tipwatch_mechanics::estimation::rotation::RotationWitness;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
 
@@ -42,16 +43,81 @@ pub struct Event {
     pub judged_ns: Option<i64>,
     /// For an edge, the rotation about it since the start, outwards positive: the largest (rad).
     pub rotation_rad: Option<f64>,
+    /// For an edge, what shows it.
+    pub shown_by: Option<ShownBy>,
+    /// For an edge, the rotation about it as gyro and attitude measure it; `None` where they show none beyond what tyres
+    /// and ground explain.
+    pub measured_rotation: Option<MeasuredRotation>,
     /// For a wheel, when it was off the ground under any split: the onset of a rotation about an edge (ns).
     pub any_split_ns: Option<i64>,
     /// Causes of the load loss; `None` for events without a load and models without causes.
     pub causes: Option<EventCauses>,
     /// The input fault; `None` for other kinds of events.
     pub fault: Option<InputFault>,
+    /// Signals that contradict each other during the event, so that its sensors may be wrong; `None` if none do.
+    pub doubt: Option<Doubt>,
+}
+
+/// What casts doubt on an event: signals that contradict each other while it lasts.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Doubt {
+    /// The signals.
+    pub subjects: Vec<String>,
+    /// Probability that the loads are right all the same; it is in the event's certainty.
+    pub loads_are_right: f64,
+}
+
+/// What shows a rotation about an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
+pub enum ShownBy {
+    /// Gyro and attitude: the computed loads do not show it.
+    Rotation,
+    /// The computed loads: gyro and attitude show no rotation beyond what tyres and ground explain.
+    Loads,
+    /// Both.
+    Both,
+}
+
+impl ShownBy {
+    /// Name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
+
+/// A rotation about an edge by gyro and attitude alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredRotation {
+    /// Which of them shows it.
+    pub witness: RotationWitness,
+    /// Standard deviation of what tyres, ground and sensor explain of it (rad).
+    pub sigma_rad: f64,
+    /// Whether it began in the log; otherwise the start is the first sample that shows it.
+    pub onset_in_log: bool,
+    /// When it reached 10 degrees (ns).
+    pub ten_degrees_ns: Option<i64>,
+    /// Since when the machine rested on its side (ns).
+    pub at_rest_ns: Option<i64>,
+    /// The point of no return; `None` where the posture at the start is unknown.
+    pub no_return: Option<NoReturn>,
+}
+
+/// Where gravity through the stated centre of mass passes over the edge. Of all that is said of a rotation, only this rests
+/// on masses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoReturn {
+    /// Rotation since the start (rad).
+    pub rotation_rad: f64,
+    /// Its standard deviation, by those of the masses (rad); `None` without uncertainties.
+    pub sigma_rad: Option<f64>,
+    /// When the platform passed it (ns); `None` if it did not.
+    pub at_ns: Option<i64>,
 }
 
 /// An input fault.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct InputFault {
     /// Kind of fault.
     pub kind: FaultKind,
@@ -61,17 +127,21 @@ pub struct InputFault {
     pub limit: Option<f64>,
     /// Number of samples.
     pub samples: u64,
+    /// Of signals that contradict each other, what it looks like: "as if ...".
+    pub explanation: Option<String>,
+    /// Of signals that contradict each other and that the loads rest on, the probability that the loads are right all the
+    /// same.
+    pub loads_are_right: Option<f64>,
 }
 
 /// Causes of the load loss (OTF) of an event's wheels up to its onset. What follows the onset, such as the
 /// rotation of a machine that tips over, is a consequence and is left out.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct EventCauses {
-    /// Start of the comparison (ns): the end of the last half second without acceleration and joint motion;
-    /// null if there is none, then the comparison is with the static posture.
-    pub since_ns: Option<i64>,
-    /// Whether the machine was steady then; otherwise the comparison is with the machine at rest on level
-    /// ground in its reference posture.
+    /// Start of the comparison (ns): the end of the last half second without acceleration and joint motion, or two
+    /// seconds before the end of the comparison if there is none.
+    pub since_ns: i64,
+    /// Whether the machine was steady then.
     pub since_is_steady: bool,
     /// End of the comparison: the last row up to the onset (ns).
     pub at_ns: i64,
@@ -151,9 +221,12 @@ impl Event {
             load_range_n: None,
             judged_ns: None,
             rotation_rad: None,
+            shown_by: None,
+            measured_rotation: None,
             any_split_ns: None,
             causes: None,
             fault: None,
+            doubt: None,
         }
     }
 }
@@ -167,7 +240,9 @@ impl Event {
             }
             EventKind::EdgeTipping | EventKind::TipOver | EventKind::InputGap => self.worst,
             // `worst` has another meaning for each kind of fault
-            EventKind::InputFault => self.fault.map_or(0.0, |fault| fault.samples as f64),
+            EventKind::InputFault => {
+                (self.fault.as_ref()).map_or(0.0, |fault| fault.samples as f64)
+            }
         };
         match severity.is_nan() {
             true => f64::NEG_INFINITY,

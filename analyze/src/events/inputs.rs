@@ -1,11 +1,11 @@
 //! Events of the inputs: missing and implausible signals.
 
 use rayon::prelude::*;
-use tipwatch_mechanics::estimation::plausibility::FaultSpan;
+use tipwatch_mechanics::estimation::plausibility::{FaultSpan, Finding};
 use tipwatch_mechanics::machine::FaultKind;
 
 use super::episodes::MERGED_NS;
-use super::event::{Event, EventKind, InputFault};
+use super::event::{Doubt, Event, EventKind, InputFault};
 use crate::base::table::Table;
 use crate::load::{LoadedLog, Signal};
 
@@ -59,6 +59,7 @@ pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Table) -> V
     }
     let event = |span: &FaultSpan| {
         let (machine, finding) = (&loaded.machine, &span.worst);
+        let machine_has_imu = loaded.matched.sensors.imu;
         let subject = finding.part.subject(finding.sensor, machine);
         Event {
             end_ns: span.until_ns.is_some().then_some(span.end_ns),
@@ -73,11 +74,52 @@ pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Table) -> V
                 policy: finding.policy,
                 limit: Some(finding.limit).filter(|limit| limit.is_finite()),
                 samples: span.samples,
+                explanation: (finding.explanation).map(|explanation| explanation.text(machine)),
+                loads_are_right: loads_are_right(finding, machine_has_imu),
             }),
             ..Event::blank(EventKind::InputFault, span.start_ns, subject)
         }
     };
     joined.iter().map(event).collect()
+}
+
+/// Probability that the loads are right though this stands; `None` where it casts no doubt on them.
+fn loads_are_right(finding: &Finding, has_imu: bool) -> Option<f64> {
+    let explanation = finding.explanation?;
+    finding
+        .casts_doubt(has_imu)
+        .then(|| finding.part.loads_are_right(explanation))
+}
+
+/// Weighs the events of the machine: where signals that its loads rest on contradict each other meanwhile, its certainty is
+/// multiplied by the probability that the loads are right all the same.
+pub(crate) fn add_doubts(events: &mut [Event]) {
+    let doubts: Vec<(i64, i64, String, f64)> = (events.iter())
+        .filter_map(|event| {
+            let right = event.fault.as_ref()?.loads_are_right?;
+            let end_ns = event.end_ns.unwrap_or(i64::MAX);
+            Some((event.start_ns, end_ns, event.subject.clone(), right))
+        })
+        .collect();
+    for event in events.iter_mut().filter(|event| event.kind.is_observed()) {
+        let end_ns = event.end_ns.unwrap_or(i64::MAX);
+        let meanwhile =
+            |doubt: &&(i64, i64, String, f64)| doubt.0 <= end_ns && event.start_ns <= doubt.1;
+        let of_event: Vec<&(i64, i64, String, f64)> = doubts.iter().filter(meanwhile).collect();
+        let Some(loads_are_right) = of_event.iter().map(|doubt| doubt.3).reduce(f64::min) else {
+            continue;
+        };
+        let mut subjects: Vec<String> = of_event.iter().map(|doubt| doubt.2.clone()).collect();
+        subjects.sort_unstable();
+        subjects.dedup();
+        for certainty in [&mut event.certainty, &mut event.certainty_any_split] {
+            *certainty = certainty.map(|certainty| certainty * loads_are_right);
+        }
+        event.doubt = Some(Doubt {
+            subjects,
+            loads_are_right,
+        });
+    }
 }
 
 fn ends(rows: &Table) -> (i64, i64) {

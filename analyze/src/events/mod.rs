@@ -12,8 +12,10 @@ mod on_supports;
 mod onset;
 mod pages;
 mod pass;
+mod rotation;
 mod row_derivatives;
 pub(crate) mod split_rule;
+mod story;
 mod tipping;
 
 pub(crate) use event::TIP_OVER_RAD;
@@ -21,3 +23,5 @@ pub use event::*;
 pub use finding::Finding;
 pub(crate) use on_supports::{AnyPass, OnSet};
 pub(crate) use pass::{Found, LowestOtf, of_inputs, sorted};
+pub(crate) use rotation::{FoundRotation, RotationTrace};
+pub(crate) use story::Stories;

@@ -22,6 +22,8 @@ const FINE_S: f64 = 0.2;
 /// The smoother rounds a corner, and a tyre springs back before it leaves the ground: their effect on the onset (s),
 /// one standard deviation.
 const ROUNDING_S: f64 = 0.03;
+/// The same of a rotation alone: the last tyre on the other side springs back before it leaves the ground (s).
+const ROTATION_S: f64 = 0.08;
 /// Fewest values of a fit.
 const FEWEST: usize = 8;
 
@@ -178,6 +180,42 @@ pub(super) fn corner(curve: &Curve, rates: &Curve, sigma_n: f64) -> Option<Onset
         at_s,
         sigma_s: (variance + ROUNDING_S * ROUNDING_S).sqrt(),
         level_n: Some(sum(&|_, fit| fit.coefficients[0]) / total),
+    })
+    .filter(|onset| onset.sigma_s.is_finite())
+}
+
+/// When a rotation began, by its rate alone, between the ends of the curve:
+/// ```text
+///     rate = w before t0,      rate = w + u (t - t0)^2 + v (t - t0)^3 from t0 on, u >= 0
+/// ```
+/// for the moment that turns the machine grows from zero, and grows with the rotation.
+pub(super) fn of_rates(rates: &Curve) -> Option<Onset> {
+    let (first, last) = (*rates.times_s.first()?, *rates.times_s.last()?);
+    let all = rates.between(first, last);
+    let fits: Vec<(f64, Fit<3>)> = candidates(first, last, STEPS_S[1].max((last - first) / 1000.0))
+        .filter_map(|t0| {
+            let shape = |t: f64| {
+                let s = (t - t0).max(0.0);
+                SVector::from([1.0, s * s, s * s * s])
+            };
+            let fit = Fit::of(all.clone().map(|(t, rate)| (shape(t), rate)), 0.0)?;
+            let grown =
+                (last - t0).powi(2) * (fit.coefficients[1] + fit.coefficients[2] * (last - t0));
+            (fit.coefficients[1] >= 0.0 && grown > 0.0).then_some((t0, fit))
+        })
+        .collect();
+    let (_, best) = (fits.iter()).min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))?;
+    let weight = |fit: &Fit<3>| (-0.5 * (fit.cost - best.cost) / best.noise_n2).exp();
+    let sum = |of: &dyn Fn(f64) -> f64| -> f64 {
+        fits.iter().map(|(t0, fit)| weight(fit) * of(*t0)).sum()
+    };
+    let total = sum(&|_| 1.0);
+    let at_s = sum(&|t0| t0) / total;
+    let variance = sum(&|t0| (t0 - at_s).powi(2)) / total;
+    Some(Onset {
+        at_s,
+        sigma_s: (variance + ROTATION_S * ROTATION_S).sqrt(),
+        level_n: None,
     })
     .filter(|onset| onset.sigma_s.is_finite())
 }

@@ -100,7 +100,7 @@ impl<'a> Pages<'a> {
 
     /// Whether a row is valid.
     pub(super) fn is_valid(&self, row: usize) -> bool {
-        self.reasons[row].is_empty()
+        self.reasons[row].leave_valid()
     }
 
     /// Whether a row has meaningful loads: no gap, no warm-up, wheels on the ground.

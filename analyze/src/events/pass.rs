@@ -232,7 +232,6 @@ impl<'a> EventPass<'a> {
             tippings: &self.tippings,
             evidence: Evidence::new(self.machine, &self.rows, self.scope, &self.tippings),
             causes: (self.scope.contributions).then_some(Causes {
-                machine: self.machine,
                 rows: &self.rows,
                 steady: &self.steady,
             }),
@@ -282,6 +281,7 @@ pub(crate) fn of_inputs(loaded: &LoadedLog, faults: &[FaultSpan], table: &Table)
 pub(crate) fn sorted(mut events: Vec<Event>, of_inputs: Vec<Event>) -> Vec<Event> {
     add_leads(&mut events);
     events.extend(of_inputs);
+    inputs::add_doubts(&mut events);
     events.sort_by(|a, b| {
         a.start_ns
             .cmp(&b.start_ns)

@@ -202,7 +202,10 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
             subject: event.subject.clone(),
             start_ns: event.start_ns,
             end_ns: event.end_ns,
-            duration_s: (event.end_ns.unwrap_or(last_ns) - event.start_ns) as f64 * 1e-9,
+            // a measured rotation may last beyond the last row
+            duration_s: (event.end_ns.unwrap_or(last_ns.max(event.worst_ns)) - event.start_ns)
+                .max(0) as f64
+                * 1e-9,
             worst: known(event.worst),
             unit: event.unit.into(),
             worst_ns: event.worst_ns,
@@ -218,11 +221,11 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
     facts.collect()
 }
 
-/// Events of the machine are known only where loads are.
+/// That there are no events of the machine is known only where loads are.
 fn count(analysis: &Analysis, kind: EventKind) -> Option<u64> {
     let events = analysis.events.iter();
     let count = events.filter(|event| event.kind == kind).count() as u64;
-    (analysis.coverage.computable_rows > 0 || !kind.is_stability()).then_some(count)
+    (count > 0 || analysis.coverage.computable_rows > 0 || !kind.is_stability()).then_some(count)
 }
 
 fn missing_messages(losses: &Losses) -> Option<u64> {

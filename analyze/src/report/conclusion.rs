@@ -9,7 +9,7 @@ use super::findings::{Scene, rank};
 use super::when::Calendar;
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
-use crate::events::{Event, EventKind, TIP_OVER_RAD};
+use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
 use crate::page::{facts, number, probability};
 
 /// Question and answer, five of them, in the order of their importance.
@@ -51,6 +51,10 @@ fn scope(analysis: &Analysis) -> String {
         _ => {}
     }
     match coverage.is_whole() {
+        true if analysis.losses.end_is_lost() => format!(
+            "was found up to t = {:.2} s; the end of the log is lost, and what happened afterwards is not known",
+            analysis.rows.seconds(analysis.rows.len() - 1)
+        ),
         true => "in this log".into(),
         false => format!(
             "in the {coverage} of the log with known wheel loads; nothing is known of the rest"
@@ -68,13 +72,20 @@ fn of_kind(analysis: &Analysis, kind: EventKind) -> impl Iterator<Item = &Event>
 fn tipped_over(analysis: &Analysis) -> String {
     let scene = Scene::of(analysis);
     let at = |event: &Event| format!("from t = {:.2} s", scene.seconds(event.start_ns));
-    if let Some(unknown) = nothing_known(analysis) {
-        return unknown;
-    }
-    if let Some(event) = of_kind(analysis, EventKind::TipOver).next() {
+    // what is measured directly holds whatever is wrong with the loads
+    if let Some(event) = of_kind(analysis, EventKind::TipOver).next()
+        && (event.measured_rotation.is_some() || nothing_known(analysis).is_none())
+    {
         let (edge, at) = (scene.subject(event), at(event));
         let tilt = event.worst.to_degrees();
-        return format!("Yes, about the {edge} edge, {at}: its tilt grew by {tilt:.1}°.");
+        let unseen = match event.shown_by {
+            Some(ShownBy::Rotation) => " The computed loads do not show it.",
+            _ => "",
+        };
+        return format!("Yes, about the {edge} edge, {at}: its tilt grew by {tilt:.1}°.{unseen}");
+    }
+    if let Some(unknown) = nothing_known(analysis) {
+        return unknown;
     }
     let scope = scope(analysis);
     let mut tipping: Vec<&Event> = of_kind(analysis, EventKind::EdgeTipping).collect();

@@ -30,9 +30,7 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
                 .map(|share| {
                     vec![
                         format!("{} {}", readable(event.kind.name()), scene.subject(event)),
-                        (causes.since_ns).map_or("at rest, level".into(), |since_ns| {
-                            format!("{:.2}", scene.seconds(since_ns))
-                        }),
+                        format!("{:.2}", scene.seconds(causes.since_ns)),
                         format!("{:.2}", scene.seconds(causes.at_ns)),
                         readable(share.cause),
                         number(share.taken_n),

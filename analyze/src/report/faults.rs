@@ -27,7 +27,20 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
             format!("Attitude and specific force disagree on the direction of gravity: {worst}")
         }
         FaultKind::Contradiction => {
-            format!("The signals contradict each other; which one is wrong is unknown: {worst}")
+            let looks = (fault.explanation.as_ref()).map_or(String::new(), |explanation| {
+                format!("; it looks as if {explanation}")
+            });
+            match event.unit {
+                "-" => format!(
+                    "The signals contradict each other, and which one is wrong is unknown{looks}. Logarithm of the likelihood \
+                     ratio against sound sensors: {} (counts from {} on)",
+                    number(event.worst),
+                    fault.limit.map_or("any".into(), number)
+                ),
+                _ => format!(
+                    "The signals contradict each other; which one is wrong is unknown: {worst}"
+                ),
+            }
         }
         FaultKind::Disagreement => {
             format!("Velocity differs from the derivative of the position: {worst}")
@@ -40,6 +53,9 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
     let effect = match fault.policy {
         // one of the two is wrong, and loads depend on the specific force alone
         _ if is_of_gravity => "Loads use the specific force and are unchanged",
+        Policy::Invalid | Policy::Widen if fault.kind == FaultKind::Contradiction => {
+            "Loads are computed and doubted: they are right only if the signals that they rest on are"
+        }
         Policy::Invalid => "Rows that depend on it are invalid",
         Policy::Widen => "Results that depend on it have a larger standard deviation",
         Policy::Report => "The values were used as logged",

@@ -52,6 +52,7 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
     for event in events {
         let kind = event
             .fault
+            .as_ref()
             .map_or(event.kind.name(), |fault| fault.kind.name());
         let name = format!("{}: {}", event.subject, readable(kind));
         match groups.iter_mut().find(|group| group.0 == name) {
@@ -72,7 +73,7 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
         let seconds = |time: Option<i64>| or_dash(time.map(|ns| scene.seconds(ns)), 2);
         let samples: u64 = events
             .iter()
-            .filter_map(|event| event.fault)
+            .filter_map(|event| event.fault.as_ref())
             .map(|f| f.samples)
             .sum();
         vec![

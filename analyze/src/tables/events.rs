@@ -29,19 +29,51 @@ pub fn events(events: &[Event]) -> Table {
     table.add("judged_ns", Some("ns"), all().map(|e| e.judged_ns));
     table.add("any_split_ns", Some("ns"), all().map(|e| e.any_split_ns));
     table.add("rotation", Some("rad"), all().map(|e| e.rotation_rad));
-    let fault = || all().map(|e| e.fault);
+    add_rotation(&mut table, events);
+    let fault = || all().map(|e| e.fault.as_ref());
     table.add("fault", None, fault().map(|f| Some(f?.kind.name())));
     table.add("policy", None, fault().map(|f| Some(f?.policy.name())));
     table.add("limit", Some("column unit"), fault().map(|f| f?.limit));
     table.add("samples", Some("-"), fault().map(|f| Some(f?.samples)));
+    let explanation = fault().map(|f| f?.explanation.as_deref());
+    table.add("explanation", None, explanation);
+    let doubt = || all().map(|e| e.doubt.as_ref());
+    let right = doubt().map(|d| Some(d?.loads_are_right));
+    table.add("loads_are_right", Some("-"), right);
+    let doubted_by = doubt().map(|d| Some(d?.subjects.join("; ")));
+    table.add("doubted_by", None, doubted_by);
     add_causes(&mut table, events);
     table
+}
+
+/// What shows a tipping, and the measured rotation.
+fn add_rotation(table: &mut Table, events: &[Event]) {
+    let shown_by = events.iter().map(|e| Some(e.shown_by?.name()));
+    table.add("shown_by", None, shown_by);
+    let all = || events.iter().map(|event| event.measured_rotation);
+    table.add("rotation_by", None, all().map(|r| Some(r?.witness.name())));
+    let sigma = all().map(|r| Some(r?.sigma_rad));
+    table.add("rotation_sigma", Some("rad"), sigma);
+    table.add("onset_in_log", None, all().map(|r| Some(r?.onset_in_log)));
+    let ten_degrees = all().map(|r| r?.ten_degrees_ns);
+    table.add("ten_degrees_ns", Some("ns"), ten_degrees);
+    let no_return = || all().map(|rotation| rotation?.no_return);
+    let angle = no_return().map(|it| Some(it?.rotation_rad));
+    table.add("no_return", Some("rad"), angle);
+    let sigma = no_return().map(|it| it?.sigma_rad);
+    table.add("no_return_sigma", Some("rad"), sigma);
+    table.add("no_return_ns", Some("ns"), no_return().map(|it| it?.at_ns));
+    table.add("at_rest_ns", Some("ns"), all().map(|r| r?.at_rest_ns));
 }
 
 /// What took the load, up to the onset; null for events without a load and models without causes.
 fn add_causes(table: &mut Table, events: &[Event]) {
     let all = || events.iter().map(|event| event.causes.as_ref());
-    table.add("causes_since_ns", Some("ns"), all().map(|c| c?.since_ns));
+    table.add(
+        "causes_since_ns",
+        Some("ns"),
+        all().map(|c| Some(c?.since_ns)),
+    );
     let is_steady = all().map(|c| Some(c?.since_is_steady));
     table.add("causes_since_is_steady", None, is_steady);
     table.add("causes_at_ns", Some("ns"), all().map(|c| Some(c?.at_ns)));

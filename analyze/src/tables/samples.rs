@@ -28,7 +28,7 @@ pub fn samples(
     let mut table = Table::default();
     let names = ColumnNames::of(machine);
     add_times(&mut table, rows);
-    let valid = rows.reasons.iter().map(|reasons| reasons.is_empty());
+    let valid = rows.reasons.iter().map(|reasons| reasons.leave_valid());
     table.add(RowColumn::VALID.name, None, valid);
     let reasons = rows.reasons.iter();
     let reasons = reasons.map(|reasons| Some(reasons.iter().map(Reason::name)));

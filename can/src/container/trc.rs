@@ -207,7 +207,7 @@ impl<R: BufRead> Trc<R> {
         let word = |place: usize| words.get(place).copied();
         let offset_ns = seconds(word(columns.offset)?)? / 1000;
         let id = word(columns.id);
-        let (kind, is_fd) = match columns.kind.map(|place| word(place)) {
+        let (kind, is_fd) = match columns.kind.map(&word) {
             None => (FrameKind::Data, false),
             Some(kind) => match kind? {
                 b"Rx" | b"Tx" | b"DT" => (FrameKind::Data, false),

@@ -111,7 +111,9 @@ fn text(bytes: &[u8]) -> String {
         match std::str::from_utf8(line) {
             Ok(line) => text.push_str(line),
             Err(_) => {
-                text.push_str(&decode_cp1252(line).unwrap_or_else(|| String::from_utf8_lossy(line)))
+                text.push_str(
+                    &decode_cp1252(line).unwrap_or_else(|| String::from_utf8_lossy(line)),
+                );
             }
         }
     }

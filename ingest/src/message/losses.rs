@@ -163,6 +163,11 @@ impl Losses {
             .count()
     }
 
+    /// Whether the end of a file is lost: what was recorded after the last intact message is not known.
+    pub fn end_is_lost(&self) -> bool {
+        self.ranges.iter().any(|range| range.last_time_ns.is_none())
+    }
+
     /// The number of bytes in the lost ranges.
     pub fn bytes_lost(&self) -> u64 {
         let length = |range: &LostRange| range.end_byte.saturating_sub(range.start_byte);

@@ -56,6 +56,12 @@ impl CheckedEstimator {
         self.estimator.last()
     }
 
+    /// Whether the platform rotates about an edge, by gyro and attitude alone.
+    #[must_use]
+    pub fn rotates(&self) -> bool {
+        self.estimator.rotation().is_some()
+    }
+
     /// Takes a message.
     pub fn take(&mut self, machine: &Machine, wire: &WireSample, now_ns: i64) -> Step {
         let admitted = match self.guard.admit(wire, now_ns) {

@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::estimation::plausibility::Finding;
-use tipwatch_mechanics::machine::Policy;
+use tipwatch_mechanics::machine::{FaultKind, Policy};
 use tipwatch_mechanics::state::{Sample, SampleError, Sensors};
 use tipwatch_mechanics::verdict::{Conditions, InputFault};
 
@@ -380,7 +380,11 @@ fn is_time(stamp_ns: i64) -> bool {
 /// machine file wants them reported offline only.
 fn meaning(findings: &[Finding], has_imu: bool) -> Conditions {
     let mut conditions = Conditions::default();
-    for finding in findings {
+    // A contradiction is a doubt on rows, which their reasons carry.
+    let faults = findings
+        .iter()
+        .filter(|finding| finding.kind != FaultKind::Contradiction);
+    for finding in faults {
         let fault = InputFault::from(finding.kind);
         if finding.forbids_rows(has_imu) {
             conditions.faults.add(fault);

@@ -206,7 +206,7 @@ impl Serialize for Line<'_> {
         map.serialize_entry("held_faults", &FaultNames(held.faults))?;
         map.serialize_entry("held_cautions", &FaultNames(held.cautions))?;
         map.serialize_entry("held_reasons", &ReasonNames(held.reasons))?;
-        map.serialize_entry("valid", &(is_row && reasons.is_empty()))?;
+        map.serialize_entry("valid", &(is_row && reasons.leave_valid()))?;
         map.serialize_entry("reasons", &ReasonNames(reasons))?;
         let number = |quantity| verdict.number(quantity);
         map.serialize_entry(&key(Quantity::Utilisation), &number(Quantity::Utilisation))?;

@@ -169,6 +169,7 @@ impl Monitor {
             reasons,
             utilisation,
             is_wheel_unloaded: outcome.otf.iter().any(|otf| *otf <= 0.0),
+            rotates: estimate.rotates,
             conditions: row.conditions,
             is_acknowledged,
         });
@@ -198,7 +199,7 @@ impl Monitor {
     pub fn tick(&mut self, now_ns: i64, publish: &mut Publish<'_>) {
         self.end_cycle();
         let conditions = self.input.guard.between_rows(now_ns);
-        let verdict = self.judge.between_rows(conditions);
+        let verdict = self.judge.between_rows(conditions, self.input.rotates());
         let is_due = now_ns.saturating_sub(self.published_ns) >= HEARTBEAT_NS;
         if verdict != self.published || is_due {
             self.message.event = EVENT_BETWEEN;

@@ -1,12 +1,13 @@
 //! The causal estimator: it uses past samples only, live and to reproduce a live run offline.
 
 use super::bias::BiasEstimator;
+use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::state_builder::{FilterStatus, Filters, Followed, Reading, StateBuilder};
 use super::white_jerk::{ChannelState, seconds};
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect};
 use crate::machine::Machine;
-use crate::state::{Credible, Sample, SampleError, Sensor, Sensors, StreamCounts};
+use crate::state::{Credible, Reason, Sample, SampleError, Sensor, Sensors, StreamCounts};
 
 /// Takes samples in order of arrival and emits a row at each sample of the first stream of joint states,
 /// or at a regular rate.
@@ -19,6 +20,8 @@ pub struct CausalEstimator {
     state_builder: StateBuilder,
     sensors: Sensors,
     plausibility: Plausibility,
+    /// Sees every sample as it was measured, those that are implausible or not later, too.
+    rotation: PlatformRotation,
     /// Effect of each sensor's last sample on rows.
     standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
@@ -40,6 +43,7 @@ impl CausalEstimator {
             state_builder: StateBuilder::new(machine, sensors),
             sensors: sensors.clone(),
             plausibility: Plausibility::new(machine, sensors),
+            rotation: PlatformRotation::new(machine, sensors),
             standing: sensors
                 .iter()
                 .map(|sensor| (sensor, RowEffect::default()))
@@ -75,6 +79,12 @@ impl CausalEstimator {
         self.plausibility.findings()
     }
 
+    /// The rotation of the platform about an edge that stands, by gyro and attitude alone.
+    #[must_use]
+    pub fn rotation(&self) -> Option<&RotationSpell> {
+        self.rotation.spell()
+    }
+
     /// The last row emitted.
     #[must_use]
     pub fn last(&self) -> &Estimate {
@@ -92,6 +102,7 @@ impl CausalEstimator {
         sample: &Sample<'_>,
         row: &mut dyn FnMut(&Estimate),
     ) -> Result<(), SampleError> {
+        self.rotation.step(sample);
         let result = self.take(machine, sample);
         if let Some((_, counts)) = self
             .counts
@@ -182,6 +193,10 @@ impl CausalEstimator {
             &mut read,
             &mut self.estimate.state,
         );
+        self.estimate.rotates = self.rotation.spell().is_some();
+        if self.estimate.rotates {
+            self.estimate.reasons.add(Reason::Tipping);
+        }
         row(&self.estimate);
     }
 }

@@ -16,6 +16,7 @@ mod history;
 mod kalman_filter;
 pub mod plausibility;
 pub mod quasi_static;
+pub mod rotation;
 mod rows;
 mod smoother;
 mod sorted_stamps;
@@ -27,6 +28,6 @@ pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
 pub use rows::{Estimate, RowClock};
 pub use smoother::{
     BlockSmoother, BlockWorker, Pass, ROWS_PER_BLOCK, SampleSource, SensorSamples, SmoothedBlock,
-    SmoothedRows, smooth,
+    SmoothedRows, smooth, visit_by_stamp,
 };
 pub use sorted_stamps::sorted_stamps;

@@ -20,6 +20,8 @@ pub struct Estimate {
     pub state: State<f64>,
     /// Why the row is invalid, as far as the signals show.
     pub reasons: Reasons,
+    /// Whether the platform rotates about an edge, by gyro and attitude alone.
+    pub rotates: bool,
 }
 
 /// Stamp of a regular clock: the k-th after `start_ns`, without accumulated rounding.
@@ -48,6 +50,7 @@ impl Estimate {
             time_ns: 0,
             state: State::zero(machine),
             reasons: Reasons::NONE,
+            rotates: false,
         }
     }
 }

@@ -24,6 +24,14 @@ impl Reasons {
     }
 
     pub(crate) fn with_signs(mut self, signs: &OutcomeSigns) -> Self {
+        // a measured rotation says nothing of the loads
+        let are_signals_sound = (self.iter()).all(|it| {
+            matches!(
+                it,
+                Reason::Tipping | Reason::Settling | Reason::Contradiction
+            )
+        });
+        let rotates = self.has(Reason::Tipping);
         if signs.linkage_closure < 0.0 {
             self.add(Reason::LinkageOpen);
         }
@@ -32,7 +40,8 @@ impl Reasons {
         } else if signs.largest_overturning_moment > 0.0 {
             self.add(Reason::Tipping);
         }
-        if !signs.loads_are_finite && (self.is_empty() || self == Self::of(Reason::Settling)) {
+        if !signs.loads_are_finite && (self.leave_inputs_known() || (rotates && are_signals_sound))
+        {
             self.add(Reason::NotFinite);
         }
         self

@@ -97,6 +97,8 @@ pub struct PlausibilitySpec {
     pub specific_force_tolerance: f64,
     /// Tolerance between the inclinations by the attitudes of IMU and odometry (rad).
     pub tilt_tolerance: f64,
+    /// Rate at which relations between sound sensors may contradict each other by chance (1/h): the thresholds follow.
+    pub false_alarms_per_hour: f64,
 }
 
 impl Default for PlausibilitySpec {
@@ -133,6 +135,7 @@ impl Default for PlausibilitySpec {
             gravity_tolerance: 3.0,
             specific_force_tolerance: 0.8,
             tilt_tolerance: 0.07,
+            false_alarms_per_hour: 1e-4,
         }
     }
 }
@@ -158,7 +161,7 @@ impl PlausibilitySpec {
     }
 
     /// Limits by key, if stated or with a default.
-    pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 21] {
+    pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 22] {
         [
             ("specific_force_max", Some(self.specific_force_max)),
             ("angular_velocity_max", Some(self.angular_velocity_max)),
@@ -187,6 +190,7 @@ impl PlausibilitySpec {
                 Some(self.specific_force_tolerance),
             ),
             ("tilt_tolerance", Some(self.tilt_tolerance)),
+            ("false_alarms_per_hour", Some(self.false_alarms_per_hour)),
         ]
     }
 }

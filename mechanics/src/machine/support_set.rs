@@ -51,6 +51,13 @@ impl Machine {
         &self.stands_on
     }
 
+    /// The polygon around all supports, on the ground or not, for a machine whose supports come and go.
+    pub(crate) fn outer_polygon(&self) -> Option<SupportPolygon> {
+        (self.supports.vary())
+            .then(|| polygon_of(&self.supports.all))
+            .flatten()
+    }
+
     /// The same machine on these supports, indices in [`Supports::all`] in rising order. Parameters of the supports
     /// are those of the machine file; reference loads are unknown.
     ///

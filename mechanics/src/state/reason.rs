@@ -1,6 +1,6 @@
-//! Why a row is invalid.
+//! Why a row is invalid or doubted.
 
-/// A reason why a row is invalid.
+/// What is said of a row: why it is invalid, or [`Reason::Contradiction`], which leaves it valid.
 #[derive(
     Debug,
     Clone,
@@ -46,7 +46,7 @@ pub enum Reason {
     NotFinite,
     /// An input of the whole log is grossly wrong, such as one in another unit: nothing can be concluded.
     GrossInput,
-    /// Signals contradict each other, and which one is wrong is unknown.
+    /// Signals contradict each other, and which one is wrong is unknown: the row is valid, and doubted.
     Contradiction,
     /// Which supports are on the ground is unknown, is changing, or contradicts a measured load.
     SupportsUnknown,
@@ -66,7 +66,7 @@ impl Reason {
     }
 }
 
-/// A set of reasons; empty for a valid row.
+/// A set of reasons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct Reasons(u16);
 
@@ -95,17 +95,35 @@ impl Reasons {
         self.0 >> reason as u8 & 1 == 1
     }
 
-    /// Whether the row is valid.
+    /// Whether the row is valid: there is no reason, or a doubt alone.
+    #[must_use]
+    pub fn leave_valid(self) -> bool {
+        self.0 & !Self::of(Reason::Contradiction).0 == 0
+    }
+
+    /// Whether nothing is said of the row: it is valid, and not doubted.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.0 == 0
+    }
+
+    /// Whether signals that the row depends on contradict each other.
+    #[must_use]
+    pub fn have_doubt(self) -> bool {
+        self.has(Reason::Contradiction)
     }
 
     /// Whether loads are meaningful: the row is valid, or the machine is tipping, where their accuracy is no
     /// longer guaranteed.
     #[must_use]
     pub fn leave_loads(self) -> bool {
-        self.0 & !Self::of(Reason::Tipping).0 == 0
+        let harmless = Self::of(Reason::Tipping).0 | Self::of(Reason::Contradiction).0;
+        self.0 & !harmless == 0
+    }
+
+    /// Whether loads are expected: the row is valid, or the estimator is warming up.
+    pub(crate) fn leave_inputs_known(self) -> bool {
+        Self(self.0 & !Self::of(Reason::Settling).0).leave_valid()
     }
 
     /// Whether a gap or an implausible signal makes the state unknown.
@@ -123,13 +141,9 @@ impl Reasons {
             || self.has(Reason::ToolWrenchGap)
     }
 
-    /// Whether a signal that the row depends on is implausible, by itself or beside another.
+    /// Whether a signal that the row depends on is implausible by itself.
     #[must_use]
-    pub fn have_implausible_signal(self) -> bool {
-        self.have_signal_fault() || self.has(Reason::Contradiction)
-    }
-
-    fn have_signal_fault(self) -> bool {
+    pub fn have_signal_fault(self) -> bool {
         self.has(Reason::JointsFault)
             || self.has(Reason::ImuFault)
             || self.has(Reason::OdometryFault)

@@ -8,8 +8,8 @@ use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
 use crate::geometry::coordinate::Motion;
 use crate::machine::{Machine, Mount, Parameter, UncertaintySpec, Unknown};
+use crate::state::Reasons;
 use crate::state::State;
-use crate::state::{Reason, Reasons};
 
 /// Wheel loads of `machine` at rest on level ground with these joint positions (rad or m) in the order of
 /// [`Machine::joints`], payloads without a time limit attached.
@@ -20,32 +20,6 @@ pub fn static_outcome(machine: &Machine, joint_positions: &[f64]) -> Outcome<f64
     at_rest(machine, joint_positions, Scope::LOADS)
         .workspace
         .outcome
-}
-
-/// The same with the contributions to the loads. With `knows_attitude`, slope and platform acceleration are
-/// apart; otherwise only their sum is known, as in a log without attitude.
-#[must_use]
-pub fn static_contributions(
-    machine: &Machine,
-    joint_positions: &[f64],
-    knows_attitude: bool,
-) -> Outcome<f64> {
-    let AtRest {
-        machine,
-        mut state,
-        workspace,
-    } = at_rest(machine, joint_positions, Scope::LOADS);
-    if knows_attitude {
-        state.base.up = workspace.outcome.contact_normal;
-        state.base.velocity = Vector3::zeros();
-    }
-    let scope = Scope {
-        contributions: true,
-        ..Scope::LOADS
-    };
-    let mut workspace = Workspace::with_scope(&machine, scope);
-    evaluate(&machine, &state, &mut workspace);
-    workspace.outcome
 }
 
 /// A machine with an error-free IMU at its base frame, and its state at rest in this posture on ground that rises by
@@ -106,7 +80,7 @@ pub fn standing_posture(
     state: &State<f64>,
     reasons: Reasons,
 ) -> Option<Vec<f64>> {
-    if !reasons.iter().all(|reason| reason == Reason::Settling) {
+    if !reasons.leave_inputs_known() {
         return None;
     }
     let positions: Vec<f64> = state.joints.iter().map(|joint| joint.position).collect();

@@ -28,6 +28,8 @@ pub struct RowFacts {
     pub utilisation: f64,
     /// Whether a wheel carries nothing: its OTF is not positive, whatever the utilisation.
     pub is_wheel_unloaded: bool,
+    /// Whether the platform rotates about an edge, by gyro and attitude alone: danger, whatever is wrong with the rest.
+    pub rotates: bool,
     /// Input problems since the preceding row.
     pub conditions: Conditions,
     /// Whether the alarm has been acknowledged since the preceding row.
@@ -41,7 +43,7 @@ pub struct Verdict {
     pub level: Level,
     /// Level to act on: Danger and model failures persist until they have ended and have been acknowledged.
     pub latched_level: Level,
-    /// Why `level` is a fault, or raised by cautions. Never empty then: a level outlasts its causes.
+    /// Why `level` is a fault, or raised by cautions, or what casts doubt on it. A level outlasts its causes.
     pub held: HeldProblems,
 }
 
@@ -52,7 +54,7 @@ pub struct HeldProblems {
     pub faults: InputFaults,
     /// Cautions about the input.
     pub cautions: InputFaults,
-    /// Reasons of the rows that failed.
+    /// Reasons of the rows that failed, and a contradiction between signals.
     pub reasons: Reasons,
 }
 
@@ -70,9 +72,13 @@ pub struct Judge {
     fault_ns: Option<i64>,
     /// Time of the last row with a caution (ns), while it is held.
     caution_ns: Option<i64>,
+    /// Time of the last row whose signals contradict each other (ns), while that is held.
+    doubt_ns: Option<i64>,
     held: HeldProblems,
     /// Consecutive rows in danger before the failure, if there is one.
     danger_rows: u32,
+    /// Whether the platform rotated about an edge in the last row.
+    rotates: bool,
     latch: Latch,
     /// Whether a known level below the latched one has been reached since the alarm was raised.
     is_over: bool,
@@ -109,8 +115,10 @@ impl Judge {
             implausible_rows: 0,
             fault_ns: None,
             caution_ns: None,
+            doubt_ns: None,
             held: HeldProblems::default(),
             danger_rows: 0,
+            rotates: false,
             latch: Latch::default(),
             is_over: false,
             is_inherited: false,
@@ -147,14 +155,16 @@ impl Judge {
         self.verdict.latched_level = latch.over(self.verdict.level);
     }
 
-    /// The verdict between rows: that of the last row, or worse because of conditions found since. It is held from
-    /// the next row on if that row is given the same conditions.
+    /// The verdict between rows: that of the last row, or worse because of conditions found since, or because the platform
+    /// `rotates` about an edge now. It is held from the next row on if that row is given the same.
     #[must_use]
-    pub fn between_rows(&self, conditions: Conditions) -> Verdict {
+    pub fn between_rows(&self, conditions: Conditions, rotates: bool) -> Verdict {
         let mut held = self.held;
         held.faults.add_all(conditions.faults);
         held.cautions.add_all(conditions.cautions);
-        let level = if !conditions.faults.is_empty() {
+        let level = if rotates {
+            Level::Danger
+        } else if !conditions.faults.is_empty() {
             self.fault_level(held.faults)
         } else if !conditions.cautions.is_empty() {
             self.verdict.level.max(Level::Warning)
@@ -171,7 +181,8 @@ impl Judge {
     /// The verdict on a row.
     pub fn row(&mut self, row: &RowFacts) -> Verdict {
         let first = *self.first_row_ns.get_or_insert(row.time_ns);
-        self.implausible_rows = if row.reasons.have_implausible_signal() {
+        self.rotates = row.rotates;
+        self.implausible_rows = if row.reasons.have_signal_fault() {
             self.implausible_rows.saturating_add(1)
         } else {
             0
@@ -198,6 +209,8 @@ impl Judge {
         hold(&mut self.fault_ns, is_faulty, is_ready, row.time_ns);
         let is_doubtful = !row.conditions.cautions.is_empty();
         hold(&mut self.caution_ns, is_doubtful, true, row.time_ns);
+        let is_contradicted = row.reasons.have_doubt();
+        hold(&mut self.doubt_ns, is_contradicted, true, row.time_ns);
         self.hold_problems(row, standing);
         if is_good || standing == RowAssessment::Tipping {
             self.danger_rows = match self.danger.is_on() {
@@ -206,7 +219,7 @@ impl Judge {
             };
         }
         let level = self.level(is_ready);
-        let is_of_inputs = row.reasons.have_gap() || row.reasons.have_implausible_signal();
+        let is_of_inputs = row.reasons.have_gap() || row.reasons.have_signal_fault();
         let model_failed = standing == RowAssessment::Failed && !is_of_inputs;
         self.update_latch(level, model_failed, row.is_acknowledged);
         self.verdict = Verdict {
@@ -223,13 +236,16 @@ impl Judge {
         self.held.cautions.add_all(row.conditions.cautions);
         if standing == RowAssessment::Failed {
             self.held.reasons.add_all(row.reasons);
-            if row.reasons.is_empty() {
+            if row.reasons.leave_valid() {
                 // valid inputs, but the uncertainty of the loads cannot be computed
                 self.held.reasons.add(Reason::NotFinite);
             }
         }
         if self.fault_ns.is_none() {
             (self.held.faults, self.held.reasons) = (InputFaults::NONE, Reasons::NONE);
+        }
+        if self.doubt_ns.is_some() {
+            self.held.reasons.add(Reason::Contradiction);
         }
         if self.caution_ns.is_none() {
             self.held.cautions = InputFaults::NONE;
@@ -249,6 +265,9 @@ impl Judge {
 
     fn standing(&self, row: &RowFacts, elapsed_ns: i64) -> RowAssessment {
         let reasons = row.reasons;
+        if row.rotates {
+            return RowAssessment::Tipping;
+        }
         if reasons.has(Reason::GrossInput) || self.implausible_rows >= PERSISTENT {
             return RowAssessment::Failed;
         }
@@ -261,7 +280,7 @@ impl Judge {
                 RowAssessment::Failed
             };
         }
-        if reasons.have_implausible_signal() {
+        if reasons.have_signal_fault() {
             return RowAssessment::Unknown;
         }
         if reasons.has(Reason::SupportsUnknown) {
@@ -293,20 +312,23 @@ impl Judge {
         }
     }
 
-    /// Alarms are raised from the first trustworthy row; safe requires several.
+    /// Alarms are raised from the first trustworthy row; safe requires several. A doubt takes no alarm away, and nothing is
+    /// safe beside it.
     fn level(&self, is_ready: bool) -> Level {
         let alarm = if self.danger.is_on() {
             Level::Danger
         } else if self.warning.is_on() || self.caution_ns.is_some() {
             Level::Warning
-        } else if !is_ready {
+        } else if !is_ready || self.doubt_ns.is_some() {
             Level::Unknown
         } else if self.notice.is_on() {
             Level::Notice
         } else {
             Level::Safe
         };
-        if self.fault_ns.is_some() {
+        if self.rotates {
+            Level::Danger
+        } else if self.fault_ns.is_some() {
             self.fault_level(self.held.faults)
         } else {
             alarm
@@ -384,6 +406,7 @@ mod tests {
                 reasons: set,
                 utilisation,
                 is_wheel_unloaded: false,
+                rotates: false,
                 conditions,
                 is_acknowledged: false,
             };
@@ -404,6 +427,7 @@ mod tests {
                 reasons: Reasons::NONE,
                 utilisation,
                 is_wheel_unloaded: false,
+                rotates: false,
                 conditions: Conditions::default(),
                 is_acknowledged: true,
             })
@@ -435,6 +459,7 @@ mod tests {
             reasons: Reasons::NONE,
             utilisation: 0.05,
             is_wheel_unloaded: true,
+            rotates: false,
             conditions: Conditions::default(),
             is_acknowledged: false,
         };
@@ -625,12 +650,12 @@ mod tests {
             faults: InputFault::Stale.into(),
             ..Conditions::default()
         };
-        assert_eq!(run.judge.between_rows(stale).level, Level::Fault);
+        assert_eq!(run.judge.between_rows(stale, false).level, Level::Fault);
         let late = Conditions {
             cautions: InputFault::Stale.into(),
             ..Conditions::default()
         };
-        assert_eq!(run.judge.between_rows(late).level, Level::Warning);
+        assert_eq!(run.judge.between_rows(late, false).level, Level::Warning);
         assert_eq!(run.judge.verdict().level, Level::Safe);
     }
 }

@@ -19,7 +19,7 @@
 #[strum(serialize_all = "snake_case")]
 #[repr(u8)]
 pub enum Level {
-    /// No statement is possible, not even that the machine is safe.
+    /// No statement is possible, or the signals contradict each other: not even that the machine is safe.
     #[default]
     Unknown = 0,
     /// All inputs are complete and valid, and every wheel carries enough load.

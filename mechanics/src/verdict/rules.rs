@@ -21,6 +21,7 @@ impl Rows {
                 reasons: Reasons::NONE,
                 utilisation: 0.1,
                 is_wheel_unloaded: false,
+                rotates: false,
                 conditions: Conditions::default(),
                 is_acknowledged: false,
             },
@@ -128,13 +129,12 @@ fn unknown_supports_are_never_safe() {
 
 // requirement: TW-VERDICT-10
 #[test]
-fn signals_that_contradict_each_other_are_a_fault_from_the_third_row() {
+fn implausible_signals_are_a_fault_from_the_third_row() {
     for reason in [
         Reason::JointsFault,
         Reason::ImuFault,
         Reason::OdometryFault,
         Reason::ToolWrenchFault,
-        Reason::Contradiction,
     ] {
         let mut rows = Rows::safe();
         let levels = [(); 3].map(|()| rows.with(reason));
@@ -144,6 +144,40 @@ fn signals_that_contradict_each_other_are_a_fault_from_the_third_row() {
         rows.good(200);
         assert_eq!(rows.latched(), Level::Safe, "{reason:?}");
     }
+}
+
+// requirement: TW-VERDICT-26
+#[test]
+fn a_doubt_takes_no_alarm_away_and_nothing_is_safe_beside_it() {
+    for (utilisation, level) in [
+        (0.1, Level::Unknown),
+        (0.8, Level::Unknown),
+        (0.95, Level::Warning),
+        (1.2, Level::Danger),
+    ] {
+        let mut rows = Rows::safe();
+        for _ in 0..500 {
+            let found = rows.give(|row| {
+                row.utilisation = utilisation;
+                row.reasons.add(Reason::Contradiction);
+            });
+            assert_eq!(found, level);
+        }
+        assert!(rows.judge.verdict().held.reasons.has(Reason::Contradiction));
+    }
+    // held for a second, and then forgotten
+    let mut rows = Rows::safe();
+    rows.give(|row| row.reasons.add(Reason::Contradiction));
+    assert_eq!(rows.good(99), Level::Unknown);
+    assert_eq!(rows.good(1), Level::Safe);
+    assert_eq!(rows.judge.verdict().held, HeldProblems::default());
+    // an alarm that begins beside a doubt counts, and is latched
+    let mut rows = Rows::safe();
+    rows.give(|row| {
+        row.utilisation = 1.2;
+        row.reasons.add(Reason::Contradiction);
+    });
+    assert_eq!(rows.latched(), Level::Danger);
 }
 
 // requirement: TW-VERDICT-11
@@ -257,13 +291,47 @@ fn only_faults_of_values_leave_a_machine_in_danger() {
             Level::Fault
         };
         assert_eq!(level, expected, "{}", fault.name());
-        let between = rows.judge.between_rows(Conditions {
-            faults: fault.into(),
-            ..Conditions::default()
-        });
+        let between = rows.judge.between_rows(
+            Conditions {
+                faults: fault.into(),
+                ..Conditions::default()
+            },
+            false,
+        );
         assert_eq!(between.level, expected, "{}", fault.name());
         assert!(between.held.faults.has(fault));
     }
+}
+
+// requirement: TW-VERDICT-27
+#[test]
+fn measured_rotation_is_danger_whatever_else_is_wrong() {
+    for fault in InputFault::ALL {
+        for reason in Reason::ALL {
+            let mut rows = Rows::safe();
+            let level = rows.give(|row| {
+                row.rotates = true;
+                row.reasons.add(reason);
+                row.utilisation = f64::NAN;
+                row.conditions.faults.add(fault);
+            });
+            assert_eq!(level, Level::Danger, "{} {}", fault.name(), reason.name());
+            assert!(rows.judge.verdict().held.faults.has(fault));
+            let stale = Conditions {
+                faults: fault.into(),
+                ..Conditions::default()
+            };
+            assert_eq!(rows.judge.between_rows(stale, true).level, Level::Danger);
+        }
+    }
+    // without a row, too, and no longer than it stands
+    let mut rows = Rows::safe();
+    let between = rows.judge.between_rows(Conditions::default(), true);
+    assert_eq!(between.level, Level::Danger);
+    rows.give(|row| row.rotates = true);
+    rows.good(200);
+    assert_eq!(rows.judge.verdict().level, Level::Safe);
+    assert_eq!(rows.judge.latch(), Latch::raised(Level::Danger));
 }
 
 // requirement: TW-VERDICT-16
@@ -271,20 +339,20 @@ fn only_faults_of_values_leave_a_machine_in_danger() {
 fn between_rows_nothing_gets_better() {
     let mut rows = Rows::safe();
     rows.give(|row| row.utilisation = 1.2);
-    let none = rows.judge.between_rows(Conditions::default());
+    let none = rows.judge.between_rows(Conditions::default(), false);
     assert_eq!(none, rows.judge.verdict());
     let caution = Conditions {
         cautions: InputFault::Stale.into(),
         ..Conditions::default()
     };
-    let verdict = rows.judge.between_rows(caution);
+    let verdict = rows.judge.between_rows(caution, false);
     assert_eq!(verdict.level, Level::Danger);
     assert_eq!(verdict.held.cautions, InputFault::Stale.into());
     let fault = Conditions {
         faults: InputFault::Lost.into(),
         ..caution
     };
-    let verdict = rows.judge.between_rows(fault);
+    let verdict = rows.judge.between_rows(fault, false);
     assert_eq!(verdict.level, Level::Fault);
     assert_eq!(verdict.latched_level, Level::Fault);
     assert_eq!(verdict.held.faults, InputFault::Lost.into());

@@ -242,7 +242,10 @@ impl<'a> BaseOfRows<'a> {
         let may_be_used = |reason| {
             matches!(
                 reason,
-                Reason::Tipping | Reason::NoGroundContact | Reason::NotFinite
+                Reason::Tipping
+                    | Reason::NoGroundContact
+                    | Reason::NotFinite
+                    | Reason::Contradiction
             )
         };
         rows.state(row, &mut self.state);
@@ -250,7 +253,7 @@ impl<'a> BaseOfRows<'a> {
         let usable = if tips {
             reasons.iter().all(may_be_used)
         } else {
-            reasons.is_empty()
+            reasons.leave_valid()
         };
         if !usable || !joints_are_known {
             return BaseAt::Unknown;

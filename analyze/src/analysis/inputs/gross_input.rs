@@ -59,6 +59,17 @@ pub enum GrossInputKind {
 }
 
 impl GrossInputKind {
+    /// Whether what gyro, accelerometer or attitude measure means nothing.
+    pub(crate) fn is_of_imu(self) -> bool {
+        matches!(
+            self,
+            Self::SpecificForceScale
+                | Self::SpecificForceDirection
+                | Self::AngularVelocityScale
+                | Self::Attitude
+        )
+    }
+
     /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -75,6 +75,8 @@ pub(super) fn reported(span: &[Compared], kind: FaultKind, limit: f64, subject: 
             policy: Policy::Report,
             limit: Some(limit),
             samples: span.len() as u64,
+            explanation: None,
+            loads_are_right: None,
         }),
         ..Event::blank(EventKind::InputFault, span[0].time_ns, subject.into())
     }

@@ -65,7 +65,7 @@ mod tests {
         let [event] = &still[..] else {
             panic!("{still:?}")
         };
-        assert_eq!(event.fault.unwrap().kind, FaultKind::Frozen);
+        assert_eq!(event.fault.as_ref().unwrap().kind, FaultKind::Frozen);
         assert_eq!(
             (event.start_ns, event.end_ns),
             (5_000_000_000, Some(9_900_000_000))

@@ -46,6 +46,7 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
     let partly = has_event.then(|| without_event::partly_known(analysis));
     let finding = |event: &&Event| scene.finding(event);
     (analysis.gross_inputs.iter().map(gross_finding))
+        .chain((analysis.losses.end_is_lost()).then(|| lost_end(analysis)))
         .chain(calm)
         .chain(stability.iter().map(finding))
         .chain(others.flatten())
@@ -86,6 +87,19 @@ fn unknown_rest(known: &str) -> Finding {
 }
 
 /// What stands in the way of every conclusion.
+/// The end of the log is lost: whatever is said of it holds up to its last row.
+fn lost_end(analysis: &Analysis) -> Finding {
+    let last_s = analysis.rows.seconds(analysis.rows.len() - 1);
+    let ranges = analysis.losses.ranges.iter();
+    let lost = ranges.filter(|range| range.last_time_ns.is_none());
+    Finding {
+        headline: format!(
+            "The end of the log is lost: all findings hold up to t = {last_s:.2} s, and what happened afterwards is not known"
+        ),
+        evidence: lost.map(ToString::to_string).collect(),
+    }
+}
+
 fn gross_finding(input: &GrossInput) -> Finding {
     let fix = format!("Likely correction: {}", input.fix);
     Finding {

@@ -1,7 +1,11 @@
 //! What a finding says of an event, and its evidence.
 
 use super::scene::Scene;
-use crate::events::{Event, EventCauses, EventKind, Finding, TIP_OVER_RAD};
+use tipwatch_mechanics::estimation::rotation::RotationWitness;
+
+use crate::events::{
+    Event, EventCauses, EventKind, Finding, MeasuredRotation, ShownBy, TIP_OVER_RAD,
+};
 use crate::page::{number, probability, readable};
 use crate::report::faults;
 
@@ -100,6 +104,9 @@ impl Scene {
                 "Rotation about the edge: {degrees:.1}° outwards{least}"
             ));
         }
+        if let Some(measured) = &event.measured_rotation {
+            evidence.extend(self.measured_rotation(event, measured));
+        }
         if let Some(lead_s) = event.lead_s {
             evidence.push(format!(
                 "Lead time: {lead_s:.2} s after the first wheel fell below its load limit"
@@ -115,8 +122,56 @@ impl Scene {
                 self.deciding
             ));
         }
+        if let Some(doubt) = &event.doubt {
+            evidence.push(format!(
+                "Doubted: signals contradict each other meanwhile ({}). The probability that the loads are right all the same, \
+                 {}, is in the confidence",
+                doubt.subjects.join("; "),
+                probability(doubt.loads_are_right)
+            ));
+        }
         if let Some(causes) = &event.causes {
             evidence.extend(self.causes(causes));
+        }
+        evidence
+    }
+
+    /// What gyro and attitude show, and what of it the loads do not.
+    fn measured_rotation(&self, event: &Event, measured: &MeasuredRotation) -> Vec<String> {
+        let from = format!("{:.2} s", self.seconds(event.start_ns));
+        let rotated = format!(
+            "the platform rotated by {:.0}° about the {} edge from t = {from}",
+            event.rotation_rad.unwrap_or(f64::NAN).to_degrees(),
+            self.subject(event)
+        );
+        let mut evidence = vec![format!(
+            "Measured by {}: {rotated}{}",
+            witness(measured.witness),
+            match event.shown_by {
+                Some(ShownBy::Rotation) => "; the computed loads do not show it",
+                _ => "",
+            }
+        )];
+        if !measured.onset_in_log {
+            evidence.push(
+                "The onset is not in the log: the platform rotated already in the first sample that shows it".into(),
+            );
+        }
+        if let Some(no_return) = &measured.no_return {
+            let sigma = no_return.sigma_rad.map_or(String::new(), |sigma| {
+                format!(" ± {:.1}", sigma.to_degrees())
+            });
+            let passed = no_return.at_ns.map_or("not passed".to_string(), |at_ns| {
+                format!("passed at t = {:.2} s", self.seconds(at_ns))
+            });
+            evidence.push(format!(
+                "Point of no return by the stated masses: {:.1}{sigma}°, {passed}",
+                no_return.rotation_rad.to_degrees()
+            ));
+        }
+        if let Some(at_rest_ns) = measured.at_rest_ns {
+            let at_s = self.seconds(at_rest_ns);
+            evidence.push(format!("At rest on its side from t = {at_s:.2} s"));
         }
         evidence
     }
@@ -148,6 +203,9 @@ impl Scene {
                 )
             }
             EventKind::TipOver => format!("Rotation about the edge: {worst}, {at}"),
+            EventKind::EdgeTipping if !event.worst.is_finite() => {
+                "Overturning moment: not computed".to_string()
+            }
             EventKind::EdgeTipping => format!("Maximum overturning moment: {worst}, {at}"),
             EventKind::WheelLift => format!("Minimum overturning force (OTF): {worst}, {at}"),
             EventKind::WheelLight => {
@@ -171,12 +229,10 @@ impl Scene {
         if !(lost_n > 0.0) {
             return Vec::new();
         }
-        let since = match causes.since_ns {
-            Some(since_ns) => format!(
-                "since the machine was last steady, at t = {:.2} s",
-                self.seconds(since_ns)
-            ),
-            None => "from the machine at rest on level ground".to_string(),
+        let since_s = self.seconds(causes.since_ns);
+        let since = match causes.since_is_steady {
+            true => format!("since the machine was last steady, at t = {since_s:.2} s"),
+            false => format!("since t = {since_s:.2} s (it was never steady before)"),
         };
         let fall = format!(
             "Overturning force (OTF) down by {} N to {} N {since}, up to t = {:.2} s",
@@ -186,7 +242,7 @@ impl Scene {
         );
         vec![
             fall,
-            format!("Computed causes: {}", shares_in_words(causes)),
+            format!("Taken by computed cause: {}", shares_in_words(causes)),
         ]
     }
 
@@ -201,28 +257,34 @@ impl Scene {
     }
 }
 
+fn witness(witness: RotationWitness) -> &'static str {
+    match witness {
+        RotationWitness::Both => "gyro and attitude",
+        RotationWitness::GyroAlone => "the gyro alone",
+        RotationWitness::AttitudeAlone => "the attitude alone",
+        RotationWitness::GyroNotAttitude => "the gyro, which the attitude contradicts",
+        RotationWitness::AttitudeNotGyro => "the attitude, which the gyro contradicts",
+    }
+}
+
 /// Shares of the causes as text: the largest by amount, added load negative, the rest as others, in whole per
 /// cent that add up to 100.
 fn shares_in_words(causes: &EventCauses) -> String {
     let mut named: Vec<(&str, f64)> = (causes.shares.iter())
         .filter(|share| share.percent.abs() >= LEAST_PERCENT)
-        .map(|share| (share.cause, share.percent))
+        .map(|share| (share.cause, share.taken_n))
         .collect();
     named.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     named.truncate(MOST_CAUSES);
     named.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let others = 100.0
-        - named
-            .iter()
-            .map(|(_, percent)| percent.round())
-            .sum::<f64>();
+    let others = causes.otf_before_n - causes.otf_n - named.iter().map(|(_, n)| n).sum::<f64>();
     let named = named
         .into_iter()
-        .map(|(cause, percent)| (readable(cause), percent));
-    let others = (others != 0.0).then(|| ("others".to_string(), others));
+        .map(|(cause, taken_n)| (readable(cause), taken_n));
+    let others = (others.abs() >= 0.5).then(|| ("others".to_string(), others));
     let all = named.chain(others);
     let all: Vec<String> = all
-        .map(|(cause, percent)| format!("{cause} {percent:.0} %"))
+        .map(|(cause, taken_n)| format!("{cause} {} N", number(taken_n)))
         .collect();
     all.join(", ")
 }
@@ -339,17 +401,17 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_signed_and_add_up_to_100() {
+    fn shares_are_signed_and_add_up() {
         let share = |cause, percent| CauseShare {
             cause,
-            taken_n: percent,
+            taken_n: 10.0 * percent,
             percent,
         };
         let causes = EventCauses {
-            since_ns: None,
+            since_ns: 1_000_500_000_000,
             since_is_steady: false,
             at_ns: 0,
-            otf_before_n: 100.0,
+            otf_before_n: 1000.0,
             otf_n: 0.0,
             shares: vec![
                 share("arm_weight", 96.6),
@@ -360,13 +422,10 @@ mod tests {
         };
         assert_eq!(
             shares_in_words(&causes),
-            "arm weight 97 %, slope 13 %, arm motion -10 %"
+            "arm weight 966 N, slope 126 N, arm motion -104 N, others 12.0 N"
         );
         let evidence = scene().causes(&causes);
-        assert!(
-            evidence[0].contains("from the machine at rest on level ground"),
-            "{evidence:?}"
-        );
+        assert!(evidence[0].contains("since t = 0.50 s"), "{evidence:?}");
     }
 
     #[test]

@@ -73,8 +73,12 @@ impl Diagnostics {
                 },
             })
             .collect();
-        let (level, message) = match (reasons.is_empty(), values.is_empty()) {
+        let (level, message) = match (reasons.leave_valid(), values.is_empty()) {
             (true, true) => (OK, "all inputs valid".to_string()),
+            (true, _) if reasons.have_doubt() => (
+                WARN,
+                "row valid, but signals contradict each other".to_string(),
+            ),
             (true, false) => (
                 WARN,
                 "row valid despite an implausible or missing input".to_string(),

@@ -196,7 +196,8 @@ fn uncertainty_by_key(analysis: &Analysis) -> BTreeMap<&'static str, f64> {
 fn row_summary(analysis: &Analysis) -> RowSummary {
     let rows = &analysis.rows;
     let mut invalid_by_reason = BTreeMap::new();
-    for reason in rows.reasons.iter().flat_map(|reasons| reasons.iter()) {
+    let invalid = (rows.reasons.iter()).filter(|reasons| !reasons.leave_valid());
+    for reason in invalid.flat_map(|reasons| reasons.iter()) {
         *invalid_by_reason.entry(reason.name()).or_default() += 1;
     }
     RowSummary {
@@ -204,7 +205,10 @@ fn row_summary(analysis: &Analysis) -> RowSummary {
         valid: rows
             .reasons
             .iter()
-            .filter(|reasons| reasons.is_empty())
+            .filter(|reasons| reasons.leave_valid())
+            .count(),
+        doubted: (rows.reasons.iter())
+            .filter(|reasons| reasons.have_doubt())
             .count(),
         first_ns: rows.times_ns[0],
         last_ns: rows.times_ns[rows.len() - 1],

@@ -15,7 +15,7 @@ use crate::analysis::model_comparison::LoadDifference;
 use crate::base::clip::Clip;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
-use crate::events::EventCauses;
+use crate::events::{Doubt, EventCauses};
 
 /// Version of the document.
 pub const SCHEMA: u32 = 6;
@@ -119,19 +119,50 @@ pub struct EventSummary<'a> {
     pub(super) any_split_ns: Option<i64>,
     /// Largest outward rotation about the edge since the start.
     pub(super) rotation_rad: Option<f64>,
+    /// For an edge: `rotation` (by gyro and attitude; the computed loads do not show it), `loads` or `both`.
+    pub(super) shown_by: Option<&'static str>,
+    /// The rotation about the edge by gyro and attitude; null where they show none beyond what tyres and ground explain.
+    pub(super) measured_rotation: Option<RotationSummary>,
     pub(super) causes: Option<&'a EventCauses>,
     /// The input fault; null for other kinds of events.
-    pub(super) fault: Option<FaultSummary>,
+    pub(super) fault: Option<FaultSummary<'a>>,
+    /// Signals that contradict each other during the event; null if none do.
+    pub(super) doubt: Option<&'a Doubt>,
+}
+
+/// A rotation about an edge by gyro and attitude alone.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RotationSummary {
+    /// `both`, `gyro_alone`, `attitude_alone`, or `gyro_not_attitude` and `attitude_not_gyro` where the other contradicts it.
+    pub(super) shown_by: &'static str,
+    /// Standard deviation of what tyres, ground and sensor explain of it.
+    pub(super) sigma_rad: f64,
+    /// Whether it began in the log; otherwise the start is the first sample that shows it.
+    pub(super) onset_in_log: bool,
+    /// When it reached 10 degrees.
+    pub(super) ten_degrees_ns: Option<i64>,
+    /// Rotation at which gravity through the stated centre of mass passes over the edge. It alone rests on masses.
+    pub(super) no_return_rad: Option<f64>,
+    /// Its standard deviation by those of the masses.
+    pub(super) no_return_sigma_rad: Option<f64>,
+    /// When the platform passed it.
+    pub(super) no_return_ns: Option<i64>,
+    /// Since when the machine rested on its side.
+    pub(super) at_rest_ns: Option<i64>,
 }
 
 /// An input fault.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct FaultSummary {
+pub struct FaultSummary<'a> {
     pub(super) kind: &'static str,
     pub(super) policy: &'static str,
     /// The limit that `worst` exceeded, in its unit.
     pub(super) limit: Option<f64>,
     pub(super) samples: u64,
+    /// Of signals that contradict each other, what it looks like, after "as if".
+    pub(super) explanation: Option<&'a str>,
+    /// Of signals that contradict each other and that the loads rest on, the probability that the loads are right.
+    pub(super) loads_are_right: Option<f64>,
 }
 
 /// The model of the ground wrench.
@@ -242,6 +273,8 @@ pub struct MachineSummary<'a> {
 pub struct RowSummary {
     pub(super) count: usize,
     pub(super) valid: usize,
+    /// Rows in which signals contradict each other; most are valid.
+    pub(super) doubted: usize,
     pub(super) first_ns: i64,
     pub(super) last_ns: i64,
     pub(super) duration_s: f64,

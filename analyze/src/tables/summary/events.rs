@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{EventGroup, EventSummary, FaultSummary};
-use crate::events::Event;
+use super::document::{EventGroup, EventSummary, FaultSummary, RotationSummary};
+use crate::events::{Event, MeasuredRotation, ShownBy};
 
 /// Groups the events by the name of their kind; `first_ns` is the time of the first row.
 pub(super) fn groups(events: &[Event], first_ns: i64) -> BTreeMap<&'static str, EventGroup<'_>> {
@@ -41,13 +41,32 @@ fn summary(event: &Event, first_ns: i64) -> EventSummary<'_> {
         judged_ns: event.judged_ns,
         any_split_ns: event.any_split_ns,
         rotation_rad: event.rotation_rad,
+        shown_by: event.shown_by.map(ShownBy::name),
+        measured_rotation: event.measured_rotation.as_ref().map(rotation),
         causes: event.causes.as_ref(),
-        fault: event.fault.map(|fault| FaultSummary {
+        fault: event.fault.as_ref().map(|fault| FaultSummary {
             kind: fault.kind.name(),
             policy: fault.policy.name(),
             limit: fault.limit,
             samples: fault.samples,
+            explanation: fault.explanation.as_deref(),
+            loads_are_right: fault.loads_are_right,
         }),
+        doubt: event.doubt.as_ref(),
+    }
+}
+
+fn rotation(measured: &MeasuredRotation) -> RotationSummary {
+    let no_return = measured.no_return;
+    RotationSummary {
+        shown_by: measured.witness.name(),
+        sigma_rad: measured.sigma_rad,
+        onset_in_log: measured.onset_in_log,
+        ten_degrees_ns: measured.ten_degrees_ns,
+        no_return_rad: no_return.map(|it| it.rotation_rad),
+        no_return_sigma_rad: no_return.and_then(|it| it.sigma_rad),
+        no_return_ns: no_return.and_then(|it| it.at_ns),
+        at_rest_ns: measured.at_rest_ns,
     }
 }
 

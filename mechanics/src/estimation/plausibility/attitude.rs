@@ -54,6 +54,7 @@ impl AttitudeWatch {
                     value: excess,
                     rate: 0.0,
                 },
+                explanation: None,
             });
             return false;
         }

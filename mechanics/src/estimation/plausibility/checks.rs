@@ -1,7 +1,8 @@
 //! All checks of every sensor, sample by sample.
 
-use super::fault::Finding;
-use super::redundancy::Comparisons;
+use super::explanation::Explanation;
+use super::fault::{Finding, Part};
+use super::relations::Relations;
 use super::signals::SignalChecks;
 use super::treatment::{Judgement, RowEffect};
 use crate::machine::Machine;
@@ -11,7 +12,7 @@ use crate::state::{Sample, SampleError, Sensors};
 #[derive(Debug, Clone)]
 pub struct Plausibility {
     signals: SignalChecks,
-    comparisons: Comparisons,
+    relations: Relations,
     has_imu: bool,
     findings: Vec<Finding>,
 }
@@ -22,7 +23,7 @@ impl Plausibility {
     pub fn new(machine: &Machine, sensors: &Sensors) -> Self {
         Self {
             signals: SignalChecks::new(machine, sensors),
-            comparisons: Comparisons::new(machine, sensors),
+            relations: Relations::new(machine, sensors),
             has_imu: sensors.imu,
             findings: room_for_findings(sensors),
         }
@@ -32,6 +33,12 @@ impl Plausibility {
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         &self.findings
+    }
+
+    /// The evidence of every alternative to sound sensors so far, as log likelihood ratios, and the threshold.
+    #[must_use]
+    pub fn evidence(&self) -> (Vec<(Part, Explanation, f64)>, f64) {
+        self.relations.evidence()
     }
 
     /// Whether a value that the estimate requires was not finite in the last sample.
@@ -46,7 +53,7 @@ impl Plausibility {
     pub fn step(&mut self, sample: &Sample<'_>) -> Result<Judgement, SampleError> {
         self.findings.clear();
         let sound = self.signals.step(sample, &mut self.findings)?;
-        self.comparisons.step(sample, sound, &mut self.findings);
+        self.relations.step(sample, sound, &mut self.findings);
         Ok(Judgement::of(&self.findings))
     }
 

@@ -1,5 +1,6 @@
 //! Kinds of faults of a sample, and the parts that they affect.
 
+use super::explanation::Explanation;
 use crate::machine::{FaultKind, Machine, Policy};
 use crate::state::{Reason, Sensor};
 
@@ -77,22 +78,33 @@ pub struct Finding {
     pub stamp_ns: i64,
     /// Magnitude of the fault, in the unit of its kind: the value out of range, the rate, the time for which the
     /// signal has been frozen, the norm of the quaternion, the difference of velocity or gravity, the logarithm of the
-    /// likelihood ratio of a lean that contradicts the arm, the difference of two rotations or distances; 1 for a value
-    /// that is not finite.
+    /// likelihood ratio of a contradiction; 1 for a value that is not finite.
     pub measure: f64,
     /// Limit for `measure`, in the same unit; NaN if there is none.
     pub limit: f64,
     /// Possible error of the value (in its unit) and of its derivative.
     pub amount: Amount,
+    /// What would explain it best; `None` for a fault of one signal.
+    pub explanation: Option<Explanation>,
 }
 
 impl Finding {
-    /// Whether rows that depend on it must not be used: because of the policy, or because a value is not finite.
+    /// Whether rows that depend on it must not be used: because of the policy, or because a value is not finite. A
+    /// contradiction between sensors never forbids rows: it makes them doubtful.
     /// `has_imu`: whether there is an IMU, with which loads do not require the odometry.
     #[must_use]
     pub fn forbids_rows(&self, has_imu: bool) -> bool {
         let is_needed = self.part.reason(self.sensor, has_imu).is_some();
-        is_needed && (self.policy == Policy::Invalid || self.lacks_a_value())
+        let is_unusable = self.policy == Policy::Invalid && self.kind != FaultKind::Contradiction;
+        is_needed && (is_unusable || self.lacks_a_value())
+    }
+
+    /// Whether it casts doubt on rows: a contradiction between sensors of which the loads require one.
+    #[must_use]
+    pub fn casts_doubt(&self, has_imu: bool) -> bool {
+        self.kind == FaultKind::Contradiction
+            && self.policy != Policy::Report
+            && self.part.reason(self.sensor, has_imu).is_some()
     }
 
     /// Whether a value that the estimate requires is not finite.
@@ -162,6 +174,26 @@ impl Part {
         format!("{signal}.{quantity}")
     }
 
+    /// Probability that the loads are right although this relation does not hold, all sensors of it being equally likely to be
+    /// wrong: the loads rest on the joints, the specific force and, little, on the gyro.
+    #[must_use]
+    pub fn loads_are_right(self, explanation: Explanation) -> f64 {
+        match self {
+            Self::Lean => match explanation {
+                // the gyro shows otherwise: it, and not the arm, may be wrong
+                Explanation::Sign(_)
+                | Explanation::HalfTurn(_)
+                | Explanation::Exchanged(..)
+                | Explanation::Stopped => 0.5,
+                _ => 0.1,
+            },
+            // specific force, attitude and velocity: one of three is what the loads rest on
+            Self::Acceleration => 2.0 / 3.0,
+            Self::Drive | Self::Rotation | Self::Yaw(_) => 0.5,
+            _ => 1.0,
+        }
+    }
+
     /// Units of the part's value and of its derivative.
     fn units(self, machine: &Machine) -> [&'static str; 2] {
         match self {
@@ -191,7 +223,9 @@ impl Part {
         let [value, rate] = self.units(machine);
         match kind {
             FaultKind::NotFinite => "samples",
-            FaultKind::OutOfRange | FaultKind::JointLimit | FaultKind::Contradiction => value,
+            FaultKind::OutOfRange | FaultKind::JointLimit => value,
+            // the logarithm of a likelihood ratio
+            FaultKind::Contradiction => "-",
             FaultKind::Disagreement if self == Self::Attitude => "m/s^2",
             FaultKind::ImpossibleRate | FaultKind::Disagreement => rate,
             FaultKind::Frozen => "s",

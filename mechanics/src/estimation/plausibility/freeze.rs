@@ -63,6 +63,7 @@ impl Freeze {
                 value: self.spread(),
                 rate: 0.0,
             },
+            explanation: None,
         })
     }
 

@@ -78,6 +78,7 @@ impl GravityWatch {
                     value: apart / self.gravity,
                     rate: 0.0,
                 },
+                explanation: None,
             });
         }
     }

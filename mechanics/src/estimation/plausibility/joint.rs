@@ -161,6 +161,7 @@ impl JointWatch {
                     value: excess,
                     rate: 0.0,
                 },
+                explanation: None,
             });
         }
     }
@@ -190,6 +191,7 @@ impl JointWatch {
                         value: step,
                         rate: step / elapsed_s,
                     },
+                    explanation: None,
                 });
                 return false;
             }
@@ -216,6 +218,7 @@ impl JointWatch {
                     value: 0.0,
                     rate: rate.abs(),
                 },
+                explanation: None,
             });
             false
         };
@@ -313,6 +316,7 @@ impl JointWatch {
                 },
                 rate: it.difference.abs(),
             },
+            explanation: None,
         });
     }
 

@@ -25,12 +25,13 @@
 
 mod attitude;
 mod checks;
+mod explanation;
 mod fault;
 mod freeze;
 mod gravity;
 mod joint;
 mod notice;
-mod redundancy;
+mod relations;
 mod signals;
 mod spans;
 mod treatment;
@@ -38,9 +39,10 @@ mod vector;
 
 pub use checks::Plausibility;
 pub(super) use checks::room_for_findings;
+pub use explanation::{Axis, Explanation};
 pub use fault::{Amount, Component, Finding, Part, YawBy};
-pub(super) use redundancy::{ByWheels, LeanComparison, OtherComparisons};
-pub use redundancy::{Excitation, Unshown};
+pub(super) use relations::Relations;
+pub use relations::{Excitation, Unshown};
 pub(super) use signals::{SignalChecks, Sound};
 pub(crate) use spans::SpanWalk;
 pub use spans::{FaultSpan, FaultSpans};

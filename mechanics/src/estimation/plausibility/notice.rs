@@ -1,5 +1,6 @@
 //! What the checks share: their limits, and how they report a fault.
 
+use super::explanation::Explanation;
 use super::fault::{Amount, Component, Finding, Part};
 use crate::machine::{FaultKind, Machine, Policy};
 use crate::state::{Sample, Sensor};
@@ -60,9 +61,28 @@ pub(super) struct Notice {
     pub(super) measure: f64,
     pub(super) limit: f64,
     pub(super) amount: Amount,
+    pub(super) explanation: Option<Explanation>,
 }
 
 impl Notice {
+    /// That sensors contradict each other, by the logarithm of a likelihood ratio.
+    pub(super) fn contradiction(
+        since_ns: i64,
+        evidence: f64,
+        threshold: f64,
+        explanation: Explanation,
+    ) -> Self {
+        Self {
+            kind: FaultKind::Contradiction,
+            component: Component::Value,
+            since_ns,
+            measure: evidence,
+            limit: threshold,
+            amount: Amount::default(),
+            explanation: Some(explanation),
+        }
+    }
+
     pub(super) fn not_finite(stamp_ns: i64, component: Component) -> Self {
         Self {
             kind: FaultKind::NotFinite,
@@ -71,6 +91,7 @@ impl Notice {
             measure: 1.0,
             limit: f64::NAN,
             amount: Amount::default(),
+            explanation: None,
         }
     }
 }
@@ -115,6 +136,7 @@ impl<'n> Note<'n> {
                 measure: notice.measure,
                 limit: notice.limit,
                 amount: notice.amount,
+                explanation: notice.explanation,
             });
         }
     }

@@ -91,11 +91,13 @@ pub(crate) struct RowEffect {
 impl RowEffect {
     pub(crate) fn add(&mut self, finding: &Finding, machine: &Machine, has_imu: bool) {
         let reason = finding.part.reason(finding.sensor, has_imu);
-        // The state is kept: it shows what contradicts what.
-        let reason = reason.map(|reason| match finding.kind {
-            FaultKind::Contradiction => Reason::Contradiction,
-            _ => reason,
-        });
+        if finding.kind == FaultKind::Contradiction {
+            // The row stays valid: which of the sensors is wrong is unknown.
+            if finding.casts_doubt(has_imu) {
+                self.reasons.add(Reason::Contradiction);
+            }
+            return;
+        }
         match finding.policy {
             Policy::Invalid => {
                 if let Some(reason) = reason {

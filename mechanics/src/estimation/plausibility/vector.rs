@@ -73,6 +73,7 @@ impl VectorWatch {
                     value: doubt.max(length - self.max),
                     rate: 0.0,
                 },
+                explanation: None,
             });
             return false;
         }
@@ -90,6 +91,7 @@ impl VectorWatch {
                         value: change,
                         rate: change / elapsed_s,
                     },
+                    explanation: None,
                 });
                 return false;
             }

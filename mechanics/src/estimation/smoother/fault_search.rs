@@ -1,7 +1,7 @@
 //! The search for implausible spans in a whole log.
 //!
-//! A batch of samples is checked by itself, then compared with the lean of the platform, then in all other ways. Three
-//! batches are on this way at the same time, so that threads share the work.
+//! A batch of samples is checked by itself, then its sensors are compared with each other. Two batches are on this way at
+//! the same time, so that threads share the work.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,8 +10,7 @@ use super::pass::{Pass, Run, run_all};
 use super::sorted_samples::{ByStamp, SortedSamples};
 use super::source::SampleSource;
 use crate::estimation::plausibility::{
-    ByWheels, FaultSpan, FaultSpans, Finding, Judgement, LeanComparison, OtherComparisons,
-    SignalChecks, Sound, room_for_findings,
+    FaultSpan, FaultSpans, Finding, Judgement, Relations, SignalChecks, Sound, room_for_findings,
 };
 use crate::machine::Machine;
 use crate::state::{Sample, Sensor, Sensors};
@@ -33,25 +32,20 @@ pub(super) fn find_faults<S: SampleSource>(
         checks: SignalChecks::new(machine, sensors),
         findings: room_for_findings(sensors),
     };
-    let mut leaning = LeaningSamples {
-        comparison: LeanComparison::new(machine, sensors),
-        findings: room_for_findings(sensors),
-    };
     let mut compared = ComparedSamples {
-        comparisons: OtherComparisons::new(machine, sensors),
+        relations: Relations::new(machine, sensors),
         spans: FaultSpans::default(),
         findings: room_for_findings(sensors),
         faulty,
     };
-    let mut batches: [Batch; 3] = Default::default();
+    let mut batches: [Batch; 2] = Default::default();
     loop {
-        let [first, second, third] = &mut batches;
+        let [first, second] = &mut batches;
         let mut filled = Ok(());
         let parts: Vec<Pass<'_>> = vec![
             Box::new(|| filled = checked.fill(first)),
-            Box::new(|| compared.take(third)),
-            // the longest part: whoever runs the parts takes this one, and leaves the others
-            Box::new(|| leaning.take(second)),
+            // the longer part: whoever runs the parts takes this one, and leaves the other
+            Box::new(|| compared.take(second)),
         ];
         run_all(run, parts);
         filled?;
@@ -68,9 +62,6 @@ struct Batch {
     samples: Vec<Checked>,
     values: Vec<f64>,
     findings: Vec<Finding>,
-    /// What the comparison with the lean found beyond that, and what it tells of the wheels, by sample.
-    leaning: Vec<(ByWheels, Range<usize>)>,
-    findings_of_lean: Vec<Finding>,
 }
 
 impl Batch {
@@ -131,35 +122,9 @@ impl<S: SampleSource> CheckedSamples<'_, S> {
     }
 }
 
-/// The comparison of the samples with the lean of the platform.
-struct LeaningSamples {
-    comparison: LeanComparison,
-    findings: Vec<Finding>,
-}
-
-impl LeaningSamples {
-    fn take(&mut self, batch: &mut Batch) {
-        batch.leaning.clear();
-        batch.findings_of_lean.clear();
-        for place in 0..batch.samples.len() {
-            let checked = &batch.samples[place];
-            let findings = &mut self.findings;
-            findings.clear();
-            findings.extend_from_slice(&batch.findings[checked.findings.clone()]);
-            let known = findings.len();
-            let sample = batch.sample(checked);
-            let by_wheels = self.comparison.step(&sample, checked.sound, findings);
-            let first = batch.findings_of_lean.len();
-            (batch.findings_of_lean).extend_from_slice(&findings[known..]);
-            let found = first..batch.findings_of_lean.len();
-            batch.leaning.push((by_wheels, found));
-        }
-    }
-}
-
-/// The other comparisons of the samples with each other, and what was found so far.
+/// The relations between the samples of all sensors, and what was found so far.
 struct ComparedSamples<'f> {
-    comparisons: OtherComparisons,
+    relations: Relations,
     spans: FaultSpans,
     findings: Vec<Finding>,
     faulty: &'f [AtomicBool],
@@ -167,13 +132,12 @@ struct ComparedSamples<'f> {
 
 impl ComparedSamples<'_> {
     fn take(&mut self, batch: &Batch) {
-        for (checked, (by_wheels, of_lean)) in batch.samples.iter().zip(&batch.leaning) {
+        for checked in &batch.samples {
             let sample = batch.sample(checked);
             let findings = &mut self.findings;
             findings.clear();
             findings.extend_from_slice(&batch.findings[checked.findings.clone()]);
-            findings.extend_from_slice(&batch.findings_of_lean[of_lean.clone()]);
-            (self.comparisons).step(&sample, checked.sound, *by_wheels, findings);
+            (self.relations).step(&sample, checked.sound, findings);
             self.spans.take(sample.sensor, sample.stamp_ns, findings);
             let lacks_a_value = findings.iter().any(Finding::lacks_a_value);
             if lacks_a_value || !Judgement::of(findings).is_clean() {

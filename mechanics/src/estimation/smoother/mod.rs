@@ -18,6 +18,7 @@ mod whole;
 
 pub use block::{BlockSmoother, BlockWorker, ROWS_PER_BLOCK, SmoothedBlock};
 pub use pass::Pass;
+pub use sorted_samples::visit_by_stamp;
 pub(super) use sorted_samples::{Chunk, SortedSamples};
 pub use source::{SampleSource, SensorSamples};
 pub use whole::{SmoothedRows, smooth};

@@ -152,3 +152,23 @@ impl<'s, S: SampleSource> ByStamp<'s, S> {
         Ok(sample.map(|sample| (which, sample)))
     }
 }
+
+/// Visits the samples of several sensors in stamp order. Sources of sensors that are not there are left out.
+///
+/// # Errors
+/// Samples cannot be read.
+pub fn visit_by_stamp<S: SampleSource>(
+    sensors: &Sensors,
+    sources: Vec<S>,
+    visit: &mut dyn FnMut(&Sample<'_>),
+) -> Result<(), S::Error> {
+    let sources = sources.into_iter();
+    let sorted: Vec<_> = sources
+        .filter_map(|source| SortedSamples::new(source, sensors))
+        .collect();
+    let mut samples = ByStamp::new(sorted.iter().collect());
+    while let Some((_, sample)) = samples.next()? {
+        visit(&sample);
+    }
+    Ok(())
+}

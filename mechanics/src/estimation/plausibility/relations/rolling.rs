@@ -42,6 +42,10 @@ pub(in super::super) struct Rolled {
     pub(in super::super) by_speeds: Option<f64>,
     /// The same by how they are steered.
     pub(in super::super) by_steering: Option<f64>,
+    /// How much the wheels contradict each other: one that slips, spins in the air or stands still (m/s).
+    pub(in super::super) slip: f64,
+    /// Circumferential speed of the fastest wheel (m/s).
+    pub(in super::super) fastest: f64,
 }
 
 impl Rolling {
@@ -94,6 +98,16 @@ impl Rolling {
         let by_speeds = by_speeds.map(|inverse| inverse * along_right);
         // Wheels in one track show the speed alone.
         let speed = by_speeds.map_or(along_right.x / count, |solved| solved.x);
+        let turning = by_speeds.map_or(0.0, |solved| solved.y);
+        let (mut slip, mut fastest) = (0.0_f64, 0.0_f64);
+        for wheel in &self.wheels {
+            let (place, axle) = placed(&motions[wheel.body])?;
+            let direction = Vector2::new(axle.y, -axle.x);
+            let across = direction.y * place.x - direction.x * place.y;
+            let rolled = wheel.radius * rate(wheel.joint);
+            slip = slip.max((rolled - direction.x * speed - across * turning).abs());
+            fastest = fastest.max(rolled.abs());
+        }
         let by_steering = (self.is_steered && spread.x > SPREAD)
             .then(|| self.by_steering(motions, speed))
             .flatten();
@@ -101,6 +115,8 @@ impl Rolling {
             speed,
             by_speeds: by_speeds.map(|solved| solved.y),
             by_steering,
+            slip,
+            fastest,
         })
     }
 

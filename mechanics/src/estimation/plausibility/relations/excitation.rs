@@ -11,13 +11,15 @@ use nalgebra::{Vector1, Vector2, Vector3};
 
 use super::band::Band;
 use super::leaky::LeakyIntegral;
-use super::lean::DIFFERS_S;
 use super::lean_model::LeanModel;
 use super::low_pass::left;
-use super::{rolling, yaw};
+use super::rolling;
 use crate::machine::{Machine, rotation_in_body};
 use crate::state::State;
 
+/// Time constant of the band in which a lean counts, and of turns and ways (s).
+const BAND_S: f64 = 2.0;
+const COMPARED_S: f64 = 3.0;
 /// Shortest step between two rows that are compared (s), and longest.
 const STEP_S: [f64; 2] = [0.1, 1.0];
 /// Lean in the band that shows a joint (rad): five times what else leans a standing platform.
@@ -81,7 +83,7 @@ impl Excitation {
                 .map(|(joint, _)| JointLean {
                     joint,
                     sum: Vector2::zeros(),
-                    band: Band::new(DIFFERS_S),
+                    band: Band::new(BAND_S),
                     largest: 0.0,
                 })
                 .collect(),
@@ -110,7 +112,7 @@ impl Excitation {
         }
         let turning = (self.base_from_imu * state.imu.angular_velocity).z;
         let forward = state.base.velocity.x;
-        let left = left(step_s, yaw::COMPARED_S);
+        let left = left(step_s, COMPARED_S);
         for (sum, rate, largest) in [
             (&mut self.turned, turning, &mut self.largest_turn),
             (&mut self.gone, forward, &mut self.largest_way),

@@ -77,10 +77,8 @@ pub(super) struct LeanModel {
 pub(super) struct Lean {
     /// About x and y (rad), smoothed, but for a constant.
     pub(super) angle: Vector2<f64>,
-    /// Direction in which a load on the end of the arm leans the platform, of length 1; zero without an arm.
+    /// By how much a load on the end of the arm leans the platform (rad/kg); zero without an arm.
     pub(super) by_load: Vector2<f64>,
-    /// The moment N on the tyres about x and y (N m).
-    pub(super) moment: Vector2<f64>,
     /// Whether a load of unknown mass is attached, or a wheel carries nothing, so that the tyres are no springs.
     pub(super) is_beyond_model: bool,
 }
@@ -229,8 +227,7 @@ impl LeanModel {
         let least = self.least_load(&moment, &Vector2::zeros());
         let lean = Lean {
             angle,
-            by_load: by_load.try_normalize(0.0).unwrap_or_else(Vector2::zeros),
-            moment,
+            by_load,
             is_beyond_model: has_unknown_load || least < LEAST_LOAD,
         };
         angle.iter().all(|v| v.is_finite()).then_some(lean)
@@ -244,6 +241,33 @@ impl LeanModel {
         });
         let carried = first.cross(up);
         self.compliance * carried.xy() + self.plane_of_wheels()
+    }
+
+    /// The same with other positions of up to two joints.
+    pub(super) fn lean_with(
+        &mut self,
+        changed: [(usize, f64); 2],
+        up: &Vector3<f64>,
+    ) -> Vector2<f64> {
+        let before = changed.map(|(joint, _)| self.state.joints[joint]);
+        for (joint, position) in changed {
+            self.state.joints[joint].position = position;
+        }
+        let lean = self.posture_lean(up);
+        for ((joint, _), motion) in changed.into_iter().zip(before) {
+            self.state.joints[joint] = motion;
+        }
+        lean
+    }
+
+    /// Gravity (m/s^2).
+    pub(super) fn gravity(&self) -> f64 {
+        self.machine.gravity()
+    }
+
+    /// Position of a joint at the last sample.
+    pub(super) fn position(&self, joint: usize) -> f64 {
+        self.state.joints[joint].position
     }
 
     /// Moves all bodies and sums up their moments.

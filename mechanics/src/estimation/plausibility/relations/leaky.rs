@@ -20,17 +20,4 @@ impl<const N: usize> LeakyIntegral<N> {
     pub(super) fn add(&mut self, left: f64, change: &SVector<f64, N>) {
         self.value = (self.value + change) * left;
     }
-
-    pub(super) fn reset(&mut self) {
-        self.value = SVector::zeros();
-    }
-}
-
-/// How far two sums with one meaning point in opposite directions: the size of the smaller one, zero where they agree.
-pub(super) fn opposition(a: f64, b: f64) -> f64 {
-    if a * b < 0.0 {
-        a.abs().min(b.abs())
-    } else {
-        0.0
-    }
 }

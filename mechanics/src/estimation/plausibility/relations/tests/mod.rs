@@ -4,8 +4,8 @@
 
 mod excitation;
 mod lean_model;
+mod motion;
 mod rolling;
-mod standstill;
 
 use crate::machine::{LogFacts, Machine, MachineSpec};
 

@@ -1,0 +1,212 @@
+//! Rotations of the platform about an edge, by gyro and attitude alone, in retrospect: when they began, how far they went.
+
+use std::collections::VecDeque;
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::estimation::rotation::{PlatformRotation, RotationSpell, RotationWitness};
+
+use super::onset::{self, Curve, Onset};
+
+/// Time before the platform left its reference that the onset is searched in (ns).
+const BEFORE_NS: i64 = 2_500_000_000;
+/// Time after the certain rotation that is kept point by point (ns).
+const AFTER_NS: i64 = 20_000_000_000;
+/// Rotation up to which the onset is fitted (rad).
+const FITTED_RAD: f64 = 6.0 * std::f64::consts::PI / 180.0;
+/// An onset this close to the first sample is not in the log (s).
+const FIRST_S: f64 = 0.1;
+/// Samples farther apart leave unknown what was between them (s).
+const GAP_S: f64 = 0.25;
+
+/// A rotation about an edge.
+#[derive(Debug, Clone)]
+pub(crate) struct FoundRotation {
+    /// Name of the edge.
+    pub(crate) edge: String,
+    /// What the watch saw.
+    pub(crate) spell: RotationSpell,
+    /// When it began (ns): the onset, or else the first sample that shows it.
+    pub(crate) start_ns: i64,
+    /// Standard deviation of the onset (s); `None` where the log does not contain it.
+    pub(crate) start_sigma_s: Option<f64>,
+    /// When the platform was back; `None` if the rotation stands at the end of the log.
+    pub(crate) end_ns: Option<i64>,
+    /// Rotation since the start (rad), outwards positive, by time (ns).
+    pub(crate) angles: Vec<(i64, f64)>,
+}
+
+impl FoundRotation {
+    /// The largest rotation since the start (rad), and when (ns).
+    pub(crate) fn largest(&self) -> (f64, i64) {
+        let start = (0.0, self.start_ns);
+        self.angles.iter().fold(
+            start,
+            |best, &(at_ns, angle)| {
+                if angle > best.0 { (angle, at_ns) } else { best }
+            },
+        )
+    }
+
+    /// When the rotation first reached an angle (rad).
+    pub(crate) fn reached(&self, angle: f64) -> Option<i64> {
+        let mut angles = self.angles.iter();
+        angles.find(|(_, at)| *at >= angle).map(|(at_ns, _)| *at_ns)
+    }
+
+    /// Which measurement shows it.
+    pub(crate) fn witness(&self) -> RotationWitness {
+        self.spell.witness
+    }
+
+    /// Rotation at a time (rad): zero before the start.
+    pub(crate) fn angle_at(&self, time_ns: i64) -> f64 {
+        let after = self.angles.partition_point(|(at_ns, _)| *at_ns <= time_ns);
+        after.checked_sub(1).map_or(0.0, |at| self.angles[at].1)
+    }
+
+    /// Its time, first and last (ns); without an end, all that follows.
+    pub(crate) fn span_ns(&self) -> [i64; 2] {
+        [self.start_ns, self.end_ns.unwrap_or(i64::MAX)]
+    }
+}
+
+/// Collects the rotations of a log from a watch over its samples.
+#[derive(Debug, Default)]
+pub(crate) struct RotationTrace {
+    first_ns: Option<i64>,
+    recent: VecDeque<Point>,
+    open: Option<RotationSpell>,
+    found: Vec<FoundRotation>,
+}
+
+/// What gyro and attitude show at a time: up direction and angular velocity, in base axes.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    at_ns: i64,
+    shown: [Option<[Vector3<f64>; 2]>; 2],
+}
+
+impl RotationTrace {
+    /// Takes what the watch has seen in a sample.
+    pub(crate) fn take(&mut self, watch: &PlatformRotation, stamp_ns: i64) {
+        let shown = watch.shown_at(stamp_ns);
+        if shown.iter().any(Option::is_some) {
+            self.first_ns.get_or_insert(stamp_ns);
+            let certain_ns = self.open.map(|spell| spell.certain_ns);
+            if certain_ns.is_none_or(|certain| stamp_ns.saturating_sub(certain) < AFTER_NS) {
+                self.recent.push_back(Point {
+                    at_ns: stamp_ns,
+                    shown,
+                });
+            }
+        }
+        match (watch.spell(), watch.ended()) {
+            (_, Some(ended)) => self.close(watch, ended, Some(ended.last_ns)),
+            (Some(spell), None) => self.open = Some(*spell),
+            (None, None) => {
+                while let Some(point) = self.recent.front()
+                    && stamp_ns.saturating_sub(point.at_ns) > 2 * BEFORE_NS
+                {
+                    self.recent.pop_front();
+                }
+            }
+        }
+    }
+
+    /// The rotations, after the last sample.
+    pub(crate) fn finish(mut self, watch: &PlatformRotation) -> Vec<FoundRotation> {
+        if let Some(spell) = watch.spell() {
+            self.close(watch, spell, None);
+        }
+        self.found
+    }
+
+    fn close(&mut self, watch: &PlatformRotation, spell: &RotationSpell, end_ns: Option<i64>) {
+        self.open = None;
+        let points = std::mem::take(&mut self.recent);
+        self.found.push(self.found_in(points, watch, spell, end_ns));
+    }
+
+    fn found_in(
+        &self,
+        points: VecDeque<Point>,
+        watch: &PlatformRotation,
+        spell: &RotationSpell,
+        end_ns: Option<i64>,
+    ) -> FoundRotation {
+        let axis = watch.axis(spell.edge);
+        let source = usize::from(!spell.witness.is_by_gyro());
+        let from_ns = spell.left_ns.saturating_sub(BEFORE_NS);
+        let points = points.into_iter().filter(|point| point.at_ns >= from_ns);
+        let shown: Vec<(i64, [Vector3<f64>; 2])> = points
+            .filter_map(|point| Some((point.at_ns, point.shown[source]?)))
+            .collect();
+        let seconds = |at_ns: i64| at_ns.saturating_sub(from_ns) as f64 * 1e-9;
+        let left = shown.partition_point(|(at_ns, _)| *at_ns < spell.left_ns);
+        let left_up = shown
+            .get(left.min(shown.len().saturating_sub(1)))
+            .map(|(_, [up, _])| *up);
+        let rotation =
+            |from: &Vector3<f64>, to: &Vector3<f64>| spell.rotation_between(&axis, from, to);
+        let mut rates = Curve::default();
+        for (at_ns, [up, rate]) in &shown {
+            if left_up.is_some_and(|left_up| rotation(&left_up, up) > FITTED_RAD) {
+                break;
+            }
+            rates.push(seconds(*at_ns), axis.dot(rate));
+        }
+        let fit_end = rates.times_s.len();
+        let has_gap = (rates.times_s.windows(2)).any(|pair| pair[1] - pair[0] > GAP_S)
+            || shown.get(fit_end).is_some_and(|(at_ns, _)| {
+                rates
+                    .times_s
+                    .last()
+                    .is_some_and(|last| seconds(*at_ns) - last > GAP_S)
+            });
+        let first_s = seconds(self.first_ns.unwrap_or(from_ns));
+        let onset: Option<Onset> = (!has_gap && !spell.is_from_start)
+            .then(|| onset::of_rates(&rates))
+            .flatten()
+            .filter(|onset| onset.at_s > first_s + FIRST_S);
+        let start_ns = match onset {
+            Some(onset) => from_ns + (onset.at_s * 1e9).round() as i64,
+            None if has_gap => {
+                let last = rates
+                    .times_s
+                    .windows(2)
+                    .position(|pair| pair[1] - pair[0] > GAP_S);
+                shown[last.unwrap_or(fit_end - 1)].0
+            }
+            None if spell.is_from_start => self.first_ns.unwrap_or(spell.left_ns),
+            None => spell.left_ns,
+        };
+        let begins = shown.partition_point(|(at_ns, _)| *at_ns < start_ns);
+        let since = &shown[begins.min(shown.len())..];
+        // a rotation that began before the log is counted from its reference
+        let offset = match (since.first(), onset.is_none() && !has_gap) {
+            (Some(_), true) => {
+                let last = since.iter().rfind(|(at_ns, _)| *at_ns <= spell.largest_ns);
+                let up = since.first().map(|(_, [up, _])| *up);
+                let of_last = last
+                    .zip(up)
+                    .map_or(0.0, |((_, [last, _]), up)| rotation(&up, last));
+                spell.largest - of_last
+            }
+            _ => 0.0,
+        };
+        let mut angles: Vec<(i64, f64)> = Vec::with_capacity(since.len());
+        if let Some((_, [first, _])) = since.first() {
+            for (at_ns, [up, _]) in since {
+                angles.push((*at_ns, offset + rotation(first, up)));
+            }
+        }
+        FoundRotation {
+            edge: watch.edge_name(spell.edge).to_lowercase(),
+            spell: *spell,
+            start_ns,
+            start_sigma_s: onset.map(|onset| onset.sigma_s),
+            end_ns,
+            angles,
+        }
+    }
+}

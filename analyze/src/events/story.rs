@@ -1,0 +1,206 @@
+//! One story of what the loads and what gyro and attitude show of a tipping.
+//!
+//! A measured rotation decides whether it happened, how far it went and how certain that is. The loads sharpen when it
+//! began, where their onset fits that of the rotation.
+
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{Placement, Scope, State};
+
+use super::event::{Event, EventKind, MeasuredRotation, NoReturn, ShownBy};
+use super::pages::MOST_ROWS_BACK;
+use super::rotation::FoundRotation;
+use super::row_derivatives::RowDerivatives;
+use super::tipping::distances;
+use crate::base::table::Table;
+
+/// Time before a rotation in which the loads may show its beginning (ns).
+const BEFORE_NS: i64 = 1_500_000_000;
+/// An onset by loads fits that of a rotation within so many standard deviations, and this time (s): a rotation that begins
+/// slowly shows later than loads that reach zero.
+const FITS_SIGMAS: f64 = 2.0;
+const SLOW_S: f64 = 0.3;
+
+/// Tells the rotations of a log and the events by its loads as one.
+pub(crate) struct Stories<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) table: &'a Table,
+    pub(crate) scope: Scope,
+    pub(crate) rotations: &'a [FoundRotation],
+}
+
+impl Stories<'_> {
+    /// The row before which all events are known if those by loads are known before `row`.
+    pub(crate) fn settled(&self, row: usize) -> usize {
+        let times = &self.table.times_ns;
+        let is_open = |rotation: &&FoundRotation| {
+            let end = rotation
+                .end_ns
+                .map_or(usize::MAX, |end_ns| self.row_at(end_ns));
+            end >= row.min(times.len() - 1)
+        };
+        let open = self.rotations.iter().filter(is_open);
+        let begins = open.map(|it| self.row_at(it.start_ns.saturating_sub(BEFORE_NS)));
+        begins.min().map_or(row, |begins| begins.min(row))
+    }
+
+    /// The events, those of rotations included that begin before `row`.
+    pub(crate) fn told(&self, mut events: Vec<Event>, row: usize) -> Vec<Event> {
+        for event in events.iter_mut().filter(|event| is_tipping(event)) {
+            event.shown_by = Some(ShownBy::Loads);
+        }
+        let is_known = |it: &&FoundRotation| self.row_at(it.start_ns) <= row;
+        for rotation in self.rotations.iter().filter(is_known) {
+            let (same, others): (Vec<Event>, Vec<Event>) =
+                (events.into_iter()).partition(|event| is_same(event, rotation));
+            events = others;
+            events.extend(self.story(rotation, &same));
+        }
+        events
+    }
+
+    fn row_at(&self, time_ns: i64) -> usize {
+        let times = &self.table.times_ns;
+        times.partition_point(|&at_ns| at_ns < time_ns)
+    }
+
+    /// The edge tipping of a rotation, and the tip-over that it turned into; `by_loads` are the events of the same.
+    fn story(&self, rotation: &FoundRotation, by_loads: &[Event]) -> Vec<Event> {
+        let tippings = by_loads
+            .iter()
+            .filter(|event| event.kind == EventKind::EdgeTipping);
+        let first = tippings.clone().min_by_key(|event| event.start_ns);
+        let blank = || Event {
+            split_dependent: Some(false),
+            unit: "N m",
+            ..Event::blank(
+                EventKind::EdgeTipping,
+                rotation.start_ns,
+                rotation.edge.clone(),
+            )
+        };
+        let mut tipping = first.cloned().unwrap_or_else(blank);
+        if let Some(worst) = tippings.max_by(|a, b| a.severity().total_cmp(&b.severity())) {
+            (tipping.worst, tipping.worst_ns) = (worst.worst, worst.worst_ns);
+        }
+        if !first.is_some_and(|by_loads| sharpens(by_loads, rotation)) {
+            tipping.start_ns = rotation.start_ns;
+            tipping.start_sigma_s = rotation.start_sigma_s;
+        }
+        tipping.end_ns = match (rotation.end_ns, first.map(|event| event.end_ns)) {
+            (Some(end_ns), Some(Some(by_loads_ns))) => Some(end_ns.max(by_loads_ns)),
+            (Some(end_ns), None) => Some(end_ns),
+            (None, _) | (_, Some(None)) => None,
+        };
+        let since_rad = rotation.angle_at(tipping.start_ns);
+        let (largest_rad, largest_ns) = rotation.largest();
+        let largest_rad = largest_rad - since_rad;
+        tipping.rotation_rad = Some(largest_rad);
+        let certainty = [tipping.certainty, Some(rotation.spell.certainty)];
+        tipping.certainty = certainty.into_iter().flatten().reduce(f64::max);
+        tipping.certainty_any_split = tipping.certainty;
+        tipping.shown_by = Some(match first {
+            Some(_) => ShownBy::Both,
+            None => ShownBy::Rotation,
+        });
+        let reached = |angle: f64| rotation.reached(angle + since_rad);
+        let no_return = self.no_return(rotation, tipping.start_ns);
+        tipping.measured_rotation = Some(MeasuredRotation {
+            witness: rotation.witness(),
+            sigma_rad: rotation.spell.sigma,
+            onset_in_log: rotation.start_sigma_s.is_some() || tipping.start_sigma_s.is_some(),
+            ten_degrees_ns: reached(super::TIP_OVER_RAD),
+            at_rest_ns: rotation.spell.at_rest_ns,
+            no_return: no_return.map(|no_return| NoReturn {
+                at_ns: reached(no_return.rotation_rad),
+                ..no_return
+            }),
+        });
+        let over = (largest_rad >= super::TIP_OVER_RAD).then(|| Event {
+            kind: EventKind::TipOver,
+            worst: largest_rad,
+            worst_ns: largest_ns,
+            unit: "rad",
+            ..tipping.clone()
+        });
+        over.into_iter().chain([tipping]).collect()
+    }
+
+    /// Where gravity through the stated centre of mass passes over the edge, in the posture of the last known row up to
+    /// the start. With q from the edge to the centre of mass and the up direction u, both across the edge,
+    /// ```text
+    ///     rotation = atan2(a . (q x u), q . u),      sigma = reach sigma(load off the edge) / (W |q|)
+    /// ```
+    fn no_return(&self, rotation: &FoundRotation, start_ns: i64) -> Option<NoReturn> {
+        if self.table.supports().is_some() {
+            return None;
+        }
+        let edges = self.machine.polygon().edges();
+        let edge = edges
+            .iter()
+            .position(|edge| edge.name.to_lowercase() == rotation.edge)?;
+        let spec = &edges[edge];
+        let until = self
+            .row_at(start_ns.saturating_add(1))
+            .min(self.table.len());
+        let mut placement = Placement::new(self.machine);
+        let mut state = State::zero(self.machine);
+        let is_placed = |row: &usize| {
+            self.table.state(*row, &mut state);
+            placement.place(&state);
+            placement.centre_of_mass.iter().all(|c| c.is_finite())
+        };
+        let row = (0..until).rev().take(MOST_ROWS_BACK).find(is_placed)?;
+        self.table.state(row, &mut state);
+        let contacts = &placement.contacts;
+        let axis = (contacts[spec.to] - contacts[spec.from]).try_normalize(1e-9)?;
+        let across = |vector: nalgebra::Vector3<f64>| vector - axis * axis.dot(&vector);
+        let centre = across(placement.centre_of_mass - contacts[spec.from]);
+        let up = Some(state.base.up).filter(|up| up.iter().all(|c| c.is_finite()));
+        let up = across(up.unwrap_or(placement.normal));
+        let rotation_rad = axis.dot(&centre.cross(&up)).atan2(centre.dot(&up));
+        // Derivatives are unknown while the machine tips, so they are taken where it does not yet.
+        let mut derivatives = RowDerivatives::new(self.machine);
+        let mut sigma_at = |row: usize| {
+            let distances = distances(self.machine, &placement, edge);
+            let reach = distances.iter().copied().fold(0.0, f64::max);
+            let factors: Vec<f64> = distances.iter().map(|distance| distance / reach).collect();
+            let read = |state: &mut State<f64>| self.table.state(row, state);
+            let sigma_n = derivatives.sigma(self.machine, row, &factors, read)?;
+            let weight = self.machine.mass() * self.machine.gravity();
+            Some(reach * sigma_n / (weight * centre.norm())).filter(|sigma| sigma.is_finite())
+        };
+        let sigma = || (0..=row).rev().take(MOST_ROWS_BACK).find_map(&mut sigma_at);
+        Some(NoReturn {
+            rotation_rad,
+            sigma_rad: (self.scope.sensitivities).then(sigma).flatten(),
+            at_ns: None,
+        })
+        .filter(|it| it.rotation_rad.is_finite())
+    }
+}
+
+fn is_tipping(event: &Event) -> bool {
+    matches!(event.kind, EventKind::EdgeTipping | EventKind::TipOver)
+}
+
+/// Whether the loads show the same tipping.
+fn is_same(event: &Event, rotation: &FoundRotation) -> bool {
+    let until_ns = rotation.end_ns.unwrap_or(i64::MAX);
+    let from_ns = rotation.start_ns.saturating_sub(BEFORE_NS);
+    is_tipping(event)
+        && event.subject == rotation.edge
+        && event.start_ns <= until_ns
+        && event.end_ns.is_none_or(|end_ns| end_ns >= from_ns)
+}
+
+/// Whether the onset by the loads is as good as that of the rotation, or the only one.
+fn sharpens(by_loads: &Event, rotation: &FoundRotation) -> bool {
+    match (by_loads.start_sigma_s, rotation.start_sigma_s) {
+        (None, _) => false,
+        (Some(_), None) => by_loads.start_ns <= rotation.start_ns,
+        (Some(by_loads_s), Some(by_rotation_s)) => {
+            let apart_s = by_loads.start_ns.abs_diff(rotation.start_ns) as f64 * 1e-9;
+            apart_s <= FITS_SIGMAS * by_loads_s.hypot(by_rotation_s) + SLOW_S
+        }
+    }
+}

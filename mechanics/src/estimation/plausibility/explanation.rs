@@ -1,0 +1,151 @@
+//! What would explain that a relation does not hold: the alternatives that are weighed against "all sensors are sound".
+
+use nalgebra::Matrix3;
+
+use crate::machine::Machine;
+
+/// An axis of the base.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Axis {
+    /// Forward.
+    X,
+    /// To the left.
+    Y,
+    /// Up.
+    Z,
+}
+
+impl Axis {
+    const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        }
+    }
+}
+
+/// What would explain it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Explanation {
+    /// The sign about or along an axis.
+    Sign(Axis),
+    /// All signs.
+    Signs,
+    /// Two axes exchanged.
+    Exchanged(Axis, Axis),
+    /// Mounted turned by 90 degrees about an axis; `true`: in the positive sense.
+    QuarterTurn(Axis, bool),
+    /// Mounted turned by 180 degrees about an axis.
+    HalfTurn(Axis),
+    /// A scale of one half or of two.
+    Scale(bool),
+    /// The value does not follow the motion.
+    Stopped,
+    /// An accelerometer that shows gravity alone.
+    GravityOnly,
+    /// The sign of a joint, by its index.
+    JointSign(usize),
+    /// A joint whose encoder has stopped, by its index.
+    JointStopped(usize),
+    /// A joint with a scale of one half or of two, by its index.
+    JointScale(usize, bool),
+    /// Two joints exchanged, by their indices.
+    JointsExchanged(usize, usize),
+    /// A load on the tool that nothing states.
+    UnstatedLoad,
+    /// None of the above.
+    Other,
+}
+
+impl Explanation {
+    /// How a vector measured in base axes shows, under the alternatives of a sensor of vectors.
+    pub(super) fn matrix(self) -> Option<Matrix3<f64>> {
+        let flipped = |axis: Axis| {
+            let mut flipped = Matrix3::identity();
+            flipped[(axis as usize, axis as usize)] = -1.0;
+            flipped
+        };
+        Some(match self {
+            Self::Sign(axis) => flipped(axis),
+            Self::Signs => -Matrix3::identity(),
+            Self::Exchanged(a, b) => {
+                let mut exchanged = Matrix3::identity();
+                exchanged.swap_rows(a as usize, b as usize);
+                exchanged
+            }
+            Self::HalfTurn(axis) => -flipped(axis),
+            Self::QuarterTurn(axis, positive) => {
+                let angle = if positive { 1.0 } else { -1.0 } * std::f64::consts::FRAC_PI_2;
+                let mut along = nalgebra::Vector3::zeros();
+                along[axis as usize] = angle;
+                nalgebra::Rotation3::from_scaled_axis(along).into_inner()
+            }
+            Self::Scale(double) => Matrix3::identity() * if double { 2.0 } else { 0.5 },
+            Self::Stopped => Matrix3::zeros(),
+            Self::GravityOnly
+            | Self::JointSign(_)
+            | Self::JointStopped(_)
+            | Self::JointScale(..)
+            | Self::JointsExchanged(..)
+            | Self::UnstatedLoad
+            | Self::Other => return None,
+        })
+    }
+
+    /// The alternatives of a sensor that measures vectors.
+    pub(super) fn of_vectors() -> Vec<Self> {
+        let [x, y, z] = Axis::ALL;
+        let mut all = vec![Self::Signs];
+        for axis in Axis::ALL {
+            all.push(Self::Sign(axis));
+            all.push(Self::HalfTurn(axis));
+            all.push(Self::QuarterTurn(axis, true));
+            all.push(Self::QuarterTurn(axis, false));
+        }
+        all.extend([
+            Self::Exchanged(x, y),
+            Self::Exchanged(x, z),
+            Self::Exchanged(y, z),
+        ]);
+        all
+    }
+
+    /// In words, after "as if".
+    #[must_use]
+    pub fn text(self, machine: &Machine) -> String {
+        let joint = |joint: usize| machine.joints()[joint].name.as_str();
+        match self {
+            Self::Sign(axis) => format!("the sign of {} were reversed", axis.name()),
+            Self::Signs => "all signs were reversed".into(),
+            Self::Exchanged(a, b) => format!("{} and {} were exchanged", a.name(), b.name()),
+            Self::QuarterTurn(axis, positive) => format!(
+                "the sensor were turned by {}90 degrees about {}",
+                if positive { "" } else { "-" },
+                axis.name()
+            ),
+            Self::HalfTurn(axis) => {
+                format!(
+                    "the sensor were turned by 180 degrees about {}",
+                    axis.name()
+                )
+            }
+            Self::Scale(true) => "one showed twice the other".into(),
+            Self::Scale(false) => "one showed half the other".into(),
+            Self::Stopped => "one of them did not follow the motion".into(),
+            Self::GravityOnly => "the accelerometer showed gravity alone".into(),
+            Self::JointSign(j) => format!("the sign of {} were reversed", joint(j)),
+            Self::JointStopped(j) => format!("the encoder of {} had stopped", joint(j)),
+            Self::JointScale(j, double) => format!(
+                "{} moved {} as far as its encoder shows",
+                joint(j),
+                if double { "twice" } else { "half" }
+            ),
+            Self::JointsExchanged(a, b) => format!("{} and {} were exchanged", joint(a), joint(b)),
+            Self::UnstatedLoad => "a load that nothing states were on the tool".into(),
+            Self::Other => "one of them were wrong in another way".into(),
+        }
+    }
+}

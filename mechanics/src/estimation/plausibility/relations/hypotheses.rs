@@ -1,0 +1,131 @@
+//! "All sensors are sound" and the alternatives, for vectors that two sensors measure.
+
+use nalgebra::{SVector, Vector3};
+
+use super::super::explanation::Explanation;
+use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other};
+use super::unknowns::Unknowns;
+
+/// What a relation compares in a window.
+pub(super) struct Compared {
+    /// Start of the window (ns).
+    pub(super) start_ns: i64,
+    pub(super) measured: Vector3<f64>,
+    /// Scale of each component; infinite where it is not asked for.
+    pub(super) sigma: Vector3<f64>,
+    /// How much the offset that is learned may have changed, and its effect on the difference.
+    pub(super) drift: f64,
+    pub(super) per_offset: f64,
+}
+
+/// The hypotheses of a relation between vectors.
+#[derive(Debug, Clone)]
+pub(super) struct Hypotheses {
+    mixture: Mixture,
+    sound: [Unknowns<1>; 3],
+    alternatives: Vec<Alternative>,
+    threshold: f64,
+}
+
+#[derive(Debug, Clone)]
+struct Alternative {
+    explanation: Explanation,
+    offsets: [Unknowns<1>; 3],
+    evidence: Evidence,
+}
+
+impl Hypotheses {
+    /// Of these alternatives and `Other`; `offset` is the standard deviation of the offset that is learned.
+    pub(super) fn new(
+        mixture: Mixture,
+        offset: f64,
+        alternatives: Vec<Explanation>,
+        threshold: f64,
+    ) -> Self {
+        let offset = Unknowns::new(SVector::from([0.0]), SVector::from([offset]));
+        let all = alternatives.into_iter().chain([Explanation::Other]);
+        Self {
+            mixture,
+            sound: [offset; 3],
+            alternatives: all
+                .map(|explanation| Alternative {
+                    explanation,
+                    offsets: [offset; 3],
+                    evidence: Evidence::default(),
+                })
+                .collect(),
+            threshold,
+        }
+    }
+
+    /// Weighs a window. `predicted` gives the vector that should have been measured if the sensors are sound (`None`), or
+    /// under an alternative.
+    pub(super) fn weigh(
+        &mut self,
+        compared: &Compared,
+        predicted: impl Fn(Option<Explanation>) -> Vector3<f64>,
+    ) {
+        let (mixture, threshold) = (self.mixture, self.threshold);
+        let before = self.sound;
+        let residual = compared.measured - predicted(None);
+        let sound = take(&mut self.sound, compared, &residual, mixture);
+        for it in &mut self.alternatives {
+            let ratio = match it.explanation {
+                Explanation::Other => {
+                    let asked = (0..3).filter(|&axis| compared.sigma[axis].is_finite());
+                    let densities = asked.map(|axis| {
+                        let offset = before[axis].mean[0] * compared.per_offset;
+                        log_density_of_other(residual[axis] - offset, compared.sigma[axis])
+                    });
+                    densities.sum::<f64>() - sound
+                }
+                explanation => {
+                    let residual = compared.measured - predicted(Some(explanation));
+                    take(&mut it.offsets, compared, &residual, mixture) - sound
+                }
+            };
+            it.evidence.add(compared.start_ns, ratio, threshold);
+            if it.evidence.value == 0.0 {
+                it.offsets = self.sound;
+            }
+        }
+    }
+
+    /// What does not stand is forgotten.
+    pub(super) fn forget(&mut self) {
+        let alternatives = self.alternatives.iter_mut();
+        alternatives.for_each(|it| it.evidence.forget());
+    }
+
+    /// The evidence of every alternative.
+    pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
+        let alternatives = self.alternatives.iter();
+        alternatives.map(|it| (it.explanation, it.evidence.value))
+    }
+
+    /// The best of the alternatives that stand, with the threshold.
+    pub(super) fn standing(&self) -> Standing {
+        let standing = self.alternatives.iter().filter(|it| it.evidence.stands());
+        let best = standing.max_by(|a, b| a.evidence.value.total_cmp(&b.evidence.value))?;
+        Some((best.explanation, best.evidence, self.threshold))
+    }
+}
+
+/// Log density of a residual, and what it teaches of the offsets.
+fn take(
+    offsets: &mut [Unknowns<1>; 3],
+    compared: &Compared,
+    residual: &Vector3<f64>,
+    mixture: Mixture,
+) -> f64 {
+    let mut sum = 0.0;
+    for (axis, offset) in offsets.iter_mut().enumerate() {
+        let sigma = compared.sigma[axis];
+        if sigma.is_finite() {
+            offset.drift(SVector::from([compared.drift]));
+            let row = SVector::from([compared.per_offset]);
+            sum += offset.take(&row, residual[axis], sigma, mixture);
+        }
+    }
+    sum
+}

@@ -1,0 +1,460 @@
+//! The motion of the arm against how the platform leans on its tyres.
+//!
+//! Over a window the platform leans by b, the integral of the gyro, about x and y, and by the joints it should lean by a
+//! ([`super::lean_model`]):
+//! ```text
+//!     b = T bias + s a + m d(lean per load) + n
+//! ```
+//! with unknowns that are learned: the bias of the gyro, the compliance s of tyres and ground relative to that in the machine
+//! file about each axis, and a small load m on the tool. An alternative predicts another a: that of the posture in which a joint
+//! has the other sign, is exchanged with another or moves by another scale; or it lets a joint move that its encoder shows
+//! at rest; or it lets a load be taken up. Where a wheel may be off the ground, where the machine travels, and after a hole,
+//! nothing is asked.
+
+use nalgebra::{SVector, Vector2, Vector3};
+
+use super::super::explanation::{Axis, Explanation};
+use super::super::notice::Limits;
+use super::gyro::Gyro;
+use super::lean_model::{Lean, LeanModel};
+use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other};
+use super::rolling::{self, Rolled};
+use super::unknowns::Unknowns;
+use crate::machine::Machine;
+
+/// Number of unknowns: bias about x and y, compliance about x and y, load, and what is drawn anew in each window.
+const UNKNOWNS: usize = 6;
+/// Bias of a gyro (rad/s), and how fast it changes (rad/s in a window).
+const BIAS: f64 = 0.005;
+const BIAS_DRIFT: f64 = 2e-5;
+/// Compliance relative to that stated, and where nothing is stated; the least of both; how fast it changes.
+const STATED: f64 = 0.3;
+const UNSTATED: f64 = 1.5;
+const LEAST_COMPLIANCE: [f64; 2] = [0.3, 0.02];
+const COMPLIANCE_DRIFT: f64 = 0.02;
+/// Load on the tool, as a share of the mass of the machine: one that no stated mass excludes, one that nobody stated, and
+/// one that is taken up in a window.
+const SMALL_LOAD: f64 = 0.005;
+const UNSTATED_LOAD: f64 = 0.1;
+const TAKEN_UP: f64 = 0.05;
+/// Motion of a joint in a window that its encoder does not show (rad or m), and the motion that shows that it works.
+const UNSEEN_MOTION: f64 = 0.3;
+const MOVES: f64 = 2e-3;
+/// Lean in a window that has other causes (rad), and that of a machine that travels.
+const UNEXPLAINED: f64 = 1e-4;
+const UNEVEN: f64 = 2e-3;
+/// Shares of both leans by which the model errs, and of those about the other axis.
+const MODEL: f64 = 0.08;
+const ACROSS: f64 = 0.05;
+/// Speed that noise shows while the machine stands (m/s), and from which it travels.
+const STANDING: f64 = 0.04;
+const TRAVELLING: f64 = 0.2;
+/// Time in which the platform comes to rest on its tyres after it has travelled (s).
+const COMES_TO_REST_S: f64 = 1.5;
+/// Windows after a hole in which the filters still remember it.
+const SETTLING: u32 = 2;
+/// What an encoder that moves refutes of its standstill.
+const REFUTED: f64 = -5.0;
+const LEANS: Mixture = Mixture {
+    outliers: 0.05,
+    range: 0.02,
+};
+
+/// The relation.
+#[derive(Debug, Clone)]
+pub(super) struct LeanRelation {
+    model: LeanModel,
+    /// What stands for gravity, turned up (m/s^2); `None` before the first sample of the IMU.
+    up: Option<Vector3<f64>>,
+    /// Of an IMU on the base.
+    has_imu: bool,
+    gyro: Gyro,
+    turned: Vector2<f64>,
+    last_ns: Option<i64>,
+    joints_ns: Option<i64>,
+    start_ns: Option<i64>,
+    tool_ns: Option<i64>,
+    /// How much the ground may rock the platform, 0 to 1.
+    rocking: f64,
+    lean: Option<(i64, Lean)>,
+    before: Option<End>,
+    settling: u32,
+    sound: Unknowns<UNKNOWNS>,
+    alternatives: Vec<Alternative>,
+    threshold: f64,
+    mass: f64,
+}
+
+/// End of a window.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    stamp_ns: i64,
+    turned: Vector2<f64>,
+    lean: Lean,
+}
+
+#[derive(Debug, Clone)]
+struct Alternative {
+    explanation: Explanation,
+    unknowns: Unknowns<UNKNOWNS>,
+    /// Lean of the posture beyond that of the sound one at the end of the last window (rad).
+    beyond: Vector2<f64>,
+    /// Position of its joint there.
+    position: f64,
+    evidence: Evidence,
+}
+
+impl LeanRelation {
+    /// `None` where the model cannot be formed: see [`LeanModel::new`].
+    pub(super) fn new(machine: &Machine, has_imu: bool, threshold: f64) -> Option<Self> {
+        let model = LeanModel::new(machine)?;
+        let spread = if model.stiffness_is_known {
+            STATED
+        } else {
+            UNSTATED
+        };
+        let mass = machine.mass();
+        let unknowns = |load: f64| {
+            Unknowns::new(
+                SVector::from([0.0, 0.0, 1.0, 1.0, 0.0, 0.0]),
+                SVector::from([BIAS, BIAS, spread, spread, load * mass, 0.0]),
+            )
+        };
+        let arm: Vec<usize> = (machine.joints().iter().enumerate())
+            .filter(|(joint, it)| {
+                it.spins_wheel.is_none() && it.logged && !rolling::steers(machine, *joint)
+            })
+            .map(|(joint, _)| joint)
+            .collect();
+        let mut explanations = vec![
+            Explanation::Sign(Axis::X),
+            Explanation::Sign(Axis::Y),
+            Explanation::HalfTurn(Axis::Z),
+            Explanation::Exchanged(Axis::X, Axis::Y),
+            Explanation::Stopped,
+            Explanation::UnstatedLoad,
+            Explanation::Other,
+        ];
+        for (place, &joint) in arm.iter().enumerate() {
+            explanations.extend([
+                Explanation::JointSign(joint),
+                Explanation::JointStopped(joint),
+                Explanation::JointScale(joint, true),
+                Explanation::JointScale(joint, false),
+            ]);
+            let others = arm[..place].iter();
+            explanations.extend(others.map(|&other| Explanation::JointsExchanged(other, joint)));
+        }
+        let alternative = |explanation| Alternative {
+            explanation,
+            unknowns: unknowns(match explanation {
+                Explanation::UnstatedLoad => UNSTATED_LOAD,
+                _ => SMALL_LOAD,
+            }),
+            beyond: Vector2::zeros(),
+            position: f64::NAN,
+            evidence: Evidence::default(),
+        };
+        Some(Self {
+            model,
+            up: None,
+            has_imu,
+            gyro: Gyro::new(),
+            turned: Vector2::zeros(),
+            last_ns: None,
+            joints_ns: None,
+            start_ns: None,
+            tool_ns: None,
+            rocking: 1.0,
+            lean: None,
+            before: None,
+            settling: 1,
+            sound: unknowns(SMALL_LOAD),
+            alternatives: explanations.into_iter().map(alternative).collect(),
+            threshold,
+            mass,
+        })
+    }
+
+    /// A sample is faulty or missing: what it would predict proves nothing, and neither does evidence that has just begun.
+    pub(super) fn distrust(&mut self) {
+        self.before = None;
+        self.settling = SETTLING;
+        for it in &mut self.alternatives {
+            it.evidence.forget();
+        }
+    }
+
+    /// Takes force and moment on the tool (N, N m; in its frame).
+    pub(super) fn take_tool(&mut self, stamp_ns: i64, wrench: [Vector3<f64>; 2]) {
+        self.model.tool_wrench = wrench;
+        self.tool_ns = Some(stamp_ns);
+    }
+
+    /// Takes the joints of one sample: index, position and velocity of each; returns the motion by the wheels.
+    pub(super) fn take_joints(
+        &mut self,
+        stamp_ns: i64,
+        joints: impl Iterator<Item = (usize, f64, f64)>,
+        limits: &Limits,
+    ) -> Option<Rolled> {
+        for (joint, position, rate) in joints {
+            self.model.set(joint, position, rate);
+        }
+        let step_s = (self.joints_ns.replace(stamp_ns))
+            .map_or(0.0, |last_ns| limits.elapsed_s(last_ns, stamp_ns));
+        let start_ns = *self.start_ns.get_or_insert(stamp_ns);
+        let is_loaded_anew = self.model.attach(limits.elapsed_s(start_ns, stamp_ns));
+        let tool_is_old = |at: &i64| limits.elapsed_s(*at, stamp_ns) > limits.max_gap_s;
+        let has_old_tool = self.tool_ns.as_ref().is_some_and(tool_is_old);
+        if step_s > limits.max_gap_s || has_old_tool || is_loaded_anew {
+            self.model.reset();
+            self.distrust();
+        }
+        let up = self
+            .up
+            .unwrap_or_else(|| Vector3::z() * self.model.gravity());
+        let lean = self.model.lean(step_s, &up);
+        self.lean = lean.map(|lean| (stamp_ns, lean));
+        lean.and_then(|_| self.model.rolled())
+    }
+
+    /// Takes specific force and angular velocity (base axes), and the speed of the machine (m/s) if it is known.
+    pub(super) fn take_imu(
+        &mut self,
+        stamp_ns: i64,
+        [force, turning]: [&Vector3<f64>; 2],
+        speed: Option<f64>,
+    ) {
+        let step_s = (self.last_ns.replace(stamp_ns))
+            .map_or(0.0, |last| stamp_ns.saturating_sub(last) as f64 * 1e-9);
+        let now = speed.map_or(1.0, |speed| {
+            ((speed - STANDING) / TRAVELLING).clamp(0.0, 1.0)
+        });
+        self.rocking = now.max(self.rocking * (-step_s / COMES_TO_REST_S).exp());
+        self.up = Some(self.model.level(step_s, force, self.rocking));
+        let turning = self.gyro.step(step_s, &turning.xy());
+        self.turned += turning * step_s;
+    }
+
+    /// Weighs what the windows up to `stamp_ns` show.
+    pub(super) fn weigh(&mut self, start_ns: i64, stamp_ns: i64) {
+        let (Some((at_ns, lean)), Some(up), true) = (self.lean, self.up, self.has_imu) else {
+            return;
+        };
+        let is_old = stamp_ns.saturating_sub(at_ns) > stamp_ns.saturating_sub(start_ns);
+        if is_old || lean.is_beyond_model {
+            self.distrust();
+            return;
+        }
+        if self.settling > 0 {
+            self.settling -= 1;
+            return;
+        }
+        let now = End {
+            stamp_ns,
+            turned: self.turned,
+            lean,
+        };
+        let Some(before) = self.before else {
+            self.before = Some(now);
+            self.note_postures(&up);
+            return;
+        };
+        self.before = Some(now);
+        let window_s = stamp_ns.saturating_sub(before.stamp_ns) as f64 * 1e-9;
+        let (a, b) = (lean.angle - before.lean.angle, now.turned - before.turned);
+        // A platform that turns farther than its tyres give way tips over, or the ground turns it.
+        if b.norm() > self.model.largest {
+            self.distrust();
+            return;
+        }
+        let compared = Compared {
+            start_ns: before.stamp_ns,
+            window_s,
+            sigma: self.sigma(&a, &b, window_s),
+            measured: b,
+            per_load: lean.by_load - before.lean.by_load,
+            by_load: lean.by_load,
+            least_compliance: LEAST_COMPLIANCE[usize::from(!self.model.stiffness_is_known)],
+        };
+        self.weigh_window(&compared, &a, &up);
+    }
+
+    /// Standard deviation of the lean about x and y in a window.
+    fn sigma(&self, a: &Vector2<f64>, b: &Vector2<f64>, window_s: f64) -> Vector2<f64> {
+        let noise = self.gyro.noise * self.gyro.step_s * window_s;
+        let ground = UNEVEN * self.rocking;
+        let other = UNEXPLAINED * UNEXPLAINED + ground * ground + noise;
+        let squares = (a.component_mul(a) + b.component_mul(b)) / 2.0;
+        (squares * (MODEL * MODEL) + squares.yx() * (ACROSS * ACROSS))
+            .map(|model| (model + other).sqrt())
+    }
+
+    fn weigh_window(&mut self, compared: &Compared, a: &Vector2<f64>, up: &Vector3<f64>) {
+        let drift = SVector::from([
+            BIAS_DRIFT,
+            BIAS_DRIFT,
+            COMPLIANCE_DRIFT,
+            COMPLIANCE_DRIFT,
+            0.0,
+            0.0,
+        ]);
+        let (threshold, mass) = (self.threshold, self.mass);
+        let before = self.sound;
+        self.sound.drift(drift);
+        let sound = compared.take(&mut self.sound, &compared.measured, a, Vector2::zeros());
+        let at_rest = self.model.posture_lean(up);
+        for it in &mut self.alternatives {
+            it.unknowns.drift(drift);
+            let beyond = it.beyond(&mut self.model, up, &at_rest);
+            let predicted = a + beyond - it.beyond;
+            it.beyond = beyond;
+            let measured = compared.measured;
+            let unknowns = &mut it.unknowns;
+            let density = match it.explanation {
+                Explanation::Other => {
+                    let residual = compared.residual(&before, a);
+                    let axes = residual.iter().zip(compared.sigma.iter());
+                    axes.map(|(r, sigma)| log_density_of_other(*r, *sigma))
+                        .sum()
+                }
+                Explanation::UnstatedLoad => {
+                    unknowns.draw(5, TAKEN_UP * mass);
+                    compared.take(unknowns, &measured, a, compared.by_load)
+                }
+                Explanation::JointStopped(joint) => {
+                    let position = self.model.position(joint);
+                    let moved = (position - it.position).abs();
+                    it.position = position;
+                    if moved > MOVES {
+                        it.evidence.add(compared.start_ns, REFUTED, threshold);
+                        continue;
+                    }
+                    unknowns.draw(5, UNSEEN_MOTION);
+                    let step = 1e-3;
+                    let moved = self.model.lean_with([(joint, position + step); 2], up);
+                    compared.take(unknowns, &measured, a, (moved - at_rest) / step)
+                }
+                Explanation::Sign(Axis::X) => {
+                    let measured = Vector2::new(-measured.x, measured.y);
+                    compared.take(unknowns, &measured, a, Vector2::zeros())
+                }
+                Explanation::Sign(_) => {
+                    let measured = Vector2::new(measured.x, -measured.y);
+                    compared.take(unknowns, &measured, a, Vector2::zeros())
+                }
+                Explanation::HalfTurn(_) => {
+                    compared.take(unknowns, &-measured, a, Vector2::zeros())
+                }
+                Explanation::Exchanged(..) => {
+                    compared.take(unknowns, &measured.yx(), a, Vector2::zeros())
+                }
+                Explanation::Stopped => {
+                    compared.take(unknowns, &measured, &Vector2::zeros(), Vector2::zeros())
+                }
+                _ => compared.take(unknowns, &measured, &predicted, Vector2::zeros()),
+            };
+            it.evidence
+                .add(compared.start_ns, density - sound, threshold);
+            if it.evidence.value == 0.0 && it.explanation != Explanation::UnstatedLoad {
+                it.unknowns = self.sound;
+            }
+        }
+    }
+
+    /// Notes the postures of the alternatives at the beginning of a window.
+    fn note_postures(&mut self, up: &Vector3<f64>) {
+        let at_rest = self.model.posture_lean(up);
+        for it in &mut self.alternatives {
+            it.beyond = it.beyond(&mut self.model, up, &at_rest);
+            if let Explanation::JointStopped(joint) = it.explanation {
+                it.position = self.model.position(joint);
+            }
+        }
+    }
+
+    pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
+        let alternatives = self.alternatives.iter();
+        alternatives.map(|it| (it.explanation, it.evidence.value))
+    }
+
+    /// The best of the alternatives that stand. A load explains as well as a sensor: the sensor is named only where it explains
+    /// more.
+    pub(super) fn standing(&self) -> Standing {
+        let standing = self.alternatives.iter().filter(|it| it.evidence.stands());
+        let best = standing.max_by(|a, b| a.evidence.value.total_cmp(&b.evidence.value))?;
+        Some((best.explanation, best.evidence, self.threshold))
+    }
+}
+
+/// What is compared in a window.
+struct Compared {
+    start_ns: i64,
+    window_s: f64,
+    sigma: Vector2<f64>,
+    measured: Vector2<f64>,
+    per_load: Vector2<f64>,
+    by_load: Vector2<f64>,
+    least_compliance: f64,
+}
+
+impl Compared {
+    /// The row of the unknowns about an axis.
+    fn row(&self, axis: usize, a: &Vector2<f64>, drawn: &Vector2<f64>) -> SVector<f64, UNKNOWNS> {
+        let mut row = SVector::zeros();
+        row[axis] = self.window_s;
+        row[2 + axis] = a[axis];
+        row[4] = self.per_load[axis];
+        row[5] = drawn[axis];
+        row
+    }
+
+    /// Log density of the measured lean, and what it teaches of the unknowns.
+    fn take(
+        &self,
+        unknowns: &mut Unknowns<UNKNOWNS>,
+        measured: &Vector2<f64>,
+        a: &Vector2<f64>,
+        drawn: Vector2<f64>,
+    ) -> f64 {
+        let mut sum = 0.0;
+        for axis in 0..2 {
+            let row = self.row(axis, a, &drawn);
+            sum += unknowns.take(&row, measured[axis], self.sigma[axis], LEANS);
+        }
+        for compliance in 2..4 {
+            unknowns.mean[compliance] = unknowns.mean[compliance].max(self.least_compliance);
+        }
+        sum
+    }
+
+    fn residual(&self, unknowns: &Unknowns<UNKNOWNS>, a: &Vector2<f64>) -> Vector2<f64> {
+        let of = |axis: usize| {
+            let row = self.row(axis, a, &Vector2::zeros());
+            self.measured[axis] - row.dot(&unknowns.mean)
+        };
+        Vector2::new(of(0), of(1))
+    }
+}
+
+impl Alternative {
+    /// Lean of its posture beyond that of the posture as measured (rad).
+    fn beyond(
+        &self,
+        model: &mut LeanModel,
+        up: &Vector3<f64>,
+        at_rest: &Vector2<f64>,
+    ) -> Vector2<f64> {
+        let changed = match self.explanation {
+            Explanation::JointSign(joint) => [(joint, -model.position(joint)); 2],
+            Explanation::JointScale(joint, double) => {
+                let factor = if double { 2.0 } else { 0.5 };
+                [(joint, factor * model.position(joint)); 2]
+            }
+            Explanation::JointsExchanged(a, b) => [(a, model.position(b)), (b, model.position(a))],
+            _ => return Vector2::zeros(),
+        };
+        model.lean_with(changed, up) - at_rest
+    }
+}

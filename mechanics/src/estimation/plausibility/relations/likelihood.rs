@@ -1,0 +1,160 @@
+//! How probable a residual is, and the evidence of an alternative against "all sensors are sound".
+//!
+//! Residuals of sound logs have heavy tails, and now and then something that no relation models: a kerb, a slipping wheel, a
+//! knock. So their density is a mixture,
+//! ```text
+//!     p(r) = (1 - e) t(r; s) + e t(r; range)
+//! ```
+//! of Student's t with four degrees of freedom of scale s and of that of all that the quantity can do. No single window can
+//! therefore decide: what it adds to a log likelihood ratio is bounded by about `ln(range / s) - ln e`.
+//!
+//! The evidence of an alternative is the sum of its log likelihood ratios, from the window on that makes it largest (Page's
+//! cumulative sum). Of windows that are independent, `exp(h)` pass on average before the sum of a true likelihood ratio
+//! exceeds h by chance (Lorden 1971), so the threshold follows from the rate of false alarms that is stated:
+//! ```text
+//!     h = ln(windows per hour * alternatives / false alarms per hour)
+//! ```
+
+use super::super::explanation::Explanation;
+
+/// An alternative that stands, with its evidence and the threshold.
+pub(super) type Standing = Option<(Explanation, Evidence, f64)>;
+
+/// Share of the threshold below which an alternative that stood no longer stands.
+const CLEARED: f64 = 0.25;
+/// Largest evidence as a multiple of the threshold, so that a fault that ends can be forgotten.
+const LARGEST: f64 = 1.5;
+
+/// The mixture of a relation.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mixture {
+    /// Share e of windows that the relation does not model.
+    pub(super) outliers: f64,
+    /// What the residual can be there, in its unit.
+    pub(super) range: f64,
+}
+
+impl Mixture {
+    /// Logarithm of the density of a residual with this scale.
+    pub(super) fn log_density(self, residual: f64, scale: f64) -> f64 {
+        let sound = (1.0 - self.outliers) * student(residual, scale);
+        (sound + self.outliers * student(residual, self.range.max(scale))).ln()
+    }
+}
+
+/// Logarithm of the density of a residual of a relation that does not hold, for a reason that is not stated: so many times
+/// wider than its scale, each equally likely beforehand.
+pub(super) fn log_density_of_other(residual: f64, scale: f64) -> f64 {
+    const WIDER: [f64; 4] = [4.0, 16.0, 64.0, 256.0];
+    let sum: f64 = WIDER
+        .iter()
+        .map(|wider| student(residual, wider * scale))
+        .sum();
+    (sum / WIDER.len() as f64).ln()
+}
+
+/// Density of Student's t with four degrees of freedom.
+fn student(x: f64, scale: f64) -> f64 {
+    let z = x / scale;
+    0.375 * (1.0 + 0.25 * z * z).powf(-2.5) / scale
+}
+
+/// The threshold of one of so many alternatives.
+pub(super) fn threshold(
+    false_alarms_per_hour: f64,
+    windows_per_hour: f64,
+    alternatives: usize,
+) -> f64 {
+    (windows_per_hour * alternatives as f64 / false_alarms_per_hour).ln()
+}
+
+/// The evidence of one alternative.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Evidence {
+    /// Logarithm of the likelihood ratio.
+    pub(super) value: f64,
+    /// Since when it grows (ns).
+    pub(super) since_ns: i64,
+    stands: bool,
+}
+
+impl Evidence {
+    /// Adds the log likelihood ratio of a window that began at `start_ns`. One that is no number is no evidence.
+    pub(super) fn add(&mut self, start_ns: i64, ratio: f64, threshold: f64) {
+        if !ratio.is_finite() {
+            return;
+        }
+        if self.value == 0.0 {
+            self.since_ns = start_ns;
+        }
+        self.value = (self.value + ratio).clamp(0.0, LARGEST * threshold);
+        self.stands = self.value
+            > if self.stands {
+                CLEARED * threshold
+            } else {
+                threshold
+            };
+    }
+
+    /// Whether it exceeds the threshold, or did and has not been refuted since.
+    pub(super) fn stands(&self) -> bool {
+        self.stands
+    }
+
+    /// What does not stand is forgotten: the signals have a hole.
+    pub(super) fn forget(&mut self) {
+        if !self.stands {
+            *self = Self::default();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MIXTURE: Mixture = Mixture {
+        outliers: 0.05,
+        range: 10.0,
+    };
+
+    #[test]
+    fn densities_are_normalised() {
+        let step = 1e-2;
+        let sum: f64 = (-400_000..400_000)
+            .map(|k| MIXTURE.log_density(f64::from(k) * step, 0.5).exp() * step)
+            .sum();
+        assert!((sum - 1.0).abs() < 1e-4, "{sum}");
+    }
+
+    #[test]
+    fn no_single_window_decides() {
+        let threshold = threshold(1e-4, 7200.0, 50);
+        assert!((20.0..25.0).contains(&threshold));
+        let ratio = student(0.0, 0.01).ln() - MIXTURE.log_density(1e6, 0.01);
+        let largest = student(0.0, 0.01).ln() - MIXTURE.log_density(5.0, 0.01);
+        assert!(largest < 12.0, "{largest}");
+        let mut evidence = Evidence::default();
+        evidence.add(1, ratio.min(largest), threshold);
+        assert!(!evidence.stands());
+        evidence.add(2, largest, threshold);
+        evidence.add(3, largest, threshold);
+        assert!(evidence.stands());
+        assert_eq!(evidence.since_ns, 1);
+    }
+
+    #[test]
+    fn evidence_that_is_refuted_ends_and_what_has_begun_is_forgotten() {
+        let mut evidence = Evidence::default();
+        (0..9).for_each(|k| evidence.add(k, 9.0, 20.0));
+        assert!(evidence.stands());
+        evidence.forget();
+        assert!(evidence.stands());
+        (0..4).for_each(|k| evidence.add(k, -9.0, 20.0));
+        assert!(!evidence.stands());
+        evidence.add(7, 9.0, 20.0);
+        evidence.add(8, f64::NAN, 20.0);
+        evidence.forget();
+        assert_eq!(evidence.value, 0.0);
+    }
+}

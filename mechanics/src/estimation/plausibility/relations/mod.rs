@@ -1,0 +1,291 @@
+//! The table of relations: what one sensor measures, predicted from the others by the mechanics of the machine.
+//!
+//! | relation | predicted | from | asked |
+//! |---|---|---|---|
+//! | [`Part::Rotation`] | how the attitude changes | gyro | always |
+//! | [`Part::Acceleration`] | specific force | attitude, gyro, change of the odometry's velocity | unless the platform is turned over |
+//! | [`Part::Drive`] | specific force forward | attitude, gyro, change of the wheels' speed | without odometry, as above |
+//! | [`Part::Yaw`] | turn about the vertical | gyro; against odometry, speeds and steering of the wheels | as above |
+//! | [`Part::Rolling`] | way | wheels; against odometry | as above |
+//! | [`Part::Tilt`] | inclination | IMU; against odometry | always |
+//! | [`Part::Lean`] | how the platform leans on its tyres | joints of the arm; against gyro | of a machine that stands on all wheels |
+//!
+//! A row of it is judged window by window: see [`window`]. The density of the residual if all sensors are sound
+//! ([`likelihood`]) contains the noise that the samples themselves show, what is not known beforehand and is learned
+//! ([`unknowns`]: biases, the compliance of tyres and ground), and an error of the model. Against it stand alternatives
+//! ([`Explanation`]). A relation cannot tell which of its sensors is wrong. Where nothing moves, nothing is shown.
+
+mod band;
+mod excitation;
+mod gyro;
+mod hypotheses;
+mod leaky;
+mod lean;
+mod lean_model;
+mod likelihood;
+mod low_pass;
+mod motion;
+mod rolling;
+#[cfg(test)]
+mod tests;
+mod tilt;
+mod turn;
+mod unknowns;
+mod window;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::explanation::Explanation;
+use super::fault::{Finding, Part, YawBy};
+use super::notice::{Found, Note, Notice, Rules};
+use super::signals::Sound;
+use crate::machine::{Machine, rotation_in_body};
+use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
+pub use excitation::{Excitation, Unshown};
+use lean::LeanRelation;
+use likelihood::Standing;
+use motion::{RotationRelation, SpecificForceRelation};
+use tilt::{TiltRelation, up_direction};
+use turn::{TurnRelation, WayRelation};
+use window::{Accumulated, WINDOW_S};
+
+/// Turn of the platform in a window from which it is turned over, or thrown about (rad), and for how long what the wheels
+/// and the odometry say is not asked for then (ns).
+const TURNED_OVER: f64 = 0.15;
+const AFTERWARDS_NS: i64 = 2_000_000_000;
+/// Alternatives that are weighed, about: the threshold depends on the logarithm of their number.
+const ALTERNATIVES: usize = 80;
+
+/// Compares samples of all sensors, in stamp order, as far as they are sound by themselves.
+#[derive(Debug, Clone)]
+pub(in crate::estimation) struct Relations {
+    rules: Rules,
+    window: Accumulated,
+    start_ns: Option<i64>,
+    /// What the wheels and the odometry say is not asked for before this stamp.
+    silent_until_ns: i64,
+    base_from_imu: Matrix3<f64>,
+    has_imu: bool,
+    rotation: RotationRelation,
+    force: SpecificForceRelation,
+    turns: [TurnRelation; 3],
+    way: WayRelation,
+    tilt: TiltRelation,
+    lean: Option<LeanRelation>,
+    /// By stream: its joints.
+    joints: Vec<Vec<usize>>,
+    threshold: f64,
+}
+
+impl Relations {
+    /// Relations before their first sample.
+    pub(in crate::estimation) fn new(machine: &Machine, sensors: &Sensors) -> Self {
+        let rules = Rules::of(machine);
+        let has_imu = sensors.imu && machine.imu().body == 0;
+        let base_from_imu = rotation_in_body(machine.imu());
+        let threshold = likelihood::threshold(
+            machine.plausibility().false_alarms_per_hour,
+            3600.0 / WINDOW_S,
+            ALTERNATIVES,
+        );
+        let skids = rolling::skids(machine);
+        let turn = |by| TurnRelation::new(by, skids && by != YawBy::Steering, threshold);
+        let streams = sensors.joints.iter();
+        Self {
+            window: Accumulated::new(base_from_imu, rules.limits.max_gap_s),
+            rules,
+            start_ns: None,
+            silent_until_ns: i64::MIN,
+            base_from_imu,
+            has_imu,
+            rotation: RotationRelation::new(threshold),
+            force: SpecificForceRelation::new(machine, threshold),
+            turns: [YawBy::Odometry, YawBy::Speeds, YawBy::Steering].map(turn),
+            way: WayRelation::new(threshold),
+            tilt: TiltRelation::new(machine, threshold),
+            lean: LeanRelation::new(machine, has_imu, threshold),
+            joints: streams.map(|stream| stream.joints.clone()).collect(),
+            threshold,
+        }
+    }
+
+    /// Takes a sample that was checked by itself, and appends what contradicts each other to `findings`.
+    pub(in crate::estimation) fn step(
+        &mut self,
+        sample: &Sample<'_>,
+        sound: Sound,
+        findings: &mut Vec<Finding>,
+    ) {
+        match sample.sensor {
+            Sensor::Joints(stream) => self.take_joints(stream, sample, sound),
+            Sensor::Imu => self.take_imu(sample, sound),
+            Sensor::Odometry => self.take_odometry(sample, sound),
+            Sensor::ToolWrench => self.take_tool(sample, sound),
+            Sensor::Actuator(_) => return,
+        }
+        self.finish_window(sample.stamp_ns);
+        self.report(sample, findings);
+    }
+
+    fn take_imu(&mut self, sample: &Sample<'_>, sound: Sound) {
+        if !self.has_imu {
+            return;
+        }
+        if !(sound.force && sound.turning) {
+            self.window.break_imu();
+            if let Some(lean) = &mut self.lean {
+                lean.distrust();
+            }
+            return;
+        }
+        let (force, turning, xyzw) = (
+            &sample.values[..3],
+            &sample.values[3..6],
+            &sample.values[6..],
+        );
+        let [force, turning] = [force, turning].map(Vector3::from_column_slice);
+        let xyzw = sound.attitude.then_some(xyzw);
+        (self.window).take_imu(sample.stamp_ns, [&force, &turning], xyzw);
+        if let Some(up) = xyzw
+            .filter(|xyzw| tilt_is_measured(xyzw))
+            .and_then(up_direction)
+        {
+            self.tilt.take_imu(&(self.base_from_imu * up));
+        }
+        if let Some(lean) = &mut self.lean {
+            let [force, turning] = [force, turning].map(|vector| self.base_from_imu * vector);
+            lean.take_imu(sample.stamp_ns, [&force, &turning], self.window.speed());
+        }
+    }
+
+    fn take_odometry(&mut self, sample: &Sample<'_>, sound: Sound) {
+        let (velocity, turning, attitude) = (
+            &sample.values[..3],
+            &sample.values[3..6],
+            &sample.values[6..],
+        );
+        if !sound.velocity {
+            self.window.break_odometry();
+            return;
+        }
+        let turning = if sound.turning { turning[2] } else { f64::NAN };
+        let velocity = Vector3::from_column_slice(velocity);
+        self.window
+            .take_odometry(sample.stamp_ns, velocity, turning);
+        if sound.attitude && tilt_is_measured(attitude) {
+            self.tilt.take_odometry(attitude);
+        }
+    }
+
+    fn take_tool(&mut self, sample: &Sample<'_>, sound: Sound) {
+        if let Some(lean) = self.lean.as_mut().filter(|_| sound.whole) {
+            let wrench = [0, 3].map(|at| Vector3::from_column_slice(&sample.values[at..at + 3]));
+            lean.take_tool(sample.stamp_ns, wrench);
+        }
+    }
+
+    fn take_joints(&mut self, stream: usize, sample: &Sample<'_>, sound: Sound) {
+        let Some(lean) = &mut self.lean else {
+            return;
+        };
+        if !sound.whole {
+            lean.distrust();
+            self.window.take_wheels(sample.stamp_ns, None);
+            return;
+        }
+        let (positions, rates) = sample.values.split_at(sample.values.len() / 2);
+        let motions = self.joints[stream].iter().zip(positions.iter().zip(rates));
+        let motions = motions.map(|(&joint, (&position, &rate))| (joint, position, rate));
+        let rolled = lean.take_joints(sample.stamp_ns, motions, &self.rules.limits);
+        self.window.take_wheels(sample.stamp_ns, rolled);
+    }
+
+    /// Ends the window if it is long enough, and weighs what it shows.
+    fn finish_window(&mut self, stamp_ns: i64) {
+        let start_ns = *self.start_ns.get_or_insert(stamp_ns);
+        let elapsed_s = self.rules.limits.elapsed_s(start_ns, stamp_ns);
+        if elapsed_s < WINDOW_S {
+            return;
+        }
+        self.start_ns = Some(stamp_ns);
+        let window = self.window.finish(start_ns, stamp_ns);
+        if elapsed_s > WINDOW_S + self.rules.limits.max_gap_s {
+            // a hole of all sensors
+            return;
+        }
+        self.rotation.weigh(&window);
+        self.tilt.weigh(start_ns);
+        let turned = window.turned.map_or(0.0, |turned| turned.xy().norm());
+        if turned > TURNED_OVER {
+            self.silent_until_ns = stamp_ns.saturating_add(AFTERWARDS_NS);
+        }
+        if stamp_ns < self.silent_until_ns {
+            if let Some(lean) = &mut self.lean {
+                lean.distrust();
+            }
+            return;
+        }
+        self.force.weigh(&window);
+        for turn in &mut self.turns {
+            turn.weigh(&window);
+        }
+        self.way.weigh(&window);
+        if let Some(lean) = &mut self.lean {
+            lean.weigh(start_ns, stamp_ns);
+        }
+    }
+
+    /// Reports what stands, with the samples of the sensor that it is about.
+    fn report(&mut self, sample: &Sample<'_>, findings: &mut Vec<Finding>) {
+        let policies = &self.rules.policies;
+        let mut note = Note::new(findings, policies, sample);
+        if sample.sensor == Sensor::Odometry && self.has_imu {
+            tell(self.way.standing(), &mut note.of(Part::Rolling));
+        }
+        if sample.sensor != Sensor::Imu {
+            return;
+        }
+        tell(self.rotation.standing(), &mut note.of(Part::Rotation));
+        let part = self.force.part();
+        tell(self.force.standing(), &mut note.of(part));
+        for turn in &self.turns {
+            tell(turn.standing(), &mut note.of(Part::Yaw(turn.by)));
+        }
+        tell(self.tilt.standing(), &mut note.of(Part::Tilt));
+        if let Some(lean) = &self.lean {
+            tell(lean.standing(), &mut note.of(Part::Lean));
+        }
+    }
+}
+
+impl Relations {
+    /// The evidence of every alternative so far, and the threshold.
+    pub(in crate::estimation) fn evidence(&self) -> (Vec<(Part, Explanation, f64)>, f64) {
+        let mut all = Vec::new();
+        let mut add = |part, of: &mut dyn Iterator<Item = (Explanation, f64)>| {
+            all.extend(of.map(|(explanation, value)| (part, explanation, value)));
+        };
+        add(Part::Rotation, &mut self.rotation.evidence());
+        add(self.force.part(), &mut self.force.evidence());
+        for turn in &self.turns {
+            add(Part::Yaw(turn.by), &mut turn.evidence());
+        }
+        add(Part::Rolling, &mut self.way.evidence());
+        add(Part::Tilt, &mut self.tilt.evidence());
+        if let Some(lean) = &self.lean {
+            add(Part::Lean, &mut lean.evidence());
+        }
+        (all, self.threshold)
+    }
+}
+
+fn tell(standing: Standing, found: &mut Found<'_>) {
+    if let Some((explanation, evidence, threshold)) = standing {
+        found(Notice::contradiction(
+            evidence.since_ns,
+            evidence.value,
+            threshold,
+            explanation,
+        ));
+    }
+}

@@ -1,0 +1,216 @@
+//! Relations on synthetic motion: a machine that rocks, turns, speeds up and slows down, and its sensors with one fault.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::super::super::fault::{Part, YawBy};
+use super::super::super::notice::Rules;
+use super::super::super::signals::Sound;
+use super::super::super::{Axis, Explanation};
+use super::super::Relations;
+use super::{bogies, posture};
+use crate::machine::{FaultKind, Machine};
+use crate::state::{JointStream, Sample, Sensor, Sensors};
+
+/// What the sensors show at one time.
+#[derive(Clone)]
+struct Shown {
+    force: Vector3<f64>,
+    gyro: Vector3<f64>,
+    attitude: UnitQuaternion<f64>,
+    velocity: Vector3<f64>,
+    odometry_turning: f64,
+    joints: Vec<[f64; 2]>,
+}
+
+/// What was found first of each relation, with its time (s).
+type Found = Vec<(Part, Explanation, f64)>;
+
+const SOUND: Sound = Sound {
+    whole: true,
+    force: true,
+    turning: true,
+    attitude: true,
+    velocity: true,
+};
+
+/// 30 s of a machine with sensors on its base, at 100 Hz. `change` makes what is measured of what is true.
+fn found(machine: &Machine, change: impl Fn(f64, &mut Shown)) -> Found {
+    let joints: Vec<usize> = (0..machine.joints().len()).collect();
+    let sensors = Sensors {
+        joints: vec![JointStream {
+            joints: joints.clone(),
+        }],
+        imu: true,
+        odometry: true,
+        tool_wrench: false,
+        actuators: Vec::new(),
+    };
+    let mut relations = Relations::new(machine, &sensors);
+    assert!(Rules::of(machine).limits.max_gap_s > 0.02);
+    let mut attitude = UnitQuaternion::identity();
+    let mut found = Found::new();
+    let mut findings = Vec::with_capacity(64);
+    for step in 0..3000_i64 {
+        let (stamp_ns, t) = (step * 10_000_000, step as f64 * 0.01);
+        let gyro = Vector3::new(
+            0.05 * (1.3 * t).sin(),
+            0.04 * (0.9 * t).cos(),
+            0.3 * (0.4 * t).sin(),
+        );
+        attitude *= UnitQuaternion::from_scaled_axis(gyro * 0.01);
+        let speed = 1.5 * (0.5 * t).sin();
+        let velocity = Vector3::x() * speed;
+        let up = attitude.inverse_transform_vector(&Vector3::z());
+        let noise = |k: f64| (k * t).sin() * 0.02;
+        let at_imu = gyro.cross(&machine.imu().body_from_mount.translation.vector);
+        let force = Vector3::x() * (0.75 * (0.5 * t).cos())
+            + gyro.cross(&(velocity + at_imu))
+            + up * machine.gravity()
+            + Vector3::new(noise(171.0), noise(193.0), noise(207.0));
+        let of_joint = |index: usize| match machine.joints()[index].spins_wheel {
+            Some(wheel) => {
+                let wheel = &machine.wheels()[wheel];
+                let forward = speed - gyro.z * wheel.centre_at_zero.y;
+                [0.0, forward / wheel.radius]
+            }
+            None => [posture(machine, 0.0)[index], 0.0],
+        };
+        let mut shown = Shown {
+            force,
+            gyro: gyro + Vector3::new(noise(91.0), noise(97.0), noise(89.0)) * 0.1,
+            attitude,
+            velocity,
+            odometry_turning: gyro.z,
+            joints: joints.iter().map(|&index| of_joint(index)).collect(),
+        };
+        change(t, &mut shown);
+        let [x, y, z, w] = shown.attitude.coords.into();
+        let (f, g, v) = (shown.force, shown.gyro, shown.velocity);
+        let turning = shown.odometry_turning;
+        let part = |of: usize| shown.joints.iter().map(move |joint| joint[of]);
+        let joints: Vec<f64> = part(0).chain(part(1)).collect();
+        let nan = f64::NAN;
+        for (sensor, values) in [
+            (Sensor::Joints(0), joints),
+            (
+                Sensor::Odometry,
+                vec![v.x, v.y, v.z, 0.0, 0.0, turning, nan, nan, nan, nan],
+            ),
+            (Sensor::Imu, vec![f.x, f.y, f.z, g.x, g.y, g.z, x, y, z, w]),
+        ] {
+            let sample = Sample {
+                sensor,
+                stamp_ns: stamp_ns + i64::from(sensor == Sensor::Imu),
+                values: &values,
+            };
+            findings.clear();
+            relations.step(&sample, SOUND, &mut findings);
+            for finding in &findings {
+                assert_eq!(finding.kind, FaultKind::Contradiction);
+                let explanation = finding.explanation.unwrap();
+                if found.iter().all(|(part, ..)| *part != finding.part) {
+                    found.push((finding.part, explanation, t));
+                }
+            }
+        }
+    }
+    found
+}
+
+fn of(found: &Found, part: Part) -> Option<(Explanation, f64)> {
+    let it = found.iter().find(|(of, ..)| *of == part);
+    it.map(|(_, explanation, s)| (*explanation, *s))
+}
+
+#[test]
+fn sound_sensors_contradict_nothing() {
+    let machine = bogies();
+    assert_eq!(found(&machine, |_, _| {}), []);
+    let bias = Vector3::new(0.004, -0.003, 0.005);
+    assert_eq!(found(&machine, |_, shown| shown.gyro += bias), []);
+    let bias = Vector3::new(0.2, -0.15, 0.1);
+    assert_eq!(found(&machine, |_, shown| shown.force += bias), []);
+    // A vibration of 4 m/s^2, a knock of 5 ms, an attitude without heading.
+    let vibrates = |t: f64, shown: &mut Shown| shown.force.z += 4.0 * (220.0 * t).sin();
+    assert_eq!(found(&machine, vibrates), []);
+    let knocked = |t: f64, shown: &mut Shown| {
+        if (12.0..12.005).contains(&t) {
+            shown.force.y += 60.0;
+        }
+    };
+    assert_eq!(found(&machine, knocked), []);
+    let without_heading = |_: f64, shown: &mut Shown| {
+        let (roll, pitch, _) = shown.attitude.euler_angles();
+        shown.attitude = UnitQuaternion::from_euler_angles(roll, pitch, 0.0);
+    };
+    assert_eq!(found(&machine, without_heading), []);
+}
+
+#[test]
+fn a_wrong_gyro_is_found_by_the_attitude() {
+    let machine = bogies();
+    let signs = [
+        (Axis::X, Vector3::new(-1.0, 1.0, 1.0)),
+        (Axis::Y, Vector3::new(1.0, -1.0, 1.0)),
+    ];
+    for (axis, signs) in signs {
+        let found = found(&machine, |_, shown| shown.gyro.component_mul_assign(&signs));
+        let (explanation, s) = of(&found, Part::Rotation).unwrap();
+        assert_eq!(explanation, Explanation::Sign(axis), "{found:?}");
+        assert!(s < 8.0, "{found:?}");
+    }
+}
+
+#[test]
+fn a_wrong_accelerometer_is_found_by_attitude_and_velocity() {
+    let machine = bogies();
+    type Change = fn(&mut Shown);
+    let wrong: [(Explanation, Change); 3] = [
+        (Explanation::Sign(Axis::X), |shown| shown.force.x *= -1.0),
+        (Explanation::Exchanged(Axis::X, Axis::Y), |shown| {
+            shown.force = shown.force.yxz();
+        }),
+        (Explanation::HalfTurn(Axis::Z), |shown| {
+            (shown.force.x, shown.force.y) = (-shown.force.x, -shown.force.y);
+        }),
+    ];
+    for (expected, change) in wrong {
+        let found = found(&machine, |_, shown| change(shown));
+        let (_, s) =
+            of(&found, Part::Acceleration).unwrap_or_else(|| panic!("{expected:?}: {found:?}"));
+        assert!(s < 15.0, "{expected:?}: {found:?}");
+    }
+}
+
+#[test]
+fn a_wrong_sign_of_odometry_or_wheels_is_found() {
+    let machine = bogies();
+    let odometry = found(&machine, |_, shown| shown.odometry_turning *= -1.0);
+    assert!(
+        of(&odometry, Part::Yaw(YawBy::Odometry)).is_some(),
+        "{odometry:?}"
+    );
+    let wheels = found(&machine, |_, shown| {
+        let spins = |index: usize| machine.joints()[index].spins_wheel.is_some();
+        let joints = shown.joints.iter_mut().enumerate();
+        joints
+            .filter(|(index, _)| spins(*index))
+            .for_each(|(_, joint)| joint[1] *= -1.0);
+    });
+    assert!(of(&wheels, Part::Rolling).is_some(), "{wheels:?}");
+    // Wheels that lock while the machine slides, and one that spins in the air.
+    let locked = found(&machine, |t, shown| {
+        if (4.0..5.5).contains(&t) {
+            shown.joints.iter_mut().for_each(|joint| joint[1] = 0.0);
+        }
+    });
+    assert_eq!(locked, []);
+    let wheel = (machine.joints().iter()).position(|joint| joint.spins_wheel.is_some());
+    let wheel = wheel.unwrap();
+    let spins = found(&machine, |t, shown| {
+        if (4.0..9.0).contains(&t) {
+            shown.joints[wheel][1] = 40.0;
+        }
+    });
+    assert_eq!(spins, []);
+}

@@ -1,0 +1,324 @@
+//! What the sensors measured in a window of time: the relations compare windows, whose errors are nearly independent.
+
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+
+use super::rolling::Rolled;
+use crate::state::tilt_is_measured;
+
+/// Length of a window (s).
+pub(super) const WINDOW_S: f64 = 0.5;
+/// Weight of a sample in the noise of the attitude.
+const NOISE_WEIGHT: f64 = 1.0 / 256.0;
+
+/// The window so far.
+#[derive(Debug, Clone)]
+pub(super) struct Accumulated {
+    base_from_imu: Matrix3<f64>,
+    max_gap_ns: i64,
+    imu: Imu,
+    odometry: Odometry,
+    wheels: Wheels,
+}
+
+/// A window that is over.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Window {
+    pub(super) start_ns: i64,
+    pub(super) duration_s: f64,
+    /// Rotation by the gyro (rad, base axes), without holes.
+    pub(super) turned: Option<Vector3<f64>>,
+    /// Standard deviation of that rotation, as the samples of the gyro scatter (rad).
+    pub(super) turned_noise: f64,
+    /// Angular velocity at both ends (rad/s, base axes).
+    pub(super) turning: [Vector3<f64>; 2],
+    /// Attitude of the base at both ends; its up direction is measured.
+    pub(super) attitude: Option<[UnitQuaternion<f64>; 2]>,
+    /// Standard deviation of an attitude, as its samples scatter (rad).
+    pub(super) attitude_noise: f64,
+    /// Mean specific force and up direction (base axes), and the standard deviation of the former's mean as its samples
+    /// scatter (m/s^2).
+    pub(super) force: Option<Vector3<f64>>,
+    pub(super) up: Option<Vector3<f64>>,
+    pub(super) force_scatter: Vector3<f64>,
+    /// Velocity by the odometry at both ends (m/s), and how far it turned about z (rad), if it measures that.
+    pub(super) velocity: Option<[Vector3<f64>; 2]>,
+    pub(super) odometry_turned: Option<f64>,
+    /// Distance by the odometry (m).
+    pub(super) travelled: Option<f64>,
+    /// Motion by the wheels at both ends, how far they rolled (m) and turned the machine (rad).
+    pub(super) rolled: Option<[Rolled; 2]>,
+    pub(super) distance: f64,
+    pub(super) by_speeds: Option<f64>,
+    pub(super) by_steering: Option<f64>,
+    /// How much the wheels contradict each other (m/s).
+    pub(super) slip: f64,
+}
+
+#[derive(Debug, Clone)]
+struct Imu {
+    last_ns: Option<i64>,
+    is_broken: bool,
+    rotation: UnitQuaternion<f64>,
+    first: Option<Reading>,
+    last: Option<Reading>,
+    force: Vector3<f64>,
+    squares: Vector3<f64>,
+    up: Vector3<f64>,
+    has_attitude: bool,
+    count: f64,
+    /// Rotation by the attitude beyond that by the gyro in the last step, and its variance.
+    beyond: Option<Vector3<f64>>,
+    noise: f64,
+    /// Sum of squares of the differences between neighbouring angular velocities.
+    scatter: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Reading {
+    turning: Vector3<f64>,
+    attitude: Option<UnitQuaternion<f64>>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Odometry {
+    last: Option<(i64, Vector3<f64>)>,
+    before: Option<(i64, Vector3<f64>)>,
+    turning: Option<f64>,
+    turned: f64,
+    has_turned: bool,
+    way: f64,
+    is_broken: bool,
+    first: Option<Vector3<f64>>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Wheels {
+    last: Option<(i64, Rolled)>,
+    first: Option<Rolled>,
+    distance: f64,
+    turned: [Option<f64>; 2],
+    slip: f64,
+    is_broken: bool,
+}
+
+impl Accumulated {
+    pub(super) fn new(base_from_imu: Matrix3<f64>, max_gap_s: f64) -> Self {
+        Self {
+            base_from_imu,
+            max_gap_ns: (max_gap_s * 1e9) as i64,
+            imu: Imu::new(),
+            odometry: Odometry::default(),
+            wheels: Wheels::default(),
+        }
+    }
+
+    /// Takes a sample of the IMU that is sound: specific force, angular velocity and attitude, if it has one.
+    pub(super) fn take_imu(
+        &mut self,
+        stamp_ns: i64,
+        [force, turning]: [&Vector3<f64>; 2],
+        xyzw: Option<&[f64]>,
+    ) {
+        let it = &mut self.imu;
+        let (force, turning) = (self.base_from_imu * force, self.base_from_imu * turning);
+        let attitude = xyzw.filter(|xyzw| tilt_is_measured(xyzw)).and_then(|xyzw| {
+            let &[x, y, z, w] = xyzw else { return None };
+            let of_imu = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.1)?;
+            let imu_from_base = UnitQuaternion::from_matrix(&self.base_from_imu.transpose());
+            Some(of_imu * imu_from_base)
+        });
+        let reading = Reading { turning, attitude };
+        let step_ns = it
+            .last_ns
+            .replace(stamp_ns)
+            .map(|last| stamp_ns.saturating_sub(last));
+        it.is_broken |= step_ns.is_some_and(|step| step > self.max_gap_ns);
+        if let (Some(last), Some(step_ns)) = (it.last, step_ns) {
+            let mean = (last.turning + turning) * (0.5e-9 * step_ns as f64);
+            it.rotation *= UnitQuaternion::from_scaled_axis(mean);
+            it.scatter += (turning - last.turning).norm_squared();
+            if let (Some(before), Some(now)) = (last.attitude, attitude) {
+                it.note_noise((before.inverse() * now).scaled_axis() - mean);
+            }
+        }
+        it.first.get_or_insert(reading);
+        it.last = Some(reading);
+        it.has_attitude &= attitude.is_some();
+        if let Some(attitude) = attitude {
+            it.up += attitude.inverse_transform_vector(&Vector3::z());
+        }
+        it.force += force;
+        it.squares += force.component_mul(&force);
+        it.count += 1.0;
+    }
+
+    /// A sample of the IMU is missing or faulty.
+    pub(super) fn break_imu(&mut self) {
+        self.imu.is_broken = true;
+    }
+
+    /// Takes velocity (m/s, base axes) and angular velocity about z (rad/s, NaN: not measured) of the odometry.
+    pub(super) fn take_odometry(&mut self, stamp_ns: i64, velocity: Vector3<f64>, turning: f64) {
+        let it = &mut self.odometry;
+        if let Some((last_ns, last)) = it.last {
+            let step_ns = stamp_ns.saturating_sub(last_ns);
+            it.is_broken |= step_ns > self.max_gap_ns;
+            let step_s = step_ns as f64 * 1e-9;
+            it.way += 0.5 * (last.x + velocity.x) * step_s;
+            match it.turning {
+                Some(before) if turning.is_finite() => {
+                    it.turned += 0.5 * (before + turning) * step_s;
+                }
+                _ => it.has_turned = false,
+            }
+            it.before = it.last;
+        }
+        it.turning = Some(turning).filter(|turning| turning.is_finite());
+        it.last = Some((stamp_ns, velocity));
+    }
+
+    pub(super) fn break_odometry(&mut self) {
+        self.odometry.is_broken = true;
+    }
+
+    /// Takes the motion by the wheels; `None`: it is not known.
+    pub(super) fn take_wheels(&mut self, stamp_ns: i64, rolled: Option<Rolled>) {
+        let it = &mut self.wheels;
+        let Some(rolled) = rolled else {
+            it.is_broken = true;
+            it.last = None;
+            return;
+        };
+        if let Some((last_ns, last)) = it.last {
+            let step_ns = stamp_ns.saturating_sub(last_ns);
+            it.is_broken |= step_ns > self.max_gap_ns;
+            let step_s = step_ns as f64 * 1e-9;
+            it.distance += 0.5 * (last.speed + rolled.speed) * step_s;
+            let turns = [
+                (last.by_speeds, rolled.by_speeds),
+                (last.by_steering, rolled.by_steering),
+            ];
+            for (sum, (before, now)) in it.turned.iter_mut().zip(turns) {
+                *sum = match (*sum, before, now) {
+                    (Some(sum), Some(a), Some(b)) => Some(sum + 0.5 * (a + b) * step_s),
+                    _ => None,
+                };
+            }
+        }
+        it.slip = it.slip.max(rolled.slip);
+        it.last = Some((stamp_ns, rolled));
+    }
+
+    /// The speed of the machine by its wheels and its odometry, whichever is faster (m/s); `None` where neither is known.
+    pub(super) fn speed(&self) -> Option<f64> {
+        let wheels = self.wheels.last.map(|(_, rolled)| rolled.fastest);
+        let odometry = self.odometry.last.map(|(_, velocity)| velocity.norm());
+        wheels.into_iter().chain(odometry).reduce(f64::max)
+    }
+
+    /// Ends the window at `stamp_ns` and begins the next one.
+    pub(super) fn finish(&mut self, start_ns: i64, stamp_ns: i64) -> Window {
+        let is_fresh = |at_ns: i64| stamp_ns.saturating_sub(at_ns).abs() <= self.max_gap_ns;
+        let imu = &mut self.imu;
+        let whole = !imu.is_broken && imu.last_ns.is_some_and(is_fresh) && imu.count > 2.0;
+        let ends = imu.first.zip(imu.last);
+        let mean = imu.force / imu.count;
+        let variance = (imu.squares / imu.count - mean.component_mul(&mean)).map(|v| v.max(0.0));
+        let attitude = ends.and_then(|(a, b)| Some([a.attitude?, b.attitude?]));
+        let attitude = attitude.filter(|_| whole && imu.has_attitude);
+        let odometry = &mut self.odometry;
+        let known = (!odometry.is_broken).then_some(odometry.last).flatten();
+        let known = known.filter(|(at_ns, _)| is_fresh(*at_ns));
+        let velocity = known.and_then(|(at_ns, velocity)| {
+            let (before_ns, before) = odometry.before?;
+            let ahead = stamp_ns.saturating_sub(at_ns) as f64;
+            let slope = (velocity - before) / at_ns.saturating_sub(before_ns).max(1) as f64;
+            Some(velocity + slope * ahead.clamp(0.0, 5e7))
+        });
+        let velocities = odometry.first.zip(velocity).map(|(a, b)| [a, b]);
+        let wheels = &mut self.wheels;
+        let rolled = (!wheels.is_broken).then_some(wheels.last).flatten();
+        let rolled = rolled.filter(|(at_ns, _)| is_fresh(*at_ns));
+        let window = Window {
+            start_ns,
+            duration_s: stamp_ns.saturating_sub(start_ns) as f64 * 1e-9,
+            turned: whole.then(|| imu.rotation.scaled_axis()),
+            turned_noise: {
+                // Neighbouring samples differ by noise: the variance of a difference is twice that.
+                let of_sample = (imu.scatter / (6.0 * imu.count)).sqrt();
+                let duration_s = stamp_ns.saturating_sub(start_ns) as f64 * 1e-9;
+                of_sample * duration_s / imu.count.sqrt()
+            },
+            turning: ends.map_or([Vector3::zeros(); 2], |(a, b)| [a.turning, b.turning]),
+            attitude,
+            attitude_noise: imu.noise.sqrt(),
+            force: whole.then_some(mean),
+            up: (whole && imu.has_attitude).then(|| imu.up / imu.count),
+            force_scatter: (variance / imu.count).map(f64::sqrt),
+            velocity: velocities,
+            odometry_turned: known
+                .filter(|_| odometry.has_turned)
+                .map(|_| odometry.turned),
+            travelled: known
+                .filter(|_| odometry.first.is_some())
+                .map(|_| odometry.way),
+            rolled: wheels
+                .first
+                .zip(rolled.map(|(_, it)| it))
+                .map(|(a, b)| [a, b]),
+            distance: wheels.distance,
+            by_speeds: wheels.turned[0],
+            by_steering: wheels.turned[1],
+            slip: wheels.slip,
+        };
+        imu.begin();
+        odometry.first = velocity;
+        (odometry.way, odometry.turned) = (0.0, 0.0);
+        odometry.has_turned = odometry.turning.is_some();
+        odometry.is_broken = false;
+        wheels.first = rolled.map(|(_, it)| it);
+        wheels.turned = [wheels.first.map(|_| 0.0); 2];
+        (wheels.distance, wheels.slip) = (0.0, 0.0);
+        wheels.is_broken = false;
+        window
+    }
+}
+
+impl Imu {
+    fn new() -> Self {
+        Self {
+            last_ns: None,
+            is_broken: false,
+            rotation: UnitQuaternion::identity(),
+            first: None,
+            last: None,
+            force: Vector3::zeros(),
+            squares: Vector3::zeros(),
+            up: Vector3::zeros(),
+            has_attitude: true,
+            count: 0.0,
+            beyond: None,
+            noise: 0.0,
+            scatter: 0.0,
+        }
+    }
+
+    /// Next window; it begins with the last reading.
+    fn begin(&mut self) {
+        *self = Self {
+            last_ns: self.last_ns,
+            first: self.last,
+            last: self.last,
+            noise: self.noise,
+            ..Self::new()
+        };
+    }
+
+    /// White noise n of the attitude makes `n_i - 2 n_(i-1) + n_(i-2)` of two neighbouring steps, six times its variance.
+    fn note_noise(&mut self, beyond: Vector3<f64>) {
+        if let Some(before) = self.beyond.replace(beyond) {
+            let seen = (beyond - before).norm_squared() / 18.0;
+            self.noise += NOISE_WEIGHT * (seen - self.noise);
+        }
+    }
+}

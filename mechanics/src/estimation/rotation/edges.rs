@@ -1,0 +1,93 @@
+//! The edges that a platform can rotate about, and how far its tyres let it lean.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::machine::{Machine, Wheel};
+
+/// How far a machine sinks on tyres of unknown stiffness (m).
+const USUAL_SINK: f64 = 0.015;
+/// Smallest standard deviation of the lean (rad).
+const LEAST_LEAN: f64 = 0.3 * DEGREE;
+/// Standard deviation of the lean of a machine whose supports come and go: jacking and sinking feet (rad).
+const JACKING: f64 = 3.0 * DEGREE;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// An edge.
+#[derive(Debug, Clone)]
+pub(super) struct EdgeAxis {
+    pub(super) name: String,
+    /// Unit vector along it, in base axes: a positive rotation about it lifts the interior.
+    pub(super) axis: Vector3<f64>,
+    /// Standard deviation of the lean about it while the machine stands on its supports (rad).
+    pub(super) lean: f64,
+}
+
+/// The edges, and the length over which the ground under the machine becomes another (m).
+#[derive(Debug, Clone)]
+pub(super) struct Edges {
+    pub(super) all: Vec<EdgeAxis>,
+    pub(super) length: f64,
+}
+
+impl Edges {
+    /// Those of the support polygon; where supports come and go, of the polygon around all of them.
+    pub(super) fn of(machine: &Machine) -> Self {
+        let outer = machine.outer_polygon();
+        let (polygon, wheels) = match &outer {
+            Some(polygon) => (polygon, &machine.supports().all[..]),
+            None => (machine.polygon(), machine.wheels()),
+        };
+        let contact = |wheel: usize| {
+            let wheel = &wheels[wheel];
+            wheel.centre_at_zero - Vector3::z() * wheel.radius
+        };
+        let edges = polygon.edges().iter().filter_map(|edge| {
+            let axis = (contact(edge.to) - contact(edge.from)).try_normalize(1e-9)?;
+            let across = Vector2::new(-axis.y, axis.x).try_normalize(1e-9)?;
+            let lean = largest_lean(machine, wheels, &across).max(LEAST_LEAN);
+            Some(EdgeAxis {
+                name: edge.name.clone(),
+                axis,
+                lean: if outer.is_some() {
+                    lean.hypot(JACKING)
+                } else {
+                    lean
+                },
+            })
+        });
+        let along = wheels.iter().map(|wheel| wheel.centre_at_zero.x);
+        let (first, last) = along.fold((f64::MAX, f64::MIN), |(least, most), x| {
+            (least.min(x), most.max(x))
+        });
+        Self {
+            all: edges.collect(),
+            length: (last - first).max(0.5),
+        }
+    }
+}
+
+/// Largest lean on the tyres in a direction `across` an edge (rad): the whole weight on the farthest wheel.
+fn largest_lean(machine: &Machine, wheels: &[Wheel], across: &Vector2<f64>) -> f64 {
+    let weight = machine.mass() * machine.gravity();
+    let is_stated = wheels.iter().all(|wheel| wheel.stiffness.is_some());
+    let usual = weight / (USUAL_SINK * wheels.len() as f64);
+    let places = wheels.iter().map(|wheel| {
+        let stated = wheel.stiffness.filter(|_| is_stated);
+        let stiffness = stated.unwrap_or(usual * wheel.relative_stiffness);
+        (across.dot(&wheel.centre_at_zero.xy()), stiffness)
+    });
+    let (sum, first) = (places.clone()).fold((0.0, 0.0), |(sum, first), (place, stiffness)| {
+        (sum + stiffness, first + stiffness * place)
+    });
+    let centre = first / sum;
+    let (second, farthest) =
+        places.fold((0.0, 0.0_f64), |(second, farthest), (place, stiffness)| {
+            let from_centre = place - centre;
+            (
+                second + stiffness * from_centre * from_centre,
+                farthest.max(from_centre.abs()),
+            )
+        });
+    let lean = weight * farthest / second;
+    if lean.is_finite() { lean } else { 0.0 }
+}

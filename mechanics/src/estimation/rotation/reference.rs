@@ -1,0 +1,211 @@
+//! The up direction of a platform that stands on its wheels: what its rotation is measured from.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::edges::Edges;
+
+/// Standard deviation of the slope under the machine (rad), where it has travelled by several of its lengths.
+const GROUND: f64 = 6.0 * DEGREE;
+/// Standard deviation of the slope on which a log or a session begins (rad).
+const FIRST_SLOPE: f64 = 10.0 * DEGREE;
+/// Steepest slope on which a machine is taken to stand (rad).
+const STEEPEST: f64 = 35.0 * DEGREE;
+/// Share of the machine's length over which the reference follows.
+const FOLLOWED: f64 = 0.5;
+/// From so many standard deviations on the reference follows no longer.
+const DOUBTED: f64 = 1.5;
+/// Lengths of the machine after which a lasting tilt is that of the ground.
+const GROUND_LENGTHS: f64 = 3.0;
+/// Rate of rotation of a platform that follows no longer (rad/s), and for how long (s).
+const STEADY: f64 = 2.0 * DEGREE;
+const STEADY_S: f64 = 0.5;
+/// Time for which the platform must be quiet on standing wheels to be a reference (s).
+const STOOD_S: f64 = 1.0;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// The reference of one source.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Reference {
+    up: Option<Vector3<f64>>,
+    /// Distance travelled since it held (m).
+    distance: f64,
+    /// Variance of a reference that was only assumed (rad^2).
+    assumed: f64,
+    /// How long the platform has been quiet on standing wheels, and has not rotated (s).
+    quiet_s: f64,
+    steady_s: f64,
+    /// Since when the platform rotates farther than follows (ns).
+    pub(super) left_ns: Option<i64>,
+    /// Largest outward rotation: its edge, angle and standard deviation (rad).
+    pub(super) claim: Claim,
+}
+
+/// A rotation about an edge.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Claim {
+    pub(super) edge: usize,
+    pub(super) angle: f64,
+    pub(super) sigma: f64,
+}
+
+impl Claim {
+    /// The rotation in standard deviations.
+    pub(super) fn sigmas(&self) -> f64 {
+        match self.sigma > 0.0 {
+            true => self.angle / self.sigma,
+            false => 0.0,
+        }
+    }
+}
+
+/// What a step of a reference depends on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Step {
+    pub(super) now_ns: i64,
+    pub(super) dt: f64,
+    /// The up direction of the source, its standard deviation (rad), and how fast it turns (rad/s).
+    pub(super) up: Vector3<f64>,
+    pub(super) sigma: f64,
+    pub(super) rate: f64,
+    /// How fast the machine travels (m/s).
+    pub(super) speed: f64,
+    /// Whether the platform is quiet on standing wheels by this source.
+    pub(super) is_quiet: bool,
+}
+
+impl Reference {
+    /// Turns the base about its own vertical, by which a plane under the wheels stays under them.
+    pub(super) fn turn(&mut self, angle: f64) {
+        if let Some(up) = &mut self.up {
+            *up -= Vector3::z().cross(up) * angle;
+            *up = up.normalize();
+        }
+    }
+
+    /// Turns the platform by its suspension, about x and y.
+    pub(super) fn lean(&mut self, by: &Vector2<f64>) {
+        if let Some(up) = &mut self.up {
+            *up -= Vector3::new(by.x, by.y, 0.0).cross(up);
+            *up = up.normalize();
+        }
+    }
+
+    /// Travels unseen; on a slope, the machine may have turned.
+    pub(super) fn skip(&mut self, travelled: f64) {
+        self.distance += travelled;
+        if let Some(up) = self.up
+            && travelled > 0.0
+        {
+            self.assumed += up.xy().norm_squared();
+        }
+    }
+
+    /// Takes a step; while a spell `stands`, the reference stays.
+    pub(super) fn step(&mut self, step: &Step, edges: &Edges, stands: bool) {
+        let travelled = step.speed * step.dt;
+        let mut up = *self.up.get_or_insert_with(|| {
+            self.assumed = FIRST_SLOPE * FIRST_SLOPE;
+            Vector3::z()
+        });
+        self.claim = self.largest(&up, step, edges);
+        if stands {
+            self.distance += travelled;
+            return;
+        }
+        let was_quiet_s = self.quiet_s;
+        self.quiet_s = if step.is_quiet {
+            self.quiet_s + step.dt
+        } else {
+            0.0
+        };
+        self.steady_s = if step.rate < STEADY {
+            self.steady_s + step.dt
+        } else {
+            0.0
+        };
+        if self.quiet_s >= STOOD_S && was_quiet_s > 0.0 && step.up.z > STEEPEST.cos() {
+            self.begin(step.up);
+            self.quiet_s = STOOD_S;
+            return;
+        }
+        if self.claim.sigmas() < DOUBTED {
+            self.left_ns = None;
+            let share = 1.0 - (-travelled / (FOLLOWED * edges.length)).exp();
+            up += (step.up - up) * share;
+            self.up = Some(up.normalize());
+            self.assumed *= (1.0 - share) * (1.0 - share);
+            self.distance = (self.distance + travelled) * (1.0 - share);
+            return;
+        }
+        self.left_ns.get_or_insert(step.now_ns);
+        self.distance += travelled;
+        let is_far = self.distance > GROUND_LENGTHS * edges.length;
+        if is_far && self.steady_s >= STEADY_S && step.up.z > STEEPEST.cos() {
+            self.begin(step.up);
+        }
+    }
+
+    /// Makes an up direction the reference.
+    pub(super) fn begin(&mut self, up: Vector3<f64>) {
+        *self = Self {
+            up: Some(up),
+            ..Self::default()
+        };
+    }
+
+    /// Whether there was no reference when the platform left it: the log or the session began in this.
+    pub(super) fn is_assumed(&self) -> bool {
+        self.assumed > 0.25 * FIRST_SLOPE * FIRST_SLOPE
+    }
+
+    /// Rotation of an up direction about an edge (rad), outwards positive; `None` without a reference.
+    pub(super) fn rotation(&self, up: &Vector3<f64>, axis: &Vector3<f64>) -> Option<f64> {
+        Some(rotation(&self.up?, up, axis))
+    }
+
+    /// Angle between a direction and the reference (rad).
+    pub(super) fn apart(&self, direction: &Vector3<f64>) -> Option<f64> {
+        let up = self.up?;
+        Some(up.cross(direction).norm().atan2(up.dot(direction)))
+    }
+
+    fn largest(&self, up: &Vector3<f64>, step: &Step, edges: &Edges) -> Claim {
+        let turned = -up.cross(&step.up);
+        let obtuse = up.dot(&step.up) < 0.0;
+        let decay = -2.0 * self.distance / edges.length;
+        let ground = GROUND * GROUND * (1.0 - decay.exp());
+        let others = ground + self.assumed + step.sigma * step.sigma;
+        let mut best = Claim::default();
+        let mut best_sigmas = 0.0;
+        for (edge, of_edge) in edges.all.iter().enumerate() {
+            let sine = turned.dot(&of_edge.axis);
+            let lean = of_edge.lean;
+            let sigma = (others + lean * lean).sqrt();
+            // far below what is looked at, the sine is the angle
+            let angle = match obtuse || sine > sigma {
+                true => rotation(up, &step.up, &of_edge.axis),
+                false => sine,
+            };
+            if angle > best_sigmas * sigma {
+                best_sigmas = angle / sigma;
+                best = Claim { edge, angle, sigma };
+            }
+        }
+        if best.sigma == 0.0 {
+            best.sigma = others.sqrt();
+        }
+        best
+    }
+}
+
+/// Component about an axis of the base of the smallest rotation that takes it from one up direction to another. Base axes
+/// rotate under a fixed direction, which therefore turns the other way in them. The angle between the directions across the
+/// axis would do for a rotation about that axis alone: of a machine on its side it is large about every axis.
+pub(super) fn rotation(from: &Vector3<f64>, to: &Vector3<f64>, axis: &Vector3<f64>) -> f64 {
+    let turned = -from.cross(to);
+    let sine = turned.norm();
+    let angle = sine.atan2(from.dot(to));
+    // of the same directions, the sine is the angle
+    let per_sine = if sine > 1e-9 { angle / sine } else { 1.0 };
+    axis.dot(&turned) * per_sine
+}

@@ -1,0 +1,119 @@
+//! A rotation of the platform about an edge.
+
+use nalgebra::Vector3;
+
+use super::reference::rotation;
+
+/// Which measurement shows a rotation.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    strum::EnumMessage,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
+pub enum RotationWitness {
+    /// The angular velocity and the attitude.
+    Both,
+    /// The angular velocity: there is no attitude.
+    GyroAlone,
+    /// The attitude: there is no angular velocity.
+    AttitudeAlone,
+    /// The angular velocity. The attitude contradicts it.
+    GyroNotAttitude,
+    /// The attitude. The angular velocity contradicts it.
+    AttitudeNotGyro,
+}
+
+impl RotationWitness {
+    /// Name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+
+    /// Whether one measurement contradicts the other.
+    #[must_use]
+    pub fn is_contradicted(self) -> bool {
+        matches!(self, Self::GyroNotAttitude | Self::AttitudeNotGyro)
+    }
+
+    /// Whether it is the angular velocity that the numbers of a rotation come from.
+    #[must_use]
+    pub fn is_by_gyro(self) -> bool {
+        !matches!(self, Self::AttitudeAlone | Self::AttitudeNotGyro)
+    }
+
+    /// Probability that the sensors that show it do not err together.
+    pub(super) fn soundness(self) -> f64 {
+        match self {
+            Self::Both => 0.9999,
+            Self::GyroAlone | Self::AttitudeAlone => 0.99,
+            Self::GyroNotAttitude | Self::AttitudeNotGyro => 0.9,
+        }
+    }
+}
+
+/// A rotation of the platform about an edge of its support polygon, farther than tyres, suspension and ground explain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RotationSpell {
+    /// Index of the edge, see [`PlatformRotation::edge_name`](super::PlatformRotation::edge_name).
+    pub edge: usize,
+    /// When the platform left what its reference follows (ns).
+    pub left_ns: i64,
+    /// When the rotation became certain (ns).
+    pub certain_ns: i64,
+    /// Rotation outwards from the reference at the last sample (rad).
+    pub angle: f64,
+    /// How fast it grows (rad/s).
+    pub rate: f64,
+    /// The largest so far (rad), and when (ns).
+    pub largest: f64,
+    /// When it was largest (ns).
+    pub largest_ns: i64,
+    /// Standard deviation of what tyres, ground and sensor explain of it (rad).
+    pub sigma: f64,
+    /// Which measurement shows it.
+    pub witness: RotationWitness,
+    /// Probability that the platform rotates about the edge, and not the ground under it or the sensor.
+    pub certainty: f64,
+    /// Since when the platform has rested on its side (ns).
+    pub at_rest_ns: Option<i64>,
+    /// Whether the log or the session began while the platform rotated: when it began to is unknown.
+    pub is_from_start: bool,
+    /// Time of the last sample that shows it (ns).
+    pub last_ns: i64,
+}
+
+impl RotationSpell {
+    /// Rotation between two up directions about an axis, all in base axes (rad).
+    #[must_use]
+    pub fn rotation_between(
+        &self,
+        axis: &Vector3<f64>,
+        from: &Vector3<f64>,
+        to: &Vector3<f64>,
+    ) -> f64 {
+        rotation(from, to, axis)
+    }
+}
+
+/// Largest rotation considered (rad).
+const LARGEST: f64 = std::f64::consts::FRAC_PI_2;
+
+/// Probability of a rotation, one as likely as none beforehand.
+///
+/// ```text
+///     rotates: angle anywhere from 0 to 90 degrees,      does not: angle ~ N(0, sigma^2)
+/// ```
+pub(super) fn certainty(angle: f64, sigma: f64, witness: RotationWitness) -> f64 {
+    let density =
+        |x: f64| (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt());
+    let rotates = 1.0 / LARGEST;
+    witness.soundness() * rotates / (rotates + density(angle))
+}

@@ -1,0 +1,134 @@
+//! How measured joints of a suspension lean the platform.
+//!
+//! The plane through the wheels' centres, `z = s0 + s1 x + s2 y` above their places at zero posture, leans the platform
+//! by `(-s2, s1)`.
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use crate::dynamics::kinematics::{self, BodyMotion};
+use crate::geometry::coordinate::Coordinate;
+use crate::machine::Machine;
+use crate::state::{Sample, Sensor, Sensors, State};
+
+/// Displacement of a joint that shows whether it moves a wheel up or down (rad or m), and the least motion that counts (m).
+const TRIED: f64 = 0.05;
+const MOVES: f64 = 1e-6;
+
+/// The plane of the wheels.
+#[derive(Debug, Clone)]
+pub(super) struct SuspensionPlane {
+    machine: Machine,
+    /// By stream of joint states, its joints; none where no joint in it moves a wheel up or down.
+    streams: Vec<Vec<usize>>,
+    state: State<f64>,
+    coordinates: Vec<Coordinate<f64>>,
+    motions: Vec<BodyMotion<f64>>,
+    /// (s0, s1, s2) from the sums of the raised centres.
+    solve: Matrix3<f64>,
+    is_known: Vec<bool>,
+    lean: Option<Vector2<f64>>,
+}
+
+impl SuspensionPlane {
+    /// `None` where no measured joint moves a wheel up or down.
+    pub(super) fn new(machine: &Machine, sensors: &Sensors) -> Option<Self> {
+        let mut sum = Matrix3::zeros();
+        for wheel in machine.wheels() {
+            let row = Vector3::new(1.0, wheel.centre_at_zero.x, wheel.centre_at_zero.y);
+            sum += row * row.transpose();
+        }
+        let rest = BodyMotion::base(Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        let mut state = State::zero(machine);
+        for (motion, joint) in state.joints.iter_mut().zip(machine.joints()) {
+            motion.position = joint.constant.unwrap_or(0.0);
+        }
+        let mut plane = Self {
+            machine: machine.clone(),
+            streams: Vec::new(),
+            state,
+            coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
+            motions: vec![rest; machine.bodies.len()],
+            solve: sum.try_inverse()?,
+            is_known: vec![true; machine.joints().len()],
+            lean: None,
+        };
+        let at_zero = plane.heights();
+        let mut moves = vec![false; machine.joints().len()];
+        for (joint, moves) in moves.iter_mut().enumerate() {
+            if machine.joints()[joint].spins_wheel.is_some() {
+                continue;
+            }
+            let before = plane.state.joints[joint].position;
+            plane.state.joints[joint].position = before + TRIED;
+            let raised = plane.heights();
+            plane.state.joints[joint].position = before;
+            let mut changes = raised.iter().zip(&at_zero).map(|(a, b)| (a - b).abs());
+            *moves = changes.any(|change| change > MOVES);
+        }
+        let streams = sensors.joints.iter().map(|stream| {
+            let is_used = stream.joints.iter().any(|&joint| moves[joint]);
+            if is_used {
+                stream.joints.clone()
+            } else {
+                Vec::new()
+            }
+        });
+        plane.streams = streams.collect();
+        for stream in &plane.streams {
+            for &joint in stream.iter().filter(|&&joint| moves[joint]) {
+                plane.is_known[joint] = false;
+            }
+        }
+        (plane.is_known.iter().any(|known| !known)).then_some(plane)
+    }
+
+    /// Takes joint states; returns by how much they turn the platform, about x and y (rad).
+    pub(super) fn take(&mut self, sample: &Sample<'_>) -> Option<Vector2<f64>> {
+        let Sensor::Joints(stream) = sample.sensor else {
+            return None;
+        };
+        let joints = self
+            .streams
+            .get(stream)
+            .filter(|joints| !joints.is_empty())?;
+        for (&joint, &position) in joints.iter().zip(sample.values) {
+            if position.is_finite() {
+                self.state.joints[joint].position = position;
+                self.is_known[joint] = true;
+            }
+        }
+        if !self.is_known.iter().all(|known| *known) {
+            return None;
+        }
+        self.place();
+        let mut sums = Vector3::zeros();
+        for wheel in self.machine.wheels() {
+            let (motion, at_zero) = (&self.motions[wheel.body], wheel.centre_at_zero);
+            let centre = motion.origin + motion.rotation * wheel.centre_in_body;
+            sums += Vector3::new(1.0, at_zero.x, at_zero.y) * (centre.z - at_zero.z);
+        }
+        let plane = self.solve * sums;
+        let lean = Vector2::new(-plane.z, plane.y);
+        if !lean.iter().all(|v| v.is_finite()) {
+            return None;
+        }
+        let before = self.lean.replace(lean);
+        before.map(|before| lean - before)
+    }
+
+    fn place(&mut self) {
+        kinematics::coordinates(&self.machine, &self.state, &mut self.coordinates);
+        for (i, body) in self.machine.bodies.iter().enumerate().skip(1) {
+            self.motions[i] = self.motions[body.parent].carry_at_rest(body, &self.coordinates[i]);
+        }
+    }
+
+    fn heights(&mut self) -> Vec<f64> {
+        self.place();
+        let heights = self.machine.wheels().iter().map(|wheel| {
+            let motion = &self.motions[wheel.body];
+            (motion.origin + motion.rotation * wheel.centre_in_body).z
+        });
+        heights.collect()
+    }
+}

@@ -1,0 +1,521 @@
+//! Synthetic rotations: what must count, and what must not.
+
+#![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{PlatformRotation, RotationSpell, RotationWitness};
+use crate::machine::{LogFacts, Machine, MachineSpec};
+use crate::state::{Sample, Sensor, Sensors};
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const GRAVITY: f64 = 9.8066;
+const PERIOD_NS: i64 = 8_000_000;
+
+fn machine() -> Machine {
+    let spec = MachineSpec::from_toml(include_str!("../../../tests/data/rigid.toml"), "rigid.toml");
+    let urdf = include_str!("../../../tests/data/rigid.urdf");
+    let facts = LogFacts::default();
+    spec.unwrap().check(urdf, "rigid.urdf", facts).unwrap()
+}
+
+/// Roll to the right, pitch (nose down) and heading of the platform (rad), its speed (m/s), and its acceleration beyond
+/// gravity (m/s^2, base axes).
+#[derive(Debug, Clone, Copy, Default)]
+struct Pose {
+    roll: f64,
+    pitch: f64,
+    yaw: f64,
+    speed: f64,
+    acceleration: [f64; 3],
+}
+
+/// The ten values of an IMU.
+type Values = [f64; 10];
+
+/// What is wrong with an IMU, with its name.
+type NamedEdit<'a> = (&'a str, &'a dyn Fn(f64, &mut Values));
+
+/// A motion of so many seconds, and what is wrong with its IMU.
+struct Run<'a> {
+    seconds: f64,
+    pose: &'a dyn Fn(f64) -> Pose,
+    edit: &'a dyn Fn(f64, &mut Values),
+    /// Times without samples of the IMU (s).
+    gap: [f64; 2],
+}
+
+#[derive(Debug, Default)]
+struct Seen {
+    spells: Vec<(String, RotationSpell)>,
+    /// Seconds after the first sample at which each began, and the last one that stands at the end.
+    is_open: bool,
+}
+
+impl Seen {
+    fn only(&self) -> &(String, RotationSpell) {
+        assert_eq!(self.spells.len(), 1, "{self:?}");
+        &self.spells[0]
+    }
+}
+
+fn seconds(ns: i64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+impl Run<'_> {
+    fn watch(&self) -> Seen {
+        let machine = machine();
+        let sensors = Sensors {
+            joints: Vec::new(),
+            imu: true,
+            odometry: true,
+            tool_wrench: false,
+            actuators: Vec::new(),
+        };
+        let mut watch = PlatformRotation::new(&machine, &sensors);
+        let mut noise = Noise(7);
+        let mut seen = Seen::default();
+        let steps = (self.seconds * 1e9) as i64 / PERIOD_NS;
+        for step in 0..steps {
+            let stamp_ns = step * PERIOD_NS;
+            let time_s = seconds(stamp_ns);
+            let pose = (self.pose)(time_s);
+            if step % 5 == 0 {
+                let mut values = [0.0; 10];
+                values[0] = pose.speed + 0.008 * noise.next();
+                values[9] = 1.0;
+                watch.step(&Sample {
+                    sensor: Sensor::Odometry,
+                    stamp_ns,
+                    values: &values,
+                });
+            }
+            if self.gap[0] <= time_s && time_s < self.gap[1] {
+                continue;
+            }
+            let mut values = self.measured(time_s, &pose, &mut noise);
+            (self.edit)(time_s, &mut values);
+            watch.step(&Sample {
+                sensor: Sensor::Imu,
+                stamp_ns,
+                values: &values,
+            });
+            if let Some(ended) = watch.ended() {
+                seen.spells
+                    .push((watch.edge_name(ended.edge).into(), *ended));
+            }
+        }
+        if let Some(spell) = watch.spell() {
+            seen.spells
+                .push((watch.edge_name(spell.edge).into(), *spell));
+            seen.is_open = true;
+        }
+        seen
+    }
+
+    fn measured(&self, time_s: f64, pose: &Pose, noise: &mut Noise) -> Values {
+        let attitude =
+            |pose: &Pose| UnitQuaternion::from_euler_angles(pose.roll, pose.pitch, pose.yaw);
+        let now = attitude(pose);
+        let step_s = 1e-4;
+        let soon = attitude(&(self.pose)(time_s + step_s));
+        let turning = (now.inverse() * soon).scaled_axis() / step_s;
+        let up = now.inverse_transform_vector(&Vector3::z());
+        let force = up * GRAVITY + Vector3::from(pose.acceleration);
+        let tilt = Vector3::from_fn(|_, _| 8e-4 * noise.next());
+        let measured = now * UnitQuaternion::from_scaled_axis(tilt);
+        let mut values = [0.0; 10];
+        for axis in 0..3 {
+            values[axis] = force[axis] + 0.03 * noise.next();
+            values[3 + axis] = turning[axis] + 1e-3 * noise.next();
+        }
+        values[6..].copy_from_slice(measured.coords.as_slice());
+        values
+    }
+}
+
+/// Normal noise, the same in every run.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        let mut uniform = || {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (self.0 >> 40) as f64 / f64::from(1 << 24)
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+}
+
+const SOUND: &dyn Fn(f64, &mut Values) = &|_, _| {};
+const NO_GAP: [f64; 2] = [f64::MAX; 2];
+
+/// A fall to the right from `from_s` on that begins with so many degrees per second, up to 48 degrees, where the machine lies.
+/// The specific force of a falling platform hardly turns.
+fn fall(from_s: f64, first_rate: f64) -> impl Fn(f64) -> Pose {
+    move |time_s| {
+        let s = (time_s - from_s).max(0.0);
+        let growth = 2.2;
+        let free = first_rate * DEGREE / growth * (growth * s).sinh();
+        let roll = free.min(48.0 * DEGREE);
+        let hidden = if free < 48.0 * DEGREE {
+            0.7 * GRAVITY * roll.sin()
+        } else {
+            0.0
+        };
+        Pose {
+            roll,
+            acceleration: [0.0, -hidden, 0.0],
+            ..Pose::default()
+        }
+    }
+}
+
+fn run(seconds: f64, pose: &dyn Fn(f64) -> Pose) -> Seen {
+    edited(seconds, pose, SOUND)
+}
+
+fn edited(seconds: f64, pose: &dyn Fn(f64) -> Pose, edit: &dyn Fn(f64, &mut Values)) -> Seen {
+    Run {
+        seconds,
+        pose,
+        edit,
+        gap: NO_GAP,
+    }
+    .watch()
+}
+
+fn without_attitude(_: f64, values: &mut Values) {
+    values[6..].fill(f64::NAN);
+}
+
+fn smooth(time_s: f64, from_s: f64, to_s: f64) -> f64 {
+    let s = ((time_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0);
+    s * s * (3.0 - 2.0 * s)
+}
+
+#[test]
+fn falls_are_found_from_the_first_degrees_on() {
+    for (first_rate, most_degrees) in [(2.0, 6.0), (0.5, 6.0), (15.0, 8.0)] {
+        let seen = run(12.0, &fall(4.0, first_rate));
+        let (edge, spell) = seen.only();
+        assert_eq!(edge, "right");
+        assert!(seen.is_open && spell.largest > 46.0 * DEGREE, "{spell:?}");
+        assert_eq!(spell.witness, RotationWitness::Both);
+        assert!(spell.certainty > 0.999, "{spell:?}");
+        let at = fall(4.0, first_rate)(seconds(spell.certain_ns)).roll;
+        assert!(at < most_degrees * DEGREE, "{first_rate}: {}", at / DEGREE);
+        assert!(seconds(spell.left_ns) >= 4.0, "{spell:?}");
+        let rest_s = seconds(spell.at_rest_ns.unwrap());
+        assert!(
+            fall(4.0, first_rate)(rest_s).roll > 47.9 * DEGREE,
+            "{rest_s}"
+        );
+    }
+}
+
+#[test]
+fn machine_beyond_its_side_keeps_the_edge_that_it_fell_about() {
+    // Beyond 90 degrees of roll, the up direction points down in base axes, whatever the pitch.
+    for pitch in [-8.0, 8.0] {
+        let pose = |time_s: f64| {
+            let share = smooth(time_s, 4.0, 6.0);
+            Pose {
+                roll: 105.0 * DEGREE * share,
+                pitch: pitch * DEGREE * share,
+                ..Pose::default()
+            }
+        };
+        let seen = run(10.0, &pose);
+        let (edge, spell) = seen.only();
+        assert_eq!(edge, "right");
+        let largest = spell.largest / DEGREE;
+        assert!((100.0..110.0).contains(&largest), "{largest}");
+    }
+}
+
+#[test]
+fn gyro_without_attitude_shows_a_fall() {
+    let bias = |time_s: f64, values: &mut Values| {
+        without_attitude(time_s, values);
+        values[3] += 0.02;
+        values[4] -= 0.01;
+    };
+    let seen = edited(12.0, &fall(4.0, 2.0), &bias);
+    let (edge, spell) = seen.only();
+    assert_eq!(
+        (edge.as_str(), spell.witness),
+        ("right", RotationWitness::GyroAlone)
+    );
+    assert!(spell.largest > 44.0 * DEGREE && seen.is_open, "{spell:?}");
+}
+
+#[test]
+fn attitude_that_stands_still_does_not_hide_a_fall() {
+    let stuck = |time_s: f64, values: &mut Values| {
+        // with noise, so that its bits change
+        let tilt = UnitQuaternion::from_euler_angles(1e-3 * (91.0 * time_s).sin(), 1e-3, 0.0);
+        values[6..].copy_from_slice(tilt.coords.as_slice());
+    };
+    let seen = edited(12.0, &fall(4.0, 2.0), &stuck);
+    let (edge, spell) = seen.only();
+    assert_eq!(
+        (edge.as_str(), spell.witness),
+        ("right", RotationWitness::GyroNotAttitude)
+    );
+    assert!(spell.largest > 40.0 * DEGREE, "{spell:?}");
+    assert!(spell.certainty > 0.8 && spell.certainty < 0.95, "{spell:?}");
+    let frozen = |_: f64, values: &mut Values| {
+        values[6..].copy_from_slice(&[1e-3, 0.0, 0.0, 1.0]);
+    };
+    let seen = edited(12.0, &fall(4.0, 2.0), &frozen);
+    assert_eq!(seen.only().1.witness, RotationWitness::GyroAlone);
+}
+
+#[test]
+fn gyro_of_wrong_sign_does_not_hide_a_fall() {
+    let wrong = |_: f64, values: &mut Values| values[3] = -values[3];
+    let seen = edited(12.0, &fall(4.0, 2.0), &wrong);
+    let (edge, spell) = seen.only();
+    assert_eq!(edge, "right");
+    assert!(spell.largest > 46.0 * DEGREE, "{spell:?}");
+    assert!(
+        matches!(
+            spell.witness,
+            RotationWitness::AttitudeNotGyro | RotationWitness::Both
+        ),
+        "{spell:?}"
+    );
+    let silent = |_: f64, values: &mut Values| values[3..6].fill(0.0);
+    let seen = edited(12.0, &fall(4.0, 2.0), &silent);
+    assert_eq!(seen.only().0, "right");
+    assert!(seen.is_open);
+}
+
+#[test]
+fn fall_in_a_gap_is_found_after_it() {
+    for has_attitude in [true, false] {
+        let edit = |time_s: f64, values: &mut Values| {
+            if !has_attitude {
+                without_attitude(time_s, values);
+            }
+        };
+        let pose = fall(4.0, 4.0);
+        let run = Run {
+            seconds: 12.0,
+            pose: &pose,
+            edit: &edit,
+            gap: [3.0, 8.0],
+        };
+        let seen = run.watch();
+        let (edge, spell) = seen.only();
+        assert_eq!(edge, "right");
+        assert!(spell.angle > 42.0 * DEGREE && seen.is_open, "{spell:?}");
+        assert!(seconds(spell.certain_ns) < 9.5, "{spell:?}");
+    }
+}
+
+#[test]
+fn log_that_begins_in_a_fall_says_so() {
+    let pose = fall(-1.0, 3.0);
+    let seen = run(6.0, &pose);
+    let (edge, spell) = seen.only();
+    assert_eq!(edge, "right");
+    assert!(spell.is_from_start && seen.is_open, "{spell:?}");
+}
+
+#[test]
+fn fall_in_a_corner_at_speed_counts() {
+    let pose = |time_s: f64| Pose {
+        speed: 3.0,
+        yaw: 0.9 * (time_s - 2.0).max(0.0),
+        acceleration: [0.0, if time_s > 2.0 { 2.7 } else { 0.0 }, 0.0],
+        ..fall(5.0, 2.0)(time_s)
+    };
+    for edit in [SOUND, &without_attitude] {
+        let seen = edited(9.0, &pose, edit);
+        let (edge, spell) = seen.only();
+        assert_eq!(edge, "right");
+        assert!(seen.is_open && spell.largest > 35.0 * DEGREE, "{spell:?}");
+    }
+}
+
+#[test]
+fn fall_back_onto_the_wheels_ends() {
+    let pose = |time_s: f64| Pose {
+        roll: 9.0 * DEGREE * (smooth(time_s, 3.0, 4.0) - smooth(time_s, 4.5, 5.2)),
+        ..Pose::default()
+    };
+    let seen = run(10.0, &pose);
+    let (edge, spell) = seen.only();
+    assert!(!seen.is_open && edge == "right", "{seen:?}");
+    assert!((spell.largest / DEGREE - 9.0).abs() < 0.7, "{spell:?}");
+}
+
+/// Motions on all wheels.
+/// A motion with its name.
+type NamedMotion = (&'static str, Box<dyn Fn(f64) -> Pose>);
+
+fn sound_motions() -> Vec<NamedMotion> {
+    let ramp = |time_s: f64| Pose {
+        pitch: -15.0 * DEGREE * smooth(time_s, 4.0, 4.0 + 2.3 / 1.3),
+        speed: 1.3,
+        ..Pose::default()
+    };
+    let side_ramp = |time_s: f64| Pose {
+        roll: 15.0 * DEGREE * smooth(time_s, 4.0, 4.0 + 2.3 / 1.3),
+        speed: 1.3,
+        ..Pose::default()
+    };
+    let bump = |time_s: f64| Pose {
+        roll: 4.0 * DEGREE * (smooth(time_s, 4.0, 4.15) - smooth(time_s, 4.15, 4.35))
+            - 2.0 * DEGREE * (smooth(time_s, 4.3, 4.4) - smooth(time_s, 4.4, 4.6)),
+        speed: 2.0,
+        acceleration: [
+            0.0,
+            0.0,
+            3.0 * (40.0 * time_s).sin() * smooth(time_s, 4.0, 4.1),
+        ],
+        ..Pose::default()
+    };
+    let turn_on_slope = |time_s: f64| {
+        // a plane of 12 degrees, driven in circles
+        let yaw = 0.4 * time_s;
+        let slope = 12.0 * DEGREE;
+        let up = Vector3::new(slope.sin(), 0.0, slope.cos());
+        let in_plane = UnitQuaternion::rotation_between(&Vector3::z(), &up).unwrap();
+        let attitude = in_plane * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw);
+        let (roll, pitch, yaw) = attitude.euler_angles();
+        Pose {
+            roll,
+            pitch,
+            yaw,
+            speed: if time_s > 1.5 { 1.5 } else { 0.0 },
+            ..Pose::default()
+        }
+    };
+    let shaken = |time_s: f64| Pose {
+        acceleration: [
+            4.0 * (220.0 * time_s).sin(),
+            4.0 * (219.0 * time_s).cos(),
+            4.0 * (221.0 * time_s).sin(),
+        ],
+        ..Pose::default()
+    };
+    let leaning = |time_s: f64| Pose {
+        roll: 0.7 * DEGREE * (0.8 * time_s).sin(),
+        pitch: 0.5 * DEGREE * (1.3 * time_s).sin(),
+        ..Pose::default()
+    };
+    let braking = |time_s: f64| Pose {
+        speed: (3.0 - 4.0 * (time_s - 5.0).max(0.0)).max(0.0),
+        pitch: 1.0 * DEGREE * (smooth(time_s, 5.0, 5.2) - smooth(time_s, 5.7, 5.9)),
+        acceleration: [
+            if (5.0..5.75).contains(&time_s) {
+                -4.0
+            } else {
+                0.0
+            },
+            0.0,
+            0.0,
+        ],
+        ..Pose::default()
+    };
+    vec![
+        ("ramp", Box::new(ramp)),
+        ("side ramp", Box::new(side_ramp)),
+        ("bump", Box::new(bump)),
+        ("turn on a slope", Box::new(turn_on_slope)),
+        ("vibration", Box::new(shaken)),
+        ("leaning", Box::new(leaning)),
+        ("braking", Box::new(braking)),
+    ]
+}
+
+#[test]
+fn motions_on_all_wheels_do_not_count() {
+    for (name, pose) in sound_motions() {
+        for (sensor, edit) in [("both", SOUND), ("gyro", &without_attitude)] {
+            let seen = edited(16.0, &pose, edit);
+            assert!(seen.spells.is_empty(), "{name}, {sensor}: {seen:?}");
+        }
+    }
+}
+
+#[test]
+fn wrong_samples_and_biases_do_not_count() {
+    let still = |_: f64| Pose::default();
+    let spike = |time_s: f64, values: &mut Values| {
+        if (time_s - 4.0).abs() < 5e-3 {
+            values[3] = 5.5;
+            values[6..].copy_from_slice(&[0.5, 0.0, 0.0, 0.866]);
+        }
+    };
+    let bias = |_: f64, values: &mut Values| values[3] += 0.1;
+    let late_bias = |time_s: f64, values: &mut Values| {
+        values[3] += if time_s > 5.0 { 0.06 } else { 0.0 };
+    };
+    let stuck = |time_s: f64, values: &mut Values| {
+        values[3] += if time_s > 5.0 { 0.6 } else { 0.0 };
+    };
+    let jump = |time_s: f64, values: &mut Values| {
+        if time_s > 5.0 {
+            let turned = UnitQuaternion::from_euler_angles(0.4, 0.0, 1e-3 * (50.0 * time_s).sin());
+            values[6..].copy_from_slice(turned.coords.as_slice());
+        }
+    };
+    let edits: [NamedEdit<'_>; 5] = [
+        ("spike", &spike),
+        ("bias", &bias),
+        ("late bias", &late_bias),
+        ("stuck gyro", &stuck),
+        ("attitude jumps", &jump),
+    ];
+    for (name, edit) in edits {
+        let seen = edited(14.0, &still, edit);
+        assert!(seen.spells.is_empty(), "{name}: {seen:?}");
+    }
+    let alone: [NamedEdit<'_>; 3] = [
+        ("spike", &spike),
+        ("bias", &bias),
+        ("late bias", &late_bias),
+    ];
+    for (name, edit) in alone {
+        let edit = |time_s: f64, values: &mut Values| {
+            edit(time_s, values);
+            without_attitude(time_s, values);
+        };
+        let seen = edited(14.0, &still, &edit);
+        assert!(seen.spells.is_empty(), "{name}, gyro alone: {seen:?}");
+    }
+}
+
+#[test]
+fn no_byte_sequence_stops_it() {
+    let sensors = Sensors {
+        joints: Vec::new(),
+        imu: true,
+        odometry: true,
+        tool_wrench: false,
+        actuators: Vec::new(),
+    };
+    let mut watch = PlatformRotation::new(&machine(), &sensors);
+    let wild = [f64::NAN, f64::INFINITY, -1e300, 0.0, 1e-310, 1.0];
+    let mut noise = Noise(3);
+    for step in 0..4000 {
+        let values: Vec<f64> = (0..10)
+            .map(|_| wild[(noise.next().abs() * 2.0) as usize % 6])
+            .collect();
+        let stamps = [i64::MIN, step * PERIOD_NS, i64::MAX, 0];
+        let sensor = [Sensor::Imu, Sensor::Odometry, Sensor::Joints(0)][step as usize % 3];
+        watch.step(&Sample {
+            sensor,
+            stamp_ns: stamps[(noise.next().abs() * 3.0) as usize % 4],
+            values: &values[..(step as usize % 11)],
+        });
+    }
+}

@@ -1,0 +1,442 @@
+//! The watch over the rotation of a platform, sample by sample.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::attitude::UpByAttitude;
+use super::edges::Edges;
+use super::gyro::UpByGyro;
+use super::reference::{Claim, Reference, Step};
+use super::speed::Speed;
+use super::spell::{RotationSpell, RotationWitness, certainty};
+use super::suspension::SuspensionPlane;
+use crate::machine::{Machine, rotation_in_body};
+use crate::state::{Sample, Sensor, Sensors};
+
+/// A rotation of so many standard deviations is certain.
+const CERTAIN: f64 = 3.3;
+/// For so many samples, and for so long (ns).
+const SAMPLES: u32 = 3;
+const LASTING_NS: i64 = 30_000_000;
+/// Share of a rotation that the other source must show to agree.
+const AGREES: f64 = 0.5;
+/// Share of a rotation that the specific force must show to support it, and the least of it (rad), standing and moving.
+const SUPPORTS: f64 = 0.15;
+const LEAST_SUPPORT: [f64; 2] = [2.0 * DEGREE, 12.0 * DEGREE];
+/// Share of gravity by which the specific force of a machine on its wheels may differ from it.
+const STEADY_WEIGHT: f64 = 0.04;
+/// A platform is back at less than so many standard deviations, at less than this rate (rad/s), for so long (s).
+const BACK: f64 = 1.0;
+const BACK_RATE: f64 = 5.0 * DEGREE;
+const BACK_S: f64 = 0.5;
+/// A platform that drives on so many of its lengths at less than this rotation (rad) stands on its wheels.
+const DRIVEN_LENGTHS: f64 = 5.0;
+const DRIVEN: f64 = 30.0 * DEGREE;
+/// A platform at rest on its side: rate (rad/s), for so long (ns).
+const REST_RATE: f64 = 3.0 * DEGREE;
+const REST_NS: i64 = 200_000_000;
+/// Rotation from which a platform at rest lies on its side (rad).
+const ON_SIDE: f64 = 20.0 * DEGREE;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// Follows the rotation of a platform about the edges of its support polygon from raw samples, in order of arrival.
+///
+/// It needs no filter and no masses, and works offline and live. A step never allocates.
+#[derive(Debug, Clone)]
+pub struct PlatformRotation {
+    edges: Edges,
+    /// Axes of the IMU in the base; `None` where it is not on the base.
+    base_from_imu: Option<Matrix3<f64>>,
+    speed: Speed,
+    suspension: Option<SuspensionPlane>,
+    gyro: UpByGyro,
+    attitude: UpByAttitude,
+    by_gyro: Source,
+    by_attitude: Source,
+    max_gap_ns: i64,
+    last_ns: Option<i64>,
+    last_speed: f64,
+    spell: Option<RotationSpell>,
+    ended: Option<RotationSpell>,
+    /// How long the platform has been back, or has rested (s, ns).
+    back_s: f64,
+    still_ns: Option<i64>,
+    driven: f64,
+}
+
+/// A source of the up direction.
+#[derive(Debug, Clone, Default)]
+struct Source {
+    reference: Reference,
+    last: Option<Shown>,
+    /// For how many samples, and since when, it has claimed a rotation.
+    claimed: Option<(u32, i64)>,
+}
+
+/// What a source shows.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    at_ns: i64,
+    up: Vector3<f64>,
+    rate: Vector3<f64>,
+}
+
+impl PlatformRotation {
+    /// A watch before its first sample.
+    #[must_use]
+    pub fn new(machine: &Machine, sensors: &Sensors) -> Self {
+        let imu = machine.imu();
+        let base_from_imu = (sensors.imu && imu.body == 0).then(|| rotation_in_body(imu));
+        let max_gap_s = machine.estimator().max_gap;
+        Self {
+            edges: Edges::of(machine),
+            speed: Speed::new(machine, sensors),
+            suspension: SuspensionPlane::new(machine, sensors),
+            gyro: UpByGyro::new(machine.gravity(), max_gap_s),
+            attitude: UpByAttitude::new(base_from_imu.unwrap_or_else(Matrix3::identity), max_gap_s),
+            base_from_imu,
+            by_gyro: Source::default(),
+            by_attitude: Source::default(),
+            max_gap_ns: (max_gap_s * 1e9) as i64,
+            last_ns: None,
+            last_speed: 0.0,
+            spell: None,
+            ended: None,
+            back_s: 0.0,
+            still_ns: None,
+            driven: 0.0,
+        }
+    }
+
+    /// The rotation that stands; `None` while the platform is on its supports as far as its motion shows.
+    #[must_use]
+    pub fn spell(&self) -> Option<&RotationSpell> {
+        self.spell.as_ref()
+    }
+
+    /// The rotation that ended with the last sample.
+    #[must_use]
+    pub fn ended(&self) -> Option<&RotationSpell> {
+        self.ended.as_ref()
+    }
+
+    /// Name of an edge.
+    #[must_use]
+    pub fn edge_name(&self, edge: usize) -> &str {
+        self.edges.all.get(edge).map_or("", |edge| &edge.name)
+    }
+
+    /// Unit vector along an edge in base axes: a positive rotation about it is outwards.
+    #[must_use]
+    pub fn axis(&self, edge: usize) -> Vector3<f64> {
+        (self.edges.all.get(edge)).map_or_else(Vector3::zeros, |edge| edge.axis)
+    }
+
+    /// Up direction and angular velocity by gyro and by attitude (base axes), as far as they were measured at this stamp.
+    #[must_use]
+    pub fn shown_at(&self, stamp_ns: i64) -> [Option<[Vector3<f64>; 2]>; 2] {
+        let of = |source: &Source| {
+            let shown = source.last.filter(|shown| shown.at_ns == stamp_ns)?;
+            Some([shown.up, shown.rate])
+        };
+        [of(&self.by_gyro), of(&self.by_attitude)]
+    }
+
+    /// Takes a sample as it was measured.
+    pub fn step(&mut self, sample: &Sample<'_>) {
+        self.ended = None;
+        match sample.sensor {
+            Sensor::Joints(_) => {
+                self.speed.take(sample);
+                let leant = self.suspension.as_mut().and_then(|it| it.take(sample));
+                if let Some(leant) = leant {
+                    self.by_gyro.reference.lean(&leant);
+                    self.by_attitude.reference.lean(&leant);
+                }
+            }
+            Sensor::Odometry => {
+                self.speed.take(sample);
+                if self.base_from_imu.is_none() {
+                    self.take_motion(sample, &Matrix3::identity());
+                }
+            }
+            Sensor::Imu => {
+                if let Some(base_from_imu) = self.base_from_imu {
+                    self.take_motion(sample, &base_from_imu);
+                }
+            }
+            Sensor::ToolWrench | Sensor::Actuator(_) => {}
+        }
+    }
+
+    /// Takes the ten values of an IMU or of odometry: three, angular velocity, orientation.
+    fn take_motion(&mut self, sample: &Sample<'_>, base_from_sensor: &Matrix3<f64>) {
+        let &[x, y, z, turning_x, turning_y, turning_z, ref xyzw @ ..] = sample.values else {
+            return;
+        };
+        let now_ns = sample.stamp_ns;
+        let force = (sample.sensor == Sensor::Imu)
+            .then(|| base_from_sensor * Vector3::new(x, y, z))
+            .filter(|force| force.iter().all(|f| f.is_finite()));
+        let turning = base_from_sensor * Vector3::new(turning_x, turning_y, turning_z);
+        let speed = self.speed.at(now_ns);
+        let assumed = Speed::assumed(speed);
+        let stands = self.spell.is_some();
+        let by_attitude = self.attitude.step(now_ns, xyzw, speed);
+        let of_attitude = self.attitude.up(now_ns);
+        self.skip_gap(now_ns, assumed);
+        // the angular velocity of an odometry is part of its attitude, or that of a plane
+        let by_gyro = match sample.sensor {
+            Sensor::Imu => (self.gyro).step(now_ns, &turning, force, speed, of_attitude),
+            _ => None,
+        };
+        if let (Sensor::Odometry, Some(shown)) = (sample.sensor, &by_attitude)
+            && turning.z.is_finite()
+        {
+            self.by_attitude.reference.turn(turning.z * shown.dt);
+        }
+        if let Some(shown) = by_gyro {
+            let yaw = shown.rate.z * shown.dt;
+            self.by_gyro.reference.turn(yaw);
+            self.by_attitude.reference.turn(yaw);
+            let across = shown.rate - shown.up * shown.up.dot(&shown.rate);
+            let step = Step {
+                now_ns,
+                dt: shown.dt,
+                up: shown.up,
+                sigma: shown.sigma,
+                rate: across.norm(),
+                speed: assumed,
+                is_quiet: shown.is_quiet,
+            };
+            self.by_gyro.take(&step, shown.rate, &self.edges, stands);
+        }
+        if let Some(shown) = by_attitude {
+            let step = Step {
+                now_ns,
+                dt: shown.dt,
+                up: shown.up,
+                sigma: shown.sigma,
+                rate: shown.rate.norm(),
+                speed: assumed,
+                is_quiet: shown.is_quiet,
+            };
+            self.by_attitude
+                .take(&step, shown.rate, &self.edges, stands);
+        }
+        if by_gyro.is_none() && by_attitude.is_none() {
+            return;
+        }
+        match self.spell {
+            Some(spell) => {
+                let dt = by_gyro.map_or_else(|| by_attitude.map_or(0.0, |it| it.dt), |it| it.dt);
+                self.driven += assumed * dt;
+                self.go_on(spell, now_ns, dt);
+            }
+            None => self.begin(now_ns, speed),
+        }
+    }
+
+    /// What lies under the machine after a gap is as unknown as how far it travelled in it.
+    fn skip_gap(&mut self, now_ns: i64, speed: f64) {
+        let last_ns = self.last_ns.replace(now_ns);
+        let speed = std::mem::replace(&mut self.last_speed, speed).max(speed);
+        let gap_ns = last_ns.map_or(0, |last_ns| now_ns.saturating_sub(last_ns));
+        if gap_ns > self.max_gap_ns {
+            let travelled = speed * gap_ns as f64 * 1e-9;
+            self.by_gyro.reference.skip(travelled);
+            self.by_attitude.reference.skip(travelled);
+        }
+    }
+
+    /// The source that shows a rotation or the other one, if it is up to date.
+    fn source(&self, is_gyro: bool, now_ns: i64) -> Option<(&Source, Shown)> {
+        let source = if is_gyro {
+            &self.by_gyro
+        } else {
+            &self.by_attitude
+        };
+        let shown =
+            (source.last).filter(|shown| now_ns.saturating_sub(shown.at_ns) <= self.max_gap_ns)?;
+        Some((source, shown))
+    }
+
+    /// Begins a spell where a source shows one that is not refuted.
+    fn begin(&mut self, now_ns: i64, speed: Option<f64>) {
+        let mut best: Option<(bool, RotationWitness)> = None;
+        for is_gyro in [true, false] {
+            let source = if is_gyro {
+                &self.by_gyro
+            } else {
+                &self.by_attitude
+            };
+            let lasts = source.claimed.is_some_and(|(samples, since_ns)| {
+                samples >= SAMPLES && now_ns.saturating_sub(since_ns) >= LASTING_NS
+            });
+            if !lasts {
+                continue;
+            }
+            let witness = self.witness(is_gyro, now_ns, speed);
+            let is_better = |(_, before): (bool, RotationWitness)| {
+                witness.is_some_and(|witness| witness.soundness() > before.soundness())
+            };
+            if let Some(witness) = witness.filter(|_| best.is_none_or(is_better)) {
+                best = Some((is_gyro, witness));
+            }
+        }
+        let Some((is_gyro, witness)) = best else {
+            return;
+        };
+        let source = if is_gyro {
+            &self.by_gyro
+        } else {
+            &self.by_attitude
+        };
+        let (reference, claim) = (&source.reference, source.reference.claim);
+        let axis = self.edges.all[claim.edge].axis;
+        self.spell = Some(RotationSpell {
+            edge: claim.edge,
+            left_ns: reference.left_ns.unwrap_or(now_ns),
+            certain_ns: now_ns,
+            angle: claim.angle,
+            rate: source.last.map_or(0.0, |shown| axis.dot(&shown.rate)),
+            largest: claim.angle,
+            largest_ns: now_ns,
+            sigma: claim.sigma,
+            witness,
+            certainty: certainty(claim.angle, claim.sigma, witness),
+            at_rest_ns: None,
+            is_from_start: reference.is_assumed(),
+            last_ns: now_ns,
+        });
+        (self.back_s, self.still_ns, self.driven) = (0.0, None, 0.0);
+    }
+
+    /// What shows the claim of a source; `None` if the other source and the specific force refute it.
+    fn witness(&self, is_gyro: bool, now_ns: i64, speed: Option<f64>) -> Option<RotationWitness> {
+        use RotationWitness::{AttitudeAlone, AttitudeNotGyro, Both, GyroAlone, GyroNotAttitude};
+        let source = if is_gyro {
+            &self.by_gyro
+        } else {
+            &self.by_attitude
+        };
+        let claim = source.reference.claim;
+        let axis = self.edges.all[claim.edge].axis;
+        let is_measured = !is_gyro || !self.attitude.is_frozen(now_ns);
+        let other = self.source(!is_gyro, now_ns).filter(|_| is_measured);
+        let [alone, against] = match is_gyro {
+            true => [GyroAlone, GyroNotAttitude],
+            false => [AttitudeAlone, AttitudeNotGyro],
+        };
+        let Some((other, shown)) = other else {
+            let refuted = is_gyro && speed == Some(0.0) && self.is_force_steady(&claim, source);
+            return (!refuted).then_some(alone);
+        };
+        let angle = other.reference.rotation(&shown.up, &axis).unwrap_or(0.0);
+        if angle >= AGREES * claim.angle {
+            return Some(Both);
+        }
+        let Some(force) = self.gyro.force_direction() else {
+            // nothing decides between both: a gyro may drift, an attitude does not
+            return (!is_gyro).then_some(against);
+        };
+        let by_force = source.reference.rotation(&force, &axis)?;
+        let least = LEAST_SUPPORT[usize::from(speed != Some(0.0))];
+        (by_force >= least.max(SUPPORTS * claim.angle)).then_some(against)
+    }
+
+    /// Whether the specific force stays where it is on the wheels: that of a falling machine does not, whichever way it goes.
+    fn is_force_steady(&self, claim: &Claim, source: &Source) -> bool {
+        let Some(share) = self.gyro.weight_share() else {
+            return false;
+        };
+        let turned = (self.gyro.force_direction())
+            .and_then(|force| source.reference.apart(&force))
+            .unwrap_or(0.0);
+        turned < LEAST_SUPPORT[0].max(SUPPORTS * claim.angle) && share.abs() < STEADY_WEIGHT
+    }
+
+    /// Follows a spell, and ends it once the platform is back.
+    fn go_on(&mut self, mut spell: RotationSpell, now_ns: i64, dt: f64) {
+        use RotationWitness::{AttitudeNotGyro, Both, GyroNotAttitude};
+        let is_gyro = spell.witness.is_by_gyro();
+        let Some((source, shown)) = self.source(is_gyro, now_ns) else {
+            return;
+        };
+        // a platform that falls over a corner ends on the edge that it rotates about most
+        if self.edges.all.len() > 1 && shown.at_ns == now_ns {
+            let claim = source.reference.claim;
+            if claim.angle > 1.2 * spell.angle.max(spell.largest) {
+                spell.edge = claim.edge;
+            }
+        }
+        let axis = self.edges.all[spell.edge].axis;
+        let Some(angle) = source.reference.rotation(&shown.up, &axis) else {
+            return;
+        };
+        spell.angle = angle;
+        spell.rate = axis.dot(&shown.rate);
+        spell.last_ns = now_ns;
+        if angle > spell.largest {
+            (spell.largest, spell.largest_ns) = (angle, now_ns);
+        }
+        let is_measured = !is_gyro || !self.attitude.is_frozen(now_ns);
+        let other = self.source(!is_gyro, now_ns).filter(|_| is_measured);
+        if let Some((other, shown)) = other {
+            let of_other = other.reference.rotation(&shown.up, &axis).unwrap_or(0.0);
+            let agrees = of_other >= AGREES * spell.largest;
+            spell.witness = match spell.witness {
+                _ if agrees => Both,
+                // what agreed before does not count as a contradiction while the platform comes back
+                Both => Both,
+                _ if angle < AGREES * spell.largest => spell.witness,
+                _ if is_gyro => GyroNotAttitude,
+                _ => AttitudeNotGyro,
+            };
+        }
+        let certain = certainty(spell.largest, spell.sigma, spell.witness);
+        spell.certainty = certain;
+        let is_still = spell.rate.abs() < REST_RATE && angle >= ON_SIDE;
+        if !is_still {
+            self.still_ns = None;
+            spell.at_rest_ns = None;
+        } else {
+            let since_ns = *self.still_ns.get_or_insert(now_ns);
+            if now_ns.saturating_sub(since_ns) >= REST_NS {
+                spell.at_rest_ns.get_or_insert(since_ns);
+            }
+        }
+        let is_back = angle < BACK * spell.sigma && spell.rate.abs() < BACK_RATE;
+        self.back_s = if is_back { self.back_s + dt } else { 0.0 };
+        let is_driven = self.driven > DRIVEN_LENGTHS * self.edges.length && angle < DRIVEN;
+        if self.back_s >= BACK_S || is_driven {
+            self.ended = Some(spell);
+            self.spell = None;
+            for source in [&mut self.by_gyro, &mut self.by_attitude] {
+                source.claimed = None;
+                if let Some(shown) = source.last {
+                    source.reference.begin(shown.up);
+                }
+            }
+            return;
+        }
+        self.spell = Some(spell);
+    }
+}
+
+impl Source {
+    fn take(&mut self, step: &Step, rate: Vector3<f64>, edges: &Edges, stands: bool) {
+        self.reference.step(step, edges, stands);
+        self.last = Some(Shown {
+            at_ns: step.now_ns,
+            up: step.up,
+            rate,
+        });
+        self.claimed = match self.reference.claim.sigmas() >= CERTAIN {
+            true => {
+                let (samples, since_ns) = self.claimed.unwrap_or((0, step.now_ns));
+                Some((samples.saturating_add(1), since_ns))
+            }
+            false => None,
+        };
+    }
+}
