@@ -17,7 +17,8 @@ const MOVES: f64 = 1e-6;
 /// The plane of the wheels.
 #[derive(Debug, Clone)]
 pub(super) struct SuspensionPlane {
-    machine: Machine,
+    /// In the heap: the estimator is moved by value, and this is most of it.
+    machine: Box<Machine>,
     /// By stream of joint states, its joints; none where no joint in it moves a wheel up or down.
     streams: Vec<Vec<usize>>,
     state: State<f64>,
@@ -43,7 +44,7 @@ impl SuspensionPlane {
             motion.position = joint.constant.unwrap_or(0.0);
         }
         let mut plane = Self {
-            machine: machine.clone(),
+            machine: Box::new(machine.clone()),
             streams: Vec::new(),
             state,
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],

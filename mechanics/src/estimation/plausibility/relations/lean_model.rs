@@ -35,7 +35,8 @@ const LEAST_LOAD: f64 = 0.02;
 /// The model, and what it remembers.
 #[derive(Debug, Clone)]
 pub(super) struct LeanModel {
-    machine: Machine,
+    /// In the heap: the estimator is moved by value, and this is most of it.
+    machine: Box<Machine>,
     state: State<f64>,
     coordinates: Vec<Coordinate<f64>>,
     pub(super) motions: Vec<BodyMotion<f64>>,
@@ -150,7 +151,7 @@ impl LeanModel {
             up: LowPass::new(STANDING_S),
             lean: smoothed(),
             momentum: smoothed(),
-            machine: machine.clone(),
+            machine: Box::new(machine.clone()),
         })
     }
 
