@@ -25,3 +25,4 @@ mod shards; // a fleet split over processes
 mod sizes; // small outputs
 mod summary_schema; // the published JSON schema
 mod support;
+mod urdf; // URDFs as robots have them

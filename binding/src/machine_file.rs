@@ -1,5 +1,6 @@
 //! Reads a machine file and its URDF (Unified Robot Description Format).
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use tipwatch_ingest::{Log, robot_description};
@@ -18,6 +19,8 @@ pub struct MachineFile {
     pub spec: MachineSpec,
     /// Its text, for hashing.
     pub text: String,
+    /// Whether impossible inertias are accepted by option and not by a key.
+    accepts_by_option: bool,
 }
 
 /// The text of a URDF and its origin, for error messages.
@@ -60,6 +63,12 @@ pub enum MachineFileError {
         /// The URDF that was given.
         given: PathBuf,
     },
+    /// Impossible inertias were accepted by option, and the machine file does not accept them.
+    #[error("{}: expected no --accept-inertias beside accept_inertias = false, found both; remove one", file.display())]
+    RefusesInertias {
+        /// The machine file.
+        file: PathBuf,
+    },
     /// No URDF was given.
     #[error("{}: expected urdf = \"...\" in the machine file or {elsewhere}, found neither", file.display())]
     NoUrdf {
@@ -101,6 +110,7 @@ impl MachineFile {
             path: path.into(),
             spec: MachineSpec::from_toml(text, &path.display().to_string())?,
             text: text.into(),
+            accepts_by_option: false,
         })
     }
 
@@ -127,6 +137,31 @@ impl MachineFile {
         }
         self.spec.urdf = Some(found.display().to_string());
         Ok(self)
+    }
+
+    /// The same with impossible inertias of the URDF accepted, as `accept_inertias = true` in the machine file does.
+    ///
+    /// # Errors
+    /// The machine file says that they are not.
+    pub fn accepting_inertias(mut self) -> Result<Self, MachineFileError> {
+        match self.spec.accept_inertias {
+            Some(true) => {}
+            Some(false) => return Err(MachineFileError::RefusesInertias { file: self.path }),
+            None => {
+                self.spec.accept_inertias = Some(true);
+                self.accepts_by_option = true;
+            }
+        }
+        Ok(self)
+    }
+
+    /// The text of a machine file that describes this machine: its own, with what an option added to it.
+    #[must_use]
+    pub fn effective_text(&self) -> Cow<'_, str> {
+        match self.accepts_by_option {
+            true => Cow::Owned(format!("accept_inertias = true # by option\n{}", self.text)),
+            false => Cow::Borrowed(&self.text),
+        }
     }
 
     /// Path of a file that the machine file names, relative to it.

@@ -78,6 +78,140 @@ fn wrong_units_are_refused_with_the_likely_unit() {
 }
 
 #[test]
+fn nonsense_is_refused_with_the_likely_unit() {
+    use Template::{Forklift, Forwarder, MobileCrane, WheelLoader};
+    const BOOM: &str = "range = [-45, 42], at = -36";
+    let likely: [(Template, &str, &str, &[&str]); 18] = [
+        (
+            WheelLoader,
+            "length = 1.15",
+            "length = 13",
+            &["arm.tool.length", "0 to 5 m", "\"13 in\""],
+        ),
+        (
+            WheelLoader,
+            "length = 1.15",
+            "length = 1150",
+            &["arm.tool.length", "\"1150 mm\""],
+        ),
+        (
+            WheelLoader,
+            "width = \"2490 mm\"",
+            "width = 1.2",
+            &["width: ", "the track"],
+        ),
+        (
+            WheelLoader,
+            "length = 6.2 ",
+            "length = 2.5 ",
+            &["length: ", "the wheelbase"],
+        ),
+        (
+            WheelLoader,
+            "height = \"3280 mm\"",
+            "height = \"328 mm\"",
+            &["axles[0].tyre", "lower than the machine", "20.5R25"],
+        ),
+        (
+            WheelLoader,
+            "= \"430 mm\"",
+            "= 4.3",
+            &["axles[0].tyre", "ground_clearance"],
+        ),
+        (
+            WheelLoader,
+            "tyre = \"20.5R25\"",
+            "tyre = \"200x50\"",
+            &["axles[0].tyre"],
+        ),
+        (
+            WheelLoader,
+            "mass = \"2.9 t\"",
+            "mass = 2.9",
+            &["arm.mass", "\"2.9 t\""],
+        ),
+        (
+            WheelLoader,
+            "mass = \"1250 kg\"",
+            "mass = 1.25",
+            &["arm.tool.mass", "\"1.25 t\""],
+        ),
+        (
+            WheelLoader,
+            BOOM,
+            "range = [-400, 420], at = -36",
+            &[
+                "segments[0].range",
+                "2 to 360 degrees",
+                "tenths of a degree",
+            ],
+        ),
+        (
+            WheelLoader,
+            BOOM,
+            "range = [-0.79, 0.73], at = -0.6",
+            &["segments[0].range", "\"0.73 rad\""],
+        ),
+        (
+            MobileCrane,
+            "base = 6.2",
+            "base = 0.6",
+            &["outriggers[0].base", "the track is", "pad"],
+        ),
+        (
+            MobileCrane,
+            "base = 6.2",
+            "base = 1.9",
+            &["outriggers[0].base", "both sides together"],
+        ),
+        (
+            MobileCrane,
+            "base = 6.2",
+            "base = 6200",
+            &["outriggers[0].base", "\"6200 mm\""],
+        ),
+        (
+            MobileCrane,
+            "base = 6.2",
+            "base = 6.2\nset = 3",
+            &["outriggers[0].set", "`3`", "true, false", "left = { topic"],
+        ),
+        (
+            Forwarder,
+            "bore = \"150 mm\"",
+            "bore = 1.5",
+            &["cylinder.bore"],
+        ),
+        (
+            Forwarder,
+            "bore = \"150 mm\"",
+            "bore = true",
+            &[
+                "arm.segments[",
+                ".cylinder.bore: ",
+                "a length [m]",
+                "\"3300 mm\"",
+            ],
+        ),
+        (
+            Forklift,
+            "name = \"forks\"",
+            "name = 7",
+            &["arm.tool.name", "`7`", "string"],
+        ),
+    ];
+    for (template, from, to, words) in likely {
+        let message = refusal(template, from, to);
+        for word in words {
+            assert!(message.contains(word), "{to}: {word}: {message}");
+        }
+        for leak in ["untagged", "did not match any variant", "struct "] {
+            assert!(!message.contains(leak), "{to}: {leak}: {message}");
+        }
+    }
+}
+
+#[test]
 fn contradictions_are_refused() {
     use Template::{Forklift, Forwarder, MobileCrane, TruckCrane, WheelLoader};
     for (template, from, to, expected) in [
@@ -155,7 +289,7 @@ fn contradictions_are_refused() {
             WheelLoader,
             "tyre = \"20.5R25\"",
             "tyre = \"round\"",
-            "designation",
+            "designation such as",
         ),
         (
             WheelLoader,

@@ -16,6 +16,8 @@ mod closed_form_properties;
 mod closed_form_refusals;
 // Sensitivities against dual numbers and differences.
 mod derivatives;
+// Values of the machine file in several forms, and their errors.
+mod forms;
 // The hydraulics of the machine file.
 mod hydraulic_parameters;
 // Where the IMU is mounted: machine file, URDF or log.
@@ -37,6 +39,8 @@ mod prediction;
 mod quantities;
 // Machine files that are refused, and why.
 mod refusals;
+// URDFs as robots have them.
+mod urdf;
 // The analytic model against reference numbers.
 mod val_closed_form;
 // The ground wrench against Pinocchio.

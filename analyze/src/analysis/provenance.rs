@@ -51,6 +51,9 @@ pub(super) fn provenance(
             .iter()
             .map(|file| hash_file(file))
             .collect::<Result<_>>()?,
+        replaced_inertias: (loaded.machine.replaced_inertias().iter())
+            .map(Into::into)
+            .collect(),
         imu_mounting: loaded.machine.imu().source.clone(),
     })
 }

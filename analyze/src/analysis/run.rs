@@ -210,7 +210,7 @@ fn analyse_with<S: RowSink>(
         notes.splice(0..0, imu_check::note(machine, &gathered.seen.mounting));
     }
     let sources = Sources {
-        machine_file: file.text.clone(),
+        machine_file: file.effective_text().into_owned(),
         urdf: loaded.urdf_text,
     };
     let signals = loaded.signals.par_iter().map(|signal| Input {

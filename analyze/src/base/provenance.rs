@@ -5,6 +5,7 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tipwatch_mechanics::machine::ImpossibleInertia;
 
 use super::file_hash::FileHash;
 use super::recovered::RecoveredFrom;
@@ -39,12 +40,48 @@ pub struct Provenance {
     /// The DBC files that describe CAN messages; absent without CAN signals.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dbc_files: Vec<FileHash>,
+    /// Impossible inertias of the URDF and what replaced them; absent without any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub replaced_inertias: Vec<ReplacedInertia>,
     /// Mounting of the inertial measurement unit (IMU) and its source.
     pub imu_mounting: String,
     /// Whether, when and with what result the machine was commissioned.
     pub commissioning: String,
     /// The result of the commissioning; null without one.
     pub commissioning_file: Option<FileHash>,
+}
+
+/// An inertia of the URDF that no body can have, and what was used instead.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ReplacedInertia {
+    /// Name of the link.
+    pub link: String,
+    /// Its mass (kg).
+    pub mass_kg: f64,
+    /// What is wrong with the stated inertia.
+    pub fault: String,
+    /// Principal moments as stated, ascending (kg m^2).
+    pub stated_kg_m2: [f64; 3],
+    /// Principal moments that were used, ascending (kg m^2).
+    pub used_kg_m2: [f64; 3],
+    /// What replaced the stated inertia.
+    pub replacement: String,
+    /// By how much the difference can change a wheel load (N), at an angular acceleration of 5 rad/s^2.
+    pub load_change_n: f64,
+}
+
+impl From<&ImpossibleInertia> for ReplacedInertia {
+    fn from(inertia: &ImpossibleInertia) -> Self {
+        Self {
+            link: inertia.link.clone(),
+            mass_kg: inertia.mass_kg,
+            fault: inertia.fault.text(),
+            stated_kg_m2: inertia.stated_kg_m2,
+            used_kg_m2: inertia.used_kg_m2,
+            replacement: inertia.replacement.text(),
+            load_change_n: inertia.load_change_n,
+        }
+    }
 }
 
 impl Provenance {

@@ -8,6 +8,7 @@ use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::UNCONFIRMED;
 
 use super::exit::{Ending, Exit, Terminal, Usage};
+use super::machine_file::MachineFileArgs;
 use super::options::{AnalysisArgs, CaseArgs, PolicyArgs, seconds};
 use crate::analysis::Analysis;
 use crate::analysis::imu_check::FAULT;
@@ -33,9 +34,8 @@ pub(super) struct AnalyzeArgs {
     /// https://).
     #[arg(required = true)]
     logs: Vec<PathBuf>,
-    /// The machine file.
-    #[arg(long)]
-    machine: PathBuf,
+    #[command(flatten)]
+    machine: MachineFileArgs,
     /// Output folder; several logs are written to DIR/<name of the log>/.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -157,7 +157,7 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
         bail!(Usage("--from must be before --to"));
     }
     file_hash::begin_program();
-    let file = MachineFile::read(&args.machine)?;
+    let file = args.machine.read()?;
     let options = Options {
         from_s: args.from,
         to_s: args.to,

@@ -5,10 +5,11 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use tipwatch_binding::{MachineFile, commissioning_text};
+use tipwatch_binding::commissioning_text;
 use tipwatch_mechanics::commissioning::{Assessment, Status};
 
-use super::exit::{Exit, Terminal};
+use super::exit::{Exit, Terminal, Usage};
+use super::machine_file::InertiaArgs;
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
 use crate::setup::{check_machine, commissioning};
@@ -16,7 +17,13 @@ use crate::setup::{check_machine, commissioning};
 #[derive(Debug, Args)]
 pub(super) struct CheckMachineArgs {
     /// The machine file.
-    machine: PathBuf,
+    #[arg(value_name = "MACHINE", required_unless_present = "machine")]
+    positional: Option<PathBuf>,
+    /// The machine file, as in the other commands.
+    #[arg(long, conflicts_with = "positional")]
+    machine: Option<PathBuf>,
+    #[command(flatten)]
+    inertias: InertiaArgs,
     /// A log: compute loads in the posture of its first valid row instead of the reference posture, and show
     /// what it proves of signs, axes, order, scale and mounting of the sensors. Exit code 4 if it contradicts
     /// the machine file.
@@ -44,24 +51,29 @@ pub(super) struct CheckMachineArgs {
     json: bool,
 }
 
+impl CheckMachineArgs {
+    /// The machine file, by position or by name.
+    fn machine(&self) -> Result<&Path> {
+        let given = self.positional.as_deref().or(self.machine.as_deref());
+        given.ok_or_else(|| Usage("expected a machine file: --machine MACHINE").into())
+    }
+}
+
 pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
     if let Some(out) = &args.commissioning {
         OutputPlace::require_local(out)?;
     }
     if args.live {
-        return Err(run_live(args));
+        return Err(run_live(args)?);
     }
-    let mut file = MachineFile::read(&args.machine)?;
+    let mut file = args.inertias.read(args.machine()?)?;
     if let Some(urdf) = &args.urdf {
         file = file.with_urdf(urdf)?;
     }
     let check = check_machine::check(&file, args.log.as_deref());
     let Some(log) = &args.log else {
         if args.commissioning.is_some() {
-            return Err(super::exit::Usage(
-                "--commissioning: expected --log LOG or --live as well",
-            )
-            .into());
+            return Err(Usage("--commissioning: expected --log LOG or --live as well").into());
         }
         check_machine::print(&check?, args.json)?;
         return Ok(Exit::DONE);
@@ -106,8 +118,8 @@ fn write(path: &Path, text: &str) -> Result<()> {
     std::fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
 }
 
-/// Replaces this program by `tipwatch-live check-machine`; returns only with an error.
-fn run_live(args: &CheckMachineArgs) -> anyhow::Error {
+/// Replaces this program by `tipwatch-live check-machine`; returns only with the error why it cannot.
+fn run_live(args: &CheckMachineArgs) -> Result<anyhow::Error> {
     const NAME: &str = "tipwatch-live";
     let beside = std::env::current_exe().ok();
     let beside = beside.and_then(|own| own.parent().map(|folder| folder.join(NAME)));
@@ -116,7 +128,10 @@ fn run_live(args: &CheckMachineArgs) -> anyhow::Error {
     command
         .arg("check-machine")
         .arg("--machine")
-        .arg(&args.machine);
+        .arg(args.machine()?);
+    if args.inertias.accept_inertias {
+        command.arg("--accept-inertias");
+    }
     let paths = [
         ("--urdf", &args.urdf),
         ("--commissioning", &args.commissioning),
@@ -130,10 +145,10 @@ fn run_live(args: &CheckMachineArgs) -> anyhow::Error {
     for (option, name) in [("--service", &args.service), ("--prefix", &args.prefix)] {
         command.args(name.iter().flat_map(|name| [option, name.as_str()]));
     }
-    replace_by(command).context(format!(
+    Ok(replace_by(command).context(format!(
         "{}: cannot be started; --live needs {NAME} beside this program or in the search path",
         program.display()
-    ))
+    )))
 }
 
 #[cfg(unix)]

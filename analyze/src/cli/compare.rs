@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
-use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal, Usage};
+use super::machine_file::InertiaArgs;
 use super::options::{AnalysisArgs, MinValidArgs};
 use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, ModelKind, Options};
@@ -26,6 +26,8 @@ pub(super) struct CompareArgs {
     /// Another machine file for B.
     #[arg(long, value_name = "MACHINE")]
     machine_b: Option<PathBuf>,
+    #[command(flatten)]
+    inertias: InertiaArgs,
     #[command(flatten)]
     analysis: AnalysisArgs,
     /// Another model for B.
@@ -65,7 +67,7 @@ pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
             "--machine-b, --model-b and --estimator-b apply to logs, not to output folders"
         ));
     }
-    let read = |path: Option<&Path>| path.map(MachineFile::read).transpose();
+    let read = |path: Option<&Path>| path.map(|path| args.inertias.read(path)).transpose();
     let a = Side::of(&args.a, read(args.machine.as_deref())?.as_ref(), options)?;
     let b = Side::of(path_b, read(machine_b)?.as_ref(), options_b)?;
     let comparison = compare(&a, &b);

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal};
+use super::machine_file::InertiaArgs;
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
 use crate::setup::identify::{IdentificationDocument, Request, identify, text, write_machine_file};
@@ -18,6 +18,8 @@ pub(super) struct IdentifyArgs {
     /// The machine file. Its standard deviations are the prior.
     #[arg(long)]
     machine: PathBuf,
+    #[command(flatten)]
+    inertias: InertiaArgs,
     /// The URDF, for a machine file that names none; otherwise that of the log is used.
     #[arg(long)]
     urdf: Option<PathBuf>,
@@ -44,7 +46,7 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
     if let Some(out) = &args.out {
         OutputPlace::require_local(out)?;
     }
-    let mut file = MachineFile::read(&args.machine)?;
+    let mut file = args.inertias.read(&args.machine)?;
     if let Some(urdf) = &args.urdf {
         file = file.with_urdf(urdf)?;
     }

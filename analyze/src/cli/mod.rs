@@ -9,6 +9,7 @@ mod exit;
 mod identify;
 mod inspect;
 mod machine;
+mod machine_file;
 mod options;
 mod recover;
 mod screen;

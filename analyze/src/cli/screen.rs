@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal};
+use super::machine_file::InertiaArgs;
 use super::options::{AnalysisArgs, PolicyArgs};
 use crate::base::progress::LogCount;
 use crate::screen::{
@@ -27,6 +27,8 @@ pub(super) struct ScreenArgs {
     /// The fleet file: rules that assign machine files to logs.
     #[arg(long)]
     fleet: Option<PathBuf>,
+    #[command(flatten)]
+    inertias: InertiaArgs,
     /// Output folder for data set, page and reports.
     #[arg(long, value_name = "DIR", required_unless_present = "records")]
     out: Option<PathBuf>,
@@ -155,12 +157,12 @@ fn failed(log: &str, reason: &str) -> String {
 
 fn fleet(args: &ScreenArgs) -> Result<Fleet> {
     match (&args.fleet, &args.machine) {
-        (Some(path), _) => Fleet::read(path),
+        (Some(path), _) => Fleet::read(path)?.with_machines(|file| args.inertias.applied(file)),
         (None, machine) => {
             let machine = machine
                 .as_deref()
                 .context("expected --machine or --fleet")?;
-            Ok(Fleet::of_one(MachineFile::read(machine)?))
+            Ok(Fleet::of_one(args.inertias.read(machine)?))
         }
     }
 }

@@ -1,22 +1,20 @@
 //! `tipwatch stabilise`.
 
 use std::io::{stdin, stdout};
-use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::ControlMode;
 
 use super::exit::Exit;
+use super::machine_file::MachineFileArgs;
 use super::options::period;
 use crate::suspension::stabilise;
 
 #[derive(Debug, Args)]
 pub(super) struct StabiliseArgs {
-    /// The machine file.
-    #[arg(long)]
-    machine: PathBuf,
+    #[command(flatten)]
+    machine: MachineFileArgs,
     /// The optimisation problem; default: that of the machine file.
     #[arg(long, value_enum)]
     mode: Option<Mode>,
@@ -34,7 +32,7 @@ enum Mode {
 }
 
 pub(super) fn run(args: &StabiliseArgs) -> Result<Exit> {
-    let file = MachineFile::read(&args.machine)?;
+    let file = args.machine.read()?;
     let mode = args.mode.map(|mode| match mode {
         Mode::Literal => ControlMode::OneStep,
         Mode::LookAhead => ControlMode::LookAhead,

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use tipwatch_binding::MachineFile;
 
 use super::exit::{Exit, Terminal};
+use super::machine_file::InertiaArgs;
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
 use crate::setup::validate::{page, text, validate};
@@ -19,6 +19,8 @@ pub(super) struct ValidateArgs {
     /// The machine file, which binds the measured loads: [signals.wheels.NAME] or [[signals.load_sums]].
     #[arg(long)]
     machine: PathBuf,
+    #[command(flatten)]
+    inertias: InertiaArgs,
     /// The URDF, for a machine file that names none; otherwise that of the log is used.
     #[arg(long)]
     urdf: Option<PathBuf>,
@@ -31,7 +33,7 @@ pub(super) struct ValidateArgs {
 }
 
 pub(super) fn run(args: &ValidateArgs, terminal: Terminal) -> Result<Exit> {
-    let mut file = MachineFile::read(&args.machine)?;
+    let mut file = args.inertias.read(&args.machine)?;
     if let Some(urdf) = &args.urdf {
         file = file.with_urdf(urdf)?;
     }

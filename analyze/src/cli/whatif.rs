@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use tipwatch_binding::MachineFile;
 
 use super::exit::{Ending, Exit, Terminal};
+use super::machine_file::InertiaArgs;
 use super::options::{MinValidArgs, period, rate, seconds};
 use crate::base::options::{Estimator, Options};
 use crate::base::output_place::OutputPlace;
@@ -20,6 +20,8 @@ pub(super) struct WhatIfArgs {
     /// The machine file; its [suspension] describes the actuators and their control.
     #[arg(long)]
     machine: PathBuf,
+    #[command(flatten)]
+    inertias: InertiaArgs,
     /// Output folder.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -46,7 +48,7 @@ pub(super) struct WhatIfArgs {
 }
 
 pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
-    let file = MachineFile::read(&args.machine)?;
+    let file = args.inertias.read(&args.machine)?;
     let options = Options {
         estimator: args.estimator,
         rate_hz: args.rate,

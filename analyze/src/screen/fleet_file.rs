@@ -171,6 +171,22 @@ impl Fleet {
         Ok(self.machines.len() - 1)
     }
 
+    /// The same with every machine file changed.
+    ///
+    /// # Errors
+    /// A machine file cannot be changed like that.
+    pub fn with_machines(
+        mut self,
+        change: impl Fn(MachineFile) -> Result<MachineFile>,
+    ) -> Result<Self> {
+        self.machines = self
+            .machines
+            .into_iter()
+            .map(change)
+            .collect::<Result<_>>()?;
+        Ok(self)
+    }
+
     /// All files that the analyses need: machine files, their URDF and DBC files.
     #[must_use]
     pub fn files(&self) -> Vec<PathBuf> {

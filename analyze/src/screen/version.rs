@@ -59,5 +59,5 @@ pub(super) fn urdf_hash(machine: &MachineFile) -> Result<Option<FileHash>> {
 
 /// SHA-256 of a machine file.
 pub(super) fn machine_sha256(machine: &MachineFile) -> String {
-    sha256_of(machine.text.as_bytes())
+    sha256_of(machine.effective_text().as_bytes())
 }

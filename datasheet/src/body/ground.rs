@@ -201,11 +201,15 @@ impl Build<'_> {
         let is_stated = axle.wheel_mass.is_some();
         self.known_within(link, if is_stated { 0.05 } else { 1.0 / 3.0 }, 0.01);
         let is_guess = axle.tyre_radius.is_none();
+        let band = axle.tyre().map_or(0.0, |tyre| tyre.band);
         if is_guess {
             let tyre = axle.tyre.as_deref().unwrap_or_default();
             self.assumed.add(
                 format!("radius of the tyres {tyre} {radius:.3} m"),
-                "it follows from the designation, within 3 %",
+                format!(
+                    "it follows from the designation, within {:.0} %",
+                    100.0 * band
+                ),
             );
         }
         self.machine.wheels.push(Wheel {
@@ -215,7 +219,7 @@ impl Build<'_> {
             radius,
             stiffness: 0.0,
             axle: index,
-            is_guess,
+            guess_band: is_guess.then_some(band),
         });
     }
 
@@ -265,7 +269,7 @@ impl Build<'_> {
                     radius: 0.0,
                     stiffness: 0.0,
                     axle: 0,
-                    is_guess: false,
+                    guess_band: None,
                 });
             }
         }

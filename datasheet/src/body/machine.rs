@@ -192,8 +192,8 @@ pub struct Wheel {
     pub stiffness: f64,
     /// Index of its axle.
     pub axle: usize,
-    /// Whether the radius is known from the tyre's designation only.
-    pub is_guess: bool,
+    /// How far the radius may be off, as a share, where it is known from the tyre's designation only.
+    pub guess_band: Option<f64>,
 }
 
 /// An axle, or a pair of bogies.

@@ -199,7 +199,8 @@ impl Machine {
         // the middle of a track is above its points as an axle is above the ground
         let over_ground = |w: &Wheel| w.radius - w.place[2];
         let radius = self.wheels.iter().map(over_ground).fold(0.0, f64::max);
-        let is_guess = self.wheels.iter().any(|wheel| wheel.is_guess);
+        let bands = self.wheels.iter().filter_map(|wheel| wheel.guess_band);
+        let band = bands.fold(0.015, f64::max);
         comment(
             out,
             "assumed: radii and places of wheels and arm within the rounding of a sheet and the wear of tyres",
@@ -207,11 +208,7 @@ impl Machine {
         let _ = writeln!(
             out,
             "wheel_radius = {}\nwheel_position = 0.02\narm_position = 0.03\njoint_offset = 0.02\njoint_offset_linear = 0.02",
-            float(if is_guess {
-                0.03 * radius
-            } else {
-                0.015 * radius
-            })
+            float(band * radius)
         );
     }
 

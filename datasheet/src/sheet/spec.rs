@@ -1,6 +1,9 @@
 //! The keys of a sheet.
 
-use serde::Deserialize;
+use serde::de::MapAccess;
+use serde::de::value::MapAccessDeserializer;
+use serde::{Deserialize, Deserializer};
+use tipwatch_mechanics::machine::{OneOf, explained, one_of};
 
 use crate::error::SheetError;
 use crate::prior::Template;
@@ -249,8 +252,7 @@ pub struct Outriggers {
 }
 
 /// When a pair of outriggers stands on the ground.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum OutriggersSet {
     /// In every row, or in none.
     Always(bool),
@@ -261,6 +263,34 @@ pub enum OutriggersSet {
         /// Of the right pad.
         right: Switch,
     },
+}
+
+/// The keys of [`OutriggersSet::Signals`].
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sides {
+    left: Switch,
+    right: Switch,
+}
+
+impl<'de> OneOf<'de> for OutriggersSet {
+    const EXPECTED: &'static str = "true, false, or a table { left, right } of signals, such as { left = { topic = \"/outriggers\", field = \
+         \"left\" }, right = { topic = \"/outriggers\", field = \"right\" } }";
+
+    fn of_bool(value: bool) -> Option<Self> {
+        Some(Self::Always(value))
+    }
+
+    fn of_table<A: MapAccess<'de>>(table: A) -> Option<Result<Self, A::Error>> {
+        let sides = Sides::deserialize(MapAccessDeserializer::new(table));
+        Some(sides.map(|Sides { left, right }| Self::Signals { left, right }))
+    }
+}
+
+impl<'de> Deserialize<'de> for OutriggersSet {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        one_of(deserializer)
+    }
 }
 
 /// A number in a log that tells whether something is on.
@@ -293,7 +323,7 @@ impl Sheet {
     pub fn from_toml(text: &str, file: &str) -> Result<Self, SheetError> {
         let sheet: Self = toml::from_str(text).map_err(|error| SheetError::Text {
             file: file.into(),
-            message: error.to_string().trim_end().into(),
+            message: explained(text, &error),
         })?;
         let sheet = Self {
             file: file.into(),

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Result, anyhow, bail};
 use clap::Args;
+use tipwatch_binding::MachineFile;
 use tipwatch_can::CanId;
 
 use crate::node::{LoopOptions, ServiceAddress, Wake};
@@ -18,10 +19,25 @@ pub(super) const DEFAULT_CAN_ID: &str = "18FF70E5";
 pub(super) struct MachineArgs {
     /// The machine file.
     #[arg(long)]
-    pub(super) machine: PathBuf,
+    machine: PathBuf,
     /// The URDF, if the machine file names none.
     #[arg(long, value_name = "FILE")]
     pub(super) urdf: Option<PathBuf>,
+    /// Replace inertias of the URDF that no body can have, with their uncertainty, instead of refusing them; the same as
+    /// `accept_inertias = true` in the machine file. Every program of a session needs it.
+    #[arg(long)]
+    accept_inertias: bool,
+}
+
+impl MachineArgs {
+    /// Reads the machine file.
+    pub(super) fn read(&self) -> Result<MachineFile> {
+        let file = MachineFile::read(&self.machine)?;
+        Ok(match self.accept_inertias {
+            true => file.accepting_inertias()?,
+            false => file,
+        })
+    }
 }
 
 #[derive(Debug, Args)]

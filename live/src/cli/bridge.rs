@@ -9,7 +9,6 @@ use std::time::Duration;
 
 use anyhow::{Result, bail};
 use clap::Args;
-use tipwatch_binding::MachineFile;
 use tipwatch_can::CanId;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::verdict::Level;
@@ -90,7 +89,7 @@ pub(super) struct DbcArgs {
 }
 
 pub(super) fn run_bridge(args: &BridgeArgs) -> Result<ExitCode> {
-    let file = MachineFile::read(&args.machine.machine)?;
+    let file = args.machine.read()?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
     let mut can = args.can.clone();
     for input in &mut can {
@@ -174,7 +173,7 @@ pub(super) fn print_dbc(args: &DbcArgs) -> Result<ExitCode> {
 }
 
 pub(super) fn print_msg(args: &MachineArgs) -> Result<ExitCode> {
-    let mut file = MachineFile::read(&args.machine)?;
+    let mut file = args.read()?;
     if let Some(urdf) = &args.urdf {
         file = file.with_urdf(urdf)?;
     }

@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Args;
-use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::commissioning::Status;
 
 use super::arguments::{MachineArgs, ServiceArgs};
@@ -25,7 +24,7 @@ pub(super) struct CheckMachineArgs {
 }
 
 pub(super) fn run_check_machine(args: &CheckMachineArgs) -> Result<ExitCode> {
-    let file = MachineFile::read(&args.machine.machine)?;
+    let file = args.machine.read()?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
     let node = LiveNode::new(&args.service.address(), "tipwatch-commission")?;
     let result = commission(&node, &file, &urdf, args.commissioning.as_deref())?;

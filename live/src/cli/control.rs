@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Args;
-use tipwatch_binding::{MachineFile, commissioning_of};
+use tipwatch_binding::commissioning_of;
 
 use super::arguments::{LoopArgs, MachineArgs, ServiceArgs};
 use crate::control::ControlProgram;
@@ -24,7 +24,7 @@ pub(super) struct ControlArgs {
 
 pub(super) fn run_control(args: &ControlArgs) -> Result<ExitCode> {
     let real_time = args.running.real_time()?;
-    let file = MachineFile::read(&args.machine.machine)?;
+    let file = args.machine.read()?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
     // one of another machine, or with contradictions, is refused
     let commissioning = commissioning_of(&file, &urdf)?;

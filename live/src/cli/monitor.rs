@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use tipwatch_binding::{MachineFile, NOT_COMMISSIONED, commissioning_of};
+use tipwatch_binding::{NOT_COMMISSIONED, commissioning_of};
 
 use super::arguments::{LoopArgs, MachineArgs, ServiceArgs};
 use crate::alarm::default_folder;
@@ -45,7 +45,7 @@ pub(super) struct MonitorArgs {
 
 pub(super) fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
     let real_time = args.running.real_time()?;
-    let mut file = MachineFile::read(&args.machine.machine)?;
+    let mut file = args.machine.read()?;
     if let Some(path) = &args.commissioning {
         file = file.with_commissioning(path)?;
     }

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
-use tipwatch_binding::MachineFile;
 
 use super::arguments::{MachineArgs, ServiceArgs, seconds};
 use super::exit::LOST;
@@ -72,7 +71,7 @@ impl ClipArgs {
 }
 
 pub(super) fn run_record(args: &RecordArgs) -> Result<ExitCode> {
-    let file = MachineFile::read(&args.machine.machine)?;
+    let file = args.machine.read()?;
     let urdf = file.urdf(args.machine.urdf.as_deref(), None)?;
     let node = LiveNode::new(&args.service.address(), "tipwatch-record")?;
     let options = RecordOptions {

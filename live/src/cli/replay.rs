@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
-use tipwatch_binding::MachineFile;
 
 use super::arguments::{MachineArgs, ServiceArgs, seconds};
 use super::exit::LOST;
@@ -39,7 +38,7 @@ pub(super) struct ReplayArgs {
 }
 
 pub(super) fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
-    let file = MachineFile::read(&args.machine.machine)?;
+    let file = args.machine.read()?;
     let mut log_samples = LogSamples::read(&args.log, &file, args.machine.urdf.as_deref())?;
     log_samples.set_identity();
     log_samples.session.pace = args.speed.pace();

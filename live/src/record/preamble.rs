@@ -65,7 +65,10 @@ pub(super) fn preamble(
         topics,
         channels,
         attachments: [
-            (name(&file.path.to_string_lossy()), file.text.clone()),
+            (
+                name(&file.path.to_string_lossy()),
+                file.effective_text().into_owned(),
+            ),
             (name(&urdf.name), urdf.text.clone()),
         ],
         metadata,

@@ -66,7 +66,7 @@ pub struct Session {
 /// Hash of the texts of machine file and URDF: both sides compare it.
 #[must_use]
 pub fn machine_hash(file: &MachineFile, urdf: &Urdf) -> u64 {
-    hash_of_texts(&file.text, &urdf.text)
+    hash_of_texts(&file.effective_text(), &urdf.text)
 }
 
 /// The same of the texts themselves.

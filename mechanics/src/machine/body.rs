@@ -88,6 +88,8 @@ pub struct Link {
     pub group: LinkGroup,
     /// How well it is known, where the machine file states that.
     pub sigma: LinkSigma,
+    /// Standard deviation of each element of its inertia (kg m^2), where an impossible one was replaced.
+    pub inertia_sigma: Option<f64>,
 }
 
 /// A joint whose position is logged.

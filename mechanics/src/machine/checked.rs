@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::ImpossibleInertia;
 use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
 use super::contact::Contact;
 use super::identified::{Identified, SensorCorrections};
@@ -37,6 +38,7 @@ pub struct Machine {
     pub(crate) contact: Contact,
     pub(crate) imu: Mount,
     pub(crate) notes: Vec<String>,
+    pub(crate) replaced_inertias: Vec<ImpossibleInertia>,
     pub(crate) tool: Option<Mount>,
     pub(crate) arm_root: Option<Mount>,
     pub(crate) arm_mounting: Option<Mounting>,
@@ -128,6 +130,12 @@ impl Machine {
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// Impossible inertias of the URDF and what replaces them.
+    #[must_use]
+    pub fn replaced_inertias(&self) -> &[ImpossibleInertia] {
+        &self.replaced_inertias
     }
 
     /// Pose of the frame in which the tool wrench acts.

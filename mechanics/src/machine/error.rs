@@ -1,5 +1,7 @@
 //! Errors of a machine description: what was expected, what was found, and where.
 
+use super::impossible_inertia::{ImpossibleInertia, told};
+
 /// An invalid machine description.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -23,6 +25,22 @@ pub enum MachineError {
         expected: String,
         /// What was found there.
         found: String,
+    },
+    /// Several errors of one file, all that were found.
+    #[error("{file}: {} errors:{}", errors.len(), listed(errors))]
+    Several {
+        /// Name of the file.
+        file: String,
+        /// The errors in file order.
+        errors: Vec<MachineError>,
+    },
+    /// Inertias of the URDF that no body has.
+    #[error("{file}: {}", told(inertias))]
+    Inertias {
+        /// Name of the URDF.
+        file: String,
+        /// What each is, and what would be used instead.
+        inertias: Vec<ImpossibleInertia>,
     },
     /// A name in the machine file that is not in the URDF.
     #[error(
@@ -83,7 +101,8 @@ pub enum MachineError {
     /// Movable joints without a source of their position.
     #[error(
         "joint {joints} of {urdf}: expected a position in the log's joint states, a linkage that moves it, or a mimic rule; \
-         found none (the log has: {logged})"
+         found none (the log has: {logged}). Describe the cylinder that moves it ([[linkage]]), or hold it still with a constant: \
+         position = 0.0 in [signals.joints.NAME]; `inspect --write-machine` guesses both (with --freeze-passive)"
     )]
     UnmeasuredJoints {
         /// The joints, comma-separated.
@@ -95,7 +114,30 @@ pub enum MachineError {
     },
 }
 
+/// Errors listed; more of them have the same cause.
+const MOST_LISTED: usize = 50;
+
+fn listed(errors: &[MachineError]) -> String {
+    let lines = errors.iter().take(MOST_LISTED);
+    let mut text: String = lines.map(|error| format!("\n- {error}")).collect();
+    if errors.len() > MOST_LISTED {
+        text += &format!("\n- and {} more", errors.len() - MOST_LISTED);
+    }
+    text
+}
+
 impl MachineError {
+    /// All errors of a file as one; `None` without any.
+    pub(super) fn all(file: &str, mut errors: Vec<Self>) -> Option<Self> {
+        match errors.len() {
+            0 | 1 => errors.pop(),
+            _ => Some(Self::Several {
+                file: file.into(),
+                errors,
+            }),
+        }
+    }
+
     pub(super) fn value(
         file: &str,
         place: impl Into<String>,

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Matrix3, SymmetricEigen, Vector3};
 
 /// Rounded values in real URDFs violate the triangle inequality slightly: tolerance as a fraction of the
 /// largest principal moment.
-const ROUNDING_SHARE: f64 = 1e-3;
+pub(super) const ROUNDING_SHARE: f64 = 1e-3;
 
 /// Inertial parameters of a rigid body in some frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,6 +9,7 @@ use roxmltree::{Document, Node};
 use super::MachineError;
 use super::tree::Tree;
 use super::urdf::{Urdf, UrdfJoint, UrdfJointKind};
+use super::urdf_text::readable;
 
 /// The links of a URDF, parents before children.
 #[derive(Debug, Clone)]
@@ -146,7 +147,7 @@ fn outline_joint(joint: &UrdfJoint, base_from_link: &Isometry3<f64>) -> OutlineJ
     OutlineJoint {
         name: joint.name.clone(),
         motion: match (joint.kind, joint.limits) {
-            (UrdfJointKind::Fixed, _) => JointMotion::Fixed,
+            (UrdfJointKind::Fixed | UrdfJointKind::Free, _) => JointMotion::Fixed,
             (UrdfJointKind::Prismatic, _) => JointMotion::Prismatic,
             (UrdfJointKind::Revolute, None) => JointMotion::Continuous,
             (UrdfJointKind::Revolute, Some(_)) => JointMotion::Revolute,
@@ -160,7 +161,8 @@ fn outline_joint(joint: &UrdfJoint, base_from_link: &Isometry3<f64>) -> OutlineJ
 
 /// Shapes are only hints, so unreadable ones are ignored.
 pub(super) fn shapes_by_link(text: &str) -> HashMap<String, Vec<Shape>> {
-    let Ok(document) = Document::parse(text) else {
+    let text = readable(text);
+    let Ok(document) = Document::parse(&text) else {
         return HashMap::new();
     };
     let links = document.root_element().children();

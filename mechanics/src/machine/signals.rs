@@ -2,12 +2,12 @@
 //! number fields of any messages.
 
 use std::collections::BTreeMap;
-use std::fmt;
-use std::marker::PhantomData;
 
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{MapAccess, Visitor};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess};
 use serde::{Deserialize, Deserializer};
+
+use super::one_of::{OneOf, one_of};
 
 /// `[signals]`: absent signals are found by message type.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -58,13 +58,32 @@ pub struct LoadSumFields {
 }
 
 /// One name, or several.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone)]
 pub enum OneOrMany {
     /// One name.
     One(String),
     /// Several names.
     Many(Vec<String>),
+}
+
+impl<'de> OneOf<'de> for OneOrMany {
+    const EXPECTED: &'static str = "the name of a topic, such as \"/joint_states\", or a list of names, such as [\"/arm/joint_states\", \
+         \"/base/joint_states\"]";
+
+    fn of_text(text: &str) -> Option<Self> {
+        Some(Self::One(text.into()))
+    }
+
+    fn of_list<A: SeqAccess<'de>>(list: A) -> Option<Result<Self, A::Error>> {
+        let names = Vec::deserialize(SeqAccessDeserializer::new(list));
+        Some(names.map(Self::Many))
+    }
+}
+
+impl<'de> Deserialize<'de> for OneOrMany {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        one_of(deserializer)
+    }
 }
 
 impl OneOrMany {
@@ -171,7 +190,10 @@ impl CanSpec {
 
 /// The keys of a [`FieldSpec`] as written.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table { topic, field }, such as { topic = \"/arm\", field = \"angle\" }"
+)]
 struct FieldTable {
     topic: Option<String>,
     field: Option<String>,
@@ -370,55 +392,41 @@ pub struct WrenchFields {
     pub moment: [NumberSpec; 3],
 }
 
-// Implemented by hand: an untagged enum would not report the error inside the table.
+impl<'de, T: Deserialize<'de>> OneOf<'de> for SignalSpec<T> {
+    const EXPECTED: &'static str = "the name of a topic, such as \"/imu/data\", or a table of numbers, whose keys the machine-file \
+         reference lists";
+
+    fn of_text(text: &str) -> Option<Self> {
+        Some(Self::Topic(text.into()))
+    }
+
+    fn of_table<A: MapAccess<'de>>(table: A) -> Option<Result<Self, A::Error>> {
+        let fields = T::deserialize(MapAccessDeserializer::new(table));
+        Some(fields.map(Self::Fields))
+    }
+}
+
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for SignalSpec<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct TopicOrFields<T>(PhantomData<T>);
+        one_of(deserializer)
+    }
+}
 
-        impl<'de, T: Deserialize<'de>> Visitor<'de> for TopicOrFields<T> {
-            type Value = SignalSpec<T>;
+impl<'de> OneOf<'de> for NumberSpec {
+    const EXPECTED: &'static str = "a number, such as 0.0, or a table { topic, field }, such as { topic = \"/arm\", field = \"angle\" }";
 
-            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str("the name of a topic, or a table of numbers")
-            }
+    fn of_number(value: f64) -> Option<Self> {
+        Some(Self::Constant(value))
+    }
 
-            fn visit_str<E>(self, topic: &str) -> Result<Self::Value, E> {
-                Ok(SignalSpec::Topic(topic.to_owned()))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-                T::deserialize(MapAccessDeserializer::new(map)).map(SignalSpec::Fields)
-            }
-        }
-
-        deserializer.deserialize_any(TopicOrFields(PhantomData))
+    fn of_table<A: MapAccess<'de>>(table: A) -> Option<Result<Self, A::Error>> {
+        let field = FieldSpec::deserialize(MapAccessDeserializer::new(table));
+        Some(field.map(Self::Field))
     }
 }
 
 impl<'de> Deserialize<'de> for NumberSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct NumberOrField;
-
-        impl<'de> Visitor<'de> for NumberOrField {
-            type Value = NumberSpec;
-
-            fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str("a number, or a table { topic, field }")
-            }
-
-            fn visit_f64<E>(self, number: f64) -> Result<Self::Value, E> {
-                Ok(NumberSpec::Constant(number))
-            }
-
-            fn visit_i64<E>(self, number: i64) -> Result<Self::Value, E> {
-                Ok(NumberSpec::Constant(number as f64))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-                FieldSpec::deserialize(MapAccessDeserializer::new(map)).map(NumberSpec::Field)
-            }
-        }
-
-        deserializer.deserialize_any(NumberOrField)
+        one_of(deserializer)
     }
 }

@@ -3,14 +3,16 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use serde::de::MapAccess;
+use serde::de::value::MapAccessDeserializer;
+use serde::{Deserialize, Deserializer};
 
 use crate::machine::HydraulicsSpec;
 
 use super::{
-    FieldSpec, IdentifiedSpec, LinkSigma, MachineError, PlausibilitySpec, PredictionSpec,
+    FieldSpec, IdentifiedSpec, LinkSigma, MachineError, OneOf, PlausibilitySpec, PredictionSpec,
     PresenceSpec, QuasiStaticSpec, SignalsSpec, SupportOrigin, SupportSpec, SuspensionControl,
-    TrackSpec, WeighedSpec,
+    TrackSpec, WeighedSpec, explained, one_of,
 };
 
 /// The machine file; the project's machine-file reference describes every key.
@@ -26,6 +28,8 @@ pub struct MachineSpec {
     pub urdf: Option<String>,
     /// Path of the result of a commissioning relative to the machine file, written by `check-machine`.
     pub commissioning: Option<String>,
+    /// Whether inertias of the URDF that no body has are replaced, with their uncertainty, and not refused.
+    pub accept_inertias: Option<bool>,
     /// Pose of the inertial measurement unit; if absent, the frame named by its messages.
     pub imu: Option<ImuSpec>,
     /// The wheels by name, three or more.
@@ -210,13 +214,32 @@ pub struct ContactSpec {
 }
 
 /// One stiffness for all wheels, or one per wheel.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone)]
 pub enum Stiffness {
     /// The same for all wheels (N/m).
     All(f64),
     /// By wheel name (N/m).
     PerWheel(BTreeMap<String, f64>),
+}
+
+impl<'de> OneOf<'de> for Stiffness {
+    const EXPECTED: &'static str = "one stiffness for all wheels [N/m], such as 4e5, or a table of one for each wheel, such as { FL = \
+         4e5, FR = 4e5, RL = 5e5, RR = 5e5 }";
+
+    fn of_number(value: f64) -> Option<Self> {
+        Some(Self::All(value))
+    }
+
+    fn of_table<A: MapAccess<'de>>(table: A) -> Option<Result<Self, A::Error>> {
+        let by_name = BTreeMap::deserialize(MapAccessDeserializer::new(table));
+        Some(by_name.map(Self::PerWheel))
+    }
+}
+
+impl<'de> Deserialize<'de> for Stiffness {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        one_of(deserializer)
+    }
 }
 
 /// Assumption about the shape of the ground.
@@ -288,13 +311,30 @@ pub struct PayloadSpec {
 }
 
 /// The mass of a payload: stated, or to be estimated from a cylinder force.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(untagged)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum PayloadMass {
     /// Mass (kg).
     Known(f64),
     /// The word "estimate".
     Word(String),
+}
+
+impl OneOf<'_> for PayloadMass {
+    const EXPECTED: &'static str = "a mass [kg], such as 450.0, or the word \"estimate\"";
+
+    fn of_number(value: f64) -> Option<Self> {
+        Some(Self::Known(value))
+    }
+
+    fn of_text(text: &str) -> Option<Self> {
+        Some(Self::Word(text.into()))
+    }
+}
+
+impl<'de> Deserialize<'de> for PayloadMass {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        one_of(deserializer)
+    }
 }
 
 /// Pressures in a cylinder's chambers: force = p_piston A_piston - p_rod A_rod.
@@ -524,7 +564,7 @@ impl MachineSpec {
     pub fn from_toml(text: &str, file: &str) -> Result<Self, MachineError> {
         let spec: Self = toml::from_str(text).map_err(|e| MachineError::MachineFile {
             file: file.into(),
-            message: e.to_string().trim_end().to_string(),
+            message: explained(text, &e),
         })?;
         let mut spec = Self {
             file: file.into(),

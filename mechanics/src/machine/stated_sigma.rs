@@ -26,8 +26,10 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         // Part of the variance that the measured torques leave.
         | Parameter::ActuatorForce(_)
         | Parameter::BaseMotion(_) => 0.0,
-        Parameter::LinkInertia(..) => {
-            spec.inertia_share * parameter.nominal(machine).unwrap_or(0.0).abs()
+        Parameter::LinkInertia(link, _) => {
+            let stated = spec.inertia_share * parameter.nominal(machine).unwrap_or(0.0).abs();
+            // a replacement is at least that uncertain
+            stated.max(machine.links[link].inertia_sigma.unwrap_or(0.0))
         }
         Parameter::LinkMass(link) => {
             let link = &machine.links[link];

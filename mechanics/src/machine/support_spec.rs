@@ -3,8 +3,11 @@
 //! Every support is a wheel of the machine: a contact point fixed to a body, with a stiffness, that stands on the
 //! ground or not. [`MachineSpec::from_toml`](super::MachineSpec::from_toml) adds them to the wheels.
 
-use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess};
+use serde::{Deserialize, Deserializer};
 
+use super::one_of::{OneOf, one_of};
 use super::signals::{FieldSpec, SWITCH_KEYS};
 
 /// Contact points of a track that states no number of them.
@@ -71,11 +74,7 @@ fn track_points() -> usize {
 }
 
 /// When something is the case.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "true, false, a list of spans [[from, to], ...] in seconds, or a table { topic, field }"
-)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum PresenceSpec {
     /// Always or never.
     Always(bool),
@@ -83,6 +82,31 @@ pub enum PresenceSpec {
     Spans(Vec<[f64; 2]>),
     /// While a number of the log is above a threshold.
     Signal(SwitchSpec),
+}
+
+impl<'de> OneOf<'de> for PresenceSpec {
+    const EXPECTED: &'static str = "true, false, a list of spans in seconds [[from, to], ...], such as [[12.0, 80.5]], or a table { topic, \
+         field }, such as { topic = \"/outriggers\", field = \"left.set\" }";
+
+    fn of_bool(value: bool) -> Option<Self> {
+        Some(Self::Always(value))
+    }
+
+    fn of_list<A: SeqAccess<'de>>(list: A) -> Option<Result<Self, A::Error>> {
+        let spans = Vec::deserialize(SeqAccessDeserializer::new(list));
+        Some(spans.map(Self::Spans))
+    }
+
+    fn of_table<A: MapAccess<'de>>(table: A) -> Option<Result<Self, A::Error>> {
+        let switch = SwitchSpec::deserialize(MapAccessDeserializer::new(table));
+        Some(switch.map(Self::Signal))
+    }
+}
+
+impl<'de> Deserialize<'de> for PresenceSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        one_of(deserializer)
+    }
 }
 
 /// A number of a log that switches.

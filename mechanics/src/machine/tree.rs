@@ -8,6 +8,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::body::JointKind;
 use super::error::MachineError;
 use super::inertia::Inertia;
+use super::structure::Structure;
 use super::urdf::{Mimic, Urdf, UrdfJoint, UrdfJointKind};
 
 /// A tree of bodies, before the sources of its joints' motion are known.
@@ -58,95 +59,39 @@ pub(super) struct TreeLink {
 
 impl Tree {
     /// # Errors
-    /// Duplicate links or joints, a joint between links that do not exist, no root or several roots, a cycle.
+    /// Everything that is wrong with the URDF at once: faults of its elements, duplicate links or joints, a joint between
+    /// links that do not exist, no root or several roots, cycles.
     pub(super) fn build(urdf: &Urdf) -> Result<Self, MachineError> {
-        let fault = |place: String, expected: &str, found: String| {
-            MachineError::value(&urdf.file, place, expected, found)
-        };
-        let mut link_index = HashMap::new();
-        for (i, link) in urdf.links.iter().enumerate() {
-            if link_index.insert(link.name.as_str(), i).is_some() {
-                return Err(fault(
-                    format!("link \"{}\"", link.name),
-                    "one link with this name",
-                    "two".into(),
-                ));
-            }
+        let mut structure = Structure::of(urdf);
+        let root = structure.root();
+        let resting = structure.resting();
+        structure.faults.splice(0..0, urdf.faults.iter().cloned());
+        if let Some(error) = MachineError::all(&urdf.file, structure.faults) {
+            return Err(error);
         }
-        let mut joint_names = HashMap::new();
-        let mut children: Vec<Vec<&UrdfJoint>> = vec![Vec::new(); urdf.links.len()];
-        let mut parent_joint: Vec<Option<&UrdfJoint>> = vec![None; urdf.links.len()];
-        for joint in &urdf.joints {
-            let place = format!("joint \"{}\"", joint.name);
-            if joint_names.insert(joint.name.as_str(), ()).is_some() {
-                return Err(fault(place, "one joint with this name", "two".into()));
-            }
-            let find = |name: &str| {
-                link_index.get(name).copied().ok_or_else(|| {
-                    fault(
-                        place.clone(),
-                        "existing links",
-                        format!("no link \"{name}\""),
-                    )
-                })
-            };
-            let (parent, child) = (find(&joint.parent)?, find(&joint.child)?);
-            if let Some(other) = parent_joint[child].replace(joint) {
-                return Err(fault(
-                    place,
-                    "one parent joint per link",
-                    format!("joint \"{}\" also carries \"{}\"", other.name, joint.child),
-                ));
-            }
-            children[parent].push(joint);
-        }
-        let roots: Vec<_> = (0..urdf.links.len())
-            .filter(|&i| parent_joint[i].is_none())
-            .collect();
-        let &[root] = roots.as_slice() else {
-            let names: Vec<_> = roots.iter().map(|&i| urdf.links[i].name.as_str()).collect();
-            return Err(fault(
-                "links".into(),
-                "one root link, without a parent joint",
-                format!("{}: {}", roots.len(), names.join(", ")),
-            ));
-        };
         let mut grower = Grower {
             urdf,
-            link_index: &link_index,
-            children: &children,
+            resting: &resting,
+            link_index: &structure.link_index,
+            children: &structure.children,
             bodies: Vec::new(),
             links: Vec::new(),
         };
-        grower.grow(root);
-        if grower.links.len() != urdf.links.len() {
-            let apart = urdf
-                .links
-                .iter()
-                .find(|l| !grower.links.iter().any(|g| g.name == l.name));
-            let name = apart.map_or("", |l| &l.name);
-            return Err(fault(
-                format!("link \"{name}\""),
-                "a chain of joints to the root",
-                "a cycle".into(),
-            ));
-        }
+        grower.grow(root.unwrap_or_default());
         let (bodies, links) = (grower.bodies, grower.links);
         Ok(Self {
             base_link: links[0].name.clone(),
             bodies,
             links,
         }
-        .rebased())
+        .rebased(machine_in_world(urdf)))
     }
 
-    /// Moves the base frame to the link `base_link`, if it is rigidly connected to the root.
-    fn rebased(mut self) -> Self {
-        let Some(base) = self
-            .links
-            .iter()
-            .find(|l| l.name == "base_link" && l.body == 0)
-        else {
+    /// Moves the base frame to the link `base_link`, if it is rigidly connected to the root; else from the world to the
+    /// machine in it.
+    fn rebased(mut self, in_world: Option<&str>) -> Self {
+        let of_root = |name: &str| self.links.iter().find(|l| l.name == name && l.body == 0);
+        let Some(base) = of_root("base_link").or_else(|| of_root(in_world?)) else {
             return self;
         };
         let base_from_root = base.body_from_link.inverse();
@@ -198,8 +143,30 @@ impl Tree {
     }
 }
 
+/// Motion of a joint along or about its axis.
+fn displaced(kind: UrdfJointKind, axis: &Vector3<f64>, position: f64) -> Isometry3<f64> {
+    match kind {
+        UrdfJointKind::Prismatic => {
+            Isometry3::translation(axis.x * position, axis.y * position, axis.z * position)
+        }
+        _ => Isometry3::from_parts(
+            Translation3::identity(),
+            UnitQuaternion::from_scaled_axis(axis * position),
+        ),
+    }
+}
+
+/// The machine's first link where a floating or planar joint connects it to a world.
+fn machine_in_world(urdf: &Urdf) -> Option<&str> {
+    let mut joints = urdf.joints.iter();
+    let free = joints.find(|joint| joint.kind == UrdfJointKind::Free)?;
+    Some(&free.child)
+}
+
 struct Grower<'a> {
     urdf: &'a Urdf,
+    /// Positions of the joints that follow a joint that cannot move.
+    resting: &'a HashMap<&'a str, f64>,
     link_index: &'a HashMap<&'a str, usize>,
     children: &'a [Vec<&'a UrdfJoint>],
     bodies: Vec<TreeBody>,
@@ -224,12 +191,17 @@ impl Grower<'_> {
             for &joint in self.children[urdf_link].iter().rev() {
                 let child = self.link_index[joint.child.as_str()];
                 let body_from_joint = body_from_link * joint.parent_from_joint;
-                let (child_body, child_pose) = match joint.kind {
-                    UrdfJointKind::Fixed => (body, body_from_joint),
-                    UrdfJointKind::Revolute => {
+                let rests_at = self.resting.get(joint.name.as_str());
+                let (child_body, child_pose) = match (joint.kind, rests_at) {
+                    (UrdfJointKind::Fixed | UrdfJointKind::Free, _) => (body, body_from_joint),
+                    (kind, Some(&position)) => (
+                        body,
+                        body_from_joint * displaced(kind, &joint.axis, position),
+                    ),
+                    (UrdfJointKind::Revolute, None) => {
                         self.add_body(joint, JointKind::Revolute, body, body_from_joint)
                     }
-                    UrdfJointKind::Prismatic => {
+                    (UrdfJointKind::Prismatic, None) => {
                         self.add_body(joint, JointKind::Prismatic, body, body_from_joint)
                     }
                 };

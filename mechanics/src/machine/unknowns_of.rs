@@ -1,5 +1,6 @@
 //! The unknowns of a machine, with their names, units and standard deviations.
 
+use super::impossible_inertia::principal_moments;
 use super::stated_sigma::stated_sigma;
 use super::unknown::Unknown;
 use super::{InertiaElement, Machine, Parameter};
@@ -51,7 +52,12 @@ impl Unknown {
     pub fn stated_sigma(self, machine: &Machine) -> f64 {
         match self {
             Self::Parameter(parameter) => stated_sigma(machine, parameter),
-            Self::Inertia(_) => machine.uncertainty.inertia_share,
+            Self::Inertia(link) => {
+                let link = &machine.links[link];
+                let largest = principal_moments(&link.inertia.about_com)[2];
+                let of_replaced = link.inertia_sigma.map_or(0.0, |sigma| sigma / largest);
+                machine.uncertainty.inertia_share.max(of_replaced)
+            }
         }
     }
 

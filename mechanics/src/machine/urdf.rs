@@ -1,10 +1,17 @@
 //! Parser for the links and joints of a URDF; geometry, colours and simulator extensions are ignored.
 
+use std::cell::RefCell;
+
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
-use super::MachineError;
 use super::inertia::Inertia;
+use super::urdf_text::{line_of_macro, readable};
+use super::{ImpossibleInertia, MachineError};
+
+/// The types of a joint in the tree; a floating or planar one only says where the machine stands.
+pub(super) const JOINT_TYPES: &str = "a joint type of fixed, revolute, continuous, prismatic (floating or planar only \
+     between a massless world and the machine)";
 
 /// A URDF as written: lists of links and of the joints between them, not yet a tree.
 #[derive(Debug, Clone)]
@@ -12,13 +19,18 @@ pub(super) struct Urdf {
     pub(super) file: String,
     pub(super) links: Vec<UrdfLink>,
     pub(super) joints: Vec<UrdfJoint>,
+    /// What is wrong with single elements; [`Tree::build`](super::tree::Tree::build) refuses a URDF with faults, with
+    /// all of them at once.
+    pub(super) faults: Vec<MachineError>,
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct UrdfLink {
     pub(super) name: String,
-    /// In the link's frame; `None` for a massless frame.
+    /// In the link's frame, as stated, be it possible or not; `None` for a massless frame.
     pub(super) inertia: Option<Inertia>,
+    /// Whether it states an inertia without a mass.
+    pub(super) lacks_mass: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,6 +38,8 @@ pub(super) enum UrdfJointKind {
     Fixed,
     Revolute,
     Prismatic,
+    /// `floating` or `planar`: where the machine stands in the world.
+    Free,
 }
 
 #[derive(Debug, Clone)]
@@ -55,20 +69,14 @@ pub(super) struct Mimic {
 
 impl Urdf {
     /// # Errors
-    /// [`MachineError::Urdf`] or [`MachineError::Value`] with the offending line or link.
+    /// [`MachineError::Urdf`]: the text is not a URDF. What is wrong with its elements is in [`Self::faults`].
     pub(super) fn parse(text: &str, file: &str) -> Result<Self, MachineError> {
         // recognised in the text: a prefix that is not declared would stop the parser first
         if let Some(line) = line_of_macro(text) {
-            return Err(MachineError::Urdf {
-                file: file.into(),
-                line,
-                expected: "a URDF".into(),
-                found: "a xacro template: expand it with `xacro FILE.xacro > machine.urdf` (ROS package xacro), with the \
-                        arguments of the machine's launch file, and give machine.urdf (urdf = \"...\" or --urdf)"
-                    .into(),
-            });
+            return Err(is_template(file, line));
         }
-        let document = Document::parse(text).map_err(|e| MachineError::Urdf {
+        let text = readable(text);
+        let document = Document::parse(&text).map_err(|e| MachineError::Urdf {
             file: file.into(),
             line: e.pos().row,
             expected: "XML".into(),
@@ -77,6 +85,7 @@ impl Urdf {
         let reader = UrdfParser {
             file,
             document: &document,
+            faults: RefCell::default(),
         };
         let robot = document.root_element();
         if robot.tag_name().name() != "robot" {
@@ -86,46 +95,77 @@ impl Urdf {
                 format!("<{}>", robot.tag_name().name()),
             ));
         }
-        let elements = |tag: &'static str| robot.children().filter(move |n| n.has_tag_name(tag));
-        let links = elements("link")
-            .map(|n| reader.link(n))
-            .collect::<Result<Vec<_>, _>>()?;
-        let joints = elements("joint")
-            .map(|n| reader.joint(n))
-            .collect::<Result<Vec<_>, _>>()?;
+        // elements with a prefix are extensions of simulators
+        let own = |n: &Node<'_, '_>| n.tag_name().namespace() == robot.tag_name().namespace();
+        let elements = |tag: &'static str| {
+            robot
+                .children()
+                .filter(move |n| n.has_tag_name(tag) && own(n))
+        };
+        if let Some(node) = leftover(robot) {
+            return Err(is_template(file, reader.line(node)));
+        }
+        let links = elements("link").filter_map(|n| reader.link(n)).collect();
+        let joints = elements("joint").filter_map(|n| reader.joint(n)).collect();
         Ok(Self {
             file: file.into(),
             links,
             joints,
+            faults: reader.faults.into_inner(),
         })
     }
 }
 
-/// Line of the first element of xacro, the macro language from which URDFs are generated. The declaration of its
-/// name space alone remains in a generated URDF.
-fn line_of_macro(text: &str) -> Option<u32> {
-    let is_macro = |line: &str| line.contains("<xacro:") && !line.trim_start().starts_with("<!--");
-    let mut is_comment = false;
-    for (index, line) in text.lines().enumerate() {
-        if is_comment {
-            is_comment = !line.contains("-->");
-            continue;
+impl Urdf {
+    /// Replaces impossible inertias.
+    pub(super) fn replace(&mut self, replaced: &[ImpossibleInertia]) {
+        for replacement in replaced {
+            let mut links = self.links.iter_mut();
+            if let Some(link) = links.find(|link| link.name == replacement.link) {
+                link.inertia = Some(replacement.used);
+            }
         }
-        if is_macro(line) {
-            return u32::try_from(index + 1).ok();
-        }
-        let opened = line.rfind("<!--");
-        is_comment = opened.is_some_and(|at| !line[at..].contains("-->"));
     }
-    None
 }
 
+fn is_template(file: &str, line: u32) -> MachineError {
+    MachineError::Urdf {
+        file: file.into(),
+        line,
+        expected: "a URDF".into(),
+        found: "a xacro template: expand it with `xacro FILE.xacro > machine.urdf` (ROS package xacro), with the \
+                arguments of the machine's launch file, and give machine.urdf (urdf = \"...\" or --urdf)"
+            .into(),
+    }
+}
+
+/// What only a template has: an element of the macro language in its spelling without prefix, or an expression in
+/// place of a name or number. Names of mesh files are not read.
+fn leftover<'a, 'input>(robot: Node<'a, 'input>) -> Option<Node<'a, 'input>> {
+    let is_expression = |text: &str| text.contains("${") || text.contains("$(");
+    let mut children = robot.children();
+    children.find_map(|child| match child.tag_name().name() {
+        "macro" | "include" => Some(child),
+        "link" | "joint" => child.descendants().find(|node| {
+            let mut attributes = node.attributes();
+            attributes.any(|a| a.name() != "filename" && is_expression(a.value()))
+        }),
+        _ => None,
+    })
+}
+
+/// Reads elements. What is wrong is noted, and a neutral value stands in for it, so that one pass finds everything.
 struct UrdfParser<'a> {
     file: &'a str,
     document: &'a Document<'a>,
+    faults: RefCell<Vec<MachineError>>,
 }
 
 impl UrdfParser<'_> {
+    fn line(&self, node: Node<'_, '_>) -> u32 {
+        self.document.text_pos_at(node.range().start).row
+    }
+
     fn error(
         &self,
         node: Node<'_, '_>,
@@ -134,120 +174,114 @@ impl UrdfParser<'_> {
     ) -> MachineError {
         MachineError::Urdf {
             file: self.file.into(),
-            line: self.document.text_pos_at(node.range().start).row,
+            line: self.line(node),
             expected: expected.into(),
             found: found.into(),
         }
     }
 
-    fn link(&self, node: Node<'_, '_>) -> Result<UrdfLink, MachineError> {
-        let name = self.text(node, "name")?.to_string();
-        let inertia = match child(node, "inertial") {
-            Some(inertial) => self.inertial(inertial, &name)?,
-            None => None,
-        };
-        Ok(UrdfLink { name, inertia })
+    fn note(&self, node: Node<'_, '_>, expected: impl Into<String>, found: impl Into<String>) {
+        let fault = self.error(node, expected, found);
+        self.faults.borrow_mut().push(fault);
     }
 
-    /// `None` for zero mass and zero inertia: the link is a frame.
-    fn inertial(&self, node: Node<'_, '_>, link: &str) -> Result<Option<Inertia>, MachineError> {
-        let link_from_inertial = self.origin(node)?;
+    fn link(&self, node: Node<'_, '_>) -> Option<UrdfLink> {
+        let name = self.text(node, "name")?.to_string();
+        let inertia = child(node, "inertial").map(|inertial| self.inertial(inertial, &name));
+        let lacks_mass = inertia.is_some_and(|i| i.mass == 0.0 && i.about_com != Matrix3::zeros());
+        Some(UrdfLink {
+            name,
+            inertia: inertia.filter(|inertia| inertia.mass != 0.0),
+            lacks_mass,
+        })
+    }
+
+    fn inertial(&self, node: Node<'_, '_>, link: &str) -> Inertia {
+        let link_from_inertial = self.origin(node);
         let mass = match child(node, "mass") {
-            Some(mass) => self.number(mass, "value")?,
+            Some(mass) => self.number(mass, "value"),
             None => {
-                return Err(self.error(
-                    node,
-                    format!("<mass value=\"...\"/> in <inertial> of link \"{link}\""),
-                    "none",
-                ));
+                let expected = format!("<mass value=\"...\"/> in <inertial> of link \"{link}\"");
+                self.note(node, expected, "none");
+                0.0
             }
         };
+        if mass < 0.0 {
+            let place = format!("link \"{link}\"");
+            let expected = "a positive mass (or zero mass with zero inertia: a frame)";
+            let fault = MachineError::value(self.file, place, expected, format!("mass {mass} kg"));
+            self.faults.borrow_mut().push(fault);
+        }
         let tensor = match child(node, "inertia") {
             Some(n) => {
                 let get = |name| self.number(n, name);
-                let (xy, xz, yz) = (get("ixy")?, get("ixz")?, get("iyz")?);
-                Matrix3::new(
-                    get("ixx")?,
-                    xy,
-                    xz,
-                    xy,
-                    get("iyy")?,
-                    yz,
-                    xz,
-                    yz,
-                    get("izz")?,
-                )
+                let (xy, xz, yz) = (get("ixy"), get("ixz"), get("iyz"));
+                Matrix3::new(get("ixx"), xy, xz, xy, get("iyy"), yz, xz, yz, get("izz"))
             }
             None => Matrix3::zeros(),
         };
-        if mass == 0.0 && tensor == Matrix3::zeros() {
-            return Ok(None);
-        }
         let inertia = Inertia {
             mass,
             com: Vector3::zeros(),
             about_com: tensor,
         };
-        inertia.check().map_err(|fault| {
-            MachineError::value(
-                self.file,
-                format!("link \"{link}\""),
-                fault.expected,
-                fault.found,
-            )
-        })?;
-        Ok(Some(inertia.transformed(&link_from_inertial)))
+        inertia.transformed(&link_from_inertial)
     }
 
-    fn joint(&self, node: Node<'_, '_>) -> Result<UrdfJoint, MachineError> {
+    fn joint(&self, node: Node<'_, '_>) -> Option<UrdfJoint> {
         let name = self.text(node, "name")?.to_string();
         let kind = match self.text(node, "type")? {
             "fixed" => UrdfJointKind::Fixed,
             "revolute" | "continuous" => UrdfJointKind::Revolute,
             "prismatic" => UrdfJointKind::Prismatic,
+            "floating" | "planar" => UrdfJointKind::Free,
             other => {
                 let found = format!("\"{other}\" for joint \"{name}\"");
-                return Err(self.error(
-                    node,
-                    "a joint type of fixed, revolute, continuous, prismatic",
-                    found,
-                ));
+                self.note(node, JOINT_TYPES, found);
+                UrdfJointKind::Fixed
             }
         };
         let link_of = |tag: &'static str| match child(node, tag) {
             Some(n) => self.text(n, "link").map(str::to_string),
-            None => Err(self.error(
-                node,
-                format!("<{tag} link=\"...\"/> in joint \"{name}\""),
-                "none",
-            )),
+            None => {
+                let expected = format!("<{tag} link=\"...\"/> in joint \"{name}\"");
+                self.note(node, expected, "none");
+                None
+            }
         };
-        let limits = match child(node, "limit") {
+        let moves = matches!(kind, UrdfJointKind::Revolute | UrdfJointKind::Prismatic);
+        // what a joint without a coordinate says about its motion means nothing
+        let of_motion = |tag| child(node, tag).filter(|_| moves);
+        let limits = match of_motion("limit") {
             Some(limit) if node.attribute("type") != Some("continuous") => Some([
-                self.number_or(limit, "lower", 0.0)?,
-                self.number_or(limit, "upper", 0.0)?,
+                self.number_or(limit, "lower", 0.0),
+                self.number_or(limit, "upper", 0.0),
             ]),
             _ => None,
         };
         // Irrelevant to the mechanics: an unreadable limit counts as absent.
-        let max_velocity = child(node, "limit")
+        let max_velocity = of_motion("limit")
             .and_then(|limit| limit.attribute("velocity"))
             .and_then(|text| text.trim().parse::<f64>().ok())
             .filter(|rate| rate.is_finite() && *rate > 0.0);
-        let mimic = match child(node, "mimic") {
-            Some(n) => Some(Mimic {
+        let mimic = of_motion("mimic").and_then(|n| {
+            Some(Mimic {
                 joint: self.text(n, "joint")?.to_string(),
-                multiplier: self.number_or(n, "multiplier", 1.0)?,
-                offset: self.number_or(n, "offset", 0.0)?,
-            }),
-            None => None,
+                multiplier: self.number_or(n, "multiplier", 1.0),
+                offset: self.number_or(n, "offset", 0.0),
+            })
+        });
+        let axis = match of_motion("axis") {
+            Some(axis) => self.axis(axis, &name),
+            None => Vector3::x(),
         };
-        Ok(UrdfJoint {
+        let (parent, child) = (link_of("parent"), link_of("child"));
+        Some(UrdfJoint {
             kind,
-            parent: link_of("parent")?,
-            child: link_of("child")?,
-            parent_from_joint: self.origin(node)?,
-            axis: self.axis(node, &name)?,
+            parent: parent?,
+            child: child?,
+            parent_from_joint: self.origin(node),
+            axis,
             limits,
             max_velocity,
             mimic,
@@ -255,99 +289,76 @@ impl UrdfParser<'_> {
         })
     }
 
-    fn axis(&self, node: Node<'_, '_>, joint: &str) -> Result<Vector3<f64>, MachineError> {
-        let Some(axis) = child(node, "axis") else {
-            return Ok(Vector3::x());
+    fn axis(&self, axis: Node<'_, '_>, joint: &str) -> Vector3<f64> {
+        let Some(xyz) = self.triple(axis, "xyz") else {
+            return Vector3::x();
         };
-        let xyz = self.triple(axis, "xyz")?;
-        xyz.try_normalize(1e-9).ok_or_else(|| {
-            self.error(
-                axis,
-                format!("an axis of non-zero length for joint \"{joint}\""),
-                "0 0 0",
-            )
+        xyz.try_normalize(1e-9).unwrap_or_else(|| {
+            let expected = format!("an axis of non-zero length for joint \"{joint}\"");
+            let found = axis.attribute("xyz").unwrap_or_default();
+            self.note(axis, expected, found.trim());
+            Vector3::x()
         })
     }
 
-    fn origin(&self, node: Node<'_, '_>) -> Result<Isometry3<f64>, MachineError> {
+    fn origin(&self, node: Node<'_, '_>) -> Isometry3<f64> {
         let Some(origin) = child(node, "origin") else {
-            return Ok(Isometry3::identity());
+            return Isometry3::identity();
         };
-        let xyz = if origin.has_attribute("xyz") {
-            self.triple(origin, "xyz")?
-        } else {
-            Vector3::zeros()
+        let read = |attribute: &str| {
+            let stated = origin.has_attribute(attribute);
+            let triple = stated.then(|| self.triple(origin, attribute));
+            triple.flatten().unwrap_or_else(Vector3::zeros)
         };
-        let rpy = if origin.has_attribute("rpy") {
-            self.triple(origin, "rpy")?
-        } else {
-            Vector3::zeros()
-        };
-        Ok(Isometry3::from_parts(
+        let (xyz, rpy) = (read("xyz"), read("rpy"));
+        Isometry3::from_parts(
             Translation3::from(xyz),
             UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z),
-        ))
+        )
     }
 
-    fn text<'n>(&self, node: Node<'n, '_>, attribute: &str) -> Result<&'n str, MachineError> {
-        let tag = node.tag_name().name();
-        node.attribute(attribute).ok_or_else(|| {
-            self.error(
-                node,
-                format!("<{tag} {attribute}=\"...\">"),
-                "no such attribute",
-            )
-        })
-    }
-
-    fn number(&self, node: Node<'_, '_>, attribute: &str) -> Result<f64, MachineError> {
-        let text = self.text(node, attribute)?;
-        self.parse_number(node, attribute, text)
-    }
-
-    fn number_or(
-        &self,
-        node: Node<'_, '_>,
-        attribute: &str,
-        default: f64,
-    ) -> Result<f64, MachineError> {
-        node.attribute(attribute)
-            .map_or(Ok(default), |text| self.parse_number(node, attribute, text))
-    }
-
-    fn parse_number(
-        &self,
-        node: Node<'_, '_>,
-        attribute: &str,
-        text: &str,
-    ) -> Result<f64, MachineError> {
-        text.trim()
-            .parse::<f64>()
-            .ok()
-            .filter(|value| value.is_finite())
-            .ok_or_else(|| {
-                self.error(
-                    node,
-                    format!("a finite number in {attribute}"),
-                    format!("\"{text}\""),
-                )
-            })
-    }
-
-    fn triple(&self, node: Node<'_, '_>, attribute: &str) -> Result<Vector3<f64>, MachineError> {
-        let text = self.text(node, attribute)?;
-        let numbers = text
-            .split_whitespace()
-            .map(|t| self.parse_number(node, attribute, t))
-            .collect::<Result<Vec<_>, _>>()?;
-        match numbers[..] {
-            [x, y, z] => Ok(Vector3::new(x, y, z)),
-            _ => Err(self.error(
-                node,
-                format!("three numbers in {attribute}"),
-                format!("\"{text}\""),
-            )),
+    fn text<'n>(&self, node: Node<'n, '_>, attribute: &str) -> Option<&'n str> {
+        let text = node.attribute(attribute);
+        if text.is_none() {
+            let tag = node.tag_name().name();
+            let expected = format!("<{tag} {attribute}=\"...\">");
+            self.note(node, expected, "no such attribute");
         }
+        text
+    }
+
+    fn number(&self, node: Node<'_, '_>, attribute: &str) -> f64 {
+        let text = self.text(node, attribute);
+        let number = text.and_then(|text| self.parse_number(node, attribute, text));
+        number.unwrap_or(0.0)
+    }
+
+    fn number_or(&self, node: Node<'_, '_>, attribute: &str, default: f64) -> f64 {
+        let text = node.attribute(attribute);
+        let number = text.and_then(|text| self.parse_number(node, attribute, text));
+        number.unwrap_or(default)
+    }
+
+    fn parse_number(&self, node: Node<'_, '_>, attribute: &str, text: &str) -> Option<f64> {
+        let number = text.trim().parse::<f64>().ok();
+        let number = number.filter(|value| value.is_finite());
+        if number.is_none() {
+            let expected = format!("a finite number in {attribute}");
+            self.note(node, expected, format!("\"{text}\""));
+        }
+        number
+    }
+
+    fn triple(&self, node: Node<'_, '_>, attribute: &str) -> Option<Vector3<f64>> {
+        let text = self.text(node, attribute)?;
+        let parts: Vec<&str> = text.split_whitespace().collect();
+        let [x, y, z] = parts[..] else {
+            let expected = format!("three numbers in {attribute}");
+            self.note(node, expected, format!("\"{text}\""));
+            return None;
+        };
+        let [x, y, z] = [x, y, z].map(|part| self.parse_number(node, attribute, part));
+        Some(Vector3::new(x?, y?, z?))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Guesses about a machine, from its URDF and the log.
 
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::machine::Outline;
+use tipwatch_mechanics::machine::{Outline, OutlineLink};
 
 use super::arm;
 use super::joints::{self, JointGuess};
@@ -18,6 +18,8 @@ pub(super) struct Guesses {
     pub(super) joints: Vec<JointGuess>,
     /// Moving joints without a known position.
     pub(super) unknown: Vec<String>,
+    /// Those that are held still on request, and the joints of cylinders that drive a measured joint.
+    pub(super) frozen: Vec<String>,
     pub(super) arm: Option<arm::Guess>,
     pub(super) tool: Option<arm::Guess>,
 }
@@ -73,7 +75,49 @@ impl Guesses {
             linkages,
             joints,
             unknown,
+            frozen: Vec::new(),
             outline,
         }
+    }
+
+    /// Holds every joint still that no message measures and no guess drives.
+    pub(super) fn freeze(&mut self, logged: &[String]) {
+        let is_measured =
+            |name: &String| logged.contains(name) || self.joints.iter().any(|j| j.joint == *name);
+        let (idle, driving): (Vec<_>, Vec<_>) = self
+            .linkages
+            .drain(..)
+            .partition(|linkage| is_measured(&linkage.pivot));
+        self.linkages = driving;
+        let mut frozen = std::mem::take(&mut self.unknown);
+        frozen.extend(
+            idle.into_iter()
+                .flat_map(|linkage| [linkage.cylinder, linkage.rod]),
+        );
+        frozen.retain(|name| !logged.contains(name));
+        self.frozen = frozen;
+    }
+
+    /// The mass that a joint carries (kg), and its share of the whole.
+    pub(super) fn carried_mass(&self, joint: &str) -> [f64; 2] {
+        let links = &self.outline.links;
+        let is_of = |link: &OutlineLink| link.joint.as_ref().is_some_and(|j| j.name == joint);
+        let total: f64 = links.iter().map(|link| link.mass).sum();
+        let carried = links.iter().position(is_of).map_or(0.0, |carrier| {
+            let below = (0..links.len()).filter(|&link| self.outline.is_below(link, carrier));
+            below.map(|link| links[link].mass).sum()
+        });
+        [carried, carried / total]
+    }
+
+    /// Where a joint is held still: at zero, or at its limit next to zero (rad or m).
+    pub(super) fn rest(&self, joint: &str) -> f64 {
+        let mut joints = self
+            .outline
+            .links
+            .iter()
+            .filter_map(|link| link.joint.as_ref());
+        let limits = joints.find(|j| j.name == joint).and_then(|j| j.limits);
+        limits.map_or(0.0, |[least, most]| 0.0_f64.clamp(least, most))
     }
 }

@@ -15,6 +15,8 @@ mod urdf;
 mod wheels;
 mod words;
 mod write;
+mod write_options;
 
 pub use section::signals;
 pub use write::write;
+pub use write_options::WriteOptions;

@@ -10,6 +10,7 @@ use super::reference;
 use super::signals::Topics;
 use super::text::{Text, array, key, number, quoted};
 use super::urdf::Urdf;
+use super::write_options::WriteOptions;
 
 pub(super) fn rendered(
     log: &Log,
@@ -17,6 +18,7 @@ pub(super) fn rendered(
     topics: &Topics,
     guesses: Option<&Guesses>,
     imu: &ImuSection,
+    options: WriteOptions,
     verdict: &str,
 ) -> String {
     let mut text = Text::default();
@@ -44,6 +46,12 @@ pub(super) fn rendered(
         }) => {
             text.line(line);
         }
+    }
+    if options.accepts_inertias {
+        text.comment(
+            "Inertias of the URDF that no body can have are replaced, with their uncertainty.",
+        );
+        text.line("accept_inertias = true");
     }
     write_doubts(&mut text, guesses, imu);
     if let Some(guesses) = guesses {
@@ -81,6 +89,8 @@ fn write_doubts(text: &mut Text, guesses: Option<&Guesses>, imu: &ImuSection) {
         doubts.extend(guessed.map(|wheel| format!("wheels.{}.radius", wheel.name)));
         let joints = guesses.joints.iter().filter(|joint| joint.is_doubtful);
         doubts.extend(joints.map(|joint| format!("signals.joints.{}", joint.joint)));
+        let frozen = guesses.frozen.iter();
+        doubts.extend(frozen.map(|joint| format!("signals.joints.{joint}")));
     }
     if !doubts.is_empty() {
         text.comment(
@@ -200,9 +210,21 @@ pub(super) fn write_joints(text: &mut Text, guesses: &Guesses) {
             text.line(line);
         }
     }
-    for joint in &guesses.unknown {
+    for joint in &guesses.frozen {
+        let [mass, share] = guesses.carried_mass(joint);
         text.gap().comment(&format!(
-            "Needed: the position of joint {joint} (rad or m), which is in no message: a field, or a constant if it never moves, such as position = 0.0."
+            "Held still: joint {joint} is in no message. It carries {mass:.1} kg, {:.1} % of the mass.",
+            100.0 * share
+        ));
+        text.line(&format!("[signals.joints.{}]", key(joint)));
+        text.line(&format!("position = {}", number(guesses.rest(joint))));
+    }
+    for joint in &guesses.unknown {
+        let [mass, share] = guesses.carried_mass(joint);
+        text.gap().comment(&format!(
+            "Needed: the position of joint {joint} (rad or m), which is in no message and carries {mass:.1} kg, {:.1} % of the \
+             mass: a field, or a constant if it never moves, such as position = 0.0 (--freeze-passive writes that).",
+            100.0 * share
         ));
         text.open(&format!(
             "[signals.joints.{}]\nposition = {{ topic = \"/topic\", field = \"field\", scale = 1.0, offset = 0.0 }}",

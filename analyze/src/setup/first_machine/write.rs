@@ -15,15 +15,21 @@ use super::imu::{self, ImuSection};
 use super::render::rendered;
 use super::signals::Topics;
 use super::urdf::{Urdf, find_urdf};
+use super::write_options::WriteOptions;
 
 /// Writes a first machine file to `out`, which must not exist; returns what is still missing, if anything.
 ///
 /// # Errors
 /// The log or the URDF cannot be read, or the file exists or cannot be written.
-pub fn write(log: &Path, urdf: Option<&Path>, out: &Path) -> Result<Option<String>> {
+pub fn write(
+    log: &Path,
+    urdf: Option<&Path>,
+    out: &Path,
+    options: WriteOptions,
+) -> Result<Option<String>> {
     let log = Log::open(log)?;
     let urdf = find_urdf(&log, urdf, out)?;
-    let (body, missing) = machine_file(&log, urdf.as_ref(), out)?;
+    let (body, missing) = machine_file(&log, urdf.as_ref(), out, options)?;
     let mut file = OpenOptions::new()
         .write(true)
         .create_new(true)
@@ -40,11 +46,19 @@ pub fn write(log: &Path, urdf: Option<&Path>, out: &Path) -> Result<Option<Strin
 }
 
 /// The text of the file, and what is still missing.
-fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, Option<String>)> {
+fn machine_file(
+    log: &Log,
+    urdf: Option<&Urdf>,
+    out: &Path,
+    options: WriteOptions,
+) -> Result<(String, Option<String>)> {
     let topics = Topics::find(log)?;
     let outline = urdf.map(|urdf| Outline::read(&urdf.text, &urdf.name));
     let outline = outline.transpose()?;
-    let guesses = outline.map(|outline| Guesses::of(outline, &topics, log));
+    let mut guesses = outline.map(|outline| Guesses::of(outline, &topics, log));
+    if let Some(guesses) = guesses.as_mut().filter(|_| options.freezes_passive) {
+        guesses.freeze(&topics.joints());
+    }
     let name = out.display().to_string();
     // the mounting of the IMU depends on the rest of the machine
     let without_imu = rendered(
@@ -53,12 +67,13 @@ fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, O
         &topics,
         guesses.as_ref(),
         &ImuSection::default(),
+        options,
         "",
     );
     let spec = MachineSpec::from_toml(&without_imu, &name)?;
     let outline = guesses.as_ref().map(|guesses| &guesses.outline);
     let imu = imu::section(log, &spec, urdf, &topics, outline)?;
-    let whole = rendered(log, urdf, &topics, guesses.as_ref(), &imu, "");
+    let whole = rendered(log, urdf, &topics, guesses.as_ref(), &imu, options, "");
     let spec = MachineSpec::from_toml(&whole, &name)?;
     let unbound = match urdf {
         None => {
@@ -85,7 +100,15 @@ fn machine_file(log: &Log, urdf: Option<&Urdf>, out: &Path) -> Result<(String, O
         }
     };
     Ok((
-        rendered(log, urdf, &topics, guesses.as_ref(), &imu, &verdict),
+        rendered(
+            log,
+            urdf,
+            &topics,
+            guesses.as_ref(),
+            &imu,
+            options,
+            &verdict,
+        ),
         missing,
     ))
 }

@@ -33,7 +33,7 @@ pub fn write_machine_file(path: &Path, before: &MachineFile, found: &Identified)
 /// The text of a machine file with the table `[identified]`, for a file in `folder`.
 #[must_use]
 pub fn machine_file_text(file: &MachineFile, found: &Identified, folder: &Path) -> String {
-    let kept = without_identified(&file.text);
+    let kept = without_identified(&file.effective_text());
     let beside = file
         .path
         .parent()

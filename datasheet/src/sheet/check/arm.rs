@@ -4,6 +4,21 @@ use super::range::{LENGTH_UNITS, in_other_unit};
 use crate::error::SheetError;
 use crate::sheet::spec::{Segment, SegmentKind, Sheet};
 
+/// Mass of an arm with its tool as a share of the operating mass, at least.
+const LEAST_ARM_SHARE: f64 = 2e-3;
+/// Mass of a segment or a tool as a share of the operating mass, at least.
+const LEAST_PART_SHARE: f64 = 1e-4;
+/// Rated load as a share of the operating mass, at least.
+const LEAST_LOAD_SHARE: f64 = 2e-3;
+/// Longest tool: forks and buckets of the largest machines (m).
+const LONGEST_TOOL: f64 = 5.0;
+/// Diameter of the largest pistons (m).
+const LARGEST_BORE: f64 = 0.8;
+/// Largest range of a joint that lifts (degrees).
+const ONE_TURN: f64 = 360.0;
+/// Largest range of a joint that turns, but not endlessly (degrees).
+pub(super) const TWO_TURNS: f64 = 720.0;
+
 impl Sheet {
     pub(super) fn check_arm(&self) -> Result<(), SheetError> {
         let arm = &self.arm;
@@ -18,7 +33,7 @@ impl Sheet {
         }
         self.length_in("arm.height", arm.height.si, [0.01, 15.0])?;
         if let Some(mass) = arm.mass {
-            self.mass_in("arm.mass", mass.si, [0.0, self.mass.si])?;
+            self.part_in("arm.mass", mass.si, LEAST_ARM_SHARE)?;
         }
         if let Some(reach) = arm.reach {
             self.length_in("arm.reach", reach.si, [0.05, 150.0])?;
@@ -67,15 +82,16 @@ impl Sheet {
                 ));
             }
             if let Some(mass) = tool.mass {
-                self.mass_in("arm.tool.mass", mass.si, [0.0, self.mass.si])?;
+                self.part_in("arm.tool.mass", mass.si, LEAST_PART_SHARE)?;
             }
             if let Some(length) = tool.length {
-                self.length_in("arm.tool.length", length.si, [0.0, 20.0])?;
+                self.length_in("arm.tool.length", length.si, [0.0, LONGEST_TOOL])?;
             }
             self.range(
                 "arm.tool",
                 tool.range.map(|r| r.map(|a| a.si)),
                 tool.at.map(|a| a.si),
+                ONE_TURN,
             )?;
         }
         if let Some(tool) = &arm.tool {
@@ -94,8 +110,15 @@ impl Sheet {
             return Err(self.wrong("arm.tool", expected, "none", ""));
         }
         if let Some(load) = &self.rated_load {
-            self.mass_in("rated_load.mass", load.mass.si, [0.0, 2_000_000.0])?;
-            self.length_in("rated_load.centre", load.centre.si, [0.0, 10.0])?;
+            if load.mass.si != 0.0 {
+                let least = LEAST_LOAD_SHARE * self.mass.si;
+                self.mass_in(
+                    "rated_load.mass",
+                    load.mass.si,
+                    [least, 20.0 * self.mass.si],
+                )?;
+            }
+            self.length_in("rated_load.centre", load.centre.si, [0.0, LONGEST_TOOL])?;
         }
         Ok(())
     }
@@ -110,13 +133,17 @@ impl Sheet {
             self.length_in(&place("length"), length.si, [0.0, 100.0])?;
         }
         if let Some(mass) = segment.mass {
-            self.mass_in(&place("mass"), mass.si, [0.0, self.mass.si])?;
+            self.part_in(&place("mass"), mass.si, LEAST_PART_SHARE)?;
         }
         let limits = segment.range.map(|r| r.map(|a| a.si));
         self.range(
             &format!("arm.segments[{index}]"),
             limits,
             segment.at.map(|a| a.si),
+            match segment.kind {
+                SegmentKind::Lift | SegmentKind::Mast => ONE_TURN,
+                SegmentKind::Yaw | SegmentKind::Roll => TWO_TURNS,
+            },
         )?;
         let extension = segment.extension.map_or(0.0, |e| e.si);
         self.length_in(&place("extension"), extension, [0.0, 120.0])?;
@@ -136,13 +163,13 @@ impl Sheet {
             return Err(self.wrong(place("sections"), expected, "sections", ""));
         }
         if let Some(cylinder) = &segment.cylinder {
-            for (key, length, least) in [
-                ("closed", cylinder.closed, 0.01),
-                ("stroke", cylinder.stroke, 0.01),
-                ("bore", cylinder.bore, 0.005),
-                ("rod", cylinder.rod, 0.003),
+            for (key, length, range) in [
+                ("closed", cylinder.closed, [0.01, 10.0]),
+                ("stroke", cylinder.stroke, [0.01, 10.0]),
+                ("bore", cylinder.bore, [0.005, LARGEST_BORE]),
+                ("rod", cylinder.rod, [0.003, LARGEST_BORE]),
             ] {
-                self.length_in(&place(&format!("cylinder.{key}")), length.si, [least, 10.0])?;
+                self.length_in(&place(&format!("cylinder.{key}")), length.si, range)?;
             }
             for (key, pin) in [("base", cylinder.base), ("eye", cylinder.eye)] {
                 if let Some(wrong) = pin.iter().find(|p| !(p.si.abs() <= 20.0)) {

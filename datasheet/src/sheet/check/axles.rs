@@ -4,6 +4,9 @@ use crate::error::SheetError;
 use crate::prior::ROUNDING;
 use crate::sheet::spec::{Axle, Sheet};
 
+/// Mass of a wheel as a share of the operating mass, at least.
+const LEAST_WHEEL_SHARE: f64 = 2e-4;
+
 impl Sheet {
     pub(super) fn check_ground(&self) -> Result<(), SheetError> {
         let prior = self.template.prior();
@@ -91,7 +94,8 @@ impl Sheet {
         let Some(r) = stated.or(tyre) else {
             let (expected, found) = match &axle.tyre {
                 Some(name) => (
-                    "a designation such as \"20.5R25\", \"710/45-26.5\" or \"7.00-12\", or tyre_radius",
+                    "a designation such as \"20.5R25\", \"710/45-26.5\", \"7.00-12\", \"16.9-24\", \"18x7-8\" or \"200x50\", or \
+                     tyre_radius and tyre_width",
                     format!("\"{name}\""),
                 ),
                 None => ("tyre or tyre_radius", "neither".into()),
@@ -99,6 +103,7 @@ impl Sheet {
             return Err(self.wrong(place("tyre"), expected, found, ""));
         };
         self.length_in(&place("tyre_radius"), r, radius)?;
+        self.check_radius_in_machine(index, axle, r)?;
         if let (Some(stated), Some(tyre)) = (stated, tyre)
             && !(0.75..=1.33).contains(&(stated / tyre))
         {
@@ -115,7 +120,8 @@ impl Sheet {
             ));
         }
         if let Some(width) = axle.tyre_width {
-            self.length_in(&place("tyre_width"), width.si, [0.01, 3.0])?;
+            // of twin tyres at most
+            self.length_in(&place("tyre_width"), width.si, [0.01, 3.0_f64.min(4.0 * r)])?;
         }
         if let Some(bogie) = axle.bogie {
             self.length_in(&place("bogie"), bogie.si, [1.4 * r, 6.0 * r])?;
@@ -139,11 +145,11 @@ impl Sheet {
             ("wheel_mass", axle.wheel_mass),
         ] {
             if let Some(mass) = mass {
-                let least = if key == "wheel_mass" {
-                    0.0
-                } else {
-                    f64::MIN_POSITIVE
-                };
+                if key == "wheel_mass" {
+                    self.part_in(&place(key), mass.si, LEAST_WHEEL_SHARE)?;
+                    continue;
+                }
+                let least = f64::MIN_POSITIVE;
                 self.mass_in(&place(key), mass.si, [least, 3.0 * self.mass.si])?;
             }
         }

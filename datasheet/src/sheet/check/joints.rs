@@ -1,7 +1,11 @@
 //! Articulation, slew and superstructure.
 
+use super::arm::TWO_TURNS;
 use crate::error::SheetError;
 use crate::sheet::spec::Sheet;
+
+/// Mass of a frame or superstructure as a share of the operating mass, at least.
+const LEAST_FRAME_SHARE: f64 = 0.01;
 
 impl Sheet {
     pub(super) fn check_joints(&self) -> Result<(), SheetError> {
@@ -19,7 +23,7 @@ impl Sheet {
                     self.angle_in("articulation.roll", roll.si, [0.5, 60.0])?;
                 }
                 if let Some(mass) = joint.front_mass {
-                    self.mass_in("articulation.front_mass", mass.si, [0.0, self.mass.si])?;
+                    self.part_in("articulation.front_mass", mass.si, LEAST_FRAME_SHARE)?;
                 }
             }
             (None, true) => {
@@ -47,6 +51,7 @@ impl Sheet {
                 "slew",
                 slew.range.map(|r| r.map(|a| a.si)),
                 slew.at.map(|a| a.si),
+                TWO_TURNS,
             )?;
         }
         match (&self.superstructure, prior.has_superstructure) {
@@ -56,7 +61,7 @@ impl Sheet {
                     return Err(self.wrong("slew", "[slew] below a superstructure", "none", ""));
                 }
                 if let Some(mass) = upper.mass {
-                    self.mass_in("superstructure.mass", mass.si, [0.0, self.mass.si])?;
+                    self.part_in("superstructure.mass", mass.si, LEAST_FRAME_SHARE)?;
                 }
                 if let Some(com) = upper.centre_of_mass_behind
                     && !(com.si.abs() <= upper.tail.si)

@@ -5,6 +5,7 @@ mod axles;
 mod joints;
 mod outriggers;
 mod range;
+mod size;
 
 use super::spec::Sheet;
 use crate::error::SheetError;
@@ -52,6 +53,7 @@ impl Sheet {
             ));
         }
         self.check_ground()?;
+        self.check_size()?;
         self.check_joints()?;
         self.check_arm()?;
         self.check_outriggers()

@@ -13,6 +13,7 @@ impl Sheet {
         for (index, pair) in self.outriggers.iter().enumerate() {
             let place = |key: &str| format!("outriggers[{index}].{key}");
             self.length_in(&place("base"), pair.base.si, [0.3, 20.0])?;
+            self.check_base(&place("base"), pair.base.si)?;
             if !(pair.behind.si.abs() <= 30.0) {
                 let likely = in_other_unit(pair.behind.si.abs(), [0.0, 30.0], LENGTH_UNITS);
                 let found = format!("{} m", pair.behind.si);
@@ -37,5 +38,34 @@ impl Sheet {
             }
         }
         Ok(())
+    }
+
+    /// Outriggers widen the base on which the machine stands.
+    fn check_base(&self, place: &str, base: f64) -> Result<(), SheetError> {
+        /// Between the pads at least, as a share of the widest track.
+        const WIDENS: f64 = 0.8;
+        let tracks = self.axles.iter().filter_map(|axle| axle.track);
+        let gauge = self.tracks.as_ref().map(|tracks| tracks.gauge);
+        let widest = tracks
+            .chain(gauge)
+            .map(|track| track.si)
+            .fold(0.0, f64::max);
+        if base >= WIDENS * widest {
+            return Ok(());
+        }
+        let expected = format!(
+            "at least {:.3} m between the middles of the pads, because the track is {widest} m",
+            WIDENS * widest
+        );
+        let likely = match base {
+            _ if 2.0 * base >= widest => {
+                "It looks like the distance from the middle of the machine: give both sides together"
+            }
+            _ if 3.3 * base >= widest => {
+                "It looks like a number in metres that was written in another unit, or like the side of a pad (pad)"
+            }
+            _ => "It looks like the side of a pad: that is the key pad",
+        };
+        Err(self.wrong(place, expected, format!("{base} m"), likely))
     }
 }

@@ -20,6 +20,15 @@ impl Sheet {
         Err(self.wrong(place, trim(&expected), format!("{kg} kg"), likely))
     }
 
+    /// The mass of a part: at most that of the machine, and at least this share of it, because tonnes without their
+    /// unit are kilograms. Zero means none.
+    pub(super) fn part_in(&self, place: &str, kg: f64, share: f64) -> Result<(), SheetError> {
+        match kg == 0.0 {
+            true => Ok(()),
+            false => self.mass_in(place, kg, [share * self.mass.si, self.mass.si]),
+        }
+    }
+
     pub(super) fn length_in(&self, place: &str, m: f64, range: [f64; 2]) -> Result<(), SheetError> {
         if (range[0]..=range[1]).contains(&m) {
             return Ok(());
@@ -47,28 +56,49 @@ impl Sheet {
         Err(self.wrong(place, expected, format!("{found} degrees"), likely))
     }
 
-    /// A range is in order, no larger than two turns, and holds the posture of the sheet.
+    /// A range is in order, of a size that this joint can have, and holds the posture of the sheet.
     pub(super) fn range(
         &self,
         place: &str,
         range: Option<[f64; 2]>,
         at: Option<f64>,
+        largest: f64,
     ) -> Result<(), SheetError> {
+        /// Smallest range of a joint that moves (degrees).
+        const SMALLEST: f64 = 2.0;
         let degrees = |a: f64| (a.to_degrees() * 1e6).round() * 1e-6;
-        let [least, most] =
-            range.unwrap_or([-4.0 * std::f64::consts::PI, 4.0 * std::f64::consts::PI]);
-        if !(least < most && most - least < 26.0) {
-            let found = format!("{} to {} degrees", degrees(least), degrees(most));
+        let Some([least, most]) = range else {
+            return Ok(());
+        };
+        let span = degrees(most) - degrees(least);
+        let found = || format!("{} to {} degrees", degrees(least), degrees(most));
+        if !(least < most) {
             let expected = "a smallest and a larger angle";
-            return Err(self.wrong(format!("{place}.range"), expected, found, ""));
+            return Err(self.wrong(format!("{place}.range"), expected, found(), ""));
+        }
+        if !(SMALLEST..=largest).contains(&span) {
+            let expected = format!("a range of {SMALLEST} to {largest} degrees");
+            let likely = match span {
+                _ if (SMALLEST..=largest).contains(&span.to_degrees()) => format!(
+                    "It looks like radians: write [\"{} rad\", \"{} rad\"]",
+                    degrees(least),
+                    degrees(most)
+                ),
+                _ if (SMALLEST..=largest).contains(&span.to_radians()) && span > 2.0 * largest => {
+                    "It looks like degrees that were multiplied by 57.3: state the angles in degrees".into()
+                }
+                _ if (SMALLEST..=largest).contains(&(0.1 * span)) => {
+                    "It looks like tenths of a degree: state the angles in degrees; leave out the range of a joint that turns \
+                     endlessly"
+                        .into()
+                }
+                _ => "State the angles in degrees; leave out the range of a joint that turns endlessly".into(),
+            };
+            return Err(self.wrong(format!("{place}.range"), expected, found(), likely));
         }
         match at {
             Some(at) if !(least - 1e-9..=most + 1e-9).contains(&at) => {
-                let expected = format!(
-                    "an angle within the range of {} to {} degrees",
-                    degrees(least),
-                    degrees(most)
-                );
+                let expected = format!("an angle within the range of {}", found());
                 Err(self.wrong(
                     format!("{place}.at"),
                     expected,
@@ -81,10 +111,17 @@ impl Sheet {
     }
 }
 
-/// A length or a mass in other units that would be plausible.
+/// A length or a mass in other units that would be plausible: the unit that brings it nearest to the middle of the
+/// range.
 pub(super) fn in_other_unit(si: f64, range: [f64; 2], units: &[(&str, f64)]) -> String {
-    let fits = |factor: f64| (range[0]..=range[1]).contains(&(si * factor));
-    let found = units.iter().find(|(_, factor)| fits(*factor));
+    let [least, largest] = range;
+    let middle = (least.max(0.02 * largest) * largest).sqrt();
+    let fits = |factor: f64| (least..=largest).contains(&(si * factor));
+    let off = |factor: f64| (si * factor / middle).ln().abs();
+    let found = units
+        .iter()
+        .filter(|(_, factor)| fits(*factor))
+        .min_by(|(_, a), (_, b)| off(*a).total_cmp(&off(*b)));
     found.map_or(String::new(), |(unit, _)| {
         format!("It looks like a number in {unit}: write \"{si} {unit}\"")
     })

@@ -1,18 +1,19 @@
 //! Validation: a machine file, a URDF and facts about a log give a [`Machine`], or the first error found in
 //! them.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
+use super::inertias::FoundInertias;
 use crate::machine::body::link_parts;
-use crate::machine::outline::{Shape, shapes_by_link};
+use crate::machine::link_box::boxes_by_link;
+use crate::machine::outline::shapes_by_link;
 use crate::machine::tree::{Tree, TreeBody, TreeJoint};
 use crate::machine::urdf::Urdf;
 use crate::machine::{
-    Body, JointCoupling, JointKind, Link, LinkGroup, Machine, MachineError, MachineSpec,
-    MassMoments, Mount, Mounting, StaticTransform, SupportKind, Wheel,
+    Body, ImpossibleInertia, JointCoupling, JointKind, Link, LinkGroup, Machine, MachineError,
+    MachineSpec, MassMoments, Mount, Mounting, StaticTransform, SupportKind, Wheel,
 };
 
 /// Facts about a log against which a machine is checked.
@@ -40,16 +41,27 @@ impl MachineSpec {
         urdf_name: &str,
         log: LogFacts<'_>,
     ) -> Result<Machine, MachineError> {
-        let urdf = Urdf::parse(urdf_text, urdf_name)?;
+        let mut urdf = Urdf::parse(urdf_text, urdf_name)?;
         let tree = Tree::build(&urdf)?;
-        Checker {
+        let checker = |tree| Checker {
             spec: self,
-            tree: &tree,
+            tree,
             urdf_name,
             log,
+        };
+        let plausible = checker(&tree).plausible(&urdf, urdf_text)?;
+        if plausible.inertias.replaced.is_empty() {
+            return checker(&tree).machine(plausible);
         }
-        .machine(&shapes_by_link(urdf_text))
+        urdf.replace(&plausible.inertias.replaced);
+        checker(&Tree::build(&urdf)?).machine(plausible)
     }
+}
+
+/// What is checked before the inertias of the tree are final.
+struct Plausible {
+    wheels: Vec<Wheel>,
+    inertias: FoundInertias,
 }
 
 pub(super) struct Checker<'a> {
@@ -60,14 +72,21 @@ pub(super) struct Checker<'a> {
 }
 
 impl Checker<'_> {
-    fn machine(&self, shapes: &HashMap<String, Vec<Shape>>) -> Result<Machine, MachineError> {
-        let spec = self.spec;
+    fn plausible(&self, urdf: &Urdf, urdf_text: &str) -> Result<Plausible, MachineError> {
         self.check_numbers()?;
         self.check_signals()?;
         self.check_link_sigmas()?;
         let wheels = self.wheels()?;
-        self.check_wheel_plausibility(&wheels, shapes)?;
-        let notes_on_masses = self.check_mass_plausibility(&wheels)?;
+        self.check_wheel_plausibility(&wheels, &shapes_by_link(urdf_text))?;
+        let [mass, apart] = self.check_mass_plausibility(&wheels)?;
+        let boxes = boxes_by_link(urdf_text);
+        let inertias = self.inertias(urdf, &boxes, &wheels, mass, apart)?;
+        Ok(Plausible { wheels, inertias })
+    }
+
+    fn machine(&self, plausible: Plausible) -> Result<Machine, MachineError> {
+        let spec = self.spec;
+        let Plausible { wheels, inertias } = plausible;
         let polygon = self.polygon(&wheels)?;
         let driving = self.driving(&wheels)?;
         spec.check_weighed(&driving.joints)?;
@@ -78,7 +97,7 @@ impl Checker<'_> {
         let supports =
             self.supports(&wheels, &contact, &driving.joints, &reference.optimal_load)?;
         let (imu, mut notes) = self.imu()?;
-        notes.extend(notes_on_masses);
+        notes.extend(inertias.notes);
         let arm_root = spec
             .arm
             .as_ref()
@@ -93,7 +112,10 @@ impl Checker<'_> {
             None => None,
         };
         let links: Vec<Link> = (0..self.tree.links.len())
-            .map(|i| self.machine_link(i, arm_root, &wheels))
+            .map(|i| Link {
+                inertia_sigma: sigma_of(&inertias.replaced, &self.tree.links[i].name),
+                ..self.machine_link(i, arm_root, &wheels)
+            })
             .collect();
         let mut machine = Machine {
             name: spec.name.clone(),
@@ -114,6 +136,7 @@ impl Checker<'_> {
             contact,
             imu,
             notes,
+            replaced_inertias: inertias.replaced,
             tool,
             payloads: self.payloads(&links)?,
             links,
@@ -270,6 +293,7 @@ impl Checker<'_> {
                 (false, false) => LinkGroup::Chassis,
             },
             sigma: self.link_sigma(index),
+            inertia_sigma: None,
         }
     }
 
@@ -376,6 +400,12 @@ impl Checker<'_> {
         }
         Ok(())
     }
+}
+
+/// Standard deviation of the inertia of a link where it was replaced (kg m^2).
+fn sigma_of(replaced: &[ImpossibleInertia], link: &str) -> Option<f64> {
+    let of_link = replaced.iter().find(|inertia| inertia.link == link);
+    of_link.map(ImpossibleInertia::sigma)
 }
 
 fn machine_bodies(tree: &Tree, couplings: &[Option<JointCoupling>], links: &[Link]) -> Vec<Body> {

@@ -25,9 +25,10 @@ impl Checker<'_> {
             let (sigma, unit) = of_joint(machine, joint, CONSTANT_SIGMA);
             machine.joints[joint].position_sigma = Some(sigma);
             let name = &machine.joints[joint].name;
+            let carried = self.carried_mass(name);
             machine.notes.push(format!(
-                "{UNCONFIRMED}: joint {name} is in no message; its position is the constant {position} {unit} of the \
-                 machine file, with a standard deviation of {sigma} {unit}."
+                "{UNCONFIRMED}: joint {name}, which {carried}, is in no message; its position is the constant {position} \
+                 {unit} of the machine file, with a standard deviation of {sigma} {unit}."
             ));
         }
         for key in &self.spec.unconfirmed {

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::checker::Checker;
+use crate::machine::impossible_inertia::figure;
 use crate::machine::linkage::{self, LinkageBodies, LinkageInput};
 use crate::machine::spec::LinkageSpec;
 use crate::machine::tree::TreeJoint;
@@ -63,7 +64,7 @@ impl Checker<'_> {
                     .joints
                     .push(measured_joint(joint, logged, constant, spins_wheel));
             } else {
-                missing.push(format!("\"{}\"", joint.name));
+                missing.push(self.with_carried_mass(&joint.name));
             }
         }
         self.follow_mimics(&mut driving, &mut missing);
@@ -83,6 +84,26 @@ impl Checker<'_> {
                 .joint_names
                 .map_or(String::new(), |names| names.join(", ")),
         }
+    }
+
+    /// A joint with the mass that it carries, which is what its position matters for.
+    fn with_carried_mass(&self, joint: &str) -> String {
+        format!("\"{joint}\" ({})", self.carried_mass(joint))
+    }
+
+    /// The mass that a joint carries, and its share, in words.
+    pub(super) fn carried_mass(&self, joint: &str) -> String {
+        let bodies = &self.tree.bodies;
+        let mass = |carrier: usize| -> f64 {
+            let carried = (0..bodies.len()).filter(|&b| self.tree.is_carried_by(b, carrier));
+            carried.map(|b| bodies[b].inertia.mass).sum()
+        };
+        let carried = self.tree.body_of_joint(joint).map_or(0.0, mass);
+        format!(
+            "carries {} kg, {} % of the mass",
+            figure(carried),
+            figure(100.0 * carried / mass(0))
+        )
     }
 
     /// Without a log, every joint without a constant counts as logged.
@@ -135,7 +156,8 @@ impl Checker<'_> {
         } else if has(&spec.rod) {
             LinkageInput::RodLength
         } else {
-            return Err(self.unmeasured(&[format!("\"{}\" (or \"{}\")", spec.pivot, spec.rod)]));
+            let pivot = self.with_carried_mass(&spec.pivot);
+            return Err(self.unmeasured(&[format!("{pivot} (or \"{}\")", spec.rod)]));
         };
         let measured = driving.joints.len();
         let body = match input {
@@ -195,10 +217,8 @@ impl Checker<'_> {
                         offset: mimic.offset,
                     });
                 }
-                None => missing.push(format!(
-                    "\"{}\"",
-                    body.joint.as_ref().map_or("", |j| &j.name)
-                )),
+                None => missing
+                    .push(self.with_carried_mass(body.joint.as_ref().map_or("", |j| &j.name))),
             }
         }
     }

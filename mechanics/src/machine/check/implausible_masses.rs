@@ -1,10 +1,8 @@
-//! Refuses masses and inertias that no machine has: a base without mass, an inertia beyond the size of the
-//! machine, masses or lengths in another unit.
+//! Refuses masses that no machine has: a base without mass, masses or lengths in another unit.
 
-use nalgebra::{Point3, SymmetricEigen, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use super::checker::Checker;
-use crate::machine::tree::TreeLink;
 use crate::machine::{MachineError, Wheel};
 
 /// Mass per volume of the space around the wheels (kg/m^3): a machine of the thinnest frame and one of solid
@@ -14,22 +12,16 @@ const DENSITY: [f64; 2] = [3.0, 30_000.0];
 const LEAST_CARRIER_SHARE: f64 = 0.02;
 /// The same where the root body has no mass at all, as of an articulated machine.
 const LEAST_CARRIER_SHARE_WITHOUT_ROOT: f64 = 0.4;
-/// A link with this share of the mass needs an inertia.
-const NEEDS_INERTIA_SHARE: f64 = 0.01;
-/// Largest radius of gyration of a link as a multiple of the distance between the wheels.
-const LARGEST_GYRATION: f64 = 1.5;
-/// Inertias up to this one are common placeholders of parts without effect (kg m^2): noted, not refused.
-const PLACEHOLDER_INERTIA: f64 = 0.01;
 /// Farthest point as a multiple of the distance between the wheels, and its smallest implausible value (m).
 const FARTHEST: (f64, f64) = (50.0, 20.0);
 
 impl Checker<'_> {
-    /// Checks the masses of the links against the machine's size and against each other. Returns a note on
-    /// each inertia that is impossible but without effect.
+    /// Checks the masses of the links against the machine's size and against each other. Returns the mass of the
+    /// machine (kg) and the extent of its wheels (m).
     pub(super) fn check_mass_plausibility(
         &self,
         wheels: &[Wheel],
-    ) -> Result<Vec<String>, MachineError> {
+    ) -> Result<[f64; 2], MachineError> {
         let mass: f64 = self.tree.links.iter().map(|link| link.inertia.mass).sum();
         if !(mass > 0.0) {
             return Err(self.implausible_in_urdf(
@@ -42,11 +34,7 @@ impl Checker<'_> {
         let apart = self.check_lengths(wheels)?;
         self.check_density(mass, wheels)?;
         self.check_carrier(mass, wheels)?;
-        let mut notes = Vec::new();
-        for link in &self.tree.links {
-            notes.extend(self.check_inertia(link, mass, apart)?);
-        }
-        Ok(notes)
+        Ok([mass, apart])
     }
 
     /// No link is far from the wheels. Returns the extent of the wheels (m).
@@ -139,54 +127,4 @@ impl Checker<'_> {
             "Add <inertial> with the mass, centre of mass and inertia of the chassis.",
         ))
     }
-
-    fn check_inertia(
-        &self,
-        link: &TreeLink,
-        mass: f64,
-        apart: f64,
-    ) -> Result<Option<String>, MachineError> {
-        let of_link = &link.inertia;
-        if !(of_link.mass > 0.0) {
-            return Ok(None);
-        }
-        let largest = SymmetricEigen::new(of_link.about_com).eigenvalues.max();
-        let place = format!("link \"{}\"", link.name);
-        if largest == 0.0 && of_link.mass >= NEEDS_INERTIA_SHARE * mass {
-            return Err(self.implausible_in_urdf(
-                &place,
-                &format!("an inertia for its mass of {} kg", of_link.mass),
-                "none",
-                "Add <inertia> about the centre of mass; a box of the same size is a good approximation.",
-            ));
-        }
-        // k = sqrt(I / m): a body reaches at least that far from its axis
-        let gyration = (largest / of_link.mass).sqrt();
-        if gyration <= LARGEST_GYRATION * apart {
-            return Ok(None);
-        }
-        if largest <= PLACEHOLDER_INERTIA {
-            return Ok(Some(format!(
-                "Link {}: {} kg cannot have an inertia of {} kg m^2, a radius of gyration of {gyration:.2} m. It is used \
-                 as stated; its effect is small.",
-                link.name,
-                of_link.mass,
-                short(largest)
-            )));
-        }
-        Err(self.implausible_in_urdf(
-            &place,
-            &format!(
-                "an inertia that its mass of {} kg can have on a machine whose wheels are {apart:.2} m apart",
-                of_link.mass
-            ),
-            &format!("{} kg m^2, a radius of gyration of {gyration:.2} m", short(largest)),
-            "Check mass (kg) and inertia (kg m^2) of the link.",
-        ))
-    }
-}
-
-/// Without the noise of a rotation.
-fn short(value: f64) -> f64 {
-    (value * 1e9).round() * 1e-9
 }

@@ -10,6 +10,7 @@ mod identified;
 mod implausible_masses;
 mod implausible_wheels;
 mod imu_mount;
+mod inertias;
 mod link_sigmas;
 mod load_sensors;
 mod payloads;

@@ -1,0 +1,45 @@
+//! The machine file of a command, and what it is to forgive.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::Args;
+use tipwatch_binding::MachineFile;
+
+/// The machine file of a command that needs one.
+#[derive(Debug, Args)]
+pub(super) struct MachineFileArgs {
+    /// The machine file.
+    #[arg(long)]
+    machine: PathBuf,
+    #[command(flatten)]
+    inertias: InertiaArgs,
+}
+
+impl MachineFileArgs {
+    pub(super) fn read(&self) -> Result<MachineFile> {
+        self.inertias.read(&self.machine)
+    }
+}
+
+/// What a machine file is to forgive.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct InertiaArgs {
+    /// Replace inertias of the URDF that no body can have, with their uncertainty, instead of refusing them; the same as
+    /// `accept_inertias = true` in the machine file.
+    #[arg(long)]
+    pub(super) accept_inertias: bool,
+}
+
+impl InertiaArgs {
+    pub(super) fn read(self, path: &Path) -> Result<MachineFile> {
+        self.applied(MachineFile::read(path)?)
+    }
+
+    pub(super) fn applied(self, file: MachineFile) -> Result<MachineFile> {
+        Ok(match self.accept_inertias {
+            true => file.accepting_inertias()?,
+            false => file,
+        })
+    }
+}
