@@ -25,4 +25,5 @@ mod shards; // a fleet split over processes
 mod sizes; // small outputs
 mod summary_schema; // the published JSON schema
 mod support;
+mod topics; // shared, contradictory and missing topics
 mod urdf; // URDFs as robots have them

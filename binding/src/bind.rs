@@ -1,14 +1,15 @@
 //! Binds a machine to a log: finds the topics, checks the machine, determines what to read.
 
-use tipwatch_ingest::{Binding, Log, NamedTopics, SensorKind, SensorRequest, SensorTopics, Topic};
+use tipwatch_ingest::{Binding, Log, NamedTopics, SensorRequest, SensorTopics};
+use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany, SignalSpec};
-use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Sensor};
+use tipwatch_mechanics::state::{JointStream, MatchedSensors, OtherSensors, Sensor};
 
 use crate::bound_log::{BoundLog, BoundSensor};
 use crate::error::BindError;
 use crate::number_signals::{self, NumberSignals};
 use crate::sources::{Found, FoundJoints, JointSource};
-use crate::transforms::static_transforms;
+use crate::transforms::{static_transforms, twice_noted};
 use crate::{actuators, monitor_topic};
 
 /// The topics that a machine file names.
@@ -50,22 +51,12 @@ pub fn bind(
     check_clock_topics(log, spec)?;
     let named = named_topics(spec);
     let numbers = NumberSignals::find(log, &spec.signals)?;
-    let may_carry_joints = |topic: &Topic| {
-        SensorKind::JointStates.is_type(&topic.type_name)
-            || named.joint_states.contains(&topic.name)
-    };
-    if numbers.joints.is_empty() && !log.topics().iter().any(may_carry_joints) {
-        return Err(no_joint_states(log));
-    }
     let mut topics = SensorTopics::find(log, &named)?;
-    if numbers.joints.is_empty() && topics.joint_states.is_empty() {
-        return Err(no_joint_states(log));
-    }
     if numbers.imu_frame.is_some() {
         topics.imu_frame.clone_from(&numbers.imu_frame);
     }
     let found = Found { topics, numbers };
-    let mut streams = found.joint_streams(log);
+    let mut streams = found.joint_streams(log, &spec.signals.joints);
     if is_recorded {
         // in the monitor's order, whatever was lost
         let rank = |stream: &FoundJoints<'_>| {
@@ -82,8 +73,24 @@ pub fn bind(
         imu_frame: found.topics.imu_frame.as_deref(),
         static_transforms: &static_transforms,
     };
-    let mut machine = spec.check(urdf_text, urdf_name, facts)?;
-    let mut matched = match_sensors(log, &machine, &found, &streams)?;
+    let mut notes = Vec::new();
+    let checked = spec.check(urdf_text, urdf_name, facts);
+    let mut machine = checked.map_err(|error| match error {
+        MachineError::UnmeasuredJoints { .. } if streams.is_empty() => no_joint_states(log),
+        error => error.into(),
+    })?;
+    let mut matched = match_sensors(&machine, &found, &streams)?;
+    if matched.sensors.joints.is_empty() {
+        let rows = found.rows(log).ok_or_else(|| no_rows(log, &streams))?;
+        notes.extend(other_joints(&streams));
+        matched
+            .sensors
+            .joints
+            .push(JointStream { joints: Vec::new() });
+        matched.streams.push(streams.len());
+        streams.push(rows);
+    }
+    check_named_once(&machine, &matched, &streams)?;
     let mut sensors = bound_sensors(&machine, &matched, &found, &streams);
     let actuators = actuators::find(log, spec, &machine)?;
     matched.sensors.actuators = actuators.signals;
@@ -91,14 +98,39 @@ pub fn bind(
     if !matched.sensors.tool_wrench {
         machine.leave_out_tool();
     }
+    notes.extend(actuators.notes);
+    notes.extend(twice_noted(&static_transforms));
     Ok(BoundLog {
         machine,
         matched,
         sensors,
         topics: found.topics,
         clock_offsets_s: spec.clock.offset.clone(),
-        notes: actuators.notes,
+        notes,
     })
+}
+
+/// Checks that no message names a joint of the machine twice with different positions.
+fn check_named_once(
+    machine: &Machine,
+    matched: &MatchedSensors,
+    streams: &[FoundJoints<'_>],
+) -> Result<(), BindError> {
+    for (stream, &found) in matched.streams.iter().enumerate() {
+        let FoundJoints { source, topic, .. } = &streams[found];
+        let JointSource::Typed(joints) = source else {
+            continue;
+        };
+        let names = matched.joint_names(machine, stream);
+        if let Some(twice) = (joints.twice.iter()).find(|twice| names.contains(&twice.joint)) {
+            return Err(BindError::NamedTwice {
+                topic: topic.name.clone(),
+                joint: twice.joint.clone(),
+                positions: twice.positions.clone(),
+            });
+        }
+    }
+    Ok(())
 }
 
 fn check_clock_topics(log: &Log, spec: &MachineSpec) -> Result<(), BindError> {
@@ -132,8 +164,34 @@ fn no_joint_states(log: &Log) -> BindError {
     }
 }
 
+/// The joint states of a log are none of the machine's.
+fn other_joints(streams: &[FoundJoints<'_>]) -> Option<String> {
+    let joints: Vec<&str> = (streams.iter())
+        .flat_map(|stream| stream.joints.iter().map(String::as_str))
+        .collect();
+    (!joints.is_empty()).then(|| {
+        format!(
+            "No joint of the machine is measured: the joint states of the log name only {}.",
+            joints.join(", ")
+        )
+    })
+}
+
+/// Nothing tells when rows are to be computed.
+fn no_rows(log: &Log, streams: &[FoundJoints<'_>]) -> BindError {
+    let joints: Vec<&str> = (streams.iter())
+        .flat_map(|stream| stream.joints.iter().map(String::as_str))
+        .collect();
+    if joints.is_empty() {
+        return no_joint_states(log);
+    }
+    BindError::NoJointOfTheMachine {
+        log: log.path().display().to_string(),
+        joints: joints.join(", "),
+    }
+}
+
 fn match_sensors(
-    log: &Log,
     machine: &Machine,
     found: &Found,
     streams: &[FoundJoints<'_>],
@@ -146,17 +204,7 @@ fn match_sensors(
         odometry: found.has_odometry(),
         tool_wrench: found.has_tool_wrench(),
     };
-    let matched = MatchedSensors::new(machine, &streams, others)?;
-    if matched.sensors.joints.is_empty() {
-        let joints: Vec<&str> = (streams.iter())
-            .flat_map(|(_, joints)| joints.iter().map(String::as_str))
-            .collect();
-        return Err(BindError::NoJointOfTheMachine {
-            log: log.path().display().to_string(),
-            joints: joints.join(", "),
-        });
-    }
-    Ok(matched)
+    Ok(MatchedSensors::new(machine, &streams, others)?)
 }
 
 fn bound_sensors(
@@ -186,12 +234,17 @@ fn bound_sensors(
     for sensor in matched.sensors.iter() {
         let (binding, request) = match sensor {
             Sensor::Joints(stream) => {
-                bound.push(match streams[matched.streams[stream]].source {
+                bound.push(match &streams[matched.streams[stream]].source {
                     JointSource::Typed(found) => {
                         let names = matched.joint_names(machine, stream);
                         typed(sensor, &found.binding, names)
                     }
                     JointSource::Numbers(request) => numbered(sensor, request),
+                    JointSource::Rows(request) => BoundSensor {
+                        sensor,
+                        request: request.clone(),
+                        why: "no joint is measured: rows are at the times of these messages".into(),
+                    },
                 });
                 continue;
             }

@@ -3,10 +3,11 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use tipwatch_ingest::{Log, robot_description};
+use tipwatch_ingest::{Log, RobotDescription, robot_descriptions};
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 
+use crate::descriptions::{mass_text, other_mass};
 use crate::error::CanError;
 use crate::text_file::read_text;
 
@@ -76,6 +77,31 @@ pub enum MachineFileError {
         file: PathBuf,
         /// Where else it could come from.
         elsewhere: &'static str,
+    },
+    /// The log has several URDFs, and they describe different machines.
+    #[error(
+        "{}: expected one robot description on {topic}, found {count} different ones: link \"{link}\" has {earlier} in \
+         the one at log time {earlier_ns} ns and {last} in the last one, at {last_ns} ns; write the one that is right to \
+         a file and name it with urdf = \"FILE\" in the machine file or --urdf FILE",
+        file.display()
+    )]
+    SeveralUrdfs {
+        /// The machine file.
+        file: PathBuf,
+        /// The topic.
+        topic: String,
+        /// How many different ones.
+        count: usize,
+        /// The first link that differs.
+        link: String,
+        /// What it weighs in an earlier one.
+        earlier: String,
+        /// When that was recorded (ns).
+        earlier_ns: i64,
+        /// What it weighs in the last one.
+        last: String,
+        /// When that was recorded (ns).
+        last_ns: i64,
     },
     /// The log that may contain the URDF cannot be read.
     #[error(transparent)]
@@ -193,8 +219,8 @@ impl MachineFile {
             })?;
             return Ok(Urdf { name, text });
         }
-        let described = log.map(robot_description).transpose()?.flatten();
-        let Some((text, topic)) = described else {
+        let mut described = log.map(robot_descriptions).transpose()?.unwrap_or_default();
+        let Some(last) = described.pop() else {
             return Err(MachineFileError::NoUrdf {
                 file: self.path.clone(),
                 elsewhere: match log {
@@ -203,10 +229,61 @@ impl MachineFile {
                 },
             });
         };
+        self.check_one_machine(&described, &last)?;
         Ok(Urdf {
-            name: format!("topic {topic}"),
-            text,
+            name: format!("topic {}", last.topic),
+            text: last.text,
         })
+    }
+
+    /// Checks that earlier robot descriptions of a log are placeholders, or describe the machine of the last one.
+    fn check_one_machine(
+        &self,
+        others: &[RobotDescription],
+        last: &RobotDescription,
+    ) -> Result<(), MachineFileError> {
+        for earlier in others {
+            if let Some(masses) = other_mass(earlier, last) {
+                return Err(MachineFileError::SeveralUrdfs {
+                    file: self.path.clone(),
+                    topic: last.topic.clone(),
+                    count: others.len() + 1,
+                    link: masses.link,
+                    earlier: mass_text(masses.earlier),
+                    earlier_ns: earlier.log_time_ns,
+                    last: mass_text(masses.last),
+                    last_ns: last.log_time_ns,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// What is worth telling about the URDF of [`urdf`](Self::urdf), if the log has it: which others there are.
+    ///
+    /// # Errors
+    /// The log cannot be read.
+    pub fn urdf_notes(&self, log: &Log) -> Result<Vec<String>, tipwatch_ingest::Error> {
+        if self.urdf_path().is_some() {
+            return Ok(Vec::new());
+        }
+        let mut described = robot_descriptions(log)?;
+        let last = described.pop();
+        let note = last.filter(|_| !described.is_empty()).map(|last| {
+            let others = described.iter().map(|other| {
+                format!("one of {} bytes at log time {} ns", other.text.len(), other.log_time_ns)
+            });
+            format!(
+                "Topic {} has {} different robot descriptions: the last one is used, of {} bytes at log time {} ns. \
+                 Before it came {}, without masses or with the same ones.",
+                last.topic,
+                described.len() + 1,
+                last.text.len(),
+                last.log_time_ns,
+                others.collect::<Vec<_>>().join(", ")
+            )
+        });
+        Ok(note.into_iter().collect())
     }
 
     /// The machine without a log: every joint not moved by a linkage counts as measured.

@@ -156,8 +156,11 @@ impl Parts<'_> {
         parts.extend(self.roll_pitch_yaw.map(|numbers| (6, &numbers[..])));
         let mut by_topic: Vec<(TopicId, Vec<SamplePart<'_>>)> = Vec::new();
         for part in parts {
-            // the machine file is checked: every part has at least one field
+            // constants alone are known whenever there is a sample of the first part, which has a field
             let Some(field) = part.1.iter().find_map(NumberSpec::field) else {
+                if let Some((_, parts)) = by_topic.first_mut() {
+                    parts.push(part);
+                }
                 continue;
             };
             let id = topic(log, field)?.id;

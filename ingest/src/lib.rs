@@ -82,9 +82,10 @@ pub use crate::{
     },
     schema::{FieldPath, SchemaError, known_definition},
     topics::{
-        Binding, JointTopic, MetadataRecord, NamedTopics, SensorTopics, SignalRequest, StaticFrame,
-        bind, bind_joint_states, first_frame, first_string, joint_names_in, metadata_records,
-        robot_description, static_frames, topic_of_field,
+        Binding, JointNamedTwice, JointTopic, MetadataRecord, NamedTopics, RobotDescription,
+        SensorTopics, SignalRequest, StaticFrame, bind, bind_joint_states, first_frame,
+        first_string, joint_names_in, metadata_records, robot_description, robot_descriptions,
+        static_frames, topic_of_field,
     },
     write::{
         ClipReport, ClipRequest, RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic,

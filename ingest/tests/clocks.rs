@@ -48,6 +48,15 @@ fn all(message: impl Fn(i64) -> StampedMessage) -> Vec<StampedMessage> {
 }
 
 fn log_of(topics: &[(&str, Vec<StampedMessage>)], with_clock_topic: bool) -> TempLog {
+    log_ordered(topics, with_clock_topic, |_, _, message| message.log)
+}
+
+/// A log whose messages are in the order of `key`, given the topic and the index of a message among its messages.
+fn log_ordered(
+    topics: &[(&str, Vec<StampedMessage>)],
+    with_clock_topic: bool,
+    key: impl Fn(usize, i64, &StampedMessage) -> i64,
+) -> TempLog {
     let mut writer = WriteOptions::new()
         .compression(None)
         .create(Cursor::new(Vec::new()))
@@ -65,14 +74,19 @@ fn log_of(topics: &[(&str, Vec<StampedMessage>)], with_clock_topic: bool) -> Tem
             .unwrap();
     }
     let mut messages = Vec::new();
-    for (name, times) in topics {
+    for (topic, (name, times)) in topics.iter().enumerate() {
         let channel = writer
             .add_channel(schema, name, "cdr", &BTreeMap::new())
             .unwrap();
-        messages.extend(times.iter().enumerate().map(|(i, &m)| (m, channel, i)));
+        messages.extend(
+            times
+                .iter()
+                .enumerate()
+                .map(|(i, &m)| (m, channel, topic, i)),
+        );
     }
-    messages.sort_by_key(|(message, ..)| message.log);
-    for (message, channel_id, i) in messages {
+    messages.sort_by_key(|(message, _, topic, i)| key(*topic, *i as i64, message));
+    for (message, channel_id, _, i) in messages {
         let header = MessageHeader {
             channel_id,
             sequence: i as u32,
@@ -495,4 +509,273 @@ fn single_numbers_are_put_on_the_clock_of_the_sensors() {
     assert_eq!(force[0].values[1000], 1000.0);
     let error = force[0].stamps_ns[1000] - (7 * S + 1000 * PERIOD);
     assert!(error.abs() < MS, "{error} ns");
+}
+
+/// The errors of the stamps about their median (ms): what is left of a common offset does not count.
+fn largest_scatter_ms(recording: &SensorRecording, truth: impl Fn(i64) -> i64) -> f64 {
+    let error = |(place, &stamp): (usize, &i64)| {
+        let i = recording.values[place * recording.width] as i64;
+        stamp - truth(i)
+    };
+    let errors: Vec<i64> = recording.stamps_ns.iter().enumerate().map(error).collect();
+    let mut sorted = errors.clone();
+    sorted.sort_unstable();
+    let middle = sorted[sorted.len() / 2];
+    let far = errors.iter().map(|error| (error - middle).abs()).max();
+    far.unwrap_or(0) as f64 / MS as f64
+}
+
+/// Topics without stamps of 10 and 50 ms, in the order in which they were received, with this log time.
+fn without_stamps(log: impl Fn(i64) -> i64) -> BTreeMap<String, SensorRecording> {
+    let message = |time: i64| {
+        let log = log(time);
+        StampedMessage {
+            stamp: 0,
+            publish: log,
+            log,
+        }
+    };
+    let fast = all(|i| message(i * PERIOD));
+    let slow = (0..MESSAGES / 5)
+        .map(|i| message(5 * i * PERIOD + 3 * MS))
+        .collect();
+    let topics = [("/fast", fast), ("/slow", slow)];
+    // the true times order the file
+    let file = log_ordered(&topics, false, |topic, i, _| match topic {
+        0 => i * PERIOD,
+        _ => 5 * i * PERIOD + 3 * MS,
+    });
+    recorded(&file)
+}
+
+#[test]
+fn a_stepped_restarted_or_set_log_time_gives_stretches_one_after_the_other() {
+    let middle = 1000 * PERIOD + 7 * MS;
+    let jumps: [(&str, i64); 5] = [
+        ("step", -100 * MS),
+        ("step", -1500 * MS),
+        ("step", -10 * S),
+        ("restart", -middle),
+        ("set", 8 * 365 * 86_400 * S),
+    ];
+    for (name, by) in jumps {
+        let start = 1000 * S;
+        let log = |time: i64| start + time + if time < middle { 0 } else { by };
+        let recordings = without_stamps(log);
+        for (topic, period) in [("/fast", PERIOD), ("/slow", 5 * PERIOD)] {
+            let recording = &recordings[topic];
+            let finding = found(recording, Kind::LogTimeJump);
+            assert_eq!(finding.treatment, Treatment::Handled, "{finding}");
+            let before = format!("from {}.", (start + middle) / S);
+            assert!(finding.seen.contains(&before), "{name} by {by}: {finding}");
+            // as recorded, and the time between is a second longer
+            let phase = if topic == "/fast" { 0 } else { 3 * MS };
+            let truth = |i: i64| {
+                let time = i * period + phase;
+                start + time + if time < middle { 0 } else { S }
+            };
+            let error = largest_error_ms(recording, truth);
+            assert!(error < 1e-3, "{name} by {by} ns, {topic}: {error} ms");
+            let in_order = recording.log_times_ns.is_sorted();
+            assert!(in_order, "log times are in the order of the file");
+        }
+    }
+}
+
+#[test]
+fn a_slow_topic_follows_the_jump_that_a_fast_one_shows() {
+    // the step is shorter than the period of the slow topic
+    let middle = 1000 * PERIOD + 7 * MS;
+    let log = |time: i64| 50 * S + time - if time < middle { 0 } else { 30 * MS + 30 * MS };
+    let recordings = without_stamps(log);
+    let truth = |i: i64| {
+        let time = 5 * i * PERIOD + 3 * MS;
+        50 * S + time + if time < middle { 0 } else { S }
+    };
+    let error = largest_error_ms(&recordings["/slow"], truth);
+    assert!(error < 1e-3, "{error} ms");
+}
+
+#[test]
+fn a_counter_that_wraps_around_is_continued() {
+    for wrap in [(1_i64 << 32) * MS, (1 << 32) * 1000, (1 << 16) * MS] {
+        let start = wrap - 7 * S - 3 * MS;
+        let recordings = without_stamps(|time| (start + time) % wrap);
+        for (topic, period, phase) in [("/fast", PERIOD, 0), ("/slow", 5 * PERIOD, 3 * MS)] {
+            let recording = &recordings[topic];
+            let finding = found(recording, Kind::LogTimeJump);
+            assert!(finding.seen.contains("wraps around 1 time(s)"), "{finding}");
+            let error = largest_error_ms(recording, |i| start + i * period + phase);
+            assert_eq!(error, 0.0, "{wrap}: {topic}");
+        }
+    }
+}
+
+#[test]
+fn disordered_log_times_are_no_jump() {
+    // blocks of 20 messages change places
+    let log = |i: i64| match i % 100 {
+        40..60 => i + 20,
+        60..80 => i - 20,
+        _ => i,
+    };
+    let message = |i: i64| StampedMessage {
+        stamp: 0,
+        publish: at(log(i)),
+        log: at(log(i)),
+    };
+    let file = log_ordered(&[("/arm", all(message))], false, |_, i, _| i);
+    let recording = &recorded(&file)["/arm"];
+    assert_eq!(kinds(recording), [Kind::NoHeaderStamp]);
+    assert_eq!(largest_error_ms(recording, |i| at(log(i))), 0.0);
+}
+
+#[test]
+fn a_log_time_that_steps_back_does_not_move_stamps() {
+    let log = |i: i64| at(i) + delay(i) - if i < 900 { 0 } else { 5 * S };
+    let stamped = |i: i64| StampedMessage {
+        stamp: at(i),
+        publish: log(i),
+        log: log(i),
+    };
+    let unstamped = |i: i64| StampedMessage {
+        stamp: 0,
+        ..stamped(i)
+    };
+    let topics = [("/arm", all(stamped)), ("/force", all(unstamped))];
+    let recordings = recorded(&log_ordered(&topics, false, |_, i, _| i));
+    assert_eq!(largest_error_ms(&recordings["/arm"], at), 0.0);
+    found(&recordings["/arm"], Kind::LogTimeJump);
+    let error = largest_error_ms(&recordings["/force"], at);
+    assert!(error < 2.0, "{error} ms");
+}
+
+#[test]
+fn clocks_that_are_all_set_by_years_keep_one_time_axis() {
+    // stamps and log times, with the first position of the satellites
+    let set = |i: i64| if i < 700 { 0 } else { 8 * 365 * 86_400 * S };
+    let message = |i: i64| StampedMessage {
+        stamp: at(i) + set(i),
+        publish: at(i) + set(i) + delay(i),
+        log: at(i) + set(i) + delay(i),
+    };
+    let topics = [("/arm", all(message)), ("/imu", all(message))];
+    let recordings = recorded(&log_of(&topics, false));
+    for recording in recordings.values() {
+        found(recording, Kind::LogTimeJump);
+        found(recording, Kind::ClockRestart);
+        let truth = |i: i64| at(i) + if i < 700 { 0 } else { S };
+        let error = largest_error_ms(recording, truth);
+        assert!(error < 2.0, "{error} ms");
+    }
+    let (arm, imu) = (&recordings["/arm"], &recordings["/imu"]);
+    assert_eq!(arm.stamps_ns, imu.stamps_ns);
+}
+
+#[test]
+fn a_corrected_sensor_clock_is_put_back() {
+    for (name, step) in [
+        ("ahead", 100 * MS),
+        ("ahead", 600 * MS),
+        ("behind", -400 * MS),
+    ] {
+        // wrong before the correction
+        let corrected = |i: i64| StampedMessage {
+            stamp: at(i) + if i < 1200 { step } else { 0 },
+            ..sound(at(i), i)
+        };
+        let topics = [
+            ("/arm", all(corrected)),
+            ("/imu", all(|i| sound(at(i), i))),
+            ("/odom", all(|i| sound(at(i), i))),
+        ];
+        let recordings = recorded(&log_of(&topics, false));
+        let arm = &recordings["/arm"];
+        let finding = found(arm, Kind::StampStep);
+        assert_eq!(finding.treatment, Treatment::Handled);
+        let error = largest_error_ms(arm, at);
+        assert!(error < 0.5, "{name} by {step} ns: {error} ms");
+        assert_eq!(kinds(&recordings["/imu"]), []);
+        assert_eq!(arm.time_base.anchor(), Some("/imu"));
+        // of a single topic the longer course is taken as right
+        let alone = &recorded(&log_of(&[("/arm", all(corrected))], false))["/arm"];
+        found(alone, Kind::StampStep);
+        let error = largest_scatter_ms(alone, at);
+        assert!(error < 0.5, "{name} by {step} ns: {error} ms");
+    }
+}
+
+#[test]
+fn delays_of_the_transport_are_no_steps_of_the_stamps() {
+    let delayed = |i: i64| {
+        // the connection stalls; then it is slower
+        let log = match i {
+            500..600 => at(600),
+            1200.. => at(i) + 200 * MS,
+            _ => at(i),
+        };
+        StampedMessage {
+            stamp: at(i),
+            publish: log + delay(i),
+            log: log + delay(i),
+        }
+    };
+    let topics = [("/arm", all(|i| sound(at(i), i))), ("/imu", all(delayed))];
+    let recordings = recorded(&log_ordered(&topics, false, |_, i, _| i));
+    let imu = &recordings["/imu"];
+    assert!(!kinds(imu).contains(&Kind::StampStep), "{:?}", imu.findings);
+    assert_eq!(largest_error_ms(imu, at), 0.0);
+}
+
+#[test]
+fn single_stamps_ahead_are_omitted_and_no_restarts() {
+    let is_odd = |i: i64| (i * 7919) % 200 == 3;
+    let odd = |i: i64| StampedMessage {
+        stamp: at(i) + if is_odd(i) { (2 + i % 5) * S } else { 0 },
+        ..sound(at(i), i)
+    };
+    let topics = [("/arm", all(|i| sound(at(i), i))), ("/imu", all(odd))];
+    let imu = &recorded(&log_of(&topics, false))["/imu"];
+    let strays = (0..MESSAGES).filter(|&i| is_odd(i)).count();
+    assert_eq!(kinds(imu), [Kind::StrayStamps]);
+    assert_eq!(imu.stamps_ns.len(), MESSAGES as usize - strays);
+    assert_eq!(imu.correction.restarts, 0);
+    assert_eq!(largest_error_ms(imu, at), 0.0);
+    // the same where the log time is all there is
+    let file = log_ordered(
+        &[(
+            "/table",
+            all(|i| StampedMessage {
+                stamp: 0,
+                publish: odd(i).stamp,
+                log: odd(i).stamp,
+            }),
+        )],
+        false,
+        |_, i, _| i,
+    );
+    let table = &recorded(&file)["/table"];
+    found(table, Kind::StrayStamps);
+    assert_eq!(table.stamps_ns.len(), MESSAGES as usize - strays);
+    assert_eq!(largest_error_ms(table, at), 0.0);
+}
+
+#[test]
+fn stamps_of_whole_seconds_give_way_to_the_log_time() {
+    let coarse = |i: i64| StampedMessage {
+        stamp: at(i) / S * S,
+        ..sound(at(i), i)
+    };
+    let topics = [("/arm", all(|i| sound(at(i), i))), ("/odom", all(coarse))];
+    let odom = &recorded(&log_of(&topics, false))["/odom"];
+    assert_eq!(odom.clock.source, StampSource::Log);
+    assert!(
+        odom.clock.reason.contains("resolution of 1 s"),
+        "{:?}",
+        odom.clock
+    );
+    found(odom, Kind::NoHeaderStamp);
+    let error = largest_error_ms(odom, at);
+    assert!(error < 0.7, "{error} ms");
+    assert_eq!(odom.stamps_ns.len(), MESSAGES as usize);
 }

@@ -79,10 +79,11 @@ pub(crate) fn blocks_and_columns(
             let Some(stamp) = reading.placement.stamp_ns(index, times) else {
                 continue;
             };
-            let order = (times.log_time_ns, found.order[index], Reverse(place));
+            let log_time_ns = reading.placement.log_ns(index, times.log_time_ns);
+            let order = (log_time_ns, found.order[index], Reverse(place));
             arrivals.push((order, stamps.len()));
             stamps.push(stamp);
-            log_times.push(times.log_time_ns);
+            log_times.push(log_time_ns);
             let width = recording.width;
             values.extend(&found.values[index * width..(index + 1) * width]);
         }

@@ -24,6 +24,7 @@ mod rosbag2; // databases and folders
 mod self_describing; // self-describing messages: JSON, protobuf
 mod sensor_blocks; // samples in blocks equal whole columns
 mod sensors; // messages to samples
+mod shared_topics; // publishers that share a topic
 mod skipped_chunks; // chunks without a wanted topic are not read
 mod static_frames; // transforms of /tf_static
 mod stopped_reads; // what a stopped read leaves changes no later one

@@ -6,7 +6,8 @@
 //!     valid share = computable time / covered time
 //! ```
 //! The computable time lies between neighbouring rows that both have loads, without the holes of the
-//! signals that the loads need. The covered time is that of all messages of the log, of whichever topic.
+//! signals that the loads need. The covered time is that of the signals that the loads need, and goes on while messages
+//! of any other topic come regularly: [`RecordingSpan`](crate::load::RecordingSpan).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,7 +17,7 @@ use tipwatch_mechanics::state::Sensor;
 use super::quasi_static::Exclusion;
 use crate::base::options::Options;
 use crate::base::table::Table;
-use crate::load::LoadedLog;
+use crate::load::{LoadedLog, Signal};
 
 /// Messages of other topics that are farther from the used ones do not belong to the recording: their
 /// log time is wrong (ns).
@@ -28,8 +29,8 @@ const WHOLE: f64 = 0.99;
 /// How much of a log's time could be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Coverage {
-    /// Time that the log covers, from its first to its last message of any topic, within the requested
-    /// time range (s).
+    /// Time that the log covers, within the requested time range (s): from the first to the last message of the topics
+    /// that the analysis needs, and of others that come regularly.
     pub covered_s: f64,
     /// Time of it in which the wheel loads could be computed (s).
     pub computable_s: f64,
@@ -46,14 +47,9 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// Counts the time of `rows`. `log_span_ns` are the log times of the log's first and last message.
-    pub(crate) fn of(
-        loaded: &LoadedLog,
-        rows: &Table,
-        options: &Options,
-        log_span_ns: Option<(i64, i64)>,
-    ) -> Self {
-        let covered_s = covered_s(loaded, options, log_span_ns);
+    /// Counts the time of `rows`.
+    pub(crate) fn of(loaded: &LoadedLog, rows: &Table, options: &Options) -> Self {
+        let covered_s = covered_s(loaded, options);
         let [computable_s, doubted_s] =
             computable_s(rows, &holes(loaded)).map(|s| s.min(covered_s));
         let computable = rows.reasons.iter().filter(|reasons| reasons.leave_loads());
@@ -99,15 +95,17 @@ impl std::fmt::Display for Coverage {
 
 /// The time that the log covers, on the clock of the stamps. Before the first and after the last used
 /// sample, it is the log time that counts: other topics have no stamps on this clock.
-fn covered_s(loaded: &LoadedLog, options: &Options, log_span_ns: Option<(i64, i64)>) -> f64 {
-    let recordings = || loaded.signals.iter().map(|signal| &signal.recording);
+fn covered_s(loaded: &LoadedLog, options: &Options) -> f64 {
+    let needed = |signal: &&Signal| is_needed(loaded, signal.sensor);
+    let recordings = || (loaded.signals.iter().filter(needed)).map(|signal| &signal.recording);
     let Some((mut first, mut last)) = ends(recordings().flat_map(|r| &r.stamps_ns)) else {
         return 0.0;
     };
     let used = recordings().filter_map(|r| r.log_span_ns);
     let used = used.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
     let (used_first, used_last) = used.unwrap_or((first, last));
-    let (log_first, log_last) = log_span_ns.unwrap_or((used_first, used_last));
+    let log_first = loaded.span.first_ns.unwrap_or(used_first);
+    let log_last = loaded.span.last_ns.unwrap_or(used_last);
     let plausible = |ns: i64| {
         Some(ns)
             .filter(|ns| (0..=FARTHEST_NS).contains(ns))
@@ -142,21 +140,25 @@ fn first_joint_stamp(loaded: &LoadedLog) -> Option<i64> {
     rows.recording.stamps_ns.iter().min().copied()
 }
 
-/// The holes of the signals that every row needs, longer than the estimator bridges: sorted, disjoint.
-fn holes(loaded: &LoadedLog) -> Vec<(i64, i64)> {
-    let max_gap_ns = loaded.machine.longest_known_gap_ns();
+/// Whether every row needs a signal.
+fn is_needed(loaded: &LoadedLog, sensor: Sensor) -> bool {
     let sensors = &loaded.matched.sensors;
-    let is_needed = |sensor: Sensor| match sensor {
+    match sensor {
         Sensor::Joints(_) => true,
         Sensor::Imu => sensors.imu,
         Sensor::Odometry => !sensors.imu,
         Sensor::ToolWrench | Sensor::Actuator(_) => false,
-    };
+    }
+}
+
+/// The holes of the signals that every row needs, longer than the estimator bridges: sorted, disjoint.
+fn holes(loaded: &LoadedLog) -> Vec<(i64, i64)> {
+    let max_gap_ns = loaded.machine.longest_known_gap_ns();
     let mut holes: Vec<(i64, i64)> = Vec::new();
     for signal in loaded
         .signals
         .iter()
-        .filter(|signal| is_needed(signal.sensor))
+        .filter(|signal| is_needed(loaded, signal.sensor))
     {
         let stamps = sorted_stamps(&signal.recording.stamps_ns);
         let pairs = stamps.windows(2).map(|pair| (pair[0], pair[1]));

@@ -182,7 +182,7 @@ fn analyse_with<S: RowSink>(
     let provenance = provenance(&log, log_hashes, file, &loaded)?;
     table.check()?;
     table.reasons = gathered.found.reasons;
-    let mut coverage = Coverage::of(&loaded, &table, &options, log.span_ns());
+    let mut coverage = Coverage::of(&loaded, &table, &options);
     coverage.between_rows = gathered.exclusion;
     // what is only possible has no lead time
     let others = [input_events, gathered.not_excluded].concat();

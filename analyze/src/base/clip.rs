@@ -11,6 +11,10 @@ use super::file_hash::FileHash;
 /// Name of the metadata record that says what a clip was cut from.
 pub(crate) const ORIGIN: &str = "tipwatch_clip_of";
 
+/// Its keys for the first and the last log time of the span (ns).
+pub(crate) const START_KEY: &str = "start_log_time_ns";
+pub(crate) const END_KEY: &str = "end_log_time_ns";
+
 /// A clip of the log.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Clip {

@@ -14,6 +14,7 @@ use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 use super::arrivals::for_each_arrival;
 use super::recording::Recording;
 use super::sample_store::SampleStore;
+use super::span::{self, RecordingSpan};
 use super::supports::{self, SupportTimeline};
 use crate::base::file_hash::{FileHash, hash_of};
 
@@ -39,6 +40,8 @@ pub struct LoadedLog {
     pub clock_offsets_s: BTreeMap<String, f64>,
     /// Bound signals that are missing from the log, as sentences.
     pub notes: Vec<String>,
+    /// The time that the recording covers, by the times of the log.
+    pub span: RecordingSpan,
     /// When which supports are on the ground; `None` if they are always the same.
     pub(crate) supports: Option<SupportTimeline>,
 }
@@ -136,6 +139,7 @@ pub fn load_within(
     let (readings, losses) = read_sensor_blocks(log, &requests, &mut take, progress)?;
     let samples = samples.finish()?;
     let topics: Vec<TopicId> = readings.iter().map(|reading| reading.topic).collect();
+    let used = topics.clone();
     let recordings = readings.into_par_iter().zip(samples);
     let recordings = recordings.map(|(reading, samples)| Recording::new(reading, samples));
     let recordings: Vec<Recording> = recordings.collect::<io::Result<_>>()?;
@@ -172,6 +176,7 @@ pub fn load_within(
         losses,
         clock_offsets_s: bound.clock_offsets_s,
         notes: bound.notes,
+        span: span::of(log, &used)?,
         supports: None,
     };
     let recordings = || loaded.signals.iter().map(|signal| &signal.recording);
@@ -183,6 +188,7 @@ pub fn load_within(
         start_ns.min().copied(),
         recordings().next().map(|recording| &recording.time_base),
     );
+    loaded.notes.extend(file.urdf_notes(log)?);
     if let Some(timeline) = &loaded.supports {
         loaded.notes.extend_from_slice(&timeline.notes);
     }

@@ -9,6 +9,7 @@ pub(crate) mod recorder_gaps;
 mod recording;
 mod sample_store;
 mod smoothing;
+mod span;
 pub(crate) mod supports;
 mod wheel_load;
 
@@ -16,4 +17,5 @@ pub use loaded::{LoadedLog, Signal, load, load_within};
 pub use log_times::LogTimes;
 pub use recording::{Recording, SampleReader};
 pub use smoothing::{SharedSignal, block_smoother, shared_signals};
+pub use span::RecordingSpan;
 pub use wheel_load::{MeasuredLoad, MeasuredLoads};

@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::sync::OnceLock;
 
 use tipwatch_ingest::{
-    ClockFinding, SensorReading, StampCorrection, StampDecision, TimeBase, TopicStatistics,
-    Treatment,
+    ClockFinding, Placement, SensorReading, StampCorrection, StampDecision, TimeBase,
+    TopicStatistics, Treatment,
 };
 
 use super::log_times::LogTimes;
@@ -89,18 +89,19 @@ impl Recording {
                     continue;
                 };
                 stamps_ns.push(stamp_ns);
-                let arrival = arrival(times);
-                let log_ns = arrival[0];
+                let [_, _, log_ns, _] = times;
                 log_times.push(stamp_ns, log_ns);
                 let (earliest, latest) = log_span_ns.unwrap_or((log_ns, log_ns));
+                let arrival = arrival(without_jumps(&reading.placement, index, times));
                 *arrived_in_order &= stamps_ns.len() == 1 || last <= arrival;
                 *log_span_ns = Some((earliest.min(log_ns), latest.max(log_ns)));
                 last = arrival;
             }
         }
         log_times.finish();
-        if !omitted.is_empty() {
-            *samples = without(samples, reading.samples, &omitted)?;
+        if !omitted.is_empty() || reading.placement.removes_log_jumps() {
+            let times = |index, times| without_jumps(&reading.placement, index, times);
+            *samples = rewritten(samples, reading.samples, &omitted, times)?;
         }
         Ok(recording)
     }
@@ -233,8 +234,24 @@ fn chunks(count: usize) -> impl Iterator<Item = Range<usize>> {
     firsts.map(move |first| first..count.min(first + CHUNK))
 }
 
-/// The samples without those that are omitted, given by index in rising order.
-fn without(samples: &Samples, count: usize, omitted: &[usize]) -> io::Result<Samples> {
+/// The times of a message without jumps of the recorder's clock, so that they tell the order of arrival.
+fn without_jumps(placement: &Placement, index: usize, times: Times) -> Times {
+    let [header_ns, publish_ns, log_ns, order] = times;
+    [
+        header_ns,
+        publish_ns,
+        placement.log_ns(index, log_ns),
+        order,
+    ]
+}
+
+/// The samples with other times, and without those that are omitted, given by index in rising order.
+fn rewritten(
+    samples: &Samples,
+    count: usize,
+    omitted: &[usize],
+    other_times: impl Fn(usize, Times) -> Times,
+) -> io::Result<Samples> {
     let mut kept = samples.emptied()?;
     let mut omitted = omitted.iter().copied().peekable();
     let (mut times, mut values) = (Vec::new(), Vec::new());
@@ -247,7 +264,7 @@ fn without(samples: &Samples, count: usize, omitted: &[usize]) -> io::Result<Sam
         let mut count = 0;
         for (k, index) in chunk.enumerate() {
             if omitted.next_if_eq(&index).is_none() {
-                times[count] = times[k];
+                times[count] = other_times(index, times[k]);
                 values.copy_within(k * width..(k + 1) * width, count * width);
                 count += 1;
             }

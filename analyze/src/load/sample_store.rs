@@ -93,7 +93,7 @@ impl SampleStore {
         });
         let times: Vec<Times> = times.collect();
         let sensor = &mut self.sensors[block.sensor];
-        if sensor.width == 0 && !self.in_files {
+        if block.first == 0 && !self.in_files {
             let expected = usize::try_from(self.expected[block.sensor]).unwrap_or(usize::MAX);
             let fit = expected.min(most_in_memory / block.width().max(1));
             sensor.reserve(fit, block.width());

@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 use tipwatch_ingest::{ClipRequest, Log, MetadataRecord, write_clips};
 
 use crate::analysis::Analysis;
-use crate::base::clip::{Clip, ClipEvent, ORIGIN};
+use crate::base::clip::{Clip, ClipEvent, END_KEY, ORIGIN, START_KEY};
 use crate::base::file_hash::{FileHash, hash_file};
 use crate::events::{Event, EventKind};
 
@@ -144,8 +144,8 @@ fn gravity(kind: EventKind) -> u8 {
 fn origin(analysis: &Analysis, span: &Span<'_>) -> MetadataRecord {
     let mut values = BTreeMap::from([
         ("tipwatch_version".into(), env!("CARGO_PKG_VERSION").into()),
-        ("start_log_time_ns".into(), span.start_ns.to_string()),
-        ("end_log_time_ns".into(), span.end_ns.to_string()),
+        (START_KEY.into(), span.start_ns.to_string()),
+        (END_KEY.into(), span.end_ns.to_string()),
     ]);
     for (index, file) in analysis.provenance.log.iter().enumerate() {
         values.insert(format!("file_{index}_name"), file.path.clone());

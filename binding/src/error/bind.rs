@@ -16,6 +16,21 @@ pub enum BindError {
     /// Two topics measure one joint.
     #[error(transparent)]
     JointTwice(#[from] JointTwice),
+    /// A message names a joint twice, and its positions differ.
+    #[error(
+        "topic {topic}: expected joint \"{joint}\" once in a message, found it twice with different positions: {} at \
+         index {} and {} at index {}; choose one in the machine file: [signals.joints.{joint}] position = {{ topic = \
+         \"{topic}\", field = \"position[{}]\" }}",
+        positions[0].0, positions[0].1, positions[1].0, positions[1].1, positions[0].1
+    )]
+    NamedTwice {
+        /// The topic.
+        topic: String,
+        /// The joint.
+        joint: String,
+        /// Both positions, as text, and their places in the message.
+        positions: [(String, usize); 2],
+    },
     /// No topic carries joint states.
     #[error("{log}: expected joint states ({}), found none; the log has: {topics}", SensorKind::JointStates.type_name())]
     NoJointStates {

@@ -111,14 +111,18 @@ pub(super) fn offsets(
 }
 
 /// Chooses the clock that agrees with most others; among those the one with the most common rate,
-/// or else the rate closest to the recorder's. The first of equals wins.
-pub(super) fn choose(clocks: &[(usize, Clock)]) -> Option<usize> {
+/// or else the rate closest to the recorder's. The first of equals wins. A topic whose clock steps is chosen where no
+/// other agrees with it.
+pub(super) fn choose(clocks: &[(usize, Clock)], steps: impl Fn(usize) -> bool) -> Option<usize> {
     let with = |clock: &Clock| clocks.iter().filter(|(_, c)| c.is_one_with(clock)).count();
     let largest = clocks.iter().map(|(_, clock)| with(clock)).max()?;
     let (_, middle) = clocks.iter().find(|(_, clock)| with(clock) == largest)?;
-    let members: Vec<&(usize, Clock)> = (clocks.iter())
+    let mut members: Vec<&(usize, Clock)> = (clocks.iter())
         .filter(|(_, clock)| clock.is_one_with(middle))
         .collect();
+    if members.iter().any(|(topic, _)| !steps(*topic)) {
+        members.retain(|(topic, _)| !steps(*topic));
+    }
     let same_pace = |clock: &Clock| members.iter().filter(|(_, c)| c.has_pace_of(clock)).count();
     let most = members.iter().map(|(_, clock)| same_pace(clock)).max()?;
     let best = members

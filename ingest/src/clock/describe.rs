@@ -4,6 +4,7 @@ use super::{
     anchor::LogMap,
     finding::{ClockFinding, ClockFindingKind as Kind},
     line::{Line, median_ns},
+    log_jumps::LogJump,
     own_clock::OwnClock,
     restarts::CommonRestart,
     stamp::{StampDecision, StampSource},
@@ -20,11 +21,14 @@ const OTHER_PACE: f64 = 0.01;
 const LEAST_SPAN_S: f64 = 1.0;
 /// A smaller share of repeated stamps is not reported.
 const REPEATED_SHARE: f64 = 0.01;
+/// Most jumps whose times are listed.
+const MOST_LISTED: usize = 10;
 
 /// Anomalies of a topic's own clock.
 pub(super) fn of_topic(
     statistics: &TopicStatistics,
-    clock: &OwnClock,
+    clock: &OwnClock<'_>,
+    step_shifts: &[(usize, i64)],
     common: &[CommonRestart],
 ) -> Vec<ClockFinding> {
     let mut findings = Vec::new();
@@ -39,11 +43,24 @@ pub(super) fn of_topic(
         ));
     }
     findings.extend(restarts(clock, common));
+    findings.extend(stamp_steps(clock, step_shifts));
+    let strays = clock.strays.indices.len();
+    if strays > 0 {
+        let seen = format!(
+            "{strays} of {messages} stamps are ahead of those before and after them, by at most {:.3} s",
+            seconds_between(0, clock.strays.farthest_ns)
+        );
+        let done = "these messages are omitted";
+        findings.push(ClockFinding::handled(Kind::StrayStamps, seen, done));
+    }
     let steps = statistics.steps(source);
     let fell = clock.restarts.iter().filter(|r| r.leap_ns < 0).count();
-    let disordered = steps.backward.saturating_sub(fell);
+    let of_steps = clock.steps.iter().filter(|step| step.size_ns < 0).count();
+    // each row of strays ends with a step back
+    let disordered = steps.backward.saturating_sub(fell + of_steps + strays);
     if disordered > 0 && source != StampSource::Log {
-        let size = match steps.largest_backward.filter(|_| fell == 0) {
+        let is_largest = fell + of_steps + strays == 0;
+        let size = match steps.largest_backward.filter(|_| is_largest) {
             Some(largest) => format!(
                 ", by at most {:.4} s, at log time {} ns",
                 largest.size_s(),
@@ -66,26 +83,158 @@ pub(super) fn of_topic(
     findings
 }
 
-fn restarts(clock: &OwnClock, common: &[CommonRestart]) -> Option<ClockFinding> {
+fn restarts(clock: &OwnClock<'_>, common: &[CommonRestart]) -> Option<ClockFinding> {
     let first = clock.restarts.first()?;
-    let way = |leap_ns: i64| if leap_ns < 0 { "back" } else { "forward" };
+    let jumps = clock.restarts.iter().map(|restart| {
+        format!(
+            "{} at log time {} ns",
+            jump(restart.from_ns, restart.to_ns),
+            restart.log_time_ns
+        )
+    });
     let seen = format!(
-        "the clock jumps {} time(s), first {} by {:.3} s at log time {} ns: a restart, a clock adjustment, or a looped replay",
+        "the clock jumps {} time(s): {}: a restart, a clock adjustment, or a looped replay",
         clock.restarts.len(),
-        way(first.leap_ns),
-        seconds_between(0, first.leap_ns).abs(),
-        first.log_time_ns
+        listed(jumps)
     );
     let nearest = common
         .iter()
         .min_by_key(|c| c.log_time_ns.abs_diff(first.log_time_ns));
-    let done = match nearest.is_some_and(|common| common.is_whole) {
-        true => {
-            "all topics restart: the runs are placed one after the other by the log time, one second apart, and no state is carried over"
+    let done = match nearest.filter(|common| common.is_whole) {
+        Some(_) => {
+            let whole = common.iter().filter(|common| common.is_whole);
+            let pauses_ns: i64 = whole.map(|common| common.pause_ns).sum();
+            let later = match pauses_ns {
+                0 => String::new(),
+                _ => format!(
+                    "; {:.3} s in all were added between runs that are closer than a second by the log time, so that \
+                     times in the results are later than those of the log by so much at the end",
+                    seconds_between(0, pauses_ns)
+                ),
+            };
+            format!(
+                "all topics restart: the runs are placed one after the other by the log time, at least one second \
+                 apart, and no state is carried over{later}"
+            )
         }
-        false => "other topics continue: the parts are joined by the log time",
+        None => "other topics continue: the parts are joined by the log time".to_owned(),
     };
     Some(ClockFinding::handled(Kind::ClockRestart, seen, done))
+}
+
+/// The clock of a topic was corrected.
+fn stamp_steps(clock: &OwnClock<'_>, shifts: &[(usize, i64)]) -> Option<ClockFinding> {
+    if clock.steps.is_empty() {
+        return None;
+    }
+    let steps = clock.steps.iter().map(|step| {
+        format!(
+            "{} at log time {} ns",
+            jump(step.from_ns, step.to_ns),
+            step.log_time_ns
+        )
+    });
+    let seen = format!(
+        "the stamps step {} time(s) while the messages keep coming: {}: the clock of the sensor was corrected",
+        clock.steps.len(),
+        listed(steps)
+    );
+    let added = shifts
+        .iter()
+        .filter(|(_, shift)| *shift != 0)
+        .map(|(from, shift)| {
+            let shift_s = seconds_between(0, *shift);
+            match from {
+                0 => format!("{shift_s:+.4} s from the first one on"),
+                _ => format!("{shift_s:+.4} s from the {}th one on", from + 1),
+            }
+        });
+    let done = format!(
+        "the stamps are shifted by message, so that their offset to the log time is the same throughout: {}",
+        listed(added)
+    );
+    Some(ClockFinding::handled(Kind::StampStep, seen, done))
+}
+
+/// The clock of the recorder jumped.
+pub(super) fn log_jumps(jumps: &[LogJump], source: StampSource) -> Vec<ClockFinding> {
+    let of_kind = |wraps: bool| jumps.iter().filter(move |jump| jump.wraps == wraps);
+    let text = |it: &LogJump| jump(it.from_ns, it.to_ns);
+    let mut findings = Vec::new();
+    let mut find = |seen: String, done: String| {
+        findings.push(ClockFinding::handled(Kind::LogTimeJump, seen, done));
+    };
+    let wraps = of_kind(true).count();
+    if wraps > 0 {
+        find(
+            format!(
+                "the log time wraps around {wraps} time(s), as a counter of 32 or 16 bits does: {}",
+                listed(of_kind(true).map(text))
+            ),
+            "it is continued: the messages behind are that much later".to_owned(),
+        );
+    }
+    let others = of_kind(false).count();
+    if others > 0 {
+        let shifts = of_kind(false).map(|it| {
+            format!(
+                "{:+.3} s behind {}",
+                seconds_between(0, it.shift_ns),
+                time_s(it.to_ns)
+            )
+        });
+        let done = match source {
+            StampSource::Log => format!(
+                "the order of the file is kept: the stretches are placed one after the other, one second apart, and no \
+                 state is carried over; besides that second each, times in the results differ from those of the log by \
+                 {}",
+                listed(shifts)
+            ),
+            _ => "the order of the file is kept, and the stamps are the time of the messages"
+                .to_owned(),
+        };
+        find(
+            format!(
+                "the log time jumps {others} time(s): {}: the clock of the recorder restarted or was set",
+                listed(of_kind(false).map(text))
+            ),
+            done,
+        );
+    }
+    findings
+}
+
+/// A jump of a clock, with the times before and after it.
+fn jump(from_ns: i64, to_ns: i64) -> String {
+    let way = if to_ns < from_ns { "back" } else { "forward" };
+    format!(
+        "{way} by {:.3} s, from {} to {}",
+        seconds_between(from_ns, to_ns).abs(),
+        time_s(from_ns),
+        time_s(to_ns)
+    )
+}
+
+/// A time in seconds, exact to the millisecond also where it is a date.
+fn time_s(ns: i64) -> String {
+    let sign = if ns < 0 { "-" } else { "" };
+    let ms = ns.unsigned_abs() / 1_000_000;
+    format!("{sign}{}.{:03} s", ms / 1000, ms % 1000)
+}
+
+/// The first of some texts.
+fn listed(texts: impl Iterator<Item = String>) -> String {
+    let all: Vec<String> = texts.collect();
+    let mut list = all
+        .iter()
+        .take(MOST_LISTED)
+        .cloned()
+        .collect::<Vec<_>>()
+        .join("; ");
+    if let Some(more) = all.len().checked_sub(MOST_LISTED).filter(|more| *more > 0) {
+        list.push_str(&format!("; and {more} more"));
+    }
+    list
 }
 
 /// Only log times are available.

@@ -37,6 +37,12 @@ pub enum ClockFindingKind {
     NoHeaderStamp,
     /// The clock of a topic restarted, or a replay looped.
     ClockRestart,
+    /// The clock of the recorder stepped back, wrapped around or was set: the log times jump.
+    LogTimeJump,
+    /// The stamps of a topic step while its messages keep coming: its clock was corrected.
+    StampStep,
+    /// Single messages with a stamp ahead of those before and after them.
+    StrayStamps,
     /// Single messages with an earlier stamp than the previous one.
     DisorderedStamps,
     /// Messages that repeat the previous stamp.

@@ -5,11 +5,11 @@ use super::{
     line::Line,
     restarts::Pause,
     stamp::StampSource,
-    times::{MessageTimes, Times, present},
+    times::{MessageTimes, Times, present, shift_at},
 };
 
 /// A stamp further from its expected value is invalid (ns).
-const IMPOSSIBLE_NS: i64 = 3_600_000_000_000;
+pub(super) const IMPOSSIBLE_NS: i64 = 3_600_000_000_000;
 
 /// Where the samples of a topic lie on the clock of their log, sample by sample.
 ///
@@ -18,8 +18,12 @@ const IMPOSSIBLE_NS: i64 = 3_600_000_000_000;
 #[derive(Debug, Clone)]
 pub struct Placement {
     pub(super) source: StampSource,
-    /// After restarts of the topic's clock: the first message, and the shift from there on (ns).
+    /// After jumps of the recorder's clock: the first message, and the shift of the log times from there on (ns).
+    pub(super) log_shifts: Vec<(usize, i64)>,
+    /// After restarts and steps of the topic's clock: the first message, and the shift from there on (ns).
     pub(super) shifts: Vec<(usize, i64)>,
+    /// Messages whose time is ahead of its course, by index, rising.
+    pub(super) strays: Vec<usize>,
     /// The expected offset to the log time, if impossible stamps are omitted.
     pub(super) expected: Option<Line>,
     pub(super) correction: Correction,
@@ -48,7 +52,9 @@ impl Placement {
     pub(crate) fn as_stamped() -> Self {
         Self {
             source: StampSource::Header,
+            log_shifts: Vec::new(),
             shifts: Vec::new(),
+            strays: Vec::new(),
             expected: None,
             correction: Correction::None,
             pauses: Vec::new(),
@@ -81,7 +87,10 @@ impl Placement {
     /// usable stamp. `index` counts the samples of the topic from the beginning of the log.
     #[inline]
     pub fn stamp_ns(&self, index: usize, times: &MessageTimes) -> Option<i64> {
-        let log_ns = times.log_time_ns;
+        if self.strays.binary_search(&index).is_ok() {
+            return None;
+        }
+        let log_ns = self.log_ns(index, times.log_time_ns);
         let stamp = match &self.correction {
             Correction::Refused => return None,
             Correction::Published(line) => {
@@ -89,36 +98,50 @@ impl Placement {
                 publish_ns.saturating_add(line.at(publish_ns))
             }
             Correction::Logged(map) => log_ns.saturating_add(map.at(log_ns)),
-            Correction::None => self.possible_stamp_ns(index, times)?,
+            Correction::None => self.possible_stamp_ns(index, times, log_ns)?,
             Correction::Ahead(offset) => self
-                .possible_stamp_ns(index, times)?
+                .possible_stamp_ns(index, times, log_ns)?
                 .saturating_sub(*offset),
             Correction::Drifting(line) => self
-                .possible_stamp_ns(index, times)?
+                .possible_stamp_ns(index, times, log_ns)?
                 .saturating_sub(line.at(log_ns)),
         };
         if self.pauses.is_empty() {
             return Some(stamp);
         }
         let is_before = |pause: &&Pause| pause.is_before(index, log_ns);
-        let pauses = self.pauses.iter().filter(is_before).count() as i64;
-        Some(stamp.saturating_add(pauses * Pause::LENGTH_NS))
+        let pauses = self.pauses.iter().filter(is_before);
+        let pauses_ns: i64 = pauses.map(|pause| pause.length_ns).sum();
+        Some(stamp.saturating_add(pauses_ns))
+    }
+
+    /// The log time of a sample without jumps of the recorder's clock (ns).
+    #[inline]
+    pub fn log_ns(&self, index: usize, log_time_ns: i64) -> i64 {
+        match self.log_shifts.is_empty() {
+            true => log_time_ns,
+            false => log_time_ns.saturating_add(shift_at(&self.log_shifts, index)),
+        }
+    }
+
+    /// Whether the recorder's clock jumped, so that log times do not tell the order of the samples.
+    #[must_use]
+    pub fn removes_log_jumps(&self) -> bool {
+        !self.log_shifts.is_empty()
     }
 
     /// The stamp on the topic's own clock, without restarts, unless it is impossible.
     #[inline]
-    fn possible_stamp_ns(&self, index: usize, times: &MessageTimes) -> Option<i64> {
+    fn possible_stamp_ns(&self, index: usize, times: &MessageTimes, log_ns: i64) -> Option<i64> {
         let mut stamp = match self.source {
             StampSource::Header => times.header_stamp_ns?,
             StampSource::Publish => present(times.publish_time_ns)?,
-            StampSource::Log => present(times.log_time_ns)?,
+            StampSource::Log => present(log_ns)?,
         };
         if !self.shifts.is_empty() {
-            let next = self.shifts.partition_point(|(from, _)| *from <= index);
-            let shift = next.checked_sub(1).map_or(0, |last| self.shifts[last].1);
-            stamp = stamp.saturating_add(shift);
+            stamp = stamp.saturating_add(shift_at(&self.shifts, index));
         }
-        let is_impossible = |expected| off_ns(expected, stamp, times.log_time_ns).is_some();
+        let is_impossible = |expected| off_ns(expected, stamp, log_ns).is_some();
         let is_left_out = self.expected.as_ref().is_some_and(is_impossible);
         (!is_left_out).then_some(stamp)
     }
@@ -126,19 +149,27 @@ impl Placement {
     /// Whether every header stamp stays as it is.
     pub(super) fn keeps_stamps(&self) -> bool {
         self.source == StampSource::Header
+            && self.log_shifts.is_empty()
+            && self.strays.is_empty()
             && self.shifts.is_empty()
             && self.expected.is_none()
             && matches!(self.correction, Correction::None)
             && self.pauses.is_empty()
     }
 
-    /// The stamps and the log times (ns) of all messages that have a usable stamp. The others are
-    /// passed to `omit`, by their index.
+    /// The stamps and the log times (ns) of all messages that have a usable stamp, the latter without jumps of the
+    /// recorder's clock. The others are passed to `omit`, by their index.
     pub(crate) fn apply(&self, times: Times, omit: impl FnMut(usize)) -> (Vec<i64>, Vec<i64>) {
         if self.keeps_stamps() && times.by(StampSource::Header).missing() == 0 {
             return times.into_header_and_log_ns();
         }
-        times.restamped(|index, times| self.stamp_ns(index, times), omit)
+        times.restamped(
+            |index, times| {
+                let stamp_ns = self.stamp_ns(index, times)?;
+                Some((stamp_ns, self.log_ns(index, times.log_time_ns)))
+            },
+            omit,
+        )
     }
 
     /// How many messages have no usable stamp.

@@ -12,6 +12,7 @@ use super::{
     placement::{Correction, Placement, is_possible_offset, off_ns},
     restarts::{Pause, shifts},
     stamp::{StampDecision, StampSource},
+    stamp_steps,
     statistics::TopicStatistics,
     time::{NS_PER_S, seconds_between},
     time_base::TimeBase,
@@ -71,11 +72,23 @@ impl TimeBase {
         statistics: &TopicStatistics,
         fit: Option<ClockFit>,
     ) -> Placed {
-        let own = OwnClock::of(times, statistics, self.without_publish);
+        let own = OwnClock::of(times, statistics, self.without_publish, &self.log_jumps);
+        let mut shifts = shifts(&own.restarts, &self.restarts);
+        let is_anchor = self.anchor() == Some(name);
+        // other topics tell when the stamps of this one are right
+        let expected_ns = |log_ns: i64| self.map.at(log_ns);
+        let expected_ns: Option<&dyn Fn(i64) -> i64> = match is_anchor {
+            true => None,
+            false => Some(&expected_ns),
+        };
+        let steps = own.step_shifts(&shifts, expected_ns);
+        shifts = stamp_steps::joined(&shifts, &steps);
         let mut placed = Placed {
             placement: Placement {
                 source: own.decision.source,
-                shifts: shifts(&own.restarts, &self.restarts),
+                log_shifts: own.log_shifts.clone(),
+                shifts,
+                strays: own.strays.indices.clone(),
                 expected: None,
                 correction: Correction::None,
                 pauses: Vec::new(),
@@ -84,15 +97,15 @@ impl TimeBase {
                 restarts: own.restarts.len(),
                 ..StampCorrection::default()
             },
-            findings: describe::of_topic(statistics, &own, &self.restarts),
+            findings: describe::of_topic(statistics, &own, &steps, &self.restarts),
             clock: own.decision.clone(),
         };
         let source = placed.clock.source;
         if source > self.source {
-            self.place_worse_time(&mut placed, times);
+            self.place_worse_time(&mut placed, &own.times);
         } else if source != StampSource::Log {
-            let clock = leave_out_impossible(&mut placed, times, statistics, fit);
-            if let Some(clock) = clock.filter(|_| self.anchor() != Some(name)) {
+            let clock = leave_out_impossible(&mut placed, times, &own, statistics, fit);
+            if let Some(clock) = clock.filter(|_| !is_anchor) {
                 self.place_own_clock(&mut placed, &clock);
             }
         } else if !times.is_empty() {
@@ -102,6 +115,12 @@ impl TimeBase {
         }
         placed.findings.extend(self.findings.iter().cloned());
         placed.placement.pauses = Pause::of(&own.restarts, &self.restarts);
+        if self.source == StampSource::Log {
+            let jumps = own.log_places.iter().zip(&self.log_jumps);
+            let unknown = jumps.filter(|(_, jump)| !jump.wraps);
+            let pauses = unknown.map(|(&place, _)| Pause::before(place));
+            placed.placement.pauses.extend(pauses);
+        }
         placed
     }
 
@@ -155,7 +174,7 @@ impl TimeBase {
     fn place_worse_time(&self, placed: &mut Placed, times: &Times) {
         let seen = format!("{} is used: {}", placed.clock.source, placed.clock.reason);
         let by_publish = match placed.clock.source {
-            StampSource::Publish => self.from_publish,
+            StampSource::Publish if self.log_jumps.is_empty() => self.from_publish,
             _ => None,
         };
         let added = times.iter().map(|times| match by_publish {
@@ -207,12 +226,13 @@ fn why_log_times_do_not_tell(line: &Line, is_constant: bool) -> Option<String> {
 fn leave_out_impossible(
     placed: &mut Placed,
     times: &Times,
+    own: &OwnClock<'_>,
     statistics: &TopicStatistics,
     fit: Option<ClockFit>,
 ) -> Option<Clock> {
-    let log_ns = times.log_ns();
-    let complete = times.by(placed.placement.source).complete();
-    let complete = complete.filter(|_| placed.placement.shifts.is_empty());
+    let log_ns = own.times.log_ns();
+    let is_plain = placed.placement.shifts.is_empty() && placed.placement.strays.is_empty();
+    let complete = own.stamps().complete().filter(|_| is_plain);
     let clock = match complete {
         Some(stamps_ns) => match fit.and_then(|fit| fit.by(placed.placement.source)) {
             Some(clock) => clock,

@@ -2,7 +2,9 @@
 
 use super::{
     line::{Line, median_ns},
-    times::{Stamps, Times},
+    own_clock::OwnClock,
+    strays::Strays,
+    times::Stamps,
 };
 
 /// A smaller step back is not a restart (ns).
@@ -25,6 +27,9 @@ pub(super) struct Restart {
     pub(super) index: usize,
     /// When it was recorded.
     pub(super) log_time_ns: i64,
+    /// The stamps before and after it.
+    pub(super) from_ns: i64,
+    pub(super) to_ns: i64,
     /// The jump of the clock; negative if it stepped back.
     pub(super) leap_ns: i64,
     /// Shift of the new run that continues the clock along the log time.
@@ -38,13 +43,18 @@ pub(super) struct CommonRestart {
     pub(super) shift_ns: i64,
     /// Whether every active topic restarted: then the runs are separate in time.
     pub(super) is_whole: bool,
+    /// Time to add between the runs, so that no state is carried over: none if the log times are far enough apart.
+    pub(super) pause_ns: i64,
 }
 
-/// Finds the restarts in a sequence of stamps.
-pub(super) fn find(stamps: Stamps<'_>, log_ns: &[i64]) -> Vec<Restart> {
-    let mut present = (stamps.iter().enumerate())
-        .filter_map(|(index, stamp)| Some((index, stamp?)))
-        .peekable();
+/// Finds the restarts in a sequence of stamps, of which some are strays.
+pub(super) fn find(stamps: Stamps<'_>, strays: &Strays, log_ns: &[i64]) -> Vec<Restart> {
+    let usable = |from: usize| {
+        let all = stamps.from(from).iter().enumerate();
+        let all = all.filter_map(move |(k, stamp)| Some((from + k, stamp?)));
+        all.filter(|(index, _)| !strays.contains(*index))
+    };
+    let mut present = usable(0).peekable();
     let mut restarts = Vec::new();
     let Some(&(first, mut highest)) = present.peek() else {
         return restarts;
@@ -56,14 +66,17 @@ pub(super) fn find(stamps: Stamps<'_>, log_ns: &[i64]) -> Vec<Restart> {
         let is_set = leap_ns.saturating_sub(log_step) > LEAST_LEAP_NS;
         if is_set || leap_ns < -LEAST_FALL_NS {
             // after a single bad stamp, the clock returns to its previous course
-            let follows = |next: &i64| next.abs_diff(stamp) < leap_ns.unsigned_abs() / 2;
-            let next = stamps.from(index + 1).iter().flatten().take(CONFIRMING);
+            let follows =
+                |(_, next): &(usize, i64)| next.abs_diff(stamp) < leap_ns.unsigned_abs() / 2;
+            let next = usable(index + 1).take(CONFIRMING);
             if next.filter(follows).count() < CONFIRMING {
                 continue;
             }
             restarts.push(Restart {
                 index,
                 log_time_ns: log_ns[index],
+                from_ns: highest,
+                to_ns: stamp,
                 leap_ns,
                 shift_ns: 0,
             });
@@ -72,11 +85,11 @@ pub(super) fn find(stamps: Stamps<'_>, log_ns: &[i64]) -> Vec<Restart> {
         highest = highest.max(stamp);
         log_before = log_ns[index];
     }
-    add_shifts(&mut restarts, stamps, log_ns);
+    add_shifts(&mut restarts, stamps, strays, log_ns);
     restarts
 }
 
-fn add_shifts(restarts: &mut [Restart], stamps: Stamps<'_>, log_ns: &[i64]) {
+fn add_shifts(restarts: &mut [Restart], stamps: Stamps<'_>, strays: &Strays, log_ns: &[i64]) {
     if restarts.is_empty() || restarts.len() > MOST_RESTARTS {
         return;
     }
@@ -86,6 +99,7 @@ fn add_shifts(restarts: &mut [Restart], stamps: Stamps<'_>, log_ns: &[i64]) {
         .collect();
     let offsets = |from: usize, to: usize| -> Vec<(i64, i64)> {
         (from..to)
+            .filter(|i| !strays.contains(*i))
             .filter_map(|i| Some((log_ns[i], stamps.at(i)?.saturating_sub(log_ns[i]))))
             .collect()
     };
@@ -111,9 +125,9 @@ fn add_shifts(restarts: &mut [Restart], stamps: Stamps<'_>, log_ns: &[i64]) {
 
 /// Merges the restarts of all topics: simultaneous ones get one shift, so that the topics stay
 /// aligned.
-pub(super) fn in_common(topics: &[(&[Restart], &Times)]) -> Vec<CommonRestart> {
+pub(super) fn in_common(topics: &[OwnClock<'_>]) -> Vec<CommonRestart> {
     let mut all: Vec<(usize, Restart)> = (topics.iter().enumerate())
-        .flat_map(|(topic, (restarts, _))| restarts.iter().map(move |r| (topic, *r)))
+        .flat_map(|(topic, clock)| clock.restarts.iter().map(move |r| (topic, *r)))
         .collect();
     all.sort_by_key(|(_, restart)| restart.log_time_ns);
     let mut rest = all.as_slice();
@@ -124,19 +138,36 @@ pub(super) fn in_common(topics: &[(&[Restart], &Times)]) -> Vec<CommonRestart> {
         let (together, later) = rest.split_at(count);
         rest = later;
         let mut shifts: Vec<i64> = together.iter().map(|(_, r)| r.shift_ns).collect();
-        let goes_on = |(topic, (_, times)): (usize, &(&[Restart], &Times))| {
-            let (Some(&from), Some(&to)) = (times.log_ns().first(), times.log_ns().last()) else {
+        let goes_on = |(topic, clock): (usize, &OwnClock<'_>)| {
+            let log_ns = clock.times.log_ns();
+            let (Some(&from), Some(&to)) = (log_ns.first(), log_ns.last()) else {
                 return false;
             };
             from < first.log_time_ns && end < to && together.iter().all(|(t, _)| *t != topic)
         };
+        let last_before = together.iter().filter_map(|(topic, restart)| {
+            let before = restart.index.checked_sub(1)?;
+            topics[*topic].times.log_ns().get(before).copied()
+        });
+        let apart_ns = last_before
+            .max()
+            .map_or(0, |last| first.log_time_ns.saturating_sub(last).max(0));
         common.push(CommonRestart {
             log_time_ns: first.log_time_ns,
             shift_ns: median_ns(&mut shifts).unwrap_or(0),
             is_whole: !topics.iter().enumerate().any(goes_on),
+            pause_ns: match apart_ns < Pause::LEAST_NS {
+                true => Pause::LEAST_NS,
+                false => 0,
+            },
         });
     }
     common
+}
+
+/// For each restart the first message after it, and the sum of the topic's own shifts from there on (ns).
+pub(super) fn own_shifts(restarts: &[Restart]) -> Vec<(usize, i64)> {
+    shifts(restarts, &[])
 }
 
 /// For each restart the first message after it, and the shift of the stamps from there on (ns): the sum over
@@ -181,11 +212,13 @@ pub(super) struct Pause {
     /// The topic's own restart determines exactly which messages follow it, the log time only
     /// roughly.
     index: Option<usize>,
+    /// How long it is.
+    pub(super) length_ns: i64,
 }
 
 impl Pause {
-    /// Its length, so that no state is carried over (ns).
-    pub(super) const LENGTH_NS: i64 = 1_000_000_000;
+    /// The shortest time between two runs, so that no state is carried over (ns).
+    pub(super) const LEAST_NS: i64 = 1_000_000_000;
 
     /// One pause per restart of the whole log.
     pub(super) fn of(restarts: &[Restart], common: &[CommonRestart]) -> Vec<Self> {
@@ -197,9 +230,19 @@ impl Pause {
             Self {
                 log_time_ns: whole.log_time_ns,
                 index: restarts.iter().find(near).map(|restart| restart.index),
+                length_ns: whole.pause_ns,
             }
         };
         whole.map(pause).collect()
+    }
+
+    /// One that begins at a message.
+    pub(super) fn before(index: usize) -> Self {
+        Self {
+            log_time_ns: 0,
+            index: Some(index),
+            length_ns: Self::LEAST_NS,
+        }
     }
 
     pub(super) fn is_before(self, index: usize, log_ns: i64) -> bool {

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use strum::Display;
 
+use super::time::seconds_between;
 use crate::file::Format;
 
 /// The times of a message, the best first.
@@ -38,6 +39,8 @@ pub(super) struct StampEvidence {
     /// Messages whose header has a stamp that is not zero.
     pub(super) stamped: usize,
     pub(super) header_changes: bool,
+    /// The resolution of the header stamps (ns), if several messages share each stamp because of it.
+    pub(super) header_resolution_ns: Option<i64>,
     pub(super) publish_is_apart: bool,
     pub(super) publish_changes: bool,
     /// The format, if it has no publish time.
@@ -90,6 +93,11 @@ impl StampEvidence {
             ))
         } else if messages > 1 && !self.header_changes {
             Some("header.stamp is constant".to_owned())
+        } else if let Some(resolution_ns) = self.header_resolution_ns {
+            Some(format!(
+                "header.stamp has a resolution of {} s, which several messages share",
+                seconds_between(0, resolution_ns)
+            ))
         } else {
             None
         }

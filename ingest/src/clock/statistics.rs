@@ -11,6 +11,11 @@ use super::{
 };
 use crate::file::Format;
 
+/// Share of messages that repeat the previous stamp from which on a coarse resolution is the cause.
+const COARSE_SHARE: f64 = 0.4;
+/// A finer resolution is not coarse (ns).
+const LEAST_COARSE_NS: i64 = 100_000_000;
+
 /// Statistics of the times of a topic's messages, in bounded memory.
 ///
 /// Counts, extremes and the longest gaps cover all messages; medians and drifts use some thousands
@@ -120,11 +125,26 @@ impl TopicStatistics {
             messages: self.messages,
             stamped: self.stamped,
             header_changes: self.header.changes,
+            header_resolution_ns: self.coarse_resolution_ns(),
             publish_is_apart: self.has_publish_times(),
             publish_changes: self.steps(StampSource::Publish).changes,
             without_publish,
         }
         .decide()
+    }
+
+    /// The resolution of the header stamps (ns), if it is so coarse that many messages repeat a stamp while the log times
+    /// advance.
+    fn coarse_resolution_ns(&self) -> Option<i64> {
+        let duplicates = self.header.duplicates;
+        let repeats = duplicates as f64 >= COARSE_SHARE * self.stamped as f64;
+        // the log times may be copies of the stamps
+        if !repeats || 2 * self.log.duplicates > duplicates {
+            return None;
+        }
+        let stamps = self.pairs.values().iter().map(|(_, stamp)| *stamp);
+        let resolution_ns = stamps.fold(0, greatest_common_divisor);
+        (resolution_ns >= LEAST_COARSE_NS).then_some(resolution_ns)
     }
 
     /// Whether any publish time differs from the log time.
@@ -203,6 +223,15 @@ impl TopicStatistics {
             jitter_s: SIGMA_BY_MAD * line.mad_s,
         })
     }
+}
+
+/// Of their absolute values, by Euclid.
+fn greatest_common_divisor(a: i64, b: i64) -> i64 {
+    let (mut a, mut b) = (a.saturating_abs(), b.saturating_abs());
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
 }
 
 #[cfg(test)]

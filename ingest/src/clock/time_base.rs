@@ -5,9 +5,11 @@ use super::{
     describe,
     finding::ClockFinding,
     line::Line,
+    log_jumps::{self, LogJump},
     own_clock::OwnClock,
-    restarts::{self, CommonRestart, Restart},
+    restarts::{self, CommonRestart},
     stamp::StampSource,
+    stamp_steps,
     statistics::TopicStatistics,
     times::Times,
 };
@@ -25,6 +27,8 @@ pub struct TimeBase {
     pub(super) map: LogMap,
     /// Maps publish times to this clock, where they differ from the log times.
     pub(super) from_publish: Option<Line>,
+    /// Jumps of the recorder's clock, in the order of the file.
+    pub(super) log_jumps: Vec<LogJump>,
     pub(super) restarts: Vec<CommonRestart>,
     pub(super) without_publish: Option<Format>,
     /// Findings about this clock.
@@ -44,30 +48,36 @@ impl TimeBase {
         topics: &[(&str, &Times, &TopicStatistics)],
     ) -> (Self, Vec<Option<ClockFit>>) {
         let without_publish = Some(log.format()).filter(|format| !format.has_publish_time());
-        let clocks: Vec<OwnClock> = topics
+        let log_jumps = log_jumps::in_common(topics);
+        let clocks: Vec<OwnClock<'_>> = topics
             .iter()
-            .map(|(_, times, statistics)| OwnClock::of(times, statistics, without_publish))
+            .map(|(_, times, statistics)| {
+                OwnClock::of(times, statistics, without_publish, &log_jumps)
+            })
             .collect();
-        let restarts: Vec<(&[Restart], &Times)> = (clocks.iter().zip(topics))
-            .map(|(clock, (_, times, _))| (clock.restarts.as_slice(), *times))
-            .collect();
-        let restarts = restarts::in_common(&restarts);
+        let restarts = restarts::in_common(&clocks);
         let shifts: Vec<Vec<(usize, i64)>> = (clocks.iter())
-            .map(|clock| restarts::shifts(&clock.restarts, &restarts))
+            .map(|clock| {
+                let restarts = restarts::shifts(&clock.restarts, &restarts);
+                stamp_steps::joined(&restarts, &clock.step_shifts(&restarts, None))
+            })
             .collect();
         let mut base = Self {
             source: StampSource::Log,
             anchor: None,
             map: LogMap::IDENTITY,
             from_publish: None,
+            log_jumps,
             restarts,
             without_publish,
             findings: Vec::new(),
         };
         let mut fits = vec![None; topics.len()];
         base.find_anchor(topics, &clocks, &shifts, &mut fits);
-        let times: Vec<&Times> = topics.iter().map(|(_, times, _)| *times).collect();
+        let times: Vec<&Times> = clocks.iter().map(|clock| &*clock.times).collect();
         base.findings = describe::of_base(base.source, &base.map, &times, clock_topic(log));
+        base.findings
+            .extend(describe::log_jumps(&base.log_jumps, base.source));
         (base, fits)
     }
 
@@ -78,14 +88,15 @@ impl TimeBase {
         shifts: &[Vec<(usize, i64)>],
         fits: &mut [Option<ClockFit>],
     ) {
-        let unrolled = |topic: usize| restarts::unrolled(clocks[topic].stamps, &shifts[topic]);
+        let unrolled = |topic: usize| clocks[topic].shifted(&shifts[topic]);
         for source in [StampSource::Header, StampSource::Publish] {
             let found: Vec<(usize, Clock)> = (clocks.iter().enumerate())
                 .filter(|(_, clock)| clock.decision.source == source)
                 .filter_map(|(topic, clock)| {
-                    let log_ns = topics[topic].1.log_ns();
-                    let complete = clock.stamps.complete();
-                    let clock = match complete.filter(|_| shifts[topic].is_empty()) {
+                    let log_ns = clock.times.log_ns();
+                    let is_plain = shifts[topic].is_empty() && clock.strays.indices.is_empty();
+                    let stamps = clock.stamps();
+                    let clock = match stamps.complete().filter(|_| is_plain) {
                         Some(stamps_ns) => {
                             let clock = Clock::of_complete(stamps_ns, log_ns)?;
                             fits[topic] = Some(ClockFit::new(source, clock.clone()));
@@ -96,13 +107,15 @@ impl TimeBase {
                     Some((topic, clock))
                 })
                 .collect();
-            let Some(topic) = anchor::choose(&found) else {
+            let steps = |topic: usize| !clocks[topic].steps.is_empty();
+            let Some(topic) = anchor::choose(&found, steps) else {
                 continue;
             };
             let Some((_, clock)) = found.iter().find(|(of, _)| *of == topic) else {
                 continue;
             };
-            let (name, times, statistics) = topics[topic];
+            let (name, _, statistics) = topics[topic];
+            let times = &clocks[topic].times;
             let stamps = || unrolled(topic);
             let points = anchor::offsets(stamps(), times.log_ns());
             let map = LogMap::through(clock.line, points);

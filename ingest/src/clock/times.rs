@@ -114,26 +114,35 @@ impl Times {
         &self.log_ns
     }
 
+    /// The same with log times that are shifted from single messages on; publish times that are not apart follow.
+    pub(super) fn with_log_shifted(&self, shifts: &[(usize, i64)]) -> Self {
+        let mut shifted = self.clone();
+        for (index, log_ns) in shifted.log_ns.iter_mut().enumerate() {
+            *log_ns = log_ns.saturating_add(shift_at(shifts, index));
+        }
+        shifted
+    }
+
     /// The header stamps and the log times (ns), as they are.
     pub(super) fn into_header_and_log_ns(self) -> (Vec<i64>, Vec<i64>) {
         (self.header_ns, self.log_ns)
     }
 
-    /// Stamps every message anew by its index, and returns the stamps and the log times (ns) of those
-    /// that get one. The others are passed to `omit`, by their index.
+    /// Gives every message another stamp and log time by its index, and returns both (ns) of those
+    /// that get them. The others are passed to `omit`, by their index.
     pub(super) fn restamped(
         mut self,
-        stamp_ns: impl Fn(usize, &MessageTimes) -> Option<i64>,
+        stamp_and_log_ns: impl Fn(usize, &MessageTimes) -> Option<(i64, i64)>,
         mut omit: impl FnMut(usize),
     ) -> (Vec<i64>, Vec<i64>) {
         let mut kept = 0;
         for index in 0..self.log_ns.len() {
             let times = self.as_slice().at(index);
-            match stamp_ns(index, &times) {
-                Some(stamp_ns) => {
+            match stamp_and_log_ns(index, &times) {
+                Some((stamp_ns, log_ns)) => {
                     // the place of a time that has been read already
                     self.header_ns[kept] = stamp_ns;
-                    self.log_ns[kept] = times.log_time_ns;
+                    self.log_ns[kept] = log_ns;
                     kept += 1;
                 }
                 None => omit(index),
@@ -265,6 +274,13 @@ impl<'t> Stamps<'t> {
     pub(super) fn from(self, index: usize) -> Self {
         Self(self.0.get(index..).unwrap_or_default())
     }
+}
+
+/// The shift that applies to a message, of those that each apply from a message on (ns).
+#[inline]
+pub(super) fn shift_at(shifts: &[(usize, i64)], index: usize) -> i64 {
+    let next = shifts.partition_point(|(from, _)| *from <= index);
+    next.checked_sub(1).map_or(0, |last| shifts[last].1)
 }
 
 /// A time, unless it marks that there is none.

@@ -1,7 +1,7 @@
 //! Decodes the messages of one sensor, by type or number by number.
 
 use crate::{
-    decode::{DecodeError, NumberDecoder, SampleSpec, SensorDecoder, SensorSample},
+    decode::{DecodeError, JointSample, NumberDecoder, SampleSpec, SensorDecoder, SensorSample},
     message::{BindingError, RawMessage, SensorKind, Topic},
 };
 
@@ -26,26 +26,27 @@ impl Decoder {
         Ok(Self::Numbers(Box::new(NumberDecoder::new(topic, sample)?)))
     }
 
-    /// Appends the values of one message and returns its header stamp; `None` for a message without
-    /// any value of the sample. Appends nothing after an error. `sample` is scratch space.
+    /// Appends the values of one message, unless it has none of the sample. Appends nothing after an
+    /// error. `sample` is scratch space.
     #[inline]
     pub(super) fn append_values(
         &mut self,
         message: &RawMessage<'_>,
         sample: &mut SensorSample,
         values: &mut Vec<f64>,
-    ) -> Result<Option<HeaderStamp>, DecodeError> {
+    ) -> Result<Decoded, DecodeError> {
         match self {
-            Self::Typed(decoder) => {
-                let stamp_ns = decoder.append_values(message, values)?;
-                Ok(Some(HeaderStamp(stamp_ns)))
-            }
+            Self::Typed(decoder) => Ok(match decoder.append_values(message, values)? {
+                JointSample::Of(header_stamp_ns) => Decoded::Sample { header_stamp_ns },
+                JointSample::OfOthers => Decoded::OfOtherJoints,
+            }),
             Self::Numbers(decoder) => {
-                let has_any = decoder.decode(message, sample)?;
-                if has_any {
-                    values.extend_from_slice(&sample.values);
+                if !decoder.decode(message, sample)? {
+                    return Ok(Decoded::WithoutValue);
                 }
-                Ok(has_any.then_some(HeaderStamp(sample.header_stamp_ns)))
+                values.extend_from_slice(&sample.values);
+                let header_stamp_ns = sample.header_stamp_ns;
+                Ok(Decoded::Sample { header_stamp_ns })
             }
         }
     }
@@ -65,5 +66,15 @@ impl Decoder {
     }
 }
 
-/// In nanoseconds; `None` if the header has none.
-pub(super) struct HeaderStamp(pub(super) Option<i64>);
+/// What a message gave.
+pub(super) enum Decoded {
+    /// Its values.
+    Sample {
+        /// In nanoseconds; `None` if the header has none.
+        header_stamp_ns: Option<i64>,
+    },
+    /// It has no number of the sample.
+    WithoutValue,
+    /// It names none of the wanted joints, but those of another part of the topic.
+    OfOtherJoints,
+}

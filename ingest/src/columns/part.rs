@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::decoder::{Decoder, HeaderStamp};
+use super::decoder::{Decoded, Decoder};
 use crate::{
     clock::{Times, TimesSlice},
     decode::SensorSample,
@@ -140,16 +140,17 @@ impl PartOfSensor {
     fn take(&mut self, message: &RawMessage<'_>, order: u32) {
         let values = &mut self.samples.values;
         let before = values.len();
-        let stamp = self
+        let decoded = self
             .decoder
             .append_values(message, &mut self.scratch, values);
-        match stamp {
-            Ok(Some(HeaderStamp(header))) if values.len() == before + self.width => {
+        match decoded {
+            Ok(Decoded::Sample { header_stamp_ns }) if values.len() == before + self.width => {
                 let (publish, log) = (message.publish_time_ns, message.log_time_ns);
-                self.samples.times.push(header, publish, log);
+                self.samples.times.push(header_stamp_ns, publish, log);
                 self.samples.order.push(order);
             }
-            Ok(None) => self.without_value += 1,
+            Ok(Decoded::WithoutValue) => self.without_value += 1,
+            Ok(Decoded::OfOtherJoints) => {}
             _ => {
                 values.truncate(before);
                 self.undecodable += 1;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{
-    decoder::{Decoder, HeaderStamp},
+    decoder::{Decoded, Decoder},
     merged_parts::{self, Joiner},
     part::SamplesSlice,
     pass::{Sink, Wanted, pass},
@@ -215,7 +215,7 @@ impl StreamPart {
             .decoder
             .append_values(message, &mut self.scratch, &mut self.values);
         match decoded {
-            Ok(Some(HeaderStamp(header_stamp_ns))) if self.values.len() == self.width => {
+            Ok(Decoded::Sample { header_stamp_ns }) if self.values.len() == self.width => {
                 self.index += 1;
                 let times = MessageTimes {
                     header_stamp_ns: header_stamp_ns.filter(|&stamp| stamp != 0),
@@ -226,10 +226,11 @@ impl StreamPart {
                 refusals.unstamped += u32::from(stamp_ns.is_none());
                 stamp_ns
             }
-            Ok(None) => {
+            Ok(Decoded::WithoutValue) => {
                 refusals.without_value += 1;
                 None
             }
+            Ok(Decoded::OfOtherJoints) => None,
             _ => {
                 refusals.undecodable += 1;
                 None

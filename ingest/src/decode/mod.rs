@@ -18,6 +18,7 @@ pub(crate) use self::{
     can_frame::{FrameDecoder, Stamp, is_can_frame},
     layout::layout_of,
     number_decoder::NumberDecoder,
+    sensor::JointSample,
 };
 pub use self::{
     error::DecodeError,

@@ -99,7 +99,8 @@ impl NumberDecoder {
         })
     }
 
-    /// Decodes one message; returns whether it has any number of the sample's first part.
+    /// Decodes one message; returns whether it has any number of the sample's first part. A sample without values has
+    /// times alone: every message has those.
     pub(crate) fn decode(
         &mut self,
         message: &RawMessage<'_>,
@@ -113,7 +114,7 @@ impl NumberDecoder {
         self.messages += 1;
         sample.header_stamp_ns = self.is_stamped.then(|| self.stamp_ns()).flatten();
         let first_part = self.first_part();
-        let mut has_any = false;
+        let mut has_any = self.values.is_empty();
         for (i, (value, place)) in self.values.iter().enumerate() {
             sample.values.push(match value {
                 ValueSource::Absent => f64::NAN,

@@ -19,6 +19,8 @@ const SEC: usize = 0;
 const NANOSEC: usize = 1;
 const FRAME_ID: usize = 2;
 const FIRST: usize = 3;
+/// Index of the names of joints, before their positions and velocities.
+const NAMES: usize = FIRST;
 const HEADER_PATHS: [&str; FIRST] = [
     "header.stamp.sec",
     "header.stamp.nanosec",
@@ -102,6 +104,15 @@ pub struct SensorSample {
     pub values: Vec<f64>,
 }
 
+/// What a message is to a sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum JointSample {
+    /// A sample, with its header stamp (ns).
+    Of(Option<i64>),
+    /// It names none of the wanted joints: several publishers share the topic, each with joints of its own.
+    OfOthers,
+}
+
 /// Decodes the messages of one topic into samples.
 #[derive(Debug, Clone)]
 pub struct SensorDecoder {
@@ -160,23 +171,31 @@ impl SensorDecoder {
         sample.log_time_ns = message.log_time_ns;
         sample.publish_time_ns = message.publish_time_ns;
         sample.header_stamp_ns = None;
-        sample.header_stamp_ns = self.append_values(message, &mut sample.values)?;
+        match self.append_values(message, &mut sample.values)? {
+            JointSample::Of(stamp_ns) => sample.header_stamp_ns = stamp_ns,
+            JointSample::OfOthers => {
+                let count = self.kind.value_count(self.joint_names.len());
+                sample.values.resize(count, f64::NAN);
+                let (sec, nanosec) = (self.fields.number(SEC), self.fields.number(NANOSEC));
+                sample.header_stamp_ns = stamp_ns(sec, nanosec);
+            }
+        }
         Ok(())
     }
 
     /// Appends the values of one message and returns its header stamp; appends nothing after an
-    /// error.
+    /// error, and nothing for a message that names none of the wanted joints.
     pub(crate) fn append_values(
         &mut self,
         message: &RawMessage<'_>,
         values: &mut Vec<f64>,
-    ) -> Result<Option<i64>, DecodeError> {
+    ) -> Result<JointSample, DecodeError> {
         let shortcut = self.shortcut.as_ref();
         if let Some([sec, nanosec]) =
             shortcut.and_then(|shortcut| shortcut.append_values(message.data, values))
         {
             self.credit.earn();
-            return Ok(stamp_ns(sec, nanosec));
+            return Ok(JointSample::Of(stamp_ns(sec, nanosec)));
         }
         self.follow(message, values)
     }
@@ -186,14 +205,20 @@ impl SensorDecoder {
         &mut self,
         message: &RawMessage<'_>,
         values: &mut Vec<f64>,
-    ) -> Result<Option<i64>, DecodeError> {
+    ) -> Result<JointSample, DecodeError> {
         self.layout.decode(message.data, &mut self.fields)?;
         if self.frame_id.is_none() {
             let frame_id = String::from_utf8_lossy(self.fields.text(FRAME_ID));
             self.frame_id = Some(frame_id.trim_start_matches('/').to_owned());
         }
         match self.kind {
-            SensorKind::JointStates => self.joint_values(values),
+            SensorKind::JointStates => {
+                self.find_joints();
+                if !self.joint_places.is_empty() && self.joint_places.iter().all(Option::is_none) {
+                    return Ok(JointSample::OfOthers);
+                }
+                self.joint_values(values);
+            }
             SensorKind::Imu => self.imu_values(values),
             SensorKind::Odometry => self.odometry_values(values),
             SensorKind::ToolWrench => self.extend(values, FIRST, 6),
@@ -203,10 +228,10 @@ impl SensorDecoder {
         if self.credit.spend() {
             self.shortcut = self.new_shortcut(message.data).map(Box::new);
         }
-        Ok(stamp_ns(
+        Ok(JointSample::Of(stamp_ns(
             self.fields.number(SEC),
             self.fields.number(NANOSEC),
-        ))
+        )))
     }
 
     /// The shortcut for messages like this one, which was decoded just now.
@@ -248,8 +273,8 @@ impl SensorDecoder {
         self.kind
     }
 
-    fn joint_values(&mut self, values: &mut Vec<f64>) {
-        const NAMES: usize = FIRST;
+    /// Finds the wanted joints among the names of the message.
+    fn find_joints(&mut self) {
         let revision = self.fields.texts_revision(NAMES);
         if self.names_revision != Some(revision) {
             self.joint_places.clear();
@@ -263,6 +288,9 @@ impl SensorDecoder {
             self.joints_in_row = in_row(&self.joint_places);
             self.names_revision = Some(revision);
         }
+    }
+
+    fn joint_values(&mut self, values: &mut Vec<f64>) {
         for array in [NAMES + 1, NAMES + 2] {
             let numbers = self.fields.numbers(array);
             let row = self.joints_in_row.clone();

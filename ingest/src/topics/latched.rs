@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::message::Topic;
+
 /// Whether the last message of a topic counts until the next one: by its name, or by what the log says of its writer.
 ///
 /// ROS 1 writes `latching=1` into the header of a connection; rosbag2 the quality of service that was offered, in YAML:
@@ -11,6 +13,19 @@ pub(crate) fn is_latched(name: &str, says: &BTreeMap<String, String>) -> bool {
     let is_latching = says.get("latching").is_some_and(|value| value == "1");
     let qos = says.get("offered_qos_profiles");
     is_known || is_latching || qos.is_some_and(|qos| is_transient_local(qos))
+}
+
+impl Topic {
+    /// Whether the last message counts until the next one, for everybody who subscribes later.
+    #[must_use]
+    pub fn is_latched(&self) -> bool {
+        let none = BTreeMap::new();
+        let says = match self.writers.is_empty() {
+            true => std::slice::from_ref(&none),
+            false => &self.writers,
+        };
+        is_static_transform(&self.name) || says.iter().any(|says| is_latched(&self.name, says))
+    }
 }
 
 /// Whether a topic carries static transforms, each publisher its own.

@@ -10,8 +10,11 @@ mod static_frames;
 pub(crate) use self::latched::{is_latched, is_static_transform};
 pub use self::{
     binding::{Binding, SignalRequest, bind, bind_joint_states, topic_of_field},
-    first_messages::{first_frame, first_string, joint_names_in},
+    first_messages::{JointNamedTwice, first_frame, first_string, joint_names_in},
     metadata_records::{MetadataRecord, metadata_records},
-    sensor_topics::{JointTopic, NamedTopics, SensorTopics, robot_description},
+    sensor_topics::{
+        JointTopic, NamedTopics, RobotDescription, SensorTopics, robot_description,
+        robot_descriptions,
+    },
     static_frames::{StaticFrame, static_frames},
 };

@@ -2,11 +2,11 @@
 
 use super::{
     binding::{Binding, bind, bind_joint_states},
-    first_messages::{first_frame, first_string, joint_names_in},
+    first_messages::{JointNamedTwice, first_frame, for_each_string, joint_groups_in},
 };
 use crate::{
     log::Log,
-    message::{Error, SensorKind, TopicId},
+    message::{Error, SensorKind, Topic},
 };
 
 /// The topics that a machine file names; absent ones are found by type.
@@ -29,7 +29,7 @@ pub struct NamedTopics {
 /// The topics that carry a machine's sensors.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SensorTopics {
-    /// Joint state topics that name a joint, the one with most messages first.
+    /// Joint state topics that name a joint, or parts of them, the one with most messages first.
     pub joint_states: Vec<JointTopic>,
     /// The IMU.
     pub imu: Option<Binding>,
@@ -41,13 +41,20 @@ pub struct SensorTopics {
     pub tool_wrench: Option<Binding>,
 }
 
-/// A topic of joint states.
+/// Joints of a topic of joint states that come in the same messages: all of them, or those of one of several
+/// publishers that share the topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JointTopic {
     /// The topic.
     pub binding: Binding,
     /// The joints in its first messages, in order of first appearance.
     pub joint_names: Vec<String>,
+    /// How many messages have them, as far as known: all of the topic, or their share of the first ones.
+    pub message_count: Option<u64>,
+    /// Joints that a message names twice with different positions.
+    pub twice: Vec<JointNamedTwice>,
+    /// Joints whose position is not a number in any of the first messages.
+    pub without_position: Vec<String>,
 }
 
 impl SensorTopics {
@@ -97,34 +104,79 @@ impl SensorTopics {
     }
 }
 
-/// The robot description (URDF) on `/robot_description`, and the topic's name.
+/// A robot description (URDF) in a log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RobotDescription {
+    /// The name of its topic.
+    pub topic: String,
+    /// When it was recorded, for the last time (ns).
+    pub log_time_ns: i64,
+    /// The text.
+    pub text: String,
+}
+
+/// The different robot descriptions on `/robot_description`, or on the first topic whose name ends so. The one that was
+/// published last comes last.
 ///
 /// # Errors
 /// The log cannot be read, or the topic carries no strings.
-pub fn robot_description(log: &Log) -> Result<Option<(String, String)>, Error> {
-    let is_description = |name: &str| name.trim_start_matches('/').ends_with("robot_description");
-    let Some(topic) = log
-        .topics()
-        .iter()
-        .find(|topic| is_description(&topic.name))
-    else {
-        return Ok(None);
+pub fn robot_descriptions(log: &Log) -> Result<Vec<RobotDescription>, Error> {
+    let bare = |topic: &&Topic| topic.name.trim_start_matches('/') == "robot_description";
+    let ends_so = |topic: &&Topic| topic.name.ends_with("robot_description");
+    let topics = || log.topics().iter();
+    let Some(topic) = topics().find(bare).or_else(|| topics().find(ends_so)) else {
+        return Ok(Vec::new());
     };
-    Ok(first_string(log, topic.id)?.map(|text| (text, topic.name.clone())))
+    let mut found: Vec<RobotDescription> = Vec::new();
+    for_each_string(log, topic.id, &mut |text, log_time_ns| {
+        let known = found
+            .iter()
+            .position(|description| description.text == text);
+        let mut description = match known {
+            Some(known) => found.remove(known),
+            None => RobotDescription {
+                topic: topic.name.clone(),
+                log_time_ns,
+                text: text.into_owned(),
+            },
+        };
+        description.log_time_ns = log_time_ns;
+        found.push(description);
+    })?;
+    Ok(found)
+}
+
+/// The text of the last robot description, and the topic's name.
+///
+/// # Errors
+/// As for [`robot_descriptions`].
+pub fn robot_description(log: &Log) -> Result<Option<(String, String)>, Error> {
+    let last = robot_descriptions(log)?.pop();
+    Ok(last.map(|last| (last.text, last.topic)))
 }
 
 fn joint_topics(log: &Log, named: &[String]) -> Result<Vec<JointTopic>, Error> {
     let mut topics = Vec::new();
     for binding in bind_joint_states(log.topics(), named)? {
-        let joint_names = joint_names_in(log, binding.topic)?;
-        if !joint_names.is_empty() {
-            topics.push(JointTopic {
+        let groups = joint_groups_in(log, binding.topic)?;
+        let of_topic = log.topic(binding.topic)?.message_count;
+        let several = groups.len();
+        topics.extend(groups.into_iter().map(|group| {
+            let mut binding = binding.clone();
+            if several > 1 {
+                binding
+                    .why
+                    .push_str(", whose messages name joints in parts");
+            }
+            JointTopic {
                 binding,
-                joint_names,
-            });
-        }
+                message_count: of_topic.map(|count| group.share_of(count)),
+                joint_names: group.joint_names,
+                twice: group.twice,
+                without_position: group.without_position,
+            }
+        }));
     }
-    let count = |topic: TopicId| log.topic(topic).ok().and_then(|topic| topic.message_count);
-    topics.sort_by_key(|topic| std::cmp::Reverse(count(topic.binding.topic)));
+    topics.sort_by_key(|topic| std::cmp::Reverse(topic.message_count));
     Ok(topics)
 }

@@ -142,11 +142,15 @@ impl Bridge<'_> {
         let start = Instant::now();
         let mut first = FirstMessages::default();
         let mut missing: Option<Incomplete> = None;
+        let mut known = self.arrivals.lanes();
         loop {
             self.housekeeping.cycle_completed();
             let ended = match self.arrivals.next(TICK) {
                 Ok(arrival) => {
-                    first.take(arrival);
+                    if arrival.lane.0 >= known.len() {
+                        known = self.arrivals.lanes();
+                    }
+                    first.take(arrival, &known);
                     false
                 }
                 Err(ended) => ended,

@@ -140,10 +140,7 @@ fn topic_inspection(
     clocks: &[SensorRecording],
 ) -> TopicInspection {
     let clock = clocks.iter().find(|recording| recording.topic == topic.id);
-    let joints = found
-        .joint_states
-        .iter()
-        .find(|joint| joint.binding.topic == topic.id);
+    let joints = (found.joint_states.iter()).filter(|joint| joint.binding.topic == topic.id);
     TopicInspection {
         name: topic.name.clone(),
         type_name: topic.type_name.clone(),
@@ -152,7 +149,7 @@ fn topic_inspection(
         message_count: topic.message_count,
         timing: clock.map(|recording| recording.statistics.timing()),
         correction: clock.map(|recording| recording.correction),
-        joint_names: joints.map_or(Vec::new(), |joint| joint.joint_names.clone()),
+        joint_names: joints.flat_map(|joint| joint.joint_names.clone()).collect(),
     }
 }
 

@@ -5,6 +5,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use tipwatch_ingest::SensorKind;
+
 use super::tell::Teller;
 
 /// Messages in the queue.
@@ -53,6 +55,14 @@ pub struct Lane {
     pub definition: String,
     /// Whether it carries frames of a bus.
     pub is_bus: bool,
+}
+
+impl Lane {
+    /// Whether its messages are joint states: several publishers may share it, each with joints of its own.
+    #[must_use]
+    pub fn has_joint_states(&self) -> bool {
+        SensorKind::JointStates.is_type(&self.type_name)
+    }
 }
 
 /// What became of the messages of a topic at the queue.

@@ -31,12 +31,19 @@ pub struct Incomplete(pub Error);
 
 impl FirstMessages {
     /// Takes a message.
-    pub fn take(&mut self, arrival: Arrival) {
+    pub fn take(&mut self, arrival: Arrival, lanes: &[Lane]) {
         let lane = arrival.lane.0;
         if self.publishers.len() <= lane {
             self.publishers.resize_with(lane + 1, Publishers::default);
         }
-        match self.publishers[lane].admit(arrival.publisher, arrival.sequence, arrival.host_ns) {
+        let joint_states = lanes.get(lane).filter(|lane| lane.has_joint_states());
+        let admission = self.publishers[lane].admit(
+            arrival.publisher,
+            joint_states.map(|_| arrival.data.as_slice()),
+            arrival.sequence,
+            arrival.host_ns,
+        );
+        match admission {
             Admission::Refused(_) => return,
             Admission::Restarted => self.forget(),
             Admission::Used { .. } => {}

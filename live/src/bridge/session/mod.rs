@@ -3,6 +3,7 @@
 mod assembly;
 mod clock;
 mod first_messages;
+mod joint_names;
 mod publishers;
 mod run;
 

@@ -1,4 +1,7 @@
-//! Who publishes a topic. Samples of one publisher only: two would mix their measurements.
+//! Who publishes a topic. Samples of one publisher only: two would mix their measurements. Publishers of joint states
+//! may share a topic if each has joints of its own.
+
+use super::joint_names::joint_names;
 
 /// A publisher that was silent for so long is gone, and another one may take its place (ns).
 const GONE_NS: i64 = 1_000_000_000;
@@ -8,7 +11,16 @@ const MOST_LOST: u64 = 1_000_000;
 /// The publishers of one topic.
 #[derive(Debug, Clone, Default)]
 pub struct Publishers {
-    owner: Option<Owner>,
+    /// One, or one for each part of the joints.
+    shares: Vec<Share>,
+}
+
+/// What one publisher sends of a topic.
+#[derive(Debug, Clone)]
+struct Share {
+    owner: Owner,
+    /// The joints that it has named; none for other messages than joint states.
+    joints: Vec<Vec<u8>>,
     /// Until when a second publisher counts as active (ns).
     second_until_ns: Option<i64>,
 }
@@ -44,28 +56,88 @@ pub enum Admission {
 }
 
 impl Publishers {
-    /// Judges a message that arrived at `now_ns`.
-    pub fn admit(&mut self, publisher: u128, sequence: Option<u64>, now_ns: i64) -> Admission {
-        let Some(owner) = &mut self.owner else {
-            self.owner = Some(Owner {
-                publisher,
-                sequence,
-                last_ns: now_ns,
-            });
-            return Admission::Used { lost: 0 };
-        };
-        if owner.publisher != publisher {
-            if now_ns.saturating_sub(owner.last_ns) > GONE_NS {
-                self.owner = Some(Owner {
+    /// Judges a message that arrived at `now_ns`. `joint_states` is the message, if it is one of joint states.
+    pub fn admit(
+        &mut self,
+        publisher: u128,
+        joint_states: Option<&[u8]>,
+        sequence: Option<u64>,
+        now_ns: i64,
+    ) -> Admission {
+        let joints = joint_states.and_then(joint_names).unwrap_or_default();
+        let own = self.share_of(publisher, &joints);
+        let Some(own) = own else {
+            self.shares.push(Share {
+                owner: Owner {
                     publisher,
                     sequence,
                     last_ns: now_ns,
-                });
+                },
+                joints: joints.into_iter().map(<[u8]>::to_vec).collect(),
+                second_until_ns: None,
+            });
+            return Admission::Used { lost: 0 };
+        };
+        let until_ns = now_ns.saturating_add(GONE_NS);
+        for (place, share) in self.shares.iter_mut().enumerate() {
+            let is_active = now_ns.saturating_sub(share.owner.last_ns) <= GONE_NS;
+            if place != own && is_active && share.shares(&joints) {
+                // it has named a joint of another one only now
+                share.second_until_ns = Some(until_ns);
+                self.shares[own].owner.last_ns = now_ns;
+                return Admission::Refused(Refused::TwoPublishers);
+            }
+        }
+        self.shares[own].admit(publisher, &joints, sequence, now_ns)
+    }
+
+    /// The share of a publisher, or else the one that has one of its joints.
+    fn share_of(&self, publisher: u128, joints: &[&[u8]]) -> Option<usize> {
+        let shares = || self.shares.iter();
+        let own = shares().position(|share| share.owner.publisher == publisher);
+        own.or_else(|| shares().position(|share| share.shares(joints)))
+    }
+
+    /// Whether two publishers of the same are active.
+    #[must_use]
+    pub fn are_two(&self) -> bool {
+        (self.shares.iter()).any(|share| share.second_until_ns.is_some())
+    }
+}
+
+impl Share {
+    /// Whether messages with these joints have something in common with those of this publisher.
+    fn shares(&self, joints: &[&[u8]]) -> bool {
+        let is_known = |joint: &&[u8]| self.joints.iter().any(|known| known == joint);
+        joints.is_empty() || self.joints.is_empty() || joints.iter().any(is_known)
+    }
+
+    fn admit(
+        &mut self,
+        publisher: u128,
+        joints: &[&[u8]],
+        sequence: Option<u64>,
+        now_ns: i64,
+    ) -> Admission {
+        let owner = &mut self.owner;
+        if owner.publisher != publisher {
+            if now_ns.saturating_sub(owner.last_ns) > GONE_NS {
+                *owner = Owner {
+                    publisher,
+                    sequence,
+                    last_ns: now_ns,
+                };
+                self.joints = joints.iter().map(|joint| joint.to_vec()).collect();
                 self.second_until_ns = None;
                 return Admission::Restarted;
             }
             self.second_until_ns = Some(now_ns.saturating_add(GONE_NS));
             return Admission::Refused(Refused::TwoPublishers);
+        }
+        for joint in joints {
+            if !self.joints.iter().any(|known| known == joint) {
+                self.joints.push(joint.to_vec());
+            }
         }
         owner.last_ns = now_ns;
         let before = owner.sequence;
@@ -82,12 +154,6 @@ impl Publishers {
             None => Admission::Used { lost: 0 },
         }
     }
-
-    /// Whether two publishers are active.
-    #[must_use]
-    pub fn are_two(&self) -> bool {
-        self.second_until_ns.is_some()
-    }
 }
 
 #[cfg(test)]
@@ -99,7 +165,7 @@ mod tests {
     #[test]
     fn losses_and_repetitions_follow_from_the_counter() {
         let mut publishers = Publishers::default();
-        let mut admit = |sequence| publishers.admit(1, Some(sequence), 0);
+        let mut admit = |sequence| publishers.admit(1, None, Some(sequence), 0);
         assert_eq!(admit(5), Admission::Used { lost: 0 });
         assert_eq!(admit(6), Admission::Used { lost: 0 });
         assert_eq!(admit(9), Admission::Used { lost: 2 });
@@ -114,9 +180,9 @@ mod tests {
         let mut used = Vec::new();
         for at in 0..300_i64 {
             let now = at * 10 * MS;
-            let first = publishers.admit(1, Some(at as u64), now);
+            let first = publishers.admit(1, None, Some(at as u64), now);
             if (100..150).contains(&at) {
-                let second = publishers.admit(2, Some(at as u64), now + MS);
+                let second = publishers.admit(2, None, Some(at as u64), now + MS);
                 assert_eq!(second, Admission::Refused(Refused::TwoPublishers));
             }
             if matches!(first, Admission::Used { .. }) {
@@ -131,18 +197,61 @@ mod tests {
     #[test]
     fn a_publisher_that_comes_back_under_another_name_is_a_restart() {
         let mut publishers = Publishers::default();
-        publishers.admit(1, Some(7), 0);
+        publishers.admit(1, None, Some(7), 0);
         assert_eq!(
-            publishers.admit(2, Some(1), 900 * MS),
+            publishers.admit(2, None, Some(1), 900 * MS),
             Admission::Refused(Refused::TwoPublishers)
         );
         assert_eq!(
-            publishers.admit(2, Some(2), 1001 * MS),
+            publishers.admit(2, None, Some(2), 1001 * MS),
             Admission::Restarted
         );
         assert_eq!(
-            publishers.admit(2, Some(3), 1010 * MS),
+            publishers.admit(2, None, Some(3), 1010 * MS),
             Admission::Used { lost: 0 }
         );
+    }
+
+    /// A message of joint states: no stamp, no frame.
+    fn joint_states(names: &[&str]) -> Vec<u8> {
+        let mut data = vec![0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+        let number = |data: &mut Vec<u8>, number: usize| {
+            data.resize(data.len().next_multiple_of(4), 0);
+            data.extend((number as u32).to_le_bytes());
+        };
+        number(&mut data, 0);
+        number(&mut data, names.len());
+        for name in names {
+            number(&mut data, name.len());
+            data.extend(name.as_bytes());
+        }
+        data
+    }
+
+    #[test]
+    fn publishers_with_joints_of_their_own_share_a_topic() {
+        let mut publishers = Publishers::default();
+        let (arm, wheels) = (joint_states(&["boom", "stick"]), joint_states(&["left"]));
+        for at in 0..100_u64 {
+            let now = at as i64 * 10 * MS;
+            for (publisher, message) in [(1, &arm), (2, &wheels)] {
+                let admission = publishers.admit(publisher, Some(message), Some(at), now);
+                assert_eq!(admission, Admission::Used { lost: 0 });
+            }
+        }
+        assert!(!publishers.are_two());
+        // each has a counter of its own
+        let lost = publishers.admit(2, Some(&wheels), Some(105), 1000 * MS);
+        assert_eq!(lost, Admission::Used { lost: 5 });
+        // a third one contradicts the first, and the second goes on
+        let two = Admission::Refused(Refused::TwoPublishers);
+        let boom = joint_states(&["bucket", "boom"]);
+        assert_eq!(publishers.admit(3, Some(&boom), Some(0), 1001 * MS), two);
+        assert_eq!(publishers.admit(1, Some(&arm), Some(100), 1002 * MS), two);
+        let used = publishers.admit(2, Some(&wheels), Some(106), 1003 * MS);
+        assert_eq!(used, Admission::Used { lost: 0 });
+        // so does one that names another's joint only later
+        let both = joint_states(&["left", "boom"]);
+        assert_eq!(publishers.admit(2, Some(&both), Some(107), 1004 * MS), two);
     }
 }

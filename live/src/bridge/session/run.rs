@@ -114,10 +114,17 @@ impl SessionRun {
         if self.publishers.len() <= lane {
             self.publishers.resize_with(lane + 1, Publishers::default);
         }
-        let name = self.lanes.get(lane).map_or("", |lane| lane.name.as_str());
+        let of_lane = self.lanes.get(lane);
+        let name = of_lane.map_or("", |lane| lane.name.as_str());
+        let joint_states = of_lane.filter(|lane| lane.has_joint_states());
         let publishers = &mut self.publishers[lane];
         let were_two = publishers.are_two();
-        let admission = publishers.admit(arrival.publisher, arrival.sequence, arrival.host_ns);
+        let admission = publishers.admit(
+            arrival.publisher,
+            joint_states.map(|_| arrival.data.as_slice()),
+            arrival.sequence,
+            arrival.host_ns,
+        );
         match admission {
             Admission::Restarted => {
                 return Ok(Some(Ending::Restart(format!(

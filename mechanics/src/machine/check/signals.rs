@@ -12,14 +12,15 @@ impl Checker<'_> {
         if let Some(imu) = signals.imu.as_ref().and_then(SignalSpec::fields) {
             let place = "signals.imu";
             self.check_group(&format!("{place}.specific_force"), &imu.specific_force)?;
-            self.check_group(&format!("{place}.angular_velocity"), &imu.angular_velocity)?;
+            let turning = format!("{place}.angular_velocity");
+            self.check_at_once(&turning, &imu.angular_velocity)?;
             self.check_attitude(place, &imu.orientation, &imu.roll_pitch_yaw)?;
         }
         if let Some(odometry) = signals.odometry.as_ref().and_then(SignalSpec::fields) {
             let place = "signals.odometry";
             self.check_group(&format!("{place}.velocity"), &odometry.velocity)?;
             if let Some(turning) = &odometry.angular_velocity {
-                self.check_group(&format!("{place}.angular_velocity"), turning)?;
+                self.check_at_once(&format!("{place}.angular_velocity"), turning)?;
             }
             self.check_attitude(place, &odometry.orientation, &odometry.roll_pitch_yaw)?;
         }
@@ -100,14 +101,32 @@ impl Checker<'_> {
             (Some(_), Some(_)) => {
                 Err(self.value_error(place, "orientation or roll_pitch_yaw", "both"))
             }
-            (Some(numbers), None) => self.check_group(&format!("{place}.orientation"), numbers),
-            (None, Some(numbers)) => self.check_group(&format!("{place}.roll_pitch_yaw"), numbers),
+            (Some(numbers), None) => self
+                .check_at_once(&format!("{place}.orientation"), numbers)
+                .map(drop),
+            (None, Some(numbers)) => self
+                .check_at_once(&format!("{place}.roll_pitch_yaw"), numbers)
+                .map(drop),
             (None, None) => Ok(()),
         }
     }
 
-    /// Checks numbers that must be measured at the same instant: fields of one topic, not all constant.
+    /// Checks numbers of which at least one is measured: their stamps are those of the samples.
     fn check_group(&self, place: &str, numbers: &[NumberSpec]) -> Result<(), MachineError> {
+        match self.check_at_once(place, numbers)? {
+            Some(_) => Ok(()),
+            None => {
+                Err(self.value_error(place, "at least one field of the log", "constants alone"))
+            }
+        }
+    }
+
+    /// Checks numbers that must be measured at the same instant: constants, or fields of one topic, which is returned.
+    fn check_at_once<'n>(
+        &self,
+        place: &str,
+        numbers: &'n [NumberSpec],
+    ) -> Result<Option<&'n str>, MachineError> {
         let mut topic: Option<&str> = None;
         for (i, number) in numbers.iter().enumerate() {
             let place = format!("{place}[{i}]");
@@ -126,12 +145,7 @@ impl Checker<'_> {
                 }
             }
         }
-        match topic {
-            Some(_) => Ok(()),
-            None => {
-                Err(self.value_error(place, "at least one field of the log", "constants alone"))
-            }
-        }
+        Ok(topic)
     }
 
     /// Checks that a field is located; `has_default` where a joint name suffices.
@@ -144,9 +158,9 @@ impl Checker<'_> {
         if field.field.is_none() && !(has_default && field.joint.is_some()) {
             return Err(self.value_error(place, "field = \"...\", the path of a number", "none"));
         }
-        if !(field.scale.is_finite() && field.scale != 0.0) {
+        if !field.scale.is_finite() {
             let place = format!("{place}.scale");
-            return Err(self.value_error(place, "a number other than zero", field.scale));
+            return Err(self.value_error(place, "a finite number", field.scale));
         }
         if !field.offset.is_finite() {
             let place = format!("{place}.offset");
