@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_analyze::setup::identify::{
     IdentificationDocument, Identified, Request, identify, machine_file_text, text,
 };
@@ -88,6 +89,7 @@ impl Case {
         let request = Request {
             logs: logs.to_vec(),
             level: None,
+            sigma_factor: None,
         };
         identify(&self.stated, &request).unwrap()
     }
@@ -102,7 +104,7 @@ impl Case {
 
     /// Root mean square of measured minus computed loads of a log (N), and the share inside two standard deviations.
     fn error(&self, file: &MachineFile, log: &Path) -> (f64, f64) {
-        let found = validate(file, &[log.to_path_buf()]).unwrap();
+        let found = validate(file, &[log.to_path_buf()], Estimator::Smoother).unwrap();
         (found.rms_n.unwrap(), found.inside_sigma[1].unwrap())
     }
 }
@@ -139,6 +141,7 @@ fn the_new_machine_file_keeps_the_old_one_and_its_comments() {
         &Request {
             logs: case.logs.clone(),
             level: None,
+            sigma_factor: None,
         },
     )
     .unwrap();
@@ -227,7 +230,7 @@ fn lifted_wheels_are_not_used() {
         .iter()
         .map(|source| source.instants)
         .sum();
-    let all = validate(&case.stated, &case.logs).unwrap();
+    let all = validate(&case.stated, &case.logs, Estimator::Smoother).unwrap();
     assert!(used > 50 && all.logs[0].rows_with_lifted_wheel > 0);
 }
 
@@ -237,6 +240,7 @@ fn nothing_to_identify_from_is_an_error() {
     let request = Request {
         logs: vec![data("corner_brake.mcap")],
         level: None,
+        sigma_factor: None,
     };
     let message = format!("{:#}", identify(&file, &request).unwrap_err());
     assert!(message.contains("expected measured loads"), "{message}");
@@ -252,6 +256,7 @@ fn val_a_cylinder_tells_the_mass_of_a_payload() {
     let request = Request {
         logs: vec![data("lift_payload.mcap")],
         level: None,
+        sigma_factor: None,
     };
     let found = identify(&file, &request).unwrap();
     let payload = found
@@ -279,6 +284,7 @@ fn level_ground_tells_how_the_imu_leans() {
         let request = Request {
             logs: vec![log.clone()],
             level,
+            sigma_factor: None,
         };
         let found = identify(&file, &request).unwrap();
         let lean = found

@@ -6,7 +6,7 @@ use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::measured_loads::TOTAL;
 use tipwatch_analyze::analysis::run::analyse;
-use tipwatch_analyze::base::options::{Options, Precision};
+use tipwatch_analyze::base::options::{Estimator, Options, Precision};
 use tipwatch_analyze::report;
 use tipwatch_analyze::setup::validate::{page, text, validate};
 use tipwatch_analyze::tables::samples::samples;
@@ -258,7 +258,7 @@ fn a_bound_load_that_the_log_lacks_is_noted() {
             .iter()
             .any(|note| note.starts_with("Measured load fl is not compared"))
     );
-    let found = validate(&file, &[data("corner_brake.mcap")]).unwrap();
+    let found = validate(&file, &[data("corner_brake.mcap")], Estimator::Smoother).unwrap();
     assert!(!found.has_compared() && text(&found).contains("not decided"));
 }
 
@@ -267,7 +267,7 @@ fn validation_states_error_coverage_and_draws_them() {
     let folder = tempfile::tempdir().unwrap();
     let log = with_loads(folder.path(), &data("corner_brake.mcap"), |_, loads| loads);
     let file = machine("corner_brake", &cells(100.0));
-    let found = validate(&file, &[log]).unwrap();
+    let found = validate(&file, &[log], Estimator::Smoother).unwrap();
     assert!(found.has_compared() && !found.is_contradicted());
     assert!(found.rms_share.unwrap() < 0.01, "{:?}", found.rms_share);
     let [one, two] = found.inside_sigma.map(Option::unwrap);
@@ -282,7 +282,7 @@ fn validation_states_error_coverage_and_draws_them() {
 fn what_is_wrong_with_a_load_sensor_is_said() {
     let said = |more: &str| {
         let file = machine("corner_brake", more);
-        validate(&file, &[data("corner_brake.mcap")])
+        validate(&file, &[data("corner_brake.mcap")], Estimator::Smoother)
             .unwrap_err()
             .to_string()
     };

@@ -19,6 +19,7 @@ mod identification; // parameters from measured loads
 mod measured_forces; // measured forces of cylinders beside the computed ones
 mod measured_lengths; // measured strokes of cylinders against angles
 mod measured_loads; // measured loads beside the computed ones
+mod measured_supports; // measured loads of outriggers and raised wheels
 mod number_signals; // any field of any message as a signal
 mod object_storage; // logs in a bucket, with faults
 mod payload; // payload mass from cylinder forces

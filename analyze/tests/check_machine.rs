@@ -258,3 +258,83 @@ fn what_is_wrong_with_a_posture_is_said() {
         assert!(message.contains(expected), "{posture}: {message}");
     }
 }
+
+/// Axles and whole machine in kilograms, the latter off by so much; weighed to 5 kg.
+fn axles_and_all(off_kg: f64) -> String {
+    let [fl, fr, rl, rr] = SCALES_N.map(|(_, n)| n / 9.8066);
+    format!(
+        "\n[uncertainty]\nmass_share = 0.05\n[weighed]\nunit = \"kg\"\nsigma = 5\nposture = {{ lift = -1.3, tilt = -1.4 }}\nsums = [\n\
+         {{ name = \"front axle\", wheels = [\"FL\", \"FR\"], load = {} }},\n\
+         {{ name = \"rear axle\", wheels = [\"RL\", \"RR\"], load = {} }},\n\
+         {{ name = \"all\", wheels = [\"FL\", \"FR\", \"RL\", \"RR\"], load = {} }}]\n",
+        fl + fr,
+        rl + rr,
+        fl + fr + rl + rr + off_kg
+    )
+}
+
+#[test]
+fn weighings_that_contradict_each_other_are_no_result() {
+    let (folder, machine) = machine(&axles_and_all(147.0), |u| u);
+    let output = tipwatch(&["check-machine", &machine]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{text}");
+    assert!(text.contains("CONTRADICT each other"), "{text}");
+    let out = folder.path().join("identified.toml");
+    let out = out.to_str().unwrap();
+    let output = tipwatch(&["identify", "--machine", &machine, "--out", out]);
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{messages}");
+    assert!(
+        messages.contains("weighings contradict each other"),
+        "{messages}"
+    );
+    assert!(!fs::exists(out).unwrap());
+    // if the scales are as bad as that, the user may say so
+    let output = tipwatch(&[
+        "identify",
+        "--machine",
+        &machine,
+        "--out",
+        out,
+        "--widen-sigmas",
+        "20",
+    ]);
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{messages}");
+    let text = fs::read_to_string(out).unwrap();
+    assert!(text.contains("sigma_factor = 20.0"), "{text}");
+    let output = tipwatch(&["identify", "--machine", &machine, "--widen-sigmas", "0.5"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn a_sum_of_two_weighed_axles_is_no_third_weighing() {
+    let (_folder, machine) = machine(&axles_and_all(0.0), |u| u);
+    let output = tipwatch(&["identify", "--machine", &machine, "--json"]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{found}");
+    let note = found["notes"][0].as_str().unwrap();
+    assert!(
+        note.contains("scale under all") && note.contains("sum of other readings"),
+        "{note}"
+    );
+    let fitted = found["fitted"].as_array().unwrap();
+    assert!(
+        fitted.iter().all(|row| row["sensor"] != "scale under all"),
+        "{fitted:?}"
+    );
+    assert!(found["weighings"].is_null(), "{found}");
+}
+
+#[test]
+fn a_weighing_on_supports_that_are_not_stated_is_rejected() {
+    let (_folder, machine) = machine(
+        "\n[weighed]\nunit = \"kg\"\nsupports = [\"FL\", \"FR\"]\nwheels = { FL = 1000 }\n",
+        |u| u,
+    );
+    let output = tipwatch(&["check-machine", &machine]);
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    assert!(messages.contains("weighed.supports"), "{messages}");
+}

@@ -1,6 +1,9 @@
 //! What was measured: instants of logs and weighings, with the readings of each.
 
+use std::sync::Arc;
+
 use tipwatch_mechanics::State;
+use tipwatch_mechanics::machine::SupportId;
 
 /// All that was measured.
 #[derive(Debug, Clone, Default)]
@@ -20,7 +23,7 @@ pub struct Channel {
     pub unit: &'static str,
     /// Standard deviation of its constant error; zero where each reading has an error of its own.
     pub bias_sigma: f64,
-    /// Whether it measures loads of wheels.
+    /// Whether it measures loads of supports.
     pub is_load: bool,
 }
 
@@ -40,6 +43,8 @@ pub struct Source {
 pub struct Instant {
     /// Time (s) after the start of the log.
     pub time_s: f64,
+    /// The supports on the ground.
+    pub supports: Arc<[SupportId]>,
     /// The situation of the machine.
     pub situation: Situation,
     /// What was measured.
@@ -78,10 +83,10 @@ pub struct Reading {
 /// What a reading measures.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Measured {
-    /// Total load of some wheels (N).
+    /// Total load of some supports (N); those off the ground carry nothing.
     Load {
-        /// Their indices.
-        wheels: Vec<usize>,
+        /// Which.
+        supports: Vec<SupportId>,
     },
     /// Force of the actuator of a linkage, positive when it extends the rod (N).
     ActuatorForce {
@@ -95,8 +100,21 @@ pub enum Measured {
     },
 }
 
+impl Data {
+    /// The sets of supports on which the machine stood, each once.
+    pub(crate) fn sets(&self) -> Vec<Arc<[SupportId]>> {
+        let mut sets: Vec<Arc<[SupportId]>> = Vec::new();
+        for instant in self.sources.iter().flat_map(|source| &source.instants) {
+            if !sets.contains(&instant.supports) {
+                sets.push(Arc::clone(&instant.supports));
+            }
+        }
+        sets
+    }
+}
+
 impl Measured {
-    /// Whether it is a load of wheels.
+    /// Whether it is a load of supports.
     #[must_use]
     pub fn is_load(&self) -> bool {
         matches!(self, Self::Load { .. })

@@ -1,8 +1,10 @@
 //! The most probable unknowns: Gauss-Newton steps with weights that outliers and correlated residuals lose.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, SupportId};
 
 use crate::autocorrelation::correlated_samples;
 use crate::data::{Data, Instant};
@@ -66,6 +68,8 @@ pub(crate) struct Fit {
 /// A problem that is being solved.
 struct Problem<'a> {
     machine: &'a Machine,
+    /// The sets of supports of the data.
+    sets: Vec<Arc<[SupportId]>>,
     prior: &'a Prior,
     columns: Columns,
     rows: Vec<Row<'a>>,
@@ -80,7 +84,8 @@ struct Problem<'a> {
 
 /// Fits the unknowns of `machine` to the data; `None` if no instant can be used.
 pub(crate) fn fit(machine: &Machine, prior: &Prior, data: &Data) -> Option<Fit> {
-    let start = Changed::new(machine, &prior.unknowns, &prior.changes(&prior.mean));
+    let sets = data.sets();
+    let start = Changed::new(machine, &sets, &prior.unknowns, &prior.changes(&prior.mean));
     let all: Vec<(usize, &Instant)> = (data.sources.iter().enumerate())
         .flat_map(|(source, of)| of.instants.iter().map(move |instant| (source, instant)))
         .collect();
@@ -118,7 +123,8 @@ pub(crate) fn fit(machine: &Machine, prior: &Prior, data: &Data) -> Option<Fit> 
     let problem = Problem {
         machine,
         prior,
-        columns: Columns::new(machine, &prior.unknowns),
+        columns: Columns::new(&start, &prior.unknowns),
+        sets,
         without,
         rows,
         biases,
@@ -223,7 +229,7 @@ impl Problem<'_> {
     fn changed(&self, at: &DVector<f64>) -> Changed {
         let unknowns = at.rows(0, self.prior.unknowns.len()).into_owned();
         let changes = self.prior.changes(&unknowns);
-        Changed::new(self.machine, &self.prior.unknowns, &changes)
+        Changed::new(self.machine, &self.sets, &self.prior.unknowns, &changes)
     }
 
     /// Residuals of covariance one.
@@ -248,7 +254,7 @@ impl Problem<'_> {
         let unknowns = at.rows(0, self.prior.unknowns.len()).into_owned();
         let (changes, prior) = (self.prior.changes(&unknowns), self.prior);
         by_differences(
-            self.machine,
+            (self.machine, &self.sets),
             &prior.unknowns,
             &prior.sigmas,
             &changes,

@@ -87,6 +87,7 @@ mod tests {
     fn source(times: impl Iterator<Item = f64>) -> Source {
         let instant = |time_s| Instant {
             time_s,
+            supports: [].into(),
             situation: Situation::AtRest {
                 positions: Vec::new(),
                 slope: [0.0; 2],

@@ -2,6 +2,7 @@
 
 use tipwatch_mechanics::machine::{Identified, Machine};
 
+use crate::bands::BandCheck;
 use crate::data::Data;
 use crate::directions::{Combination, named};
 use crate::fit::fit;
@@ -33,6 +34,8 @@ pub struct Identification {
     pub fitted: Vec<ChannelError>,
     /// Error on the data that were held back; `None` if there were too few.
     pub held_back: Option<HeldBack>,
+    /// The readings of loads against the bands of the identified machine; `None` without any.
+    pub bands: Option<BandCheck>,
 }
 
 /// A parameter after the identification.
@@ -89,6 +92,8 @@ pub struct ChannelError {
     pub name: String,
     /// Its unit.
     pub unit: &'static str,
+    /// Whether it measures loads of supports.
+    pub is_load: bool,
     /// Number of readings.
     pub readings: usize,
     /// Mean error before.
@@ -118,11 +123,19 @@ impl HeldBack {
     /// Whether the identified machine predicts the data that were held back no worse than the machine before.
     #[must_use]
     pub fn is_no_worse(&self) -> bool {
-        match self.loads_before.is_finite() {
-            true => self.loads_after <= self.loads_before * 1.02 + 1e-6,
-            false => (self.channels.iter())
-                .all(|channel| channel.rms_after <= channel.rms_before * 1.02 + 1e-9),
-        }
+        // loads, forces and specific forces: each kind by itself, with room for rounding only
+        let kind = |of: &ChannelError| (of.is_load, of.unit);
+        self.channels.iter().all(|first| {
+            let of_kind = self.channels.iter().filter(|of| kind(of) == kind(first));
+            let [before, after] = of_kind.fold([0.0; 2], |[before, after], of| {
+                let readings = of.readings as f64;
+                [
+                    before + readings * of.rms_before.powi(2),
+                    after + readings * of.rms_after.powi(2),
+                ]
+            });
+            after <= before * (1.0 + 1e-6) + 1e-12
+        })
     }
 }
 
@@ -157,9 +170,14 @@ pub fn identify(
     let (fitted, held) = split(data);
     let found = fit(machine, &prior, &fitted).ok_or(NothingToIdentify::NoData)?;
     let posterior = Posterior::of(&prior, &found);
-    let identified = posterior.identified(&prior, &found);
-    let before = Changed::new(machine, &prior.unknowns, &prior.changes(&prior.mean));
-    let after = Changed::new(machine, &prior.unknowns, &identified.change);
+    let mut identified = posterior.identified(&prior, &found);
+    let bands = BandCheck::of(machine, &identified, [&fitted, &held]);
+    identified.model_share = (bands.as_ref())
+        .filter(|bands| bands.model_share > bands.stated_share)
+        .map(|bands| bands.model_share);
+    let sets = data.sets();
+    let before = Changed::new(machine, &sets, &prior.unknowns, &prior.changes(&prior.mean));
+    let after = Changed::new(machine, &sets, &prior.unknowns, &identified.change);
     let names = named(&posterior);
     let sources = fitted.sources.iter().zip(&found.sources);
     let sources = sources.map(|(source, used)| SourceUse {
@@ -178,6 +196,7 @@ pub fn identify(
         sources: sources.collect(),
         fitted: errors(&fitted, &before, &after).0,
         held_back: held_back(&held, &before, &after),
+        bands,
         identified,
     })
 }
@@ -259,6 +278,7 @@ fn errors(data: &Data, before: &Changed, after: &Changed) -> (Vec<ChannelError>,
             ChannelError {
                 name: channel.name.clone(),
                 unit: channel.unit,
+                is_load: channel.is_load,
                 readings: sum[0] as usize,
                 bias_before: mean(1),
                 rms_before: mean(2).sqrt(),

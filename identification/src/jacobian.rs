@@ -4,26 +4,52 @@
 //! machine at rest whose attitude follows from its own geometry, have no adjoint: central differences of the same
 //! equations.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use tipwatch_mechanics::machine::{Machine, Parameter, Unknown};
+use tipwatch_mechanics::machine::{Machine, Parameter, SupportId, Unknown};
 use tipwatch_mechanics::{Scope, Sensitivity, Workspace, evaluate_one};
 
 use crate::data::{Instant, Measured, Situation};
-use crate::model::Changed;
+use crate::model::{Changed, places};
 
 /// Step of a central difference, in prior standard deviations.
 const STEP: f64 = 1e-3;
 
-/// How derivatives with respect to parameters become those with respect to unknowns.
+/// How derivatives with respect to parameters become those with respect to unknowns, on each set of supports.
 #[derive(Debug)]
 pub(crate) struct Columns {
+    on_sets: Vec<(Vec<SupportId>, ColumnsOnSet)>,
+}
+
+impl Columns {
+    pub(crate) fn new(changed: &Changed, unknowns: &[Unknown]) -> Self {
+        let of = |machine: &Machine| {
+            let columns = ColumnsOnSet::new(machine, unknowns);
+            (machine.stands_on().to_vec(), columns)
+        };
+        Self {
+            on_sets: changed.machines().map(of).collect(),
+        }
+    }
+
+    fn at(&self, instant: &Instant) -> Option<&ColumnsOnSet> {
+        let mut sets = self.on_sets.iter();
+        let (_, columns) = sets.find(|(set, _)| **set == *instant.supports)?;
+        Some(columns)
+    }
+}
+
+/// The same for the parameters of the machine on one set.
+#[derive(Debug)]
+struct ColumnsOnSet {
     /// By unknown: index among all parameters, and factor.
     of: Vec<Vec<(usize, f64)>>,
 }
 
-impl Columns {
-    pub(crate) fn new(machine: &Machine, unknowns: &[Unknown]) -> Self {
+impl ColumnsOnSet {
+    fn new(machine: &Machine, unknowns: &[Unknown]) -> Self {
         let parameters = Parameter::all(machine);
         let place = |wanted| parameters.iter().position(|&parameter| parameter == wanted);
         let of = unknowns.iter().map(|unknown| {
@@ -63,22 +89,24 @@ pub(crate) fn by_adjoint(
     sigmas: &[f64],
     instant: &Instant,
 ) -> DMatrix<f64> {
-    let Situation::Logged(state) = &instant.situation else {
-        return DMatrix::zeros(instant.readings.len(), sigmas.len());
+    let mut derivatives = DMatrix::zeros(instant.readings.len(), sigmas.len());
+    let (Situation::Logged(state), Some(machine), Some(columns)) =
+        (&instant.situation, changed.at(instant), columns.at(instant))
+    else {
+        return derivatives;
     };
     let scope = Scope {
         sensitivities: true,
         ..Scope::LOADS
     };
-    let mut workspace = Workspace::with_scope(&changed.machine, scope);
-    evaluate_one(&changed.machine, &changed.corrected(state), &mut workspace);
+    let mut workspace = Workspace::with_scope(machine, scope);
+    evaluate_one(machine, &changed.corrected(state), &mut workspace);
     let sensitivity: &Sensitivity<f64> = workspace.sensitivity();
-    let mut derivatives = DMatrix::zeros(instant.readings.len(), sigmas.len());
     for (row, reading) in instant.readings.iter().enumerate() {
-        let Measured::Load { wheels } = &reading.what else {
+        let Measured::Load { supports } = &reading.what else {
             continue;
         };
-        for &wheel in wheels {
+        for wheel in places(machine, supports) {
             let by = columns.row(&sensitivity.load(wheel), sigmas);
             for (column, by) in by.into_iter().enumerate() {
                 derivatives[(row, column)] += by;
@@ -90,7 +118,7 @@ pub(crate) fn by_adjoint(
 
 /// Derivatives of instants without an adjoint, in their order.
 pub(crate) fn by_differences(
-    machine: &Machine,
+    (machine, sets): (&Machine, &[Arc<[SupportId]>]),
     unknowns: &[Unknown],
     sigmas: &[f64],
     changes: &[f64],
@@ -107,7 +135,7 @@ pub(crate) fn by_differences(
             let [below, above] = [-1.0, 1.0].map(|side| {
                 let mut moved = changes.to_vec();
                 moved[unknown] += side * STEP * sigmas[unknown];
-                let changed = Changed::new(machine, unknowns, &moved);
+                let changed = Changed::new(machine, sets, unknowns, &moved);
                 let predict = |instant: &&Instant| changed.predict(instant, [0.0; 2]);
                 instants.iter().map(predict).collect::<Vec<_>>()
             });

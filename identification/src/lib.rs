@@ -13,6 +13,7 @@
 #![forbid(unsafe_code)]
 
 mod autocorrelation;
+mod bands;
 mod data;
 mod directions;
 mod fit;
@@ -23,7 +24,9 @@ mod model;
 mod noise;
 mod posterior;
 mod prior;
+mod redundancy;
 
+pub use bands::BandCheck;
 pub use data::{Channel, Data, Instant, Measured, Reading, Situation, Source};
 pub use directions::{Combination, Term};
 pub use identification::{
@@ -31,3 +34,4 @@ pub use identification::{
     identify,
 };
 pub use model::{predict, predicted};
+pub use redundancy::{Agreement, Disagreement, agreement, calculated_sums};

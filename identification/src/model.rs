@@ -1,40 +1,69 @@
 //! What the model predicts of the readings.
 
-use tipwatch_mechanics::machine::{Machine, Parameter, Unknown};
+use std::sync::Arc;
+
+use nalgebra::DVector;
+use tipwatch_mechanics::machine::{Machine, Parameter, SupportId, SupportKind, Unknown};
 use tipwatch_mechanics::{
     Scope, State, Workspace, actuator_force, evaluate_one, resting_on_slope, resting_state,
 };
 
 use crate::data::{Instant, Measured, Situation};
 
-/// A machine with changed parameters, and the changes of its signals.
+/// Step of the difference by slope (rad).
+const SLOPE_STEP: f64 = 1e-4;
+
+/// A machine with changed parameters on some sets of supports, and the changes of its signals.
 #[derive(Debug)]
 pub(crate) struct Changed {
-    pub(crate) machine: Machine,
+    /// On the supports that it was given on.
+    machine: Machine,
+    /// On the sets of the data that are others.
+    on_others: Vec<Machine>,
     signals: Vec<(Parameter, f64)>,
 }
 
 impl Changed {
-    /// `machine` with each unknown changed by an amount in its unit.
-    pub(crate) fn new(machine: &Machine, unknowns: &[Unknown], changes: &[f64]) -> Self {
+    /// `machine` on these sets with each unknown changed by an amount in its unit.
+    pub(crate) fn new(
+        machine: &Machine,
+        sets: &[Arc<[SupportId]>],
+        unknowns: &[Unknown],
+        changes: &[f64],
+    ) -> Self {
         let changes: Vec<(Parameter, f64)> = (unknowns.iter().zip(changes))
             .flat_map(|(unknown, &change)| unknown.changes(machine, change))
             .filter(|(_, change)| *change != 0.0)
             .collect();
+        let machine = machine.changed(&changes);
+        let others = sets.iter().filter(|set| ***set != *machine.stands_on());
         Self {
-            machine: machine.changed(&changes),
+            on_others: (others.filter_map(|set| machine.standing_on(set).ok())).collect(),
+            machine,
             signals: (changes.into_iter())
                 .filter(|(parameter, _)| parameter.is_signal())
                 .collect(),
         }
     }
 
-    /// Whether every mass is positive.
+    /// The machine as it stood at an instant; `None` if it cannot stand so.
+    pub(crate) fn at(&self, instant: &Instant) -> Option<&Machine> {
+        self.machines()
+            .find(|machine| *machine.stands_on() == *instant.supports)
+    }
+
+    /// The machine on each set.
+    pub(crate) fn machines(&self) -> impl Iterator<Item = &Machine> {
+        std::iter::once(&self.machine).chain(&self.on_others)
+    }
+
+    /// Whether no mass is negative and every wheel has a radius.
     pub(crate) fn is_possible(&self) -> bool {
         let links = self.machine.links().iter().map(|link| link.inertia.mass);
         let payloads = self.machine.payloads().iter().map(|p| p.inertia.mass);
-        let wheels = self.machine.wheels().iter().map(|wheel| wheel.radius);
-        links.chain(payloads).all(|mass| mass >= 0.0) && wheels.clone().all(|r| r > 0.0)
+        let supports = self.machine.supports().all.iter();
+        let mut wheels = supports.filter(|support| support.kind == SupportKind::Wheel);
+        links.chain(payloads).all(|mass| mass >= 0.0) && wheels.all(|wheel| wheel.radius > 0.0)
     }
 
     /// The state of a row with the errors of its signals corrected.
@@ -56,15 +85,18 @@ impl Changed {
 
     /// Predictions of all readings of an instant; NaN where they cannot be computed.
     pub(crate) fn predict(&self, instant: &Instant, slope_change: [f64; 2]) -> Vec<f64> {
+        let Some(standing) = self.at(instant) else {
+            return vec![f64::NAN; instant.readings.len()];
+        };
         match &instant.situation {
             Situation::Logged(state) => {
                 let state = self.corrected(state);
-                self.of_state(&self.machine, &state, instant)
+                self.of_state(standing, &state, instant)
             }
             Situation::AtRest {
                 positions, slope, ..
             } => {
-                let mut shown = resting_state(&self.machine, positions);
+                let mut shown = resting_state(standing, positions);
                 for &(parameter, change) in &self.signals {
                     if matches!(parameter, Parameter::JointPosition(_)) {
                         shown.change(parameter, change);
@@ -72,10 +104,30 @@ impl Changed {
                 }
                 let positions: Vec<f64> = shown.joints.iter().map(|j| j.position).collect();
                 let slope = [slope[0] + slope_change[0], slope[1] + slope_change[1]];
-                let (machine, state) = resting_on_slope(&self.machine, &positions, slope);
+                let (machine, state) = resting_on_slope(standing, &positions, slope);
                 self.of_state(&machine, &state, instant)
             }
         }
+    }
+
+    /// What one standard deviation of either slope changes in all readings of an instant; none where the slope is known.
+    pub(crate) fn by_slope(&self, instant: &Instant) -> Vec<DVector<f64>> {
+        let sigma = match instant.situation {
+            Situation::AtRest { slope_sigma, .. } => slope_sigma,
+            Situation::Logged(_) => 0.0,
+        };
+        if !(sigma > 0.0) {
+            return Vec::new();
+        }
+        let along = |axis: usize| {
+            let [below, above] = [-1.0, 1.0].map(|side| {
+                let mut change = [0.0; 2];
+                change[axis] = side * SLOPE_STEP;
+                DVector::from_vec(self.predict(instant, change))
+            });
+            (above - below) * (sigma / (2.0 * SLOPE_STEP))
+        };
+        (0..2).map(along).collect()
     }
 
     fn of_state(&self, machine: &Machine, state: &State<f64>, instant: &Instant) -> Vec<f64> {
@@ -86,12 +138,17 @@ impl Changed {
             .readings
             .iter()
             .any(|reading| needs_axes(&reading.what)))
-        .then(|| self.accelerometer(state));
+        .then(|| self.accelerometer(instant, state))
+        .flatten();
         let predict = |what: &Measured| match what {
-            Measured::Load { wheels } => wheels
-                .iter()
-                .map(|&wheel| workspace.outcome().load[wheel])
-                .sum(),
+            Measured::Load { supports } => {
+                let mut places = places(machine, supports).peekable();
+                // a sensor of supports that are off the ground says nothing
+                match places.peek() {
+                    Some(_) => places.map(|place| workspace.outcome().load[place]).sum(),
+                    None => f64::NAN,
+                }
+            }
             Measured::ActuatorForce { linkage } => {
                 actuator_force(machine, state, &workspace, *linkage)
             }
@@ -104,28 +161,34 @@ impl Changed {
     }
 
     /// The specific force of a machine at rest along the axes of its IMU. `state` holds that of the base.
-    fn accelerometer(&self, state: &State<f64>) -> [f64; 3] {
-        let mut workspace = Workspace::with_scope(&self.machine, Scope::LOADS);
-        let mut shown = resting_state(&self.machine, &[]);
+    fn accelerometer(&self, instant: &Instant, state: &State<f64>) -> Option<[f64; 3]> {
+        let standing = self.at(instant)?;
+        let mut workspace = Workspace::with_scope(standing, Scope::LOADS);
+        let mut shown = resting_state(standing, &[]);
         shown.joints.clone_from(&state.joints);
         // At rest the ground pushes with mass times the specific force of the base. What the IMU would have to measure
         // for a force along each of its axes gives these axes in the base.
-        std::array::from_fn(|axis| {
+        Some(std::array::from_fn(|axis| {
             shown.imu.specific_force.fill(0.0);
             shown.imu.specific_force[axis] = 1.0;
-            let pushed = evaluate_one(&self.machine, &shown, &mut workspace)
+            let pushed = evaluate_one(standing, &shown, &mut workspace)
                 .ground_wrench
                 .force;
             pushed.normalize().dot(&state.imu.specific_force)
-        })
+        }))
     }
+}
+
+/// Where those of some supports that `machine` stands on are in its lists by wheel.
+pub(crate) fn places(machine: &Machine, supports: &[SupportId]) -> impl Iterator<Item = usize> {
+    supports.iter().filter_map(|&id| machine.place_of(id))
 }
 
 /// Predictions of all readings of an instant by a machine, whose identified corrections are in the data already; NaN
 /// where they cannot be computed.
 #[must_use]
 pub fn predict(machine: &Machine, instant: &Instant) -> Vec<f64> {
-    Changed::new(machine, &[], &[]).predict(instant, [0.0; 2])
+    predicted(machine, &[], &[], instant)
 }
 
 /// The same with each unknown changed by an amount in its unit.
@@ -136,5 +199,6 @@ pub fn predicted(
     changes: &[f64],
     instant: &Instant,
 ) -> Vec<f64> {
-    Changed::new(machine, unknowns, changes).predict(instant, [0.0; 2])
+    let sets = [Arc::clone(&instant.supports)];
+    Changed::new(machine, &sets, unknowns, changes).predict(instant, [0.0; 2])
 }

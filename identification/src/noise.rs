@@ -7,39 +7,38 @@
 //! that balance themselves, whose split uneven ground leaves open, and s is what is unknown of the slope.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{
     Scope, Workspace, evaluate_one, resting_on_slope, self_equilibrated_loads,
 };
 
 use crate::data::{Instant, Measured, Situation};
-use crate::model::Changed;
+use crate::model::{Changed, places};
 
 /// A wheel below this share of the mean load counts as lifted.
 const LEAST_SHARE: f64 = 0.02;
-/// Step of the difference by slope (rad).
-const SLOPE_STEP: f64 = 1e-4;
 
 /// The square root of an instant's covariance; `None` where it cannot be computed.
 pub(crate) fn covariance_root(changed: &Changed, instant: &Instant) -> Option<Cholesky<f64, Dyn>> {
     let readings = &instant.readings;
-    let wheels = changed.machine.wheels().len();
+    let machine = changed.at(instant)?;
+    let wheels = machine.wheels().len();
     let mut covariance = DMatrix::from_diagonal(&DVector::from_iterator(
         readings.len(),
         readings.iter().map(|reading| reading.sigma.powi(2)),
     ));
     if readings.iter().any(|reading| reading.what.is_load()) {
-        let factors = DMatrix::from_fn(readings.len(), wheels, |row, wheel| {
-            match &readings[row].what {
-                Measured::Load { wheels } if wheels.contains(&wheel) => 1.0,
-                _ => 0.0,
+        let mut factors = DMatrix::zeros(readings.len(), wheels);
+        for (row, reading) in readings.iter().enumerate() {
+            if let Measured::Load { supports } = &reading.what {
+                places(machine, supports).for_each(|place| factors[(row, place)] = 1.0);
             }
-        });
-        let (balanced, mean_load, least) = of_loads(changed, instant);
+        }
+        let (balanced, mean_load, least) = of_loads(changed, machine, instant);
         // A lifted wheel says nothing, and around it the loads are not smooth. NaN is not enough either.
         if !(least > LEAST_SHARE * mean_load) {
             return None;
         }
-        let machine = &changed.machine;
         let model = machine.uncertainty().model_share * mean_load;
         covariance += &factors * factors.transpose() * model.powi(2);
         // The standard deviation of one wheel's share, for a vector of length one.
@@ -49,25 +48,15 @@ pub(crate) fn covariance_root(changed: &Changed, instant: &Instant) -> Option<Ch
             covariance += &shown * shown.transpose();
         }
     }
-    if let Situation::AtRest { slope_sigma, .. } = instant.situation
-        && slope_sigma > 0.0
-    {
-        for axis in 0..2 {
-            let [below, above] = [-1.0, 1.0].map(|side| {
-                let mut change = [0.0; 2];
-                change[axis] = side * SLOPE_STEP;
-                DVector::from_vec(changed.predict(instant, change))
-            });
-            let by_slope = (above - below) * (slope_sigma / (2.0 * SLOPE_STEP));
-            covariance += &by_slope * by_slope.transpose();
-        }
+    for by_slope in changed.by_slope(instant) {
+        covariance += &by_slope * by_slope.transpose();
     }
     let is_known = covariance.iter().all(|value| value.is_finite());
     is_known.then(|| Cholesky::new(covariance)).flatten()
 }
 
 /// The loads that balance themselves, and the mean and the least load of a wheel (N).
-fn of_loads(changed: &Changed, instant: &Instant) -> (Vec<Vec<f64>>, f64, f64) {
+fn of_loads(changed: &Changed, machine: &Machine, instant: &Instant) -> (Vec<Vec<f64>>, f64, f64) {
     let evaluated = |machine: &_, state: &_| {
         let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
         evaluate_one(machine, state, &mut workspace);
@@ -84,11 +73,11 @@ fn of_loads(changed: &Changed, instant: &Instant) -> (Vec<Vec<f64>>, f64, f64) {
         )
     };
     match &instant.situation {
-        Situation::Logged(state) => evaluated(&changed.machine, &changed.corrected(state)),
+        Situation::Logged(state) => evaluated(machine, &changed.corrected(state)),
         Situation::AtRest {
             positions, slope, ..
         } => {
-            let (machine, state) = resting_on_slope(&changed.machine, positions, *slope);
+            let (machine, state) = resting_on_slope(machine, positions, *slope);
             evaluated(&machine, &state)
         }
     }

@@ -66,6 +66,8 @@ impl Posterior {
             unknowns: prior.unknowns.clone(),
             change: prior.changes(&fit.unknowns),
             prior_sigma: prior.sigmas.clone(),
+            model_share: None,
+            sigma_factor: None,
             directions: told
                 .map(|(place, &share)| IdentifiedDirection {
                     share,

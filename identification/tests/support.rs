@@ -121,7 +121,7 @@ pub(crate) fn weighed(
 ) -> Instant {
     let reading = |wheel: usize| Reading {
         what: Measured::Load {
-            wheels: vec![wheel],
+            supports: vec![truth.stands_on()[wheel]],
         },
         value: 0.0,
         sigma,
@@ -129,6 +129,7 @@ pub(crate) fn weighed(
     };
     let mut instant = Instant {
         time_s,
+        supports: truth.stands_on().into(),
         situation,
         readings: (0..truth.wheels().len()).map(reading).collect(),
     };

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use tipwatch_mechanics::machine::{ForceSource, LogFacts, MachineSpec, SupportSetError};
+use tipwatch_mechanics::machine::{ForceSource, LogFacts, MachineSpec, SupportId, SupportSetError};
 use tipwatch_mechanics::{Machine, MachineError, Quantity, Scope, State, Workspace, evaluate};
 
 use crate::support::cases;
@@ -69,11 +69,10 @@ fn crane() -> Machine {
     checked(&toml(&FEET, "")).unwrap()
 }
 
-/// Indices of supports by name.
-fn on(machine: &Machine, names: &[&str]) -> Vec<usize> {
-    let all = &machine.supports().all;
-    let index = |name: &&str| all.iter().position(|wheel| wheel.name == **name).unwrap();
-    names.iter().map(index).collect()
+/// Supports by name.
+fn on(machine: &Machine, names: &[&str]) -> Vec<SupportId> {
+    let ids = names.iter().flat_map(|name| machine.supports().named(name));
+    ids.collect()
 }
 
 fn leaning(machine: &Machine, [x, y]: [f64; 2]) -> State<f64> {
@@ -117,7 +116,8 @@ proptest! {
         y in -1.5_f64..1.5,
     ) {
         let whole = crane();
-        let indices: Vec<usize> = (0..8).filter(|support| set >> support & 1 == 1).collect();
+        let ids = whole.supports().ids();
+        let indices: Vec<SupportId> = ids.filter(|id| set >> id.index() & 1 == 1).collect();
         let machine = match whole.standing_on(&indices) {
             Ok(machine) => machine,
             Err(SupportSetError::Count(count)) => {

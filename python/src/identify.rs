@@ -75,8 +75,11 @@ impl Identification {
 ///     Logs with measured loads or cylinder forces; may be empty if the machine file has weighings.
 /// level : float, optional
 ///     The ground of the logs is level, with this standard deviation of its slope (rad).
+/// widen_sigmas : float, optional
+///     Widen the stated standard deviations of all scales and sensors by this factor.
 /// out : path, optional
-///     A machine file with what was identified is written there, unless the result does not hold on held-back data.
+///     A machine file with what was identified is written there, unless the result contradicts what was stated or does not
+///     hold on held-back data: see ``refused`` in the document.
 ///
 /// Returns
 /// -------
@@ -87,12 +90,13 @@ impl Identification {
 /// TipwatchError
 ///     A log cannot be read or does not fit the machine, or there is nothing to identify from.
 #[pyfunction]
-#[pyo3(signature = (machine, logs=Vec::new(), *, level=None, out=None), text_signature = "(machine, logs=(), *, level=None, out=None)")]
+#[pyo3(signature = (machine, logs=Vec::new(), *, level=None, widen_sigmas=None, out=None), text_signature = "(machine, logs=(), *, level=None, widen_sigmas=None, out=None)")]
 pub(crate) fn identify(
     py: Python<'_>,
     machine: &Bound<'_, PyAny>,
     logs: Vec<Place>,
     level: Option<f64>,
+    widen_sigmas: Option<f64>,
     out: Option<Place>,
 ) -> PyResult<Identification> {
     let file = machine_file(machine)?;
@@ -105,9 +109,19 @@ pub(crate) fn identify(
             {
                 bail!("expected a positive level (rad), found {level}");
             }
-            let found = identified(&file, &Request { logs, level })?;
+            if let Some(factor) = widen_sigmas
+                && !(factor.is_finite() && factor >= 1.0)
+            {
+                bail!("expected widen_sigmas of at least 1, found {factor}");
+            }
+            let request = Request {
+                logs,
+                level,
+                sigma_factor: widen_sigmas,
+            };
+            let found = identified(&file, &request)?;
             let holds = found.holds();
-            let out = out.filter(|_| holds != Some(false) && !stop.is_set());
+            let out = out.filter(|_| found.refusal().is_none() && !stop.is_set());
             if let Some(out) = &out {
                 write_machine_file(out, &file, &found)?;
             }

@@ -5,6 +5,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::machine::SupportId;
 use tipwatch_mechanics::{Parameter, machine};
 
 use crate::call::error::exception;
@@ -277,9 +278,10 @@ impl Machine {
                 "expected standing_on before changed, found a machine that was changed"
             )));
         }
-        let all = self.supports();
-        let place = |name: &String| position("support", all.iter().copied(), name);
-        let on: Vec<usize> = supports.iter().map(place).collect::<PyResult<_>>()?;
+        let names = self.supports();
+        let all: Vec<SupportId> = self.machine.supports().ids().collect();
+        let id = |name: &String| Ok(all[position("support", names.iter().copied(), name)?]);
+        let on: Vec<SupportId> = supports.iter().map(id).collect::<PyResult<_>>()?;
         let machine = self.machine.standing_on(&on);
         let machine = machine.map_err(|error| exception(&anyhow::Error::from(error)))?;
         let mut standing = Self::with(self.file.clone(), machine);

@@ -158,6 +158,7 @@ def identify(
     logs: Sequence[str | PathLike[str]] = (),
     *,
     level: float | None = None,
+    widen_sigmas: float | None = None,
     out: str | PathLike[str] | None = None,
 ) -> Identification: ...
 

@@ -14,7 +14,7 @@ use tipwatch_mechanics::{State, StateColumns, standing_posture};
 
 use super::clock::{self, ClockOffsets};
 use super::inputs::{self, GrossInput};
-use super::measured_loads::sampled_rows;
+use super::measured_loads::{measures_supports, sampled_rows};
 use super::rotations;
 use super::state_blocks::{self, KeptStates};
 use crate::base::estimated::{EstimatedRows, EstimatedStates, StateSource};
@@ -113,7 +113,10 @@ pub(super) fn estimate_on_one_clock(
 }
 
 /// States of all rows in the requested time range.
-fn estimate(loaded: &LoadedLog, options: &Options) -> Result<(EstimatedRows, SignalQuality)> {
+pub(super) fn estimate(
+    loaded: &LoadedLog,
+    options: &Options,
+) -> Result<(EstimatedRows, SignalQuality)> {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
@@ -156,7 +159,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
 /// The rows with what is asked of all their states before outcomes are computed.
 fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>) -> EstimatedRows {
     let mut kept = inputs::looked_at(&times_ns);
-    if !machine.load_sensors().is_empty() {
+    if !machine.load_sensors().is_empty() || measures_supports(machine) {
         kept.extend(sampled_rows(times_ns.len()));
         kept.sort_unstable();
         kept.dedup();

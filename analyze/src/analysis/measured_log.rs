@@ -1,19 +1,23 @@
 //! A log with what was measured beside it, for validation and identification.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::State;
+use tipwatch_mechanics::machine::Machine;
 
-use super::estimate::open;
+use super::estimate::estimate;
 use super::inputs::{self, GrossInput};
 use super::measured_loads::{Comparison, LoadComparison};
 use super::payload;
+use super::quasi_static::{StaticRows, choose};
 use crate::base::estimated::EstimatedRows;
 use crate::base::file_hash::{FileHash, hash_log};
 use crate::base::options::Options;
 use crate::load::linkage_force::{self, LinkageForce};
-use crate::load::{LoadedLog, MeasuredLoads};
+use crate::load::{LoadedLog, MeasuredLoads, load};
 
 /// A log's machine and rows with what was measured beside them, for validation and identification.
 pub(crate) struct MeasuredLog {
@@ -24,13 +28,20 @@ pub(crate) struct MeasuredLog {
     pub(crate) gross_inputs: Vec<GrossInput>,
     /// Hashes of the files of the log.
     pub(crate) files: Vec<FileHash>,
+    /// Why rows are static, if they are.
+    pub(crate) notes: Vec<String>,
+    /// What motion that was not observed can have done at static rows.
+    motion: Option<Arc<StaticRows>>,
 }
 
 impl MeasuredLog {
     /// # Errors
     /// The log cannot be read, or the machine does not fit it.
-    pub(crate) fn read(path: &Path, file: &MachineFile) -> Result<Self> {
-        let (log, mut loaded, rows) = open(path, file, &Options::default())?;
+    pub(crate) fn read(path: &Path, file: &MachineFile, options: &Options) -> Result<Self> {
+        let log = file.open_log(path)?;
+        let mut loaded = load(&log, file, &mut |_| {})?;
+        let quasi_static = choose(&mut loaded, options)?;
+        let (rows, _) = estimate(&loaded, options)?;
         let forces = linkage_force::read_all(&log, file, &loaded);
         let loads = MeasuredLoads::read(&log, file, &loaded);
         let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
@@ -56,16 +67,30 @@ impl MeasuredLog {
             loads,
             gross_inputs,
             files: hash_log(&log)?,
+            notes: (quasi_static.as_ref()).map_or(Vec::new(), |found| found.notes.clone()),
+            motion: quasi_static.map(|found| found.rows),
         })
     }
 
     /// Measured against computed loads.
     pub(crate) fn compare(&self) -> LoadComparison {
         Comparison {
-            machine: &self.loaded.machine,
+            standing: &self.loaded.standing(),
             rows: &self.rows,
             measured: &self.loads,
+            motion: self.motion.as_deref(),
         }
         .compare()
+    }
+
+    /// Standard deviations by wheel (N) of what motion that was not observed can have done to the loads of a row.
+    pub(crate) fn unobserved(
+        &self,
+        machine: &Machine,
+        state: &State<f64>,
+        time_ns: i64,
+    ) -> Option<Vec<f64>> {
+        let motion = self.motion.as_ref()?;
+        motion.load_sigmas(machine, state, time_ns)
     }
 }

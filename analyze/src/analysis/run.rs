@@ -17,7 +17,7 @@ use super::folds::gather;
 pub use super::folds::{Prepared, RowSink};
 use super::measured_loads::{Comparison, LoadComparison};
 use super::provenance::provenance;
-use super::quasi_static::{QuasiStatic, choose};
+use super::quasi_static::{QuasiStatic, StaticRows, choose};
 use super::{imu_check, inputs, notes, payload, redundancy, size, supports, verdicts};
 use crate::analysis::{Analysis, Coverage, Input, Sources};
 use crate::base::estimated::EstimatedRows;
@@ -28,7 +28,7 @@ use crate::base::support_sets::SupportSets;
 use crate::base::table::Table;
 use crate::base::verdicts::MonitorRecord;
 use crate::events::{self, OnSet};
-use crate::load::{LogTimes, MeasuredLoads, linkage_force, load, recorder_gaps};
+use crate::load::{LogTimes, MeasuredLoads, Standing, linkage_force, load, recorder_gaps};
 
 /// Default limit of a light wheel, as a share of its static load.
 const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
@@ -112,7 +112,10 @@ fn analyse_with<S: RowSink>(
             .push(format!("Utilisation is unknown: {error}."));
     }
     let load_comparison = match scope.sensitivities {
-        true => compare_loads(&loaded.machine, &mut rows, &measured_loads),
+        true => {
+            let motion = quasi_static.as_ref().map(|found| found.rows.as_ref());
+            compare_loads(&loaded.standing(), &mut rows, &measured_loads, motion)
+        }
         false => LoadComparison::default(),
     };
     let contradicted = match scope.sensitivities && gross_inputs.is_empty() {
@@ -183,7 +186,7 @@ fn analyse_with<S: RowSink>(
     table.check()?;
     table.reasons = gathered.found.reasons;
     let mut coverage = Coverage::of(&loaded, &table, &options);
-    coverage.between_rows = gathered.exclusion;
+    coverage.between_rows = (gathered.exclusion).map(|found| found.within(coverage.covered_s));
     // what is only possible has no lead time
     let others = [input_events, gathered.not_excluded].concat();
     let events = events::sorted(gathered.found.events, others);
@@ -285,14 +288,16 @@ impl RowSink for Whole {
 
 /// Compares measured with computed loads. Rows in which they contradict each other are not valid: either may be wrong.
 fn compare_loads(
-    machine: &Machine,
+    standing: &Standing<'_>,
     rows: &mut EstimatedRows,
     measured: &MeasuredLoads,
+    motion: Option<&StaticRows>,
 ) -> LoadComparison {
     let comparison = Comparison {
-        machine,
+        standing,
         rows,
         measured,
+        motion,
     }
     .compare();
     for span in &comparison.contradictions {

@@ -132,7 +132,7 @@ fn told(
             Unknown::Transition => "the weight passes from some supports to others".into(),
             Unknown::Missing(support) => format!(
                 "the signal of support {} is missing or too old",
-                named.supports().all[*support].name
+                named.supports().support(*support).name
             ),
             Unknown::Impossible(error) => {
                 format!("the machine cannot stand on what is reported: {error}")

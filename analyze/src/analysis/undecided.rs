@@ -21,8 +21,8 @@ pub enum Undecided {
     LiftNotExcluded {
         /// For how long (s).
         not_excluded_s: f64,
-        /// Of which time with known loads (s).
-        computable_s: f64,
+        /// Of the log's time (s).
+        covered_s: f64,
     },
     /// Signals that the loads rest on contradict each other: what was found stands, and more may be hidden.
     Doubted {
@@ -52,16 +52,15 @@ impl Undecided {
                 min_valid,
             });
         }
-        let computable_s = coverage.computable_s;
         if coverage.doubted_s > 0.0 {
             return Some(Self::Doubted {
                 doubted_s: coverage.doubted_s,
-                computable_s,
+                computable_s: coverage.computable_s,
             });
         }
         Some(Self::LiftNotExcluded {
             not_excluded_s: coverage.lift_not_excluded_s()?,
-            computable_s,
+            covered_s: coverage.covered_s,
         })
     }
 
@@ -94,11 +93,11 @@ impl std::fmt::Display for Undecided {
             }
             Self::LiftNotExcluded {
                 not_excluded_s,
-                computable_s,
+                covered_s,
             } => write!(
                 formatter,
                 "between the rows of this sparse log a wheel lift cannot be excluded for {not_excluded_s:.1} of \
-                 {computable_s:.1} s"
+                 {covered_s:.1} s"
             ),
             Self::Doubted {
                 doubted_s,

@@ -113,7 +113,7 @@ impl<'a> RowJudge<'a> {
             self.forecast = LiftOffForecast::new(machine);
         }
         let of_set: Vec<f64> = (machine.stands_on().iter())
-            .map(|&support| self.otf[support])
+            .map(|support| self.otf[support.index()])
             .collect();
         self.forecast.row(machine, time_ns, &of_set)
     }

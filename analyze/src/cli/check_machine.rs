@@ -12,6 +12,7 @@ use super::exit::{Exit, Terminal, Usage};
 use super::machine_file::InertiaArgs;
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
+use crate::setup::check_machine::MachineCheck;
 use crate::setup::{check_machine, commissioning};
 
 #[derive(Debug, Args)]
@@ -75,8 +76,9 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
         if args.commissioning.is_some() {
             return Err(Usage("--commissioning: expected --log LOG or --live as well").into());
         }
-        check_machine::print(&check?, args.json)?;
-        return Ok(Exit::DONE);
+        let check = check?;
+        check_machine::print(&check, args.json)?;
+        return Ok(exit_of_weighings(&check));
     };
     // A log that fits no posture may still show what is wrong.
     let commissioned = commissioning::from_log(log, &file)?;
@@ -91,6 +93,7 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
     let text = commissioning_text(&commissioned.assessment);
     match check {
         Ok(check) => {
+            let exit = exit.and(exit_of_weighings(&check));
             check_machine::print(&check.with_commissioning(&commissioned.file), args.json)?;
             if !args.json {
                 to_stdout(&format!("\n{text}"))?;
@@ -102,6 +105,14 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
             terminal.error(&error);
             Ok(exit.and(Exit::FAILED))
         }
+    }
+}
+
+/// Weighings that contradict each other break a rule.
+fn exit_of_weighings(check: &MachineCheck) -> Exit {
+    Exit {
+        broken: check.is_contradicted(),
+        ..Exit::DONE
     }
 }
 

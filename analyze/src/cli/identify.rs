@@ -9,7 +9,9 @@ use super::exit::{Exit, Terminal};
 use super::machine_file::InertiaArgs;
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
-use crate::setup::identify::{IdentificationDocument, Request, identify, text, write_machine_file};
+use crate::setup::identify::{
+    IdentificationDocument, NoResult, Request, identify, text, write_machine_file,
+};
 
 #[derive(Debug, Args)]
 pub(super) struct IdentifyArgs {
@@ -30,6 +32,9 @@ pub(super) struct IdentifyArgs {
     /// then tells its mounting and bias.
     #[arg(long, value_name = "DEGREES", value_parser = positive)]
     level: Option<f64>,
+    /// Widen the stated standard deviations of all scales and sensors by this factor. It is kept in the machine file.
+    #[arg(long, value_name = "FACTOR", value_parser = factor)]
+    widen_sigmas: Option<f64>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -39,6 +44,13 @@ fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
         _ => Err(format!("expected a positive number, found \"{text}\"")),
+    }
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() && number >= 1.0 => Ok(number),
+        _ => Err(format!("expected a factor of at least 1, found \"{text}\"")),
     }
 }
 
@@ -55,6 +67,7 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
         &Request {
             logs: args.logs.clone(),
             level: args.level.map(f64::to_radians),
+            sigma_factor: args.widen_sigmas,
         },
     )?;
     match args.json {
@@ -64,16 +77,21 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
         }
         false => to_stdout(&text(&found))?,
     }
-    let is_worse = found.holds() == Some(false);
-    if is_worse {
-        terminal.verdict("not decided: the result does not hold on the data that were held back");
+    let refusal = found.refusal();
+    if let Some(refusal) = &refusal {
+        let kind = match refusal {
+            NoResult::WorseOnHeldBack => "not decided",
+            _ => "contradiction",
+        };
+        terminal.verdict(&format!("{kind}: {refusal}"));
     }
-    if let Some(path) = args.out.as_deref().filter(|_| !is_worse) {
+    if let Some(path) = args.out.as_deref().filter(|_| refusal.is_none()) {
         write_machine_file(path, &file, &found)?;
         terminal.print(&format!("machine file: {}", path.display()));
     }
     Ok(Exit {
-        undecided: is_worse,
+        undecided: refusal == Some(NoResult::WorseOnHeldBack),
+        broken: (refusal.as_ref()).is_some_and(|refusal| *refusal != NoResult::WorseOnHeldBack),
         lost: found.has_losses,
         ..Exit::DONE
     })

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::exit::{Exit, Terminal};
 use super::machine_file::InertiaArgs;
+use crate::base::options::Estimator;
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
 use crate::setup::validate::{page, text, validate};
@@ -27,6 +28,9 @@ pub(super) struct ValidateArgs {
     /// Write a page with the loads over time to this file.
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
+    /// Estimator of the states: what a live monitor computes is causal.
+    #[arg(long, value_enum, default_value_t = Estimator::Smoother)]
+    estimator: Estimator,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -37,7 +41,7 @@ pub(super) fn run(args: &ValidateArgs, terminal: Terminal) -> Result<Exit> {
     if let Some(urdf) = &args.urdf {
         file = file.with_urdf(urdf)?;
     }
-    let found = validate(&file, &args.logs)?;
+    let found = validate(&file, &args.logs, args.estimator)?;
     match args.json {
         true => to_stdout(&format!("{}\n", serde_json::to_string_pretty(&found)?))?,
         false => to_stdout(&text(&found))?,

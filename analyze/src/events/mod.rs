@@ -17,6 +17,7 @@ mod row_derivatives;
 pub(crate) mod split_rule;
 mod story;
 mod tipping;
+mod unloaded;
 
 pub(crate) use event::TIP_OVER_RAD;
 pub use event::*;

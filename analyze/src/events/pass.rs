@@ -19,6 +19,7 @@ use super::evidence::{CONSTANT_ERROR_NS, Evidence};
 use super::inputs;
 use super::pages::Pages;
 use super::tipping::{self, Tipping, is_small};
+use super::unloaded::UnloadedSupports;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
 use crate::load::LoadedLog;
@@ -44,6 +45,8 @@ pub(crate) struct EventPass<'a> {
     waiting: VecDeque<Episode>,
     /// Tipping in the waiting spells and shortly before.
     tippings: Vec<Tipping>,
+    /// By their measured loads.
+    unloaded: UnloadedSupports,
     events: Vec<Event>,
     lowest: Option<LowestOtf>,
 }
@@ -87,6 +90,7 @@ impl<'a> EventPass<'a> {
             open: None,
             waiting: VecDeque::new(),
             tippings: Vec::new(),
+            unloaded: UnloadedSupports::of(machine),
             events: Vec::new(),
             lowest: None,
         }
@@ -95,6 +99,7 @@ impl<'a> EventPass<'a> {
     /// Takes rows, with these reasons, in which the machine is on other supports.
     pub(crate) fn skip(&mut self, reasons: &[Reasons]) {
         self.rows.skip(reasons);
+        self.unloaded.end();
         let Some(last) = self.rows.known().checked_sub(1) else {
             return;
         };
@@ -105,6 +110,7 @@ impl<'a> EventPass<'a> {
     /// Takes the next block.
     pub(crate) fn take(&mut self, rows: &Arc<Rows>) {
         self.rows.add(rows);
+        self.unloaded.take(self.machine, rows);
         if self.scope.contributions {
             self.steady.add(self.machine, rows);
         }
@@ -158,6 +164,7 @@ impl<'a> EventPass<'a> {
         while let Some(spell) = self.waiting.pop_front() {
             self.look_into(spell);
         }
+        self.unloaded.join(&mut self.events);
         Found {
             events: self.events,
             lowest: self.lowest,

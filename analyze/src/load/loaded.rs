@@ -15,6 +15,7 @@ use super::arrivals::for_each_arrival;
 use super::recording::Recording;
 use super::sample_store::SampleStore;
 use super::span::{self, RecordingSpan};
+use super::standing::Standing;
 use super::supports::{self, SupportTimeline};
 use crate::base::file_hash::{FileHash, hash_of};
 
@@ -62,6 +63,11 @@ impl LoadedLog {
             });
         })?;
         self.check_read()
+    }
+
+    /// The machine on the supports that are on the ground at a time.
+    pub(crate) fn standing(&self) -> Standing<'_> {
+        Standing::of(&self.machine, self.supports.as_ref())
     }
 
     /// Frees the memory of the samples, all but their stamps, unless somebody else still reads them.

@@ -10,6 +10,7 @@ mod recording;
 mod sample_store;
 mod smoothing;
 mod span;
+mod standing;
 pub(crate) mod supports;
 mod wheel_load;
 
@@ -18,4 +19,5 @@ pub use log_times::LogTimes;
 pub use recording::{Recording, SampleReader};
 pub use smoothing::{SharedSignal, block_smoother, shared_signals};
 pub use span::RecordingSpan;
+pub(crate) use standing::Standing;
 pub use wheel_load::{MeasuredLoad, MeasuredLoads};

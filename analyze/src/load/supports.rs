@@ -3,7 +3,7 @@
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, number_field};
 use tipwatch_ingest::{FieldRequest, Log, TimeBase, record_fields};
-use tipwatch_mechanics::machine::{FieldSpec, PresenceSpec, SupportKind, Supports};
+use tipwatch_mechanics::machine::{FieldSpec, PresenceSpec, SupportId, SupportKind, Supports};
 
 use crate::base::error_text::error_text;
 
@@ -32,7 +32,7 @@ pub(crate) enum Unknown {
     /// The weight passes from some supports to others.
     Transition,
     /// The signal of this support is missing or too old.
-    Missing(usize),
+    Missing(SupportId),
     /// The machine cannot stand on what is reported.
     Impossible(String),
 }
@@ -51,8 +51,8 @@ pub(crate) struct SupportSpan {
 /// When which supports are on the ground.
 #[derive(Debug, Clone)]
 pub(crate) struct SupportTimeline {
-    /// The different sets, as indices in [`Supports::all`].
-    pub(crate) sets: Vec<Vec<usize>>,
+    /// The different sets.
+    pub(crate) sets: Vec<Vec<SupportId>>,
     /// Times without gaps, in order.
     pub(crate) spans: Vec<SupportSpan>,
     /// Signals that could not be read, as sentences.
@@ -61,10 +61,14 @@ pub(crate) struct SupportTimeline {
 
 impl SupportTimeline {
     /// The supports on the ground at a time (ns); `None` where they are unknown.
-    pub(crate) fn on_at(&self, time_ns: i64) -> Option<&[usize]> {
+    pub(crate) fn on_at(&self, time_ns: i64) -> Option<&[SupportId]> {
+        Some(&self.sets[self.set_at(time_ns)?])
+    }
+
+    /// Index in [`SupportTimeline::sets`] of the set at a time (ns); `None` where it is unknown.
+    pub(crate) fn set_at(&self, time_ns: i64) -> Option<usize> {
         let place = self.spans.partition_point(|span| span.to_ns <= time_ns);
-        let set = self.spans.get(place)?.set.as_ref().ok()?;
-        Some(&self.sets[*set])
+        self.spans.get(place)?.set.as_ref().ok().copied()
     }
 }
 
@@ -82,9 +86,9 @@ pub(crate) fn read(
         return None;
     }
     let mut notes = Vec::new();
-    let courses = (0..supports.all.len()).map(|support| {
-        let presence = &supports.presence[support];
-        let is_foot = supports.all[support].kind == SupportKind::Foot;
+    let courses = supports.ids().map(|support| {
+        let presence = supports.presence_of(support);
+        let is_foot = supports.support(support).kind == SupportKind::Foot;
         let mut from_log = |field: &FieldSpec, above: f64, max_age_s: f64| match series(
             log, file, time_base, field,
         ) {
@@ -92,7 +96,7 @@ pub(crate) fn read(
             Err(error) => {
                 notes.push(format!(
                     "Support {}: its signal cannot be read, so the loads are unknown: {}.",
-                    supports.all[support].name,
+                    supports.support(support).name,
                     error_text(&error)
                 ));
                 vec![(i64::MIN, Status::Missing)]
@@ -192,7 +196,7 @@ fn timeline(supports: &Supports, courses: &[Course]) -> SupportTimeline {
     times.sort_unstable();
     times.dedup();
     let mut places = vec![0; courses.len()];
-    let mut sets: Vec<Vec<usize>> = Vec::new();
+    let mut sets: Vec<Vec<SupportId>> = Vec::new();
     let mut spans: Vec<SupportSpan> = Vec::new();
     for (k, &from_ns) in times.iter().enumerate() {
         let to_ns = times.get(k + 1).copied().unwrap_or(i64::MAX);
@@ -204,7 +208,10 @@ fn timeline(supports: &Supports, courses: &[Course]) -> SupportTimeline {
                 *place += 1;
             }
         }
-        let told = |support: usize| courses[support][places[support]].1;
+        let told = |support: SupportId| {
+            let support = support.index();
+            courses[support][places[support]].1
+        };
         let set = on_ground(supports, &told).map(|on| {
             let known = sets.iter().position(|set| *set == on);
             known.unwrap_or_else(|| {
@@ -230,11 +237,15 @@ fn timeline(supports: &Supports, courses: &[Course]) -> SupportTimeline {
 }
 
 /// The supports on the ground; what is unknown about one of them leaves the set unknown.
-fn on_ground(supports: &Supports, told: &impl Fn(usize) -> Status) -> Result<Vec<usize>, Unknown> {
+fn on_ground(
+    supports: &Supports,
+    told: &impl Fn(SupportId) -> Status,
+) -> Result<Vec<SupportId>, Unknown> {
     let mut on = Vec::new();
     let mut is_changing = false;
-    for (support, presence) in supports.presence.iter().enumerate() {
-        let is_foot = supports.all[support].kind == SupportKind::Foot;
+    for support in supports.ids() {
+        let presence = supports.presence_of(support);
+        let is_foot = supports.support(support).kind == SupportKind::Foot;
         let status = match (is_foot, presence.raised_by.is_empty()) {
             (false, false) => raised_by(&presence.raised_by, told),
             _ => told(support),
@@ -253,7 +264,7 @@ fn on_ground(supports: &Supports, told: &impl Fn(usize) -> Status) -> Result<Vec
 }
 
 /// A wheel or track is raised while all of some supports are set.
-fn raised_by(by: &[usize], told: &impl Fn(usize) -> Status) -> Status {
+fn raised_by(by: &[SupportId], told: &impl Fn(SupportId) -> Status) -> Status {
     let mut all = by.iter().map(|&support| told(support));
     if all.clone().any(|status| status == Status::Off) {
         return Status::Off;
@@ -347,7 +358,7 @@ mod tests {
         let spans = vec![
             span(0, 10, Ok(0)),
             span(10, 20, Ok(1)),
-            span(20, 21, Err(Unknown::Missing(3))),
+            span(20, 21, Err(Unknown::Impossible("no ground".into()))),
             span(21, 30, Ok(1)),
         ];
         let wider = with_transitions(spans, S);
@@ -357,7 +368,10 @@ mod tests {
         assert_eq!(at(&wider, 11.1), &Ok(1));
         // the same set before and after a gap of its signal
         assert_eq!(at(&wider, 19.9), &Ok(1));
-        assert_eq!(at(&wider, 20.5), &Err(Unknown::Missing(3)));
+        assert_eq!(
+            at(&wider, 20.5),
+            &Err(Unknown::Impossible("no ground".into()))
+        );
         assert_eq!(at(&wider, 21.1), &Ok(1));
         for pair in wider.windows(2) {
             assert_eq!(pair[0].to_ns, pair[1].from_ns);

@@ -37,7 +37,8 @@ impl MeasuredLoads {
     pub(crate) fn read(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Self {
         let clocks = Clocks::of(file, loaded);
         let mut found = Self {
-            longest_gap_ns: (loaded.machine.estimator().max_gap * 1e9) as i64,
+            // static rows hold their last samples, and so do the loads beside them
+            longest_gap_ns: loaded.machine.longest_known_gap_ns(),
             ..Self::default()
         };
         for sensor in loaded.machine.load_sensors() {
@@ -102,7 +103,7 @@ mod tests {
     fn loads(stamps_ms: &[i64], longest_gap_ns: i64) -> MeasuredLoads {
         let sensor = LoadSensor {
             name: "fl".into(),
-            wheels: vec![0],
+            supports: Vec::new(),
             sigma: 1.0,
             field: FieldSpec {
                 topic: "/loads".into(),

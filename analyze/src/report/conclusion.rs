@@ -173,10 +173,22 @@ fn could_have_lifted(analysis: &Analysis, lifted: &[(String, f64, usize, bool)])
         ),
         true => None,
         false => Some(format!(
-            "Another split that equilibrium allows would leave {} without load at some time; weighing, cylinder \
-             pressures or known flat ground would decide.",
-            names.join(", ")
+            "Another split that equilibrium allows would leave {} without load at some time; {} would decide.",
+            names.join(", "),
+            what_would_decide(analysis)
         )),
+    }
+}
+
+/// What would tell the split: not what the log has already.
+fn what_would_decide(analysis: &Analysis) -> &'static str {
+    let forces = &analysis.machine.contact().actuated_joints;
+    let measures_loads =
+        !analysis.measured_loads.is_empty() || forces.iter().any(|force| force.linkage().is_none());
+    match (measures_loads, forces.is_empty()) {
+        (true, _) => "more exact measured loads or known flat ground",
+        (false, true) => "weighing, cylinder pressures or known flat ground",
+        (false, false) => "weighing or known flat ground",
     }
 }
 

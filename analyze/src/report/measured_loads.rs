@@ -8,7 +8,7 @@ use crate::page::{number, table};
 /// The comparison by load sensor; `None` without one in the log.
 pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
     let comparison = &analysis.load_comparison;
-    if comparison.sensors.is_empty() {
+    if comparison.sensors.is_empty() && comparison.contradictions.is_empty() {
         return None;
     }
     let known = |value: Option<f64>| value.map_or("unknown".into(), number);
@@ -41,17 +41,19 @@ pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
     let start_ns = analysis.rows.times_ns.first().copied().unwrap_or(0);
     let seconds = |time_ns: i64| format!("{:.2} s", (time_ns - start_ns) as f64 * 1e-9);
     Some(html! {
-        (table(&head, &rows))
-        p.hint {
-            "The computed loads do not use the measured ones. Compared are an even selection of valid rows with all wheels on \
-             the ground. The split between the diagonals is an assumption where equilibrium leaves it open."
+        @if !rows.is_empty() {
+            (table(&head, &rows))
+            p.hint {
+                "The computed loads do not use the measured ones. Compared are an even selection of valid rows with all \
+                 wheels on the ground. The split between the diagonals is an assumption where equilibrium leaves it open."
+            }
         }
         @for span in &comparison.contradictions {
             p {
                 "From t = " (seconds(span.start_ns)) " to " (seconds(span.end_ns))
                 " measured and computed loads contradict each other, most at " (span.sensor) ": "
                 (number(span.difference_n)) " N, standard deviation of both together " (number(span.sigma_n))
-                " N. Either may be wrong, so these rows are not valid."
+                " N. Either may be wrong, so these rows are not valid" (span.explanation()) "."
             }
         }
     })

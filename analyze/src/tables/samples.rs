@@ -37,7 +37,7 @@ pub fn samples(
         let unit = quantity.kind().unit;
         table.add_known(quantity.column(&names), unit, precision, values);
     }
-    add_measured(&mut table, rows, precision, measured);
+    add_measured(&mut table, machine, rows, precision, measured);
     if let Some(verdicts) = &rows.verdicts {
         add_verdicts(&mut table, verdicts, &names, precision);
     }
@@ -50,15 +50,33 @@ pub(super) fn add_times(table: &mut Table, rows: &Rows) {
 }
 
 /// The measured loads, and what they are more than the computed ones.
-fn add_measured(table: &mut Table, rows: &Rows, precision: Precision, measured: &MeasuredLoads) {
+fn add_measured(
+    table: &mut Table,
+    machine: &Machine,
+    rows: &Rows,
+    precision: Precision,
+    measured: &MeasuredLoads,
+) {
+    let weight = rows.outcomes.column(Quantity::NormalForce);
+    let vary = machine.supports().vary();
     for (index, load) in measured.sensors.iter().enumerate() {
         let times = rows.times_ns.iter();
         let values: Vec<f64> = times.map(|&time| measured.at(index, time)).collect();
         let mut residual = values.clone();
-        for &wheel in &load.sensor.wheels {
-            let computed = rows.outcomes.column(Quantity::Load(wheel));
-            let pairs = residual.iter_mut().zip(computed);
-            pairs.for_each(|(residual, computed)| *residual -= computed);
+        let mut carries = vec![false; values.len()];
+        for place in load.sensor.places(machine) {
+            let computed = rows.outcomes.column(Quantity::Load(place));
+            for (row, computed) in computed.iter().enumerate() {
+                // a support that is off the ground has no load in a row that is known
+                if !vary || !computed.is_nan() || weight[row].is_nan() {
+                    residual[row] -= computed;
+                    carries[row] = true;
+                }
+            }
+        }
+        let residual_of_none = residual.iter_mut().zip(carries);
+        for (residual, _) in residual_of_none.filter(|(_, carries)| !carries) {
+            *residual = f64::NAN;
         }
         let name = &load.sensor.name;
         table.add_known(format!("load_measured_{name}"), "N", precision, &values);

@@ -99,6 +99,12 @@ impl<T: Real> Workspace<T> {
         &self.outcome
     }
 
+    /// Centres of the wheels at the last evaluation, in the base frame (m).
+    #[must_use]
+    pub fn wheel_centres(&self) -> &[Vector3<T>] {
+        &self.wheel_centres
+    }
+
     /// Variance of a weighted sum of the OTF that the measured torques leave (N^2); zero without measured
     /// torques.
     pub(crate) fn measured_split_variance(&self, factors: &[T]) -> T {

@@ -2,6 +2,7 @@
 
 use super::linkage::Linkage;
 use super::spec::{LinkageSpec, MachineSpec};
+use super::support_id::SupportId;
 
 /// A joint whose torque enters an equation of the loads.
 #[derive(Debug, Clone)]
@@ -40,9 +41,9 @@ pub enum ForceSource {
     Support {
         /// Its name.
         name: String,
-        /// Its index in [`Supports::all`](super::Supports::all).
-        support: usize,
-        /// Its index in the wheels while it is on the ground.
+        /// Which support.
+        support: SupportId,
+        /// Its place among the wheels while it is on the ground.
         wheel: Option<usize>,
     },
 }
@@ -66,6 +67,16 @@ impl ActuatedJoint {
         }
     }
 
+    /// Where the support whose load it measures is among the wheels; `None` for a linkage, and for a support that is off
+    /// the ground.
+    #[must_use]
+    pub fn support_place(&self) -> Option<usize> {
+        match self.source {
+            ForceSource::Linkage(_) => None,
+            ForceSource::Support { wheel, .. } => wheel,
+        }
+    }
+
     /// Name of the linkage or of the support.
     #[must_use]
     pub fn name<'a>(&'a self, linkages: &'a [Linkage]) -> &'a str {
@@ -76,9 +87,10 @@ impl ActuatedJoint {
     }
 
     /// Leaves only these supports on the ground, out of all.
-    pub(super) fn stand_on(&mut self, on: &[usize]) {
+    pub(super) fn stand_on(&mut self, on: &[SupportId]) {
         for step in &mut self.steps {
-            step.supports_wheel = on.iter().map(|&s| step.supports_wheel[s]).collect();
+            let carried = on.iter().map(|s| step.supports_wheel[s.index()]);
+            step.supports_wheel = carried.collect();
         }
         if let ForceSource::Support { support, wheel, .. } = &mut self.source {
             *wheel = on.iter().position(|on| on == support);

@@ -1,10 +1,12 @@
 //! Copies of a machine with changed parameters.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
 
 use super::body::link_parts;
 use super::parameter::{Axis, Parameter};
-use super::{Inertia, LinkGroup, Machine, MassMoments, Mounting, Split};
+use super::{Inertia, LinkGroup, Machine, MassMoments, Mounting, Split, SupportId, Wheel};
 
 impl Machine {
     /// This machine with each parameter changed by an amount in its unit. Signals are not part of a machine and
@@ -39,7 +41,9 @@ impl Machine {
             }
             Parameter::PayloadMass(payload) => self.payloads[payload].inertia.mass += amount,
             Parameter::WheelPosition(wheel, axis) => self.shift_wheel(wheel, axis, amount),
-            Parameter::WheelRadius(wheel) => self.wheels[wheel].radius += amount,
+            Parameter::WheelRadius(id) => {
+                self.change_support(id, |wheel| wheel.radius += amount);
+            }
             Parameter::ArmPosition(axis) => self.shift_arm(axis, amount),
             Parameter::ImuPosition(axis) => {
                 self.imu.body_from_mount.translation.vector += along(axis, amount);
@@ -52,11 +56,14 @@ impl Machine {
                 if let Split::RollMomentDistribution { share, .. } = &mut self.contact.split {
                     *share += amount;
                 }
+                if let Some(share) = &mut Arc::make_mut(&mut self.supports).roll_moment_distribution
+                {
+                    *share += amount;
+                }
             }
-            Parameter::TyreStiffness(wheel) => {
-                let wheel = &mut self.wheels[wheel];
+            Parameter::TyreStiffness(id) => self.change_support(id, |wheel| {
                 wheel.stiffness = wheel.stiffness.map(|stiffness| stiffness * amount.exp());
-            }
+            }),
             Parameter::JointPosition(_)
             | Parameter::JointVelocity(_)
             | Parameter::JointAcceleration(_)
@@ -70,15 +77,27 @@ impl Machine {
         }
     }
 
-    fn shift_wheel(&mut self, wheel: usize, axis: Axis, amount: f64) {
-        let wheel = &mut self.wheels[wheel];
-        let shift = wheel.mounting.shift(axis, amount);
-        if wheel.body == wheel.mounting.carrier {
-            wheel.centre_in_body += shift;
-        } else {
-            self.bodies[wheel.body].joint_in_parent += shift;
+    /// Changes a support here and for every other set of supports that the machine will stand on.
+    fn change_support(&mut self, id: SupportId, change: impl Fn(&mut Wheel)) {
+        change(&mut Arc::make_mut(&mut self.supports).all[id.index()]);
+        if let Some(place) = self.place_of(id) {
+            change(&mut self.wheels[place]);
         }
-        wheel.centre_at_zero += shift;
+    }
+
+    fn shift_wheel(&mut self, id: SupportId, axis: Axis, amount: f64) {
+        let wheel = self.support(id);
+        let (body, is_carrier) = (wheel.body, wheel.body == wheel.mounting.carrier);
+        let shift = wheel.mounting.shift(axis, amount);
+        if !is_carrier {
+            self.bodies[body].joint_in_parent += shift;
+        }
+        self.change_support(id, |wheel| {
+            if is_carrier {
+                wheel.centre_in_body += shift;
+            }
+            wheel.centre_at_zero += shift;
+        });
     }
 
     fn shift_arm(&mut self, axis: Axis, amount: f64) {
@@ -118,7 +137,7 @@ impl Machine {
         }
         let first = self.wheels[0].radius;
         self.contact.radii_differ = self.wheels.iter().any(|wheel| wheel.radius != first);
-        let stiffness = |wheel: &super::Wheel| wheel.stiffness;
+        let stiffness = |wheel: &Wheel| wheel.stiffness;
         if self.wheels.iter().all(|wheel| wheel.stiffness.is_some()) {
             let mean =
                 self.wheels.iter().filter_map(stiffness).sum::<f64>() / self.wheels.len() as f64;

@@ -13,6 +13,7 @@ use super::prediction_spec::PredictionSpec;
 use super::quasi_static::QuasiStaticSpec;
 use super::signals::SignalsSpec;
 use super::spec::{EstimatorSpec, LimitsSpec, UncertaintySpec};
+use super::support_id::SupportId;
 use super::support_polygon::SupportPolygon;
 use super::supports::Supports;
 use super::suspension::Suspension;
@@ -33,7 +34,7 @@ pub struct Machine {
     pub(crate) joints: Vec<MeasuredJoint>,
     pub(crate) wheels: Vec<Wheel>,
     pub(crate) supports: Arc<Supports>,
-    pub(crate) stands_on: Vec<usize>,
+    pub(crate) stands_on: Vec<SupportId>,
     pub(crate) polygon: SupportPolygon,
     pub(crate) contact: Contact,
     pub(crate) imu: Mount,

@@ -30,6 +30,10 @@ pub struct IdentifiedSpec {
     pub prior_sigma: Vec<f64>,
     /// Standard deviation of each after it; it follows from the directions.
     pub sigma: Vec<f64>,
+    /// The model share of the bands, where that of `[uncertainty]` is too small for what was measured.
+    pub model_share: Option<f64>,
+    /// The factor by which the stated standard deviations of what was measured were widened, if they were.
+    pub sigma_factor: Option<f64>,
     /// The directions that the data told.
     #[serde(default)]
     pub direction: Vec<IdentifiedDirection>,
@@ -54,6 +58,10 @@ pub struct Identified {
     pub change: Vec<f64>,
     /// Standard deviation of each before the identification, in its unit.
     pub prior_sigma: Vec<f64>,
+    /// The model share of the bands, where the stated one is too small for what was measured.
+    pub model_share: Option<f64>,
+    /// The factor by which the stated standard deviations of what was measured were widened, if they were.
+    pub sigma_factor: Option<f64>,
     /// The directions that the data told.
     pub directions: Vec<IdentifiedDirection>,
 }
@@ -98,6 +106,8 @@ impl Identified {
             unknowns: kept.iter().map(|&place| self.unknowns[place]).collect(),
             change: of(&self.change),
             prior_sigma: of(&self.prior_sigma),
+            model_share: self.model_share,
+            sigma_factor: self.sigma_factor,
             directions: (self.directions.iter())
                 .map(|direction| IdentifiedDirection {
                     share: direction.share,

@@ -125,6 +125,8 @@ impl Machine {
             // this one. Bands therefore give up the correlations of the bias with other parameters.
             changed.uncertainty.accelerometer_bias = x.max(y).max(z);
         }
+        let model_share = &mut changed.uncertainty.model_share;
+        *model_share = identified.model_share.unwrap_or(0.0).max(*model_share);
         changed.identified = Some(identified);
         changed
     }

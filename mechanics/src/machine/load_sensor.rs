@@ -1,14 +1,14 @@
-//! Sensors that measure the load of wheels: scales, load cells and load pins.
+//! Sensors that measure the load of supports: scales, load cells and load pins.
 
-use super::FieldSpec;
+use super::{FieldSpec, Machine, SupportId};
 
-/// A sensor that measures the load of a wheel, or the total load of several.
+/// A sensor that measures the load of a support, or the total load of several.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadSensor {
     /// Its name, for columns and messages: in lower case, of letters, digits and underscores.
     pub name: String,
-    /// Indices of the wheels.
-    pub wheels: Vec<usize>,
+    /// The supports that it measures, on the ground or not.
+    pub supports: Vec<SupportId>,
     /// Standard deviation of its systematic error (N).
     pub sigma: f64,
     /// Where the log contains it (N).
@@ -16,16 +16,27 @@ pub struct LoadSensor {
 }
 
 impl LoadSensor {
-    /// The computed load that it measures, from those of all wheels (N).
-    #[must_use]
-    pub fn of(&self, loads: &[f64]) -> f64 {
-        self.wheels.iter().map(|&wheel| loads[wheel]).sum()
+    /// Where its supports that are on the ground are in the lists by wheel of `machine`. The others carry nothing.
+    pub fn places<'a>(&'a self, machine: &'a Machine) -> impl Iterator<Item = usize> + 'a {
+        self.supports.iter().filter_map(|&id| machine.place_of(id))
     }
 
-    /// Factors of the wheels' loads in what it measures.
+    /// The computed load that it measures (N), from those of the supports that `machine` stands on; `None` if all of its
+    /// supports are off the ground.
     #[must_use]
-    pub fn factors(&self, wheels: usize) -> Vec<f64> {
-        let factor = |wheel| f64::from(u8::from(self.wheels.contains(&wheel)));
-        (0..wheels).map(factor).collect()
+    pub fn of(&self, machine: &Machine, loads: &[f64]) -> Option<f64> {
+        let mut places = self.places(machine).peekable();
+        places.peek()?;
+        Some(places.map(|place| loads[place]).sum())
+    }
+
+    /// Factors of the loads by wheel of `machine` in what it measures.
+    #[must_use]
+    pub fn factors(&self, machine: &Machine) -> Vec<f64> {
+        let mut factors = vec![0.0; machine.wheels().len()];
+        for place in self.places(machine) {
+            factors[place] = 1.0;
+        }
+        factors
     }
 }

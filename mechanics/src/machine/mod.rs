@@ -38,6 +38,7 @@ mod split;
 mod stated_sigma;
 mod static_transform;
 mod structure;
+mod support_id;
 mod support_polygon;
 mod support_set;
 mod support_spec;
@@ -96,6 +97,7 @@ pub use spec::{
 };
 pub use split::Split;
 pub use static_transform::StaticTransform;
+pub use support_id::SupportId;
 pub use support_polygon::{Edge, SupportPolygon};
 pub use support_set::SupportSetError;
 pub use support_spec::{

@@ -56,7 +56,7 @@ impl Parameter {
             }
             Self::PayloadMass(payload) => Some(machine.payloads[payload].inertia.mass),
             Self::WheelPosition(wheel, axis) => {
-                let wheel = &machine.wheels[wheel];
+                let wheel = machine.support(wheel);
                 let place = if wheel.body == wheel.mounting.carrier {
                     wheel.centre_in_body
                 } else {
@@ -64,7 +64,7 @@ impl Parameter {
                 };
                 Some(in_mounting(&wheel.mounting, &place)[axis as usize])
             }
-            Self::WheelRadius(wheel) => Some(machine.wheels[wheel].radius),
+            Self::WheelRadius(wheel) => Some(machine.support(wheel).radius),
             Self::ArmPosition(axis) => {
                 let (mounting, root) = (machine.arm_mounting.as_ref()?, machine.arm_root.as_ref()?);
                 let place = if root.body == mounting.carrier {
@@ -79,7 +79,7 @@ impl Parameter {
             }
             Self::RollMomentDistribution => match machine.contact.split {
                 Split::RollMomentDistribution { share, .. } => Some(share),
-                Split::Springs => None,
+                Split::Springs => machine.supports.rule_of_other_sets(),
             },
             Self::ImuRotation(_)
             | Self::TyreStiffness(_)

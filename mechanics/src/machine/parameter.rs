@@ -1,5 +1,6 @@
 //! Signals and parameters with respect to which the loads can be differentiated.
 
+use super::support_id::SupportId;
 use super::travel::BaseMotion;
 
 /// An axis of a frame.
@@ -30,7 +31,7 @@ pub enum InertiaElement {
     Yz,
 }
 
-/// A signal, or a parameter of the machine. Indices refer to the machine's lists.
+/// A signal, or a parameter of the machine. Indices refer to the machine's lists; supports keep theirs on every set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Parameter {
     /// Position of a measured joint, equivalently the offset of its encoder (rad or m).
@@ -60,9 +61,9 @@ pub enum Parameter {
     /// Mass of a payload (kg).
     PayloadMass(usize),
     /// Position of a wheel on the link that carries it, in that link's axes (m).
-    WheelPosition(usize, Axis),
+    WheelPosition(SupportId, Axis),
     /// Unloaded radius of a wheel (m).
-    WheelRadius(usize),
+    WheelRadius(SupportId),
     /// Position of the arm on the link that carries it, in that link's axes (m).
     ArmPosition(Axis),
     /// Position of the IMU, in the axes of its body (m).
@@ -72,7 +73,7 @@ pub enum Parameter {
     /// Roll moment distribution: D of assumption 8 of the first paper (dimensionless).
     RollMomentDistribution,
     /// Logarithm of a tyre's stiffness: its relative change (dimensionless).
-    TyreStiffness(usize),
+    TyreStiffness(SupportId),
     /// Motion of the base: a velocity at constant accelerations, or an acceleration, through the resulting
     /// specific force.
     BaseMotion(BaseMotion),

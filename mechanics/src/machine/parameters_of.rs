@@ -1,13 +1,28 @@
 //! The signals and parameters of a machine, in the order of every gradient, with their names.
 
 use super::parameter::{Axis, InertiaElement, Parameter};
+use super::support_id::SupportId;
 use super::travel::BaseMotion;
 use super::{Machine, Split};
 
 impl Parameter {
-    /// All signals and parameters of a machine, signals first: the order of every gradient.
+    /// All signals and parameters of a machine on the supports that it stands on, signals first: the order of every
+    /// gradient.
     #[must_use]
     pub fn all(machine: &Machine) -> Vec<Self> {
+        let has_rule = matches!(machine.contact.split, Split::RollMomentDistribution { .. });
+        Self::on(machine, &machine.stands_on, has_rule)
+    }
+
+    /// Those of a machine on any of its supports, in the same order.
+    pub(super) fn of_all_supports(machine: &Machine) -> Vec<Self> {
+        let all: Vec<SupportId> = machine.supports.ids().collect();
+        let has_rule = matches!(machine.contact.split, Split::RollMomentDistribution { .. })
+            || machine.supports.rule_of_other_sets().is_some();
+        Self::on(machine, &all, has_rule)
+    }
+
+    fn on(machine: &Machine, supports: &[SupportId], has_rule: bool) -> Vec<Self> {
         let mut all = Vec::new();
         for joint in 0..machine.joints.len() {
             all.extend([
@@ -37,15 +52,15 @@ impl Parameter {
             all.extend(InertiaElement::ALL.map(|element| Self::LinkInertia(link, element)));
         }
         all.extend((0..machine.payloads.len()).map(Self::PayloadMass));
-        for wheel in 0..machine.wheels.len() {
+        for &wheel in supports {
             all.extend(Axis::ALL.map(|axis| Self::WheelPosition(wheel, axis)));
             all.push(Self::WheelRadius(wheel));
         }
-        if matches!(machine.contact.split, Split::RollMomentDistribution { .. }) {
+        if has_rule {
             all.push(Self::RollMomentDistribution);
         }
         if machine.contact.tyres_deflect {
-            all.extend((0..machine.wheels.len()).map(Self::TyreStiffness));
+            all.extend(supports.iter().copied().map(Self::TyreStiffness));
         }
         all.extend(BaseMotion::ALL.map(Self::BaseMotion));
         all
@@ -56,7 +71,7 @@ impl Parameter {
     pub fn name(self, machine: &Machine) -> String {
         let joint = |j: usize| &machine.joints[j].name;
         let link = |l: usize| &machine.links[l].name;
-        let wheel = |w: usize| machine.wheels[w].name.to_lowercase();
+        let wheel = |w: SupportId| machine.support(w).name.to_lowercase();
         match self {
             Self::JointPosition(j) => format!("{}.position", joint(j)),
             Self::JointVelocity(j) => format!("{}.rate", joint(j)),

@@ -47,7 +47,7 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         }
         Parameter::WheelPosition(..) => spec.wheel_position,
         Parameter::WheelRadius(wheel) => {
-            let guessed = machine.wheels[wheel].radius_sigma.unwrap_or(0.0);
+            let guessed = machine.support(wheel).radius_sigma.unwrap_or(0.0);
             spec.wheel_radius.max(guessed)
         }
         Parameter::ArmPosition(_) => spec.arm_position,

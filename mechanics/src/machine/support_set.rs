@@ -10,6 +10,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::contact::Contact;
 use super::split::Split;
+use super::support_id::SupportId;
 use super::support_polygon::{Edge, SupportPolygon};
 use super::support_spec::SupportKind;
 use super::supports::Supports;
@@ -45,9 +46,9 @@ impl Machine {
         &self.supports
     }
 
-    /// Indices in [`Supports::all`] of the supports on the ground, which are [`Machine::wheels`].
+    /// The supports on the ground, in the order of [`Machine::wheels`].
     #[must_use]
-    pub fn stands_on(&self) -> &[usize] {
+    pub fn stands_on(&self) -> &[SupportId] {
         &self.stands_on
     }
 
@@ -58,30 +59,40 @@ impl Machine {
             .flatten()
     }
 
-    /// The same machine on these supports, indices in [`Supports::all`] in rising order. Parameters of the supports
-    /// are those of the machine file; reference loads are unknown.
+    /// Where a support is in [`Machine::wheels`] and in every list by wheel; `None` while it is off the ground.
+    #[must_use]
+    pub fn place_of(&self, support: SupportId) -> Option<usize> {
+        self.stands_on.iter().position(|&on| on == support)
+    }
+
+    /// A support as it is now, on the ground or not.
+    #[must_use]
+    pub(crate) fn support(&self, id: SupportId) -> &Wheel {
+        let place = self.place_of(id);
+        place.map_or_else(|| self.supports.support(id), |place| &self.wheels[place])
+    }
+
+    /// The same machine on these supports, in any order; reference loads are unknown.
     ///
     /// # Errors
     /// It cannot stand on them.
-    pub fn standing_on(&self, on: &[usize]) -> Result<Self, SupportSetError> {
+    pub fn standing_on(&self, on: &[SupportId]) -> Result<Self, SupportSetError> {
         let supports = Arc::clone(&self.supports);
-        let on: Vec<usize> = (0..supports.all.len())
-            .filter(|support| on.contains(support))
-            .collect();
+        let on: Vec<SupportId> = supports.ids().filter(|id| on.contains(id)).collect();
         if !(3..=MAX_WHEELS).contains(&on.len()) {
             return Err(SupportSetError::Count(on.len()));
         }
-        let mut wheels: Vec<Wheel> = on.iter().map(|&s| supports.all[s].clone()).collect();
+        let mut wheels: Vec<Wheel> = on.iter().map(|&s| supports.support(s).clone()).collect();
         share_stiffness(&mut wheels);
         let polygon =
             polygon_of(&wheels).ok_or_else(|| SupportSetError::InLine(supports.names(&on)))?;
         let of_set = |joint: &TorqueJoint| TorqueJoint {
-            supports_wheel: on.iter().map(|&s| joint.supports_wheel[s]).collect(),
+            supports_wheel: on.iter().map(|s| joint.supports_wheel[s.index()]).collect(),
             ..joint.clone()
         };
         // a joint with a raised wheel beyond it is not free: it rests against its stop
         let is_free = |joint: &&TorqueJoint| {
-            let mut carried = (0..supports.all.len()).filter(|&s| joint.supports_wheel[s]);
+            let mut carried = supports.ids().filter(|s| joint.supports_wheel[s.index()]);
             let beyond = carried.clone().count();
             carried.all(|s| on.contains(&s)) && beyond < on.len()
         };
@@ -105,7 +116,10 @@ impl Machine {
         }
         let mut reference = self.reference.clone();
         reference.static_load = vec![f64::NAN; on.len()];
-        reference.optimal_load = on.iter().map(|&s| supports.optimal_load[s]).collect();
+        reference.optimal_load = on
+            .iter()
+            .map(|s| supports.optimal_load[s.index()])
+            .collect();
         Ok(Self {
             wheels,
             polygon,
@@ -119,7 +133,7 @@ impl Machine {
 
     fn contact_on(
         &self,
-        on: &[usize],
+        on: &[SupportId],
         wheels: &[Wheel],
         polygon: &SupportPolygon,
         free_joints: Vec<TorqueJoint>,
@@ -161,7 +175,7 @@ impl Machine {
                 if edges.iter().any(|known| known.name == edge.name) {
                     continue;
                 }
-                let place = |wheel: usize| set.stands_on[wheel];
+                let place = |wheel: usize| set.stands_on[wheel].index();
                 let mut carries = vec![false; self.supports.all.len()];
                 for (wheel, &carried) in edge.carries.iter().enumerate() {
                     carries[place(wheel)] = carried;
@@ -177,23 +191,21 @@ impl Machine {
         let supports = &self.supports;
         let mut joints = self.joints.clone();
         for (joint, &spins) in joints.iter_mut().zip(&supports.spins) {
-            joint.spins_wheel = spins;
+            joint.spins_wheel = spins.map(SupportId::index);
         }
         let mut reference = self.reference.clone();
         let of_sets = |load: fn(&Self) -> &Vec<f64>| -> Vec<f64> {
-            let first = |support: usize| {
-                sets.iter().find_map(|set| {
-                    let wheel = set.stands_on.iter().position(|&s| s == support)?;
-                    Some(load(set)[wheel])
-                })
+            let first = |support: SupportId| {
+                (sets.iter()).find_map(|set| Some(load(set)[set.place_of(support)?]))
             };
-            let all = 0..supports.all.len();
-            all.map(|support| first(support).unwrap_or(f64::NAN))
+            supports
+                .ids()
+                .map(|support| first(support).unwrap_or(f64::NAN))
                 .collect()
         };
         reference.static_load = of_sets(|set| &set.reference.static_load);
         reference.optimal_load = of_sets(|set| &set.reference.optimal_load);
-        let all: Vec<usize> = (0..supports.all.len()).collect();
+        let all: Vec<SupportId> = supports.ids().collect();
         let polygon = SupportPolygon { edges };
         let free_joints = supports.free_joints.clone();
         Self {

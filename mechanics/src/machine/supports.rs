@@ -1,6 +1,7 @@
 //! All supports of a machine, on the ground or not.
 
 use super::actuated_joint::{ActuatedJoint, TorqueJoint};
+use super::support_id::SupportId;
 use super::support_spec::{MeasuredLoad, PresenceSpec, SupportKind};
 use super::wheel::Wheel;
 
@@ -19,7 +20,7 @@ pub struct Supports {
     /// Optimal load of each, where the machine file states it; else NaN (N).
     pub(super) optimal_load: Vec<f64>,
     /// The wheel that each measured joint spins.
-    pub(super) spins: Vec<Option<usize>>,
+    pub(super) spins: Vec<Option<SupportId>>,
     /// Joints that carry no torque.
     pub(super) free_joints: Vec<TorqueJoint>,
     /// Joints and supports whose force may be logged.
@@ -34,7 +35,7 @@ pub struct Presence {
     /// For wheels, when it is raised; for others, when it is set. A wheel without is on the ground.
     pub told: Option<PresenceSpec>,
     /// The supports that raise it while all of them are set.
-    pub raised_by: Vec<usize>,
+    pub raised_by: Vec<SupportId>,
     /// Its measured load.
     pub load: Option<MeasuredLoad>,
 }
@@ -50,6 +51,12 @@ impl Supports {
         self.presence.iter().any(varies)
     }
 
+    /// The split rule that the machine follows on four of its wheels, where it is on these at times.
+    pub(super) fn rule_of_other_sets(&self) -> Option<f64> {
+        let others = self.vary() || self.at_rest().len() < self.all.len();
+        self.roll_moment_distribution.filter(|_| others)
+    }
+
     /// The first support that comes and goes, or whose load is measured: its key in the machine file.
     #[must_use]
     pub fn not_constant(&self) -> Option<String> {
@@ -58,7 +65,7 @@ impl Supports {
         };
         let changes = |presence: &Presence| {
             let mut raised_by = presence.raised_by.iter();
-            told_changes(presence) || raised_by.any(|&by| told_changes(&self.presence[by]))
+            told_changes(presence) || raised_by.any(|&by| told_changes(self.presence_of(by)))
         };
         let mut named = self.all.iter().zip(&self.presence);
         let (wheel, _) = named.find(|(_, presence)| changes(presence))?;
@@ -68,12 +75,12 @@ impl Supports {
     /// The supports that are on the ground where nothing is set or raised that comes and goes: the wheels and what
     /// is always there.
     #[must_use]
-    pub fn at_rest(&self) -> Vec<usize> {
+    pub fn at_rest(&self) -> Vec<SupportId> {
         let is_always =
-            |support: usize| self.presence[support].told == Some(PresenceSpec::Always(true));
-        let stands = |&support: &usize| {
-            let raised_by = &self.presence[support].raised_by;
-            match self.all[support].kind {
+            |support: SupportId| self.presence_of(support).told == Some(PresenceSpec::Always(true));
+        let stands = |&support: &SupportId| {
+            let raised_by = &self.presence_of(support).raised_by;
+            match self.support(support).kind {
                 SupportKind::Wheel | SupportKind::TrackPoint => {
                     let is_jacked =
                         !raised_by.is_empty() && raised_by.iter().all(|&by| is_always(by));
@@ -82,14 +89,41 @@ impl Supports {
                 SupportKind::Foot => is_always(support),
             }
         };
-        (0..self.all.len()).filter(stands).collect()
+        self.ids().filter(stands).collect()
     }
 
     /// Names of some supports, separated by commas.
     #[must_use]
-    pub fn names(&self, on: &[usize]) -> String {
-        let names = on.iter().filter_map(|&support| self.all.get(support));
+    pub fn names(&self, on: &[SupportId]) -> String {
+        let names = on.iter().map(|&support| self.support(support));
         let names: Vec<&str> = names.map(|wheel| wheel.name.as_str()).collect();
         names.join(", ")
+    }
+
+    /// Which supports there are, in the order of [`Supports::all`].
+    pub fn ids(&self) -> impl Iterator<Item = SupportId> + Clone + use<> {
+        (0..self.all.len()).map(SupportId::new)
+    }
+
+    /// The support of this name, or all points of the track of this name; none if there is neither.
+    #[must_use]
+    pub fn named(&self, name: &str) -> Vec<SupportId> {
+        let is_named = |id: &SupportId| {
+            let support = self.support(*id);
+            support.name == name || support.track() == Some(name)
+        };
+        self.ids().filter(is_named).collect()
+    }
+
+    /// A support.
+    #[must_use]
+    pub fn support(&self, id: SupportId) -> &Wheel {
+        &self.all[id.index()]
+    }
+
+    /// When a support stands on the ground.
+    #[must_use]
+    pub fn presence_of(&self, id: SupportId) -> &Presence {
+        &self.presence[id.index()]
     }
 }

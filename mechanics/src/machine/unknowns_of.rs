@@ -6,10 +6,11 @@ use super::unknown::Unknown;
 use super::{InertiaElement, Machine, Parameter};
 
 impl Unknown {
-    /// Everything of a machine whose stated standard deviation is not zero, in the order of [`Parameter::all`].
+    /// Everything of a machine whose stated standard deviation is not zero, whichever supports it stands on, in the order
+    /// of [`Parameter::all`].
     #[must_use]
     pub fn all(machine: &Machine) -> Vec<Self> {
-        let all = Parameter::all(machine).into_iter();
+        let all = Parameter::of_all_supports(machine).into_iter();
         let unknowns = all.filter_map(|parameter| match parameter {
             Parameter::LinkInertia(link, InertiaElement::Xx) => Some(Self::Inertia(link)),
             Parameter::LinkInertia(..) => None,

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::{SupportId, Supports};
+
 /// `[weighed]`: measured loads of the real machine at rest on level ground.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -24,6 +26,9 @@ pub struct WeighedSpec {
     /// posture, joints not listed are at zero.
     #[serde(default)]
     pub posture: BTreeMap<String, f64>,
+    /// Supports on the ground, by name. If absent, those that always stand there.
+    #[serde(default)]
+    pub supports: Vec<String>,
     /// Weighings in further postures.
     #[serde(default)]
     pub postures: Vec<WeighedPosture>,
@@ -38,6 +43,9 @@ pub struct WeighedPosture {
     /// Joint positions as the log would show them (rad or m); joints not listed are at zero.
     #[serde(default)]
     pub posture: BTreeMap<String, f64>,
+    /// Supports on the ground, by name. If absent, those that always stand there.
+    #[serde(default)]
+    pub supports: Vec<String>,
     /// Slope of the plane through the contact points (rad): how far it rises forward and to the left. Default: level.
     pub slope: Option<[f64; 2]>,
     /// Standard deviation of either slope (rad); default: exact if a slope or level ground is stated.
@@ -69,6 +77,7 @@ impl WeighedSpec {
         let own = WeighedPosture {
             name: Some("[weighed]".into()),
             posture: self.posture.clone(),
+            supports: self.supports.clone(),
             wheels: self.wheels.clone(),
             sums: self.sums.clone(),
             ..WeighedPosture::default()
@@ -95,6 +104,19 @@ impl WeighedPosture {
     #[must_use]
     pub fn label(&self) -> &str {
         self.name.as_deref().unwrap_or("weighing")
+    }
+
+    /// The supports on the ground.
+    #[must_use]
+    pub fn stands_on(&self, supports: &Supports) -> Vec<SupportId> {
+        if self.supports.is_empty() {
+            return match supports.at_rest() {
+                some if some.len() >= 3 => some,
+                _ => supports.ids().collect(),
+            };
+        }
+        let named = self.supports.iter().flat_map(|name| supports.named(name));
+        named.collect()
     }
 
     /// Standard deviation of either slope (rad).

@@ -32,3 +32,14 @@ pub struct Wheel {
     /// The mount on the body that carries it.
     pub mounting: Mounting,
 }
+
+impl Wheel {
+    /// The track that it is a point of.
+    #[must_use]
+    pub fn track(&self) -> Option<&str> {
+        if self.kind != SupportKind::TrackPoint {
+            return None;
+        }
+        self.name.rsplit_once('_').map(|(track, _)| track)
+    }
+}

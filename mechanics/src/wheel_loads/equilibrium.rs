@@ -47,6 +47,8 @@ pub struct Equations<T> {
     pub(crate) wheels: usize,
     pub(crate) certain: usize,
     pub(crate) measured: usize,
+    /// By measured row, the wheel whose load it states; `None` for the torque of a linkage.
+    pub(super) load_of: Vec<Option<usize>>,
     /// 1 for an active row, 0 for an inactive one.
     pub(crate) holds: Vec<T>,
     /// Compliance of each row: zero for a row that holds exactly.
@@ -75,6 +77,9 @@ impl<T: Real> Equations<T> {
             wheels: machine.wheels.len(),
             certain,
             measured,
+            load_of: (machine.contact.actuated_joints.iter())
+                .map(|joint| joint.support_place())
+                .collect(),
             holds: vec![T::one(); rows],
             compliance: vec![T::zero(); rows],
             prior_scale: prior_scale(machine),

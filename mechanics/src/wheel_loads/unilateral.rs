@@ -187,7 +187,8 @@ impl<T: Real> Solver<T> {
         self.settle_envelope(machine, edge_moments, self.airborne, out);
     }
 
-    /// Where torques are measured and all wheels are loaded: two standard deviations around the loads.
+    /// Where torques are measured and all wheels are loaded: two standard deviations around the loads. Where a wheel is
+    /// lifted, two standard deviations around what the supports measure themselves.
     fn narrow_envelope(&self, equations: &Equations<T>, out: &mut Loads<'_, T>) {
         let n = equations.wheels;
         let all_carry =
@@ -200,6 +201,20 @@ impl<T: Real> Solver<T> {
             out.least[wheel] = T::select(narrow, low.max(out.least[wheel]), out.least[wheel]);
             out.largest[wheel] =
                 T::select(narrow, high.min(out.largest[wheel]), out.largest[wheel]);
+        }
+        for (measured, wheel) in equations.load_of.iter().enumerate() {
+            let (Some(wheel), row) = (*wheel, equations.measured + measured) else {
+                continue;
+            };
+            let known = T::zero().lt(equations.holds[row]) & !all_carry;
+            let scale = T::constant(2.0 * equations.prior_scale);
+            let band = equations.compliance[row].max(T::zero()).sqrt() * scale;
+            let (least, largest) = (out.least[wheel], out.largest[wheel]);
+            // what equilibrium forbids, no measurement allows
+            let low = (equations.value[row] - band).max(least).min(largest);
+            let high = (equations.value[row] + band).min(largest).max(low);
+            out.least[wheel] = T::select(known, low, least);
+            out.largest[wheel] = T::select(known, high, largest);
         }
     }
 

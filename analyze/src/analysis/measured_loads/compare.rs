@@ -2,17 +2,19 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use tipwatch_mechanics::machine::{LoadSensor, Machine};
+use tipwatch_mechanics::machine::{ForceSource, LoadSensor, Machine};
 use tipwatch_mechanics::{
     Scope, State, Workspace, combination_sigma, evaluate_one, self_equilibrated_loads,
 };
 
+use super::super::quasi_static::StaticRows;
 use super::compared_row::ComparedRow;
 use super::contradiction::{Contradiction, contradictions};
+use super::singles::Singles;
 use super::statistics::{SensorStatistics, statistics};
 use super::total::{self, TotalRow, sensors_of_all};
 use crate::base::estimated::EstimatedRows;
-use crate::load::MeasuredLoads;
+use crate::load::{MeasuredLoads, Standing};
 
 /// Most rows that are compared; more are thinned out evenly.
 const MOST_ROWS: usize = 2000;
@@ -35,33 +37,44 @@ pub(crate) fn sampled_rows(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(count.div_ceil(MOST_ROWS).max(1))
 }
 
+/// Whether the load of a support is measured by its jack.
+pub(crate) fn measures_supports(machine: &Machine) -> bool {
+    let joints = machine.contact().actuated_joints.iter();
+    joints
+        .map(|joint| &joint.source)
+        .any(|source| matches!(source, ForceSource::Support { .. }))
+}
+
 /// What is compared.
 pub(crate) struct Comparison<'a> {
-    pub(crate) machine: &'a Machine,
+    pub(crate) standing: &'a Standing<'a>,
     pub(crate) rows: &'a EstimatedRows,
     pub(crate) measured: &'a MeasuredLoads,
+    /// What motion that was not observed can have done at static rows.
+    pub(crate) motion: Option<&'a StaticRows>,
 }
 
 impl Comparison<'_> {
     /// Compares the valid rows.
     pub(crate) fn compare(&self) -> LoadComparison {
-        if self.measured.is_empty() {
+        if self.measured.is_empty() && !measures_supports(self.standing.machine()) {
             return LoadComparison::default();
         }
         let mut states: Vec<(usize, State<f64>)> = Vec::new();
         for row in sampled_rows(self.rows.len()).filter(|&row| self.rows.is_valid(row)) {
-            let mut state = State::zero(self.machine);
+            let mut state = State::zero(self.standing.machine());
             self.rows.state(row, &mut state);
             states.push((row, state));
         }
         let sensors: Vec<&LoadSensor> = self.measured.sensors.iter().map(|m| &m.sensor).collect();
-        let all = sensors_of_all(&sensors, self.machine.wheels().len());
-        let compared = states
-            .par_iter()
-            .map(|(row, state)| self.row(*row, state, all.as_deref()));
+        let compared =
+            (states.par_iter()).filter_map(|(row, state)| self.row(*row, state, &sensors));
         let (compared, totals): (Vec<Option<ComparedRow>>, Vec<Option<TotalRow>>) =
             compared.unzip();
-        let lifted = compared.iter().filter(|row| row.is_none()).count();
+        let lifted = match self.measured.is_empty() {
+            true => 0,
+            false => compared.iter().filter(|row| row.is_none()).count(),
+        };
         let rows: Vec<ComparedRow> = compared.into_iter().flatten().collect();
         let totals: Vec<TotalRow> = totals.into_iter().flatten().collect();
         let mut contradictions = contradictions(&sensors, &rows);
@@ -74,55 +87,76 @@ impl Comparison<'_> {
         }
     }
 
-    /// A row, `None` if a wheel is off the ground, where the band of its load is that of its lift-off; and its total, if the
-    /// sensors in `all` carry every wheel.
+    /// A row, `None` if a wheel is off the ground, where the band of its load is that of its lift-off; and its total, if some
+    /// sensors carry every support on the ground. Neither where these supports are unknown.
     fn row(
         &self,
         row: usize,
         state: &State<f64>,
-        all: Option<&[usize]>,
-    ) -> (Option<ComparedRow>, Option<TotalRow>) {
-        let machine = self.machine;
+        of_sensors: &[&LoadSensor],
+    ) -> Option<(Option<ComparedRow>, Option<TotalRow>)> {
+        let time_ns = self.rows.times_ns[row];
+        let machine = self.standing.at(time_ns)?;
+        let all = sensors_of_all(of_sensors, machine);
         let scope = Scope {
             sensitivities: true,
             ..Scope::LOADS
         };
         let mut workspace = Workspace::with_scope(machine, scope);
         let loads = evaluate_one(machine, state, &mut workspace).load.clone();
-        let time_ns = self.rows.times_ns[row];
         let sensors = &self.measured.sensors;
-        let total = all.map(|all| {
+        let unobserved =
+            (self.motion).and_then(|motion| motion.load_sigmas(machine, state, time_ns));
+        // motion moves all loads together: at worst in the same sense
+        let by_motion = |factors: &[f64]| -> f64 {
+            let sigmas = unobserved.iter().flatten().zip(factors);
+            sigmas.map(|(sigma, factor)| sigma * factor.abs()).sum()
+        };
+        let singles = Singles::of(machine, state, self.measured, time_ns);
+        let of_sensors = all.map(|all| {
             let measured: f64 = all.iter().map(|&k| self.measured.at(k, time_ns)).sum();
-            let of_sensors: f64 = all.iter().map(|&k| sensors[k].sensor.sigma.powi(2)).sum();
-            let computed = combination_sigma(machine, state, &workspace, &vec![1.0; loads.len()]);
+            let variance: f64 = all.iter().map(|&k| sensors[k].sensor.sigma.powi(2)).sum();
+            (measured, variance.sqrt())
+        });
+        let measured = of_sensors.filter(|(total, _)| total.is_finite());
+        let measured = measured.or_else(|| singles.as_ref().map(Singles::total));
+        let total = measured.map(|(measured, of_sensors)| {
+            let each = vec![1.0; loads.len()];
+            let computed = combination_sigma(machine, state, &workspace, &each);
             TotalRow {
                 time_ns,
                 difference: measured - loads.iter().sum::<f64>(),
-                sigma: of_sensors.sqrt().hypot(computed),
+                sigma: of_sensors.hypot(computed).hypot(by_motion(&each)),
+                gravity: loads.iter().sum::<f64>() / machine.mass(),
+                acts: (singles.as_ref()).map(|all| all.acts(machine, state, &workspace)),
             }
         });
         let total = total.filter(|total| total.difference.is_finite());
-        if !loads.iter().all(|load| *load > 0.0) {
-            return (None, total);
+        if sensors.is_empty() || !loads.iter().all(|load| *load > 0.0) {
+            return Some((None, total));
         }
-        let factors: Vec<Vec<f64>> = sensors
-            .iter()
-            .map(|m| m.sensor.factors(loads.len()))
-            .collect();
-        let sigma_of = |factors: &[f64]| combination_sigma(machine, state, &workspace, factors);
+        let factors: Vec<Vec<f64>> = sensors.iter().map(|m| m.sensor.factors(machine)).collect();
+        let sigma_of = |factors: &[f64]| match unobserved {
+            Some(_) => {
+                combination_sigma(machine, state, &workspace, factors).hypot(by_motion(factors))
+            }
+            None => combination_sigma(machine, state, &workspace, factors),
+        };
         let mut found = ComparedRow {
             row,
             time_ns,
             measured: (0..sensors.len())
                 .map(|k| self.measured.at(k, time_ns))
                 .collect(),
-            computed: sensors.iter().map(|m| m.sensor.of(&loads)).collect(),
+            computed: (sensors.iter())
+                .map(|m| m.sensor.of(machine, &loads).unwrap_or(f64::NAN))
+                .collect(),
             sigma: factors.iter().map(|factors| sigma_of(factors)).collect(),
             distance: f64::NAN,
             sensors: 0,
         };
         let known: Vec<usize> = (0..sensors.len())
-            .filter(|&k| found.measured[k].is_finite() && found.sigma[k].is_finite())
+            .filter(|&k| (found.measured[k] - found.computed[k] + found.sigma[k]).is_finite())
             .collect();
         found.sensors = known.len();
         let residual = known.iter().map(|&k| found.measured[k] - found.computed[k]);
@@ -154,6 +188,6 @@ impl Comparison<'_> {
         if let Some(root) = covariance.cholesky() {
             found.distance = residual.dot(&root.solve(&residual));
         }
-        (Some(found), total)
+        Some((Some(found), total))
     }
 }

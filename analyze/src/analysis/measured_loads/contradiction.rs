@@ -8,6 +8,7 @@
 use tipwatch_mechanics::machine::LoadSensor;
 
 use super::compared_row::ComparedRow;
+use super::unstated::UnstatedLoad;
 
 /// Excess over the root of the number of sensors.
 pub(super) const EXCESS: f64 = 3.5;
@@ -28,6 +29,17 @@ pub struct Contradiction {
     pub difference_n: f64,
     /// Mean standard deviation of that difference (N).
     pub sigma_n: f64,
+    /// The load that would explain it; `None` where single sensors contradict each other.
+    pub unstated: Option<UnstatedLoad>,
+}
+
+impl Contradiction {
+    /// "; a load of 2500 kg ... would explain it", or nothing.
+    #[must_use]
+    pub fn explanation(&self) -> String {
+        let unstated = self.unstated.as_ref();
+        unstated.map_or(String::new(), |load| format!("; {load}"))
+    }
 }
 
 pub(super) fn contradictions(sensors: &[&LoadSensor], rows: &[ComparedRow]) -> Vec<Contradiction> {
@@ -55,7 +67,7 @@ fn worst(sensors: &[&LoadSensor], span: &[&ComparedRow]) -> Contradiction {
     let mean = |k: usize| {
         let known = span
             .iter()
-            .filter(|row| row.measured[k].is_finite() && row.sigma[k].is_finite());
+            .filter(|row| (row.measured[k] - row.computed[k] + row.sigma[k]).is_finite());
         let sum = known.fold([0.0; 3], |[count, error, sigma], row| {
             let own = row.sigma[k].hypot(sensors[k].sigma);
             [
@@ -78,5 +90,6 @@ fn worst(sensors: &[&LoadSensor], span: &[&ComparedRow]) -> Contradiction {
             .map_or(String::new(), |sensor| sensor.name.clone()),
         difference_n,
         sigma_n,
+        unstated: None,
     }
 }

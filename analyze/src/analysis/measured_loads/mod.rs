@@ -3,13 +3,16 @@
 mod compare;
 mod compared_row;
 mod contradiction;
+mod singles;
 mod statistics;
 mod total;
+mod unstated;
 
 pub use compare::LoadComparison;
-pub(crate) use compare::{Comparison, sampled_rows};
+pub(crate) use compare::{Comparison, measures_supports, sampled_rows};
 pub use compared_row::ComparedRow;
 pub use contradiction::Contradiction;
 pub(crate) use statistics::EXPECTED;
 pub use statistics::SensorStatistics;
 pub use total::TOTAL;
+pub use unstated::UnstatedLoad;

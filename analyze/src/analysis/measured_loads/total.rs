@@ -4,10 +4,13 @@
 //! ```text
 //!     r = sum of F_measured - N,   s^2 = sum of s_sensor^2 + s_N^2
 //! ```
+//! F are sensors of one or more supports, or the forces of jacks.
 
-use tipwatch_mechanics::machine::LoadSensor;
+use tipwatch_mechanics::machine::{LoadSensor, Machine};
 
 use super::contradiction::{Contradiction, EXCESS, lasting};
+use super::singles::Acts;
+use super::unstated::UnstatedLoad;
 
 /// Name of the total beside those of the sensors.
 pub const TOTAL: &str = "total";
@@ -20,6 +23,10 @@ pub(super) struct TotalRow {
     pub(super) difference: f64,
     /// Its standard deviation (N).
     pub(super) sigma: f64,
+    /// Computed total over mass (m/s^2).
+    pub(super) gravity: f64,
+    /// Where the difference acts, if every support is measured by itself.
+    pub(super) acts: Option<Acts>,
 }
 
 impl TotalRow {
@@ -28,25 +35,30 @@ impl TotalRow {
     }
 }
 
-/// Sensors that together carry every wheel once, if there are any.
-pub(super) fn sensors_of_all(sensors: &[&LoadSensor], wheels: usize) -> Option<Vec<usize>> {
+/// Sensors that together carry every support on the ground once, if there are any.
+pub(super) fn sensors_of_all(sensors: &[&LoadSensor], machine: &Machine) -> Option<Vec<usize>> {
+    let places = sensors
+        .iter()
+        .map(|sensor| sensor.places(machine).collect());
+    let places: Vec<Vec<usize>> = places.collect();
     let mut found = Vec::new();
-    complete(sensors, &mut vec![false; wheels], &mut found).then_some(found)
+    let mut covered = vec![false; machine.wheels().len()];
+    complete(&places, &mut covered, &mut found).then_some(found)
 }
 
-/// Adds sensors for the wheels that are not covered, from the first one on.
-fn complete(sensors: &[&LoadSensor], covered: &mut [bool], found: &mut Vec<usize>) -> bool {
+/// Adds sensors for the places that are not covered, from the first one on; `sensors` are the places that each covers.
+fn complete(sensors: &[Vec<usize>], covered: &mut [bool], found: &mut Vec<usize>) -> bool {
     let Some(first) = covered.iter().position(|covered| !covered) else {
         return true;
     };
     for (k, sensor) in sensors.iter().enumerate() {
-        let fits = sensor.wheels.contains(&first) && !sensor.wheels.iter().any(|&w| covered[w]);
+        let fits = sensor.contains(&first) && !sensor.iter().any(|&place| covered[place]);
         if !fits {
             continue;
         }
         let set = |to: bool, covered: &mut [bool]| {
-            for &wheel in &sensor.wheels {
-                covered[wheel] = to;
+            for &place in sensor {
+                covered[place] = to;
             }
         };
         set(true, covered);
@@ -74,6 +86,7 @@ pub(super) fn contradictions(rows: &[TotalRow]) -> Vec<Contradiction> {
             sensor: TOTAL.into(),
             difference_n: mean(|row| row.difference),
             sigma_n: mean(|row| row.sigma),
+            unstated: UnstatedLoad::of(span),
         }
     };
     spans.map(of_span).collect()

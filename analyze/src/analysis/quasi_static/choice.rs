@@ -14,7 +14,7 @@ use crate::load::{LoadedLog, shared_signals};
 
 /// The static rows of a log.
 pub(in crate::analysis) struct QuasiStatic {
-    rows: Arc<StaticRows>,
+    pub(in crate::analysis) rows: Arc<StaticRows>,
     /// Why rows are static, what is assumed of the motion, and which of that the log contradicts.
     pub(in crate::analysis) notes: Vec<String>,
 }

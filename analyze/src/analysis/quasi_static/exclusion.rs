@@ -21,6 +21,19 @@ pub struct Exclusion {
     pub lift_not_excluded_s: f64,
 }
 
+impl Exclusion {
+    /// The same, not longer than the log itself: the time up to a row far away is not all of the log's.
+    pub(in crate::analysis) fn within(self, covered_s: f64) -> Self {
+        let lift_not_excluded_s = self.lift_not_excluded_s.min(covered_s);
+        let rest_s = covered_s - lift_not_excluded_s;
+        Self {
+            lift_not_excluded_s,
+            lift_excluded_s: self.lift_excluded_s.min(rest_s),
+            ..self
+        }
+    }
+}
+
 /// Whether each wheel of a machine is one of the supports of the machine on a set.
 fn on_set(machine: &Machine, set: &Machine) -> Vec<bool> {
     let wheels = machine.wheels().iter();

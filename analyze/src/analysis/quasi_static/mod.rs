@@ -8,3 +8,4 @@ mod static_rows;
 pub(super) use choice::{QuasiStatic, choose};
 pub use exclusion::Exclusion;
 pub(super) use exclusion::ExclusionPass;
+pub(super) use static_rows::StaticRows;

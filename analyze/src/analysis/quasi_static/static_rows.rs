@@ -13,7 +13,7 @@ use crate::load::SharedSignal;
 
 /// The static rows of a log.
 #[derive(Debug)]
-pub(super) struct StaticRows {
+pub(in crate::analysis) struct StaticRows {
     motion: UnobservedMotion<SharedSignal>,
     failure: OnceLock<String>,
 }
@@ -24,6 +24,28 @@ impl StaticRows {
             motion,
             failure: OnceLock::new(),
         }
+    }
+}
+
+impl StaticRows {
+    /// Standard deviations by wheel (N) of what motion that was not observed can have done to the loads at a time; `None`
+    /// where all of it was observed.
+    pub(in crate::analysis) fn load_sigmas(
+        &self,
+        machine: &Machine,
+        state: &State<f64>,
+        time_ns: i64,
+    ) -> Option<Vec<f64>> {
+        let mut at = MotionRange::of(machine);
+        let mut memory = self.motion.memory();
+        let read = (self.motion).between(time_ns, time_ns, state, &mut memory, &mut at);
+        if read.is_err() {
+            // an unknown range explains every load
+            return Some(vec![f64::INFINITY; machine.wheels().len()]);
+        }
+        let variances = (at.is_unobserved)
+            .then(|| UnobservedLoads::new(machine).variances(machine, state, &at))?;
+        Some(variances.iter().map(|[_, load]| load.sqrt()).collect())
     }
 }
 

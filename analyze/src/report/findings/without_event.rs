@@ -55,7 +55,7 @@ impl Scene {
         let between = match (coverage.between_rows, coverage.lift_not_excluded_s()) {
             (_, Some(seconds)) => format!(
                 "; between them a lift cannot be excluded for {seconds:.1} of {:.1} s",
-                coverage.computable_s
+                coverage.covered_s
             ),
             (Some(_), None) => {
                 "; between them the stated greatest rates and accelerations exclude a lift under that split".into()

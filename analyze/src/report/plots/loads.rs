@@ -48,8 +48,13 @@ impl Plotter<'_> {
         let seconds: Vec<f64> = compared.iter().map(|row| self.seconds(row.row)).collect();
         let wheels = self.analysis.machine.wheels().len();
         for (k, load) in self.analysis.measured_loads.sensors.iter().enumerate() {
-            let (name, of) = (plain(&load.sensor.name), &load.sensor.wheels);
-            let tint = if of.len() == 1 { of[0] } else { wheels + k };
+            let name = plain(&load.sensor.name);
+            let of: Vec<usize> = load.sensor.places(&self.analysis.machine).collect();
+            let tint = if let [only] = of[..] {
+                only
+            } else {
+                wheels + k
+            };
             if of.len() > 1 {
                 let computed: Vec<f64> = compared.iter().map(|row| row.computed[k]).collect();
                 let name = format!("{name} computed");

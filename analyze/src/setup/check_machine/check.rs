@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use tipwatch_binding::MachineFile;
+use tipwatch_identification::{Data, agreement};
 use tipwatch_mechanics::machine::{Machine, Wheel};
 use tipwatch_mechanics::{MassShare, RestingMachine};
 
@@ -12,6 +13,7 @@ use super::geometry::{axles, sums, wheelbase};
 use super::readings;
 use crate::analysis::posture_in_log;
 use crate::base::number::known;
+use crate::setup::identify::{AgreementRow, weighings};
 
 /// Checks a machine file, in the posture of the log's first valid row if there is a log, else in its reference posture.
 ///
@@ -46,6 +48,10 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
     notes.extend(machine.notes().iter().cloned());
     notes.extend(anomalies(&machine, &standing));
     let weighed = file.spec.weighed.as_ref();
+    let mut scales = Data::default();
+    if let Some(weighed) = weighed {
+        notes.extend(weighings::add(&machine, weighed, &mut scales));
+    }
     Ok(MachineCheck {
         schema: SCHEMA,
         name: machine.name().into(),
@@ -63,6 +69,7 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
         weighings: weighed.map_or(Vec::new(), |weighed| {
             readings::compare_postures(&machine, weighed, &positions)
         }),
+        agreement: agreement(&machine, &scales).map(AgreementRow::from),
         posture,
         notes,
         commissioning: None,

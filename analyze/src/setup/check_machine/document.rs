@@ -6,6 +6,7 @@ use tipwatch_binding::{Commissioning, CommissioningItem};
 use tipwatch_mechanics::machine::{Machine, MeasuredJoint};
 
 use crate::base::number::known;
+use crate::setup::identify::AgreementRow;
 
 /// Version of the JSON document.
 pub(super) const SCHEMA: u32 = 1;
@@ -34,6 +35,9 @@ pub struct MachineCheck {
     /// The same in the postures of `[[weighed.postures]]`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) weighings: Vec<Weighed>,
+    /// The weighings against each other, whatever the machine weighs; null if no reading is redundant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) agreement: Option<AgreementRow>,
     pub(super) notes: Vec<String>,
     /// What the log shows of signs, axes, order, scale and mounting of the sensors; null without a log.
     pub(super) commissioning: Option<Commissioned>,
@@ -127,6 +131,12 @@ pub(super) struct Reading {
 }
 
 impl MachineCheck {
+    /// Whether the weighings contradict each other.
+    #[must_use]
+    pub fn is_contradicted(&self) -> bool {
+        (self.agreement.as_ref()).is_some_and(|agreement| agreement.contradict_each_other)
+    }
+
     /// The same with the result of a commissioning.
     #[must_use]
     pub fn with_commissioning(mut self, result: &Commissioning) -> Self {

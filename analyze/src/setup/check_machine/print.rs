@@ -5,6 +5,7 @@ use std::fmt::Write;
 use anyhow::Result;
 
 use crate::base::stdout;
+use crate::setup::identify::AgreementRow;
 
 use super::document::{MachineCheck, Posture, Reading, Weighed};
 
@@ -31,10 +32,31 @@ fn table(check: &MachineCheck) -> Result<String, std::fmt::Error> {
     for weighed in check.weighed.iter().chain(&check.weighings) {
         readings(out, weighed)?;
     }
+    if let Some(agreement) = &check.agreement {
+        agreement_of_weighings(out, agreement)?;
+    }
     for note in &check.notes {
         writeln!(out, "\nnote: {note}")?;
     }
     Ok(text)
+}
+
+fn agreement_of_weighings(out: &mut String, agreement: &AgreementRow) -> std::fmt::Result {
+    let verdict = match agreement.contradict_each_other {
+        true => format!(
+            "they CONTRADICT each other, most {} in {}: {:+.0} N from what the others say, expected 0 ± {:.0} N",
+            agreement.worst_reading,
+            agreement.worst_weighing,
+            agreement.worst_difference_n,
+            agreement.worst_difference_sigma_n
+        ),
+        false => "they agree".into(),
+    };
+    writeln!(
+        out,
+        "\nweighings against each other, whatever the machine weighs: chi-square {:.1} of {} redundant, {verdict}",
+        agreement.chi_square, agreement.redundant_readings
+    )
 }
 
 fn masses(out: &mut String, check: &MachineCheck) -> std::fmt::Result {

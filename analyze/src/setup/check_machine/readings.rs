@@ -25,6 +25,7 @@ pub(super) fn compare(
     let is_stated = !weighed.posture.is_empty();
     let own = WeighedPosture {
         posture: weighed.posture.clone(),
+        supports: weighed.supports.clone(),
         wheels: weighed.wheels.clone(),
         sums: weighed.sums.clone(),
         ..WeighedPosture::default()
@@ -82,6 +83,13 @@ fn in_posture(
     positions: Vec<f64>,
     source: String,
 ) -> Weighed {
+    let on = weighing.stands_on(machine.supports());
+    // as it stood on the scales; a set on which it cannot stand was refused with the machine file
+    let other = match on == machine.stands_on() {
+        true => None,
+        false => machine.standing_on(&on).ok(),
+    };
+    let machine = other.as_ref().unwrap_or(machine);
     let slope = weighing.slope.unwrap_or([0.0; 2]);
     let sigma = weighing.slope_uncertainty();
     let tilted = |axis: usize, by: f64| {
@@ -138,8 +146,9 @@ fn reading(
     wheels: Vec<String>,
     [weighed_n, weighed_sigma_n]: [f64; 2],
 ) -> Reading {
-    let index = |name: &String| scene.machine.wheels().iter().position(|w| w.name == *name);
-    let indices: Vec<usize> = wheels.iter().filter_map(index).collect();
+    let supports = scene.machine.supports();
+    let named = wheels.iter().flat_map(|name| supports.named(name));
+    let indices: Vec<usize> = named.filter_map(|id| scene.machine.place_of(id)).collect();
     let (model, of_machine) = scene.standing.load_of(&indices);
     let of_slope = scene.tilts.iter().map(|tilts| {
         let [less, more] = tilts.each_ref().map(|tilted| tilted.load_of(&indices).0);

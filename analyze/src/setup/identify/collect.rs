@@ -2,7 +2,7 @@
 
 use tipwatch_identification::{Channel, Data, Instant, Measured, Reading, Situation, Source};
 use tipwatch_mechanics::State;
-use tipwatch_mechanics::machine::MachineSpec;
+use tipwatch_mechanics::machine::{Machine, MachineSpec, SupportId};
 
 use super::weighings::channel;
 use crate::analysis::MeasuredLog;
@@ -28,6 +28,7 @@ pub(super) fn add(
     data: &mut Data,
 ) {
     let channels = Channels::of(log, spec, data);
+    let standing = log.loaded.standing();
     let rows = &log.rows;
     let usable: Vec<usize> = sampled_rows(rows.len())
         .filter(|&row| rows.is_valid(row))
@@ -35,17 +36,22 @@ pub(super) fn add(
     let every = usable.len().div_ceil(MOST_FORCES).max(1);
     let mut instants = Vec::new();
     for (place, &row) in usable.iter().enumerate() {
-        let mut readings = channels.loads(log, row);
+        // the loads of supports that are not known to be on the ground say nothing
+        let Some(machine) = standing.at(rows.times_ns[row]) else {
+            continue;
+        };
+        let mut state = State::zero(machine);
+        rows.state(row, &mut state);
+        let mut readings = channels.loads(log, machine, &state, row);
         if place % every == 0 {
             readings.extend(channels.forces(log, spec, row));
         }
         if readings.is_empty() {
             continue;
         }
-        let mut state = State::zero(&log.loaded.machine);
-        rows.state(row, &mut state);
         instants.push(Instant {
             time_s: rows.seconds(row),
+            supports: machine.stands_on().into(),
             situation: Situation::Logged(Box::new(state)),
             readings,
         });
@@ -103,25 +109,36 @@ impl Channels {
     }
 
     /// Measured loads of a row; none while a wheel is off the ground.
-    fn loads(&self, log: &MeasuredLog, row: usize) -> Vec<Reading> {
-        let machine = &log.loaded.machine;
+    fn loads(
+        &self,
+        log: &MeasuredLog,
+        machine: &Machine,
+        state: &State<f64>,
+        row: usize,
+    ) -> Vec<Reading> {
         let mean = machine.mass() * machine.gravity() / machine.wheels().len() as f64;
         let time_ns = log.rows.times_ns[row];
+        let unobserved = log.unobserved(machine, state, time_ns);
         let mut found = Vec::new();
         for (index, (load, &channel)) in log.loads.sensors.iter().zip(&self.loads).enumerate() {
             let value = log.loads.at(index, time_ns);
-            if !value.is_finite() {
+            if !value.is_finite() || load.sensor.places(machine).next().is_none() {
                 continue;
             }
             if value < LEAST_SHARE * mean {
                 return Vec::new();
             }
+            // motion moves all loads together: at worst in the same sense
+            let by_motion: f64 = match &unobserved {
+                Some(sigmas) => load.sensor.places(machine).map(|place| sigmas[place]).sum(),
+                None => 0.0,
+            };
             found.push(Reading {
                 what: Measured::Load {
-                    wheels: load.sensor.wheels.clone(),
+                    supports: load.sensor.supports.clone(),
                 },
                 value,
-                sigma: SAMPLE_SHARE * load.sensor.sigma,
+                sigma: (SAMPLE_SHARE * load.sensor.sigma).hypot(by_motion),
                 channel,
             });
         }
@@ -151,13 +168,22 @@ impl Channels {
 
 /// The mean specific force while the machine stands, in its first posture: one reading, because the slope is the same.
 fn at_rest(log: &MeasuredLog, name: &str, slope_sigma: f64, data: &mut Data) -> Option<Source> {
-    let (machine, rows) = (&log.loaded.machine, &log.rows);
+    let (standing, rows) = (log.loaded.standing(), &log.rows);
+    let machine = &log.loaded.machine;
+    let mut supports: Option<Vec<SupportId>> = None;
     let mut state = State::zero(machine);
     let mut positions: Option<Vec<f64>> = None;
     let (mut sum, mut count) = ([0.0; 3], 0.0);
     for row in sampled_rows(rows.len()).filter(|&row| rows.is_valid(row)) {
         let activity = &rows.activities[row];
         if !(activity.at_standstill && activity.is_quiet) {
+            continue;
+        }
+        let Some(on) = standing.at(rows.times_ns[row]).map(Machine::stands_on) else {
+            continue;
+        };
+        // those of the first row
+        if supports.get_or_insert_with(|| on.to_vec()) != on {
             continue;
         }
         rows.state(row, &mut state);
@@ -188,6 +214,7 @@ fn at_rest(log: &MeasuredLog, name: &str, slope_sigma: f64, data: &mut Data) -> 
         is_log: false,
         instants: vec![Instant {
             time_s: 0.0,
+            supports: supports?.into(),
             situation: Situation::AtRest {
                 positions: positions?,
                 slope: [0.0; 2],

@@ -1,7 +1,7 @@
 //! The result of an identification as JSON.
 
 use serde::Serialize;
-use tipwatch_identification::{ChannelError, Combination, Knowledge, SourceUse};
+use tipwatch_identification::{Agreement, ChannelError, Combination, Knowledge, SourceUse};
 
 use super::run::Identified;
 use crate::base::number::known;
@@ -29,6 +29,12 @@ pub struct IdentificationDocument {
     not_told_apart: Vec<CombinationRow>,
     fitted: Vec<ErrorRow>,
     held_back: Option<HeldBackRow>,
+    /// Readings of loads against the bands of the identified machine.
+    bands: Option<BandRow>,
+    /// Weighings against each other.
+    weighings: Option<AgreementRow>,
+    /// Why this is no result, and nothing is written.
+    refused: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -86,6 +92,43 @@ struct HeldBackRow {
     sensors: Vec<ErrorRow>,
 }
 
+#[derive(Debug, Serialize)]
+struct BandRow {
+    readings: usize,
+    inside_two_sigma: f64,
+    residuals_over_stated: f64,
+    stated_model_share: f64,
+    model_share: f64,
+}
+
+/// Weighings against each other.
+#[derive(Debug, Serialize)]
+pub struct AgreementRow {
+    pub(in crate::setup) chi_square: f64,
+    /// Degrees of freedom of chi-square.
+    pub(in crate::setup) redundant_readings: usize,
+    pub(in crate::setup) contradict_each_other: bool,
+    pub(in crate::setup) worst_weighing: String,
+    pub(in crate::setup) worst_reading: String,
+    /// That reading minus what the others say of it.
+    pub(in crate::setup) worst_difference_n: f64,
+    pub(in crate::setup) worst_difference_sigma_n: f64,
+}
+
+impl From<Agreement> for AgreementRow {
+    fn from(agreement: Agreement) -> Self {
+        Self {
+            contradict_each_other: agreement.is_contradicted(),
+            chi_square: agreement.chi_square,
+            redundant_readings: agreement.redundant,
+            worst_weighing: agreement.worst.weighing,
+            worst_reading: agreement.worst.channel,
+            worst_difference_n: agreement.worst.difference,
+            worst_difference_sigma_n: agreement.worst.sigma,
+        }
+    }
+}
+
 impl IdentificationDocument {
     /// The document of a result.
     #[must_use]
@@ -136,6 +179,15 @@ impl IdentificationDocument {
                 is_no_worse: held.is_no_worse(),
                 sensors: held.channels.iter().map(error).collect(),
             }),
+            bands: result.bands.map(|bands| BandRow {
+                readings: bands.readings,
+                inside_two_sigma: bands.inside_two_sigma,
+                residuals_over_stated: bands.excess,
+                stated_model_share: bands.stated_share,
+                model_share: bands.model_share,
+            }),
+            weighings: found.agreement.clone().map(AgreementRow::from),
+            refused: found.refusal().map(|refusal| refusal.to_string()),
         }
     }
 }

@@ -123,6 +123,21 @@ fn table(found: &Identified) -> String {
             joined(numbers.into_iter().map(number))
         );
     }
+    if let Some(share) = known.model_share {
+        let _ = writeln!(
+            text,
+            "# residuals are larger than the model_share of [uncertainty] says: this one replaces it\nmodel_share = {}",
+            number(share)
+        );
+    }
+    if let Some(factor) = known.sigma_factor {
+        let _ = writeln!(
+            text,
+            "# the stated standard deviations of scales and sensors were widened by this factor (--widen-sigmas)\n\
+             sigma_factor = {}",
+            number(factor)
+        );
+    }
     for direction in &known.directions {
         let weights = direction.weights.iter().map(|&weight| number(weight));
         let _ = writeln!(text, "\n[[identified.direction]]");

@@ -5,9 +5,9 @@ mod document;
 mod machine_file;
 mod print;
 mod run;
-mod weighings;
+pub(in crate::setup) mod weighings;
 
-pub use document::IdentificationDocument;
+pub use document::{AgreementRow, IdentificationDocument};
 pub use machine_file::{machine_file_text, write_machine_file};
 pub use print::text;
-pub use run::{Identified, Request, identify};
+pub use run::{Identified, NoResult, Request, identify};

@@ -86,8 +86,44 @@ fn write(out: &mut String, found: &Identified) -> std::fmt::Result {
             }
         }
     }
+    bands(out, found)?;
     for note in &found.notes {
         writeln!(out, "note: {note}")?;
+    }
+    Ok(())
+}
+
+/// What the readings say of the stated standard deviations.
+fn bands(out: &mut String, found: &Identified) -> std::fmt::Result {
+    if let Some(agreement) = &found.agreement {
+        writeln!(
+            out,
+            "\nweighings against each other: chi-square {:.1} of {} redundant readings{}",
+            agreement.chi_square,
+            agreement.redundant,
+            match agreement.is_contradicted() {
+                true => ": THEY CONTRADICT EACH OTHER",
+                false => "",
+            }
+        )?;
+    }
+    let Some(bands) = &found.result.bands else {
+        return Ok(());
+    };
+    writeln!(
+        out,
+        "\nbands: {:.0} % of {} readings of loads inside two standard deviations (95 % expected); residuals {:.1} times as \
+         large as stated at most",
+        100.0 * bands.inside_two_sigma,
+        bands.readings,
+        bands.excess
+    )?;
+    if bands.model_share > bands.stated_share {
+        writeln!(
+            out,
+            "  model_share {:.4} in the new machine file instead of {:.4}: so two standard deviations hold 95 %",
+            bands.model_share, bands.stated_share
+        )?;
     }
     Ok(())
 }

@@ -4,11 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
-use tipwatch_identification::{Data, HeldBack, Identification};
+use tipwatch_identification::{
+    Agreement, BandCheck, Data, Disagreement, HeldBack, Identification, agreement,
+};
 use tipwatch_mechanics::machine::Machine;
 
 use super::{collect, weighings};
 use crate::analysis::MeasuredLog;
+use crate::base::options::Options;
 
 /// What to identify from.
 #[derive(Debug, Clone, Default)]
@@ -17,6 +20,8 @@ pub struct Request {
     pub logs: Vec<PathBuf>,
     /// Standard deviation of the slope of the logs' ground, where that is level (rad).
     pub level: Option<f64>,
+    /// Factor by which the stated standard deviations of what was measured are widened; 1 if `None`.
+    pub sigma_factor: Option<f64>,
 }
 
 /// The result, and what it rests on.
@@ -30,8 +35,56 @@ pub struct Identified {
     pub from: Vec<String>,
     /// What a reader must know.
     pub notes: Vec<String>,
+    /// How well the weighings agree with each other; `None` if no reading is redundant.
+    pub agreement: Option<Agreement>,
     /// Whether parts of a log were lost.
     pub has_losses: bool,
+}
+
+/// Residuals more than this many times as large as stated are no errors of measurement: the result explains nothing.
+const MOST_EXCESS: f64 = 3.0;
+
+/// Why a result is none.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NoResult {
+    /// The weighings contradict each other, whatever the machine weighs.
+    WeighingsDisagree(Disagreement),
+    /// The residuals are beyond what was stated.
+    BeyondStated {
+        /// How many times as large as stated they are.
+        excess: f64,
+        /// The factor of `--widen-sigmas` that would be enough.
+        wanted: f64,
+    },
+    /// The result predicts data that were held back worse than the machine before.
+    WorseOnHeldBack,
+}
+
+impl std::fmt::Display for NoResult {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::WeighingsDisagree(Disagreement {
+                weighing,
+                channel,
+                difference,
+                sigma,
+            }) => write!(
+                formatter,
+                "the weighings contradict each other: {channel} in {weighing} differs by {difference:+.0} N from what the \
+                 others say, expected 0 ± {sigma:.0} N. Correct the reading, state its true standard deviation in [weighed], \
+                 or widen all by --widen-sigmas FACTOR"
+            ),
+            Self::BeyondStated { excess, wanted } => write!(
+                formatter,
+                "the residuals of the loads are {excess:.1} times as large as stated, expected at most {MOST_EXCESS}. \
+                 Something else is wrong: a sensor, the posture, the supports, a payload that is not stated. If the stated \
+                 standard deviations are too small, widen them by --widen-sigmas {wanted:.0}"
+            ),
+            Self::WorseOnHeldBack => {
+                formatter.write_str("the result does not hold on the data that were held back")
+            }
+        }
+    }
 }
 
 impl Identified {
@@ -39,6 +92,23 @@ impl Identified {
     #[must_use]
     pub fn holds(&self) -> Option<bool> {
         self.result.held_back.as_ref().map(HeldBack::is_no_worse)
+    }
+
+    /// Why the result is none; `None` if it holds.
+    #[must_use]
+    pub fn refusal(&self) -> Option<NoResult> {
+        if let Some(agreement) = self.agreement.as_ref().filter(|a| a.is_contradicted()) {
+            return Some(NoResult::WeighingsDisagree(agreement.worst.clone()));
+        }
+        let factor = self.result.identified.sigma_factor.unwrap_or(1.0);
+        let beyond = |bands: &&BandCheck| !(bands.excess <= MOST_EXCESS);
+        if let Some(bands) = self.result.bands.as_ref().filter(beyond) {
+            return Some(NoResult::BeyondStated {
+                excess: bands.excess,
+                wanted: (factor * bands.excess).ceil(),
+            });
+        }
+        (self.holds() == Some(false)).then_some(NoResult::WorseOnHeldBack)
     }
 }
 
@@ -57,7 +127,7 @@ pub fn identify(file: &MachineFile, request: &Request) -> Result<Identified> {
     let mut data = Data::default();
     let mut machine: Option<Machine> = None;
     for path in &request.logs {
-        let log = MeasuredLog::read(path, &reading)?;
+        let log = MeasuredLog::read(path, &reading, &Options::default())?;
         let name = file_name(path);
         let known = log
             .loaded
@@ -100,9 +170,15 @@ pub fn identify(file: &MachineFile, request: &Request) -> Result<Identified> {
     };
     if let Some(weighed) = &file.spec.weighed {
         let before = data.sources.len();
-        weighings::add(&machine, weighed, &mut data);
+        notes.extend(weighings::add(&machine, weighed, &mut data));
         let added = data.sources.len() - before;
         from.push(format!("{added} weighings of the machine file"));
+    }
+    if let Some(factor) = request.sigma_factor {
+        widen(&mut data, factor);
+        notes.push(format!(
+            "The stated standard deviations of all scales and sensors were widened by the factor {factor}."
+        ));
     }
     let earlier = earlier(file, &machine)?;
     if earlier.is_some() {
@@ -112,15 +188,28 @@ pub fn identify(file: &MachineFile, request: &Request) -> Result<Identified> {
                 .into(),
         );
     }
-    let result = tipwatch_identification::identify(&machine, earlier.as_ref(), &data)
+    let mut result = tipwatch_identification::identify(&machine, earlier.as_ref(), &data)
         .with_context(|| format!("{}: nothing to identify from", file.path.display()))?;
+    result.identified.sigma_factor = request.sigma_factor;
     Ok(Identified {
+        agreement: agreement(&machine, &data),
         machine,
         result,
         from,
         notes,
         has_losses,
     })
+}
+
+/// Widens the standard deviations of everything that was measured.
+fn widen(data: &mut Data, factor: f64) {
+    for channel in &mut data.channels {
+        channel.bias_sigma *= factor;
+    }
+    let instants = data.sources.iter_mut().flat_map(|of| &mut of.instants);
+    for reading in instants.flat_map(|instant| &mut instant.readings) {
+        reading.sigma *= factor;
+    }
 }
 
 /// The parameters of an earlier identification, of this machine.

@@ -1,27 +1,46 @@
 //! The weighings of the machine file as data.
 
-use tipwatch_identification::{Channel, Data, Instant, Measured, Reading, Situation, Source};
-use tipwatch_mechanics::machine::{Machine, WeighedPosture, WeighedSpec};
+use tipwatch_identification::{
+    Channel, Data, Instant, Measured, Reading, Situation, Source, calculated_sums,
+};
+use tipwatch_mechanics::machine::{Machine, SupportId, WeighedPosture, WeighedSpec};
 
 /// Standard deviation of a scale that states none, as a share of the mean wheel load.
 const DEFAULT_SCALE: f64 = 0.005;
 /// Standard deviation of a mean specific force that states none (m/s^2).
 const DEFAULT_SPECIFIC_FORCE: f64 = 0.01;
 
-/// Adds the weighings to the data. Every reading has an error of its own.
-pub(super) fn add(machine: &Machine, weighed: &WeighedSpec, data: &mut Data) {
+/// Adds the weighings to the data, and returns the readings that were left out because they were calculated from others.
+/// Every reading has an error of its own.
+pub(in crate::setup) fn add(
+    machine: &Machine,
+    weighed: &WeighedSpec,
+    data: &mut Data,
+) -> Vec<String> {
+    let mut left_out = Vec::new();
     for weighing in weighed.weighings() {
-        let readings = readings(machine, weighed, &weighing, data);
+        let supports = weighing.stands_on(machine.supports());
+        let mut readings = readings(machine, weighed, &weighing, supports.len(), data);
+        for sum in calculated_sums(&readings).into_iter().rev() {
+            let reading = readings.remove(sum);
+            let name = &data.channels[reading.channel].name;
+            left_out.push(format!(
+                "{}: {name} is the sum of other readings of this weighing, so it counts as none of its own.",
+                weighing.label()
+            ));
+        }
         data.sources.push(Source {
             name: weighing.label().into(),
             is_log: false,
             instants: vec![Instant {
                 time_s: 0.0,
+                supports: supports.into(),
                 situation: situation(machine, &weighing),
                 readings,
             }],
         });
     }
+    left_out
 }
 
 /// Positions as the encoders showed them. Joints that are not listed are at zero, or where they always are.
@@ -47,18 +66,21 @@ fn readings(
     machine: &Machine,
     weighed: &WeighedSpec,
     weighing: &WeighedPosture,
+    on_ground: usize,
     data: &mut Data,
 ) -> Vec<Reading> {
     let newtons = weighed.unit.newtons(machine.gravity());
-    let mean_load = machine.mass() * machine.gravity() / machine.wheels().len() as f64;
-    let index = |name: &String| machine.wheels().iter().position(|w| w.name == *name);
+    let mean_load = machine.mass() * machine.gravity() / on_ground as f64;
     let usual = weighing.sigma.filter(|sigma| *sigma > 0.0);
     let mut load = |name: String, wheels: &[String], load: f64, sigma: Option<f64>| {
         let sigma = sigma.filter(|sigma| *sigma > 0.0).or(usual);
-        let wheels: Vec<usize> = wheels.iter().filter_map(index).collect();
-        let default = DEFAULT_SCALE * mean_load * wheels.len() as f64;
+        let named = wheels.iter();
+        let supports: Vec<SupportId> = named
+            .flat_map(|name| machine.supports().named(name))
+            .collect();
+        let default = DEFAULT_SCALE * mean_load * supports.len() as f64;
         Reading {
-            what: Measured::Load { wheels },
+            what: Measured::Load { supports },
             value: load * newtons,
             sigma: sigma.map_or(default, |sigma| sigma * newtons),
             channel: channel(data, format!("scale under {name}"), "N"),

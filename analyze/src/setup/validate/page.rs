@@ -77,8 +77,8 @@ fn of_log(log: &LogValidation) -> Markup {
     let contradictions = log.contradictions.iter().map(|span| {
         format!(
             "Contradiction from t = {:.2} s to {:.2} s, most at {}: measured minus computed {:+.0} N, standard deviation of \
-             both together {:.0} N.",
-            span.from_s, span.to_s, span.sensor, span.difference_n, span.sigma_n
+             both together {:.0} N{}.",
+            span.from_s, span.to_s, span.sensor, span.difference_n, span.sigma_n, span.explanation
         )
     });
     html! {

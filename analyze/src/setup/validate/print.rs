@@ -55,8 +55,13 @@ fn write(out: &mut String, found: &Validation) -> std::fmt::Result {
             writeln!(
                 out,
                 "  contradiction from t = {:.2} s to {:.2} s, most at {}: measured minus computed {:+.0} N, standard \
-                 deviation of both together {:.0} N",
-                span.from_s, span.to_s, span.sensor, span.difference_n, span.sigma_n
+                 deviation of both together {:.0} N{}",
+                span.from_s,
+                span.to_s,
+                span.sensor,
+                span.difference_n,
+                span.sigma_n,
+                span.explanation
             )?;
         }
         if log.rows_with_lifted_wheel > 0 {

@@ -7,8 +7,9 @@ use serde::Serialize;
 use tipwatch_binding::MachineFile;
 
 use crate::analysis::MeasuredLog;
-use crate::analysis::measured_loads::{LoadComparison, SensorStatistics};
+use crate::analysis::measured_loads::{LoadComparison, SensorStatistics, UnstatedLoad};
 use crate::base::number::known;
+use crate::base::options::{Estimator, Options};
 
 /// The comparison of some logs.
 #[derive(Debug, Serialize)]
@@ -60,6 +61,11 @@ pub struct Contradicted {
     pub(super) to_s: f64,
     pub(super) difference_n: f64,
     pub(super) sigma_n: f64,
+    /// The load that would explain it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) unstated: Option<UnstatedLoad>,
+    #[serde(skip)]
+    pub(super) explanation: String,
 }
 
 impl Validation {
@@ -76,11 +82,11 @@ impl Validation {
     }
 }
 
-/// Compares computed with measured loads of each log.
+/// Compares computed with measured loads of each log. Static rows of a sparse log need the smoother.
 ///
 /// # Errors
 /// A log cannot be read or does not fit the machine, or the machine file binds no measured load.
-pub fn validate(file: &MachineFile, logs: &[PathBuf]) -> Result<Validation> {
+pub fn validate(file: &MachineFile, logs: &[PathBuf], estimator: Estimator) -> Result<Validation> {
     let signals = &file.spec.signals;
     if signals.wheels.is_empty() && signals.load_sums.is_empty() {
         bail!(
@@ -90,7 +96,7 @@ pub fn validate(file: &MachineFile, logs: &[PathBuf]) -> Result<Validation> {
     }
     let logs: Vec<LogValidation> = logs
         .iter()
-        .map(|log| of_log(file, log))
+        .map(|log| of_log(file, log, estimator))
         .collect::<Result<_>>()?;
     let sensors = || logs.iter().flat_map(|log| &log.sensors);
     let mean = |value: &dyn Fn(&SensorStatistics) -> Option<f64>| {
@@ -111,10 +117,15 @@ pub fn validate(file: &MachineFile, logs: &[PathBuf]) -> Result<Validation> {
     })
 }
 
-fn of_log(file: &MachineFile, path: &Path) -> Result<LogValidation> {
-    let log = MeasuredLog::read(path, file)?;
+fn of_log(file: &MachineFile, path: &Path, estimator: Estimator) -> Result<LogValidation> {
+    let options = Options {
+        estimator,
+        ..Options::default()
+    };
+    let log = MeasuredLog::read(path, file, &options)?;
     let start_ns = log.rows.times_ns[0];
-    let mut notes = log.loads.notes.clone();
+    let mut notes = log.notes.clone();
+    notes.extend(log.loads.notes.iter().cloned());
     notes.extend((log.gross_inputs.iter()).map(|input| format!("{}.", input.headline)));
     let mut comparison = match log.gross_inputs.is_empty() {
         true => log.compare(),
@@ -128,6 +139,8 @@ fn of_log(file: &MachineFile, path: &Path) -> Result<LogValidation> {
         to_s: seconds(span.end_ns),
         difference_n: span.difference_n,
         sigma_n: span.sigma_n,
+        unstated: span.unstated,
+        explanation: span.explanation(),
     });
     Ok(LogValidation {
         log: path.display().to_string(),

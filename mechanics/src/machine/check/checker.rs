@@ -89,7 +89,6 @@ impl Checker<'_> {
         let Plausible { wheels, inertias } = plausible;
         let polygon = self.polygon(&wheels)?;
         let driving = self.driving(&wheels)?;
-        spec.check_weighed(&driving.joints)?;
         self.check_quasi_static(&driving.joints)?;
         self.check_prediction(&driving.joints)?;
         let contact = self.contact(&wheels, &polygon, &driving.linkages)?;
@@ -129,7 +128,7 @@ impl Checker<'_> {
             reference,
             linkages: driving.linkages,
             joints: driving.joints,
-            stands_on: (0..wheels.len()).collect(),
+            stands_on: supports.ids().collect(),
             wheels,
             supports: Arc::new(supports),
             polygon,
@@ -154,12 +153,14 @@ impl Checker<'_> {
             corrections: None,
         };
         let weight = machine.mass() * machine.gravity;
-        machine.load_sensors = self.load_sensors(&machine.wheels, weight)?;
+        machine.load_sensors = self.load_sensors(&machine.supports, weight)?;
         self.add_doubts(&mut machine)?;
         if let Some(supports) = Arc::get_mut(&mut machine.supports) {
             supports.all.clone_from(&machine.wheels);
         }
-        spec.with_identified(self.at_rest(machine)?)
+        spec.check_weighed(&machine)?;
+        // parameters belong to supports, whichever of them are on the ground
+        self.at_rest(spec.with_identified(machine)?)
     }
 
     /// The machine on the supports that are there where none comes and goes; on all of them where it cannot stand

@@ -58,6 +58,15 @@ impl MachineSpec {
         if let Some(sigma) = spec.prior_sigma.iter().find(|sigma| **sigma <= 0.0) {
             return fault("prior_sigma", "positive numbers".into(), sigma.to_string());
         }
+        for (key, value, least) in [
+            ("model_share", spec.model_share, 0.0),
+            ("sigma_factor", spec.sigma_factor, 1.0),
+        ] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= least)) {
+                let expected = format!("a number of at least {least}");
+                return fault(key, expected, value.to_string());
+            }
+        }
         for direction in &spec.direction {
             if !(0.0..1.0).contains(&direction.share) {
                 let expected = "a share from 0 to below 1".into();
@@ -99,6 +108,8 @@ impl MachineSpec {
         let of = |list: &[f64]| kept.iter().map(|&place| list[place]).collect::<Vec<f64>>();
         identified.change = of(&spec.change);
         identified.prior_sigma = of(&spec.prior_sigma);
+        identified.model_share = spec.model_share;
+        identified.sigma_factor = spec.sigma_factor;
         identified.directions = spec.direction.clone();
         for direction in &mut identified.directions {
             direction.weights = of(&direction.weights);

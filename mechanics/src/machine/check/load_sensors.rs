@@ -1,7 +1,7 @@
 //! Measured wheel loads of the machine file: of wheels that the machine has, each sensor with a name of its own.
 
 use super::checker::Checker;
-use crate::machine::{FieldSpec, LoadSensor, MachineError, Wheel};
+use crate::machine::{FieldSpec, LoadSensor, MachineError, SupportId, Supports};
 
 /// Standard deviation of a measured load that states none, as a share of the mean load of each of its wheels.
 const DEFAULT_SIGMA_SHARE: f64 = 0.02;
@@ -10,10 +10,14 @@ impl Checker<'_> {
     /// The load sensors. `weight` is that of the machine (N).
     pub(super) fn load_sensors(
         &self,
-        wheels: &[Wheel],
+        supports: &Supports,
         weight: f64,
     ) -> Result<Vec<LoadSensor>, MachineError> {
         let signals = &self.spec.signals;
+        let on_ground = match supports.at_rest().len() {
+            0 => supports.all.len(),
+            some => some,
+        };
         let mut found: Vec<LoadSensor> = Vec::new();
         let single = signals.wheels.iter().map(|(name, fields)| {
             let place = format!("signals.wheels.{name}");
@@ -33,37 +37,36 @@ impl Checker<'_> {
                 let expected = "a name of its own, of letters or digits";
                 return Err(self.value_error(place, expected, format!("\"{name}\"")));
             }
-            let wheels_of = self.wheels_of(&place, names, wheels)?;
+            let measured = self.supports_of(&place, names, supports)?;
             self.check_load(&place, field, sigma)?;
-            let share = DEFAULT_SIGMA_SHARE * weight / wheels.len() as f64;
+            let share = DEFAULT_SIGMA_SHARE * weight / on_ground as f64;
             found.push(LoadSensor {
                 name,
-                sigma: sigma.unwrap_or(share * wheels_of.len() as f64),
-                wheels: wheels_of,
+                sigma: sigma.unwrap_or(share * measured.len() as f64),
+                supports: measured,
                 field: field.clone(),
             });
         }
         Ok(found)
     }
 
-    fn wheels_of(
+    fn supports_of(
         &self,
         place: &str,
         names: &[String],
-        wheels: &[Wheel],
-    ) -> Result<Vec<usize>, MachineError> {
+        supports: &Supports,
+    ) -> Result<Vec<SupportId>, MachineError> {
         let mut found = Vec::with_capacity(names.len());
         for name in names {
-            match wheels.iter().position(|wheel| wheel.name == *name) {
-                Some(wheel) if !found.contains(&wheel) => found.push(wheel),
-                _ => {
-                    let expected = "names of [wheels], each once";
-                    return Err(self.value_error(place, expected, format!("\"{name}\"")));
-                }
+            let named = supports.named(name);
+            if named.is_empty() || named.iter().any(|id| found.contains(id)) {
+                let expected = "names of [wheels], [supports] or [tracks], each once";
+                return Err(self.value_error(place, expected, format!("\"{name}\"")));
             }
+            found.extend(named);
         }
         if found.is_empty() {
-            return Err(self.value_error(place, "one wheel or more", "none"));
+            return Err(self.value_error(place, "one wheel or support, or more", "none"));
         }
         Ok(found)
     }

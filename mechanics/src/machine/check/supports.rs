@@ -5,7 +5,7 @@ use crate::machine::spec::WheelSpec;
 use crate::machine::supports::TRANSITION_S;
 use crate::machine::{
     ActuatedJoint, Contact, ForceSource, MAX_WHEELS, MachineError, MeasuredJoint, Presence,
-    PresenceSpec, SupportKind, Supports, Wheel,
+    PresenceSpec, SupportId, SupportKind, Supports, Wheel,
 };
 
 impl Checker<'_> {
@@ -29,7 +29,9 @@ impl Checker<'_> {
             presence: presence.collect::<Result<_, _>>()?,
             transition_s,
             optimal_load: optimal_load.to_vec(),
-            spins: joints.iter().map(|joint| joint.spins_wheel).collect(),
+            spins: (joints.iter())
+                .map(|joint| joint.spins_wheel.map(SupportId::new))
+                .collect(),
             free_joints: contact.free_joints.clone(),
             actuated_joints: contact.actuated_joints.clone(),
             roll_moment_distribution: self.roll_moment_distribution()?,
@@ -56,12 +58,12 @@ impl Checker<'_> {
                 let wheel = &self.spec.wheels[names[index]];
                 wheel.origin.kind == SupportKind::Foot
             };
-            index.filter(foot).ok_or_else(|| {
+            index.filter(foot).map(SupportId::new).ok_or_else(|| {
                 let expected = "names of [supports]";
                 self.value_error(format!("{place}.raised_by"), expected, format!("\"{by}\""))
             })
         });
-        let raised_by = raised_by.collect::<Result<Vec<usize>, _>>()?;
+        let raised_by = raised_by.collect::<Result<Vec<SupportId>, _>>()?;
         if let Some(load) = &spec.origin.force {
             self.check_field(&format!("{place}.force"), &load.field, false)?;
             for (key, value) in [
@@ -124,7 +126,7 @@ impl Checker<'_> {
             joints.push(ActuatedJoint {
                 source: ForceSource::Support {
                     name: wheel.name.clone(),
-                    support,
+                    support: SupportId::new(support),
                     wheel: Some(support),
                 },
                 steps: Vec::new(),

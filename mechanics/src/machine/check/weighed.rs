@@ -1,25 +1,27 @@
 //! Loads that scales told: of wheels and joints that the machine has.
 
-use crate::machine::{MachineError, MachineSpec, MeasuredJoint, WeighedPosture, WeighedSpec};
+use crate::machine::{Machine, MachineError, MachineSpec, SupportId, WeighedPosture, WeighedSpec};
 
 impl MachineSpec {
     /// Rejects loads of wheels and positions of joints that the machine does not have.
-    pub(super) fn check_weighed(&self, joints: &[MeasuredJoint]) -> Result<(), MachineError> {
+    pub(super) fn check_weighed(&self, machine: &Machine) -> Result<(), MachineError> {
         let Some(weighed) = &self.weighed else {
             return Ok(());
         };
         self.check_sigmas(weighed.sigma, "weighed.sigma")?;
-        let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+        let joints = machine.joints().iter();
+        let names: Vec<&str> = joints.map(|joint| joint.name.as_str()).collect();
         let own = WeighedPosture {
             posture: weighed.posture.clone(),
+            supports: weighed.supports.clone(),
             wheels: weighed.wheels.clone(),
             sums: weighed.sums.clone(),
             ..WeighedPosture::default()
         };
-        self.check_weighing("weighed", &own, &names)?;
+        self.check_weighing("weighed", &own, &names, machine)?;
         for (i, posture) in weighed.postures.iter().enumerate() {
             let place = format!("weighed.postures {}", i + 1);
-            self.check_weighing(&place, posture, &names)?;
+            self.check_weighing(&place, posture, &names, machine)?;
             self.check_slope(&place, posture)?;
             let readings = posture.wheels.len() + posture.sums.len();
             if readings == 0 && posture.specific_force.is_none() {
@@ -59,10 +61,13 @@ impl MachineSpec {
         place: &str,
         weighing: &WeighedPosture,
         joints: &[&str],
+        machine: &Machine,
     ) -> Result<(), MachineError> {
         let fault = |place: String, expected: &str, found: String| {
             Err(MachineError::value(&self.file, place, expected, found))
         };
+        let on_ground = self.supports_of_weighing(place, weighing, machine)?;
+        let supports = machine.supports();
         let readings = weighing.wheels.iter().map(|(wheel, &load)| {
             let place = format!("{place}.wheels.{wheel}");
             (place, std::slice::from_ref(wheel), load)
@@ -82,14 +87,48 @@ impl MachineSpec {
             if wheels.is_empty() {
                 return fault(place, "one wheel or more", "none".into());
             }
-            for (i, wheel) in wheels.iter().enumerate() {
-                if !self.wheels.contains_key(wheel) || wheels[..i].contains(wheel) {
-                    let expected = "names of [wheels], each once";
+            let mut weighed: Vec<SupportId> = Vec::new();
+            for wheel in wheels {
+                let named = supports.named(wheel);
+                if named.is_empty() || named.iter().any(|id| weighed.contains(id)) {
+                    let expected = "names of [wheels], [supports] or [tracks], each once";
                     return fault(place, expected, format!("\"{wheel}\""));
                 }
+                if !named.iter().all(|id| on_ground.contains(id)) {
+                    let expected = format!(
+                        "supports that are on the ground in this weighing ({}; state others in its key supports)",
+                        supports.names(&on_ground)
+                    );
+                    return fault(place, &expected, format!("\"{wheel}\""));
+                }
+                weighed.extend(named);
             }
         }
         self.check_posture(&format!("{place}.posture"), &weighing.posture, joints)
+    }
+
+    /// The supports on the ground in a weighing.
+    fn supports_of_weighing(
+        &self,
+        place: &str,
+        weighing: &WeighedPosture,
+        machine: &Machine,
+    ) -> Result<Vec<SupportId>, MachineError> {
+        let fault = |expected: &str, found: String| {
+            let place = format!("{place}.supports");
+            MachineError::value(&self.file, place, expected, found)
+        };
+        let is_unknown = |name: &&String| machine.supports().named(name).is_empty();
+        if let Some(name) = weighing.supports.iter().find(is_unknown) {
+            let expected = "names of [wheels], [supports] or [tracks]";
+            return Err(fault(expected, format!("\"{name}\"")));
+        }
+        let on = weighing.stands_on(machine.supports());
+        let expected = "supports on which the machine can stand";
+        match machine.standing_on(&on) {
+            Err(error) if !weighing.supports.is_empty() => Err(fault(expected, error.to_string())),
+            _ => Ok(on),
+        }
     }
 
     fn check_slope(&self, place: &str, weighing: &WeighedPosture) -> Result<(), MachineError> {

@@ -1,0 +1,75 @@
+//! The load that would explain that more is measured than computed: mass, and where it acts.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::total::TotalRow;
+
+/// A load that the machine file does not state.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct UnstatedLoad {
+    /// Its mass (kg); negative for less than what is stated.
+    pub mass_kg: f64,
+    /// Standard deviation of its mass (kg).
+    pub mass_sigma_kg: f64,
+    /// Where it acts, forward and to the left of the base frame's origin (m); null unless the load of every support on the
+    /// ground is measured by itself.
+    pub at_m: Option<[f64; 2]>,
+    /// Standard deviation of either (m), motion included.
+    pub at_sigma_m: Option<[f64; 2]>,
+}
+
+impl UnstatedLoad {
+    /// The mean over some rows; `None` without any.
+    pub(super) fn of(rows: &[&TotalRow]) -> Option<Self> {
+        let count = rows.len() as f64;
+        let mean = |value: &dyn Fn(&TotalRow) -> f64| -> f64 {
+            rows.iter().map(|row| value(row)).sum::<f64>() / count
+        };
+        let gravity = mean(&|row| row.gravity);
+        let mass_kg = mean(&|row| row.difference) / gravity;
+        if !mass_kg.is_finite() {
+            return None;
+        }
+        let acts: Option<Vec<_>> = rows.iter().map(|row| row.acts).collect();
+        let along = |axis: usize| {
+            let acts = acts.as_ref()?;
+            let of = |value: &dyn Fn(usize) -> f64| -> f64 {
+                (0..acts.len()).map(value).sum::<f64>() / count
+            };
+            let at = of(&|row| acts[row].at[axis]);
+            let spread = of(&|row| (acts[row].at[axis] - at).powi(2)).sqrt();
+            Some((at, of(&|row| acts[row].sigma[axis]).hypot(spread)))
+        };
+        let at = along(0).zip(along(1));
+        let at = at.filter(|(x, y)| (x.0 + x.1 + y.0 + y.1).is_finite());
+        Some(Self {
+            mass_kg,
+            mass_sigma_kg: mean(&|row| row.sigma) / gravity,
+            at_m: at.map(|(x, y)| [x.0, y.0]),
+            at_sigma_m: at.map(|(x, y)| [x.1, y.1]),
+        })
+    }
+}
+
+impl std::fmt::Display for UnstatedLoad {
+    /// "a load of 2500 ± 90 kg that is not stated, at x = 3.10 ± 0.05 m, y = 0.02 ± 0.04 m, would explain it"
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mass = self.mass_kg.abs();
+        match self.mass_kg < 0.0 {
+            true => write!(formatter, "{mass:.0} ± {:.0} kg less", self.mass_sigma_kg)?,
+            false => write!(
+                formatter,
+                "a load of {mass:.0} ± {:.0} kg that is not stated",
+                self.mass_sigma_kg
+            )?,
+        }
+        if let (Some([x, y]), Some([sx, sy])) = (self.at_m, self.at_sigma_m) {
+            write!(
+                formatter,
+                ", at x = {x:.2} ± {sx:.2} m, y = {y:.2} ± {sy:.2} m,"
+            )?;
+        }
+        formatter.write_str(" would explain it ([[payload]] in the machine file)")
+    }
+}

@@ -1,0 +1,190 @@
+//! Supports off the ground by their own measured load: what dynamics computes without it may say otherwise.
+
+use tipwatch_mechanics::State;
+use tipwatch_mechanics::machine::{ForceSource, Machine};
+
+use super::episodes::MERGED_NS;
+use super::event::{Event, EventKind};
+use super::normal::normal_distribution;
+use crate::base::rows::Rows;
+
+/// Shortest time for which a support measures nothing that is an event (ns).
+const LEAST_NS: i64 = 200_000_000;
+
+/// A support whose load is measured.
+struct Jack {
+    /// Index of its measured force.
+    joint: usize,
+    /// Its name, in lower case.
+    subject: String,
+    /// Standard deviation of one sample (N).
+    sigma: f64,
+    /// The time in which it measures nothing, if that goes on.
+    open: Option<Unloaded>,
+}
+
+/// A time in which a support measures nothing.
+#[derive(Clone)]
+struct Unloaded {
+    start_ns: i64,
+    last_ns: i64,
+    /// The smallest measured load (N), and its time.
+    least: (f64, i64),
+    sum: f64,
+    samples: f64,
+}
+
+/// Finds the times in which supports on the ground measure no load.
+pub(super) struct UnloadedSupports {
+    jacks: Vec<Jack>,
+    events: Vec<Event>,
+}
+
+impl UnloadedSupports {
+    /// Those of a machine on one set of supports.
+    pub(super) fn of(machine: &Machine) -> Self {
+        let joints = machine.contact().actuated_joints.iter().enumerate();
+        let jacks = joints.filter_map(|(index, joint)| match joint.source {
+            ForceSource::Support {
+                wheel: Some(wheel), ..
+            } => Some(Jack {
+                joint: index,
+                subject: machine.wheels()[wheel].name.to_lowercase(),
+                sigma: joint.force_sigma,
+                open: None,
+            }),
+            _ => None,
+        });
+        Self {
+            jacks: jacks.collect(),
+            events: Vec::new(),
+        }
+    }
+
+    /// Takes the next rows.
+    pub(super) fn take(&mut self, machine: &Machine, rows: &Rows) {
+        if self.jacks.is_empty() {
+            return;
+        }
+        let mut state = State::zero(machine);
+        for row in 0..rows.len() {
+            let time_ns = rows.times_ns[row];
+            if rows.reasons[row].leave_state_unknown() {
+                continue;
+            }
+            rows.states.get(row, &mut state);
+            for jack in &mut self.jacks {
+                let force = state.actuator_force[jack.joint];
+                // a load that is not known neither begins nor ends anything
+                if force.is_nan() {
+                    continue;
+                }
+                if force <= jack.sigma {
+                    jack.add(time_ns, force, &mut self.events);
+                } else if let Some(ended) = jack.ended(time_ns) {
+                    self.events.extend(ended);
+                }
+            }
+        }
+    }
+
+    /// The machine is on other supports from here on.
+    pub(super) fn end(&mut self) {
+        for jack in &mut self.jacks {
+            let found = jack.open.take();
+            let event = found.and_then(|found| jack.event(&found, Some(found.last_ns)));
+            self.events.extend(event);
+        }
+    }
+
+    /// The events, the last of which may go on when the log ends.
+    fn finish(mut self) -> Vec<Event> {
+        for jack in &mut self.jacks {
+            let found = jack.open.take();
+            let event = found.and_then(|found| jack.event(&found, None));
+            self.events.extend(event);
+        }
+        self.events
+    }
+
+    /// Adds the events to those of the computed loads. A lift that both show is one event.
+    pub(super) fn join(self, computed: &mut Vec<Event>) {
+        for measured in self.finish() {
+            let overlaps = |event: &Event| {
+                event.kind == EventKind::WheelLift
+                    && event.subject == measured.subject
+                    && event.start_ns <= measured.end_ns.unwrap_or(i64::MAX)
+                    && measured.start_ns <= event.end_ns.unwrap_or(i64::MAX)
+            };
+            let same = computed.iter().filter(|event| overlaps(event));
+            let Some(first) = same.min_by_key(|event| event.start_ns).cloned() else {
+                computed.push(measured);
+                continue;
+            };
+            let ends = computed.iter().filter(|event| overlaps(event));
+            let ends = ends.map(|event| event.end_ns.unwrap_or(i64::MAX));
+            let last = ends.max().unwrap_or(i64::MAX);
+            let last = last.max(measured.end_ns.unwrap_or(i64::MAX));
+            computed.retain(|event| !overlaps(event));
+            let is_measured_earlier = measured.start_ns < first.start_ns;
+            computed.push(Event {
+                start_ns: first.start_ns.min(measured.start_ns),
+                start_sigma_s: first.start_sigma_s.filter(|_| !is_measured_earlier),
+                end_ns: (last < i64::MAX).then_some(last),
+                // no split of the load changes what is measured
+                split_dependent: Some(false),
+                ..first
+            });
+        }
+    }
+}
+
+impl Jack {
+    fn add(&mut self, time_ns: i64, force: f64, events: &mut Vec<Event>) {
+        if let Some(ended) = self.ended(time_ns) {
+            events.extend(ended);
+        }
+        let found = self.open.get_or_insert(Unloaded {
+            start_ns: time_ns,
+            last_ns: time_ns,
+            least: (force, time_ns),
+            sum: 0.0,
+            samples: 0.0,
+        });
+        found.last_ns = time_ns;
+        found.sum += force;
+        found.samples += 1.0;
+        if force < found.least.0 {
+            found.least = (force, time_ns);
+        }
+    }
+
+    /// The time that is over, if there is one; close ones are one.
+    fn ended(&mut self, time_ns: i64) -> Option<Option<Event>> {
+        let is_over = |open: &mut Unloaded| time_ns.saturating_sub(open.last_ns) > MERGED_NS;
+        let found = self.open.take_if(is_over)?;
+        Some(self.event(&found, Some(found.last_ns)))
+    }
+
+    /// The event of a time that is long enough.
+    fn event(&self, found: &Unloaded, end_ns: Option<i64>) -> Option<Event> {
+        if found.last_ns.saturating_sub(found.start_ns) < LEAST_NS {
+            return None;
+        }
+        let mean = found.sum / found.samples;
+        // that the load is zero, by a sensor of this error
+        let certainty = normal_distribution(-mean / self.sigma.max(f64::MIN_POSITIVE));
+        Some(Event {
+            end_ns,
+            worst: found.least.0,
+            worst_ns: found.least.1,
+            unit: "N",
+            certainty: Some(certainty),
+            certainty_any_split: Some(certainty),
+            split_dependent: Some(false),
+            load_range_n: Some([0.0, (mean + 2.0 * self.sigma).max(0.0)]),
+            judged_ns: Some(found.least.1),
+            ..Event::blank(EventKind::WheelLift, found.start_ns, self.subject.clone())
+        })
+    }
+}

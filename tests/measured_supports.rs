@@ -1,0 +1,255 @@
+//! Measured loads of a machine whose supports come and go: a crane on wheels and outriggers, with what its simulator says.
+
+use std::fs;
+use std::path::PathBuf;
+
+use tempfile::TempDir;
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::measured_loads::TOTAL;
+use tipwatch_analyze::base::options::{Estimator, Options};
+use tipwatch_analyze::events::{Event, EventKind};
+use tipwatch_analyze::setup::identify::{Request, identify};
+use tipwatch_analyze::setup::validate::{Validation, validate};
+use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::state::Reason;
+use tipwatch_tests::{analysed_with, data};
+
+use crate::measured_loads::{WHEELS, cells, with_loads};
+use crate::sparse::{every, thinned};
+
+/// Load cells of the four jacks: what the machine file of the fixture binds as their forces.
+fn jack_cells() -> String {
+    let cell = |(k, foot): (usize, &str)| {
+        format!(
+            "[signals.wheels.{foot}]\nload = {{ topic = \"/outriggers/force\", field = \"data[{k}]\" }}\nsigma = 200.0\n"
+        )
+    };
+    let feet = ["OFL", "OFR", "ORL", "ORR"].into_iter().enumerate();
+    feet.map(cell).collect()
+}
+
+fn front_axle() -> &'static str {
+    "[[signals.load_sums]]\nname = \"front left and rear left\"\nwheels = [\"FL\", \"RL\"]\nsigma = 100.0\n\
+     load = { topic = \"/wheel_loads\", field = \"fl\", scale = 2.0 }\n"
+}
+
+/// The crane with load cells under everything, a machine file with `more`, and an edited URDF.
+struct Crane {
+    _folder: TempDir,
+    log: PathBuf,
+    machine: PathBuf,
+}
+
+impl Crane {
+    fn new(edit: impl Fn(String) -> String, urdf: impl Fn(String) -> String) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let read = |name: &str| fs::read_to_string(data(name)).unwrap();
+        fs::write(folder.path().join("crane.urdf"), urdf(read("crane.urdf"))).unwrap();
+        let machine = folder.path().join("crane.toml");
+        fs::write(&machine, edit(read("crane.toml"))).unwrap();
+        Self {
+            log: with_loads(folder.path(), &data("crane.mcap"), |_, loads| loads),
+            machine,
+            _folder: folder,
+        }
+    }
+
+    fn file(&self) -> MachineFile {
+        MachineFile::read(&self.machine).unwrap()
+    }
+
+    fn validated(&self, estimator: Estimator) -> Validation {
+        validate(&self.file(), std::slice::from_ref(&self.log), estimator).unwrap()
+    }
+
+    fn analysed(&self) -> Analysis {
+        analysed_with(&self.log, &self.machine, Options::default())
+    }
+}
+
+fn same(text: String) -> String {
+    text
+}
+
+/// Without the forces of the jacks, which the computed loads would follow.
+fn without_forces(text: String) -> String {
+    let lines = text.lines().filter(|line| !line.starts_with("force"));
+    lines.collect::<Vec<_>>().join("\n") + "\n"
+}
+
+/// A platform that weighs less than in truth (kg).
+fn lighter(by: f64) -> impl Fn(String) -> String {
+    move |urdf| {
+        let (before, after) = (7000.0, 7000.0 - by);
+        let found = [
+            format!("value=\"{before}\""),
+            format!("value=\"{before:.1}\""),
+        ];
+        let found = found.iter().find(|text| urdf.contains(*text));
+        let found = found.unwrap_or_else(|| panic!("{urdf}"));
+        urdf.replacen(found, &format!("value=\"{after}\""), 1)
+    }
+}
+
+fn seconds(analysis: &Analysis, time_ns: i64) -> f64 {
+    (time_ns - analysis.rows.times_ns[0]) as f64 * 1e-9
+}
+
+#[test]
+fn every_sensor_is_compared_with_its_own_supports() {
+    let more = cells(100.0) + &jack_cells() + front_axle();
+    let crane = Crane::new(|text| without_forces(text) + &more, same);
+    let found = crane.validated(Estimator::Smoother);
+    assert!(found.has_compared(), "{found:?}");
+    let sensors = &found.logs[0].sensors;
+    assert_eq!(sensors.len(), 9);
+    for sensor in sensors {
+        assert!(sensor.rows > 100, "{sensor:?}");
+        let share = sensor.bias_n.unwrap().abs() / sensor.mean_measured_n.unwrap();
+        // the ground under a foot sinks, which moves load between the diagonals; the sum is bound to twice one wheel
+        let most = match sensor.sensor.as_str() {
+            foot if foot.starts_with('o') => 0.5,
+            wheel if wheel.len() == 2 => 0.01,
+            _ => 0.2,
+        };
+        assert!(share < most, "{sensor:?}");
+    }
+    // wheels in the time on wheels, feet in the time on feet
+    let rows = &found.logs[0].sensors;
+    assert!(rows[0].rows < 1500 && rows[0].rows + rows[4].rows < 2000);
+    for wheel in WHEELS {
+        assert!(sensors.iter().any(|s| s.sensor == wheel.to_lowercase()));
+    }
+}
+
+#[test]
+fn a_true_crane_stays_as_it_is_and_a_wrong_one_is_corrected() {
+    let more = cells(100.0) + &jack_cells();
+    for (by, most) in [(0.0, 60.0), (300.0, 120.0)] {
+        let sheet = "mass_share = 0.05";
+        let edit = |text: String| without_forces(text).replace("mass_share = 0.005", sheet) + &more;
+        let crane = Crane::new(edit, lighter(by));
+        let request = Request {
+            logs: vec![crane.log.clone()],
+            ..Request::default()
+        };
+        let found = identify(&crane.file(), &request).unwrap();
+        let identified = (found.machine).with_identified(found.result.identified.clone());
+        let off = identified.mass() - found.machine.mass() - by;
+        assert!(off.abs() < most, "{by}: {off}");
+        assert!(found.result.bands.unwrap().excess < 3.0);
+    }
+}
+
+#[test]
+fn jacks_that_carry_more_than_the_weight_tell_the_load_that_is_not_stated() {
+    let crane = Crane::new(same, lighter(2500.0));
+    let analysis = crane.analysed();
+    let spans = &analysis.load_comparison.contradictions;
+    let span = spans.iter().find(|span| span.sensor == TOTAL).unwrap();
+    let load = span.unstated.unwrap();
+    assert!(
+        (load.mass_kg - 2500.0).abs() < 2.0 * load.mass_sigma_kg,
+        "{load:?}"
+    );
+    assert!(load.mass_sigma_kg < 600.0, "{load:?}");
+    // the mass is missing in the platform, whose centre of mass is at its origin
+    let (at, sigma) = (load.at_m.unwrap(), load.at_sigma_m.unwrap());
+    for axis in 0..2 {
+        assert!(at[axis].abs() < 2.0 * sigma[axis].max(0.1), "{load:?}");
+    }
+    let notes = analysis.notes.join("\n");
+    assert!(notes.contains("kg that is not stated"), "{notes}");
+    let contradicted = (0..analysis.rows.len())
+        .filter(|&row| (14.0..30.0).contains(&analysis.rows.seconds(row)))
+        .filter(|&row| analysis.rows.reasons[row].has(Reason::Contradiction));
+    assert!(contradicted.count() > 500);
+    // true jacks of a true machine contradict nothing
+    let crane = Crane::new(same, same);
+    let contradictions = crane.analysed().load_comparison.contradictions;
+    assert!(contradictions.is_empty(), "{contradictions:?}");
+}
+
+fn lifts(analysis: &Analysis) -> Vec<&Event> {
+    let events = analysis.events.iter();
+    events.filter(|e| e.kind == EventKind::WheelLift).collect()
+}
+
+#[test]
+fn a_jack_that_measures_nothing_is_off_the_ground_whatever_is_computed() {
+    // in truth the rear right foot carries nothing from 21 to 27 s
+    for by in [0.0, 2500.0] {
+        let analysis = Crane::new(same, lighter(by)).analysed();
+        let lifts = lifts(&analysis);
+        let lift = lifts.iter().max_by(|a, b| {
+            let length = |e: &Event| e.end_ns.unwrap_or(i64::MAX) - e.start_ns;
+            length(a).cmp(&length(b))
+        });
+        let lift = lift.unwrap_or_else(|| panic!("{by}: no lift"));
+        assert_eq!(lift.subject, "orr");
+        assert_eq!(lift.split_dependent, Some(false));
+        let (start, end) = (
+            seconds(&analysis, lift.start_ns),
+            seconds(&analysis, lift.end_ns.unwrap()),
+        );
+        assert!(start < 22.5 && end > 25.5, "{by}: {start} to {end}");
+    }
+}
+
+#[test]
+fn the_range_of_an_unloaded_jack_is_what_its_measurement_leaves() {
+    let analysis = Crane::new(same, same).analysed();
+    let wheels = analysis.machine.wheels();
+    let orr = wheels.iter().position(|wheel| wheel.name == "ORR").unwrap();
+    let mut narrow = 0;
+    for row in 0..analysis.rows.len() {
+        let value = |quantity| analysis.rows.value(quantity, row);
+        let on_feet = (23.0..26.0).contains(&analysis.rows.seconds(row));
+        if !on_feet || !(value(Quantity::Load(orr)) <= 0.0) {
+            continue;
+        }
+        narrow += 1;
+        let (least, largest) = (
+            value(Quantity::LoadLeast(orr)),
+            value(Quantity::LoadLargest(orr)),
+        );
+        assert!(
+            least >= 0.0 && largest < 1500.0,
+            "row {row}: {least} {largest}"
+        );
+    }
+    assert!(narrow > 20, "{narrow}");
+}
+
+#[test]
+fn a_causal_estimate_and_a_sparse_log_are_validated() {
+    let more = cells(100.0) + &jack_cells();
+    let crane = Crane::new(|text| without_forces(text) + &more, same);
+    let causal = crane.validated(Estimator::Causal);
+    assert!(
+        causal.has_compared() && !causal.is_contradicted(),
+        "{causal:?}"
+    );
+    // one message of each topic in a second
+    let folder = tempfile::tempdir().unwrap();
+    let sparse = folder.path().join("sparse.mcap");
+    thinned(&crane.log, &sparse, &mut every(1.0, 0.0));
+    let text = fs::read_to_string(&crane.machine).unwrap();
+    let aged = |line: &str| match line.starts_with("set =") || line.starts_with("raised =") {
+        true => line.replace(" }", ", max_age = 4.0 }"),
+        false => line.to_owned(),
+    };
+    let text: Vec<String> = text.lines().map(aged).collect();
+    fs::write(&crane.machine, text.join("\n")).unwrap();
+    let found = validate(&crane.file(), &[sparse], Estimator::Smoother).unwrap();
+    assert!(
+        found.has_compared() && !found.is_contradicted(),
+        "{found:?}"
+    );
+    let notes = found.logs[0].notes.join("\n");
+    assert!(
+        notes.contains("Rows without neighbours are static"),
+        "{notes}"
+    );
+}
