@@ -54,6 +54,7 @@ mod large_columns;
 mod log;
 mod message;
 mod schema;
+mod table;
 mod topics;
 mod write;
 
@@ -72,20 +73,21 @@ pub use crate::{
         DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
         ValueSource, number_fields,
     },
-    file::{FileTransfer, Format},
+    file::{FileTransfer, Format, ReadOptions, read_options, set_read_options},
     formats::{CDR, CanFrameType},
     large_columns::ColumnMemory,
     log::{CanTopic, Log},
     message::{
         BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, RawMessage,
-        SensorKind, Topic, TopicId,
+        SensorKind, Topic, TopicId, TopicWriter,
     },
     schema::{FieldPath, SchemaError, known_definition},
+    table::{DateOrder, TableOptions, TimeUnit},
     topics::{
-        Binding, JointNamedTwice, JointTopic, MetadataRecord, NamedTopics, RobotDescription,
-        SensorTopics, SignalRequest, StaticFrame, bind, bind_joint_states, first_frame,
-        first_string, joint_names_in, metadata_records, robot_description, robot_descriptions,
-        static_frames, topic_of_field,
+        Binding, FieldContents, JointNamedTwice, JointTopic, MetadataRecord, NamedTopics,
+        RobotDescription, SensorTopics, SignalRequest, StaticFrame, TopicContents, bind,
+        bind_joint_states, first_frame, first_string, joint_names_in, metadata_records,
+        robot_description, robot_descriptions, static_frames, topic_contents, topic_of_field,
     },
     write::{
         ClipReport, ClipRequest, RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic,

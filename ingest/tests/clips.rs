@@ -252,6 +252,7 @@ fn latched_topic_of_a_database_is_known_by_its_quality_of_service() {
         }
         let clip = Log::open(&path).unwrap();
         let offered = clip.topics()[0].writers[0]
+            .says
             .get("offered_qos_profiles")
             .map(String::as_str);
         assert_eq!(offered.unwrap_or(""), qos);

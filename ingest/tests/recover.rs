@@ -105,3 +105,63 @@ fn existing_file_is_not_overwritten() {
     assert!(matches!(error, RecoverError::Create { .. }));
     assert_eq!(std::fs::read(&file.path).unwrap(), before);
 }
+
+#[test]
+fn channels_and_schemas_come_out_as_they_were() {
+    let mut writer = mcap::WriteOptions::new()
+        .create(std::io::Cursor::new(Vec::new()))
+        .unwrap();
+    let says = BTreeMap::from([("offered_qos_profiles".to_owned(), "- depth: 5".to_owned())]);
+    // a definition that the recorder did not find, of a built-in type and of another
+    let schemas = [
+        ("sensor_msgs/msg/Imu", "ros2msg", ""),
+        ("own/msg/Type", "ros2msg", ""),
+        ("own/msg/Other", "ros2idl", "module own {};"),
+        (
+            "std_msgs/msg/String",
+            "ros2msg",
+            "string data  # a remark\n",
+        ),
+    ];
+    for (index, (name, language, text)) in schemas.into_iter().enumerate() {
+        let schema = writer.add_schema(name, language, text.as_bytes()).unwrap();
+        for depth in ["- depth: 5", "- depth: 6"] {
+            let mut says = says.clone();
+            says.insert("offered_qos_profiles".to_owned(), depth.to_owned());
+            let topic = format!("/{index}");
+            let channel = writer.add_channel(schema, &topic, "cdr", &says).unwrap();
+            let header = mcap::records::MessageHeader {
+                channel_id: channel,
+                sequence: 0,
+                log_time: 1,
+                publish_time: 1,
+            };
+            writer
+                .write_to_known_channel(&header, &[0, 1, 0, 0])
+                .unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    let file = TempLog::new("a.mcap", &writer.into_inner().into_inner());
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.mcap");
+    recover(&Log::open(&file.path).unwrap(), &out).unwrap();
+    let described = |path: &std::path::Path| {
+        let bytes = std::fs::read(path).unwrap();
+        let messages = mcap::MessageStream::new(&bytes).unwrap();
+        let found = messages.map(|message| {
+            let channel = message.unwrap().channel;
+            let schema = channel.schema.clone().unwrap();
+            (
+                channel.topic.clone(),
+                channel.metadata.clone(),
+                schema.name.clone(),
+                schema.encoding.clone(),
+                schema.data.to_vec(),
+            )
+        });
+        found.collect::<Vec<_>>()
+    };
+    assert_eq!(described(&out), described(&file.path));
+    assert_eq!(described(&out).len(), 8);
+}

@@ -1,10 +1,13 @@
 use std::path::Path;
 
 use rusqlite::Connection;
-use tipwatch_ingest::{DefinitionSource, Format, Log, LostPart};
+use tipwatch_ingest::{
+    DefinitionSource, FieldRequest, Format, Log, LostPart, ReadOptions, record_fields,
+    topic_contents,
+};
 
 use crate::support::{
-    FIRST_NS, JOINT_STATE, PERIOD_NS, Style, TempLog, joint_log, joint_samples, joint_state,
+    Cdr, FIRST_NS, JOINT_STATE, PERIOD_NS, Style, TempLog, joint_log, joint_samples, joint_state,
 };
 
 pub(crate) const JOINTS: (&str, &str) = ("/joint_states", "sensor_msgs/msg/JointState");
@@ -173,7 +176,7 @@ fn split_files_of_a_folder_are_one_log() {
     assert_eq!(losses.notes.len(), 10, "{:?}", losses.notes);
 
     let compressed =
-        "rosbag2_bagfile_information:\n  compression_format: zstd\n  compression_mode: MESSAGE\n";
+        "rosbag2_bagfile_information:\n  compression_format: lz4\n  compression_mode: MESSAGE\n";
     std::fs::write(folder.path().join("metadata.yaml"), compressed).unwrap();
     assert!(
         Log::open(folder.path())
@@ -345,4 +348,134 @@ fn a_file_named_twice_is_read_once() {
     std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
     let (samples, losses) = joint_samples(folder.path());
     assert_eq!((samples.len(), losses.ranges.len()), (10, 1), "{losses:?}");
+}
+
+#[test]
+fn messages_that_were_compressed_one_by_one_are_read() {
+    let messages = joint_messages(0, 20);
+    let packed: Vec<(i64, Vec<u8>)> = messages
+        .iter()
+        .map(|(time_ns, data)| (*time_ns, zstd::bulk::compress(data, 3).unwrap()))
+        .collect();
+    let file = database(&[JOINTS], &rows(&packed), true);
+    let (samples, losses) = joint_samples(&file.path);
+    assert_eq!(samples.len(), 20);
+    assert!(losses.is_empty(), "{losses:?}");
+    let mut torn = packed;
+    torn[7].1.truncate(30);
+    let folder = database(&[JOINTS], &rows(&torn), true);
+    let metadata = "rosbag2_bagfile_information:\n  compression_format: zstd\n  compression_mode: MESSAGE\n\
+        \x20 relative_file_paths:\n    - 'part %1?_0.db3'\n";
+    std::fs::write(folder.folder().join("metadata.yaml"), metadata).unwrap();
+    let (samples, losses) = joint_samples(folder.folder());
+    assert_eq!(samples.len(), 19);
+    assert_eq!(losses.undecodable_messages["/joint_states"], 1);
+}
+
+#[test]
+fn definitions_that_a_log_lacks_are_read_from_packages() {
+    let data = [
+        &[0, 1, 0, 0][..],
+        &2.5_f64.to_le_bytes(),
+        &4.0_f64.to_le_bytes(),
+    ]
+    .concat();
+    let file = database(
+        &[("/load", "own_msgs/msg/Load")],
+        &[(0, FIRST_NS, &data)],
+        false,
+    );
+    let packages = tempfile::tempdir().unwrap();
+    let write = |path: &str, text: &str| {
+        let path = packages.path().join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    };
+    write("src/group/own_msgs/msg/Load.msg", "Pair pair\n");
+    write(
+        "src/group/own_msgs/msg/Pair.msg",
+        "float64 left # N\nfloat64 right\n",
+    );
+    let number = |definitions: &[std::path::PathBuf]| {
+        let options = ReadOptions {
+            definitions: definitions.to_vec(),
+            ..ReadOptions::default()
+        };
+        let log = Log::open_with(&file.path, &options).map_err(|error| error.to_string())?;
+        let wanted = [FieldRequest::raw("/load", "pair.right")];
+        let columns = record_fields(&log, &wanted, None).map_err(|error| error.to_string())?;
+        Ok::<_, String>(columns.0[0].values.clone())
+    };
+    assert!(number(&[]).unwrap_err().contains("--definitions DIR"));
+    assert_eq!(number(&[packages.path().to_owned()]).unwrap(), [4.0]);
+    let package = packages.path().join("src/group/own_msgs");
+    assert_eq!(number(&[package]).unwrap(), [4.0]);
+    write("install/own_msgs/msg/Pair.msg", "float64 right\n");
+    assert!(
+        number(&[packages.path().to_owned()])
+            .unwrap_err()
+            .contains("differs from")
+    );
+    let empty = tempfile::tempdir().unwrap();
+    assert!(
+        number(&[empty.path().to_owned()])
+            .unwrap_err()
+            .contains("found none")
+    );
+}
+
+#[test]
+fn numbers_in_lists_of_lists_are_read_by_either_definition() {
+    let mut cdr = Cdr::new(false);
+    cdr.u32(2)
+        .numbers(&[1.0, 2.0])
+        .f64(3.0)
+        .numbers(&[4.0])
+        .f64(5.0)
+        .f64(6.0);
+    let text =
+        "Point[] points\nfloat64 after\n===\nMSG: own/Point\nfloat64[] positions\nfloat64 time\n";
+    let idl = "===\nIDL: own/msg/Path\nmodule own { module msg { struct Path {\n\
+        sequence<own::msg::Point> points; double after; }; }; };\n===\nIDL: own/msg/Point\n\
+        module own { module msg { struct Point { sequence<double> positions; double time; }; }; };\n";
+    for (language, definition) in [("ros2msg", text), ("ros2idl", idl)] {
+        let mut writer = mcap::WriteOptions::new()
+            .create(std::io::Cursor::new(Vec::new()))
+            .unwrap();
+        let schema = writer
+            .add_schema("own/msg/Path", language, definition.as_bytes())
+            .unwrap();
+        let channel = writer
+            .add_channel(schema, "/path", "cdr", &std::collections::BTreeMap::new())
+            .unwrap();
+        let header = mcap::records::MessageHeader {
+            channel_id: channel,
+            sequence: 0,
+            log_time: 1,
+            publish_time: 1,
+        };
+        writer.write_to_known_channel(&header, &cdr.bytes).unwrap();
+        writer.finish().unwrap();
+        let file = TempLog::new("log.mcap", &writer.into_inner().into_inner());
+        let log = Log::open(&file.path).unwrap();
+        let (contents, _) = topic_contents(&log).unwrap();
+        let found: Vec<(&str, Option<f64>)> = contents[0]
+            .fields
+            .iter()
+            .map(|field| (field.field.as_str(), field.last))
+            .collect();
+        let expected = [
+            ("points[0].positions[0]", 1.0),
+            ("points[0].positions[1]", 2.0),
+            ("points[0].time", 3.0),
+            ("points[1].positions[0]", 4.0),
+            ("points[1].time", 5.0),
+            ("after", 6.0),
+        ];
+        assert_eq!(
+            found,
+            expected.map(|(name, value)| (name, Some(value))),
+            "{language}"
+        );
+    }
 }

@@ -167,11 +167,11 @@ fn undecodable_topics_are_refused_when_bound() {
         ..joints.clone()
     };
     assert!(refused(&flat, SensorKind::JointStates).ends_with("unsupported encoding flatbuffer"));
-    let idl = Topic {
-        schema_encoding: "ros2idl".to_owned(),
+    let other = Topic {
+        schema_encoding: "jsonschema".to_owned(),
         ..joints.clone()
     };
-    assert!(refused(&idl, SensorKind::JointStates).ends_with("unsupported encoding ros2idl"));
+    assert!(refused(&other, SensorKind::JointStates).ends_with("unsupported encoding jsonschema"));
     let bare = Topic {
         definition: None,
         definition_source: DefinitionSource::Missing,

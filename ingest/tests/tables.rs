@@ -11,7 +11,10 @@ use parquet::{
     file::{properties::WriterProperties, writer::SerializedFileWriter},
     schema::{parser::parse_message_type, types::Type},
 };
-use tipwatch_ingest::{FieldRequest, Log, record_fields};
+use tipwatch_ingest::{
+    DateOrder, FieldRequest, Log, ReadOptions, TableOptions, TimeUnit, record_fields,
+    topic_contents,
+};
 
 use crate::support::TempLog;
 
@@ -123,9 +126,15 @@ fn packed(columns: &[(&str, Column)], compression: Compression) -> Vec<u8> {
             Int96(_) => (Physical::INT96, None),
             Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         };
+        let (scale, precision) = match &logical {
+            Some(LogicalType::Decimal(decimal)) => (decimal.scale, decimal.precision),
+            _ => (-1, -1),
+        };
         let field = Type::primitive_type_builder(name, physical)
             .with_repetition(Repetition::OPTIONAL)
-            .with_logical_type(logical);
+            .with_logical_type(logical)
+            .with_scale(scale)
+            .with_precision(precision);
         Arc::new(field.build().unwrap())
     });
     let schema = Type::group_type_builder("schema").with_fields(fields.collect());
@@ -234,7 +243,7 @@ fn parquet_files_are_read() {
     let file = TempLog::new("table", &without);
     let error = Log::open(&file.path).unwrap_err().to_string();
     assert!(
-        error.contains("without a column of time") && error.contains("found x"),
+        error.contains("no column of time") && error.contains("found \"x\""),
         "{error}"
     );
 }
@@ -351,4 +360,156 @@ fn damaged_parquet_files_give_their_intact_row_groups() {
     let file = TempLog::new("table", &bytes[..bytes.len() - 20]);
     let error = Log::open(&file.path).unwrap_err().to_string();
     assert!(error.contains("damaged"), "{error}");
+}
+
+fn with(text: &str, table: TableOptions) -> Log {
+    let file = csv(text);
+    let options = ReadOptions {
+        table,
+        ..ReadOptions::default()
+    };
+    Log::open_with(&file.path, &options).unwrap()
+}
+
+#[test]
+fn tables_of_common_loggers_are_read_as_they_are() {
+    const START: i64 = 1_700_000_000_000_000_000;
+    let cases = [
+        ("Time,x\n1700000000,1\n1700000001,2\n", 1_000_000_000),
+        (
+            "timestamp,x\n1700000000000,1\n1700000000010,2\n",
+            10_000_000,
+        ),
+        ("t,x\n1700000000000000,1\n1700000000000010,2\n", 10_000),
+        (
+            "Epoch,x\n1700000000000000000,1\n1700000000000000010,2\n",
+            10,
+        ),
+        (
+            "%time,field.x\n1700000000000000000,1\n1700000000000000010,2\n",
+            10,
+        ),
+        (
+            "__time,/imu/x\n1700000000.0,1\n1700000000.5,2\n",
+            500_000_000,
+        ),
+        (
+            "Date,Time,x\n14.11.2023,22:13:20,1\n14.11.2023,22:13:21,2\n",
+            1_000_000_000,
+        ),
+        (
+            "datetime;x\n14.11.2023 22:13:20;1,0\n14.11.2023 22:13:20,5;2,0\n",
+            500_000_000,
+        ),
+        ("time_s,x,\n1700000000,1\n1700000001,2\n", 1_000_000_000),
+        ("time_s,x\n1700000000,1,\n1700000001,2,\n", 1_000_000_000),
+        (
+            "Logger 7\nSerial,0815\n\nTime\tx\n[s]\t[m/s^2]\n1700000000\t1\n1700000001\t2\n",
+            1_000_000_000,
+        ),
+        (
+            "\u{feff}\"Time [s]\",\"x\"\n\"1700000000\",\"1,0\"\n\"1700000001\",\"2,0\"\n",
+            1_000_000_000,
+        ),
+        ("sec,nanosec,x\n1700000000,0,1\n1700000000,7,2\n", 7),
+    ];
+    for (text, step_ns) in cases {
+        let utf16: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let marked = [&[0xff, 0xfe][..], &utf16].concat();
+        for bytes in [text.as_bytes(), &marked] {
+            let file = TempLog::new("table", bytes);
+            let log = Log::open(&file.path).unwrap();
+            let (contents, losses) = topic_contents(&log).unwrap();
+            assert!(losses.is_empty(), "{text}: {losses:?}");
+            let [contents] = contents.as_slice() else {
+                panic!("{text}: {contents:?}");
+            };
+            let span = contents.start_ns.zip(contents.end_ns);
+            assert_eq!(span, Some((START, START + step_ns)), "{text}");
+            let [field] = contents.fields.as_slice() else {
+                panic!("{text}: {contents:?}");
+            };
+            assert_eq!((field.first, field.last), (Some(1.0), Some(2.0)), "{text}");
+        }
+    }
+}
+
+#[test]
+fn what_a_table_does_not_state_can_be_stated() {
+    let unit = TableOptions {
+        time_unit: Some(TimeUnit::Milliseconds),
+        ..TableOptions::default()
+    };
+    let log = with("time,x\n10,1\n20,2\n", unit);
+    assert_eq!(log.span_ns(), Some((10_000_000, 20_000_000)));
+    let order = TableOptions {
+        date_order: Some(DateOrder::Dmy),
+        ..TableOptions::default()
+    };
+    let log = with("time,x\n01/02/1970 00:00:00,1\n", order);
+    assert_eq!(log.span_ns().unwrap().0, 31 * 86_400_000_000_000);
+    let without_names = TableOptions {
+        no_header: true,
+        ..TableOptions::default()
+    };
+    let log = with(
+        "1700000000,5000000,base,1.5\n1700000000,7000000,base,2.5\n",
+        without_names,
+    );
+    assert_eq!(
+        log.span_ns(),
+        Some((1_700_000_000_005_000_000, 1_700_000_000_007_000_000))
+    );
+    let fields = log.topics()[0].definition.clone().unwrap();
+    assert!(fields.contains("float64 c4"), "{fields}");
+    let column = TableOptions {
+        time_column: Some("clock".to_owned()),
+        ..TableOptions::default()
+    };
+    let log = with("clock,time\n1700000000,1\n", column);
+    assert!(
+        log.topics()[0]
+            .definition
+            .clone()
+            .unwrap()
+            .contains("float64 time")
+    );
+}
+
+#[test]
+fn lost_rows_are_told_once_for_each_kind() {
+    let mut text = "time_s,x\n".to_owned();
+    for row in 0..1000 {
+        text += &match row % 10 {
+            3 => format!("{row}\n"),
+            7 => "never,1\n".to_owned(),
+            _ => format!("{row},1\n"),
+        };
+    }
+    let file = csv(&text);
+    let log = Log::open(&file.path).unwrap();
+    let ranges = &log.losses().ranges;
+    assert_eq!(ranges.len(), 2, "{ranges:?}");
+    assert!(ranges.iter().all(|range| range.message_count == Some(100)));
+    assert!(
+        ranges[0]
+            .reason
+            .contains("the first in line 5, the last in line 995"),
+        "{ranges:?}"
+    );
+    assert_eq!(log.topics()[0].message_count, Some(800));
+}
+
+#[test]
+fn decimal_columns_of_parquet_are_numbers() {
+    let decimal = Some(LogicalType::decimal(2, 9));
+    let bytes = parquet(&[
+        ("time_ms", Column::Whole64(vec![Some(5), Some(6)], None)),
+        ("load", Column::Whole32(vec![Some(150), Some(-25)], decimal)),
+    ]);
+    let file = TempLog::new("table", &bytes);
+    assert_eq!(
+        field(&Log::open(&file.path).unwrap(), "load").1,
+        [1.5, -0.25]
+    );
 }

@@ -16,6 +16,7 @@ mod databases; // databases after crashes, and of every schema version
 mod decoder_history; // a decoder gives the same after any messages
 mod fuzz; // every parser on damaged inputs
 mod layout; // fields of CDR messages
+mod longer_records; // records with bytes behind their fields
 mod mcap_files; // the same samples for all writer options
 mod needs_shared; // logs of real and simulated robots
 mod number_fields; // single numbers from any messages

@@ -4,9 +4,11 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
+use tipwatch_ingest::set_read_options;
 
 use super::analyze::AnalyzeArgs;
 use super::exit::{Exit, Terminal, Usage};
+use super::reading::ReadingArgs;
 use super::{
     analyze, check_machine, compare, demo, identify, inspect, machine, recover, screen, stabilise,
     validate, verify, whatif,
@@ -30,6 +32,8 @@ pub struct Cli {
     /// Transfer logs of buckets and web servers as a whole where their format has no index of its parts.
     #[arg(long, global = true)]
     fetch_whole: bool,
+    #[command(flatten)]
+    reading: ReadingArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -83,6 +87,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     if cli.fetch_whole {
         tipwatch_storage::set_whole_reads(true);
     }
+    set_read_options(cli.reading.options());
     let result = match &cli.command {
         Command::Analyze(args) => analyze::run(args, terminal),
         Command::Screen(args) => screen::run(args, terminal),
@@ -121,7 +126,8 @@ pub fn run(cli: &Cli) -> ExitCode {
         .into()
 }
 
-/// The arguments of a recorded analysis; the demo is an analysis with default options.
+/// The arguments of a recorded analysis, which also state how its log is read; the demo is an analysis with default
+/// options.
 ///
 /// # Errors
 /// The recorded command line is none of `analyze` or `demo`.
@@ -135,7 +141,9 @@ fn recorded_analysis(record: &Custody) -> anyhow::Result<AnalyzeArgs> {
         "--out",
         ".",
     ];
-    let command = match Cli::try_parse_from(&record.command_line)?.command {
+    let recorded = Cli::try_parse_from(&record.command_line)?;
+    set_read_options(recorded.reading.options());
+    let command = match recorded.command {
         Command::Demo(_) => Cli::try_parse_from(analysis_of_demo)?.command,
         other => other,
     };

@@ -45,7 +45,12 @@ pub fn gather(
         .for_each(|note| notify(Update::Note(note)));
     if !asked.logs.is_empty() {
         let done: BTreeSet<&str> = records.iter().map(|record| record.path.as_str()).collect();
-        for log in inputs::find(asked.logs, asked.out)? {
+        let found = inputs::find(asked.logs, asked.out)?;
+        found
+            .note()
+            .into_iter()
+            .for_each(|note| notify(Update::Note(note)));
+        for log in found.logs {
             let mut record = empty_record(&log, &asked.options);
             if !done.contains(record.path.as_str()) {
                 record.result = Outcome::Failed {

@@ -8,44 +8,87 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::Read as _;
 use std::path::{Component, Path, PathBuf, absolute};
 
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::read_text;
+use tipwatch_can::ContainerFormat;
 use tipwatch_storage::{Folder, Location, expand};
 
 /// File extensions of logs; logs given by name may have any.
-const LOG_ENDINGS: [&str; 4] = [".mcap", ".bag", ".db3", ".bag.active"];
+const LOG_ENDINGS: [&str; 6] = [".mcap", ".bag", ".db3", ".bag.active", ".blf", ".mf4"];
+/// File extensions of texts that are traces of a CAN bus if their content says so.
+const TRACE_ENDINGS: [&str; 3] = [".asc", ".log", ".candump"];
+/// File extensions of tables. A folder has others than those of logs, such as results.
+const TABLE_ENDINGS: [&str; 4] = [".csv", ".tsv", ".parquet", ".pq"];
+/// Enough to see a trace in a text.
+const BEGINNING_BYTES: u64 = 4096;
 /// Extensions added by whole-file compression.
 const PACKED_ENDINGS: [&str; 6] = ["", ".zstd", ".zst", ".gz", ".bz2", ".lz4"];
 const MANIFEST_ENDINGS: [&str; 3] = [".txt", ".list", ".manifest"];
 /// The file that makes a folder a log.
 const ROSBAG2_METADATA: &str = "metadata.yaml";
 
-/// All requested logs, each once, sorted by path; files in `out` are skipped.
+/// What was requested.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    /// All logs, each once, sorted by path; those in the output folder are skipped.
+    pub(super) logs: Vec<PathBuf>,
+    /// Tables in folders, which are not logs unless they are named.
+    left_out: Vec<PathBuf>,
+}
+
+impl Found {
+    /// Says what was left out, and how to include it.
+    pub(super) fn note(&self) -> Option<String> {
+        let first = self.left_out.first()?;
+        let ending = first.extension().unwrap_or_default().to_string_lossy();
+        let folder = first.parent().unwrap_or(first).display();
+        Some(format!(
+            "{} tables in folders were left out, because tables need not be logs, the first {}: name them to include \
+             them, for example \"{folder}/*.{ending}\"",
+            self.left_out.len(),
+            first.display()
+        ))
+    }
+}
+
+/// All requested logs.
 ///
 /// # Errors
 /// A pattern matches nothing, a manifest cannot be read, or there is no log at all.
-pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Vec<PathBuf>> {
+pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
     let mut finder = Finder {
         logs: BTreeSet::new(),
+        tables: BTreeSet::new(),
         out: tidy(out)?,
     };
     for path in requested {
         finder.add_requested(path)?;
     }
-    if finder.logs.is_empty() {
+    let Finder { logs, tables, .. } = finder;
+    let found = Found {
+        left_out: tables.difference(&logs).cloned().collect(),
+        logs: logs.into_iter().collect(),
+    };
+    if found.logs.is_empty() {
         let names: Vec<_> = requested.iter().map(|p| p.display().to_string()).collect();
+        let left_out = found.note().map(|note| format!("; {note}"));
         bail!(
-            "{}: expected logs (*.mcap, *.bag, *.db3 or rosbag2 folders), found none",
-            names.join(", ")
+            "{}: expected logs (*.mcap, *.bag, *.db3, rosbag2 folders, CAN traces: *.blf, *.asc, *.mf4, candump *.log), \
+             found none{}",
+            names.join(", "),
+            left_out.unwrap_or_default()
         );
     }
-    Ok(finder.logs.into_iter().collect())
+    Ok(found)
 }
 
 struct Finder {
     logs: BTreeSet<PathBuf>,
+    /// Tables in folders.
+    tables: BTreeSet<PathBuf>,
     out: PathBuf,
 }
 
@@ -123,7 +166,7 @@ impl Finder {
                 .extend(found.filter(|path| !path.starts_with(&self.out)));
             return Ok(());
         }
-        if is_log(path) {
+        if is_log(path) || is_table(path) || ends_with_any(path, &TRACE_ENDINGS) {
             self.logs.insert(path.into());
             return Ok(());
         }
@@ -140,7 +183,9 @@ impl Finder {
             .filter(|key| is_metadata(key))
             .map(folder_of)
             .collect();
-        for key in keys().filter(|key| is_log(Path::new(key)) || is_metadata(key)) {
+        // a text in a bucket is not fetched to see whether it is a trace
+        let is_named = |key: &str| is_log(Path::new(key)) || key.to_lowercase().ends_with(".asc");
+        for key in keys().filter(|key| is_named(key) || is_metadata(key)) {
             let bag = bags.iter().find(|bag| {
                 bag.is_empty()
                     || key
@@ -155,6 +200,10 @@ impl Finder {
             if !log.starts_with(&self.out) {
                 self.logs.insert(log);
             }
+        }
+        for key in keys().filter(|key| is_table(Path::new(key))) {
+            self.tables
+                .insert(folder.location().join(key)?.path().into());
         }
         if entries.is_empty() {
             // it is reported as failed
@@ -183,8 +232,10 @@ impl Finder {
         for path in entries.flatten().map(|entry| entry.path()) {
             if path.is_dir() {
                 self.add_folder(&path, above);
-            } else if is_log(&path) {
+            } else if is_log(&path) || is_trace(&path) {
                 self.logs.insert(path);
+            } else if is_table(&path) {
+                self.tables.insert(path);
             }
         }
         above.remove(&real);
@@ -221,6 +272,27 @@ fn is_log(path: &Path) -> bool {
     })
 }
 
+fn is_table(path: &Path) -> bool {
+    PACKED_ENDINGS.iter().any(|packed| {
+        let name = name_of(path);
+        let bare = name.strip_suffix(packed).unwrap_or("");
+        TABLE_ENDINGS.iter().any(|ending| bare.ends_with(ending))
+    })
+}
+
+/// Whether a text has frames of a CAN bus.
+fn is_trace(path: &Path) -> bool {
+    let mut beginning = Vec::new();
+    let mut read = || {
+        fs::File::open(path)?
+            .take(BEGINNING_BYTES)
+            .read_to_end(&mut beginning)
+    };
+    ends_with_any(path, &TRACE_ENDINGS)
+        && read().is_ok()
+        && ContainerFormat::of(&beginning).is_some()
+}
+
 fn ends_with_any(path: &Path, endings: &[&str]) -> bool {
     let name = name_of(path);
     endings.iter().any(|ending| name.ends_with(ending))
@@ -240,7 +312,7 @@ mod tests {
     /// Names relative to the folder.
     fn found(folder: &Path, requested: &[&str]) -> Vec<String> {
         let requested: Vec<_> = requested.iter().map(|name| folder.join(name)).collect();
-        let logs = find(&requested, &folder.join("out")).unwrap();
+        let logs = find(&requested, &folder.join("out")).unwrap().logs;
         let name = |log: PathBuf| log.strip_prefix(folder).unwrap().display().to_string();
         logs.into_iter().map(name).collect()
     }
@@ -258,11 +330,16 @@ mod tests {
             "a/2.MCAP",
             "a/3.bag.active",
             "a/4.db3.zstd",
+            "a/7.blf",
+            "a/8.log",
             "a/bag2",
             "a/deep/5.bag",
         ];
         let others = [
             "a/notes.md",
+            "a/recorder.log",
+            "a/9.csv",
+            "a/deep/9.parquet",
             "a/bag2/metadata.yaml",
             "a/bag2/x_0.db3",
             "out/6.mcap",
@@ -276,7 +353,20 @@ mod tests {
         }
         let manifest = "\u{feff}# the first shift\n../a/1.mcap\n\n  ../a/deep/missing.mcap \r\n";
         fs::write(at("sets/shift.txt"), manifest).unwrap();
+        fs::write(at("a/8.log"), "(1700000000.000000) can0 101#F049\n").unwrap();
         assert_eq!(found(&folder, &[""]), logs);
+        // tables must be named
+        let note = find(&[at("a")], &at("out")).unwrap().note().unwrap();
+        assert!(
+            note.starts_with("2 tables") && note.contains("a/*.csv"),
+            "{note}"
+        );
+        assert_eq!(found(&folder, &["a/*.csv"]), ["a/9.csv"]);
+        let named = find(
+            &[at("a"), at("a/9.csv"), at("a/deep/*.parquet")],
+            &at("out"),
+        );
+        assert_eq!(named.unwrap().note(), None);
         assert_eq!(
             found(&folder, &["a/*.mcap", "sets/../a/1.mcap"]),
             ["a/1.mcap"]

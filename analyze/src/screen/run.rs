@@ -31,7 +31,12 @@ pub fn screen(
     gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
-    let logs = inputs::find(request.logs, request.out)?;
+    let found = inputs::find(request.logs, request.out)?;
+    found
+        .note()
+        .into_iter()
+        .for_each(|note| notify(Update::Note(note)));
+    let logs = found.logs;
     let logs = match request.shard {
         Some(shard) => shard.of(logs),
         None => logs,

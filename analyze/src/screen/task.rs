@@ -89,7 +89,7 @@ impl Task<'_> {
 /// # Errors
 /// A pattern matches nothing, a manifest cannot be read, or there is no log at all.
 pub fn logs_of(requested: &[PathBuf], out: &Path) -> Result<Vec<(PathBuf, u64)>> {
-    let logs = inputs::find(requested, out)?;
+    let logs = inputs::find(requested, out)?.logs;
     let mut logs: Vec<(PathBuf, u64)> = logs
         .into_iter()
         .map(|log| {

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use serde::Serialize;
 use tipwatch_binding::MachineFile;
+use tipwatch_ingest::{ReadOptions, read_options};
 
 use super::record::RECORD_SCHEMA;
 use crate::base::file_hash::{FileHash, hash_file, sha256_of};
@@ -20,6 +21,9 @@ struct Ingredients<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     dbc_files: Vec<String>,
     options: &'a Options,
+    /// What was stated of the logs; absent if nothing was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reading: Option<ReadOptions>,
 }
 
 /// The version of analyses with this machine and these options: the same log and the same version give
@@ -42,6 +46,7 @@ pub(super) fn analysis_version(
         urdf: urdf.map(FileHash::identity),
         dbc_files: dbc_files.collect::<Result<_>>()?,
         options,
+        reading: Some(read_options()).filter(|stated| *stated != ReadOptions::default()),
     };
     let text = serde_json::to_string(&ingredients)?;
     let mut hash = sha256_of(text.as_bytes());

@@ -30,6 +30,13 @@ pub(crate) struct Element {
     pub(crate) slot: usize,
 }
 
+/// The steps for one message in an array.
+#[derive(Debug, Clone)]
+pub(crate) struct Pick {
+    pub(crate) index: usize,
+    pub(crate) body: Vec<Op>,
+}
+
 /// One step through a message.
 #[derive(Debug, Clone)]
 pub(crate) enum Op {
@@ -66,6 +73,14 @@ pub(crate) enum Op {
     Repeat {
         count: Count,
         body: Vec<Op>,
+    },
+    /// The same steps for each message in an array, but others for some.
+    RepeatExcept {
+        count: Count,
+        body: Vec<Op>,
+        picks: Vec<Pick>,
+        /// What the picked messages are read into; cleared, because the array may be shorter.
+        slots: Vec<usize>,
     },
     CollectNumber {
         number: NumberType,
@@ -174,6 +189,18 @@ impl<'a, const BIG_ENDIAN: bool, const CDR: bool> Cursor<'a, BIG_ENDIAN, CDR> {
                     // Every message takes at least one byte, so the count bounds the work.
                     for _ in 0..self.count(*count, 1)? {
                         self.steps(body, fields)?;
+                    }
+                }
+                Op::RepeatExcept {
+                    count,
+                    body,
+                    picks,
+                    slots,
+                } => {
+                    slots.iter().for_each(|slot| fields.forget(*slot));
+                    for index in 0..self.count(*count, 1)? {
+                        let pick = picks.iter().find(|pick| pick.index == index);
+                        self.steps(pick.map_or(body, |pick| &pick.body), fields)?;
                     }
                 }
                 Op::CollectNumber { number, slot } => {

@@ -107,6 +107,20 @@ impl Fields {
         }
     }
 
+    /// Clears the values at one path.
+    pub(crate) fn forget(&mut self, path_index: usize) {
+        if let Some(single) = self.singles.get_mut(path_index) {
+            *single = f64::NAN;
+        }
+        if let Some(slot) = self.slots.get_mut(path_index) {
+            slot.numbers.clear();
+            slot.text.clear();
+            if !slot.texts.items.is_empty() {
+                slot.texts.clear();
+            }
+        }
+    }
+
     /// Ends a message after [`begin`](Self::begin).
     pub(crate) fn end(&mut self) {
         for Slot {

@@ -2,9 +2,12 @@
 
 use std::fmt;
 
-use serde::de::{DeserializeSeed, Deserializer as _, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::{
+    Deserialize as _,
+    de::{DeserializeSeed, Deserializer as _, IgnoredAny, MapAccess, SeqAccess, Visitor},
+};
 
-use super::{error::DecodeError, fields::Fields};
+use super::{error::DecodeError, fields::Fields, path_collector::Collector};
 use crate::schema::{Branch, PathTree};
 
 /// Reads one message. Fields that it lacks keep their values.
@@ -27,6 +30,46 @@ pub(crate) fn run(tree: &PathTree, json: &[u8], fields: &mut Fields) -> Result<(
                 _ => "not valid JSON",
             },
         })
+}
+
+/// Collects the paths of the numbers in a message.
+pub(super) fn number_paths(json: &[u8], found: &mut Collector) {
+    if let Ok(serde_json::Value::Object(message)) = serde_json::from_slice(json) {
+        collect(&message, "", 0, found);
+    }
+}
+
+fn collect(
+    message: &serde_json::Map<String, serde_json::Value>,
+    prefix: &str,
+    depth: usize,
+    found: &mut Collector,
+) {
+    use serde_json::Value::{Array, Bool, Number, Object};
+    let is_name = |name: &str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    for (name, value) in message.iter().filter(|(name, _)| is_name(name)) {
+        let path = format!("{prefix}{name}");
+        if found.is_full(depth) {
+            return;
+        }
+        match value {
+            Number(_) | Bool(_) => found.number(path),
+            Object(part) => collect(part, &format!("{path}."), depth + 1, found),
+            Array(elements) => {
+                let count = u32::try_from(elements.len()).unwrap_or(u32::MAX);
+                match elements.first() {
+                    Some(Number(_) | Bool(_)) => found.numbers(&path, Some(count)),
+                    Some(Object(part)) => {
+                        for prefix in Collector::parts(&path, Some(count)) {
+                            collect(part, &prefix, depth + 1, found);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Reads an object into the slots of its fields.
@@ -94,6 +137,25 @@ struct Value<'t, 'f> {
 }
 
 impl Value<'_, '_> {
+    /// An array of messages of which some are wanted for themselves.
+    fn picked<'de, A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
+        let mut index = 0;
+        loop {
+            let picks = self.branch.picks.iter();
+            let pick = picks.clone().find(|(at, _)| *at == index);
+            let element = Picked {
+                all: self.branch.parts.as_ref(),
+                pick: pick.map(|(_, tree)| tree),
+                is_in_array: self.is_in_array,
+                fields: &mut *self.fields,
+            };
+            if sequence.next_element_seed(element)?.is_none() {
+                return Ok(());
+            }
+            index += 1;
+        }
+    }
+
     fn number(self, value: f64) {
         if let Some(slot) = self.branch.single {
             self.fields.take_number(slot, value, self.is_in_array);
@@ -156,6 +218,9 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
+        if !self.branch.picks.is_empty() {
+            return self.picked(sequence);
+        }
         if let Some(tree) = &self.branch.parts {
             loop {
                 let fields = &mut *self.fields;
@@ -186,6 +251,47 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
             is_in_array: self.is_in_array,
         };
         message.visit_map(map)
+    }
+}
+
+/// One message of an array, of which what all have and what it alone has may be wanted.
+struct Picked<'t, 'f> {
+    all: Option<&'t PathTree>,
+    pick: Option<&'t PathTree>,
+    is_in_array: bool,
+    fields: &'f mut Fields,
+}
+
+impl<'de> DeserializeSeed<'de> for Picked<'_, '_> {
+    type Value = ();
+
+    fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        let Some(tree) = self.pick else {
+            return match self.all {
+                Some(tree) => Part {
+                    tree,
+                    fields: self.fields,
+                }
+                .deserialize(deserializer),
+                None => IgnoredAny::deserialize(deserializer).map(|_| ()),
+            };
+        };
+        // read twice
+        let element = serde_json::Value::deserialize(deserializer)?;
+        let fields = self.fields;
+        if let Some(tree) = self.all {
+            let fields = &mut *fields;
+            let _ = Part { tree, fields }.deserialize(&element);
+        }
+        let message = MessageVisitor {
+            tree,
+            fields,
+            is_in_array: self.is_in_array,
+        };
+        if element.is_object() {
+            let _ = element.deserialize_map(message);
+        }
+        Ok(())
     }
 }
 

@@ -9,6 +9,7 @@ mod json;
 mod layout;
 mod number_decoder;
 mod number_fields;
+mod path_collector;
 mod places;
 mod protobuf;
 mod sensor;
@@ -19,6 +20,7 @@ pub(crate) use self::{
     layout::layout_of,
     number_decoder::NumberDecoder,
     sensor::JointSample,
+    number_fields::{NumberPaths, number_paths},
 };
 pub use self::{
     error::DecodeError,

@@ -284,6 +284,12 @@ fn places(
             paths.len() - 1
         })
     };
+    // Numbers in lists of lists are read one by one, and so are all others then: of one list, either all messages are
+    // read or single ones.
+    let is_nested = sample.values.iter().any(|value| match value {
+        ValueSource::Field(field) => field.joint.is_none() && field.field.matches('[').count() > 1,
+        _ => false,
+    });
     let mut places = Vec::with_capacity(sample.values.len());
     for value in &sample.values {
         let ValueSource::Field(field) = value else {
@@ -299,7 +305,7 @@ fn places(
                     field: field.field.clone(),
                 });
             }
-            (None, _) => match element_of(&field.field) {
+            (None, _) => match element_of(&field.field).filter(|_| !is_nested) {
                 Some((list, index)) => Location::Indexed {
                     numbers: place_of(list),
                     index,

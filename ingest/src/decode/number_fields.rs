@@ -1,53 +1,42 @@
 //! Lists the numbers in the messages of a topic, to help find a signal.
 
-use crate::{
-    message::Topic,
-    schema::{Definitions, Dialect, FieldType, Repetition},
+use super::{
+    json,
+    path_collector::{Collector, MOST_FIELDS},
+    protobuf,
 };
-
-/// Most fields listed.
-const MOST_FIELDS: usize = 500;
-const MAX_DEPTH: usize = 8;
+use crate::message::Topic;
 
 /// Paths of the single numbers in a topic's messages, without the header, in the order of the
 /// definition. Empty if the topic has no ROS definition.
 pub fn number_fields(topic: &Topic) -> Vec<String> {
-    let Some((definition, dialect)) =
-        (topic.definition.as_deref()).zip(Dialect::of_encoding(&topic.encoding))
-    else {
-        return Vec::new();
-    };
-    let mut found = Vec::new();
-    if let Ok(definitions) = Definitions::parse(definition, &topic.type_name, dialect) {
-        collect(&definitions, &definitions.root, "", 0, &mut found);
-    }
-    found
+    Collector::of_ros(topic, false).found
 }
 
-fn collect(
-    definitions: &Definitions,
-    type_name: &str,
-    prefix: &str,
-    depth: usize,
-    found: &mut Vec<String>,
-) {
-    for field in definitions.fields(type_name) {
-        let path = format!("{prefix}{}", field.name);
-        if found.len() >= MOST_FIELDS || depth > MAX_DEPTH || path == "header" {
-            continue;
+/// Paths of numbers, some of which a message may not have.
+#[derive(Debug, Default)]
+pub(crate) struct NumberPaths {
+    pub(crate) paths: Vec<String>,
+    /// Whether there are more.
+    pub(crate) is_cut: bool,
+}
+
+/// Paths of the numbers in a topic's messages, also of those in arrays, in any encoding. JSON has no definition: one
+/// message must do.
+pub(crate) fn number_paths(topic: &Topic, message: &[u8]) -> NumberPaths {
+    let mut collector = match topic.encoding.as_str() {
+        "json" => Collector::with(|found| json::number_paths(message, found)),
+        "protobuf" => {
+            let set = topic.descriptors.as_deref().unwrap_or_default();
+            Collector::with(|found| protobuf::number_paths(set, &topic.type_name, found))
         }
-        match (&field.field_type, field.repetition) {
-            (FieldType::Number(_), Repetition::Once) => found.push(path),
-            (FieldType::Number(_), Repetition::Fixed(count)) => {
-                let room = MOST_FIELDS - found.len();
-                let elements = (0..count as usize).take(room);
-                found.extend(elements.map(|i| format!("{path}[{i}]")));
-            }
-            (FieldType::Message(part), Repetition::Once) => {
-                collect(definitions, part, &format!("{path}."), depth + 1, found);
-            }
-            _ => {}
-        }
+        _ => Collector::of_ros(topic, true),
+    };
+    let is_cut = collector.found.len() > MOST_FIELDS;
+    collector.found.truncate(MOST_FIELDS);
+    NumberPaths {
+        paths: collector.found,
+        is_cut,
     }
 }
 

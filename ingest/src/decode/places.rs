@@ -165,7 +165,10 @@ impl<'a, const CDR: bool> Finder<'a, CDR> {
                         *self.numbers.get_mut(element.slot)? = Some(one);
                     }
                 }
-                Op::Repeat { .. } | Op::CollectNumber { .. } | Op::CollectText { .. } => {
+                Op::Repeat { .. }
+                | Op::RepeatExcept { .. }
+                | Op::CollectNumber { .. }
+                | Op::CollectText { .. } => {
                     return None;
                 }
             }

@@ -2,7 +2,7 @@
 
 use std::{
     fs::File,
-    io::{Read, Seek, Write},
+    io::{BufReader, Read, Seek, Write},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 use tipwatch_storage::{ErrorKind, Object};
 
-use super::{content::LONGEST_MAGIC_BYTES, packing::Packing};
+use super::{content::LONGEST_MAGIC_BYTES, packing::Packing, recode::Utf16};
 use crate::message::{Error, Losses, LostPart};
 
 /// Highest compression ratio of a real log; beyond it decompression stops.
@@ -66,6 +66,29 @@ impl LogFile {
     pub(crate) fn unpacked(self, losses: &mut Losses) -> Result<Self, Error> {
         self.require_whole("compressed as a whole")?;
         let (private, data) = unpack(&self.path, &self.data, losses)?;
+        Ok(Self {
+            data,
+            _private: Some(private),
+            ..self
+        })
+    }
+
+    /// The file with its text in UTF-8.
+    pub(crate) fn recoded(self, losses: &mut Losses) -> Result<Self, Error> {
+        self.require_whole("a text in UTF-16")?;
+        let (private, data, mut target) = private_file()?;
+        let mut source = File::open(&self.data).map_err(Error::io(&self.path))?;
+        let mut beginning = Vec::new();
+        let read = Read::take(&mut source, 8).read_to_end(&mut beginning);
+        read.map_err(Error::io(&self.path))?;
+        let order = Utf16::of(&beginning).unwrap_or(Utf16::LittleEndian);
+        let mut whole = beginning.as_slice().chain(BufReader::new(source));
+        let recoded = order.recode(&mut whole, &mut target);
+        recoded.map_err(Error::io(&self.path))?;
+        losses.note(format!(
+            "{}: the text is in UTF-16: byte positions refer to the same text in UTF-8",
+            self.path.display()
+        ));
         Ok(Self {
             data,
             _private: Some(private),
@@ -135,14 +158,20 @@ pub(super) fn require_whole(object: &Object, what: &str) -> Result<(), Error> {
     Ok(object.require_all()?)
 }
 
-/// Decompresses a file into a private folder; `path` names it.
-fn unpack(path: &Path, packed: &Path, losses: &mut Losses) -> Result<(TempDir, PathBuf), Error> {
+/// A new file in a private folder.
+fn private_file() -> Result<(TempDir, PathBuf, File), Error> {
     let folder = tempfile::Builder::new()
         .prefix("tipwatch-")
         .tempdir()
         .map_err(Error::io(&std::env::temp_dir()))?;
     let data = folder.path().join("log");
-    let mut target = File::create_new(&data).map_err(Error::io(&data))?;
+    let target = File::create_new(&data).map_err(Error::io(&data))?;
+    Ok((folder, data, target))
+}
+
+/// Decompresses a file into a private folder; `path` names it.
+fn unpack(path: &Path, packed: &Path, losses: &mut Losses) -> Result<(TempDir, PathBuf), Error> {
+    let (folder, data, mut target) = private_file()?;
     let mut source = File::open(packed).map_err(Error::io(path))?;
     let packed_bytes = source.metadata().map_err(Error::io(path))?.len();
     let mut first_bytes = Vec::new();

@@ -5,13 +5,18 @@ mod file_bytes;
 mod format;
 mod log_file;
 mod packing;
+mod read_options;
+mod recode;
 mod source;
-pub(crate) mod table_time;
 
 pub(crate) use self::{
-    content::{BAG_MAGIC, Content, LONGEST_MAGIC_BYTES},
+    content::{BAG_MAGIC, LONGEST_MAGIC_BYTES},
     file_bytes::FileBytes,
     log_file::LogFile,
     source::Source,
 };
-pub use self::{format::Format, log_file::FileTransfer};
+pub use self::{
+    format::Format,
+    log_file::FileTransfer,
+    read_options::{ReadOptions, read_options, set_read_options},
+};

@@ -13,12 +13,14 @@ use super::{
     content::{self, Content},
     format::Format,
     log_file::LogFile,
+    read_options::ReadOptions,
 };
 use crate::message::{Error, Losses};
 
 /// Reads files and folders of one log.
 pub(crate) struct Source {
     remote: Option<Remote>,
+    options: ReadOptions,
 }
 
 #[derive(Default)]
@@ -36,10 +38,23 @@ struct Listed {
 
 impl Source {
     /// The source of what is at a path, and the path by which messages name it.
-    pub(crate) fn of(path: &Path) -> Result<(Self, PathBuf), Error> {
+    pub(crate) fn of(path: &Path, options: &ReadOptions) -> Result<(Self, PathBuf), Error> {
         let location = Location::of(path)?;
-        let remote = location.is_remote().then(Remote::default);
-        Ok((Self { remote }, location.path().to_path_buf()))
+        let source = Self {
+            remote: location.is_remote().then(Remote::default),
+            options: options.clone(),
+        };
+        Ok((source, location.path().to_path_buf()))
+    }
+
+    /// How the log is read, beyond what it states.
+    pub(crate) fn options(&self) -> &ReadOptions {
+        &self.options
+    }
+
+    /// Whether the files are in a bucket or on a server.
+    pub(crate) fn is_remote(&self) -> bool {
+        self.remote.is_some()
     }
 
     /// Whether a path is a folder; an error if there is nothing.
@@ -117,8 +132,8 @@ impl Source {
     /// What the first bytes of a file say.
     pub(crate) fn content_of(&self, path: &Path) -> Result<Content, Error> {
         match &self.remote {
-            None => content::of_file(path),
-            Some(remote) => content::of_object(remote.object(path)?.as_ref()),
+            None => content::of_file(path, &self.options.table),
+            Some(remote) => content::of_object(remote.object(path)?.as_ref(), &self.options.table),
         }
     }
 
@@ -127,16 +142,17 @@ impl Source {
         self.content_of(path)?.format(path)
     }
 
-    /// Opens a file, decompressing it if needed.
+    /// Opens a file, decompressing or recoding it if needed.
     pub(crate) fn open(&self, path: &Path, losses: &mut Losses) -> Result<LogFile, Error> {
-        let is_packed = matches!(self.content_of(path)?, Content::Packed(_));
+        let content = self.content_of(path)?;
         let file = match &self.remote {
             None => LogFile::plain(path),
             Some(remote) => LogFile::remote(path, remote.object(path)?),
         };
-        match is_packed {
-            true => file.unpacked(losses),
-            false => Ok(file),
+        match content {
+            Content::Packed(_) => file.unpacked(losses),
+            Content::Recoded(_) => file.recoded(losses),
+            _ => Ok(file),
         }
     }
 }

@@ -4,7 +4,7 @@ use tipwatch_can::ContainerFormat;
 
 use super::reader::FileReader;
 use crate::{
-    file::{Format, LogFile},
+    file::{Format, LogFile, ReadOptions},
     formats::{
         bag::Bag,
         can_container::CanReader,
@@ -20,9 +20,11 @@ use crate::{
 pub(crate) fn open(
     format: Format,
     file: &LogFile,
+    options: &ReadOptions,
     topics: &mut TopicTable,
     losses: &mut Losses,
 ) -> Result<Box<dyn FileReader>, Error> {
+    let table = &options.table;
     if !matches!(format, Format::Mcap | Format::Ros1Bag) {
         file.require_whole(&format!("a {format} file, which is read as a whole"))?;
     }
@@ -30,8 +32,8 @@ pub(crate) fn open(
         Format::Mcap => Box::new(RecordReader::<Mcap>::open(file, topics, losses)?),
         Format::Ros1Bag => Box::new(RecordReader::<Bag>::open(file, topics, losses)?),
         Format::Rosbag2Sqlite => Box::new(SqliteReader::open(file, topics, losses)?),
-        Format::Csv => Box::new(CsvReader::open(file, topics, losses)?),
-        Format::Parquet => Box::new(ParquetReader::open(file, topics, losses)?),
+        Format::Csv => Box::new(CsvReader::open(file, table, topics, losses)?),
+        Format::Parquet => Box::new(ParquetReader::open(file, table, topics, losses)?),
         Format::Candump => can(ContainerFormat::Candump, file, topics, losses)?,
         Format::Asc => can(ContainerFormat::Asc, file, topics, losses)?,
         Format::Blf => can(ContainerFormat::Blf, file, topics, losses)?,

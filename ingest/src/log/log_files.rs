@@ -9,6 +9,8 @@ pub(crate) struct LogFiles {
     pub(crate) format: Format,
     pub(crate) files: Vec<PathBuf>,
     pub(crate) losses: Losses,
+    /// Whether the recorder compressed every message; `None` if it does not state it.
+    pub(crate) has_packed_messages: Option<bool>,
     /// Messages the recorder reports having written, by topic.
     pub(crate) declared_counts: BTreeMap<String, u64>,
 }

@@ -11,15 +11,17 @@ use std::{
 use super::{
     can_topics::{CanPass, CanTopic, CanTopics},
     log_files::LogFiles,
+    packed_messages::{self, Unpacker},
     recognise,
 };
 use tipwatch_can::Frame;
 
 use crate::{
     decode::{FrameDecoder, is_can_frame},
-    file::{FileTransfer, Format, LogFile, Source},
+    file::{FileTransfer, Format, LogFile, ReadOptions, Source, read_options},
     formats::{Batch, Batches, FileReader, Request, open},
     message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicTable},
+    schema::GivenDefinitions,
 };
 
 /// Creates batches, and is called after each delivery of one.
@@ -36,6 +38,8 @@ pub struct Log {
     opened: Vec<LogFile>,
     topics: Vec<Topic>,
     losses: Losses,
+    /// Whether messages may be compressed one by one.
+    has_packed_messages: bool,
     /// Messages the recorder reports having written, by topic; empty if it reports none.
     declared_counts: BTreeMap<String, u64>,
     can: CanTopics,
@@ -47,23 +51,38 @@ impl Log {
     /// A path may also be a URL: `s3://`, `gs://`, `az://`, `https://`, `http://` or `file://`
     /// ([`tipwatch_storage::Location`]). Of a file with an index only the parts that are needed are transferred. Other
     /// files are transferred as a whole, if [`tipwatch_storage::set_whole_reads`] allows it.
+    ///
+    /// What the log does not state itself is read as [`set_read_options`](crate::set_read_options) stated for the
+    /// process.
     pub fn open(path: &Path) -> Result<Log, Error> {
-        let (source, path) = Source::of(path)?;
+        Self::open_with(path, &read_options())
+    }
+
+    /// Opens a log of which something is known that it does not state itself.
+    ///
+    /// # Errors
+    /// The log cannot be read.
+    pub fn open_with(path: &Path, options: &ReadOptions) -> Result<Log, Error> {
+        let (source, path) = Source::of(path, options)?;
         let path = path.as_path();
         let LogFiles {
             format,
             files,
             mut losses,
+            has_packed_messages,
             declared_counts,
         } = recognise::recognise(path, &source)?;
         let has_damaged_beginning = !losses.is_empty();
-        let mut topics = TopicTable::default();
+        let given = GivenDefinitions::find(&options.definitions)
+            .map_err(|(path, problem)| Error::Definitions { path, problem })?;
+        let mut topics = TopicTable::new(given);
         let mut readers = Vec::with_capacity(files.len());
         let mut file_bytes = Vec::with_capacity(files.len());
         let mut opened = Vec::with_capacity(files.len());
         for path in &files {
             let file = source.open(path, &mut losses)?;
-            readers.push(open(format, &file, &mut topics, &mut losses)?);
+            let reader = open(format, &file, source.options(), &mut topics, &mut losses)?;
+            readers.push(reader);
             let metadata = std::fs::metadata(file.data()).map_err(Error::io(path))?;
             file_bytes.push(metadata.len());
             opened.push(file);
@@ -73,6 +92,14 @@ impl Log {
             // Only the file name suggested a log.
             source.format_of(path)?;
         }
+        let can_be_packed = matches!(format, Format::Mcap | Format::Rosbag2Sqlite);
+        let first = readers
+            .first()
+            .filter(|_| can_be_packed && !source.is_remote());
+        let is_packed =
+            |reader: &Box<dyn FileReader>| packed_messages::has_packed_messages(&**reader, &topics);
+        let has_packed_messages =
+            has_packed_messages.unwrap_or_else(|| first.is_some_and(is_packed));
         Ok(Log {
             path: path.to_path_buf(),
             format,
@@ -82,6 +109,7 @@ impl Log {
             opened,
             topics,
             losses,
+            has_packed_messages,
             declared_counts,
             can: CanTopics::default(),
         })
@@ -303,6 +331,25 @@ impl Log {
         batches: Option<Batches<'_>>,
     ) -> Result<(Losses, ControlFlow<()>), Error> {
         let mut losses = self.losses.clone();
+        if !self.has_packed_messages {
+            let flow = self.read_each(wanted, visit, progress, batches, &mut losses)?;
+            return Ok((losses, flow));
+        }
+        let mut unpacker = Unpacker::default();
+        let mut unpack = |message: &RawMessage<'_>| unpacker.visit(message, visit);
+        let flow = self.read_each(wanted, &mut unpack, progress, None, &mut losses)?;
+        unpacker.report(&self.topics, &mut losses);
+        Ok((losses, flow))
+    }
+
+    fn read_each(
+        &self,
+        wanted: &[bool],
+        visit: &mut dyn FnMut(&RawMessage<'_>) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(u64),
+        batches: Option<Batches<'_>>,
+        losses: &mut Losses,
+    ) -> Result<ControlFlow<()>, Error> {
         let mut bytes_before = 0;
         for (reader, bytes) in self.readers.iter().zip(&self.file_bytes) {
             let mut request = Request {
@@ -310,16 +357,16 @@ impl Log {
                 visit: &mut *visit,
                 progress: &mut *progress,
                 bytes_before,
-                losses: &mut losses,
+                losses: &mut *losses,
                 batches,
             };
             if reader.read(&mut request)?.is_break() {
-                return Ok((losses, ControlFlow::Break(())));
+                return Ok(ControlFlow::Break(()));
             }
             bytes_before += bytes;
             progress(bytes_before);
         }
-        Ok((losses, ControlFlow::Continue(())))
+        Ok(ControlFlow::Continue(()))
     }
 
     /// Compares the messages found with those the recorder reports having written.

@@ -25,6 +25,7 @@ pub(crate) fn recognise(path: &Path, source: &Source) -> Result<LogFiles, Error>
         format,
         files: vec![path.to_path_buf()],
         losses,
+        has_packed_messages: None,
         declared_counts: BTreeMap::new(),
     })
 }

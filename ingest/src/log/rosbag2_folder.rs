@@ -8,7 +8,7 @@ use std::{
 
 use super::{log_files::LogFiles, rosbag2_metadata::Metadata};
 use crate::{
-    file::{Content, Format, Source},
+    file::{Format, Source},
     message::{Error, Losses, LostPart, LostRange},
 };
 
@@ -36,6 +36,7 @@ pub(crate) fn recognise(folder: &Path, source: &Source) -> Result<LogFiles, Erro
         format,
         files,
         losses,
+        has_packed_messages: metadata.packs_messages(),
         declared_counts: metadata.message_counts,
     })
 }
@@ -114,8 +115,7 @@ fn present_file(folder: &Path, source: &Source, name: &str) -> PathBuf {
 }
 
 fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
-    let is_per_message = metadata.compression_mode.eq_ignore_ascii_case("message");
-    if metadata.compression_format.is_empty() || !is_per_message && is_zstd(metadata) {
+    if metadata.compression_format.is_empty() || is_zstd(metadata) {
         return Ok(());
     }
     let Metadata {
@@ -127,7 +127,7 @@ fn refuse_compression(folder: &Path, metadata: &Metadata) -> Result<(), Error> {
         path: folder.to_path_buf(),
         format: format!(
             "rosbag2 compression {compression_format} of mode {compression_mode} \
-             (only zstd compression of whole files is supported)"
+             (only zstd is supported)"
         ),
     })
 }
@@ -146,7 +146,7 @@ fn log_files_below(folder: &Path, source: &Source, levels: usize) -> Result<Vec<
     let (mut files, folders) = source.children(folder)?;
     files.retain(|path| {
         let content = source.content_of(path);
-        matches!(content, Ok(Content::Log(_) | Content::Packed(_)))
+        content.is_ok_and(|content| content.is_log())
     });
     if files.is_empty() && levels > 0 {
         for folder in folders {

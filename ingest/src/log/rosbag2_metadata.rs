@@ -21,6 +21,12 @@ pub(super) struct Metadata {
 }
 
 impl Metadata {
+    /// Whether every message is compressed; `None` without metadata.
+    pub(super) fn packs_messages(&self) -> Option<bool> {
+        let is_packed = self.compression_mode.eq_ignore_ascii_case("message");
+        (!self.files.is_empty()).then_some(is_packed && !self.compression_format.is_empty())
+    }
+
     /// The metadata, or what is wrong with the text.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         check_structure(text)?;

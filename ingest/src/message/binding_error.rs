@@ -27,7 +27,8 @@ pub enum BindingError {
     },
     /// The fields of the messages are unknown.
     #[error(
-        "topic {topic}: the log has no definition of {type_name}, and the type is not built in"
+        "topic {topic}: the log has no definition of {type_name}, and the type is not built in; give a folder with \
+         PACKAGE/msg/NAME.msg of this type and its parts: --definitions DIR"
     )]
     NoDefinition {
         /// The topic.

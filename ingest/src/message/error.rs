@@ -22,7 +22,8 @@ pub enum Error {
     /// The content is not in a supported format.
     #[error(
         "{}: not a log: expected MCAP, a bag of ROS 1, a rosbag2 SQLite database or folder, \
-         CAN frames (candump text, Vector ASC or BLF, PEAK TRC, ASAM MF4) or a table (CSV, Parquet) with a column of time, found {found}",
+         CAN frames (candump text, Vector ASC or BLF, PEAK TRC, ASAM MF4) or a table (CSV, Parquet) with a column of time \
+          (another name for it: --time-column; no names: --no-header), found {found}",
         path.display()
     )]
     NotALog {
@@ -38,6 +39,22 @@ pub enum Error {
         path: PathBuf,
         /// The name of the format.
         format: String,
+    },
+    /// A table whose times or columns are not known.
+    #[error("{}: a table that cannot be read: {problem}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is not known, and what to do.
+        problem: String,
+    },
+    /// A folder of definitions cannot be used.
+    #[error("{}: cannot be used as definitions of message types: {problem}", path.display())]
+    Definitions {
+        /// The folder, or a file in it.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
     },
     /// A folder whose files do not form one log.
     #[error(

@@ -14,7 +14,7 @@ pub use self::{
     losses::{Integrity, Losses, LostPart, LostRange},
     raw_message::RawMessage,
     sensor_kind::SensorKind,
-    topic::{DefinitionSource, Topic, TopicId},
+    topic::{DefinitionSource, Topic, TopicId, TopicWriter},
 };
 pub(crate) use self::{
     extra::Extra,

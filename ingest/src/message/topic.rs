@@ -1,10 +1,10 @@
 //! The topics of a log.
 
-use std::{borrow::Cow, collections::BTreeMap};
+use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::schema::{Dialect, builtin, significant_lines};
+use crate::schema::{Dialect, GivenDefinitions, builtin, significant_lines};
 
 /// Identifies one topic of one log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -23,9 +23,11 @@ impl TopicId {
 pub enum DefinitionSource {
     /// It was recorded in the log.
     Embedded,
+    /// The log has none; it was read from a folder that a person named.
+    Given,
     /// The log has none; the built-in definition of that type is used.
     BuiltIn,
-    /// The log has none, and the type is not built in.
+    /// The log has none, nobody gave one, and the type is not built in.
     Missing,
 }
 
@@ -51,10 +53,25 @@ pub struct Topic {
     pub definition_source: DefinitionSource,
     /// The number of messages; `None` if only reading the whole log can count them.
     pub message_count: Option<u64>,
-    /// What the log says of its writers, such as their quality of service: keys and values, one entry for each set that
-    /// differs. Empty for formats that say nothing.
+    /// What the log records of its writers, one entry for each that differs. Empty for formats that record nothing.
     #[serde(skip)]
-    pub writers: Vec<BTreeMap<String, String>>,
+    pub writers: Vec<TopicWriter>,
+}
+
+/// What a log records of one writer of a topic.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TopicWriter {
+    /// Keys and values, such as its quality of service.
+    pub says: BTreeMap<String, String>,
+    /// The definition of its messages; `None` if nothing was recorded, not even an empty one.
+    pub(crate) schema: Option<RecordedSchema>,
+}
+
+/// A definition byte by byte as the log has it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct RecordedSchema {
+    pub(crate) encoding: String,
+    pub(crate) data: Vec<u8>,
 }
 
 /// A topic before it has an id.
@@ -70,9 +87,18 @@ pub(crate) struct TopicDescription<'a> {
 #[derive(Default)]
 pub(crate) struct TopicTable {
     topics: Vec<Topic>,
+    given: GivenDefinitions,
 }
 
 impl TopicTable {
+    /// A table whose topics take definitions that the log lacks from folders.
+    pub(crate) fn new(given: GivenDefinitions) -> Self {
+        Self {
+            topics: Vec::new(),
+            given,
+        }
+    }
+
     /// The id of the topic: an existing one if name, type and definition agree.
     pub(crate) fn register(&mut self, description: &TopicDescription<'_>) -> TopicId {
         let new = self.topic(description);
@@ -96,9 +122,16 @@ impl TopicTable {
         let Some(topic) = self.topics.get_mut(id.0) else {
             return (id, 0);
         };
-        let known = topic.writers.iter().position(|known| known == says);
+        let writer = TopicWriter {
+            says: says.clone(),
+            schema: description.definition.map(|data| RecordedSchema {
+                encoding: description.schema_encoding.to_owned(),
+                data: data.to_vec(),
+            }),
+        };
+        let known = topic.writers.iter().position(|known| *known == writer);
         let index = known.unwrap_or_else(|| {
-            topic.writers.push(says.clone());
+            topic.writers.push(writer);
             topic.writers.len() - 1
         });
         (id, index as u32)
@@ -127,19 +160,22 @@ impl TopicTable {
             .map(String::from_utf8_lossy)
             .filter(|text| !text.trim().is_empty());
         let dialect = Dialect::of_encoding(description.encoding);
-        let assumed = match (&embedded, dialect) {
-            (None, Some(dialect)) => builtin::definition(description.type_name, dialect),
-            _ => None,
-        };
-        let source = match (&embedded, &assumed) {
-            _ if descriptors.is_some() => DefinitionSource::Embedded,
-            (Some(_), _) => DefinitionSource::Embedded,
-            (None, Some(_)) => DefinitionSource::BuiltIn,
-            (None, None) => DefinitionSource::Missing,
+        let type_name = description.type_name;
+        let of_others = dialect.filter(|_| embedded.is_none());
+        let given = of_others.and_then(|dialect| self.given.definition(type_name, dialect));
+        let built_in = || of_others.and_then(|dialect| builtin::definition(type_name, dialect));
+        let (definition, source) = match (embedded, given) {
+            (Some(embedded), _) => (Some(embedded.into_owned()), DefinitionSource::Embedded),
+            (None, Some(given)) => (Some(given), DefinitionSource::Given),
+            (None, None) if descriptors.is_some() => (None, DefinitionSource::Embedded),
+            (None, None) => match built_in() {
+                Some(built_in) => (Some(built_in), DefinitionSource::BuiltIn),
+                None => (None, DefinitionSource::Missing),
+            },
         };
         let schema_encoding = match (source, dialect) {
-            (DefinitionSource::BuiltIn, Some(Dialect::Ros1)) => "ros1msg",
-            (DefinitionSource::BuiltIn, _) => "ros2msg",
+            (DefinitionSource::BuiltIn | DefinitionSource::Given, Some(Dialect::Ros1)) => "ros1msg",
+            (DefinitionSource::BuiltIn | DefinitionSource::Given, _) => "ros2msg",
             _ => description.schema_encoding,
         };
         Topic {
@@ -148,7 +184,7 @@ impl TopicTable {
             type_name: description.type_name.to_owned(),
             encoding: description.encoding.to_owned(),
             schema_encoding: schema_encoding.to_owned(),
-            definition: embedded.map(Cow::into_owned).or(assumed),
+            definition,
             descriptors: descriptors.map(<[u8]>::to_vec),
             definition_source: source,
             message_count: Some(0),

@@ -8,8 +8,12 @@ use std::collections::HashMap;
 use super::{
     builtin,
     error::SchemaError,
+    idl,
     types::{Dialect, Field, FieldType, NumberType, Repetition, normal_type_name},
 };
+
+/// The name of OMG IDL as a language of definitions.
+pub(crate) const IDL: &str = "ros2idl";
 
 /// The fields of a message type and of all types nested in it.
 #[derive(Debug)]
@@ -20,6 +24,33 @@ pub(crate) struct Definitions {
 }
 
 impl Definitions {
+    /// Parses a definition in the language that a log states.
+    pub(crate) fn of_language(
+        language: &str,
+        text: &str,
+        type_name: &str,
+        dialect: Dialect,
+    ) -> Result<Self, SchemaError> {
+        if language != IDL {
+            return Self::parse(text, type_name, dialect);
+        }
+        let mut definitions = Self {
+            root: normal_type_name(type_name),
+            dialect,
+            types: idl::parse(text, type_name)?,
+        };
+        if !definitions.types.contains_key(&definitions.root) {
+            return Err(SchemaError::Line {
+                type_name: type_name.to_owned(),
+                line: text.lines().count(),
+                found: "the end, without this structure".to_owned(),
+            });
+        }
+        definitions.add_common_parts();
+        definitions.check_parts()?;
+        Ok(definitions)
+    }
+
     pub(crate) fn parse(
         text: &str,
         type_name: &str,
@@ -109,6 +140,18 @@ impl Definitions {
         }
         Ok(())
     }
+}
+
+/// The types of the fields of a definition that are messages themselves, as far as its lines can be read.
+pub(super) fn part_types(text: &str, type_name: &str, dialect: Dialect) -> Vec<String> {
+    let fields = text
+        .lines()
+        .filter_map(|line| parse_line(line, type_name, dialect)?);
+    let parts = fields.filter_map(|field| match field.field_type {
+        FieldType::Message(part) => Some(part),
+        _ => None,
+    });
+    parts.collect()
 }
 
 /// The lines of a definition without comments and blank lines.

@@ -4,13 +4,16 @@ pub(crate) mod builtin;
 mod definition;
 mod error;
 mod field_path;
+mod given;
+mod idl;
 mod path_tree;
 mod types;
 
 pub use self::{builtin::known_definition, error::SchemaError, field_path::FieldPath};
 pub(crate) use self::{
-    definition::{Definitions, significant_lines},
+    definition::{Definitions, IDL, significant_lines},
     field_path::{Elements, PathStep},
+    given::GivenDefinitions,
     path_tree::{Branch, PathTree},
     types::{Dialect, Field, FieldType, NumberType, Repetition, normal_type_name},
 };

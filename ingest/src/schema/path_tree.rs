@@ -22,6 +22,8 @@ pub(crate) struct Branch {
     pub(crate) part: Option<PathTree>,
     /// The wanted fields of each message in an array.
     pub(crate) parts: Option<PathTree>,
+    /// The wanted fields of single messages in an array, by their index.
+    pub(crate) picks: Vec<(usize, PathTree)>,
 }
 
 /// Alternative names of the two fields of a stamp.
@@ -63,8 +65,17 @@ impl PathTree {
             (Elements::None, false) => {
                 branch.part.get_or_insert_default().add(rest, slot);
             }
-            (Elements::All | Elements::At(_), false) => {
+            (Elements::All, false) => {
                 branch.parts.get_or_insert_default().add(rest, slot);
+            }
+            (Elements::At(index), false) => {
+                let index = index as usize;
+                let known = branch.picks.iter().position(|(at, _)| *at == index);
+                let place = known.unwrap_or_else(|| {
+                    branch.picks.push((index, PathTree::default()));
+                    branch.picks.len() - 1
+                });
+                branch.picks[place].1.add(rest, slot);
             }
         }
     }
@@ -84,6 +95,7 @@ impl Branch {
             } => "a number or string",
             Self { part: Some(_), .. } => "a message",
             Self { parts: Some(_), .. } => "an array of messages",
+            Self { picks, .. } if !picks.is_empty() => "an array of messages",
             _ => "an array of numbers or strings",
         }
     }

@@ -1,6 +1,7 @@
 //! Which topics carry which signals, and what a few messages of a topic reveal about it.
 
 mod binding;
+mod contents;
 mod first_messages;
 mod latched;
 mod metadata_records;
@@ -10,6 +11,7 @@ mod static_frames;
 pub(crate) use self::latched::{is_latched, is_static_transform};
 pub use self::{
     binding::{Binding, SignalRequest, bind, bind_joint_states, topic_of_field},
+    contents::{FieldContents, TopicContents, topic_contents},
     first_messages::{JointNamedTwice, first_frame, first_string, joint_names_in},
     metadata_records::{MetadataRecord, metadata_records},
     sensor_topics::{

@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     log::Log,
-    message::{Extra, Losses, RawMessage, Topic, TopicId},
+    message::{Extra, Losses, RawMessage, Topic, TopicId, TopicWriter},
     topics::{MetadataRecord, is_latched, is_static_transform},
 };
 
@@ -323,23 +323,24 @@ fn sources_of(
     writer: &mut Writer<BufWriter<File>>,
     topic: &Topic,
 ) -> Result<Vec<Source>, McapError> {
-    let none = [BTreeMap::new()];
-    let writers = match topic.writers.as_slice() {
-        [] => &none[..],
-        writers => writers,
-    };
-    let source = |says: &BTreeMap<String, String>| {
-        let is_static = is_static_transform(&topic.name);
-        Ok(Source {
-            channel: recover::add_channel(writer, topic, says)?,
+    let channels = recover::add_channels(writer, topic)?.into_iter();
+    let is_static = is_static_transform(&topic.name);
+    let nothing = BTreeMap::new();
+    let source = |(index, channel): (usize, u16)| {
+        let says = topic
+            .writers
+            .get(index)
+            .map_or(&nothing, |of: &TopicWriter| &of.says);
+        Source {
+            channel,
             is_latched: is_static || is_latched(&topic.name, says),
             is_static,
             held: Vec::new(),
             is_left_out: false,
             first_ns: None,
-        })
+        }
     };
-    writers.iter().map(source).collect()
+    Ok(channels.enumerate().map(source).collect())
 }
 
 fn write(

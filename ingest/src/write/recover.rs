@@ -17,7 +17,8 @@ use serde::Serialize;
 use super::ros2_writer;
 use crate::{
     log::Log,
-    message::{Error, Extra, Losses, RawMessage, Topic, TopicId},
+    message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicWriter},
+    schema::Dialect,
     topics::MetadataRecord,
 };
 
@@ -67,7 +68,7 @@ impl RecoveryReport {
 }
 
 /// Writes every intact message of a log of any format to a new MCAP file, in the order of the log,
-/// with its times and definitions, in chunks with checksums and an index.
+/// with its times, its definitions and what the log says of its writer, in chunks with checksums and an index.
 ///
 /// Messages are copied in encoded form, so no definitions are needed.
 ///
@@ -146,8 +147,8 @@ fn write_all(
 
 struct Recovery {
     writer: Writer<BufWriter<File>>,
-    /// The channel of each topic.
-    channels: Vec<u16>,
+    /// The channels of each topic, by writer.
+    channels: Vec<Vec<u16>>,
     counts: Vec<u64>,
     extras: u64,
 }
@@ -159,7 +160,7 @@ impl Recovery {
         let channels = log
             .topics()
             .iter()
-            .map(|topic| add_channel(&mut writer, topic, &BTreeMap::new()))
+            .map(|topic| add_channels(&mut writer, topic))
             .collect::<Result<_, _>>()?;
         Ok(Self {
             writer,
@@ -171,8 +172,10 @@ impl Recovery {
 
     fn message(&mut self, message: &RawMessage<'_>) -> Result<(), McapError> {
         let index = message.topic.index();
+        let channels = self.channels.get(index).map_or(&[][..], Vec::as_slice);
+        let channel = channels.get(message.writer as usize).or(channels.first());
         let header = MessageHeader {
-            channel_id: self.channels.get(index).copied().unwrap_or_default(),
+            channel_id: channel.copied().unwrap_or_default(),
             sequence: message.sequence,
             // Times before 1970 cannot be written.
             log_time: u64::try_from(message.log_time_ns).unwrap_or(0),
@@ -222,22 +225,43 @@ pub(super) fn profile(log: &Log) -> &'static str {
     }
 }
 
-/// Adds the channel of a writer of a topic, with what the log says of it.
-pub(super) fn add_channel(
+/// Adds a channel for each writer of a topic; one if the log does not tell them apart.
+pub(super) fn add_channels(
     writer: &mut Writer<BufWriter<File>>,
     topic: &Topic,
-    says: &BTreeMap<String, String>,
+) -> Result<Vec<u16>, McapError> {
+    let none = [TopicWriter::default()];
+    let writers = match topic.writers.as_slice() {
+        [] => &none[..],
+        writers => writers,
+    };
+    let channels = writers.iter().map(|of| add_channel(writer, topic, of));
+    channels.collect()
+}
+
+/// Adds the channel of a writer of a topic: its definition as recorded, and what the log says of it.
+fn add_channel(
+    writer: &mut Writer<BufWriter<File>>,
+    topic: &Topic,
+    of: &TopicWriter,
 ) -> Result<u16, McapError> {
-    let text = topic.definition.as_deref().map(str::as_bytes);
-    let data = topic.descriptors.as_deref().or(text).unwrap_or_default();
-    // Without a definition there is no schema encoding.
-    let language = match data {
-        [] => "",
-        _ => &topic.schema_encoding,
+    let schema = match &of.schema {
+        Some(schema) => writer.add_schema(&topic.type_name, &schema.encoding, &schema.data)?,
+        None if topic.type_name.is_empty() => 0,
+        None => {
+            let data = topic.definition.as_deref().unwrap_or_default();
+            writer.add_schema(&topic.type_name, language(topic), data.as_bytes())?
+        }
     };
-    let schema = match topic.type_name.is_empty() {
-        true => 0,
-        false => writer.add_schema(&topic.type_name, language, data)?,
-    };
-    writer.add_channel(schema, &topic.name, &topic.encoding, says)
+    writer.add_channel(schema, &topic.name, &topic.encoding, &of.says)
+}
+
+/// The language of a definition, also of one that the log lacks: readers look at it before the text.
+fn language(topic: &Topic) -> &str {
+    match Dialect::of_encoding(&topic.encoding) {
+        _ if !topic.schema_encoding.is_empty() => &topic.schema_encoding,
+        Some(Dialect::Ros1) => "ros1msg",
+        Some(Dialect::Ros2) => "ros2msg",
+        None => "",
+    }
 }

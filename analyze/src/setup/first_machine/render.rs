@@ -67,7 +67,7 @@ pub(super) fn rendered(
             .open("[wheels.FL]\nlink = \"wheel_front_left\"\nradius = 0.35  # m");
         text.line(&imu.text);
     }
-    topics.write(&mut text);
+    topics.write(log, &mut text);
     if let Some(guesses) = guesses {
         write_joints(&mut text, guesses);
     }

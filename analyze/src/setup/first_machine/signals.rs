@@ -84,8 +84,16 @@ impl Topics {
     }
 
     /// Writes `[signals]`.
-    pub(super) fn write(&self, text: &mut Text) {
-        text.gap().line("[signals]");
+    pub(super) fn write(&self, log: &Log, text: &mut Text) {
+        let dbc = match log.can_buses().next() {
+            Some(_) => " --dbc FILE.dbc",
+            None => "",
+        };
+        text.gap().comment(&format!(
+            "What can be bound: `tipwatch inspect {}{dbc}` lists every topic and field with its first and last value.",
+            log.path().display()
+        ));
+        text.line("[signals]");
         let states: Vec<String> = self.joint_states.iter().map(|(t, _)| t.clone()).collect();
         for (topic, names) in &self.joint_states {
             text.comment(&format!("{topic} contains {}.", names.join(", ")));

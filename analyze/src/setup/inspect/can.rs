@@ -64,6 +64,10 @@ struct MessageInspection {
     /// The DBC file, or "SAE J1939".
     described_by: Option<String>,
     frames: u64,
+    /// Log time (ns) of the first and the last frame; null for messages of several packets.
+    start_ns: Option<i64>,
+    end_ns: Option<i64>,
+    duration_s: Option<f64>,
     rate_hz: Option<f64>,
     signals: Vec<CanSignalInspection>,
     /// What did not become numbers.
@@ -76,8 +80,32 @@ struct CanSignalInspection {
     /// The unit of the values here.
     unit: String,
     numbers: u64,
+    first: Option<f64>,
+    last: Option<f64>,
     least: Option<f64>,
     greatest: Option<f64>,
+}
+
+/// The numbers of one signal.
+#[derive(Debug, Clone, Copy, Default)]
+struct Numbers {
+    count: u64,
+    first: f64,
+    last: f64,
+    least: f64,
+    greatest: f64,
+}
+
+impl Numbers {
+    fn take(&mut self, value: f64) {
+        if self.count == 0 {
+            (self.first, self.least, self.greatest) = (value, value, value);
+        }
+        self.count += 1;
+        self.last = value;
+        self.least = self.least.min(value);
+        self.greatest = self.greatest.max(value);
+    }
 }
 
 /// What was seen of an identifier.
@@ -92,7 +120,7 @@ struct Seen {
 struct Reading {
     decoder: Decoder,
     described_by: String,
-    numbers: Vec<(u64, f64, f64)>,
+    numbers: Vec<Numbers>,
 }
 
 /// Lists the messages of all buses; adds what was lost.
@@ -200,7 +228,7 @@ fn file_name(path: &Path) -> String {
 impl Reading {
     fn new(message: &Message, described_by: String) -> Self {
         Self {
-            numbers: vec![(0, f64::INFINITY, f64::NEG_INFINITY); message.signals.len()],
+            numbers: vec![Numbers::default(); message.signals.len()],
             decoder: Decoder::new(vec![Selection::of(message.clone())]),
             described_by,
         }
@@ -209,11 +237,9 @@ impl Reading {
     fn take(&mut self, frame: &Frame) {
         let numbers = &mut self.numbers;
         self.decoder.decode(frame, &mut |_, values| {
-            for ((count, least, greatest), value) in numbers.iter_mut().zip(values) {
+            for (numbers, value) in numbers.iter_mut().zip(values) {
                 if value.is_finite() {
-                    *count += 1;
-                    *least = least.min(*value);
-                    *greatest = greatest.max(*value);
+                    numbers.take(*value);
                 }
             }
         });
@@ -229,18 +255,21 @@ impl Reading {
     fn signals(&self) -> Vec<CanSignalInspection> {
         let signals = self.message().map(|message| message.signals.as_slice());
         let both = signals.unwrap_or_default().iter().zip(&self.numbers);
-        both.map(
-            |(signal, &(numbers, least, greatest))| CanSignalInspection {
+        both.map(|(signal, numbers)| {
+            let known = |number: f64| (numbers.count > 0).then_some(number);
+            CanSignalInspection {
                 name: signal.name.clone(),
                 unit: match signal.is_converted {
                     true => signal.si.symbol.into(),
                     false => signal.unit.clone(),
                 },
-                numbers,
-                least: (numbers > 0).then_some(least),
-                greatest: (numbers > 0).then_some(greatest),
-            },
-        )
+                numbers: numbers.count,
+                first: known(numbers.first),
+                last: known(numbers.last),
+                least: known(numbers.least),
+                greatest: known(numbers.greatest),
+            }
+        })
         .collect()
     }
 
@@ -263,6 +292,9 @@ impl Reading {
             name: Some(message.name.clone()),
             described_by: Some(self.described_by.clone()),
             frames: tally.frames,
+            start_ns: None,
+            end_ns: None,
+            duration_s: None,
             rate_hz: None,
             signals: self.signals(),
             notes: self.notes(),
@@ -287,6 +319,9 @@ impl Seen {
             name: message.map(|message| message.name.clone()),
             described_by: reading.as_ref().map(|reading| reading.described_by.clone()),
             frames: self.frames,
+            start_ns: Some(self.first_ns),
+            end_ns: Some(self.last_ns),
+            duration_s: Some(span_s),
             rate_hz: (span_s > 0.0).then(|| periods / span_s),
             signals: reading.as_ref().map(Reading::signals).unwrap_or_default(),
             notes: reading.as_ref().map(Reading::notes).unwrap_or_default(),
@@ -323,6 +358,9 @@ impl fmt::Display for MessageInspection {
         if let Some(rate_hz) = self.rate_hz {
             write!(out, ", {rate_hz:.2} Hz")?;
         }
+        if let Some(duration_s) = self.duration_s {
+            write!(out, ", {duration_s:.3} s")?;
+        }
         if let (Some(pgn), Some(source)) = (self.pgn, self.source) {
             write!(out, ", PGN {pgn} from source {source}")?;
         }
@@ -336,12 +374,13 @@ impl fmt::Display for MessageInspection {
                 "      {:<28} {:>8} numbers",
                 signal.name, signal.numbers
             )?;
-            match (signal.least, signal.greatest) {
-                (Some(least), Some(greatest)) => {
-                    writeln!(out, ", {least:.4} to {greatest:.4} {}", signal.unit)?;
-                }
-                _ => writeln!(out)?,
+            if let (Some(least), Some(greatest)) = (signal.least, signal.greatest) {
+                write!(out, ", {least:.4} to {greatest:.4} {}", signal.unit)?;
             }
+            if let (Some(first), Some(last)) = (signal.first, signal.last) {
+                write!(out, ", first {first:.4}, last {last:.4}")?;
+            }
+            writeln!(out)?;
         }
         for note in &self.notes {
             writeln!(out, "      {note}")?;

@@ -7,7 +7,8 @@ use anyhow::Result;
 use tipwatch_binding::{MachineFile, named_topics};
 use tipwatch_ingest::{
     Log, Losses, NamedTopics, SensorDecoder, SensorKind, SensorRecording, SensorRequest,
-    SensorTopics, TimeBase, Topic, TopicId, record_sensors, robot_description,
+    SensorTopics, TimeBase, Topic, TopicContents, TopicId, record_sensors, robot_description,
+    topic_contents,
 };
 
 use super::can::{self, Described};
@@ -44,16 +45,13 @@ pub fn inspect(
         Err(error) => (SensorTopics::default(), Some(error.to_string())),
     };
     let (clocks, mut losses) = clocks(&log)?;
-    if !losses.is_empty() {
-        // again over all topics, for losses on those that are not signals
-        let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
-        losses.merge(&log.read(&ids, &mut |_| ControlFlow::Continue(()))?);
-    }
+    let contents = contents(&log, &mut losses)?;
     let can = can::inspect(&log, databases, &mut losses)?;
     let topics = log
         .topics()
         .iter()
-        .map(|topic| topic_inspection(topic, &found, &clocks))
+        .zip(contents)
+        .map(|(topic, contents)| topic_inspection(topic, contents, &found, &clocks))
         .collect();
     let signals = if binding_error.is_none() {
         signals(&log, &found, &named, file)
@@ -83,6 +81,29 @@ pub fn inspect(
         integrity: losses.integrity.note(),
         losses,
     })
+}
+
+/// What every topic holds, with the losses of all of them. Of a log in a bucket only what is needed is read.
+fn contents(log: &Log, losses: &mut Losses) -> Result<Vec<TopicContents>> {
+    if log.whole_files().iter().all(Option::is_some) {
+        let (contents, found) = topic_contents(log)?;
+        if !found.is_empty() || !losses.is_empty() {
+            losses.merge(&found);
+        }
+        return Ok(contents);
+    }
+    if !losses.is_empty() {
+        // again over all topics, for losses on those that are not signals
+        let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
+        losses.merge(&log.read(&ids, &mut |_| ControlFlow::Continue(()))?);
+    }
+    let unread = TopicContents {
+        note: Some(
+            "not read: the log is in a bucket or on a server (--fetch-whole reads it)".into(),
+        ),
+        ..TopicContents::default()
+    };
+    Ok(vec![unread; log.topics().len()])
 }
 
 /// Records all topics that can be a signal, for their stamps.
@@ -136,6 +157,7 @@ fn clock_inspection(
 
 fn topic_inspection(
     topic: &Topic,
+    contents: TopicContents,
     found: &SensorTopics,
     clocks: &[SensorRecording],
 ) -> TopicInspection {
@@ -147,6 +169,12 @@ fn topic_inspection(
         encoding: topic.encoding.clone(),
         definition: format!("{:?}", topic.definition_source).to_lowercase(),
         message_count: topic.message_count,
+        start_ns: contents.start_ns,
+        end_ns: contents.end_ns,
+        duration_s: contents.duration_s(),
+        rate_hz: contents.rate_hz(),
+        fields: contents.fields,
+        fields_note: contents.note,
         timing: clock.map(|recording| recording.statistics.timing()),
         correction: clock.map(|recording| recording.correction),
         joint_names: joints.flat_map(|joint| joint.joint_names.clone()).collect(),

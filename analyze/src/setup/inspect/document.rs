@@ -1,7 +1,9 @@
 //! The contents of a log as a JSON document.
 
 use serde::Serialize;
-use tipwatch_ingest::{FileTransfer, Losses, StampCorrection, StampSource, TopicTiming};
+use tipwatch_ingest::{
+    FieldContents, FileTransfer, Losses, StampCorrection, StampSource, TopicTiming,
+};
 
 use super::can::BusInspection;
 use crate::analysis::clock::ClockOffsets;
@@ -57,6 +59,17 @@ pub(super) struct TopicInspection {
     pub(super) encoding: String,
     pub(super) definition: String,
     pub(super) message_count: Option<u64>,
+    /// Log time (ns) of the first and the last message; null if the log was not read as a whole.
+    pub(super) start_ns: Option<i64>,
+    pub(super) end_ns: Option<i64>,
+    /// From the first message to the last.
+    pub(super) duration_s: Option<f64>,
+    /// Messages per second of that time.
+    pub(super) rate_hz: Option<f64>,
+    /// Every number that the machine file can name as `{ topic, field }`, in the first and the last message.
+    pub(super) fields: Vec<FieldContents>,
+    /// Why fields are not listed, or not all.
+    pub(super) fields_note: Option<String>,
     /// Statistics of the stamps, for topics that can be a signal.
     pub(super) timing: Option<TopicTiming>,
     /// Conversion of the stamps to the clock of the log.

@@ -9,6 +9,9 @@ use crate::analysis::clock::text as clock_text;
 use crate::base::stdout;
 use crate::base::transfer_text;
 
+/// Fields of a topic in the text; JSON has all.
+const MOST_FIELDS: usize = 40;
+
 /// Prints an inspection as text or JSON.
 ///
 /// # Errors
@@ -96,9 +99,21 @@ fn describe_topic(topic: &TopicInspection) -> String {
         .message_count
         .map_or("?".into(), |count| count.to_string());
     let mut text = format!(
-        "  {:<28} {:<32} {count:>8} messages, definition {}\n",
-        topic.name, topic.type_name, topic.definition
+        "  {:<28} {:<32} {count:>8} messages, {}, definition {}\n",
+        topic.name, topic.type_name, topic.encoding, topic.definition
     );
+    if let (Some(start_ns), Some(end_ns), Some(duration_s)) =
+        (topic.start_ns, topic.end_ns, topic.duration_s)
+    {
+        let rate = topic
+            .rate_hz
+            .map(|rate| format!(", {rate:.2} messages a second"));
+        let _ = writeln!(
+            text,
+            "      log time {start_ns} to {end_ns} ns, {duration_s:.3} s{}",
+            rate.unwrap_or_default()
+        );
+    }
     if let Some(timing) = &topic.timing {
         let number = |value: Option<f64>| value.map_or("-".into(), |v| format!("{v:.3}"));
         let _ = writeln!(
@@ -143,5 +158,27 @@ fn describe_topic(topic: &TopicInspection) -> String {
     if !topic.joint_names.is_empty() {
         let _ = writeln!(text, "      joints: {}", topic.joint_names.join(", "));
     }
+    describe_fields(topic, &mut text);
     text
+}
+
+/// The numbers that can be bound, each in the first and the last message.
+fn describe_fields(topic: &TopicInspection, text: &mut String) {
+    for field in topic.fields.iter().take(MOST_FIELDS) {
+        let number = |value: Option<f64>| value.map_or("-".into(), |v| v.to_string());
+        let _ = writeln!(
+            text,
+            "      {:<32} first {}, last {}",
+            field.field,
+            number(field.first),
+            number(field.last)
+        );
+    }
+    if topic.fields.len() > MOST_FIELDS {
+        let more = topic.fields.len() - MOST_FIELDS;
+        let _ = writeln!(text, "      {more} more fields: --json lists them");
+    }
+    if let Some(note) = &topic.fields_note {
+        let _ = writeln!(text, "      fields: {note}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use crate::{
-    decode::binary::{Count, Element, Op},
+    decode::binary::{Count, Element, Op, Pick},
     schema::{
         Definitions, Dialect, Elements, Field, FieldPath, FieldType, NumberType, PathStep,
         Repetition, SchemaError,
@@ -241,28 +241,32 @@ impl<'c> Compiler<'c> {
         depth: usize,
         block: &mut Block,
     ) -> Result<(), SchemaError> {
-        let expected = match field.repetition {
-            Repetition::Once => Elements::None,
-            _ => Elements::All,
-        };
-        let mut inner_wants = Vec::new();
+        let is_array = field.repetition != Repetition::Once;
+        let (mut inner_wants, mut picked) = (Vec::new(), Vec::new());
         for want in wants {
-            match want.rest {
-                [step, rest @ ..] if step.elements == expected && !rest.is_empty() => {
-                    inner_wants.push(Want {
-                        slot: want.slot,
-                        rest,
-                    });
-                }
+            let [step, rest @ ..] = want.rest else {
+                return Err(self.wrong_kind(want, field));
+            };
+            let inner = Want {
+                slot: want.slot,
+                rest,
+            };
+            match step.elements {
+                _ if rest.is_empty() => return Err(self.wrong_kind(want, field)),
+                Elements::None if !is_array => inner_wants.push(inner),
+                Elements::All if is_array => inner_wants.push(inner),
+                Elements::At(index) if is_array => picked.push((index as usize, inner)),
                 _ => return Err(self.wrong_kind(want, field)),
             }
         }
-        if field.repetition == Repetition::Once {
+        if !is_array {
             return self.message(part, &inner_wants, occurrence, depth + 1, block);
         }
-        if let Some(want) = inner_wants
-            .first()
-            .filter(|_| occurrence == Occurrence::InArray)
+        // what is collected from every message is not read into a slot of its own
+        let is_mixed = !inner_wants.is_empty() && !picked.is_empty();
+        let mut all = picked.iter().map(|(_, want)| want).chain(&inner_wants);
+        if (occurrence == Occurrence::InArray || is_mixed)
+            && let Some(want) = all.next()
         {
             return Err(self.wrong_kind(want, field));
         }
@@ -284,8 +288,20 @@ impl<'c> Compiler<'c> {
             }
             return Ok(());
         }
+        let count = count_of(field);
+        if !picked.is_empty() {
+            let picks = self.picks(part, &picked, depth)?;
+            let slots = picked.iter().map(|(_, want)| want.slot).collect();
+            block.read(Op::RepeatExcept {
+                count,
+                body: body.steps,
+                picks,
+                slots,
+            });
+            return Ok(());
+        }
         let step = Op::Repeat {
-            count: count_of(field),
+            count,
             body: body.steps,
         };
         if inner_wants.is_empty() {
@@ -294,6 +310,30 @@ impl<'c> Compiler<'c> {
             block.read(step);
         }
         Ok(())
+    }
+
+    /// The steps for the messages in an array of which something is wanted.
+    fn picks(
+        &mut self,
+        part: &str,
+        picked: &[(usize, Want<'_>)],
+        depth: usize,
+    ) -> Result<Vec<Pick>, SchemaError> {
+        let mut indices: Vec<usize> = picked.iter().map(|(index, _)| *index).collect();
+        indices.sort_unstable();
+        indices.dedup();
+        let mut picks = Vec::with_capacity(indices.len());
+        for index in indices {
+            let of_index = picked.iter().filter(|(at, _)| *at == index);
+            let wants: Vec<Want<'_>> = of_index.map(|(_, want)| *want).collect();
+            let mut body = Block::default();
+            self.message(part, &wants, Occurrence::Once, depth + 1, &mut body)?;
+            picks.push(Pick {
+                index,
+                body: body.steps,
+            });
+        }
+        Ok(picks)
     }
 
     /// The only path to a field that is not an array.

@@ -63,19 +63,18 @@ impl Layout {
         type_name: &str,
         paths: &[FieldPath],
     ) -> Result<Layout, SchemaError> {
-        Self::compile_dialect(definition, type_name, Dialect::Ros2, paths)
+        let definitions = Definitions::parse(definition, type_name, Dialect::Ros2)?;
+        Self::of_definitions(&definitions, paths)
     }
 
-    /// As [`compile`](Self::compile), for the encoding that goes with a dialect.
-    pub(crate) fn compile_dialect(
-        definition: &str,
-        type_name: &str,
-        dialect: Dialect,
+    /// As [`compile`](Self::compile), for the encoding that goes with the dialect of the definitions.
+    pub(crate) fn of_definitions(
+        definitions: &Definitions,
         paths: &[FieldPath],
     ) -> Result<Layout, SchemaError> {
         refuse_repeated(paths)?;
-        let definitions = Definitions::parse(definition, type_name, dialect)?;
-        let (steps, collecting) = compiler::compile(&definitions, paths)?;
+        let dialect = definitions.dialect;
+        let (steps, collecting) = compiler::compile(definitions, paths)?;
         let plan = Plan::Binary {
             steps,
             dialect,

@@ -3,7 +3,7 @@
 use super::Layout;
 use crate::{
     message::{BindingError, DefinitionSource, Topic},
-    schema::{Dialect, FieldPath, SchemaError},
+    schema::{Definitions, Dialect, FieldPath, IDL, SchemaError},
 };
 
 impl Layout {
@@ -19,14 +19,10 @@ impl Layout {
             source,
         };
         match topic.encoding.as_str() {
-            "cdr" => {
-                let definition = definition(topic, "ros2msg")?;
-                Self::compile_dialect(definition, &topic.type_name, Dialect::Ros2, paths)
-            }
-            "ros1" => {
-                let definition = definition(topic, "ros1msg")?;
-                Self::compile_dialect(definition, &topic.type_name, Dialect::Ros1, paths)
-            }
+            "cdr" => definitions(topic, &["ros2msg", IDL], Dialect::Ros2)?
+                .and_then(|definitions| Self::of_definitions(&definitions, paths)),
+            "ros1" => definitions(topic, &["ros1msg"], Dialect::Ros1)?
+                .and_then(|definitions| Self::of_definitions(&definitions, paths)),
             "json" => Self::json(paths),
             "protobuf" => {
                 let descriptors = topic.descriptors.as_ref();
@@ -39,13 +35,25 @@ impl Layout {
     }
 }
 
-fn definition<'t>(topic: &'t Topic, language: &str) -> Result<&'t str, BindingError> {
+/// The definition of a topic, in one of these languages.
+fn definitions(
+    topic: &Topic,
+    languages: &[&str],
+    dialect: Dialect,
+) -> Result<Result<Definitions, SchemaError>, BindingError> {
+    let language = topic.schema_encoding.as_str();
     let is_missing = topic.definition_source == DefinitionSource::Missing;
-    if !is_missing && topic.schema_encoding != language {
-        return Err(unsupported(topic, &topic.schema_encoding));
+    if !is_missing && !languages.contains(&language) {
+        return Err(unsupported(topic, language));
     }
-    let definition = topic.definition.as_deref();
-    definition.ok_or_else(|| no_definition(topic))
+    let text = topic.definition.as_deref();
+    let text = text.ok_or_else(|| no_definition(topic))?;
+    Ok(Definitions::of_language(
+        language,
+        text,
+        &topic.type_name,
+        dialect,
+    ))
 }
 
 fn no_definition(topic: &Topic) -> BindingError {

@@ -10,13 +10,48 @@ use self::{
     wire::{Item, Number},
 };
 use crate::{
-    decode::{error::DecodeError, fields::Fields},
+    decode::{error::DecodeError, fields::Fields, path_collector::Collector},
     schema::{Branch, PathTree, SchemaError},
 };
 
 const BROKEN: DecodeError = DecodeError::Protobuf {
     problem: "a field that exceeds the message, or has an unsupported wire type",
 };
+
+/// Collects the paths of the numbers in messages of a type.
+pub(super) fn number_paths(set: &[u8], type_name: &str, found: &mut Collector) {
+    if let Some(descriptors) = Descriptors::parse(set) {
+        collect(&descriptors, type_name, "", 0, found);
+    }
+}
+
+fn collect(
+    descriptors: &Descriptors,
+    type_name: &str,
+    prefix: &str,
+    depth: usize,
+    found: &mut Collector,
+) {
+    for field in descriptors.fields(type_name).unwrap_or_default() {
+        let path = format!("{prefix}{}", field.name);
+        if found.is_full(depth) {
+            return;
+        }
+        match (field.kind(), field.is_repeated) {
+            (FieldKind::Number(_), false) => found.number(path),
+            (FieldKind::Number(_), true) => found.numbers(&path, None),
+            (FieldKind::Message(part), false) => {
+                collect(descriptors, part, &format!("{path}."), depth + 1, found);
+            }
+            (FieldKind::Message(part), true) => {
+                for prefix in Collector::parts(&path, None) {
+                    collect(descriptors, part, &prefix, depth + 1, found);
+                }
+            }
+            (FieldKind::Text | FieldKind::Group, _) => {}
+        }
+    }
+}
 
 /// The slots of the wanted fields of one message type.
 #[derive(Debug, Clone, Default)]
@@ -43,7 +78,12 @@ enum Take {
     },
     Texts(usize),
     Part(Plan),
-    Parts(Plan),
+    Parts {
+        /// For every message.
+        all: Option<Plan>,
+        /// For single messages, by index.
+        picks: Vec<(usize, Plan)>,
+    },
 }
 
 impl Plan {
@@ -134,7 +174,16 @@ impl Take {
             (Self::Part(plan), Item::Bytes(part)) => {
                 return Some(plan.run(part, fields, is_in_array));
             }
-            (Self::Parts(plan), Item::Bytes(part)) => return Some(plan.run(part, fields, true)),
+            (Self::Parts { all, picks }, Item::Bytes(part)) => {
+                let picks = picks.iter().filter(|(at, _)| at == index);
+                let picks = picks.map(|(_, plan)| (plan, is_in_array));
+                for (plan, is_in_array) in all.iter().map(|plan| (plan, true)).chain(picks) {
+                    if let Err(error) = plan.run(part, fields, is_in_array) {
+                        return Some(Err(error));
+                    }
+                }
+                *index += 1;
+            }
             _ => return None,
         }
         Some(Ok(()))
@@ -210,21 +259,26 @@ impl Compiler<'_> {
             }
             (FieldKind::Text, true) => branch.all.map(Take::Texts).ok_or_else(wrong),
             (FieldKind::Message(part), is_repeated) => {
-                let tree = match is_repeated {
-                    true => &branch.parts,
-                    false => &branch.part,
-                };
-                let tree = tree.as_ref().ok_or_else(wrong)?;
                 let undefined = || SchemaError::UndefinedType {
                     type_name: type_name.to_owned(),
                     field: field.name.clone(),
                     part: part.to_owned(),
                 };
                 let fields = self.descriptors.fields(part).ok_or_else(undefined)?;
-                let plan = self.message(part, fields, tree, path)?;
-                Ok(match is_repeated {
-                    true => Take::Parts(plan),
-                    false => Take::Part(plan),
+                if !is_repeated {
+                    let tree = branch.part.as_ref().ok_or_else(wrong)?;
+                    return Ok(Take::Part(self.message(part, fields, tree, path)?));
+                }
+                if branch.parts.is_none() && branch.picks.is_empty() {
+                    return Err(wrong());
+                }
+                let mut plan_of = |tree: &PathTree| self.message(part, fields, tree, path);
+                let picks = branch.picks.iter();
+                Ok(Take::Parts {
+                    all: branch.parts.as_ref().map(&mut plan_of).transpose()?,
+                    picks: picks
+                        .map(|(index, tree)| Ok((*index, plan_of(tree)?)))
+                        .collect::<Result<_, _>>()?,
                 })
             }
             (FieldKind::Group, _) => Err(wrong()),

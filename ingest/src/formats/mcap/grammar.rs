@@ -28,6 +28,11 @@ impl Grammar for Mcap {
         let kind = kind_of(opcode)?;
         let body = head.get(RECORD_HEADER_BYTES..).unwrap_or_default();
         let is_certain = shape::fits(opcode, body, body_bytes)?;
+        // zeros in the place of lengths would make an empty chunk with its content behind it
+        let is_chunk = kind == Kind::Chunk && !is_certain;
+        if is_chunk && ChunkRecord::parse(body).is_some_and(|chunk| !chunk.is_coherent()) {
+            return None;
+        }
         Some(Frame {
             kind,
             length_bytes: body_bytes.saturating_add(RECORD_HEADER_BYTES as u64),

@@ -13,6 +13,9 @@ use crate::formats::records::{
 /// Size of the opcode and length before every record.
 pub(super) const RECORD_HEADER_BYTES: usize = 9;
 
+/// Time and offset of a message in an index.
+pub(super) const INDEX_ENTRY_BYTES: u64 = 16;
+
 /// Splits off one record: opcode, body and the rest. `None` if it does not fit.
 #[inline]
 pub(super) fn split_record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
@@ -135,10 +138,9 @@ pub(super) fn message(body: &[u8]) -> Option<MessageRecord<'_>> {
 
 /// A channel and the number of its messages in the preceding chunk.
 pub(super) fn index(body: &[u8]) -> Option<(u32, u64)> {
-    const ENTRY_BYTES: u32 = 16;
     let mut fields = Fields::new(body);
     let channel = u32::from(fields.u16()?);
-    Some((channel, u64::from(fields.u32()? / ENTRY_BYTES)))
+    Some((channel, u64::from(fields.u32()?) / INDEX_ENTRY_BYTES))
 }
 
 /// A chunk before decompression.
@@ -172,6 +174,14 @@ impl<'a> ChunkRecord<'a> {
         })
     }
 
+    /// Whether the fields agree with each other; asked where bytes follow that belong to none of them.
+    pub(super) fn is_coherent(&self) -> bool {
+        let is_plain = self.compression.is_empty();
+        self.compressed_bytes > 0
+            && self.uncompressed_bytes > 0
+            && (!is_plain || self.uncompressed_bytes == self.compressed_bytes)
+    }
+
     pub(super) fn packed(self) -> PackedChunk<'a> {
         PackedChunk {
             compression: match self.compression {
@@ -195,6 +205,8 @@ pub(super) struct ChunkIndexRecord {
     pub(super) length_bytes: u64,
     pub(super) span_ns: (i64, i64),
     pub(super) channels: Vec<u32>,
+    /// Length of the message indexes behind the chunk.
+    pub(super) indexes_bytes: u64,
 }
 
 impl ChunkIndexRecord {
@@ -214,8 +226,19 @@ impl ChunkIndexRecord {
             length_bytes,
             span_ns,
             channels,
+            indexes_bytes: fields.u64()?,
         })
     }
+}
+
+/// The bytes of an attachment that its checksum, which follows them, covers.
+pub(super) fn attachment_bytes(body: &[u8]) -> Option<&[u8]> {
+    let mut fields = Fields::new(body);
+    let (_log_time, _create_time) = (fields.u64()?, fields.u64()?);
+    let (_name, _media_type) = (fields.sized_bytes()?, fields.sized_bytes()?);
+    let data_bytes = fields.u64()?;
+    fields.bytes(data_bytes)?;
+    body.get(..body.len() - fields.rest.len())
 }
 
 /// Where the index of an attachment or a metadata record says that it is.

@@ -1,4 +1,6 @@
 //! The field layout of each record kind, to check a record's length against the lengths inside it.
+//!
+//! A record may be longer than its fields: later versions of the format append fields, which readers pass over.
 
 use Part::{Bytes, LongSized, Rest, Sized};
 use mcap::records::op;
@@ -37,8 +39,8 @@ fn shape(opcode: u8) -> Option<&'static [Part]> {
     })
 }
 
-/// `None` if a body of this length cannot be such a record, else whether that is certain. Only the
-/// first bytes of the body are needed.
+/// `None` if a body of this length cannot be such a record, else whether that is certain: its fields end where it ends.
+/// Only the first bytes of the body are needed.
 pub(super) fn fits(opcode: u8, body: &[u8], body_bytes: u64) -> Option<bool> {
     let Some(parts) = shape(opcode) else {
         return Some(false);
@@ -57,7 +59,7 @@ pub(super) fn fits(opcode: u8, body: &[u8], body_bytes: u64) -> Option<bool> {
         };
         at = at.saturating_add(count);
     }
-    (at == body_bytes).then_some(true)
+    (at <= body_bytes).then_some(at == body_bytes)
 }
 
 fn field<const N: usize>(body: &[u8], at: u64) -> Option<[u8; N]> {

@@ -1,6 +1,6 @@
 //! Reads topics and chunk index from the summary at the end of a file, if it is intact.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range};
 
 use mcap::records::op;
 
@@ -34,7 +34,53 @@ pub(super) fn read(file: &FileBytes) -> Result<Option<Contents>, Error> {
         return Ok(None);
     }
     let records = checked.get(..summary_bytes as usize).unwrap_or_default();
-    Ok(parse(records, footer.summary_start))
+    let Some((mut contents, indexes)) = parse(records, footer.summary_start) else {
+        return Ok(None);
+    };
+    // Of a file in a bucket each read would cost a request.
+    if contents.message_counts.is_none() && !file.is_partial() {
+        contents.message_counts = counted(file, &contents, &indexes)?;
+        contents.counts_are_indexed = contents.message_counts.is_some();
+    }
+    Ok(Some(contents))
+}
+
+/// Message counts by channel, by the message indexes behind each chunk; `None` if they are not all there.
+fn counted(
+    file: &FileBytes,
+    contents: &Contents,
+    indexes: &[Range<u64>],
+) -> Result<Option<BTreeMap<u32, u64>>, Error> {
+    if contents.chunks.is_empty() {
+        return Ok(None);
+    }
+    let mut counts = BTreeMap::new();
+    let mut bytes = Vec::new();
+    for (place, entry) in indexes.iter().zip(contents.chunks.values()) {
+        let length = place.end - place.start;
+        file.read_into(&mut bytes, place.start, length)?;
+        let mut rest = bytes.as_slice();
+        let mut found = Vec::new();
+        while let Some((op::MESSAGE_INDEX, body, after)) = record::split_record(rest) {
+            rest = after;
+            let is_whole = |count: u64| count * record::INDEX_ENTRY_BYTES <= body.len() as u64;
+            let Some((channel, count)) = record::index(body).filter(|(_, count)| is_whole(*count))
+            else {
+                return Ok(None);
+            };
+            found.push(channel);
+            *counts.entry(channel).or_default() += count;
+        }
+        let listed = entry.channels.iter().flatten();
+        let are_all = entry.channels.is_some() && listed.clone().all(|id| found.contains(id));
+        if !rest.is_empty()
+            || !are_all
+            || found.iter().any(|id| !contents.channels.contains_key(id))
+        {
+            return Ok(None);
+        }
+    }
+    Ok(Some(counts))
 }
 
 struct Footer {
@@ -72,8 +118,10 @@ impl Footer {
     }
 }
 
-fn parse(mut records: &[u8], data_end: u64) -> Option<Contents> {
+/// The contents, and the places of the message indexes of each chunk, in the order of the chunks.
+fn parse(mut records: &[u8], data_end: u64) -> Option<(Contents, Vec<Range<u64>>)> {
     let mut contents = Contents::default();
+    let mut indexes = BTreeMap::new();
     let mut message_count = None;
     let (mut extras, mut stated_extras) = (Vec::new(), None);
     while !records.is_empty() {
@@ -82,7 +130,10 @@ fn parse(mut records: &[u8], data_end: u64) -> Option<Contents> {
         match opcode {
             op::SCHEMA => contents.define(&record::schema(body)?),
             op::CHANNEL => contents.define(&record::channel(body)?),
-            op::CHUNK_INDEX => add_chunk(&mut contents, body, data_end)?,
+            op::CHUNK_INDEX => {
+                let (offset, place) = add_chunk(&mut contents, body, data_end)?;
+                indexes.insert(offset, place);
+            }
             op::ATTACHMENT_INDEX | op::METADATA_INDEX => {
                 let place = record::extra_place(body).filter(|place| place.end <= data_end);
                 extras.extend(place.map(|bytes| ExtraPlace {
@@ -104,10 +155,12 @@ fn parse(mut records: &[u8], data_end: u64) -> Option<Contents> {
     }
     extras.sort_by_key(|place| place.bytes.start);
     contents.extras = (stated_extras == Some(extras.len() as u64)).then_some(extras);
-    is_complete(&contents, message_count).then_some(contents)
+    let indexes = indexes.into_values().collect();
+    is_complete(&contents, message_count).then_some((contents, indexes))
 }
 
-fn add_chunk(contents: &mut Contents, body: &[u8], data_end: u64) -> Option<()> {
+/// Adds a chunk; returns its offset and the place of its message indexes.
+fn add_chunk(contents: &mut Contents, body: &[u8], data_end: u64) -> Option<(u64, Range<u64>)> {
     let index = ChunkIndexRecord::parse(body)?;
     let end = index.offset.checked_add(index.length_bytes)?;
     if index.offset < MAGIC_BYTES as u64 || end > data_end {
@@ -123,7 +176,14 @@ fn add_chunk(contents: &mut Contents, body: &[u8], data_end: u64) -> Option<()> 
         span_ns: (first_ns <= last_ns && last_ns != 0).then_some((first_ns, last_ns)),
     };
     contents.chunks.insert(index.offset, entry);
-    Some(())
+    let indexes_end = end.saturating_add(index.indexes_bytes);
+    // without them nothing is counted
+    let indexes = end..if indexes_end <= data_end {
+        indexes_end
+    } else {
+        end
+    };
+    Some((index.offset, indexes))
 }
 
 /// Whether every channel with messages is defined, including its schema.

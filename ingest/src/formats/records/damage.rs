@@ -59,7 +59,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
     }
 
     /// Reads a chunk whose kind or length is damaged, if its checksum confirms the content.
-    fn mended_chunk(
+    pub(super) fn mended_chunk(
         &mut self,
         offset: u64,
         next: Option<u64>,

@@ -155,7 +155,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 }
                 AtOffset::Record(frame) => {
                     let end = offset + frame.length_bytes;
-                    if self.record(frame.kind, offset..end)?.is_break() {
+                    if self.record(&frame, offset..end)?.is_break() {
                         return Ok(ControlFlow::Break(()));
                     }
                     offset = end;
@@ -240,14 +240,14 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         Ok(is_end || G::frame(head).is_some_and(is_record))
     }
 
-    fn record(&mut self, kind: Kind, bytes: Range<u64>) -> Result<ControlFlow<()>, Error> {
-        match kind {
+    fn record(&mut self, frame: &Frame, bytes: Range<u64>) -> Result<ControlFlow<()>, Error> {
+        match frame.kind {
             Kind::Chunk => {
-                let flow = self.chunk(&bytes)?;
+                let flow = self.chunk(&bytes, frame.is_unmistakable)?;
                 self.visitor.progress(bytes.end);
                 return Ok(flow);
             }
-            Kind::Message | Kind::Definition => return self.loose_record(kind, bytes),
+            kind @ (Kind::Message | Kind::Definition) => return self.loose_record(kind, bytes),
             Kind::Index => self.index(&bytes)?,
             Kind::Unknown => {
                 let reason = "a record of an undefined kind";
@@ -267,7 +267,8 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         Ok(())
     }
 
-    fn chunk(&mut self, bytes: &Range<u64>) -> Result<ControlFlow<()>, Error> {
+    /// A chunk. If its length is not certain, bytes behind its data may belong to the data: a length inside is wrong.
+    fn chunk(&mut self, bytes: &Range<u64>, is_certain: bool) -> Result<ControlFlow<()>, Error> {
         self.log.end_of_indexes();
         if !self.visitor.wants_chunk(bytes.start) {
             self.passed_over += 1;
@@ -275,6 +276,16 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         }
         self.visitor.begin_chunk(bytes.start, bytes.end);
         let mut unpacked = self.unpacking.take(bytes, self.visitor)?;
+        if unpacked.failure.is_some() && unpacked.has_checksum && !is_certain {
+            let reason = "a chunk that is longer than its fields";
+            if let Some(mended) = self.mended_chunk(bytes.start, Some(bytes.end), reason)? {
+                self.unpacking.give_back(unpacked);
+                return Ok(match mended {
+                    Resumption::Stop(flow) => flow,
+                    Resumption::Resume(_) => ControlFlow::Continue(()),
+                });
+            }
+        }
         let flow = self.content(&mut unpacked, bytes, LostPart::Chunk, None);
         match flow {
             ControlFlow::Continue(()) => self.unpacking.give_back(unpacked),

@@ -16,14 +16,20 @@ pub(super) struct Columns {
 
 impl Columns {
     /// Makes field names of column names: letters, digits and underscores; `Boom angle [deg]` becomes
-    /// `Boom_angle_deg`.
-    pub(super) fn new(names: Vec<String>) -> Self {
+    /// `Boom_angle_deg`. `units` are those of a line below the names.
+    pub(super) fn new(names: Vec<String>, units: &[String]) -> Self {
         let mut fields: Vec<String> = Vec::with_capacity(names.len());
         let mut definition = String::new();
-        for name in &names {
+        for (at, name) in names.iter().enumerate() {
             let field = unused(&field_name(name), &fields);
+            let unit = units.get(at).map_or("", String::as_str);
+            let described = format!("{name} {unit}");
             // writing to a string cannot fail
-            let _ = writeln!(definition, "float64 {field} # {}", name.escape_default());
+            let _ = writeln!(
+                definition,
+                "float64 {field} # {}",
+                described.trim_end().escape_default()
+            );
             fields.push(field);
         }
         Self { definition, names }
@@ -62,7 +68,7 @@ mod tests {
     #[test]
     fn names_become_fields() {
         let names = ["Boom angle [deg]", "2nd", "", "load", "load", "größe"];
-        let columns = Columns::new(names.map(str::to_owned).to_vec());
+        let columns = Columns::new(names.map(str::to_owned).to_vec(), &[]);
         let fields: Vec<&str> = columns
             .definition
             .lines()

@@ -11,18 +11,18 @@ use csv::{ByteRecord, Reader, ReaderBuilder};
 
 use super::{
     columns::Columns,
+    lost_rows::{LostRows, Place, Problem},
     rows::{Counted, RowTopic},
 };
 use crate::{
-    file::{
-        LogFile,
-        table_time::{self as time, Unit},
-    },
+    file::LogFile,
     formats::reader::{FileReader, Request},
-    message::{Error, Losses, LostPart, TopicTable},
+    message::{Error, Losses, TopicTable},
+    table::{Refusal, TableOptions, TextTable, number},
 };
 
-const BEGINNING_BYTES: u64 = 4096;
+/// Enough for some hundred rows, by which the form of the times is found out.
+const BEGINNING_BYTES: u64 = 64 << 10;
 /// Cells that are empty by intent.
 const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "-"];
 
@@ -30,9 +30,7 @@ const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "-"];
 pub(crate) struct CsvReader {
     path: PathBuf,
     data: PathBuf,
-    separator: u8,
-    time: usize,
-    unit: Unit,
+    table: TextTable,
     rows: RowTopic,
     columns: Columns,
     /// Where the last row begins, if no line break ends it.
@@ -42,105 +40,78 @@ pub(crate) struct CsvReader {
 impl CsvReader {
     pub(crate) fn open(
         file: &LogFile,
+        options: &TableOptions,
         topics: &mut TopicTable,
         losses: &mut Losses,
     ) -> Result<Self, Error> {
         let path = file.path();
-        let io = |data: &LogFile| File::open(data.data()).map_err(Error::io(path));
+        let source = File::open(file.data()).map_err(Error::io(path))?;
+        let bytes = source.metadata().map_err(Error::io(path))?.len();
         let mut beginning = Vec::new();
-        let read = io(file)?.take(BEGINNING_BYTES).read_to_end(&mut beginning);
+        let read = source.take(BEGINNING_BYTES).read_to_end(&mut beginning);
         read.map_err(Error::io(path))?;
-        let invalid = |problem: String| Error::Unsupported {
+        let is_whole = beginning.len() as u64 == bytes;
+        let found = TextTable::find(&beginning, is_whole, options);
+        let table = found.map_err(|refusal| Error::Table {
             path: path.to_path_buf(),
-            format: problem,
-        };
-        let separator = time::separator(&beginning)
-            .ok_or_else(|| invalid("a table without a column of time".to_owned()))?;
-        let mut reader = reader(io(file)?, separator);
-        let header = reader
-            .byte_headers()
-            .map_err(|error| invalid(error.to_string()))?
-            .clone();
-        let name = |cell: &[u8]| {
-            let text = String::from_utf8_lossy(cell);
-            text.trim_start_matches('\u{feff}').trim().to_owned()
-        };
-        let mut names: Vec<String> = header.iter().map(name).collect();
-        let found = names
-            .iter()
-            .enumerate()
-            .find_map(|(at, name)| Some((at, time::unit_in_name(name)?)));
-        let (time, unit) =
-            found.ok_or_else(|| invalid("a table without a column of time".to_owned()))?;
-        let time_name = names.remove(time);
-        let columns = Columns::new(names);
-        let bytes = std::fs::metadata(file.data())
-            .map_err(Error::io(path))?
-            .len();
+            problem: match refusal {
+                Refusal::Unclear(problem) => problem,
+                Refusal::NotATable => "no line has the names of columns with a time among them; \
+                    state it: --time-column NAME, or --no-header if there are no names"
+                    .to_owned(),
+            },
+        })?;
+        let is_value = |(at, _): &(usize, &String)| !table.time.columns.contains(at);
+        let values = || table.names.iter().enumerate().filter(is_value);
+        let unit = |at: usize| table.units.get(at).map_or("", String::as_str).to_owned();
+        let columns = Columns::new(
+            values().map(|(_, name)| name.clone()).collect(),
+            &values().map(|(at, _)| unit(at)).collect::<Vec<_>>(),
+        );
+        for note in &table.notes {
+            losses.note(format!("{}: {note}", path.display()));
+        }
         let mut csv = Self {
             path: path.to_path_buf(),
             data: file.data().to_path_buf(),
-            separator,
-            time,
-            unit,
+            table,
             rows: RowTopic::register(&columns, bytes, topics),
             columns,
             cut_at: None,
         };
-        csv.check_time(&mut reader, &time_name).map_err(invalid)?;
         csv.scan(losses)?;
         topics.add_messages(csv.rows.topic, Some(csv.rows.counted.rows));
         Ok(csv)
-    }
-
-    /// The first row must have a time.
-    fn check_time(&self, reader: &mut Reader<BufReader<File>>, name: &str) -> Result<(), String> {
-        let mut row = ByteRecord::new();
-        if !reader.read_byte_record(&mut row).unwrap_or(false) {
-            return Ok(());
-        }
-        let cell = String::from_utf8_lossy(row.get(self.time).unwrap_or_default()).into_owned();
-        if self.unit == Unit::Text && time::parse(&cell, self.unit).is_none() {
-            return Err(format!(
-                "the column of time \"{name}\" states no unit: expected a name like {name}_s, {name}_ms, {name}_us or \
-                 {name}_ns, or dates by ISO 8601, found \"{}\"",
-                cell.escape_default()
-            ));
-        }
-        Ok(())
     }
 
     /// Counts the rows and reports what is wrong with them.
     fn scan(&mut self, losses: &mut Losses) -> Result<(), Error> {
         losses.integrity.checksums_absent = true;
         let ends = self.ends_with_line_break()?;
-        let mut odd: Vec<(u64, Option<String>)> = vec![(0, None); self.columns.names.len()];
+        let mut odd = vec![OddCells::default(); self.columns.names.len()];
         let mut lacks_zone = false;
         let mut last_start = None;
         let mut counted = Counted::default();
+        let mut lost = LostRows::default();
         // of the last row, which may be cut off
         let mut pending = None;
-        self.each_row(&mut |row, start, end| {
+        self.each_row(&mut |row, place| {
             match row {
-                Ok((time_ns, cells, time_text)) => {
-                    lacks_zone |= self.unit == Unit::Text && time::lacks_zone(time_text);
-                    for ((count, example), cell) in odd.iter_mut().zip(cells.iter()) {
-                        if let Cell::Other(text) = cell {
-                            *count += 1;
-                            example.get_or_insert_with(|| text.chars().take(20).collect());
-                        }
+                Ok(row) => {
+                    lacks_zone |= row.lacks_zone;
+                    for (odd, cell) in odd.iter_mut().zip(row.cells) {
+                        odd.count(cell);
                     }
-                    if let Some((_, time_ns)) = pending.replace((start, *time_ns)) {
+                    if let Some((_, time_ns)) = pending.replace((place.bytes.start, row.time_ns)) {
                         counted.count(time_ns);
                     }
                 }
-                Err(problem) => {
-                    losses.lose(LostPart::Records, &self.path, start..end, problem.clone());
-                }
+                Err(problem) => lost.count(problem, &place),
             }
-            last_start = Some(start);
+            last_start = Some(place.bytes.start);
             ControlFlow::Continue(())
         })?;
+        lost.report(&self.path, losses);
         let name = self.path.display().to_string();
         if !ends && let Some(start) = last_start {
             losses.note(format!(
@@ -158,15 +129,7 @@ impl CsvReader {
                 "{name}: times are stated without a time zone: UTC is assumed"
             ));
         }
-        for (column, (count, example)) in self.columns.names.iter().zip(odd) {
-            if let Some(example) = example {
-                losses.note(format!(
-                    "{name}: column \"{}\": {count} cells are not numbers, for example \"{}\"",
-                    column.escape_default(),
-                    example.escape_default()
-                ));
-            }
-        }
+        note_odd_cells(&name, &self.columns.names, &odd, losses);
         Ok(())
     }
 
@@ -181,15 +144,17 @@ impl CsvReader {
         Ok(matches!(last, [b'\n' | b'\r']))
     }
 
-    /// Calls `take` with every row, or what is wrong with it, and its bytes.
+    /// Calls `take` with every row, or what is wrong with it, and its place.
     fn each_row(&self, take: &mut TakeRow<'_>) -> Result<(), Error> {
-        let file = File::open(&self.data).map_err(Error::io(&self.path))?;
-        let mut reader = reader(file, self.separator);
-        let width = self.columns.names.len() + 1;
+        let table = &self.table;
+        let mut file = File::open(&self.data).map_err(Error::io(&self.path))?;
+        file.seek(SeekFrom::Start(table.rows_at))
+            .map_err(Error::io(&self.path))?;
+        let mut reader = reader(file, table.separator);
         let mut row = ByteRecord::new();
         let mut cells = Vec::new();
         loop {
-            let start = reader.position().byte();
+            let before = reader.position().clone();
             match reader.read_byte_record(&mut row) {
                 Ok(true) => {}
                 Ok(false) => return Ok(()),
@@ -198,50 +163,63 @@ impl CsvReader {
                     _ => continue,
                 },
             }
-            let start = row.position().map_or(start, csv::Position::byte);
-            let end = reader.position().byte();
-            let time_text = String::from_utf8_lossy(row.get(self.time).unwrap_or_default());
-            let parsed = if row.len() != width {
-                Err(format!(
-                    "expected a row of {width} cells, found {}",
-                    row.len()
-                ))
-            } else if let Some(time_ns) = self.parse_time(&time_text) {
-                cells.clear();
-                let others = row.iter().enumerate().filter(|(at, _)| *at != self.time);
-                cells.extend(others.map(|(_, cell)| self.cell(cell)));
-                Ok((time_ns, cells.as_slice(), &*time_text))
-            } else {
-                Err(format!(
-                    "expected a time, found \"{}\"",
-                    time_text.escape_default()
-                ))
+            let start = row.position().unwrap_or(&before);
+            let place = Place {
+                bytes: table.rows_at + start.byte()..table.rows_at + reader.position().byte(),
+                line: table.lines_before + start.line(),
             };
-            if take(&parsed, start, end).is_break() {
+            cells.clear();
+            if take(self.row(&row, &mut cells), place).is_break() {
                 return Ok(());
             }
         }
     }
 
-    fn parse_time(&self, text: &str) -> Option<i64> {
-        let decimal_comma = self.separator != b',' && self.unit != Unit::Text;
-        match decimal_comma {
-            true => time::parse(&text.replace(',', "."), self.unit),
-            false => time::parse(text, self.unit),
+    fn row<'c>(&self, row: &ByteRecord, cells: &'c mut Vec<Cell>) -> Result<Row<'c>, Problem> {
+        let width = self.table.names.len();
+        // a separator at the end of a row begins no cell
+        let is_longer = row
+            .iter()
+            .skip(width)
+            .any(|cell| !cell.trim_ascii().is_empty());
+        if row.len() < width || is_longer {
+            return Err(Problem {
+                kind: "cells",
+                text: format!("expected a row of {width} cells, found {}", row.len()),
+            });
         }
+        let time = &self.table.time;
+        let texts = time
+            .columns
+            .iter()
+            .map(|&at| row.get(at).unwrap_or_default());
+        let texts: Vec<_> = texts.map(String::from_utf8_lossy).collect();
+        let texts: Vec<&str> = texts.iter().map(|text| &**text).collect();
+        let Some(time_ns) = time.read(&texts, self.table.has_decimal_comma) else {
+            return Err(Problem {
+                kind: "time",
+                text: format!(
+                    "expected a time, found \"{}\"",
+                    texts.join(" ").escape_debug()
+                ),
+            });
+        };
+        let values = row.iter().take(width).enumerate();
+        let values = values.filter(|(at, _)| !time.columns.contains(at));
+        cells.extend(values.map(|(_, cell)| self.cell(cell)));
+        Ok(Row {
+            time_ns,
+            cells,
+            lacks_zone: time.lacks_zone(&texts),
+        })
     }
 
     fn cell(&self, bytes: &[u8]) -> Cell {
         let text = String::from_utf8_lossy(bytes);
         let text = text.trim();
-        let has_decimal_comma = self.separator != b',' && text.contains(',');
-        let number = match has_decimal_comma {
-            true => text.replace(',', ".").parse(),
-            false => text.parse::<f64>(),
-        };
-        match number {
-            Ok(number) if number.is_finite() => Cell::Number(number),
-            _ => match text.to_ascii_lowercase().as_str() {
+        match number(text, self.table.has_decimal_comma) {
+            Some(number) => Cell::Number(number),
+            None => match text.to_ascii_lowercase().as_str() {
                 "true" => Cell::Number(1.0),
                 "false" => Cell::Number(0.0),
                 text if MISSING.contains(&text) => Cell::Missing,
@@ -258,13 +236,68 @@ enum Cell {
     Other(String),
 }
 
-/// Time, cells and the time as written.
-type Row<'r> = (i64, &'r [Cell], &'r str);
-type TakeRow<'t> = dyn FnMut(&Result<Row<'_>, String>, u64, u64) -> ControlFlow<()> + 't;
+struct Row<'c> {
+    time_ns: i64,
+    cells: &'c [Cell],
+    /// Whether its date has no time zone.
+    lacks_zone: bool,
+}
+
+type TakeRow<'t> = dyn FnMut(Result<Row<'_>, Problem>, Place) -> ControlFlow<()> + 't;
+
+/// The cells of a column that are neither numbers nor empty by intent.
+#[derive(Debug, Clone, Default)]
+struct OddCells {
+    count: u64,
+    example: String,
+    has_number: bool,
+}
+
+impl OddCells {
+    fn count(&mut self, cell: &Cell) {
+        match cell {
+            Cell::Other(text) => {
+                if self.count == 0 {
+                    self.example = text.chars().take(20).collect();
+                }
+                self.count += 1;
+            }
+            Cell::Number(_) => self.has_number = true,
+            Cell::Missing => {}
+        }
+    }
+}
+
+/// Names the columns with cells that are not numbers: those of texts in one line.
+fn note_odd_cells(name: &str, columns: &[String], odd: &[OddCells], losses: &mut Losses) {
+    let odd = || columns.iter().zip(odd).filter(|(_, odd)| odd.count > 0);
+    let texts = odd().filter(|(_, odd)| !odd.has_number);
+    let texts: Vec<String> = texts
+        .map(|(column, odd)| {
+            let (column, example) = (column.escape_debug(), odd.example.escape_debug());
+            format!("\"{column}\" (\"{example}\")")
+        })
+        .collect();
+    if !texts.is_empty() {
+        losses.note(format!(
+            "{name}: columns of texts are not read: {}",
+            texts.join(", ")
+        ));
+    }
+    for (column, odd) in odd().filter(|(_, odd)| odd.has_number) {
+        losses.note(format!(
+            "{name}: column \"{}\": {} cells are not numbers, for example \"{}\"",
+            column.escape_debug(),
+            odd.count,
+            odd.example.escape_debug()
+        ));
+    }
+}
 
 fn reader(file: File, separator: u8) -> Reader<BufReader<File>> {
     ReaderBuilder::new()
         .delimiter(separator)
+        .has_headers(false)
         .flexible(true)
         .comment(Some(b'#'))
         .from_reader(BufReader::with_capacity(1 << 16, file))
@@ -278,16 +311,17 @@ impl FileReader for CsvReader {
             return Ok(flow);
         }
         let (mut message, mut values, mut count) = (Vec::new(), Vec::new(), 0);
-        self.each_row(&mut |row, start, _| {
-            if let (Ok((time_ns, cells, _)), true) = (row, self.cut_at != Some(start)) {
+        self.each_row(&mut |row, place| {
+            if let (Ok(row), true) = (row, self.cut_at != Some(place.bytes.start)) {
                 values.clear();
-                values.extend(cells.iter().map(|cell| match cell {
+                values.extend(row.cells.iter().map(|cell| match cell {
                     Cell::Number(number) => *number,
                     Cell::Missing | Cell::Other(_) => f64::NAN,
                 }));
+                let time_ns = row.time_ns;
                 flow = self
                     .rows
-                    .visit(count, *time_ns, &values, &mut message, request);
+                    .visit(count, time_ns, &values, &mut message, request);
                 count += 1;
             }
             flow

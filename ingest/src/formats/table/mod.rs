@@ -2,6 +2,7 @@
 
 mod columns;
 mod csv;
+mod lost_rows;
 mod parquet;
 mod rows;
 

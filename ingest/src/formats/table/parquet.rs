@@ -4,12 +4,12 @@ use std::{
     fs::File,
     ops::{ControlFlow, Range},
     panic::{AssertUnwindSafe, catch_unwind},
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::Arc,
 };
 
 use parquet::{
-    basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical},
+    basic::{Compression, ConvertedType, LogicalType, TimeUnit, Type as Physical},
     column::reader::{ColumnReader, ColumnReaderImpl},
     data_type::DataType,
     errors::{ParquetError, Result as ParquetResult},
@@ -27,12 +27,10 @@ use super::{
     rows::{Counted, RowTopic},
 };
 use crate::{
-    file::{
-        LogFile,
-        table_time::{self as time, Unit},
-    },
+    file::LogFile,
     formats::reader::{FileReader, Request},
     message::{Error, Losses, LostPart, TopicTable},
+    table::{self, Kind, Sample, TableOptions, TimeSource},
 };
 
 /// Far above the row groups of any writer.
@@ -45,13 +43,22 @@ const ROWS_PER_READ: usize = 4096;
 /// The times (ns) of the rows of a group, and the columns of numbers.
 type Rows = (Vec<Option<i64>>, Vec<Vec<f64>>);
 
+/// Rows in which the unit of the times is looked for.
+const SAMPLED_ROWS: usize = 200;
+
+/// The column of time, or those of its seconds and nanoseconds.
+struct Time {
+    columns: Vec<usize>,
+    /// The power of ten of nanoseconds in the unit of the first.
+    power: u32,
+}
+
 /// A Parquet file.
 pub(crate) struct ParquetReader {
     path: PathBuf,
     data: PathBuf,
     metadata: ParquetMetaData,
-    time: usize,
-    power: u32,
+    time: Time,
     /// Indices of the columns with numbers.
     numbers: Vec<usize>,
     rows: RowTopic,
@@ -60,13 +67,14 @@ pub(crate) struct ParquetReader {
 impl ParquetReader {
     pub(crate) fn open(
         file: &LogFile,
+        options: &TableOptions,
         topics: &mut TopicTable,
         losses: &mut Losses,
     ) -> Result<Self, Error> {
         let path = file.path();
-        let invalid = |problem: String| Error::Unsupported {
+        let invalid = |problem: String| Error::Table {
             path: path.to_path_buf(),
-            format: problem,
+            problem,
         };
         let source = File::open(file.data()).map_err(Error::io(path))?;
         let bytes = source.metadata().map_err(Error::io(path))?.len();
@@ -78,10 +86,10 @@ impl ParquetReader {
             Ok(Ok(metadata)) => metadata,
             Ok(Err(error)) => {
                 return Err(invalid(format!(
-                    "a Parquet file whose end is damaged: {error}"
+                    "the end of the Parquet file is damaged: {error}"
                 )));
             }
-            Err(_) => return Err(invalid("a Parquet file whose end is damaged".to_owned())),
+            Err(_) => return Err(invalid("the end of the Parquet file is damaged".to_owned())),
         };
         let schema = metadata.file_metadata().schema_descr();
         let (fields, columns) = (schema.root_schema().get_fields(), schema.columns());
@@ -90,27 +98,33 @@ impl ParquetReader {
             schema.get_column_root(at).is_primitive() && columns[at].max_rep_level() == 0
         };
         let singles = || (0..columns.len()).filter(|&at| is_single(at));
-        let stated = singles().find_map(|at| Some((at, time_power(&columns[at])?)));
-        let named = || {
-            singles().find_map(|at| match time::unit_in_name(columns[at].name())? {
-                Unit::PowerOfTen(power) if is_number(&columns[at]) => Some((at, power)),
-                _ => None,
-            })
+        let mut numbers: Vec<usize> = singles().filter(|&at| is_number(&columns[at])).collect();
+        let is_meant = |at: usize| {
+            let named = options.time_column.as_ref();
+            named.is_none_or(|named| table::is_same_column(columns[at].name(), named))
         };
-        let (time, power) = stated.or_else(named).ok_or_else(|| {
-            let names: Vec<&str> = fields.iter().map(|field| field.name()).collect();
-            invalid(format!(
-                "a Parquet file without a column of time: expected one of type timestamp or of a name like time_s, \
-                 time_ms or t_ns, found {}",
-                names.join(", ")
-            ))
-        })?;
-        let numbers = singles().filter(|&at| at != time && is_number(&columns[at]));
-        let numbers: Vec<usize> = numbers.collect();
+        let stated = singles()
+            .filter(|&at| is_meant(at))
+            .find_map(|at| Some((at, time_power(&columns[at])?)));
+        let (time, told) = match stated {
+            Some((at, power)) => (
+                Time {
+                    columns: vec![at],
+                    power,
+                },
+                None,
+            ),
+            None => number_time(file.data(), &metadata, &numbers, options).map_err(invalid)?,
+        };
+        numbers.retain(|at| !time.columns.contains(at));
+        refuse_packing(&metadata, numbers.iter().chain(&time.columns)).map_err(invalid)?;
+        if let Some(told) = told {
+            losses.note(format!("{}: {told}", path.display()));
+        }
         let read = || {
             numbers
                 .iter()
-                .chain([&time])
+                .chain(&time.columns)
                 .map(|&at| schema.get_column_root_idx(at))
         };
         let others = (fields.iter().enumerate()).filter(|(at, _)| !read().any(|read| read == *at));
@@ -127,13 +141,13 @@ impl ParquetReader {
                 .iter()
                 .map(|&at| columns[at].name().to_owned())
                 .collect(),
+            &[],
         );
         let mut reader = Self {
             path: path.to_path_buf(),
             data: file.data().to_path_buf(),
             metadata,
             time,
-            power,
             numbers,
             rows: RowTopic::register(&columns, bytes, topics),
         };
@@ -155,12 +169,22 @@ impl ParquetReader {
     ) -> Result<ControlFlow<()>, Error> {
         let mut without_time = 0_u64;
         let mut values = Vec::new();
+        let mut lost: Vec<LostGroups> = Vec::new();
         for group in 0..self.metadata.num_row_groups() {
             let (times, columns) = match self.group(group)? {
                 Ok(rows) => rows,
                 Err(problem) => {
-                    let reason = format!("row group {group}: {problem}");
-                    losses.lose(LostPart::Chunk, &self.path, self.bytes_of(group), reason);
+                    let bytes = self.bytes_of(group);
+                    match lost.iter_mut().find(|lost| lost.problem == problem) {
+                        Some(lost) => lost.add(group, &bytes),
+                        None => lost.push(LostGroups {
+                            problem,
+                            first: group,
+                            last: group,
+                            count: 1,
+                            bytes,
+                        }),
+                    }
                     continue;
                 }
             };
@@ -175,6 +199,10 @@ impl ParquetReader {
                     return Ok(ControlFlow::Break(()));
                 }
             }
+        }
+        for lost in lost {
+            let reason = lost.reason();
+            losses.lose(LostPart::Chunk, &self.path, lost.bytes, reason);
         }
         if without_time > 0 {
             losses.note(format!(
@@ -206,8 +234,13 @@ impl ParquetReader {
                     group.column(at).column_descr(),
                 )
             };
-            let (times, described) = column(self.time);
-            let times = times_ns(times?, described, self.power, rows)?;
+            let Time { columns, power } = &self.time;
+            let (first, described) = column(columns.first().copied().unwrap_or_default());
+            let mut times = times_ns(first?, described, *power, rows)?;
+            if let Some(&second) = columns.get(1) {
+                let (nanoseconds, described) = column(second);
+                add_nanoseconds(&mut times, &numbers(nanoseconds?, described, rows)?);
+            }
             let columns = self.numbers.iter().map(|&at| {
                 let (numbers_of, described) = column(at);
                 numbers(numbers_of?, described, rows)
@@ -233,6 +266,162 @@ impl ParquetReader {
     }
 }
 
+/// Row groups that cannot be read for one reason.
+struct LostGroups {
+    problem: String,
+    first: usize,
+    last: usize,
+    count: usize,
+    /// From the first of them to the last.
+    bytes: Range<u64>,
+}
+
+impl LostGroups {
+    fn add(&mut self, group: usize, bytes: &Range<u64>) {
+        self.count += 1;
+        self.last = group;
+        self.bytes = self.bytes.start.min(bytes.start)..self.bytes.end.max(bytes.end);
+    }
+
+    fn reason(&self) -> String {
+        let Self {
+            problem,
+            first,
+            last,
+            count,
+            ..
+        } = self;
+        match count {
+            1 => format!("row group {first}: {problem}"),
+            _ => format!("{count} row groups, the first {first}, the last {last}: {problem}"),
+        }
+    }
+}
+
+/// Refuses columns in a packing that this build cannot open: no value of them can be read.
+fn refuse_packing<'c>(
+    metadata: &ParquetMetaData,
+    mut columns: impl Iterator<Item = &'c usize>,
+) -> Result<(), String> {
+    let packing = |at: usize| {
+        let mut groups = metadata.row_groups().iter();
+        groups.find_map(|group| match group.columns().get(at)?.compression() {
+            Compression::BROTLI(_) => Some("brotli"),
+            Compression::LZO => Some("lzo"),
+            _ => None,
+        })
+    };
+    let schema = metadata.file_metadata().schema_descr();
+    match columns.find_map(|&at| Some((at, packing(at)?))) {
+        None => Ok(()),
+        Some((at, packing)) => Err(format!(
+            "the column \"{}\" is packed with {packing}: expected snappy, gzip, lz4, zstd or no packing; write it anew \
+             (with pyarrow: pq.write_table(pq.read_table(old), new, compression=\"zstd\"))",
+            schema.column(at).name().escape_debug()
+        )),
+    }
+}
+
+/// The column of numbers that is the time, with what was assumed, by its name and first values.
+fn number_time(
+    data: &Path,
+    metadata: &ParquetMetaData,
+    columns: &[usize],
+    options: &TableOptions,
+) -> Result<(Time, Option<String>), String> {
+    let schema = metadata.file_metadata().schema_descr();
+    let name = |at: usize| schema.column(at).name().to_owned();
+    let names: Vec<String> = columns.iter().map(|&at| name(at)).collect();
+    refuse_packing(metadata, columns.iter())?;
+    // the library may panic on damaged bytes
+    let texts = catch_unwind(AssertUnwindSafe(|| first_texts(data, metadata, columns)));
+    let texts = texts.unwrap_or_else(|_| Err("cannot be decoded".to_owned()))?;
+    let rows: Vec<Vec<String>> = (0..texts.iter().map(Vec::len).max().unwrap_or(0))
+        .map(|row| {
+            let cell = |column: &Vec<String>| column.get(row).cloned().unwrap_or_default();
+            texts.iter().map(cell).collect()
+        })
+        .collect();
+    let sample = Sample {
+        names: &names,
+        units: &[],
+        rows: &rows,
+        has_decimal_comma: false,
+    };
+    let TimeSource {
+        columns: found,
+        kind,
+        told,
+    } = table::find(&sample, options).map_err(|problem| {
+        let others = (0..schema.num_columns()).filter(|at| !columns.contains(at));
+        let others: Vec<String> = others.map(name).collect();
+        match others.is_empty() {
+            true => problem,
+            false => format!(
+                "{problem}; columns that are neither numbers nor timestamps: {}",
+                others.join(", ")
+            ),
+        }
+    })?;
+    let power = match kind {
+        Kind::PowerOfTen(power) => power,
+        Kind::SecondsAndNanoseconds => 9,
+        Kind::Text(_) => return Err("no row has a time".to_owned()),
+    };
+    let columns = found.iter().map(|&at| columns[at]).collect();
+    Ok((Time { columns, power }, told))
+}
+
+/// The first values of columns of numbers, as text: whole numbers with all their digits.
+fn first_texts(
+    data: &Path,
+    metadata: &ParquetMetaData,
+    columns: &[usize],
+) -> Result<Vec<Vec<String>>, String> {
+    let source = Arc::new(File::open(data).map_err(|error| error.to_string())?);
+    let mut found: Vec<Vec<String>> = vec![Vec::new(); columns.len()];
+    let groups = metadata.row_groups().iter().enumerate();
+    let Some((index, group)) = groups.into_iter().find(|(_, group)| group.num_rows() > 0) else {
+        return Ok(found);
+    };
+    let text = |error: ParquetError| error.to_string();
+    let pages = metadata.page_index_for_row_group(index);
+    let properties = Arc::new(ReaderProperties::builder().build());
+    let reader = SerializedRowGroupReader::new(source, group, pages, properties).map_err(text)?;
+    let rows = SAMPLED_ROWS.min(usize::try_from(group.num_rows()).unwrap_or(0));
+    for (texts, &at) in found.iter_mut().zip(columns) {
+        let described = group.column(at).column_descr();
+        *texts = match reader.get_column_reader(at).map_err(text)? {
+            ColumnReader::Int64ColumnReader(reader)
+                if !is_unsigned(described) && !is_decimal(described) =>
+            {
+                let values = each(reader, described, rows, None, |&value| Some(value));
+                let shown = |value: Option<i64>| value.map_or(String::new(), |v| v.to_string());
+                values.map_err(text)?.into_iter().map(shown).collect()
+            }
+            other => {
+                let values = numbers(other, described, rows).map_err(text)?;
+                let shown = |value: f64| match value.is_finite() {
+                    true => value.to_string(),
+                    false => String::new(),
+                };
+                values.into_iter().map(shown).collect()
+            }
+        };
+    }
+    Ok(found)
+}
+
+/// Adds nanoseconds to times that are whole seconds.
+fn add_nanoseconds(times: &mut [Option<i64>], nanoseconds: &[f64]) {
+    for (time, &more) in times.iter_mut().zip(nanoseconds) {
+        let is_part = more.fract() == 0.0 && (0.0..1e9).contains(&more);
+        *time = time
+            .filter(|_| is_part)
+            .and_then(|time| time.checked_add(more as i64));
+    }
+}
+
 /// The power of ten of nanoseconds in the unit of a timestamp.
 fn time_power(column: &ColumnDescriptor) -> Option<u32> {
     let unit = match column.logical_type_ref() {
@@ -248,7 +437,16 @@ fn time_power(column: &ColumnDescriptor) -> Option<u32> {
     }
 }
 
+/// Whether the numbers are whole multiples of a power of ten.
+fn is_decimal(column: &ColumnDescriptor) -> bool {
+    matches!(column.logical_type_ref(), Some(LogicalType::Decimal(_)))
+        || column.converted_type() == ConvertedType::DECIMAL
+}
+
 fn is_number(column: &ColumnDescriptor) -> bool {
+    if is_decimal(column) {
+        return true;
+    }
     let is_whole = || match column.logical_type_ref() {
         Some(logical) => matches!(logical, LogicalType::Integer(_)),
         None => is_unsigned(column) || is_signed(column),
@@ -288,7 +486,7 @@ fn times_ns(
 ) -> ParquetResult<Vec<Option<i64>>> {
     let scale = 10_i64.pow(power);
     match reader {
-        ColumnReader::Int64ColumnReader(reader) if !is_unsigned(column) => {
+        ColumnReader::Int64ColumnReader(reader) if !is_unsigned(column) && !is_decimal(column) => {
             each(reader, column, rows, None, |time| time.checked_mul(scale))
         }
         ColumnReader::Int96ColumnReader(reader) => {
@@ -296,7 +494,7 @@ fn times_ns(
         }
         other => {
             let times = numbers(other, column, rows)?.into_iter();
-            Ok(times.map(|time| time::from_float(time, power)).collect())
+            Ok(times.map(|time| table::from_float(time, power)).collect())
         }
     }
 }
@@ -308,7 +506,7 @@ fn numbers(
     rows: usize,
 ) -> ParquetResult<Vec<f64>> {
     let unsigned = is_unsigned(column);
-    match reader {
+    let mut found = match reader {
         ColumnReader::BoolColumnReader(reader) => {
             each(reader, column, rows, f64::NAN, |&value| value.into())
         }
@@ -332,7 +530,42 @@ fn numbers(
                 value as f64
             }
         }),
+        ColumnReader::FixedLenByteArrayColumnReader(reader) if is_decimal(column) => {
+            each(reader, column, rows, f64::NAN, |value| {
+                whole_number(value.data())
+            })
+        }
+        ColumnReader::ByteArrayColumnReader(reader) if is_decimal(column) => {
+            each(reader, column, rows, f64::NAN, |value| {
+                whole_number(value.data())
+            })
+        }
         _ => Err(ParquetError::General("expected numbers".to_owned())),
+    }?;
+    if is_decimal(column) {
+        let unit = 10_f64.powi(column.type_scale());
+        // a quotient of two exact numbers is the nearest one to the decimal
+        found.iter_mut().for_each(|value| *value /= unit);
+    }
+    Ok(found)
+}
+
+/// A whole number of any length, the highest byte first.
+fn whole_number(bytes: &[u8]) -> f64 {
+    let Some((&first, rest)) = bytes.split_first() else {
+        return f64::NAN;
+    };
+    match bytes.len() {
+        ..=16 => {
+            let exact = i128::from(first.cast_signed());
+            rest.iter()
+                .fold(exact, |sum, &byte| (sum << 8) | i128::from(byte)) as f64
+        }
+        _ => rest
+            .iter()
+            .fold(f64::from(first.cast_signed()), |sum, &byte| {
+                sum * 256.0 + f64::from(byte)
+            }),
     }
 }
 

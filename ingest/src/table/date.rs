@@ -1,0 +1,331 @@
+//! Dates and times of day as text: ISO 8601 and the forms that loggers and spreadsheets write.
+
+use jiff::{
+    Timestamp,
+    civil::DateTime,
+    tz::{Offset, TimeZone},
+};
+
+use super::options::DateOrder;
+
+/// English names of months, of which the first three letters count.
+const MONTHS: [&str; 12] = [
+    "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
+];
+
+/// A date and time that was read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Stamp {
+    /// Nanoseconds since 1970; of a time of day without a date, since midnight.
+    pub(super) ns: i64,
+    pub(super) has_zone: bool,
+    pub(super) has_date: bool,
+    pub(super) has_time: bool,
+}
+
+/// Reads a date, a time of day or both. An order of day and month that the text does not show must be stated.
+pub(super) fn parse(text: &str, order: Option<DateOrder>) -> Option<Stamp> {
+    let text = text.trim();
+    iso(text).or_else(|| other(text, order))
+}
+
+/// Whether the order of day and month changes what a text means.
+pub(super) fn is_ambiguous(text: &str) -> bool {
+    let read = |order| parse(text, Some(order)).is_some();
+    parse(text, None).is_none() && (read(DateOrder::Dmy) || read(DateOrder::Mdy))
+}
+
+fn iso(text: &str) -> Option<Stamp> {
+    // digits alone are a number, not the date that ISO 8601 would make of eight of them
+    if text.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    let with_zone = text.parse::<Timestamp>().ok();
+    let in_utc = || {
+        let civil: DateTime = text.parse().ok()?;
+        Some(civil.to_zoned(TimeZone::UTC).ok()?.timestamp())
+    };
+    let stamp = with_zone.or_else(in_utc)?;
+    Some(Stamp {
+        ns: i64::try_from(stamp.as_nanosecond()).ok()?,
+        has_zone: with_zone.is_some(),
+        has_date: true,
+        has_time: text.contains([':', 'T', 't', ' ']),
+    })
+}
+
+/// Hour, minute, second and nanosecond.
+type TimeOfDay = (i8, i8, i8, i32);
+
+fn other(text: &str, order: Option<DateOrder>) -> Option<Stamp> {
+    let (mut date, mut time, mut offset_s, mut is_afternoon) = (Vec::new(), None, None, None);
+    let joint = |c: char| c.is_whitespace() || c == ',';
+    // a comma before digits is that of a decimal number
+    let text = text.replace(", ", " ");
+    let words = text.split(|c: char| c.is_whitespace());
+    for word in words.filter(|word| !word.is_empty()) {
+        let word = word.trim_matches(joint);
+        match word.to_ascii_lowercase().as_str() {
+            "am" | "pm" if time.is_some() => is_afternoon = Some(word.starts_with(['p', 'P'])),
+            "z" | "utc" | "gmt" if time.is_some() => offset_s = Some(0),
+            _ if word.contains(':') && time.is_none() => {
+                let (before, clock) = before_t(word);
+                date.extend(before.map(str::to_owned));
+                let (clock, zone) = split_zone(clock)?;
+                (time, offset_s) = (Some(time_of_day(clock)?), zone);
+            }
+            _ if time.is_some() => offset_s = Some(zone_s(word)?),
+            _ => date.push(word.to_owned()),
+        }
+    }
+    let time = match (time, is_afternoon) {
+        (Some((1..=12, ..)) | None, _) | (_, None) => time,
+        (Some(_), Some(_)) => return None,
+    };
+    let time = time.map(|(hour, minute, second, nanosecond)| {
+        let hour = match is_afternoon {
+            None => hour,
+            Some(is_afternoon) => hour % 12 + 12 * i8::from(is_afternoon),
+        };
+        (hour, minute, second, nanosecond)
+    });
+    let day = match date.is_empty() {
+        true => None,
+        false => Some(date_of(&date.join(" "), order)?),
+    };
+    if day.is_none() && time.is_none() {
+        return None;
+    }
+    let (year, month, of_month) = day.unwrap_or((1970, 1, 1));
+    let (hour, minute, second, nanosecond) = time.unwrap_or_default();
+    let civil = DateTime::new(year, month, of_month, hour, minute, second, nanosecond).ok()?;
+    let zone = Offset::from_seconds(offset_s.unwrap_or(0)).ok()?;
+    let stamp = zone.to_timestamp(civil).ok()?;
+    Some(Stamp {
+        ns: i64::try_from(stamp.as_nanosecond()).ok()?,
+        has_zone: offset_s.is_some(),
+        has_date: day.is_some(),
+        has_time: time.is_some(),
+    })
+}
+
+/// Splits `14.11.2023T22:13:20` at the T.
+fn before_t(word: &str) -> (Option<&str>, &str) {
+    match word.split_once(['T', 't']) {
+        Some((date, clock)) => (Some(date), clock),
+        None => (None, word),
+    }
+}
+
+/// Splits a zone off a time of day, such as `+01:00`; its offset from UTC in seconds.
+fn split_zone(clock: &str) -> Option<(&str, Option<i32>)> {
+    if let Some(clock) = clock.strip_suffix(['Z', 'z']) {
+        return Some((clock, Some(0)));
+    }
+    match clock.find(['+', '-']) {
+        Some(at) => Some((&clock[..at], Some(zone_s(&clock[at..])?))),
+        None => Some((clock, None)),
+    }
+}
+
+fn zone_s(text: &str) -> Option<i32> {
+    let digits: String = text.get(1..)?.chars().filter(|c| *c != ':').collect();
+    if !digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    let (hours, minutes) = match digits.len() {
+        2 => (digits.parse::<i32>().ok()?, 0),
+        4 => (digits[..2].parse().ok()?, digits[2..].parse().ok()?),
+        _ => return None,
+    };
+    let seconds = hours * 3600 + minutes * 60;
+    match text.chars().next()? {
+        '+' => Some(seconds),
+        '-' => Some(-seconds),
+        _ => None,
+    }
+}
+
+fn time_of_day(clock: &str) -> Option<TimeOfDay> {
+    let parts: Vec<&str> = clock.split(':').collect();
+    let (hour, minute, second) = match parts.as_slice() {
+        [hour, minute] => (hour, minute, "0"),
+        [hour, minute, second] => (hour, minute, *second),
+        _ => return None,
+    };
+    let (second, fraction) = second.split_once(['.', ',']).unwrap_or((second, ""));
+    let mut nanosecond = 0;
+    let mut unit = 1_000_000_000;
+    for digit in fraction.chars() {
+        unit /= 10;
+        nanosecond += digit.to_digit(10)? as i32 * unit;
+    }
+    let small = |text: &str, most: i8| {
+        let number = text.parse::<i8>().ok()?;
+        let are_digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        (are_digits && number <= most).then_some(number)
+    };
+    Some((
+        small(hour, 23)?,
+        small(minute, 59)?,
+        small(second, 59)?,
+        nanosecond,
+    ))
+}
+
+/// Year, month and day.
+fn date_of(text: &str, order: Option<DateOrder>) -> Option<(i16, i8, i8)> {
+    let parts: Vec<&str> = text
+        .split(|c: char| matches!(c, '.' | '/' | '-' | ',') || c.is_whitespace())
+        .filter(|part| !part.is_empty())
+        .collect();
+    let parts: [&str; 3] = match parts.as_slice() {
+        [digits] if digits.len() == 8 && digits.is_ascii() => {
+            [&digits[..4], &digits[4..6], &digits[6..]]
+        }
+        [a, b, c] => [a, b, c],
+        _ => return None,
+    };
+    let named = parts.iter().position(|part| month_named(part).is_some());
+    let is_year = |part: &str| part.len() == 4;
+    let has_dots = text.contains('.') && !text.contains(['/', '-']);
+    let is_day_only = |part: &str| part.parse::<i8>().is_ok_and(|number| number > 12);
+    let order = match (named, order) {
+        (Some(0), _) => DateOrder::Mdy,
+        (Some(1), _) if is_year(parts[0]) => DateOrder::Ymd,
+        (Some(1), _) => DateOrder::Dmy,
+        (Some(_), _) => return None,
+        (None, _) if is_year(parts[0]) => DateOrder::Ymd,
+        (None, _) if has_dots && is_year(parts[2]) => DateOrder::Dmy,
+        (None, Some(order)) => order,
+        (None, None) if !is_year(parts[2]) => return None,
+        (None, None) if is_day_only(parts[0]) || parts[0] == parts[1] => DateOrder::Dmy,
+        (None, None) if is_day_only(parts[1]) => DateOrder::Mdy,
+        (None, None) => return None,
+    };
+    let [day, month, year] = match order {
+        DateOrder::Dmy => parts,
+        DateOrder::Mdy => [parts[1], parts[0], parts[2]],
+        DateOrder::Ymd => [parts[2], parts[1], parts[0]],
+    };
+    let number = |text: &str| {
+        let are_digits = text.bytes().all(|byte| byte.is_ascii_digit());
+        are_digits.then(|| text.parse::<i16>().ok()).flatten()
+    };
+    let century = match year.len() {
+        2 => 2000,
+        4 => 0,
+        _ => return None,
+    };
+    let month = match month_named(month) {
+        Some(month) => month,
+        None => i8::try_from(number(month)?).ok()?,
+    };
+    Some((
+        century + number(year)?,
+        month,
+        i8::try_from(number(day)?).ok()?,
+    ))
+}
+
+fn month_named(text: &str) -> Option<i8> {
+    let start = text.get(..3)?.to_ascii_lowercase();
+    if !text.chars().all(|c| c.is_ascii_alphabetic()) {
+        return None;
+    }
+    let place = MONTHS.iter().position(|month| *month == start)?;
+    i8::try_from(place + 1).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EXPECTED: i64 = 1_700_000_000_500_000_000;
+
+    #[test]
+    fn val_every_unambiguous_form_is_the_same_time() {
+        for text in [
+            "2023-11-14T22:13:20.5Z",
+            "2023-11-14 23:13:20.5+01:00",
+            "2023-11-14 22:13:20.5",
+            "2023-11-14 22:13:20,5",
+            "14.11.2023 22:13:20.5",
+            "14.11.2023 22:13:20,500",
+            "14.11.2023, 22:13:20.5",
+            "14/11/2023 22:13:20.5",
+            "11/14/2023 10:13:20.5 PM",
+            "11/14/2023 22:13:20.5 UTC",
+            "14-Nov-2023 22:13:20.500",
+            "14 November 2023 22:13:20.5",
+            "Nov 14, 2023 22:13:20.5",
+            "2023/11/14 22:13:20.5",
+            "2023.11.14 22:13:20.5",
+            "20231114 22:13:20.5",
+            "14.11.2023T22:13:20.5",
+            "14.11.2023 23:13:20.5 +0100",
+        ] {
+            let stamp = parse(text, None);
+            assert_eq!(stamp.map(|stamp| stamp.ns), Some(EXPECTED), "{text}");
+            assert!(!is_ambiguous(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_the_text_does_not_show_must_be_stated() {
+        for text in ["03/04/2026 10:00:00", "3-4-2026 10:00", "14.11.23 10:00:00"] {
+            assert_eq!(parse(text, None), None, "{text}");
+            assert!(is_ambiguous(text), "{text}");
+        }
+        let ns = |order| parse("03/04/2026", Some(order)).unwrap().ns;
+        assert_eq!(
+            ns(DateOrder::Mdy) - ns(DateOrder::Dmy),
+            -31 * 86_400_000_000_000
+        );
+        assert_eq!(
+            parse("14.11.23 22:13:20.5", Some(DateOrder::Dmy))
+                .unwrap()
+                .ns,
+            EXPECTED
+        );
+        // the order is stated, and the date shows another
+        assert_eq!(parse("14/11/2023", Some(DateOrder::Mdy)), None);
+    }
+
+    #[test]
+    fn times_of_day_count_from_midnight() {
+        let stamp = parse("00:00:01.25", None).unwrap();
+        assert_eq!((stamp.ns, stamp.has_date), (1_250_000_000, false));
+        let stamp = parse("14.11.2023", None).unwrap();
+        assert!(stamp.has_date && !stamp.has_time);
+    }
+
+    #[test]
+    fn other_texts_are_no_dates() {
+        for text in [
+            "",
+            ":",
+            "::",
+            "25:00:00",
+            "12:60",
+            "31.02.2023",
+            "0.5",
+            "1700000000",
+            "yesterday",
+            "+",
+            "12:00+",
+            "12:00+1",
+            "14.11.2023 13:00 PM",
+            "ä.ö.ü",
+            "1.2.3.4",
+            "Mon",
+            "12:00 §",
+            "12:00:00.0000000000001",
+        ] {
+            let order = Some(DateOrder::Dmy);
+            let found = (parse(text, None), parse(text, order));
+            let is_time = text.starts_with("12:00:00.0");
+            assert_eq!(found.0.is_some(), is_time, "{text}: {found:?}");
+        }
+    }
+}

@@ -1,0 +1,417 @@
+//! The layout of a table in text: its separator, what stands before its rows, the names and units of its columns, and
+//! which of them is the time. All of it is found in the first bytes of the file.
+
+use super::{
+    date,
+    number::number,
+    options::TableOptions,
+    time::{self, Sample, TimeSource},
+};
+
+/// Separators of cells.
+const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
+/// Lines before the names, at most.
+const MOST_PREAMBLE: usize = 200;
+/// Lines between the names and the first row, at most: units, types, descriptions.
+const MOST_BELOW: usize = 3;
+/// Rows that are looked at.
+const MOST_ROWS: usize = 200;
+const MARK: &str = "\u{feff}";
+
+/// The layout of a table in text.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct TextTable {
+    pub(crate) separator: u8,
+    /// Whether commas in numbers are decimal points.
+    pub(crate) has_decimal_comma: bool,
+    /// Where the first row begins.
+    pub(crate) rows_at: u64,
+    /// Lines before it.
+    pub(crate) lines_before: u64,
+    /// Names of all columns; those of a nameless last one are left out.
+    pub(crate) names: Vec<String>,
+    /// Units by a line below the names; empty without one.
+    pub(crate) units: Vec<String>,
+    pub(crate) time: TimeSource,
+    /// What was assumed, for the notes of the log.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Why the beginning of a file is not that of a table that can be read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Refusal {
+    NotATable,
+    /// A table, but not one whose times are known: what to do.
+    Unclear(String),
+}
+
+/// One line: where it begins and ends, and its text without the line break.
+struct Line {
+    at: usize,
+    end: usize,
+    text: String,
+}
+
+impl TextTable {
+    /// Finds the layout in the first bytes of a file. `is_whole` states whether they are all of it.
+    pub(crate) fn find(
+        beginning: &[u8],
+        is_whole: bool,
+        options: &TableOptions,
+    ) -> Result<Self, Refusal> {
+        let lines = lines_of(beginning, is_whole).ok_or(Refusal::NotATable)?;
+        if options.no_header {
+            return without_names(&lines, options);
+        }
+        let mut refusal = Refusal::NotATable;
+        for (index, line) in lines.iter().enumerate().take(MOST_PREAMBLE) {
+            for separator in SEPARATORS {
+                match below_names(&lines, index, line, separator, options) {
+                    Ok(table) => return Ok(table),
+                    Err(Refusal::NotATable) => {}
+                    Err(unclear) if refusal == Refusal::NotATable => refusal = unclear,
+                    Err(_) => {}
+                }
+            }
+        }
+        Err(refusal)
+    }
+}
+
+/// The lines of a text, the last one only if it is whole; `None` if this is no text.
+fn lines_of(beginning: &[u8], is_whole: bool) -> Option<Vec<Line>> {
+    let end = match is_whole {
+        true => beginning.len(),
+        false => beginning
+            .iter()
+            .rposition(|byte| *byte == b'\n')
+            .map_or(beginning.len(), |at| at + 1),
+    };
+    let mut lines = Vec::new();
+    let mut at = 0;
+    for piece in beginning.get(..end)?.split_inclusive(|byte| *byte == b'\n') {
+        // what is not UTF-8 is Latin-1, where each byte is a character
+        let text = match std::str::from_utf8(piece) {
+            Ok(text) => text.to_owned(),
+            Err(_) => piece.iter().copied().map(char::from).collect(),
+        };
+        let text = text.trim_end_matches(['\n', '\r']);
+        let text = text.strip_prefix(MARK).filter(|_| at == 0).unwrap_or(text);
+        let is_text = |c: char| !c.is_control() || c == '\t' || c == '\r';
+        if !text.chars().all(is_text) {
+            // the end of the text, if it is one
+            break;
+        }
+        let end = at + piece.len();
+        lines.push(Line {
+            at,
+            end,
+            text: text.to_owned(),
+        });
+        at = end;
+    }
+    (!lines.is_empty()).then_some(lines)
+}
+
+impl Line {
+    fn is_comment(&self) -> bool {
+        self.text.starts_with('#')
+    }
+
+    fn is_row(&self) -> bool {
+        !self.text.trim().is_empty() && !self.is_comment()
+    }
+}
+
+/// The table if this line has the names of its columns.
+fn below_names(
+    lines: &[Line],
+    index: usize,
+    line: &Line,
+    separator: u8,
+    options: &TableOptions,
+) -> Result<TextTable, Refusal> {
+    let is_comment = line.is_comment();
+    let text = line.text.trim_start_matches('#').trim();
+    let mut names = cells(text, separator);
+    let has_end = names.last().is_some_and(String::is_empty);
+    let named = names.iter().filter(|name| !name.is_empty()).count();
+    if named == 0 || names.len() < 2 || !time::names_a_time(&names, options) {
+        return Err(Refusal::NotATable);
+    }
+    let below: Vec<(usize, Vec<String>)> = lines
+        .iter()
+        .enumerate()
+        .skip(index + 1)
+        .filter(|(_, line)| line.is_row())
+        .take(MOST_ROWS + MOST_BELOW)
+        .map(|(at, line)| (at, cells(&line.text, separator)))
+        .collect();
+    let has_decimal_comma = has_decimal_comma(&below, separator);
+    let is_number = |cell: &String| number(cell, has_decimal_comma).is_some();
+    // a name and a number are a property of the log, such as its time
+    if named == 2 && names.iter().any(is_number) {
+        return Err(Refusal::NotATable);
+    }
+    let is_described = |row: &Vec<String>| {
+        let has_value = row.iter().any(|cell| is_number(cell) || is_date(cell));
+        !has_value || row.iter().any(|cell| time::unit_cell(cell).is_some())
+    };
+    let described = below
+        .iter()
+        .take(MOST_BELOW)
+        .take_while(|(_, row)| is_described(row))
+        .count();
+    let (above, rows) = below.split_at(described.min(below.len()));
+    let width = |row: &Vec<String>| {
+        row.iter()
+            .rposition(|cell| !cell.is_empty())
+            .map_or(0, |at| at + 1)
+    };
+    let fits = |row: &&(usize, Vec<String>)| width(&row.1) <= names.len() && row.1.len() > 1;
+    let fitting = rows.iter().filter(fits).count();
+    // a remark and a property of the log can look like names
+    if fitting == 0 && (is_comment || !rows.is_empty() && named == 2) {
+        return Err(Refusal::NotATable);
+    }
+    let mut notes = Vec::new();
+    // a separator at the end of a line begins no column, unless some row has a value there
+    if has_end && rows.iter().all(|(_, row)| width(row) < names.len()) {
+        names.pop();
+    }
+    let units: Vec<String> = above
+        .first()
+        .map(|(_, row)| row.clone())
+        .unwrap_or_default();
+    if index > 0 && lines[..index].iter().any(Line::is_row) {
+        let count = lines[..index].iter().filter(|line| line.is_row()).count();
+        notes.push(format!(
+            "{count} lines before the names of the columns are not rows"
+        ));
+    }
+    if !above.is_empty() {
+        notes.push(format!(
+            "{} lines between the names of the columns and the first row are not rows: \"{}\"",
+            above.len(),
+            lines[above[0].0].text.trim().escape_debug()
+        ));
+    }
+    let sampled: Vec<Vec<String>> = rows.iter().map(|(_, row)| row.clone()).collect();
+    let sample = Sample {
+        names: &names,
+        units: &units,
+        rows: &sampled,
+        has_decimal_comma,
+    };
+    let time = time::find(&sample, options).map_err(Refusal::Unclear)?;
+    notes.extend(time.told.clone());
+    let first_row = rows.first().map_or(lines.len(), |(at, _)| *at);
+    let end = lines.last().map_or(0, |line| line.end);
+    let rows_at = lines.get(first_row).map_or(end, |line| line.at);
+    Ok(TextTable {
+        separator,
+        has_decimal_comma,
+        rows_at: rows_at as u64,
+        lines_before: first_row as u64,
+        names,
+        units,
+        time,
+        notes,
+    })
+}
+
+/// The table if its first line is a row.
+fn without_names(lines: &[Line], options: &TableOptions) -> Result<TextTable, Refusal> {
+    let first = lines
+        .iter()
+        .position(Line::is_row)
+        .ok_or(Refusal::NotATable)?;
+    let rows_of = |separator: u8| -> Vec<(usize, Vec<String>)> {
+        let rows = lines
+            .iter()
+            .enumerate()
+            .skip(first)
+            .filter(|(_, line)| line.is_row());
+        rows.take(MOST_ROWS)
+            .map(|(at, line)| (at, cells(&line.text, separator)))
+            .collect()
+    };
+    let widest = |separator: &u8| rows_of(*separator).first().map_or(0, |(_, row)| row.len());
+    let separator = SEPARATORS
+        .into_iter()
+        .rev()
+        .max_by_key(widest)
+        .filter(|separator| widest(separator) > 1)
+        .ok_or(Refusal::NotATable)?;
+    let rows = rows_of(separator);
+    let width = rows.iter().map(|(_, row)| row.len()).min().unwrap_or(0);
+    let names: Vec<String> = (1..=width.max(1))
+        .map(|column| format!("c{column}"))
+        .collect();
+    let has_decimal_comma = has_decimal_comma(&rows, separator);
+    let sampled: Vec<Vec<String>> = rows.into_iter().map(|(_, row)| row).collect();
+    let sample = Sample {
+        names: &names,
+        units: &[],
+        rows: &sampled,
+        has_decimal_comma,
+    };
+    let time = time::find_unnamed(&sample, options).map_err(Refusal::Unclear)?;
+    let notes = time.told.iter().cloned().collect();
+    Ok(TextTable {
+        separator,
+        has_decimal_comma,
+        rows_at: lines[first].at as u64,
+        lines_before: first as u64,
+        names,
+        units: Vec::new(),
+        time,
+        notes,
+    })
+}
+
+/// The cells of a line, without blanks around them.
+fn cells(line: &str, separator: u8) -> Vec<String> {
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .has_headers(false)
+        .flexible(true)
+        .from_reader(line.as_bytes());
+    let mut record = csv::ByteRecord::new();
+    match reader.read_byte_record(&mut record) {
+        Ok(true) => record
+            .iter()
+            .map(|cell| String::from_utf8_lossy(cell).trim().to_owned())
+            .collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn is_date(cell: &str) -> bool {
+    date::parse(cell, None).is_some() || date::is_ambiguous(cell)
+}
+
+/// Whether numbers have a comma for a point: always where it separates no cells; else if cells in quotes cannot be
+/// read otherwise (`1,234` can be one thousand).
+fn has_decimal_comma(rows: &[(usize, Vec<String>)], separator: u8) -> bool {
+    let is_decimal = |cell: &String| {
+        let Some((whole, fraction)) = cell.split_once(',') else {
+            return false;
+        };
+        let whole = whole.trim_start_matches('-');
+        let are_digits = |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
+        are_digits(whole) && are_digits(fraction) && (fraction.len() != 3 || whole == "0")
+    };
+    separator != b',' || rows.iter().flat_map(|(_, row)| row).any(is_decimal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::time::Kind, *};
+
+    fn found(text: &str) -> Result<TextTable, Refusal> {
+        TextTable::find(text.as_bytes(), true, &TableOptions::default())
+    }
+
+    fn with(text: &str, change: impl FnOnce(&mut TableOptions)) -> Result<TextTable, Refusal> {
+        let mut options = TableOptions::default();
+        change(&mut options);
+        TextTable::find(text.as_bytes(), true, &options)
+    }
+
+    #[test]
+    fn what_stands_before_the_rows_is_passed_over() {
+        let cases = [
+            ("time_s,x\n1,2\n", 2, 9),
+            ("\u{feff}# by hand\n\"Time [s]\";x\n1;2\n", 2, 30),
+            ("Logger 7\nSerial,0815\n\nTime [s],x,y\n1,2,3\n", 3, 34),
+            ("Date,14.11.2023\nTime,12:00:00\nt [s],x\n0,1\n", 2, 38),
+            ("Time;angle\n[s];[deg]\n0,5;1,25\n", 2, 21),
+            ("time_s,x,\n1,2,\n", 2, 10),
+            ("# t [s],x\n0,1\n", 2, 10),
+        ];
+        for (text, width, rows_at) in cases {
+            let table = found(text).unwrap();
+            assert_eq!(
+                (table.names.len(), table.rows_at),
+                (width, rows_at),
+                "{text:?}: {table:?}"
+            );
+        }
+        let table = found("Time;angle\n[s];[deg]\n0,5;1,25\n").unwrap();
+        assert_eq!(
+            (table.time.kind, table.has_decimal_comma),
+            (Kind::PowerOfTen(9), true)
+        );
+        assert_eq!(table.units, ["[s]", "[deg]"]);
+    }
+
+    #[test]
+    fn other_texts_are_no_tables() {
+        for text in [
+            "time flies\n",
+            "angle,load\n1,2\n",
+            "\u{1}time_s,x\n",
+            "",
+            "\n\n",
+            ",,\n",
+        ] {
+            assert_eq!(found(text), Err(Refusal::NotATable), "{text:?}");
+        }
+        assert_eq!(
+            TextTable::find(b"\xff,\n", true, &TableOptions::default()),
+            Err(Refusal::NotATable)
+        );
+    }
+
+    #[test]
+    fn what_the_table_does_not_state_is_asked_for() {
+        let unclear = |text: &str| match found(text) {
+            Err(Refusal::Unclear(problem)) => problem,
+            other => panic!("{text:?}: {other:?}"),
+        };
+        assert!(unclear("time,x\n0.01,1\n").contains("--time-unit"));
+        assert!(unclear("time,x\n03/04/2026 10:00:00,1\n").contains("--date-order"));
+        assert!(unclear("time_s,x\n1700000000000,1\n").contains("--time-unit ms"));
+        assert!(unclear("date,x\n14.11.2023,1\n").contains("--time-column"));
+        let kind =
+            |text: &str, change: fn(&mut TableOptions)| with(text, change).unwrap().time.kind;
+        assert_eq!(
+            kind("time,x\n0.01,1\n", |of| of.time_unit =
+                Some(super::super::TimeUnit::Milliseconds)),
+            Kind::PowerOfTen(6)
+        );
+        assert_eq!(
+            kind("time,x\n03/04/2026 10:00:00,1\n", |of| {
+                of.date_order = Some(super::super::DateOrder::Dmy);
+            }),
+            Kind::Text(Some(super::super::DateOrder::Dmy))
+        );
+        assert_eq!(
+            kind("clock,x\n1700000000,1\n", |of| of.time_column =
+                Some("clock".into())),
+            Kind::PowerOfTen(9)
+        );
+    }
+
+    #[test]
+    fn two_columns_can_be_one_time() {
+        let table = found("Date;Time;x\n14.11.2023;22:13:20,5;1\n").unwrap();
+        assert_eq!(table.time.columns, [0, 1]);
+        let cells = ["14.11.2023", "22:13:20,5"];
+        assert_eq!(
+            table.time.read(&cells, true),
+            Some(1_700_000_000_500_000_000)
+        );
+        let table = found("header.stamp.sec,header.stamp.nanosec,x\n1700000000,5,1\n").unwrap();
+        assert_eq!(table.time.kind, Kind::SecondsAndNanoseconds);
+        let table = with("1700000000,5,base,1.5\n1700000000,9,base,1.5\n", |of| {
+            of.no_header = true
+        });
+        let table = table.unwrap();
+        assert_eq!(
+            (table.names.len(), table.time.kind),
+            (4, Kind::SecondsAndNanoseconds)
+        );
+    }
+}

@@ -1,0 +1,14 @@
+//! Tables as loggers write them: which column is the time, in which unit or form, and where the rows begin.
+
+mod date;
+mod layout;
+mod number;
+mod options;
+mod time;
+
+pub use self::options::{DateOrder, TableOptions, TimeUnit};
+pub(crate) use self::{
+    layout::{Refusal, TextTable},
+    number::number,
+    time::{Kind, Sample, TimeSource, find, from_float, is_same_column},
+};

@@ -1,0 +1,629 @@
+//! The column of time: its name, its unit or form, and its values.
+
+use super::{
+    date::{self, Stamp},
+    number::{number, with_point},
+    options::{DateOrder, TableOptions, TimeUnit},
+};
+
+/// Names of columns of time: without a unit, in lower case, only letters and digits.
+const NAMES: [&str; 41] = [
+    "t",
+    "time",
+    "timestamp",
+    "stamp",
+    "epoch",
+    "epochtime",
+    "unix",
+    "unixtime",
+    "unixtimestamp",
+    "posixtime",
+    "datetime",
+    "dateandtime",
+    "datetimeutc",
+    "date",
+    "timeofday",
+    "elapsed",
+    "elapsedtime",
+    "utc",
+    "utctime",
+    "timeutc",
+    "timestamputc",
+    "gpstime",
+    "localtime",
+    "systemtime",
+    "systime",
+    "servertime",
+    "logtime",
+    "recordtime",
+    "rectime",
+    "receivetime",
+    "recvtime",
+    "publishtime",
+    "pubtime",
+    "sampletime",
+    "headerstamp",
+    "rosbagtimestamp",
+    "rostime",
+    "zeit",
+    "zeitstempel",
+    "datum",
+    "uhrzeit",
+];
+/// Names of which the program that writes them fixes the unit.
+const FIXED: [(&str, TimeUnit); 2] = [
+    // PlotJuggler
+    ("__time", TimeUnit::Seconds),
+    // rostopic echo -p
+    ("%time", TimeUnit::Nanoseconds),
+];
+/// The last words of the names of two columns that are one stamp.
+const SECONDS: [&str; 4] = ["sec", "secs", "seconds", "s"];
+const NANOSECONDS: [&str; 5] = ["nanosec", "nsec", "nsecs", "nanoseconds", "ns"];
+const NS_PER_S: i64 = 1_000_000_000;
+
+/// How the times of a table are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Numbers of 10 to this power of nanoseconds.
+    PowerOfTen(u32),
+    /// Dates and times of day, in this order where they do not show one.
+    Text(Option<DateOrder>),
+    /// Whole seconds in one column and nanoseconds in the next.
+    SecondsAndNanoseconds,
+}
+
+/// The column of time, or the two.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct TimeSource {
+    pub(crate) columns: Vec<usize>,
+    pub(crate) kind: Kind,
+    /// How the unit or form was found out, where the name of the column does not state it.
+    pub(crate) told: Option<String>,
+}
+
+/// A table as far as the search for the time needs it.
+pub(crate) struct Sample<'s> {
+    pub(crate) names: &'s [String],
+    /// The cells of a line of units below the names.
+    pub(crate) units: &'s [String],
+    pub(crate) rows: &'s [Vec<String>],
+    pub(crate) has_decimal_comma: bool,
+}
+
+impl TimeSource {
+    /// The time in nanoseconds of the row with these cells.
+    pub(crate) fn read(&self, cells: &[&str], has_decimal_comma: bool) -> Option<i64> {
+        let first = cells.first()?.trim();
+        match (self.kind, cells.get(1)) {
+            (Kind::PowerOfTen(power), _) => {
+                let text = with_point(first, has_decimal_comma);
+                decimal_ns(&text, power).or_else(|| from_float(text.parse().ok()?, power))
+            }
+            (Kind::Text(order), second) => Some(stamp(first, second, order)?.ns),
+            (Kind::SecondsAndNanoseconds, Some(second)) => {
+                let whole = |text: &str| decimal_ns(text, 0).or_else(|| whole_float(text));
+                let nanoseconds = whole(second.trim())?;
+                let is_part = (0..NS_PER_S).contains(&nanoseconds);
+                let seconds = whole(first)?.checked_mul(NS_PER_S)?;
+                is_part.then(|| seconds.checked_add(nanoseconds)).flatten()
+            }
+            (Kind::SecondsAndNanoseconds, None) => None,
+        }
+    }
+
+    /// Whether the row states a date without a time zone.
+    pub(crate) fn lacks_zone(&self, cells: &[&str]) -> bool {
+        let Kind::Text(order) = self.kind else {
+            return false;
+        };
+        let first = cells.first().map_or("", |cell| cell.trim());
+        stamp(first, cells.get(1), order).is_some_and(|stamp| !stamp.has_zone)
+    }
+}
+
+/// Date and time of day in one cell or two.
+fn stamp(first: &str, second: Option<&&str>, order: Option<DateOrder>) -> Option<Stamp> {
+    match second {
+        None => date::parse(first, order),
+        Some(second) => {
+            let stamp = date::parse(&format!("{first} {}", second.trim()), order)?;
+            (stamp.has_date && stamp.has_time).then_some(stamp)
+        }
+    }
+}
+
+/// Whether a person means this column by a name.
+pub(crate) fn is_same_column(column: &str, named: &str) -> bool {
+    column.trim().eq_ignore_ascii_case(named.trim()) || plain(column) == plain(named)
+}
+
+/// Whether a line of names has a column that can be the time.
+pub(super) fn names_a_time(names: &[String], options: &TableOptions) -> bool {
+    match &options.time_column {
+        Some(named) => columns_named(names, named).is_some(),
+        None => !candidates(names).is_empty(),
+    }
+}
+
+/// Finds the column of time and how it is written.
+///
+/// # Errors
+/// There is none, or its unit or form does not follow from the table: what to do.
+pub(crate) fn find(sample: &Sample<'_>, options: &TableOptions) -> Result<TimeSource, String> {
+    if let Some(named) = &options.time_column {
+        let columns = columns_named(sample.names, named).ok_or_else(|| {
+            format!(
+                "no column \"{named}\" (--time-column): the columns are {}",
+                shown(sample.names)
+            )
+        })?;
+        return choose(&sample.column_texts(&columns), &columns, sample, options);
+    }
+    let mut refusal = None;
+    for columns in candidates(sample.names) {
+        match choose(&sample.column_texts(&columns), &columns, sample, options) {
+            Ok(source) => return Ok(source),
+            Err(problem) => refusal = refusal.or(Some(problem)),
+        }
+    }
+    Err(refusal.unwrap_or_else(|| {
+        format!(
+            "no column of time: expected a name like time, t [s] or timestamp_ms, or --time-column NAME, found {}",
+            shown(sample.names)
+        )
+    }))
+}
+
+impl<'s> Sample<'s> {
+    /// The cells of one or two columns, row by row, those without a time left out.
+    fn column_texts(&self, columns: &[usize]) -> Vec<Vec<&'s str>> {
+        let texts = |row: &'s Vec<String>| -> Option<Vec<&'s str>> {
+            let cells = columns
+                .iter()
+                .map(|&at| row.get(at).map(|cell| cell.trim()));
+            let cells = cells.map(|cell| cell.filter(|cell| !cell.is_empty()));
+            cells.collect()
+        };
+        self.rows.iter().filter_map(texts).collect()
+    }
+}
+
+/// The same in a table without names: the first column, or the first two.
+pub(super) fn find_unnamed(
+    sample: &Sample<'_>,
+    options: &TableOptions,
+) -> Result<TimeSource, String> {
+    if options.time_column.is_some() {
+        return find(sample, options);
+    }
+    let choose =
+        |columns: &[usize]| choose(&sample.column_texts(columns), columns, sample, options);
+    if options.time_unit.is_none() && has_stamps(&sample.column_texts(&[0, 1])) {
+        return choose(&[0, 1]);
+    }
+    choose(&[0])
+        .or_else(|problem| choose(&[0, 1]).map_err(|_| problem))
+        .map_err(|problem| format!("{problem}; another column: --time-column c2"))
+}
+
+/// Whether two columns are seconds since 1970 and nanoseconds: those of a stamp in a message of ROS 2.
+fn has_stamps(texts: &[Vec<&str>]) -> bool {
+    /// No state or counter beside a time is as large.
+    const LARGE_NS: i64 = 1_000_000;
+    let whole = |text: &&str| text.parse::<i64>().ok();
+    let pairs: Option<Vec<(i64, i64)>> = texts
+        .iter()
+        .map(|cells| Some((whole(cells.first()?)?, whole(cells.get(1)?)?)))
+        .collect();
+    let pairs = pairs.unwrap_or_default();
+    let is_stamp = |&(seconds, nanoseconds): &(i64, i64)| {
+        epoch_unit(seconds as f64) == Some(TimeUnit::Seconds)
+            && (0..NS_PER_S).contains(&nanoseconds)
+    };
+    pairs.iter().all(is_stamp) && pairs.iter().any(|(_, ns)| *ns >= LARGE_NS)
+}
+
+fn shown(names: &[String]) -> String {
+    const MOST: usize = 12;
+    let mut text: Vec<String> = names
+        .iter()
+        .take(MOST)
+        .map(|name| format!("\"{}\"", name.escape_debug()))
+        .collect();
+    if names.len() > MOST {
+        text.push(format!("{} more", names.len() - MOST));
+    }
+    text.join(", ")
+}
+
+/// The columns that a person named: one, or two joined by a comma.
+fn columns_named(names: &[String], named: &str) -> Option<Vec<usize>> {
+    let exact = |wanted: &str| names.iter().position(|name| name.trim() == wanted.trim());
+    let place = |wanted: &str| {
+        exact(wanted).or_else(|| names.iter().position(|name| is_same_column(name, wanted)))
+    };
+    if let Some(at) = place(named) {
+        return Some(vec![at]);
+    }
+    let (first, second) = named.split_once(',')?;
+    Some(vec![place(first)?, place(second)?])
+}
+
+/// The columns that can be the time, the most likely first.
+fn candidates(names: &[String]) -> Vec<Vec<usize>> {
+    let mut found: Vec<Vec<usize>> = Vec::new();
+    let says = |at: usize| unit_in_name(&names[at]);
+    let is_date = |name: &str| matches!(plain(name).as_str(), "date" | "datum");
+    for (at, name) in names.iter().enumerate() {
+        if is_date(name) {
+            let others = (0..names.len()).filter(|&other| other != at && !is_date(&names[other]));
+            found.extend(
+                others
+                    .filter(|&other| says(other).is_some())
+                    .map(|other| vec![at, other]),
+            );
+        }
+    }
+    found.extend(
+        (0..names.len())
+            .filter(|&at| says(at).is_some())
+            .map(|at| vec![at]),
+    );
+    let last_word = |name: &str| {
+        let name = name.to_lowercase();
+        let is_sign = |c: char| !c.is_ascii_alphanumeric();
+        let (before, word) = name.rsplit_once(is_sign).unwrap_or(("", &name));
+        (before.to_owned(), word.to_owned())
+    };
+    for (at, name) in names.iter().enumerate() {
+        let (before, word) = last_word(name);
+        if SECONDS.contains(&word.as_str())
+            && let Some(other) = names.iter().position(|other| {
+                let (of, word) = last_word(other);
+                of == before && NANOSECONDS.contains(&word.as_str())
+            })
+        {
+            found.push(vec![at, other]);
+        }
+    }
+    found
+}
+
+/// How one column or two are written, by their names and values.
+///
+/// # Errors
+/// That does not follow from them: what to do.
+fn choose(
+    texts: &[Vec<&str>],
+    columns: &[usize],
+    sample: &Sample<'_>,
+    options: &TableOptions,
+) -> Result<TimeSource, String> {
+    let name = |at: usize| sample.names.get(at).map_or("", String::as_str);
+    let called = columns
+        .iter()
+        .map(|&at| format!("\"{}\"", name(at).escape_debug()))
+        .collect::<Vec<_>>()
+        .join(" and ");
+    let source = |kind, told| TimeSource {
+        columns: columns.to_vec(),
+        kind,
+        told,
+    };
+    let as_number = |text: &str| number(text, sample.has_decimal_comma);
+    let first = columns.first().copied().unwrap_or_default();
+    let in_name = unit_in_name(name(first)).flatten();
+    let Some(example) = texts.first() else {
+        // no rows: the names must do
+        return match options.time_unit.or(in_name) {
+            Some(unit) => Ok(source(Kind::PowerOfTen(unit.power()), None)),
+            None => Ok(source(Kind::Text(options.date_order), None)),
+        };
+    };
+    let are_numbers = texts
+        .iter()
+        .filter(|cells| cells.iter().all(|cell| as_number(cell).is_some()))
+        .count()
+        * 2
+        > texts.len();
+    if columns.len() == 2 && are_numbers {
+        let pair = source(
+            Kind::SecondsAndNanoseconds,
+            Some(format!("time: {called}, as seconds and nanoseconds")),
+        );
+        return match texts.iter().any(|cells| pair.read(cells, false).is_some()) {
+            true => Ok(pair),
+            false => Err(format!(
+                "the columns {called}: expected seconds and nanoseconds, or a date and a time of day, found {}",
+                example.join(" and ")
+            )),
+        };
+    }
+    if !are_numbers {
+        return text_kind(texts, &called, options).map(|(kind, told)| source(kind, told));
+    }
+    if let Some(unit) = options.time_unit {
+        return Ok(source(Kind::PowerOfTen(unit.power()), None));
+    }
+    let of_epoch = texts
+        .iter()
+        .find_map(|cells| epoch_unit(as_number(cells.first()?)?));
+    let below = sample.units.get(first).and_then(|cell| unit_cell(cell));
+    if let Some(unit) = in_name.or(below) {
+        let stated = source(
+            Kind::PowerOfTen(unit.power()),
+            below
+                .filter(|_| in_name.is_none())
+                .map(|unit| format!("time: {called}, in {unit} by the line of units")),
+        );
+        let is_read = |cells: &Vec<&str>| stated.read(cells, sample.has_decimal_comma).is_some();
+        return match (texts.iter().any(is_read), of_epoch) {
+            (false, Some(unit)) => Err(format!(
+                "the column {called}: {} is after the year 2262 in the unit of its name; as numbers since 1970 they \
+                 are {unit}: --time-unit {unit}",
+                example.join(" ")
+            )),
+            _ => Ok(stated),
+        };
+    }
+    match of_epoch {
+        Some(unit) => Ok(source(
+            Kind::PowerOfTen(unit.power()),
+            Some(format!(
+                "time: {called}, in {unit} since 1970 by the size of its numbers"
+            )),
+        )),
+        None => Err(format!(
+            "the column of time {called} states no unit: expected a name like time_s, time_ms, time_us or time_ns, \
+             numbers since 1970 of 10, 13, 16 or 19 digits, or dates; found \"{}\"; state the unit: --time-unit s, ms, \
+             us or ns",
+            example.join(" ").escape_debug()
+        )),
+    }
+}
+
+/// The form of dates and times of day.
+fn text_kind(
+    texts: &[Vec<&str>],
+    called: &str,
+    options: &TableOptions,
+) -> Result<(Kind, Option<String>), String> {
+    let read = |cells: &[&str], order| stamp(cells.first()?, cells.get(1), order);
+    let joined = |cells: &[&str]| cells.join(" ");
+    let is_unclear = |cells: &&Vec<&str>| date::is_ambiguous(&joined(cells));
+    let shows = |order: DateOrder| {
+        let other = match order {
+            DateOrder::Dmy => DateOrder::Mdy,
+            _ => DateOrder::Dmy,
+        };
+        texts.iter().any(|cells| {
+            let text = joined(cells);
+            !is_unclear(&cells)
+                && text.contains(['/', '-'])
+                && read(cells, Some(order)).is_some()
+                && read(cells, Some(other)).is_none()
+        })
+    };
+    let order = match (options.date_order, texts.iter().find(is_unclear)) {
+        (Some(order), _) => Some(order),
+        (None, None) => match (shows(DateOrder::Dmy), shows(DateOrder::Mdy)) {
+            (true, false) => Some(DateOrder::Dmy),
+            (false, true) => Some(DateOrder::Mdy),
+            _ => None,
+        },
+        (None, Some(unclear)) => match (shows(DateOrder::Dmy), shows(DateOrder::Mdy)) {
+            (true, false) => Some(DateOrder::Dmy),
+            (false, true) => Some(DateOrder::Mdy),
+            _ => {
+                return Err(format!(
+                    "the column of time {called}: \"{}\" can be day or month first; state the order: --date-order dmy, \
+                     mdy or ymd",
+                    joined(unclear).escape_debug()
+                ));
+            }
+        },
+    };
+    let found = texts.iter().find_map(|cells| read(cells, order));
+    let Some(found) = found else {
+        let example = texts.first().map(|cells| joined(cells)).unwrap_or_default();
+        return Err(format!(
+            "the column of time {called}: expected numbers or dates (ISO 8601, 14.11.2023 22:13:20, 14-Nov-2023), \
+             found \"{}\"; another column: --time-column NAME",
+            example.escape_debug()
+        ));
+    };
+    if options.time_unit.is_some() {
+        return Err(format!(
+            "the column of time {called} has dates, which --time-unit does not apply to"
+        ));
+    }
+    if found.has_date && !found.has_time {
+        return Err(format!(
+            "the column of time {called} has dates without a time of day; name both columns: --time-column DATE,TIME"
+        ));
+    }
+    let order_text = match order {
+        Some(DateOrder::Dmy) if options.date_order.is_none() => Some("day first"),
+        Some(DateOrder::Mdy) if options.date_order.is_none() => Some("month first"),
+        _ => None,
+    };
+    let told = match (found.has_date, order_text) {
+        (false, _) => Some(format!(
+            "time: {called}, times of day without a date: they count from midnight"
+        )),
+        (true, Some(order)) => Some(format!("time: {called}, dates with the {order}")),
+        (true, None) => None,
+    };
+    Ok((Kind::Text(order), told))
+}
+
+/// The unit of a number that counts from 1970: 10 digits are seconds, 13 milliseconds, and so on.
+fn epoch_unit(number: f64) -> Option<TimeUnit> {
+    let digits = |least: f64| (least..10.0 * least).contains(&number);
+    TimeUnit::ALL
+        .into_iter()
+        .zip([1e9, 1e12, 1e15, 1e18])
+        .find(|(_, least)| digits(*least))
+        .map(|(unit, _)| unit)
+}
+
+/// What a name says: whether it is that of a time, and of which unit.
+fn unit_in_name(name: &str) -> Option<Option<TimeUnit>> {
+    let name = name.trim().to_lowercase();
+    if let Some((_, unit)) = FIXED.iter().find(|(fixed, _)| *fixed == name) {
+        return Some(Some(*unit));
+    }
+    let is_end = |c: char| matches!(c, ']' | ')' | '_' | ' ' | '}');
+    let open = |c: char| matches!(c, '[' | '(' | '_' | ' ' | '/' | '{' | '.' | '-' | ',');
+    let bare = name.trim_end_matches(is_end);
+    if let Some((base, unit)) = bare.rsplit_once(open)
+        && let Some(unit) = unit_of(unit.trim())
+        && NAMES.contains(&plain(base).as_str())
+    {
+        return Some(Some(unit));
+    }
+    let bare = plain(bare);
+    let glued = ["ms", "us", "µs", "ns", "sec"]
+        .into_iter()
+        .find_map(|unit| {
+            let base = bare.strip_suffix(unit)?;
+            NAMES.contains(&base).then(|| unit_of(unit))
+        });
+    glued.or_else(|| NAMES.contains(&bare.as_str()).then_some(None))
+}
+
+/// A name in lower case without anything but letters and digits.
+fn plain(name: &str) -> String {
+    let name = name.to_lowercase();
+    name.chars().filter(|c| c.is_alphanumeric()).collect()
+}
+
+/// A unit in a cell of a line of units.
+pub(super) fn unit_cell(cell: &str) -> Option<TimeUnit> {
+    let bare = |c: char| matches!(c, '[' | ']' | '(' | ')' | ' ');
+    unit_of(&cell.trim_matches(bare).to_lowercase())
+}
+
+fn unit_of(text: &str) -> Option<TimeUnit> {
+    Some(match text {
+        "s" | "sec" | "secs" | "second" | "seconds" => TimeUnit::Seconds,
+        "ms" | "msec" | "msecs" | "millis" | "millisecond" | "milliseconds" => {
+            TimeUnit::Milliseconds
+        }
+        "us" | "µs" | "μs" | "usec" | "usecs" | "micros" | "microsecond" | "microseconds" => {
+            TimeUnit::Microseconds
+        }
+        "ns" | "nsec" | "nsecs" | "nanos" | "nanosecond" | "nanoseconds" => TimeUnit::Nanoseconds,
+        _ => return None,
+    })
+}
+
+/// A decimal number times 10 to `power`, exactly.
+fn decimal_ns(text: &str, power: u32) -> Option<i64> {
+    let (is_negative, digits) = match text.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, text),
+    };
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    if whole.is_empty() || !are_digits(whole) || !are_digits(fraction) {
+        return None;
+    }
+    let mut number = whole.parse::<i64>().ok()?.checked_mul(10_i64.pow(power))?;
+    let mut unit = 10_i64.pow(power);
+    for digit in fraction.bytes() {
+        unit /= 10;
+        number = number.checked_add(i64::from(digit - b'0') * unit)?;
+    }
+    Some(if is_negative { -number } else { number })
+}
+
+fn whole_float(text: &str) -> Option<i64> {
+    let number: f64 = text.parse().ok()?;
+    (number.fract() == 0.0)
+        .then(|| from_float(number, 0))
+        .flatten()
+}
+
+/// A number times 10 to `power`.
+pub(crate) fn from_float(number: f64, power: u32) -> Option<i64> {
+    let nanos = number * 10_f64.powi(power as i32);
+    (nanos.is_finite() && nanos.abs() < 9.2e18).then_some(nanos.round() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_state_the_unit() {
+        let cases = [
+            ("time_s", Some(Some(TimeUnit::Seconds))),
+            ("Time [ms]", Some(Some(TimeUnit::Milliseconds))),
+            ("timestamp(us)", Some(Some(TimeUnit::Microseconds))),
+            ("t_ns", Some(Some(TimeUnit::Nanoseconds))),
+            ("t/s", Some(Some(TimeUnit::Seconds))),
+            ("t [s]", Some(Some(TimeUnit::Seconds))),
+            ("timestampMs", Some(Some(TimeUnit::Milliseconds))),
+            ("__time", Some(Some(TimeUnit::Seconds))),
+            ("%time", Some(Some(TimeUnit::Nanoseconds))),
+            ("timestamp", Some(None)),
+            ("Epoch", Some(None)),
+            ("Date Time", Some(None)),
+            ("Timestamp (UTC)", Some(None)),
+            ("__timestamp", Some(None)),
+            ("boom_angle", None),
+            ("lift_time_s", None),
+            ("times", None),
+        ];
+        for (name, expected) in cases {
+            assert_eq!(unit_in_name(name), expected, "{name}");
+        }
+    }
+
+    fn source(kind: Kind) -> TimeSource {
+        TimeSource {
+            columns: vec![0],
+            kind,
+            told: None,
+        }
+    }
+
+    #[test]
+    fn val_times_are_exact() {
+        let read = |text: &str, power| source(Kind::PowerOfTen(power)).read(&[text], false);
+        assert_eq!(
+            read("1700000000.123456789", 9),
+            Some(1_700_000_000_123_456_789)
+        );
+        assert_eq!(read("-1.5", 6), Some(-1_500_000));
+        assert_eq!(read("1e3", 0), Some(1000));
+        for wrong in ["", "nan", "yesterday", "99999999999999999999"] {
+            assert_eq!(read(wrong, 9), None, "{wrong}");
+        }
+        let pair = source(Kind::SecondsAndNanoseconds);
+        assert_eq!(
+            pair.read(&["1700000000", "5"], false),
+            Some(1_700_000_000_000_000_005)
+        );
+        assert_eq!(pair.read(&["1700000000", "1000000000"], false), None);
+    }
+
+    #[test]
+    fn the_number_of_digits_tells_the_unit() {
+        let cases = [
+            (1_700_000_000.0, Some(TimeUnit::Seconds)),
+            (1_700_000_000_123.0, Some(TimeUnit::Milliseconds)),
+            (1.7e15, Some(TimeUnit::Microseconds)),
+            (1.7e18, Some(TimeUnit::Nanoseconds)),
+            (0.01, None),
+            (123_456.0, None),
+            (1.7e10, None),
+            (-1.7e9, None),
+        ];
+        for (number, expected) in cases {
+            assert_eq!(epoch_unit(number), expected, "{number}");
+        }
+    }
+}
