@@ -31,6 +31,7 @@ mod spread_values;
 mod state_blocks;
 mod supports;
 pub mod undecided;
+pub mod unstated_load;
 mod verdicts;
 
 pub use coverage::Coverage;

@@ -16,6 +16,7 @@ use super::monte_carlo::MonteCarlo;
 use super::payload::EstimatedPayload;
 use super::sensitivity::SensitivityTable;
 use super::undecided::Undecided;
+use super::unstated_load::ExplainedFall;
 use crate::analysis::inputs::GrossInput;
 use crate::base::clip::Clip;
 use crate::base::options::Options;
@@ -59,6 +60,8 @@ pub struct Analysis {
     pub sensitivity: Option<SensitivityTable>,
     /// What would have prevented the worst event; `None` without one, and for models without derivatives.
     pub advice: Option<Advice>,
+    /// What explains each rotation about an edge.
+    pub explained_falls: Vec<ExplainedFall>,
     /// Monte Carlo study of the parameters, if requested.
     pub monte_carlo: Option<MonteCarlo>,
     /// Payload masses estimated from cylinder forces.

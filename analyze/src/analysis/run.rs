@@ -18,7 +18,9 @@ pub use super::folds::{Prepared, RowSink};
 use super::measured_loads::{Comparison, LoadComparison};
 use super::provenance::provenance;
 use super::quasi_static::{QuasiStatic, StaticRows, choose};
-use super::{imu_check, inputs, notes, payload, redundancy, size, supports, verdicts};
+use super::{
+    imu_check, inputs, notes, payload, redundancy, size, supports, unstated_load, verdicts,
+};
 use crate::analysis::{Analysis, Coverage, Input, Sources};
 use crate::base::estimated::EstimatedRows;
 use crate::base::file_hash::LogHashes;
@@ -200,6 +202,10 @@ fn analyse_with<S: RowSink>(
         sensitivity.as_ref(),
         &gathered.seen.positions,
     );
+    let explained_falls = match scope.sensitivities && gross_inputs.is_empty() {
+        true => unstated_load::study(&table, &unstated_load::falls(&table, &events)),
+        false => Vec::new(),
+    };
     let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &gathered.seen);
     notes.splice(0..0, notes_on_static_rows);
@@ -254,6 +260,7 @@ fn analyse_with<S: RowSink>(
         events,
         sensitivity,
         advice,
+        explained_falls,
         monte_carlo: gathered.monte_carlo,
         payloads,
         comparisons: gathered.comparisons,

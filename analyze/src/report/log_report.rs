@@ -10,7 +10,7 @@ use super::sketch::Sketch;
 use super::when::Calendar;
 use super::{
     basis, charts, clocks, conclusion, explanations, measured_loads, moment, path, pdf, prevention,
-    tables, worst,
+    tables, unstated_load, worst,
 };
 use crate::analysis::Analysis;
 use crate::page::{
@@ -129,6 +129,9 @@ fn opening(analysis: &Analysis) -> Markup {
 /// What it rests on.
 fn closing(analysis: &Analysis) -> Markup {
     html! {
+        @if let Some(explained) = unstated_load::section(analysis) {
+            (section("What explains the rotation about an edge", explained))
+        }
         (section("What would have prevented it", prevention::section(analysis)))
         (section("Sensitivity", explanations::sensitivity(analysis)))
         @if let Some(measured) = measured_loads::section(analysis) {

@@ -18,6 +18,7 @@ mod plots;
 mod prevention;
 mod sketch;
 mod tables;
+mod unstated_load;
 mod whatif;
 mod when;
 mod worst;

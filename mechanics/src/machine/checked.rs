@@ -41,6 +41,8 @@ pub struct Machine {
     pub(crate) notes: Vec<String>,
     pub(crate) replaced_inertias: Vec<ImpossibleInertia>,
     pub(crate) tool: Option<Mount>,
+    /// The link of the tool, if the machine file names it.
+    pub(crate) tool_link: Option<usize>,
     pub(crate) arm_root: Option<Mount>,
     pub(crate) arm_mounting: Option<Mounting>,
     pub(crate) payloads: Vec<Payload>,

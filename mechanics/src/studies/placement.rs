@@ -96,6 +96,12 @@ impl<'a> Placement<'a> {
         self.angular_velocity = workspace.motions[0].angular_velocity;
     }
 
+    /// A point that is fixed to a body, in the base frame (m).
+    #[must_use]
+    pub fn point(&self, body: usize, in_body: &Vector3<f64>) -> Vector3<f64> {
+        self.workspace.motions[body].point(in_body)
+    }
+
     /// Coordinates of a point of the base frame along the axes of `zmp_x` and `zmp_y`: forward and left in
     /// the contact plane, relative to the projected base origin (m).
     #[must_use]

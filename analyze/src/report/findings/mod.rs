@@ -9,7 +9,7 @@ use maud::{Markup, html};
 pub(super) use scene::Scene;
 pub(super) use without_event::reason_counts;
 
-use super::{open_split, prevention};
+use super::{open_split, prevention, unstated_load};
 use crate::analysis::Analysis;
 use crate::analysis::inputs::GrossInput;
 use crate::events::{Event, EventKind, Finding};
@@ -49,6 +49,7 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
         .chain((analysis.losses.end_is_lost()).then(|| lost_end(analysis)))
         .chain(calm)
         .chain(stability.iter().map(finding))
+        .chain(unstated_load::findings(analysis))
         .chain(others.flatten())
         .chain(partly.flatten().map(|known| unknown_rest(&known)))
         .chain(prevention::finding(analysis))

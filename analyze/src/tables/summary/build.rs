@@ -51,6 +51,7 @@ impl<'a> Summary<'a> {
             model: model_summary(analysis),
             sensitivity: sensitivity_summary(analysis),
             advice: analysis.advice.as_ref(),
+            explained_falls: &analysis.explained_falls,
             estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
             measured_loads: measured_loads(analysis),
             monte_carlo: monte_carlo_summary(analysis),

@@ -12,6 +12,7 @@ use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
 use crate::analysis::inputs::GrossInput;
 use crate::analysis::measured_loads::SensorStatistics;
 use crate::analysis::model_comparison::LoadDifference;
+use crate::analysis::unstated_load::ExplainedFall;
 use crate::base::clip::Clip;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
@@ -64,6 +65,11 @@ pub struct Summary<'a> {
     /// What would have prevented the worst event, by simulation of single changes; null without a wheel below its
     /// limit in an event, and for models without derivatives.
     pub advice: Option<&'a Advice>,
+    /// What explains each rotation about an edge: an unstated load on the tool and other explanations, with their evidence;
+    /// absent without one.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    #[schemars(default)]
+    pub explained_falls: &'a [ExplainedFall],
     /// Payload masses estimated from cylinder forces.
     pub estimated_payloads: Vec<PayloadSummary<'a>>,
     /// Measured against computed loads, by load sensor of the machine file; absent without one in the log.

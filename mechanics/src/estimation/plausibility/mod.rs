@@ -42,7 +42,7 @@ pub(super) use checks::room_for_findings;
 pub use explanation::{Axis, Explanation};
 pub use fault::{Amount, Component, Finding, Part, YawBy};
 pub(super) use relations::Relations;
-pub use relations::{Excitation, Unshown};
+pub use relations::{Excitation, LeanOnTyres, Unshown};
 pub(super) use signals::{SignalChecks, Sound};
 pub(crate) use spans::SpanWalk;
 pub use spans::{FaultSpan, FaultSpans};

@@ -102,14 +102,12 @@ impl Checker<'_> {
             .as_ref()
             .map(|arm| self.link("arm.root", &arm.root))
             .transpose()?;
-        let tool = match spec.arm.as_ref().and_then(|arm| arm.tool.as_ref()) {
-            Some(tool) => Some(self.mount(
-                self.link("arm.tool", tool)?,
-                Isometry3::identity(),
-                "arm.tool of the machine file",
-            )),
-            None => None,
-        };
+        let tool_link = (spec.arm.as_ref())
+            .and_then(|arm| arm.tool.as_ref())
+            .map(|tool| self.link("arm.tool", tool))
+            .transpose()?;
+        let tool = tool_link
+            .map(|link| self.mount(link, Isometry3::identity(), "arm.tool of the machine file"));
         let links: Vec<Link> = (0..self.tree.links.len())
             .map(|i| Link {
                 inertia_sigma: sigma_of(&inertias.replaced, &self.tree.links[i].name),
@@ -137,6 +135,7 @@ impl Checker<'_> {
             notes,
             replaced_inertias: inertias.replaced,
             tool,
+            tool_link,
             payloads: self.payloads(&links)?,
             links,
             limits: spec.limits.clone(),

@@ -17,6 +17,7 @@ use super::low_pass::{LowPass, share};
 use super::rolling::{Rolled, Rolling};
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::geometry::coordinate::{Coordinate, Motion};
+use crate::geometry::spatial::Wrench;
 use crate::machine::{
     Body, Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint, rotation_in_body,
 };
@@ -71,6 +72,43 @@ pub(super) struct LeanModel {
     up: LowPass<3>,
     lean: [LowPass<2>; 2],
     momentum: [LowPass<2>; 2],
+}
+
+/// How a platform leans on its tyres.
+#[derive(Debug, Clone)]
+pub struct LeanOnTyres(LeanModel);
+
+impl LeanOnTyres {
+    /// `None` where the wheels stand on one line or come and go, the IMU is not on the base, or a suspension gives way.
+    #[must_use]
+    pub fn of(machine: &Machine) -> Option<Self> {
+        let model = LeanModel::new(machine)?;
+        machine.suspension().is_none().then_some(Self(model))
+    }
+
+    /// Whether the machine file states how far the tyres deflect.
+    #[must_use]
+    pub fn stiffness_is_stated(&self) -> bool {
+        self.0.stiffness_is_known
+    }
+
+    /// Lean about x and y (rad) under the wrench of the ground about the base origin, in base axes.
+    #[must_use]
+    pub fn lean(&self, ground: &Wrench<f64>) -> Vector2<f64> {
+        self.0.compliance * self.moment(ground)
+    }
+
+    /// The smallest load of a tyre under this wrench, as a share of the mean load.
+    #[must_use]
+    pub fn least_load(&self, ground: &Wrench<f64>) -> f64 {
+        self.0.least_load(&self.moment(ground), &Vector2::zeros())
+    }
+
+    /// The moment N on the tyres (N m).
+    fn moment(&self, ground: &Wrench<f64>) -> Vector2<f64> {
+        let below = Vector3::z() * self.0.ground;
+        (ground.moment - below.cross(&ground.force)).xy()
+    }
 }
 
 /// The lean of one sample.

@@ -42,6 +42,7 @@ use super::signals::Sound;
 use crate::machine::{Machine, rotation_in_body};
 use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
 pub use excitation::{Excitation, Unshown};
+pub use lean_model::LeanOnTyres;
 use lean::LeanRelation;
 use likelihood::Standing;
 use motion::{RotationRelation, SpecificForceRelation};

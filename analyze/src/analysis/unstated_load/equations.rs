@@ -1,0 +1,214 @@
+//! The equations of a fall, and their errors without those of the machine's parameters.
+
+use nalgebra::{DMatrix, DVector};
+use tipwatch_mechanics::{Axis, Parameter};
+
+use super::amounts::{Computed, RowState, Scene, Unstated};
+use super::rows::FallRows;
+
+/// Correlation time of what the model leaves out and of the estimated accelerations (s).
+const MODEL_S: f64 = 0.3;
+const NOISE_S: f64 = 0.1;
+/// Error of the lean that the model leaves out, as a share of the root mean square of the lean.
+const LEAN_SHARE: f64 = 0.03;
+/// Noise of a measured lean (rad).
+const LEAN_NOISE_RAD: f64 = 2e-4;
+/// Correlation time of errors that no explanation has, and their size: as a share of weight times half the track for
+/// moments, as a multiple of the lean for the lean.
+const UNEXPLAINED_S: f64 = 1.0;
+const UNEXPLAINED_SHARE: f64 = 0.2;
+const UNEXPLAINED_LEAN: f64 = 1.0;
+
+/// Which estimate an equation belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    Lean,
+    Onset,
+    Fall,
+}
+
+/// One equation.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Equation {
+    pub(super) part: Part,
+    /// Index of its row.
+    pub(super) row: usize,
+    /// Component of the lean, 0 or 1.
+    pub(super) axis: usize,
+}
+
+/// The equations of a fall.
+pub(super) struct Equations {
+    pub(super) rows: Vec<RowState>,
+    pub(super) all: Vec<Equation>,
+    /// Standard deviations by equation: of white noise, of the noise of estimated accelerations, of the model.
+    white: Vec<f64>,
+    signals: Vec<f64>,
+    model: Vec<f64>,
+    /// Of errors that no explanation has.
+    unexplained: Vec<f64>,
+}
+
+impl Equations {
+    pub(super) fn new(scene: &Scene<'_>, rows: FallRows, has_lean: bool) -> Self {
+        let FallRows {
+            onset, fall, lean, ..
+        } = rows;
+        let mut all = Vec::new();
+        let mut states = Vec::new();
+        let lean = if has_lean { lean } else { Vec::new() };
+        for (part, rows) in [(Part::Lean, lean), (Part::Onset, onset), (Part::Fall, fall)] {
+            for row in rows {
+                let axes = if part == Part::Lean { 2 } else { 1 };
+                all.extend((0..axes).map(|axis| Equation {
+                    part,
+                    row: states.len(),
+                    axis,
+                }));
+                states.push(row);
+            }
+        }
+        let mut equations = Self {
+            rows: states,
+            all,
+            white: Vec::new(),
+            signals: Vec::new(),
+            model: Vec::new(),
+            unexplained: Vec::new(),
+        };
+        equations.set_noise(scene);
+        equations
+    }
+
+    /// Number of rows of a part.
+    pub(super) fn count(&self, part: Part) -> usize {
+        let of_part = self.all.iter().filter(|of| of.part == part && of.axis == 0);
+        of_part.count()
+    }
+
+    /// The places of the equations of a part.
+    pub(super) fn of_part(&self, part: Part) -> Vec<usize> {
+        let places = 0..self.all.len();
+        places
+            .filter(|&place| self.all[place].part == part)
+            .collect()
+    }
+
+    /// What the equations miss with these results: zero but for errors if all amounts are right.
+    pub(super) fn residuals(&self, computed: &[Computed]) -> DVector<f64> {
+        let first_lean = self.all.iter().find(|of| of.part == Part::Lean);
+        let of = |equation: &Equation| {
+            let (row, now) = (&self.rows[equation.row], &computed[equation.row]);
+            match (equation.part, first_lean) {
+                (Part::Lean, Some(first)) => {
+                    let axis = equation.axis;
+                    let leaned = now.lean_rad[axis] - computed[first.row].lean_rad[axis];
+                    row.lean_rad[axis] - leaned
+                }
+                _ => -now.moment_nm,
+            }
+        };
+        DVector::from_iterator(self.all.len(), self.all.iter().map(of))
+    }
+
+    /// Covariance of noise and of the model's errors; `factor` multiplies the standard deviation of the latter.
+    pub(super) fn covariance(&self, factor: f64) -> DMatrix<f64> {
+        let model: Vec<f64> = self.model.iter().map(|sigma| sigma * factor).collect();
+        let mut sum = self.correlated(&model, MODEL_S) + self.correlated(&self.signals, NOISE_S);
+        for (place, sigma) in self.white.iter().enumerate() {
+            sum[(place, place)] += sigma * sigma;
+        }
+        sum
+    }
+
+    /// Covariance of errors that no explanation has.
+    pub(super) fn unexplained(&self) -> DMatrix<f64> {
+        self.correlated(&self.unexplained, UNEXPLAINED_S)
+    }
+
+    /// An error that is forgotten exponentially: that of moments in one process, that of each component of the lean in
+    /// another.
+    fn correlated(&self, sigmas: &[f64], time_s: f64) -> DMatrix<f64> {
+        let kind = |place: usize| {
+            let equation = self.all[place];
+            match equation.part {
+                Part::Lean => equation.axis,
+                Part::Onset | Part::Fall => 2,
+            }
+        };
+        let at_s = |place: usize| self.rows[self.all[place].row].time_s;
+        DMatrix::from_fn(self.all.len(), self.all.len(), |a, b| {
+            match kind(a) == kind(b) {
+                true => sigmas[a] * sigmas[b] * (-(at_s(a) - at_s(b)).abs() / time_s).exp(),
+                false => 0.0,
+            }
+        })
+    }
+
+    fn set_noise(&mut self, scene: &Scene<'_>) {
+        let computed = scene.computed(&self.rows, &[]);
+        let by_signals = self.moment_sigmas_by_signals(scene, &computed);
+        let squares = self.rows.iter().map(|row| row.lean_rad.norm_squared());
+        let leaning = self.count(Part::Lean).max(1) as f64;
+        let lean_rms = (squares.sum::<f64>() / leaning).sqrt();
+        let wheels = scene.machine.wheels();
+        let edge = &scene.machine.polygon().edges()[scene.edge];
+        let place = |wheel: usize| wheels[wheel].centre_at_zero.xy();
+        let along = (place(edge.to) - place(edge.from)).normalize();
+        let distances = (0..wheels.len()).map(|w| along.perp(&(place(w) - place(edge.from))));
+        let distances: Vec<f64> = distances.collect();
+        let share = scene.machine.uncertainty().model_share;
+        let squares: f64 = distances.iter().map(|d| d * d).sum();
+        let track = distances.iter().copied().fold(0.0, f64::max);
+        for equation in &self.all {
+            let weight = computed[equation.row].normal_n.abs();
+            let mean_load = weight / wheels.len() as f64;
+            let [white, signals, model, unexplained] = match equation.part {
+                Part::Lean => [
+                    LEAN_NOISE_RAD,
+                    0.0,
+                    LEAN_SHARE * lean_rms,
+                    UNEXPLAINED_LEAN * lean_rms,
+                ],
+                Part::Onset | Part::Fall => {
+                    let model = share * mean_load * squares.sqrt();
+                    let unexplained = UNEXPLAINED_SHARE * weight * 0.5 * track;
+                    [0.1 * model, by_signals[equation.row], model, unexplained]
+                }
+            };
+            self.white.push(white);
+            self.signals.push(signals);
+            self.model.push(model);
+            self.unexplained.push(unexplained);
+        }
+    }
+
+    /// Standard deviation of the moment of each row by the noise of the estimated state (N m).
+    fn moment_sigmas_by_signals(&self, scene: &Scene<'_>, computed: &[Computed]) -> Vec<f64> {
+        let mut variances = vec![0.0; self.rows.len()];
+        let mut add = |signal: Parameter, variance: &dyn Fn(&RowState) -> f64| {
+            let changed = scene.computed(&self.rows, &[(Unstated::Parameter(signal), 1.0)]);
+            for (place, row) in self.rows.iter().enumerate() {
+                let by = changed[place].moment_nm - computed[place].moment_nm;
+                let variance = variance(row);
+                if variance > 0.0 {
+                    variances[place] += by * by * variance;
+                }
+            }
+        };
+        for axis in Axis::ALL {
+            add(Parameter::AngularAcceleration(axis), &|row| {
+                row.state.noise.turning[2]
+            });
+            add(Parameter::SpecificForce(axis), &|row| {
+                row.state.noise.specific_force
+            });
+        }
+        for joint in 0..scene.machine.joints().len() {
+            add(Parameter::JointAcceleration(joint), &|row| {
+                row.state.noise.joint.second
+            });
+        }
+        variances.into_iter().map(f64::sqrt).collect()
+    }
+}

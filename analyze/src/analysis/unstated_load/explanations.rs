@@ -1,0 +1,304 @@
+//! The explanations that are tried, and how each is fitted.
+
+use nalgebra::{DMatrix, DVector};
+use tipwatch_mechanics::machine::{LinkGroup, Machine};
+use tipwatch_mechanics::{Axis, Parameter};
+
+use super::amounts::{Amounts, Scene, Unstated};
+use super::equations::{Equations, Part};
+use super::nuisances::Nuisances;
+use super::regression::{Posterior, mixed, regress};
+
+/// Prior standard deviations: a load as a share of the machine's mass, a force of its weight, a mass of a link of its own;
+/// where a load is (m), a centre of mass (m), an angle of the IMU and of an encoder (rad), a sliding joint (m), a wheel's
+/// radius of its own.
+const LOAD_SHARE: f64 = 0.1;
+const FORCE_SHARE: f64 = 0.05;
+const MASS_SHARE: f64 = 0.1;
+const LOAD_PLACE_M: f64 = 0.3;
+const CENTRE_M: f64 = 0.1;
+const IMU_RAD: f64 = 0.1;
+const ENCODER_RAD: f64 = 0.2;
+const ENCODER_M: f64 = 0.2;
+const RADIUS_SHARE: f64 = 0.2;
+/// Stiffness of the tyres where the machine file states none: a share of the usual one.
+const UNKNOWN_STIFFNESS: f64 = 0.5;
+/// An encoder whose position changes by less than this (rad or m) has stopped, if it did for so long (s).
+const STOPPED: f64 = 1e-6;
+const STOPPED_S: f64 = 0.5;
+/// Errors of the model are as large as stated, or so many times larger.
+pub(super) const MODEL_FACTORS: [f64; 3] = [1.0, 3.0, 10.0];
+/// Rounds in which the derivatives are taken anew at the fitted amounts.
+const ROUNDS: usize = 3;
+/// Share of the prior standard deviation by which derivatives are taken.
+const STEP: f64 = 0.05;
+
+/// An explanation to try.
+#[derive(Debug, Clone)]
+pub(super) struct Trial {
+    pub(super) kind: &'static str,
+    pub(super) subject: Option<String>,
+    /// What it fits.
+    pub(super) fitted: Vec<Wanted>,
+    /// What is as it says.
+    pub(super) fixed: Vec<(Unstated, f64)>,
+    /// What else is uncertain with it.
+    pub(super) uncertain: Vec<(Unstated, f64)>,
+}
+
+/// An amount that an explanation fits.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    pub(super) of: Unstated,
+    /// Prior standard deviation, in `unit`.
+    pub(super) sigma: f64,
+    pub(super) name: &'static str,
+    pub(super) unit: &'static str,
+}
+
+/// A fitted explanation.
+#[derive(Debug, Clone)]
+pub(super) struct Fitted {
+    pub(super) posterior: Posterior,
+    /// The last linear equations: residuals, derivatives, covariance of everything else but the model's errors.
+    pub(super) y: DVector<f64>,
+    pub(super) derivatives: DMatrix<f64>,
+    pub(super) uncertain: DMatrix<f64>,
+    /// The factor of the model's errors that is most probable.
+    pub(super) factor: f64,
+}
+
+impl Trial {
+    fn new(kind: &'static str, subject: Option<String>) -> Self {
+        Self {
+            kind,
+            subject,
+            fitted: Vec::new(),
+            fixed: Vec::new(),
+            uncertain: Vec::new(),
+        }
+    }
+
+    fn fitting(mut self, name: &'static str, unit: &'static str, of: Unstated, sigma: f64) -> Self {
+        self.fitted.push(Wanted {
+            of,
+            sigma,
+            name,
+            unit,
+        });
+        self
+    }
+
+    /// One amount along each axis.
+    fn fitting_axes(self, unit: &'static str, of: impl Fn(Axis) -> Parameter, sigma: f64) -> Self {
+        Axis::ALL.into_iter().fold(self, |trial, axis| {
+            trial.fitting(axis.name(), unit, Unstated::Parameter(of(axis)), sigma)
+        })
+    }
+
+    /// A mass on the tool.
+    pub(super) fn load(machine: &Machine) -> Self {
+        let sigma = LOAD_SHARE * machine.mass();
+        let trial = Self::new("load_on_tool", None);
+        let mut trial = trial.fitting("mass", "kg", Unstated::LoadMass, sigma);
+        trial.uncertain = Axis::ALL
+            .map(|axis| (Unstated::LoadPlace(axis), LOAD_PLACE_M))
+            .into();
+        trial
+    }
+
+    /// Fits it; `None` if it cannot be.
+    pub(super) fn fit(&self, scene: &Scene<'_>, of: &Problem<'_>) -> Option<Fitted> {
+        let sigmas: Vec<f64> = self.fitted.iter().map(|wanted| wanted.sigma).collect();
+        let mut amounts = vec![0.0; sigmas.len()];
+        let mut found = None;
+        let rounds = if sigmas.is_empty() { 1 } else { ROUNDS };
+        for _ in 0..rounds {
+            let linear = self.linear(scene, of, &amounts);
+            let errors: Vec<DMatrix<f64>> = match self.kind {
+                "none_of_these" => vec![of.equations.covariance(1.0) + of.equations.unexplained()],
+                _ => MODEL_FACTORS
+                    .map(|factor| of.equations.covariance(factor))
+                    .into(),
+            };
+            let posteriors = errors.iter().map(|errors| {
+                let errors = errors + &linear.uncertain;
+                regress(&linear.y, &linear.derivatives, &sigmas, &errors)
+            });
+            let posteriors: Vec<Posterior> = posteriors.collect::<Option<_>>()?;
+            let best = (posteriors.iter().enumerate())
+                .max_by(|a, b| a.1.log_evidence.total_cmp(&b.1.log_evidence));
+            let factor = best.map_or(1.0, |(place, _)| MODEL_FACTORS[place]);
+            let posterior = mixed(&posteriors)?;
+            amounts = posterior.mean.iter().copied().collect();
+            found = Some(Fitted {
+                posterior,
+                factor,
+                ..linear
+            });
+        }
+        found
+    }
+
+    /// The equations, linear about some amounts.
+    fn linear(&self, scene: &Scene<'_>, of: &Problem<'_>, amounts: &[f64]) -> Fitted {
+        let Problem {
+            equations,
+            nuisances,
+        } = of;
+        let mut here = self.fixed.clone();
+        let fitted = self.fitted.iter().zip(amounts);
+        here.extend(fitted.map(|(wanted, amount)| (wanted.of, *amount)));
+        let computed = |more: &Amounts| {
+            let all = [&here[..], more].concat();
+            scene.computed(&equations.rows, &all)
+        };
+        let now = computed(&[]);
+        let missed = equations.residuals(&now);
+        let mut y = &missed - &nuisances.mean;
+        let mut derivatives = DMatrix::zeros(y.len(), self.fitted.len());
+        for (place, wanted) in self.fitted.iter().enumerate() {
+            let step = STEP * wanted.sigma;
+            let changed = equations.residuals(&computed(&[(wanted.of, step)]));
+            let derivative = (&missed - changed) / step;
+            y += &derivative * amounts[place];
+            derivatives.set_column(place, &derivative);
+        }
+        let mut uncertain = nuisances.covariance.clone();
+        for &(unstated, sigma) in &self.uncertain {
+            let column = &missed - equations.residuals(&computed(&[(unstated, sigma)]));
+            uncertain += &column * column.transpose();
+        }
+        let stiffness = match &scene.lean {
+            Some(lean) if lean.stiffness_is_stated() => {
+                scene.machine.uncertainty().tyre_stiffness_share
+            }
+            _ => UNKNOWN_STIFFNESS,
+        };
+        let first = equations.all.iter().find(|of| of.part == Part::Lean);
+        let leaned = equations
+            .all
+            .iter()
+            .map(|equation| match (equation.part, first) {
+                (Part::Lean, Some(first)) => {
+                    let axis = equation.axis;
+                    let since = now[equation.row].lean_rad[axis] - now[first.row].lean_rad[axis];
+                    stiffness * since
+                }
+                _ => 0.0,
+            });
+        let leaned = DVector::from_iterator(y.len(), leaned);
+        uncertain += &leaned * leaned.transpose();
+        Fitted {
+            posterior: Posterior {
+                log_evidence: f64::NAN,
+                mean: DVector::zeros(0),
+                covariance: DMatrix::zeros(0, 0),
+            },
+            y,
+            derivatives,
+            uncertain,
+            factor: 1.0,
+        }
+    }
+}
+
+/// What is explained.
+pub(super) struct Problem<'a> {
+    pub(super) equations: &'a Equations,
+    pub(super) nuisances: &'a Nuisances,
+}
+
+/// All explanations that can be tried.
+pub(super) fn trials(scene: &Scene<'_>, equations: &Equations, onset_ns: i64) -> Vec<Trial> {
+    let machine = scene.machine;
+    let mut all = vec![Trial::new("stated_machine", None)];
+    if scene.load.is_some() {
+        all.push(Trial::load(machine));
+        if machine.tool().is_none() {
+            let sigma = FORCE_SHARE * machine.mass() * machine.gravity();
+            let trial = Trial::new("force_on_tool", None);
+            all.push(trial.fitting("outwards", "N", Unstated::OutwardForce, sigma));
+        }
+    }
+    if let Some(link) = heaviest(machine, LinkGroup::Chassis) {
+        let name = Some(machine.links()[link].name.clone());
+        let of = |axis| Parameter::LinkCom(link, axis);
+        let centre = Trial::new("centre_of_mass", name.clone());
+        all.push(centre.fitting_axes("m", of, CENTRE_M));
+        let sigma = MASS_SHARE * machine.links()[link].inertia.mass;
+        let mass = Unstated::Parameter(Parameter::LinkMass(link));
+        all.push(Trial::new("mass", name).fitting("mass", "kg", mass, sigma));
+    }
+    let turned = Trial::new("imu_rotation", None);
+    all.push(turned.fitting_axes("rad", Parameter::ImuRotation, IMU_RAD));
+    for (joint, of) in machine.joints().iter().enumerate() {
+        if of.spins_wheel.is_some() || !of.logged {
+            continue;
+        }
+        let name = || Some(of.name.clone());
+        let (sigma, unit) = match machine.joint_slides(joint) {
+            true => (ENCODER_M, "m"),
+            false => (ENCODER_RAD, "rad"),
+        };
+        let position = Unstated::Parameter(Parameter::JointPosition(joint));
+        let offset = Trial::new("encoder_offset", name());
+        all.push(offset.fitting("offset", unit, position, sigma));
+        let mut reversed = Trial::new("encoder_sign", name());
+        reversed.fixed = vec![(Unstated::Reversed(Parameter::JointPosition(joint)), 1.0)];
+        all.push(reversed);
+        if let Some(since_ns) = stopped_since(equations, joint, onset_ns) {
+            let stopped = Unstated::Stopped {
+                joint,
+                since_ns,
+                onset_ns,
+            };
+            let trial = Trial::new("encoder_stopped", name());
+            all.push(trial.fitting("way", unit, stopped, sigma));
+        }
+    }
+    for signal in [Parameter::SpecificForce, Parameter::AngularVelocity] {
+        for axis in Axis::ALL {
+            let sensor = match signal(axis) {
+                Parameter::SpecificForce(_) => "specific_force",
+                _ => "angular_velocity",
+            };
+            let name = format!("{sensor}_{}", axis.name());
+            let mut reversed = Trial::new("imu_sign", Some(name));
+            reversed.fixed = vec![(Unstated::Reversed(signal(axis)), 1.0)];
+            all.push(reversed);
+        }
+    }
+    for (wheel, of) in machine.wheels().iter().enumerate() {
+        let radius = Unstated::Parameter(Parameter::WheelRadius(wheel));
+        let sigma = RADIUS_SHARE * of.radius;
+        let trial = Trial::new("wheel_radius", Some(of.name.clone()));
+        all.push(trial.fitting("radius", "m", radius, sigma));
+    }
+    all.push(Trial::new("none_of_these", None));
+    all
+}
+
+/// Since when (ns) the encoder of a joint has not moved until the end, while another one of the arm has.
+fn stopped_since(equations: &Equations, joint: usize, onset_ns: i64) -> Option<i64> {
+    let mut rows: Vec<_> = equations.rows.iter().collect();
+    rows.sort_by_key(|row| row.time_ns);
+    let last = rows.last()?.state.joints[joint].position;
+    let moved = |row: &&&super::amounts::RowState| {
+        (row.state.joints[joint].position - last).abs() > STOPPED
+    };
+    let since_ns = match rows.iter().rposition(|row| moved(&row)) {
+        Some(place) => rows.get(place + 1)?.time_ns,
+        None => rows.first()?.time_ns,
+    };
+    let before_onset_s = (onset_ns - since_ns) as f64 * 1e-9;
+    (before_onset_s >= STOPPED_S).then_some(since_ns)
+}
+
+fn heaviest(machine: &Machine, group: LinkGroup) -> Option<usize> {
+    let links = machine.links().iter().enumerate();
+    let of_group = links.filter(|(_, link)| link.group == group && link.inertia.mass > 0.0);
+    of_group
+        .max_by(|a, b| a.1.inertia.mass.total_cmp(&b.1.inertia.mass))
+        .map(|(place, _)| place)
+}

@@ -1,0 +1,109 @@
+//! The explanations of a rotation about an edge, with their evidence.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// What explains a rotation about an edge.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ExplainedFall {
+    /// The edge.
+    pub edge: String,
+    /// When the rotation about it began (ns).
+    pub onset_ns: i64,
+    /// The last row that was used (ns).
+    pub until_ns: i64,
+    /// Rotation about the edge at that row (rad).
+    pub rotation_rad: f64,
+    /// Rows of the onset and of the fall that were used.
+    pub rows: usize,
+    /// Rows before the lift, in which the platform leans on its tyres, that were used.
+    pub lean_rows: usize,
+    /// The explanations that were tried, the most probable first; the probabilities add up to 1.
+    pub explanations: Vec<Explanation>,
+    /// The unstated mass on the tool; null without an arm.
+    pub load: Option<LoadEstimates>,
+    /// Why nothing could be estimated; null if it was.
+    pub not_estimated: Option<String>,
+}
+
+/// An explanation.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Explanation {
+    /// Its kind: `stated_machine`, `load_on_tool`, `force_on_tool`, `centre_of_mass`, `mass`, `imu_rotation`,
+    /// `encoder_offset`, `encoder_stopped`, `encoder_sign`, `imu_sign`, `wheel_radius` or `none_of_these`.
+    pub kind: &'static str,
+    /// The link, joint, wheel or axis; null where the kind says it.
+    pub subject: Option<String>,
+    /// Probability among the explanations that were tried, every kind equally probable beforehand.
+    pub probability: f64,
+    /// Natural logarithm of the marginal likelihood, relative to that of the stated machine.
+    pub log_evidence: f64,
+    /// What it takes, as fitted.
+    pub amounts: Vec<EstimatedAmount>,
+}
+
+/// An estimated amount.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct EstimatedAmount {
+    /// What it is an amount of, for example `mass` or `x`.
+    pub name: &'static str,
+    /// The amount, in `unit`.
+    pub value: f64,
+    /// Its standard deviation.
+    pub sigma: f64,
+    /// Unit: "kg", "N", "m" or "rad".
+    pub unit: &'static str,
+}
+
+/// The mass on the tool beyond the stated one, estimated in three ways.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LoadEstimates {
+    /// The link that carries it.
+    pub link: String,
+    /// From the lean of the platform on its tyres before the lift, against their stiffness; null where `no_lean` says why.
+    pub by_lean: Option<MassEstimate>,
+    /// From the moment about the edge at the onset, where it is zero.
+    pub by_onset: Option<MassEstimate>,
+    /// From the moment about the edge during the rotation; null where that was too short.
+    pub by_fall: Option<MassEstimate>,
+    /// From all of them; null if they contradict each other.
+    pub combined: Option<MassEstimate>,
+    /// Whether they agree; null for a single estimate.
+    pub agreement: Option<Agreement>,
+    /// Why the lean gives no estimate.
+    pub no_lean: Option<String>,
+}
+
+/// An estimated mass.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct MassEstimate {
+    /// Mass beyond the stated one (kg); negative where there was less.
+    pub mass_kg: f64,
+    /// Standard deviation (kg).
+    pub sigma_kg: f64,
+}
+
+impl MassEstimate {
+    /// Two standard deviations below and above (kg).
+    #[must_use]
+    pub fn band_kg(&self) -> [f64; 2] {
+        [-2.0, 2.0].map(|sigmas| self.mass_kg + sigmas * self.sigma_kg)
+    }
+
+    /// Whether zero is within two standard deviations.
+    #[must_use]
+    pub fn may_be_zero(&self) -> bool {
+        self.mass_kg.abs() <= 2.0 * self.sigma_kg
+    }
+}
+
+/// Whether estimates agree, by their joint covariance.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct Agreement {
+    /// Sum of squared deviations from their common value, by their covariance.
+    pub chi_square: f64,
+    /// Number of estimates less one.
+    pub degrees: usize,
+    /// Probability of a larger sum if all of them are right.
+    pub probability: f64,
+}

@@ -1,0 +1,216 @@
+//! What explains a rotation about an edge: the explanations with their evidence, and the unstated mass on the tool, as a
+//! section and as findings.
+
+use maud::{Markup, html};
+
+use crate::analysis::Analysis;
+use crate::analysis::unstated_load::{ExplainedFall, Explanation, LoadEstimates, MassEstimate};
+use crate::base::number::number;
+use crate::events::Finding;
+use crate::page::{probability, short, table};
+
+/// Explanations that are less probable are not listed.
+const LEAST_PROBABILITY: f64 = 1e-3;
+/// Most explanations in the table.
+const MOST_SHOWN: usize = 8;
+
+/// The section; `None` without a rotation about an edge.
+pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
+    let falls = &analysis.explained_falls;
+    (!falls.is_empty()).then(|| {
+        html! {
+            p {
+                "While the machine rotates about an edge, the wheels off it carry nothing: the moment that the model computes \
+                about the edge is its error. Before the lift, the lean of the platform on its tyres shows the moment, too. Each \
+                explanation was fitted to both; its probability is that among the explanations tried, each kind equally \
+                probable beforehand."
+            }
+            @for fall in falls { (of_fall(analysis, fall)) }
+        }
+    })
+}
+
+fn of_fall(analysis: &Analysis, fall: &ExplainedFall) -> Markup {
+    let onset_s = seconds(analysis, fall.onset_ns);
+    let shown = fall.explanations.iter().take(MOST_SHOWN);
+    let shown = shown.filter(|explanation| explanation.probability >= LEAST_PROBABILITY);
+    let cells = shown.map(|explanation| {
+        vec![
+            name(explanation),
+            probability(explanation.probability),
+            short(explanation.log_evidence),
+            amounts(explanation),
+        ]
+    });
+    html! {
+        h3 { "About the " (fall.edge) " edge from t = " (format_args!("{onset_s:.2}")) " s" }
+        @if let Some(why) = &fall.not_estimated {
+            p { "Nothing was estimated: " (why) "." }
+        } @else {
+            p {
+                (fall.rows) " rows of the rotation up to " (format_args!("{:.1}", fall.rotation_rad.to_degrees()))
+                "°, " (fall.lean_rows) " rows before the lift."
+            }
+            (table(&["Explanation", "Probability", "Log evidence", "Amounts ± σ"], &cells.collect::<Vec<_>>()))
+            @if let Some(load) = &fall.load { (of_load(load)) }
+        }
+    }
+}
+
+/// The estimates of the mass beside each other.
+fn of_load(load: &LoadEstimates) -> Markup {
+    let all = [
+        ("Lean on the tyres before the lift", load.by_lean),
+        ("Moment about the edge at the onset", load.by_onset),
+        ("Moment about the edge during the rotation", load.by_fall),
+        ("All of them", load.combined),
+    ];
+    let cells = all.iter().filter_map(|(name, estimate)| {
+        let MassEstimate { mass_kg, sigma_kg } = (*estimate)?;
+        let [least, most] = estimate.as_ref()?.band_kg();
+        Some(vec![
+            (*name).to_string(),
+            number(mass_kg),
+            number(sigma_kg),
+            format!("{} to {}", number(least), number(most)),
+        ])
+    });
+    let mass = format!("Mass beyond the stated one on {}", load.link);
+    let head = [&mass, "kg", "σ [kg]", "Two standard deviations [kg]"];
+    html! {
+        (table(&head, &cells.collect::<Vec<_>>()))
+        p { (agreement(load)) }
+        @if let Some(why) = &load.no_lean { p { "No estimate by the lean: " (why) "." } }
+    }
+}
+
+fn agreement(load: &LoadEstimates) -> String {
+    match (&load.agreement, load.combined) {
+        (None, _) => "There is one estimate only.".into(),
+        (Some(agreement), Some(_)) => format!(
+            "The estimates agree (chi-square {} with {} degrees of freedom, probability of more {}).",
+            short(agreement.chi_square),
+            agreement.degrees,
+            probability(agreement.probability)
+        ),
+        (Some(agreement), None) => format!(
+            "The estimates contradict each other (chi-square {} with {} degrees of freedom, probability of more {}), so they \
+             are not combined: a load on the tool alone does not explain the log.",
+            short(agreement.chi_square),
+            agreement.degrees,
+            probability(agreement.probability)
+        ),
+    }
+}
+
+/// A finding for each rotation about an edge that could be explained.
+pub(super) fn findings(analysis: &Analysis) -> Vec<Finding> {
+    let falls = analysis.explained_falls.iter();
+    falls.filter_map(|fall| finding(analysis, fall)).collect()
+}
+
+fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
+    let best = fall.explanations.first()?;
+    let about = format!(
+        "The rotation about the {} edge at t = {:.2} s",
+        fall.edge,
+        seconds(analysis, fall.onset_ns)
+    );
+    let chance = format!(
+        "(probability {} among the explanations tried)",
+        probability(best.probability)
+    );
+    let load = fall.load.as_ref().and_then(|load| load.combined);
+    let headline = match (best.kind, load) {
+        ("stated_machine", _) => {
+            format!("{about} is explained by the machine as stated {chance}")
+        }
+        ("load_on_tool", Some(mass)) => {
+            let [least, most] = mass.band_kg();
+            let more = if mass.mass_kg < 0.0 { "less" } else { "more" };
+            let [least, most] = if mass.mass_kg < 0.0 {
+                [-most, -least]
+            } else {
+                [least, most]
+            };
+            format!(
+                "{about}: {:.0} kg {more} than stated on the tool explain it ({least:.0} to {most:.0} kg, two standard \
+                 deviations) {chance}",
+                mass.mass_kg.abs()
+            )
+        }
+        ("none_of_these", _) => {
+            format!(
+                "{about} contradicts the stated machine, and no explanation tried holds {chance}"
+            )
+        }
+        _ => format!(
+            "{about} contradicts the stated machine; most probable explanation: {} {chance}",
+            with_amounts(best)
+        ),
+    };
+    let mut evidence = Vec::new();
+    if let Some(load) = &fall.load {
+        let ways = [
+            ("by the lean on the tyres before the lift", load.by_lean),
+            ("by the moment about the edge at the onset", load.by_onset),
+            ("during the rotation", load.by_fall),
+        ];
+        let ways = ways.iter().filter_map(|(way, estimate)| {
+            let MassEstimate { mass_kg, sigma_kg } = (*estimate)?;
+            Some(format!("{way} {mass_kg:.0} ± {sigma_kg:.0} kg"))
+        });
+        let ways: Vec<String> = ways.collect();
+        evidence.push(format!(
+            "Mass on the tool beyond the stated one (± one standard deviation): {}. {}",
+            ways.join(", "),
+            agreement(load)
+        ));
+    }
+    let others = fall.explanations[1..].iter().take(3);
+    let others = others.filter(|other| other.probability >= LEAST_PROBABILITY);
+    let others = others.map(|other| format!("{} {}", name(other), probability(other.probability)));
+    let others: Vec<String> = others.collect();
+    if !others.is_empty() {
+        evidence.push(format!("Next explanations: {}", others.join(", ")));
+    }
+    Some(Finding { headline, evidence })
+}
+
+fn seconds(analysis: &Analysis, time_ns: i64) -> f64 {
+    time_ns.saturating_sub(analysis.rows.times_ns[0]) as f64 * 1e-9
+}
+
+fn with_amounts(explanation: &Explanation) -> String {
+    match amounts(explanation) {
+        none if none.is_empty() => name(explanation),
+        amounts => format!("{} ({amounts})", name(explanation)),
+    }
+}
+
+fn amounts(explanation: &Explanation) -> String {
+    let amounts = explanation.amounts.iter().map(|amount| {
+        let [value, sigma] = [amount.value, amount.sigma].map(short);
+        format!("{} {value} ± {sigma} {}", amount.name, amount.unit)
+    });
+    amounts.collect::<Vec<_>>().join(", ")
+}
+
+/// An explanation in words.
+fn name(explanation: &Explanation) -> String {
+    let subject = explanation.subject.as_deref().unwrap_or_default();
+    match explanation.kind {
+        "stated_machine" => "the machine as stated".into(),
+        "load_on_tool" => "a load on the tool".into(),
+        "force_on_tool" => "a level force on the tool".into(),
+        "centre_of_mass" => format!("another centre of mass of {subject}"),
+        "mass" => format!("another mass of {subject}"),
+        "imu_rotation" => "an IMU mounted at an angle".into(),
+        "encoder_offset" => format!("an offset of encoder {subject}"),
+        "encoder_stopped" => format!("encoder {subject} stopped"),
+        "encoder_sign" => format!("encoder {subject} with the opposite sign"),
+        "imu_sign" => format!("IMU {subject} with the opposite sign"),
+        "wheel_radius" => format!("a sunk or flat wheel {subject}"),
+        _ => "none of these".into(),
+    }
+}
