@@ -108,6 +108,7 @@ const RULES: [Rule; 14] = [
         crates: &["tipwatch_can", "tipwatch_storage"],
         floors: &[
             "large_columns",
+            "table",
             "schema",
             "message",
             "file",
@@ -127,7 +128,7 @@ const RULES: [Rule; 14] = [
     },
     Rule {
         folder: "datasheet",
-        crates: &[],
+        crates: &["tipwatch_mechanics"],
         floors: &[
             "error", "quantity", "prior", "sheet", "body", "weights", "output", "dialogue",
         ],

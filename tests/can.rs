@@ -338,7 +338,7 @@ fn bridged(file: &MachineFile, arrivals: &Arrivals, first: usize) -> (Sampled, V
         arrival.ok().map(|arrival| (arrival, taken))
     };
     for _ in 0..first {
-        begin.take(next().unwrap().0);
+        begin.take(next().unwrap().0, &arrivals.lanes());
     }
     let lanes = arrivals.lanes();
     let bound = begin.bind(file, &urdf, &lanes, Stamps::Other, 0, 0);
@@ -439,7 +439,8 @@ fn two_senders_of_a_message_end_the_bridged_session() {
     let urdf = file.urdf(None, None).unwrap();
     let mut begin = FirstMessages::default();
     for _ in 0..1500 {
-        begin.take(arrivals.next(Duration::from_secs(60)).unwrap());
+        let arrival = arrivals.next(Duration::from_secs(60)).unwrap();
+        begin.take(arrival, &arrivals.lanes());
     }
     let bound = begin.bind(&file, &urdf, &arrivals.lanes(), Stamps::Other, 0, 0);
     let mut assembly = bound.map_err(|incomplete| incomplete.0).unwrap();
@@ -467,7 +468,7 @@ fn a_bridged_session_does_not_begin_without_every_sensor() {
     drop(intake);
     let mut begin = FirstMessages::default();
     while let Ok(arrival) = arrivals.next(Duration::ZERO) {
-        begin.take(arrival);
+        begin.take(arrival, &arrivals.lanes());
     }
     let urdf = file.urdf(None, None).unwrap();
     let bound = begin.bind(&file, &urdf, &arrivals.lanes(), Stamps::Other, 0, 0);

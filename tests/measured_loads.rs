@@ -304,7 +304,10 @@ fn what_is_wrong_with_a_load_sensor_is_said() {
     let message = said(&format!(
         "[[signals.load_sums]]\nwheels = []\nname = \"x\"\n{field}"
     ));
-    assert!(message.contains("one wheel or more"), "{message}");
+    assert!(
+        message.contains("signals.load_sums 1") && message.contains("one or more names"),
+        "{message}"
+    );
     let twice = format!(
         "[signals.wheels.FL]\n{field}[[signals.load_sums]]\nname = \"fl\"\nwheels = [\"FR\"]\n{field}"
     );

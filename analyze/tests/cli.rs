@@ -27,6 +27,12 @@ fn analyze(log: &Path, machine: &Path, more: &[&str]) -> (i32, String, TempDir) 
     (code, messages, out)
 }
 
+/// The definition of a common type; that of a text and names for another.
+fn definition(type_name: &str) -> String {
+    let known = tipwatch_ingest::known_definition(type_name);
+    known.unwrap_or_else(|| "string data\nstring[] name".to_owned())
+}
+
 /// An MCAP with these topics and types, three messages of four bytes on each.
 fn log_of(folder: &Path, topics: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("log.mcap");
@@ -36,7 +42,7 @@ fn log_of(folder: &Path, topics: &[(&str, &str)]) -> PathBuf {
             id,
             name: (*type_name).into(),
             encoding: "ros2msg".into(),
-            data: Cow::Borrowed(b"string data\nstring[] name".as_slice()),
+            data: Cow::Owned(definition(type_name).into_bytes()),
         };
         let channel = Arc::new(mcap::Channel {
             id,
@@ -315,7 +321,7 @@ fn each_error_has_one_clear_message() {
         &log_of(folder.path(), &[]),
         &machine,
         1,
-        &["expected joint states", "no topics"],
+        &["/joint_states", "no topics"],
     );
     says(
         &log_of(folder.path(), &[("/chatter", "std_msgs/msg/String")]),

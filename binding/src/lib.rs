@@ -13,7 +13,6 @@ mod bind;
 mod bound_log;
 mod can;
 mod commissioning;
-mod descriptions;
 mod error;
 mod machine_file;
 pub mod monitor_topic;

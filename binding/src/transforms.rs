@@ -30,9 +30,8 @@ pub(crate) fn twice_noted(transforms: &[StaticTransform]) -> Option<String> {
             .iter()
             .rev()
             .find(|t| t.child == earlier.child);
-        if let Some(last) = last.filter(|last| !is_same(earlier, last))
-            && !frames.contains(&earlier.child)
-        {
+        let is_other = last.is_some_and(|last| !is_same(earlier, last));
+        if is_other && !frames.contains(&earlier.child) {
             frames.push(earlier.child.clone());
         }
     }

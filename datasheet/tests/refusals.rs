@@ -142,7 +142,7 @@ fn nonsense_is_refused_with_the_likely_unit() {
             "range = [-400, 420], at = -36",
             &[
                 "segments[0].range",
-                "2 to 360 degrees",
+                "2 to 720 degrees",
                 "tenths of a degree",
             ],
         ),
@@ -161,7 +161,7 @@ fn nonsense_is_refused_with_the_likely_unit() {
         (
             MobileCrane,
             "base = 6.2",
-            "base = 1.9",
+            "base = 1.7",
             &["outriggers[0].base", "both sides together"],
         ),
         (

@@ -7,6 +7,7 @@
 //! with m the model share, F the normal force and k the number of supports on the ground. Where less than 95.4 % of the
 //! readings lie within 2 s, m is too small. It is then the one at which these many do.
 
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use tipwatch_mechanics::machine::{Identified, Machine};
 use tipwatch_mechanics::{
@@ -21,6 +22,8 @@ use crate::model::{Changed, places};
 const WITHIN: f64 = 0.954_499_736;
 /// Fewest readings by which the fit has not been chosen; with fewer, all are judged.
 const FEWEST: usize = 20;
+/// Length below which nothing is left of a reading beside the split, whose directions have the length one.
+const LEAST_BESIDE: f64 = 1e-6;
 
 /// Readings of loads against the bands of the identified machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,8 +32,8 @@ pub struct BandCheck {
     pub readings: usize,
     /// Share of them within two standard deviations, by the stated model share.
     pub inside_two_sigma: f64,
-    /// Residuals are this many times as large as stated: twice this many standard deviations hold 95.4 % of the readings,
-    /// with the split between the diagonals left open.
+    /// Residuals are this many times as large as stated: twice this many standard deviations hold 95.4 % of what each reading
+    /// shows beside the split between the diagonals, which is open. 0 if all that is read is that split.
     pub excess: f64,
     /// The stated model share.
     pub stated_share: f64,
@@ -45,8 +48,8 @@ struct Judged {
     variance: f64,
     /// What a model share of one adds to the variance (N^2).
     per_share: f64,
-    /// What the open split adds (N^2).
-    by_split: f64,
+    /// What the open split leaves of the residual, in standard deviations; `None` if nothing.
+    beside_split: Option<f64>,
 }
 
 impl BandCheck {
@@ -74,8 +77,8 @@ impl BandCheck {
         let outside = judged.iter();
         let outside = outside.filter(|of| of.residual.powi(2) > 4.0 * variance(of));
         let outside = outside.count() as f64;
-        let excess = judged.iter();
-        let excess = excess.map(|of| 0.5 * of.residual.abs() / (variance(of) + of.by_split).sqrt());
+        let beside_split = judged.iter().filter_map(|of| of.beside_split);
+        let beside_split: Vec<f64> = beside_split.collect();
         let needed = judged.iter().map(|of| {
             let missing = 0.25 * of.residual.powi(2) - of.variance;
             (missing.max(0.0) / of.per_share).sqrt()
@@ -86,7 +89,10 @@ impl BandCheck {
         Some(Self {
             readings: count,
             inside_two_sigma: 1.0 - outside / count as f64,
-            excess: at_share(excess.collect()),
+            excess: match beside_split.is_empty() {
+                true => 0.0,
+                false => 0.5 * at_share(beside_split),
+            },
             stated_share,
             model_share: match is_narrow {
                 true => at_share(needed.collect()).max(stated_share),
@@ -105,6 +111,7 @@ fn at_share(mut values: Vec<f64>) -> f64 {
 
 /// The readings of loads whose bands are known.
 fn judged(machine: &Machine, known: &Machine, identified: &Identified, data: &Data) -> Vec<Judged> {
+    let stated_share = machine.uncertainty().model_share;
     let sets = data.sets();
     let changed = Changed::new(machine, &sets, &identified.unknowns, &identified.change);
     let on_sets: Vec<Machine> = (sets.iter())
@@ -118,12 +125,20 @@ fn judged(machine: &Machine, known: &Machine, identified: &Identified, data: &Da
         let on = on_sets
             .iter()
             .find(|on| *on.stands_on() == *instant.supports);
-        on.map_or(Vec::new(), |on| of_instant(&changed, on, data, instant))
+        on.map_or(Vec::new(), |on| {
+            of_instant(&changed, on, stated_share, data, instant)
+        })
     });
     of.collect()
 }
 
-fn of_instant(changed: &Changed, known: &Machine, data: &Data, instant: &Instant) -> Vec<Judged> {
+fn of_instant(
+    changed: &Changed,
+    known: &Machine,
+    stated_share: f64,
+    data: &Data,
+    instant: &Instant,
+) -> Vec<Judged> {
     let (machine, state) = placed(changed, known, instant);
     let scope = Scope {
         sensitivities: true,
@@ -137,38 +152,93 @@ fn of_instant(changed: &Changed, known: &Machine, data: &Data, instant: &Instant
         return Vec::new();
     }
     let count = machine.wheels().len();
-    let warp = machine.warp_sigma() * (count as f64).sqrt();
-    let directions = self_equilibrated_loads(&workspace);
     let predicted = changed.predict(instant, [0.0; 2]);
     let by_slope = changed.by_slope(instant);
-    let mut found = Vec::new();
-    for (row, reading) in instant.readings.iter().enumerate() {
+    let readings = instant.readings.iter().enumerate();
+    let read = readings.filter_map(|(row, reading)| {
         let Measured::Load { supports } = &reading.what else {
-            continue;
+            return None;
         };
-        let mut factors = vec![0.0; count];
+        let mut factors = DVector::zeros(count);
         places(&machine, supports).for_each(|place| factors[place] = 1.0);
-        let carrying: f64 = factors.iter().sum();
         let bias = data.channels[reading.channel].bias_sigma;
-        let sensor = if bias > 0.0 { bias } else { reading.sigma };
-        let slope: f64 = by_slope.iter().map(|by| by[row].powi(2)).sum();
-        let split = directions.iter().map(|direction| {
-            let pairs = direction.iter().zip(&factors);
-            (pairs.map(|(z, factor)| z * factor).sum::<f64>() * warp).powi(2)
-        });
-        let of_parameters = combination_sigma(&machine, &state, &workspace, &factors);
-        let judged = Judged {
+        Some(Read {
             residual: reading.value - predicted[row],
-            variance: of_parameters.powi(2) + sensor.powi(2) + slope,
-            per_share: carrying * (normal_force / count as f64).powi(2),
-            by_split: split.sum(),
-        };
-        let is_known = (judged.residual + judged.variance + judged.by_split).is_finite();
-        if is_known && judged.per_share > 0.0 {
-            found.push(judged);
+            factors,
+            sensor: if bias > 0.0 { bias } else { reading.sigma },
+            by_slope: by_slope.iter().map(|by| by[row]).collect(),
+        })
+    });
+    let read: Vec<Read> = read
+        .filter(|read| read.residual.is_finite() && read.factors.sum() > 0.0)
+        .collect();
+    // Of a sum of readings: residual, variance without what the model leaves out, and what a share of one adds.
+    let sum = |weights: &DVector<f64>| {
+        let mut factors = DVector::zeros(count);
+        let mut by_slope = vec![0.0; by_slope.len()];
+        let (mut residual, mut of_sensors) = (0.0, 0.0);
+        for (read, &weight) in read.iter().zip(weights) {
+            factors += &read.factors * weight;
+            residual += read.residual * weight;
+            of_sensors += (read.sensor * weight).powi(2);
+            let pairs = by_slope.iter_mut().zip(&read.by_slope);
+            pairs.for_each(|(sum, by)| *sum += by * weight);
+        }
+        let of_parameters = combination_sigma(&machine, &state, &workspace, factors.as_slice());
+        let of_slope: f64 = by_slope.iter().map(|by| by * by).sum();
+        let per_share = factors.norm_squared() * (normal_force / count as f64).powi(2);
+        let variance = of_parameters.powi(2) + of_sensors + of_slope;
+        (residual, variance, per_share)
+    };
+    let beside = beside_split(&read, self_equilibrated_loads(&workspace));
+    let judged = (0..read.len()).map(|place| {
+        let mut alone = DVector::zeros(read.len());
+        alone[place] = 1.0;
+        let (residual, variance, per_share) = sum(&alone);
+        let weights = beside.column(place).into_owned();
+        let beside_split = (weights.norm() > LEAST_BESIDE).then(|| {
+            let (residual, variance, per_share) = sum(&weights);
+            residual.abs() / (variance + stated_share.powi(2) * per_share).sqrt()
+        });
+        Judged {
+            residual,
+            variance,
+            per_share,
+            beside_split: beside_split.filter(|ratio| ratio.is_finite()),
+        }
+    });
+    judged
+        .filter(|of| of.variance.is_finite() && of.per_share > 0.0)
+        .collect()
+}
+
+/// A load that was read.
+struct Read {
+    residual: f64,
+    /// By wheel, 1 if it is part of it.
+    factors: DVector<f64>,
+    /// Standard deviation of the sensor (N).
+    sensor: f64,
+    /// What one standard deviation of each slope does to it (N).
+    by_slope: Vec<f64>,
+}
+
+/// What is left of each reading, as a sum of all of an instant, without those that the split moves: the projection on what
+/// is orthogonal to them. One reading a column; it is symmetric.
+fn beside_split(read: &[Read], split: Vec<Vec<f64>>) -> DMatrix<f64> {
+    let mut left = DMatrix::identity(read.len(), read.len());
+    for direction in split {
+        let direction = DVector::from_vec(direction);
+        let shown = read.iter().map(|read| read.factors.dot(&direction));
+        // beside those before
+        let shown: DVector<f64> = &left * DVector::from_iterator(read.len(), shown);
+        let length = shown.norm();
+        if length > LEAST_BESIDE {
+            let shown = shown / length;
+            left -= &shown * shown.transpose();
         }
     }
-    found
+    left
 }
 
 /// The machine as it stood at an instant and its state, with the errors of the signals corrected.

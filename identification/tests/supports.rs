@@ -115,7 +115,11 @@ fn sensors_measure_their_supports_on_every_set() {
                     panic!("a load");
                 };
                 let expected = by_name(&on, &instant, supports);
-                assert_eq!(predicted, expected, "seed {seed}: {supports:?}");
+                let off = (predicted - expected).abs();
+                assert!(
+                    off < 1e-9 * expected.abs().max(1.0),
+                    "seed {seed}: {supports:?}: {off}"
+                );
             }
         }
     }

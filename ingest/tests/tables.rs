@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use parquet::{
     basic::{
-        Compression, GzipLevel, LogicalType, Repetition, TimeUnit, Type as Physical, ZstdLevel,
+        Compression, GzipLevel, LogicalType, Repetition, TimeUnit as ColumnUnit, Type as Physical,
+        ZstdLevel,
     },
     column::writer::ColumnWriter,
     data_type::{DoubleType, Int64Type, Int96},
@@ -184,7 +185,7 @@ fn packed(columns: &[(&str, Column)], compression: Compression) -> Vec<u8> {
     bytes
 }
 
-fn timestamp(unit: TimeUnit) -> Option<LogicalType> {
+fn timestamp(unit: ColumnUnit) -> Option<LogicalType> {
     Some(LogicalType::Timestamp(parquet::basic::TimestampType {
         is_adjusted_to_u_t_c: true,
         unit,
@@ -201,7 +202,7 @@ fn columns() -> [(&'static str, Column); 4] {
     [
         (
             "when",
-            Column::Whole64(times.collect(), timestamp(TimeUnit::MILLIS)),
+            Column::Whole64(times.collect(), timestamp(ColumnUnit::MILLIS)),
         ),
         (
             "x",

@@ -128,7 +128,7 @@
 
 /* Numbers: level, latched_level, alarm, inherited_alarm of the verdict; level of the command. */
 enum tipwatch_level {
-    /* No statement is possible, not even that the machine is safe. */
+    /* No statement is possible, or the signals contradict each other: not even that the machine is safe. */
     TIPWATCH_LEVEL_UNKNOWN = 0,
     /* All inputs are complete and valid, and every wheel carries enough load. */
     TIPWATCH_LEVEL_SAFE = 1,
@@ -216,7 +216,7 @@ enum tipwatch_reason {
     TIPWATCH_REASON_NOT_FINITE = 1 << 12,
     /* An input of the whole log is grossly wrong, such as one in another unit: nothing can be concluded. */
     TIPWATCH_REASON_GROSS_INPUT = 1 << 13,
-    /* Signals contradict each other, and which one is wrong is unknown. */
+    /* Signals contradict each other, and which one is wrong is unknown: the row is valid, and doubted. */
     TIPWATCH_REASON_CONTRADICTION = 1 << 14,
     /* Which supports are on the ground is unknown, is changing, or contradicts a measured load. */
     TIPWATCH_REASON_SUPPORTS_UNKNOWN = 1 << 15,

@@ -64,7 +64,7 @@ fn begun(file: &MachineFile, lanes: &[Lane], first: &[Arrival]) -> (Assembly, Fi
     let urdf = file.urdf(None, None).unwrap();
     let mut begin = FirstMessages::default();
     for arrival in first {
-        begin.take(arrival.clone());
+        begin.take(arrival.clone(), lanes);
     }
     let bound = begin.bind(file, &urdf, lanes, Stamps::Other, 0, 0);
     let assembly = bound.map_err(|incomplete| incomplete.0).unwrap();
@@ -443,7 +443,7 @@ fn a_message_type_in_the_place_of_another_is_refused_with_the_reason() {
     let urdf = file.urdf(None, None).unwrap();
     let mut begin = FirstMessages::default();
     for arrival in &arrivals {
-        begin.take(arrival.clone());
+        begin.take(arrival.clone(), &lanes);
     }
     let bound = begin.bind(&file, &urdf, &lanes, Stamps::Other, 0, 0);
     let error = format!("{:#}", bound.unwrap_err().0);

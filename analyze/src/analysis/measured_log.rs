@@ -12,7 +12,7 @@ use super::estimate::estimate;
 use super::inputs::{self, GrossInput};
 use super::measured_loads::{Comparison, LoadComparison};
 use super::payload;
-use super::quasi_static::{StaticRows, choose};
+use super::quasi_static::{MotionLoads, StaticRows, choose};
 use crate::base::estimated::EstimatedRows;
 use crate::base::file_hash::{FileHash, hash_log};
 use crate::base::options::Options;
@@ -83,14 +83,14 @@ impl MeasuredLog {
         .compare()
     }
 
-    /// Standard deviations by wheel (N) of what motion that was not observed can have done to the loads of a row.
+    /// What motion that was not observed can have done to the loads of a row.
     pub(crate) fn unobserved(
         &self,
         machine: &Machine,
         state: &State<f64>,
         time_ns: i64,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<MotionLoads> {
         let motion = self.motion.as_ref()?;
-        motion.load_sigmas(machine, state, time_ns)
+        motion.loads(machine, state, time_ns)
     }
 }

@@ -243,6 +243,12 @@ impl Machine {
         if posture != "{  }" {
             let _ = writeln!(out, "posture = {posture}");
         }
+        let wheels: Vec<String> = self.wheels.iter().map(|w| quoted(&w.name)).collect();
+        let wheels = wheels.join(", ");
+        if !self.outriggers.is_empty() {
+            // axles are weighed on the road, whatever the machine stands on at work
+            let _ = writeln!(out, "supports = [{wheels}]");
+        }
         out.push_str("sums = [\n");
         for (index, axle) in self.axles.iter().enumerate() {
             let Some(load) = axle.load.filter(|_| axle.is_stated) else {
@@ -259,11 +265,9 @@ impl Machine {
                 float(SHEET_MASS_SIGMA * load)
             );
         }
-        let wheels: Vec<String> = self.wheels.iter().map(|w| quoted(&w.name)).collect();
         let _ = writeln!(
             out,
-            "  {{ name = \"whole machine\", wheels = [{}], load = {} }},\n]",
-            wheels.join(", "),
+            "  {{ name = \"whole machine\", wheels = [{wheels}], load = {} }},\n]",
             exact(self.mass)
         );
     }

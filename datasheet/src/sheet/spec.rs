@@ -3,7 +3,7 @@
 use serde::de::MapAccess;
 use serde::de::value::MapAccessDeserializer;
 use serde::{Deserialize, Deserializer};
-use tipwatch_mechanics::machine::{OneOf, explained, one_of};
+use tipwatch_mechanics::machine::{OneOf, exactly, exactly_if_any, explained, one_of};
 
 use crate::error::SheetError;
 use crate::prior::Template;
@@ -124,6 +124,7 @@ pub struct Slew {
     /// Height over the ground.
     pub height: Length,
     /// Smallest and largest angle; none: endless.
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub range: Option<[Angle; 2]>,
     /// Its angle in the posture of the sheet: 0 forward, positive to the left.
     pub at: Option<Angle>,
@@ -190,6 +191,7 @@ pub struct Segment {
     /// Mass.
     pub mass: Option<Mass>,
     /// Smallest and largest angle against the segment before it.
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub range: Option<[Angle; 2]>,
     /// Its angle in the posture of the sheet.
     pub at: Option<Angle>,
@@ -208,8 +210,10 @@ pub struct Segment {
 #[serde(deny_unknown_fields)]
 pub struct Cylinder {
     /// Its pin on the segment before: ahead of and above the segment's pin, along and across that segment.
+    #[serde(deserialize_with = "exactly")]
     pub base: [Length; 2],
     /// Its pin on the segment: along and across it, from the segment's pin.
+    #[serde(deserialize_with = "exactly")]
     pub eye: [Length; 2],
     /// Length between the pins when it is retracted.
     pub closed: Length,
@@ -232,6 +236,7 @@ pub struct Tool {
     /// Its length beyond the last pin.
     pub length: Option<Length>,
     /// Smallest and largest angle, if it turns.
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub range: Option<[Angle; 2]>,
     /// Its angle in the posture of the sheet.
     pub at: Option<Angle>,

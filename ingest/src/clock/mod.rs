@@ -7,6 +7,7 @@
 //! anomalies and their treatment.
 
 mod anchor;
+mod common_restarts;
 mod describe;
 mod finding;
 mod line;

@@ -2,7 +2,7 @@
 
 use super::{
     anchor::{self, Clock, ClockFit, LogMap},
-    describe,
+    common_restarts, describe,
     finding::ClockFinding,
     line::Line,
     log_jumps::{self, LogJump},
@@ -55,7 +55,7 @@ impl TimeBase {
                 OwnClock::of(times, statistics, without_publish, &log_jumps)
             })
             .collect();
-        let restarts = restarts::in_common(&clocks);
+        let restarts = common_restarts::merged(&clocks);
         let shifts: Vec<Vec<(usize, i64)>> = (clocks.iter())
             .map(|clock| {
                 let restarts = restarts::shifts(&clock.restarts, &restarts);

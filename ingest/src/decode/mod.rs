@@ -19,8 +19,9 @@ pub(crate) use self::{
     can_frame::{FrameDecoder, Stamp, is_can_frame},
     layout::layout_of,
     number_decoder::NumberDecoder,
-    sensor::JointSample,
     number_fields::{NumberPaths, number_paths},
+    path_collector::MOST_FIELDS,
+    sensor::JointSample,
 };
 pub use self::{
     error::DecodeError,

@@ -2,7 +2,7 @@
 
 use super::{
     json,
-    path_collector::{Collector, MOST_FIELDS},
+    path_collector::{Collector, MOST_PATHS},
     protobuf,
 };
 use crate::message::Topic;
@@ -32,8 +32,8 @@ pub(crate) fn number_paths(topic: &Topic, message: &[u8]) -> NumberPaths {
         }
         _ => Collector::of_ros(topic, true),
     };
-    let is_cut = collector.found.len() > MOST_FIELDS;
-    collector.found.truncate(MOST_FIELDS);
+    let is_cut = collector.found.len() > MOST_PATHS;
+    collector.found.truncate(MOST_PATHS);
     NumberPaths {
         paths: collector.found,
         is_cut,
@@ -42,7 +42,7 @@ pub(crate) fn number_paths(topic: &Topic, message: &[u8]) -> NumberPaths {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::path_collector::MOST_FIELDS, *};
     use crate::message::{DefinitionSource, TopicId};
 
     #[test]

@@ -6,7 +6,9 @@ use crate::{
 };
 
 /// Most fields listed.
-pub(super) const MOST_FIELDS: usize = 500;
+pub(crate) const MOST_FIELDS: usize = 500;
+/// Most paths tried, of which a message has only some: the lengths of its arrays are not known before.
+pub(super) const MOST_PATHS: usize = 8 * MOST_FIELDS;
 const MAX_DEPTH: usize = 8;
 /// Elements that are looked for in an array whose length only a message states.
 const MOST_NUMBERS: u32 = 64;
@@ -32,7 +34,7 @@ impl Collector {
 
     /// Whether there is no room for more.
     pub(super) fn is_full(&self, depth: usize) -> bool {
-        self.found.len() > MOST_FIELDS || depth > MAX_DEPTH
+        self.found.len() > MOST_PATHS || depth > MAX_DEPTH
     }
 
     pub(super) fn number(&mut self, path: String) {
@@ -41,7 +43,7 @@ impl Collector {
 
     /// The numbers of an array.
     pub(super) fn numbers(&mut self, path: &str, count: Option<u32>) {
-        let room = (MOST_FIELDS + 1).saturating_sub(self.found.len());
+        let room = (MOST_PATHS + 1).saturating_sub(self.found.len());
         let count = count.unwrap_or(MOST_NUMBERS);
         let elements = (0..count).take(room);
         self.found.extend(elements.map(|i| format!("{path}[{i}]")));

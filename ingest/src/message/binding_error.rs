@@ -46,8 +46,8 @@ pub enum BindingError {
     },
     /// The topic of a field that the machine file names is not in the log.
     #[error(
-        "topic {named}, named by the machine file for field {field}: not in the log, which has: {}",
-        available.join(", ")
+        "topic {named}, named by the machine file for field {field}: not in the log, which has {}",
+        listed(available)
     )]
     NoTopicOfField {
         /// The name in the machine file.
@@ -116,9 +116,10 @@ pub enum BindingError {
     },
     /// A topic that the machine file names is not in the log.
     #[error(
-        "topic {named}, named by the machine file as {}: not in the log, which has: {}",
+        "topic {named} ({}), named by the machine file as {}: not in the log, which has {}",
+        kind.type_name(),
         kind.signal_key(),
-        available.join(", ")
+        listed(available)
     )]
     NoSuchTopic {
         /// The signal it should carry.
@@ -143,4 +144,11 @@ pub enum BindingError {
         /// The line to write.
         line: String,
     },
+}
+
+fn listed(topics: &[String]) -> String {
+    match topics.is_empty() {
+        true => "no topics".to_owned(),
+        false => format!("these: {}", topics.join(", ")),
+    }
 }

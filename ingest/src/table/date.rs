@@ -280,7 +280,7 @@ mod tests {
         let ns = |order| parse("03/04/2026", Some(order)).unwrap().ns;
         assert_eq!(
             ns(DateOrder::Mdy) - ns(DateOrder::Dmy),
-            -31 * 86_400_000_000_000
+            -30 * 86_400_000_000_000
         );
         assert_eq!(
             parse("14.11.23 22:13:20.5", Some(DateOrder::Dmy))

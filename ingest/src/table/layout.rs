@@ -323,8 +323,8 @@ mod tests {
     fn what_stands_before_the_rows_is_passed_over() {
         let cases = [
             ("time_s,x\n1,2\n", 2, 9),
-            ("\u{feff}# by hand\n\"Time [s]\";x\n1;2\n", 2, 30),
-            ("Logger 7\nSerial,0815\n\nTime [s],x,y\n1,2,3\n", 3, 34),
+            ("\u{feff}# by hand\n\"Time [s]\";x\n1;2\n", 2, 26),
+            ("Logger 7\nSerial,0815\n\nTime [s],x,y\n1,2,3\n", 3, 35),
             ("Date,14.11.2023\nTime,12:00:00\nt [s],x\n0,1\n", 2, 38),
             ("Time;angle\n[s];[deg]\n0,5;1,25\n", 2, 21),
             ("time_s,x,\n1,2,\n", 2, 10),
@@ -405,9 +405,10 @@ mod tests {
         );
         let table = found("header.stamp.sec,header.stamp.nanosec,x\n1700000000,5,1\n").unwrap();
         assert_eq!(table.time.kind, Kind::SecondsAndNanoseconds);
-        let table = with("1700000000,5,base,1.5\n1700000000,9,base,1.5\n", |of| {
-            of.no_header = true
-        });
+        let table = with(
+            "1700000000,5000000,base,1.5\n1700000000,9000000,base,1.5\n",
+            |of| of.no_header = true,
+        );
         let table = table.unwrap();
         assert_eq!(
             (table.names.len(), table.time.kind),

@@ -265,11 +265,7 @@ fn candidates(names: &[String]) -> Vec<Vec<usize>> {
             );
         }
     }
-    found.extend(
-        (0..names.len())
-            .filter(|&at| says(at).is_some())
-            .map(|at| vec![at]),
-    );
+    // seconds beside nanoseconds are one stamp: alone, they would lose what is below a second
     let last_word = |name: &str| {
         let name = name.to_lowercase();
         let is_sign = |c: char| !c.is_ascii_alphanumeric();
@@ -287,6 +283,11 @@ fn candidates(names: &[String]) -> Vec<Vec<usize>> {
             found.push(vec![at, other]);
         }
     }
+    found.extend(
+        (0..names.len())
+            .filter(|&at| says(at).is_some())
+            .map(|at| vec![at]),
+    );
     found
 }
 

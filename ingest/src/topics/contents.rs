@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, ops::ControlFlow};
 use serde::Serialize;
 
 use crate::{
-    decode::{Fields, Layout, NumberPaths, is_can_frame, number_paths},
+    decode::{Fields, Layout, MOST_FIELDS, NumberPaths, is_can_frame, number_paths},
     log::Log,
     message::{Error, Losses, Topic, TopicId},
     schema::FieldPath,
@@ -154,6 +154,9 @@ fn fields_of(topic: &Topic, seen: &Seen) -> (Vec<FieldContents>, Option<String>)
             last,
         })
     });
-    let cut = is_cut.then(|| format!("only the first {} fields are listed", parsed.len()));
-    (listed.collect(), problem.or(cut))
+    let mut listed: Vec<FieldContents> = listed.collect();
+    let is_cut = is_cut || listed.len() > MOST_FIELDS;
+    listed.truncate(MOST_FIELDS);
+    let cut = is_cut.then(|| format!("only the first {} fields are listed", listed.len()));
+    (listed, problem.or(cut))
 }

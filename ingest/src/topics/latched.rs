@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::message::Topic;
+use crate::message::{Topic, TopicWriter};
 
 /// Whether the last message of a topic counts until the next one: by its name, or by what the log says of its writer.
 ///
@@ -19,12 +19,10 @@ impl Topic {
     /// Whether the last message counts until the next one, for everybody who subscribes later.
     #[must_use]
     pub fn is_latched(&self) -> bool {
-        let none = BTreeMap::new();
-        let says = match self.writers.is_empty() {
-            true => std::slice::from_ref(&none),
-            false => &self.writers,
-        };
-        is_static_transform(&self.name) || says.iter().any(|says| is_latched(&self.name, says))
+        let says_so = |writer: &TopicWriter| is_latched(&self.name, &writer.says);
+        // a topic without writers goes by its name
+        let by_name = is_static_transform(&self.name) || is_latched(&self.name, &BTreeMap::new());
+        by_name || self.writers.iter().any(says_so)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Sensors that measure the load of supports: scales, load cells and load pins.
 
-use super::{FieldSpec, Machine, SupportId};
+use super::{FieldSpec, SupportId};
 
 /// A sensor that measures the load of a support, or the total load of several.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,30 +13,4 @@ pub struct LoadSensor {
     pub sigma: f64,
     /// Where the log contains it (N).
     pub field: FieldSpec,
-}
-
-impl LoadSensor {
-    /// Where its supports that are on the ground are in the lists by wheel of `machine`. The others carry nothing.
-    pub fn places<'a>(&'a self, machine: &'a Machine) -> impl Iterator<Item = usize> + 'a {
-        self.supports.iter().filter_map(|&id| machine.place_of(id))
-    }
-
-    /// The computed load that it measures (N), from those of the supports that `machine` stands on; `None` if all of its
-    /// supports are off the ground.
-    #[must_use]
-    pub fn of(&self, machine: &Machine, loads: &[f64]) -> Option<f64> {
-        let mut places = self.places(machine).peekable();
-        places.peek()?;
-        Some(places.map(|place| loads[place]).sum())
-    }
-
-    /// Factors of the loads by wheel of `machine` in what it measures.
-    #[must_use]
-    pub fn factors(&self, machine: &Machine) -> Vec<f64> {
-        let mut factors = vec![0.0; machine.wheels().len()];
-        for place in self.places(machine) {
-            factors[place] = 1.0;
-        }
-        factors
-    }
 }

@@ -7,6 +7,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess};
 use serde::{Deserialize, Deserializer};
 
+use super::exactly::{exactly, exactly_if_any};
 use super::one_of::{OneOf, one_of};
 
 /// `[signals]`: absent signals are found by message type.
@@ -359,12 +360,16 @@ pub struct JointFields {
 #[serde(deny_unknown_fields)]
 pub struct ImuFields {
     /// Specific force x y z (m/s^2): +g along the axis that points up, at rest.
+    #[serde(deserialize_with = "exactly")]
     pub specific_force: [NumberSpec; 3],
     /// Angular velocity x y z (rad/s).
+    #[serde(deserialize_with = "exactly")]
     pub angular_velocity: [NumberSpec; 3],
     /// Orientation in an upright frame: quaternion x y z w.
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub orientation: Option<[NumberSpec; 4]>,
     /// The same as roll, pitch and yaw about fixed axes (rad).
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub roll_pitch_yaw: Option<[NumberSpec; 3]>,
 }
 
@@ -373,12 +378,16 @@ pub struct ImuFields {
 #[serde(deny_unknown_fields)]
 pub struct OdometryFields {
     /// Velocity forward, left and up (m/s).
+    #[serde(deserialize_with = "exactly")]
     pub velocity: [NumberSpec; 3],
     /// Angular velocity x y z (rad/s); used only without an IMU.
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub angular_velocity: Option<[NumberSpec; 3]>,
     /// Orientation in an upright frame: quaternion x y z w; used only without an IMU.
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub orientation: Option<[NumberSpec; 4]>,
     /// The same as roll, pitch and yaw about fixed axes (rad).
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub roll_pitch_yaw: Option<[NumberSpec; 3]>,
 }
 
@@ -387,8 +396,10 @@ pub struct OdometryFields {
 #[serde(deny_unknown_fields)]
 pub struct WrenchFields {
     /// Force x y z (N).
+    #[serde(deserialize_with = "exactly")]
     pub force: [NumberSpec; 3],
     /// Moment x y z about the tool's origin (N m).
+    #[serde(deserialize_with = "exactly")]
     pub moment: [NumberSpec; 3],
 }
 

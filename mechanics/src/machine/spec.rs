@@ -7,6 +7,7 @@ use serde::de::MapAccess;
 use serde::de::value::MapAccessDeserializer;
 use serde::{Deserialize, Deserializer};
 
+use super::exactly::exactly;
 use crate::machine::HydraulicsSpec;
 
 use super::{
@@ -106,9 +107,11 @@ pub struct ImuSpec {
     pub link: Option<String>,
     /// Position in the link (m).
     #[serde(default)]
+    #[serde(deserialize_with = "exactly")]
     pub xyz: [f64; 3],
     /// Orientation in the link: roll, pitch, yaw about fixed axes (rad).
     #[serde(default)]
+    #[serde(deserialize_with = "exactly")]
     pub rpy: [f64; 3],
 }
 
@@ -186,6 +189,7 @@ pub struct PointSpec {
     /// The link.
     pub link: String,
     /// Its coordinates there (m).
+    #[serde(deserialize_with = "exactly")]
     pub xyz: [f64; 3],
 }
 
@@ -300,9 +304,11 @@ pub struct PayloadSpec {
     pub mass_sigma: Option<f64>,
     /// Centre of mass in the link (m).
     #[serde(default)]
+    #[serde(deserialize_with = "exactly")]
     pub com: [f64; 3],
     /// Inertia about the centre of mass: xx, yy, zz, xy, xz, yz (kg m^2).
     #[serde(default)]
+    #[serde(deserialize_with = "exactly")]
     pub inertia: [f64; 6],
     /// Time of attachment (s after the first sample).
     pub from: Option<f64>,
@@ -536,6 +542,7 @@ pub struct SuspensionSpec {
     /// Names of the linkages whose cylinders actuate the suspension.
     pub linkages: Vec<String>,
     /// Smallest and largest cylinder stroke (m).
+    #[serde(deserialize_with = "exactly")]
     pub stroke: [f64; 2],
     /// Largest stroke velocity (m/s).
     pub max_velocity: f64,

@@ -4,9 +4,10 @@
 //! ground or not. [`MachineSpec::from_toml`](super::MachineSpec::from_toml) adds them to the wheels.
 
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{MapAccess, SeqAccess};
+use serde::de::{Error, MapAccess, SeqAccess};
 use serde::{Deserialize, Deserializer};
 
+use super::exactly::exactly;
 use super::one_of::{OneOf, one_of};
 use super::signals::{FieldSpec, SWITCH_KEYS};
 
@@ -21,6 +22,7 @@ pub struct SupportSpec {
     pub link: String,
     /// The contact point on that link (m).
     #[serde(default)]
+    #[serde(deserialize_with = "exactly")]
     pub xyz: [f64; 3],
     /// Distance of the ground from that point (m).
     #[serde(default)]
@@ -54,8 +56,10 @@ pub struct TrackSpec {
     /// The link that carries it.
     pub link: String,
     /// The rear end of its contact line on that link (m).
+    #[serde(deserialize_with = "exactly")]
     pub from: [f64; 3],
     /// The front end.
+    #[serde(deserialize_with = "exactly")]
     pub to: [f64; 3],
     /// Number of contact points, evenly spaced, the ends included.
     #[serde(default = "track_points")]
@@ -93,8 +97,16 @@ impl<'de> OneOf<'de> for PresenceSpec {
     }
 
     fn of_list<A: SeqAccess<'de>>(list: A) -> Option<Result<Self, A::Error>> {
-        let spans = Vec::deserialize(SeqAccessDeserializer::new(list));
-        Some(spans.map(Self::Spans))
+        let spans = Vec::<Vec<f64>>::deserialize(SeqAccessDeserializer::new(list));
+        // read as an array, a list of three numbers would lose one without a word
+        let pair = |span: Vec<f64>| {
+            <[f64; 2]>::try_from(span)
+                .map_err(|span| A::Error::invalid_length(span.len(), &"a start and an end (s)"))
+        };
+        Some(spans.and_then(|spans| {
+            let pairs: Result<Vec<[f64; 2]>, A::Error> = spans.into_iter().map(pair).collect();
+            pairs.map(Self::Spans)
+        }))
     }
 
     fn of_table<A: MapAccess<'de>>(table: A) -> Option<Result<Self, A::Error>> {

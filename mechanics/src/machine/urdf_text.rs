@@ -147,7 +147,7 @@ mod tests {
         for text in [
             "<robot name='r'><link name='a'><sensor:camera v:x='1'/></link></robot>",
             "<!-- made by hand -->\n<?xml version='1.0'?>\n<robot><a:b/></robot>",
-            "\n\n<?xml version=\"1.0\" encoding=\"utf-8\"?><robot name='<:>'/>",
+            "\n\n<?xml version=\"1.0\" encoding=\"utf-8\"?><robot name='a:>'/>",
             "<robot xmlns:a='urn:a'><a:b><c:d/></a:b></robot>",
             "<robot><!-- <e:f/> --><![CDATA[ <g:h/> ]]></robot>",
         ] {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{SupportId, Supports};
+use super::exactly::exactly_if_any;
 
 /// `[weighed]`: measured loads of the real machine at rest on level ground.
 #[derive(Debug, Clone, Deserialize)]
@@ -47,6 +47,7 @@ pub struct WeighedPosture {
     #[serde(default)]
     pub supports: Vec<String>,
     /// Slope of the plane through the contact points (rad): how far it rises forward and to the left. Default: level.
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub slope: Option<[f64; 2]>,
     /// Standard deviation of either slope (rad); default: exact if a slope or level ground is stated.
     pub slope_sigma: Option<f64>,
@@ -62,6 +63,7 @@ pub struct WeighedPosture {
     /// Standard deviation of readings that state none; default: that of `[weighed]`.
     pub sigma: Option<f64>,
     /// Mean reading of the accelerometer at rest, in its own axes (m/s^2).
+    #[serde(default, deserialize_with = "exactly_if_any")]
     pub specific_force: Option<[f64; 3]>,
     /// Standard deviation of that mean along each axis, without its bias (m/s^2).
     pub specific_force_sigma: Option<f64>,
@@ -104,19 +106,6 @@ impl WeighedPosture {
     #[must_use]
     pub fn label(&self) -> &str {
         self.name.as_deref().unwrap_or("weighing")
-    }
-
-    /// The supports on the ground.
-    #[must_use]
-    pub fn stands_on(&self, supports: &Supports) -> Vec<SupportId> {
-        if self.supports.is_empty() {
-            return match supports.at_rest() {
-                some if some.len() >= 3 => some,
-                _ => supports.ids().collect(),
-            };
-        }
-        let named = self.supports.iter().flat_map(|name| supports.named(name));
-        named.collect()
     }
 
     /// Standard deviation of either slope (rad).

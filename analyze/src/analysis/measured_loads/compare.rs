@@ -12,7 +12,8 @@ use super::compared_row::ComparedRow;
 use super::contradiction::{Contradiction, contradictions};
 use super::singles::Singles;
 use super::statistics::{SensorStatistics, statistics};
-use super::total::{self, TotalRow, sensors_of_all};
+use super::total::{self, sensors_of_all};
+use super::total_row::TotalRow;
 use crate::base::estimated::EstimatedRows;
 use crate::load::{MeasuredLoads, Standing};
 
@@ -105,13 +106,9 @@ impl Comparison<'_> {
         let mut workspace = Workspace::with_scope(machine, scope);
         let loads = evaluate_one(machine, state, &mut workspace).load.clone();
         let sensors = &self.measured.sensors;
-        let unobserved =
-            (self.motion).and_then(|motion| motion.load_sigmas(machine, state, time_ns));
-        // motion moves all loads together: at worst in the same sense
-        let by_motion = |factors: &[f64]| -> f64 {
-            let sigmas = unobserved.iter().flatten().zip(factors);
-            sigmas.map(|(sigma, factor)| sigma * factor.abs()).sum()
-        };
+        let unobserved = (self.motion).and_then(|motion| motion.loads(machine, state, time_ns));
+        let by_motion =
+            |factors: &[f64]| (unobserved.as_ref()).map_or(0.0, |motion| motion.sigma(factors));
         let singles = Singles::of(machine, state, self.measured, time_ns);
         let of_sensors = all.map(|all| {
             let measured: f64 = all.iter().map(|&k| self.measured.at(k, time_ns)).sum();

@@ -6,6 +6,7 @@ mod contradiction;
 mod singles;
 mod statistics;
 mod total;
+mod total_row;
 mod unstated;
 
 pub use compare::LoadComparison;

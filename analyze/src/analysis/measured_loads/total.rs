@@ -9,30 +9,14 @@
 use tipwatch_mechanics::machine::{LoadSensor, Machine};
 
 use super::contradiction::{Contradiction, EXCESS, lasting};
-use super::singles::Acts;
+use super::total_row::TotalRow;
 use super::unstated::UnstatedLoad;
 
 /// Name of the total beside those of the sensors.
 pub const TOTAL: &str = "total";
 
-/// A row at which the totals are compared.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct TotalRow {
-    pub(super) time_ns: i64,
-    /// Measured minus computed total (N).
-    pub(super) difference: f64,
-    /// Its standard deviation (N).
-    pub(super) sigma: f64,
-    /// Computed total over mass (m/s^2).
-    pub(super) gravity: f64,
-    /// Where the difference acts, if every support is measured by itself.
-    pub(super) acts: Option<Acts>,
-}
-
-impl TotalRow {
-    fn is_off(&self) -> bool {
-        self.difference.abs() > (1.0 + EXCESS) * self.sigma
-    }
+fn is_off(row: &TotalRow) -> bool {
+    row.difference.abs() > (1.0 + EXCESS) * row.sigma
 }
 
 /// Sensors that together carry every support on the ground once, if there are any.
@@ -75,7 +59,7 @@ fn complete(sensors: &[Vec<usize>], covered: &mut [bool], found: &mut Vec<usize>
 /// The spans in which the totals contradict each other.
 pub(super) fn contradictions(rows: &[TotalRow]) -> Vec<Contradiction> {
     let judged: Vec<&TotalRow> = rows.iter().filter(|row| row.sigma.is_finite()).collect();
-    let spans = lasting(&judged, TotalRow::is_off, |row| row.time_ns);
+    let spans = lasting(&judged, is_off, |row| row.time_ns);
     let of_span = |span: &[&TotalRow]| {
         let mean = |value: fn(&TotalRow) -> f64| {
             span.iter().map(|row| value(row)).sum::<f64>() / span.len() as f64

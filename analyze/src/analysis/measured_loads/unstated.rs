@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::total::TotalRow;
+use super::total_row::TotalRow;
 
 /// A load that the machine file does not state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]

@@ -7,13 +7,14 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::studies::unobserved::UnobservedLoads;
 use tipwatch_mechanics::{Quantity, State};
 
+use super::motion_loads::MotionLoads;
 use crate::base::rows::Rows;
 use crate::base::widening::Widening;
 use crate::load::SharedSignal;
 
 /// The static rows of a log.
 #[derive(Debug)]
-pub(in crate::analysis) struct StaticRows {
+pub(crate) struct StaticRows {
     motion: UnobservedMotion<SharedSignal>,
     failure: OnceLock<String>,
 }
@@ -28,24 +29,22 @@ impl StaticRows {
 }
 
 impl StaticRows {
-    /// Standard deviations by wheel (N) of what motion that was not observed can have done to the loads at a time; `None`
-    /// where all of it was observed.
-    pub(in crate::analysis) fn load_sigmas(
+    /// What motion that was not observed can have done to the loads at a time; `None` where all of it was observed.
+    pub(in crate::analysis) fn loads(
         &self,
         machine: &Machine,
         state: &State<f64>,
         time_ns: i64,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<MotionLoads> {
         let mut at = MotionRange::of(machine);
         let mut memory = self.motion.memory();
         let read = (self.motion).between(time_ns, time_ns, state, &mut memory, &mut at);
         if read.is_err() {
-            // an unknown range explains every load
-            return Some(vec![f64::INFINITY; machine.wheels().len()]);
+            return Some(MotionLoads::unbounded());
         }
-        let variances = (at.is_unobserved)
-            .then(|| UnobservedLoads::new(machine).variances(machine, state, &at))?;
-        Some(variances.iter().map(|[_, load]| load.sqrt()).collect())
+        let by_signal = (at.is_unobserved)
+            .then(|| UnobservedLoads::new(machine).by_signal(machine, state, &at))?;
+        Some(MotionLoads::of(by_signal))
     }
 }
 

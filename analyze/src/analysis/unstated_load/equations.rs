@@ -121,9 +121,10 @@ impl Equations {
         sum
     }
 
-    /// Covariance of errors that no explanation has.
-    pub(super) fn unexplained(&self) -> DMatrix<f64> {
-        self.correlated(&self.unexplained, UNEXPLAINED_S)
+    /// Covariance of errors that no explanation has, as a share of the largest that they may be.
+    pub(super) fn unexplained(&self, share: f64) -> DMatrix<f64> {
+        let sigmas: Vec<f64> = self.unexplained.iter().map(|sigma| sigma * share).collect();
+        self.correlated(&sigmas, UNEXPLAINED_S)
     }
 
     /// An error that is forgotten exponentially: that of moments in one process, that of each component of the lean in

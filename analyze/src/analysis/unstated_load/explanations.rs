@@ -1,7 +1,7 @@
 //! The explanations that are tried, and how each is fitted.
 
 use nalgebra::{DMatrix, DVector};
-use tipwatch_mechanics::machine::{LinkGroup, Machine};
+use tipwatch_mechanics::machine::{LinkGroup, Machine, Unknown};
 use tipwatch_mechanics::{Axis, Parameter};
 
 use super::amounts::{Amounts, Scene, Unstated};
@@ -9,18 +9,15 @@ use super::equations::{Equations, Part};
 use super::nuisances::Nuisances;
 use super::regression::{Posterior, mixed, regress};
 
-/// Prior standard deviations: a load as a share of the machine's mass, a force of its weight, a mass of a link of its own;
-/// where a load is (m), a centre of mass (m), an angle of the IMU and of an encoder (rad), a sliding joint (m), a wheel's
-/// radius of its own.
+/// Prior standard deviations: a load as a share of the machine's mass, a force of its weight; where a load is (m), an
+/// angle of an encoder that slipped (rad), a sliding joint (m).
 const LOAD_SHARE: f64 = 0.1;
 const FORCE_SHARE: f64 = 0.05;
-const MASS_SHARE: f64 = 0.1;
 const LOAD_PLACE_M: f64 = 0.3;
-const CENTRE_M: f64 = 0.1;
-const IMU_RAD: f64 = 0.1;
 const ENCODER_RAD: f64 = 0.2;
 const ENCODER_M: f64 = 0.2;
-const RADIUS_SHARE: f64 = 0.2;
+/// What the machine file states of the machine itself is wrong by so many of its stated standard deviations.
+const WRONG_SIGMAS: f64 = 3.0;
 /// Stiffness of the tyres where the machine file states none: a share of the usual one.
 const UNKNOWN_STIFFNESS: f64 = 0.5;
 /// An encoder whose position changes by less than this (rad or m) has stopped, if it did for so long (s).
@@ -89,10 +86,27 @@ impl Trial {
         self
     }
 
-    /// One amount along each axis.
-    fn fitting_axes(self, unit: &'static str, of: impl Fn(Axis) -> Parameter, sigma: f64) -> Self {
+    /// A parameter that the machine file states wrongly.
+    fn fitting_stated(
+        self,
+        machine: &Machine,
+        name: &'static str,
+        unit: &'static str,
+        of: Parameter,
+    ) -> Self {
+        let sigma = WRONG_SIGMAS * Unknown::Parameter(of).stated_sigma(machine);
+        self.fitting(name, unit, Unstated::Parameter(of), sigma)
+    }
+
+    /// One such parameter along each axis.
+    fn fitting_axes(
+        self,
+        machine: &Machine,
+        unit: &'static str,
+        of: impl Fn(Axis) -> Parameter,
+    ) -> Self {
         Axis::ALL.into_iter().fold(self, |trial, axis| {
-            trial.fitting(axis.name(), unit, Unstated::Parameter(of(axis)), sigma)
+            trial.fitting_stated(machine, axis.name(), unit, of(axis))
         })
     }
 
@@ -116,7 +130,13 @@ impl Trial {
         for _ in 0..rounds {
             let linear = self.linear(scene, of, &amounts);
             let errors: Vec<DMatrix<f64>> = match self.kind {
-                "none_of_these" => vec![of.equations.covariance(1.0) + of.equations.unexplained()],
+                // how large they are is as unknown
+                "none_of_these" => MODEL_FACTORS
+                    .map(|factor| {
+                        let share = factor / MODEL_FACTORS[2];
+                        of.equations.covariance(1.0) + of.equations.unexplained(share)
+                    })
+                    .into(),
                 _ => MODEL_FACTORS
                     .map(|factor| of.equations.covariance(factor))
                     .into(),
@@ -203,6 +223,24 @@ impl Trial {
     }
 }
 
+impl Fitted {
+    /// Whether nothing that is there weighs less than nothing. `scene` tells what a load could lack.
+    pub(super) fn is_possible(&self, trial: &Trial, scene: &Scene<'_>) -> bool {
+        let links = scene.machine.links();
+        let mass_of = |link: usize| links[link].inertia.mass;
+        let pairs = trial.fitted.iter().zip(self.posterior.mean.iter());
+        pairs.into_iter().all(|(wanted, &amount)| match wanted.of {
+            Unstated::LoadMass => {
+                let on_tool = scene.load.map_or(0.0, |load| mass_of(load.link));
+                let payloads = scene.machine.payloads().iter();
+                amount >= -(on_tool + payloads.map(|of| of.inertia.mass).sum::<f64>())
+            }
+            Unstated::Parameter(Parameter::LinkMass(link)) => amount >= -mass_of(link),
+            _ => true,
+        })
+    }
+}
+
 /// What is explained.
 pub(super) struct Problem<'a> {
     pub(super) equations: &'a Equations,
@@ -225,13 +263,12 @@ pub(super) fn trials(scene: &Scene<'_>, equations: &Equations, onset_ns: i64) ->
         let name = Some(machine.links()[link].name.clone());
         let of = |axis| Parameter::LinkCom(link, axis);
         let centre = Trial::new("centre_of_mass", name.clone());
-        all.push(centre.fitting_axes("m", of, CENTRE_M));
-        let sigma = MASS_SHARE * machine.links()[link].inertia.mass;
-        let mass = Unstated::Parameter(Parameter::LinkMass(link));
-        all.push(Trial::new("mass", name).fitting("mass", "kg", mass, sigma));
+        all.push(centre.fitting_axes(machine, "m", of));
+        let mass = Parameter::LinkMass(link);
+        all.push(Trial::new("mass", name).fitting_stated(machine, "mass", "kg", mass));
     }
     let turned = Trial::new("imu_rotation", None);
-    all.push(turned.fitting_axes("rad", Parameter::ImuRotation, IMU_RAD));
+    all.push(turned.fitting_axes(machine, "rad", Parameter::ImuRotation));
     for (joint, of) in machine.joints().iter().enumerate() {
         if of.spins_wheel.is_some() || !of.logged {
             continue;
@@ -269,11 +306,10 @@ pub(super) fn trials(scene: &Scene<'_>, equations: &Equations, onset_ns: i64) ->
             all.push(reversed);
         }
     }
-    for (wheel, of) in machine.wheels().iter().enumerate() {
-        let radius = Unstated::Parameter(Parameter::WheelRadius(wheel));
-        let sigma = RADIUS_SHARE * of.radius;
+    for (&support, of) in machine.stands_on().iter().zip(machine.wheels()) {
         let trial = Trial::new("wheel_radius", Some(of.name.clone()));
-        all.push(trial.fitting("radius", "m", radius, sigma));
+        let radius = Parameter::WheelRadius(support);
+        all.push(trial.fitting_stated(machine, "radius", "m", radius));
     }
     all.push(Trial::new("none_of_these", None));
     all

@@ -42,7 +42,15 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
             until_ns: event.end_ns.unwrap_or(i64::MAX),
         })
     };
-    tippings.iter().filter_map(fall).take(MOST_FALLS).collect()
+    let mut falls: Vec<Fall> = Vec::new();
+    for fall in tippings.iter().filter_map(fall) {
+        // a machine that rotates about a second edge meanwhile no longer stands on its wheels
+        let is_part = |of: &Fall| of.onset_ns <= fall.until_ns && fall.onset_ns <= of.until_ns;
+        if falls.len() < MOST_FALLS && !falls.iter().any(is_part) {
+            falls.push(fall);
+        }
+    }
+    falls
 }
 
 /// Explains each fall.
@@ -87,6 +95,10 @@ fn explained(
     if rows.onset.len() + rows.fall.len() < FEWEST_ROWS {
         return Err("too few rows of the rotation can be computed".into());
     }
+    let used = rows.fall.iter().map(|row| row.rotation_rad);
+    if used.fold(0.0, f64::max) < LEAST_RAD {
+        return Err("the rotation has hardly begun in the rows that can be computed".into());
+    }
     let scene = Scene {
         machine,
         edge: fall.edge,
@@ -104,7 +116,10 @@ fn explained(
     let trials = trials(&scene, &equations, fall.onset_ns);
     let fitted: Vec<Option<Fitted>> = trials
         .iter()
-        .map(|trial| trial.fit(&scene, &problem))
+        .map(|trial| {
+            let fitted = trial.fit(&scene, &problem)?;
+            fitted.is_possible(trial, &scene).then_some(fitted)
+        })
         .collect();
     let explanations = judged(&trials, &fitted);
     if explanations.is_empty() {

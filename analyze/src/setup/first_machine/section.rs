@@ -26,7 +26,7 @@ pub fn signals(log: &Path, urdf: &str, urdf_name: &str, constant: &[String]) -> 
         .joints
         .retain(|guess| !constant.contains(&guess.joint));
     let mut text = Text::default();
-    topics.write(&mut text);
+    topics.write(&log, &mut text);
     write_joints(&mut text, &guesses);
     Ok(text.finish())
 }

@@ -128,11 +128,8 @@ impl Channels {
             if value < LEAST_SHARE * mean {
                 return Vec::new();
             }
-            // motion moves all loads together: at worst in the same sense
-            let by_motion: f64 = match &unobserved {
-                Some(sigmas) => load.sensor.places(machine).map(|place| sigmas[place]).sum(),
-                None => 0.0,
-            };
+            let by_motion = (unobserved.as_ref())
+                .map_or(0.0, |motion| motion.sigma(&load.sensor.factors(machine)));
             found.push(Reading {
                 what: Measured::Load {
                     supports: load.sensor.supports.clone(),

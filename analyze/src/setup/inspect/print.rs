@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use anyhow::Result;
+use tipwatch_ingest::FieldContents;
 
 use super::document::{ClockInspection, Inspection, TopicInspection};
 use crate::analysis::clock::text as clock_text;
@@ -162,23 +163,42 @@ fn describe_topic(topic: &TopicInspection) -> String {
     text
 }
 
-/// The numbers that can be bound, each in the first and the last message.
+/// The numbers that can be bound, each in the first and the last message. A list that is zero in both, such as a covariance
+/// that nobody filled in, takes one line.
 fn describe_fields(topic: &TopicInspection, text: &mut String) {
-    for field in topic.fields.iter().take(MOST_FIELDS) {
-        let number = |value: Option<f64>| value.map_or("-".into(), |v| v.to_string());
-        let _ = writeln!(
-            text,
-            "      {:<32} first {}, last {}",
-            field.field,
-            number(field.first),
-            number(field.last)
-        );
+    let list = |field: &FieldContents| {
+        field
+            .field
+            .rsplit_once('[')
+            .map(|(list, _)| list.to_owned())
+    };
+    let lines = topic
+        .fields
+        .chunk_by(|a, b| list(a).is_some() && list(a) == list(b));
+    let lines = lines.flat_map(|fields| {
+        let is_zero = |of: &FieldContents| of.first == Some(0.0) && of.last == Some(0.0);
+        match fields {
+            [first, .., last] if fields.iter().all(is_zero) => {
+                vec![format!("{} to {}: all zero", first.field, last.field)]
+            }
+            _ => fields.iter().map(described).collect(),
+        }
+    });
+    let mut lines = lines.fuse();
+    for line in lines.by_ref().take(MOST_FIELDS) {
+        let _ = writeln!(text, "      {line}");
     }
-    if topic.fields.len() > MOST_FIELDS {
-        let more = topic.fields.len() - MOST_FIELDS;
-        let _ = writeln!(text, "      {more} more fields: --json lists them");
+    let more = lines.count();
+    if more > 0 {
+        let _ = writeln!(text, "      {more} more lines of fields: --json lists them");
     }
     if let Some(note) = &topic.fields_note {
         let _ = writeln!(text, "      fields: {note}");
     }
+}
+
+fn described(field: &FieldContents) -> String {
+    let number = |value: Option<f64>| value.map_or("-".into(), |v| v.to_string());
+    let [first, last] = [field.first, field.last].map(number);
+    format!("{:<32} first {first}, last {last}", field.field)
 }

@@ -14,9 +14,7 @@ const LEAST_LOAD_SHARE: f64 = 2e-3;
 const LONGEST_TOOL: f64 = 5.0;
 /// Diameter of the largest pistons (m).
 const LARGEST_BORE: f64 = 0.8;
-/// Largest range of a joint that lifts (degrees).
-const ONE_TURN: f64 = 360.0;
-/// Largest range of a joint that turns, but not endlessly (degrees).
+/// Largest range of a joint that does not turn endlessly (degrees): those of arms of robots go one turn either way.
 pub(super) const TWO_TURNS: f64 = 720.0;
 
 impl Sheet {
@@ -91,7 +89,7 @@ impl Sheet {
                 "arm.tool",
                 tool.range.map(|r| r.map(|a| a.si)),
                 tool.at.map(|a| a.si),
-                ONE_TURN,
+                TWO_TURNS,
             )?;
         }
         if let Some(tool) = &arm.tool {
@@ -140,10 +138,7 @@ impl Sheet {
             &format!("arm.segments[{index}]"),
             limits,
             segment.at.map(|a| a.si),
-            match segment.kind {
-                SegmentKind::Lift | SegmentKind::Mast => ONE_TURN,
-                SegmentKind::Yaw | SegmentKind::Roll => TWO_TURNS,
-            },
+            TWO_TURNS,
         )?;
         let extension = segment.extension.map_or(0.0, |e| e.si);
         self.length_in(&place("extension"), extension, [0.0, 120.0])?;

@@ -80,7 +80,8 @@ impl Checker<'_> {
         self.check_wheel_plausibility(&wheels, &shapes_by_link(urdf_text))?;
         let [mass, apart] = self.check_mass_plausibility(&wheels)?;
         let boxes = boxes_by_link(urdf_text);
-        let inertias = self.inertias(urdf, &boxes, &wheels, mass, apart)?;
+        let urdf = (urdf, self.urdf_name);
+        let inertias = FoundInertias::of(urdf, self.spec, &boxes, &wheels, mass, apart)?;
         Ok(Plausible { wheels, inertias })
     }
 

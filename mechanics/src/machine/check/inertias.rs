@@ -4,12 +4,13 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::checker::Checker;
 use crate::machine::impossible_inertia::{
     ANGULAR_ACCELERATION, ball_radius, nearest, of_box, principal_moments,
 };
 use crate::machine::urdf::Urdf;
-use crate::machine::{ImpossibleInertia, Inertia, InertiaFault, MachineError, Replacement, Wheel};
+use crate::machine::{
+    ImpossibleInertia, Inertia, InertiaFault, MachineError, MachineSpec, Replacement, Wheel,
+};
 
 /// A link with this share of the mass needs an inertia.
 const NEEDS_INERTIA_SHARE: f64 = 0.01;
@@ -30,25 +31,25 @@ pub(super) struct FoundInertias {
     pub(super) notes: Vec<String>,
 }
 
-impl Checker<'_> {
+impl FoundInertias {
     /// Checks all inertias against what a body can have on a machine of this mass (kg) with wheels this far apart
     /// (m). Impossible ones are refused, all at once, unless their effect is too small to matter or the machine file
     /// accepts their replacements.
-    pub(super) fn inertias(
-        &self,
-        urdf: &Urdf,
+    pub(super) fn of(
+        (urdf, urdf_name): (&Urdf, &str),
+        spec: &MachineSpec,
         boxes: &HashMap<String, Vector3<f64>>,
         wheels: &[Wheel],
         mass: f64,
         apart: f64,
-    ) -> Result<FoundInertias, MachineError> {
+    ) -> Result<Self, MachineError> {
         let scale = Scale {
             mass,
             apart,
             width: width(wheels),
-            mean_load: mass * self.spec.gravity / wheels.len() as f64,
+            mean_load: mass * spec.gravity / wheels.len() as f64,
         };
-        let mut found = FoundInertias::default();
+        let mut found = Self::default();
         let mut refused = Vec::new();
         for link in &urdf.links {
             if link.lacks_mass {
@@ -65,7 +66,7 @@ impl Checker<'_> {
                 let place = format!("link \"{}\"", link.name);
                 let expected = "finite inertial parameters";
                 return Err(MachineError::value(
-                    self.urdf_name,
+                    urdf_name,
                     place,
                     expected,
                     "numbers whose products are not finite",
@@ -77,7 +78,7 @@ impl Checker<'_> {
             };
             let impossible = scale.replaced(&link.name, inertia, fault, boxes.get(&link.name));
             let is_small = scale.is_small(&impossible);
-            let is_accepted = self.spec.accept_inertias == Some(true);
+            let is_accepted = spec.accept_inertias == Some(true);
             match is_accepted || is_small {
                 true => {
                     found.notes.push(impossible.note(!is_small));
@@ -89,7 +90,7 @@ impl Checker<'_> {
         match refused.is_empty() {
             true => Ok(found),
             false => Err(MachineError::Inertias {
-                file: self.urdf_name.into(),
+                file: urdf_name.into(),
                 inertias: refused,
             }),
         }

@@ -66,7 +66,11 @@ impl Checker<'_> {
             found.extend(named);
         }
         if found.is_empty() {
-            return Err(self.value_error(place, "one wheel or support, or more", "none"));
+            return Err(self.value_error(
+                place,
+                "one or more names of [wheels], [supports] or [tracks]",
+                "none",
+            ));
         }
         Ok(found)
     }

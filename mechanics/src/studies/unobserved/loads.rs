@@ -74,6 +74,30 @@ impl UnobservedLoads {
             .collect()
     }
 
+    /// What one standard deviation of each signal that is unknown at the row itself does to the OTF of all wheels (N). The
+    /// signals are those of [`Self::variances`], independent of each other:
+    ///
+    /// ```text
+    ///     g_x = (dN/dx) w / sqrt(3),    cov N = sum over signals g_x g_x'
+    /// ```
+    pub fn by_signal(
+        &mut self,
+        machine: &Machine,
+        state: &State<f64>,
+        range: &MotionRange,
+    ) -> Vec<Vec<f64>> {
+        evaluate(machine, state, &mut self.workspace);
+        let sensitivity = self.workspace.sensitivity();
+        let wheels = 0..machine.wheels().len();
+        let derivatives: Vec<Vec<f64>> = wheels.map(|wheel| sensitivity.otf(wheel)).collect();
+        let sigmas = signals(machine, state, range)
+            .map(|(value, span)| span.farthest_from(value) / 3.0_f64.sqrt());
+        let unknown = sigmas.enumerate().filter(|(_, sigma)| *sigma != 0.0);
+        unknown
+            .map(|(signal, sigma)| derivatives.iter().map(|by| by[signal] * sigma).collect())
+            .collect()
+    }
+
     /// The smallest and the largest OTF of each wheel over the range.
     ///
     /// The OTF is linear in accelerations, specific force and tool wrench: there its extremes are exact, the sum of the

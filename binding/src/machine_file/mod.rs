@@ -1,5 +1,7 @@
 //! Reads a machine file and its URDF (Unified Robot Description Format).
 
+mod descriptions;
+
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -7,9 +9,9 @@ use tipwatch_ingest::{Log, RobotDescription, robot_descriptions};
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 
-use crate::descriptions::{mass_text, other_mass};
 use crate::error::CanError;
 use crate::text_file::read_text;
+use descriptions::{mass_text, other_mass};
 
 /// A machine file as read.
 #[derive(Debug, Clone)]
