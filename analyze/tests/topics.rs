@@ -25,7 +25,7 @@ struct Joints {
 impl Joints {
     fn parse(data: &[u8]) -> Self {
         let mut at = 12;
-        let mut number = |at: &mut usize| {
+        let number = |at: &mut usize| {
             *at = at.next_multiple_of(4);
             *at += 4;
             u32::from_le_bytes(data[*at - 4..*at].try_into().unwrap()) as usize

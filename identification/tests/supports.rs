@@ -131,7 +131,7 @@ fn a_sensor_of_raised_supports_alone_says_nothing() {
     let mut noise = Noise::new(5);
     let positions = postures(&machine, 1, &mut noise).remove(0);
     let raised = machine.supports().named("AFL");
-    let mut instant = instant(&machine, &positions, &[raised.clone()], 0.0);
+    let mut instant = instant(&machine, &positions, std::slice::from_ref(&raised), 0.0);
     assert!(instant.readings.is_empty());
     instant.readings.push(Reading {
         what: Measured::Load { supports: raised },

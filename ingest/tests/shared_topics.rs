@@ -177,5 +177,5 @@ fn different_robot_descriptions_are_found_with_the_last_one_last() {
         .map(|it| (it.text.as_str(), it.log_time_ns))
         .collect();
     assert_eq!(texts, [("placeholder", 1_000), ("machine", 4_000)]);
-    assert!(log.topics().iter().all(|topic| topic.is_latched()));
+    assert!(log.topics().iter().all(tipwatch_ingest::Topic::is_latched));
 }

@@ -17,6 +17,7 @@ use tipwatch_mechanics::state::Sensor;
 use super::quasi_static::Exclusion;
 use crate::base::options::Options;
 use crate::base::table::Table;
+use crate::events::FoundRotation;
 use crate::load::{LoadedLog, Signal};
 
 /// Messages of other topics that are farther from the used ones do not belong to the recording: their
@@ -34,8 +35,11 @@ pub struct Coverage {
     pub covered_s: f64,
     /// Time of it in which the wheel loads could be computed (s).
     pub computable_s: f64,
-    /// `computable_s / covered_s`; null for a log that covers no time.
+    /// `computable_s` over the covered time in which the machine did not lie on its side; null where there is none.
     pub valid_share: Option<f64>,
+    /// Time in which the machine lay on its side, and no wheel carried it (s); absent if it did not.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub on_side_s: f64,
     /// Rows with wheel loads: the valid ones, and those of a machine that tips.
     pub computable_rows: u64,
     /// Time in it in which signals that the loads rest on contradict each other (s).
@@ -48,15 +52,23 @@ pub struct Coverage {
 
 impl Coverage {
     /// Counts the time of `rows`.
-    pub(crate) fn of(loaded: &LoadedLog, rows: &Table, options: &Options) -> Self {
+    pub(crate) fn of(
+        loaded: &LoadedLog,
+        rows: &Table,
+        rotations: &[FoundRotation],
+        options: &Options,
+    ) -> Self {
         let covered_s = covered_s(loaded, options);
+        let on_side_s = on_side_s(rows, rotations).min(covered_s);
+        let on_wheels_s = covered_s - on_side_s;
         let [computable_s, doubted_s] =
             computable_s(rows, &holes(loaded)).map(|s| s.min(covered_s));
         let computable = rows.reasons.iter().filter(|reasons| reasons.leave_loads());
         Self {
             covered_s,
             computable_s,
-            valid_share: (covered_s > 0.0).then(|| computable_s / covered_s),
+            valid_share: (on_wheels_s > 0.0).then(|| (computable_s / on_wheels_s).min(1.0)),
+            on_side_s,
             computable_rows: computable.count() as u64,
             doubted_s,
             between_rows: None,
@@ -82,15 +94,32 @@ impl Coverage {
 }
 
 impl std::fmt::Display for Coverage {
-    /// "7.3 of 20.0 s (36.5 %)"; rounded down, so that only a whole log reads 100 %.
+    /// "7.3 of 20.0 s (36.5 %)", and "on its wheels" where it lay on its side, too; rounded down, so that only a whole log reads 100 %.
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (computable_s, covered_s) = (self.computable_s, self.covered_s);
-        write!(formatter, "{computable_s:.1} of {covered_s:.1} s")?;
+        let (computable_s, on_wheels_s) = (self.computable_s, self.covered_s - self.on_side_s);
+        write!(formatter, "{computable_s:.1} of {on_wheels_s:.1} s")?;
+        if self.on_side_s > 0.0 {
+            formatter.write_str(" on its wheels")?;
+        }
         match self.valid_share {
             Some(share) => write!(formatter, " ({:.1} %)", (1000.0 * share).floor() / 10.0),
             None => Ok(()),
         }
     }
+}
+
+fn is_zero(seconds: &f64) -> bool {
+    *seconds == 0.0
+}
+
+/// Time of the rows in which the machine lay on its side (s).
+fn on_side_s(rows: &Table, rotations: &[FoundRotation]) -> f64 {
+    let Some((&first, &last)) = rows.times_ns.first().zip(rows.times_ns.last()) else {
+        return 0.0;
+    };
+    let spans = rotations.iter().filter_map(FoundRotation::on_side_ns);
+    let within = spans.map(|[from, to]| to.min(last).saturating_sub(from.max(first)).max(0));
+    within.map(|ns| ns as f64 * 1e-9).sum()
 }
 
 /// The time that the log covers, on the clock of the stamps. Before the first and after the last used

@@ -138,6 +138,17 @@ pub(super) fn estimate(
                 reasons.add(Reason::Tipping);
             }
         }
+        let on_side: Vec<[i64; 2]> = (quality.rotations.iter())
+            .filter_map(FoundRotation::on_side_ns)
+            .collect();
+        for (time, reasons) in rows.times_ns.iter().zip(&mut rows.reasons) {
+            if on_side
+                .iter()
+                .any(|[first, last]| (first..=last).contains(&time))
+            {
+                reasons.add(Reason::SupportsUnknown);
+            }
+        }
     }
     Ok((within(rows, options), quality))
 }

@@ -29,7 +29,7 @@ use crate::base::rows::Rows;
 use crate::base::support_sets::SupportSets;
 use crate::base::table::Table;
 use crate::base::verdicts::MonitorRecord;
-use crate::events::{self, OnSet};
+use crate::events::{self, Event, FoundRotation, OnSet, ShownBy};
 use crate::load::{LogTimes, MeasuredLoads, Standing, linkage_force, load, recorder_gaps};
 
 /// Default limit of a light wheel, as a share of its static load.
@@ -187,11 +187,21 @@ fn analyse_with<S: RowSink>(
     let provenance = provenance(&log, log_hashes, file, &loaded)?;
     table.check()?;
     table.reasons = gathered.found.reasons;
-    let mut coverage = Coverage::of(&loaded, &table, &options);
+    let mut coverage = Coverage::of(&loaded, &table, &rotations, &options);
     coverage.between_rows = (gathered.exclusion).map(|found| found.within(coverage.covered_s));
     // what is only possible has no lead time
     let others = [input_events, gathered.not_excluded].concat();
-    let events = events::sorted(gathered.found.events, others);
+    // of a machine on its side, nothing is light
+    let on_side: Vec<[i64; 2]> = (rotations.iter())
+        .filter_map(FoundRotation::on_side_ns)
+        .collect();
+    let is_of_wheels = |event: &Event| {
+        let within = |[from, to]: &[i64; 2]| (*from..=*to).contains(&event.start_ns);
+        matches!(event.shown_by, Some(ShownBy::Rotation | ShownBy::Both))
+            || !on_side.iter().any(within)
+    };
+    let found = gathered.found.events.into_iter().filter(is_of_wheels);
+    let events = events::sorted(found.collect(), others);
     let sensitivity = (gathered.sensitivity).and_then(|found| found.table(machine, &table));
     let advice = advise(
         machine,

@@ -53,6 +53,16 @@ impl FoundRotation {
         angles.find(|(_, at)| *at >= angle).map(|(at_ns, _)| *at_ns)
     }
 
+    /// From when until when (ns) the platform stood on no wheel: it lay on its side, or tumbled. Gyro and attitude must agree
+    /// on it, and have seen how it got there.
+    pub(crate) fn on_side_ns(&self) -> Option<[i64; 2]> {
+        let is_sure = self.spell.witness == RotationWitness::Both && !self.spell.is_from_start;
+        let tumbled = self.reached(RotationSpell::TUMBLES);
+        let since = [tumbled, self.spell.at_rest_ns].into_iter().flatten().min();
+        let since = since.filter(|_| is_sure)?;
+        Some([since, self.span_ns()[1]])
+    }
+
     /// Which measurement shows it.
     pub(crate) fn witness(&self) -> RotationWitness {
         self.spell.witness

@@ -171,7 +171,7 @@ fn find(times: &Times, period_ns: i64) -> Vec<OwnJump> {
         let next = log_ns[index + 1..].iter().take(CONFIRMING).enumerate();
         let is_confirmed = next.clone().filter(follows).count() == CONFIRMING;
         let is_small = falls && step > -LARGE_FALL_NS;
-        if is_confirmed && !(is_small && !covers_twice(log_ns, run, index, before, period_ns)) {
+        if is_confirmed && (!is_small || covers_twice(log_ns, run, index, before, period_ns)) {
             jumps.push(OwnJump {
                 index,
                 from_ns: before,

@@ -93,13 +93,13 @@ impl StampEvidence {
             ))
         } else if messages > 1 && !self.header_changes {
             Some("header.stamp is constant".to_owned())
-        } else if let Some(resolution_ns) = self.header_resolution_ns {
-            Some(format!(
-                "header.stamp has a resolution of {} s, which several messages share",
-                seconds_between(0, resolution_ns)
-            ))
         } else {
-            None
+            self.header_resolution_ns.map(|resolution_ns| {
+                format!(
+                    "header.stamp has a resolution of {} s, which several messages share",
+                    seconds_between(0, resolution_ns)
+                )
+            })
         }
     }
 }

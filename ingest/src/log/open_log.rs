@@ -96,10 +96,9 @@ impl Log {
         let first = readers
             .first()
             .filter(|_| can_be_packed && !source.is_remote());
-        let is_packed =
-            |reader: &Box<dyn FileReader>| packed_messages::has_packed_messages(&**reader, &topics);
-        let has_packed_messages =
-            has_packed_messages.unwrap_or_else(|| first.is_some_and(is_packed));
+        let has_packed_messages = has_packed_messages.unwrap_or_else(|| {
+            first.is_some_and(|reader| packed_messages::has_packed_messages(&**reader, &topics))
+        });
         Ok(Log {
             path: path.to_path_buf(),
             format,

@@ -6,7 +6,7 @@ use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler;
 use crate::geometry::contact_plane::ContactPlane;
 use crate::geometry::spatial::{Wrench, z_axis};
-use crate::machine::{MAX_WHEELS, Machine, Split, TorqueJoint};
+use crate::machine::{ActuatedJoint, MAX_WHEELS, Machine, Split, TorqueJoint};
 use crate::number::Real;
 
 /// The ground wrench in the axes of the contact plane, moments about the projected base origin.
@@ -78,7 +78,7 @@ impl<T: Real> Equations<T> {
             certain,
             measured,
             load_of: (machine.contact.actuated_joints.iter())
-                .map(|joint| joint.support_place())
+                .map(ActuatedJoint::support_place)
                 .collect(),
             holds: vec![T::one(); rows],
             compliance: vec![T::zero(); rows],

@@ -91,6 +91,9 @@ pub struct RotationSpell {
 }
 
 impl RotationSpell {
+    /// Rotation from which a platform no longer stands on any wheel (rad): 60 degrees.
+    pub const TUMBLES: f64 = std::f64::consts::FRAC_PI_3;
+
     /// Rotation between two up directions about an axis, all in base axes (rad).
     #[must_use]
     pub fn rotation_between(

@@ -362,8 +362,12 @@ impl PlatformRotation {
         let Some((source, shown)) = self.source(is_gyro, now_ns) else {
             return;
         };
-        // a platform that falls over a corner ends on the edge that it rotates about most
-        if self.edges.all.len() > 1 && shown.at_ns == now_ns {
+        // a platform that falls over a corner ends on the edge that it rotates about most; one that tumbles on rotates about
+        // no edge of its wheels
+        if self.edges.all.len() > 1
+            && shown.at_ns == now_ns
+            && spell.largest < RotationSpell::TUMBLES
+        {
             let claim = source.reference.claim;
             if claim.angle > 1.2 * spell.angle.max(spell.largest) {
                 spell.edge = claim.edge;
