@@ -358,3 +358,47 @@ fn a_machine_without_measured_joints_has_rows_at_its_imu() {
     assert_eq!(code, 1, "{messages}");
     assert!(messages.contains("expected joint states"), "{messages}");
 }
+
+/// Changes a position, by the time since the log began (ns).
+type Change = fn(i64, &mut f64);
+
+/// Positions that the joint cannot have reached: no motion leads there, and both sides count for themselves.
+#[test]
+fn positions_that_no_joint_can_reach_tip_nothing() {
+    const BEGIN_NS: i64 = 1_780_000_000 * S;
+    let folder = TempDir::new().unwrap();
+    let sound = analyzed(&data("tiny.mcap"), &data("tiny.toml")).2;
+    let least = |summary: &Value| -> Vec<f64> {
+        let wheels = summary["wheels"].as_object().unwrap().values();
+        wheels
+            .map(|wheel| wheel["least_load_n"].as_f64().unwrap())
+            .collect()
+    };
+    let lift = |joints: &Joints| joints.names.iter().position(|name| name == "lift").unwrap();
+    let cases: [(&str, f64, Change); 3] = [
+        ("first", 200.0, |at_ns, lift| {
+            *lift += if at_ns < 8 * MS { 0.9 } else { 0.0 };
+        }),
+        ("not read yet", 200.0, |at_ns, lift| {
+            *lift = if at_ns < S / 2 { 0.0 } else { *lift };
+        }),
+        // where it stays, it is as wrong as its zero
+        ("zero changed", 400.0, |at_ns, lift| {
+            *lift += if at_ns > 3 * S / 2 { 0.1 } else { 0.0 };
+        }),
+    ];
+    for (what, tolerance_n, change) in cases {
+        let log = with_joints(&folder, |mut joints| {
+            let (place, at_ns) = (lift(&joints), joints.stamp_ns - BEGIN_NS);
+            change(at_ns, &mut joints.numbers[0][place]);
+            vec![joints]
+        });
+        let (code, messages, summary) = analyzed(&log, &data("tiny.toml"));
+        assert_eq!(code, 0, "{what}: {messages}");
+        let events: Vec<&String> = summary["events"].as_object().unwrap().keys().collect();
+        assert_eq!(events, ["input_fault"], "{what}");
+        for (load, sound) in least(&summary).iter().zip(least(&sound)) {
+            assert!(*load > sound - tolerance_n, "{what}: {load} {sound}");
+        }
+    }
+}

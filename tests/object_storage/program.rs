@@ -151,7 +151,10 @@ fn inspect_recover_check_machine_and_screen_take_places_of_a_bucket() {
     let bytes = std::fs::read(data("tiny_lift.mcap")).unwrap();
     upload("commands", "2026/a.mcap", &bytes);
     // longer than the beginning and the end of a file that are read first: else it would be there as a whole
-    upload("commands", "2026/deep/cut.mcap", &bytes[..149_000]);
+    let long = image_log(&data("tiny_lift.mcap"), Some(Compression::Lz4));
+    let cut = &long[..long.len() * 3 / 4];
+    assert!(cut.len() > 160_000);
+    upload("commands", "2026/deep/cut.mcap", cut);
     let machine = data("tiny_lift.toml");
     let machine = machine.to_str().unwrap();
     let done = run(&server, &["inspect", "s3://commands/2026/a.mcap", "--json"]);

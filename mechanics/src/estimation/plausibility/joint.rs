@@ -39,8 +39,13 @@ pub(super) struct JointLimits {
 #[derive(Debug, Clone)]
 pub(super) struct JointWatch {
     pub(super) limits: JointLimits,
-    /// The last credible position.
-    good: Option<(i64, f64)>,
+    /// The last credible position, and whether another one agreed with it: the first one is as likely to be wrong.
+    good: Option<Held>,
+    is_confirmed: bool,
+    /// Where the joint is since it cannot have moved there.
+    jump: Option<Jump>,
+    /// Since when the position has been exactly zero without a break: as before the hardware is read.
+    zero_since_ns: Option<i64>,
     good_rate: Option<(i64, f64)>,
     /// Position and velocity of the last sample that was compared.
     last: Option<(i64, f64, f64)>,
@@ -52,6 +57,22 @@ pub(super) struct JointWatch {
     run: u32,
     run_since_ns: i64,
     agreement: Agreement,
+}
+
+/// Positions that the joint cannot have reached, each of which agrees with the one before.
+#[derive(Debug, Clone, Copy)]
+struct Jump {
+    since_ns: i64,
+    last: Held,
+}
+
+/// A sample of the joint.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    stamp_ns: i64,
+    position: f64,
+    /// NaN if it was not measured.
+    rate: f64,
 }
 
 /// Change of position compared with the integral of the velocity, over the last half second.
@@ -78,6 +99,9 @@ impl JointWatch {
         Self {
             limits,
             good: None,
+            is_confirmed: false,
+            jump: None,
+            zero_since_ns: None,
             good_rate: None,
             last: None,
             last_ns: None,
@@ -115,7 +139,12 @@ impl JointWatch {
         self.has_rates |= rate.is_finite();
         self.begin(stamp_ns, limits);
         self.check_range(stamp_ns, position, found);
-        let is_credible = self.check_step(stamp_ns, position, limits, found);
+        let here = Held {
+            stamp_ns,
+            position,
+            rate,
+        };
+        let is_credible = self.check_step(here, limits, found);
         let rate = if rate.is_finite() && self.check_rate(stamp_ns, rate, limits, found) {
             rate
         } else {
@@ -134,14 +163,20 @@ impl JointWatch {
         };
         let step_s = limits.elapsed_s(last_ns, stamp_ns);
         if step_s > limits.max_gap_s {
-            (self.good, self.good_rate, self.last) = (None, None, None);
-            self.agreement = Agreement {
-                quiet_ns: stamp_ns,
-                ..Agreement::default()
-            };
+            (self.good, self.jump) = (None, None);
+            self.forget_motion(stamp_ns);
         } else {
             self.period_s += 0.1 * (step_s - self.period_s);
         }
+    }
+
+    /// No motion leads to what follows.
+    fn forget_motion(&mut self, stamp_ns: i64) {
+        (self.good_rate, self.last) = (None, None);
+        self.agreement = Agreement {
+            quiet_ns: stamp_ns,
+            ..Agreement::default()
+        };
     }
 
     fn check_range(&self, stamp_ns: i64, position: f64, found: &mut Found<'_>) {
@@ -168,36 +203,87 @@ impl JointWatch {
 
     /// Checks whether the joint can have moved here since the last credible position. The angle of a wheel does not
     /// matter.
-    fn check_step(
-        &mut self,
-        stamp_ns: i64,
-        position: f64,
-        limits: &Limits,
-        found: &mut Found<'_>,
-    ) -> bool {
-        if !self.limits.spins_wheel
-            && let Some((good_ns, good)) = self.good
-        {
-            let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
-            let step = self.step(good, position).abs();
-            if step > self.limits.max_velocity * elapsed_s + 2.0 * POSITION_ALLOWANCE {
-                found(Notice {
-                    kind: FaultKind::ImpossibleRate,
-                    component: Component::Value,
-                    since_ns: stamp_ns,
-                    measure: step / elapsed_s,
-                    limit: self.limits.max_velocity,
-                    amount: Amount {
-                        value: step,
-                        rate: step / elapsed_s,
-                    },
-                    explanation: None,
+    ///
+    /// A first position that the next one contradicts is as doubtful as that one. Where the joint stays after a jump, it is
+    /// believed after longer than a gap, so that no motion leads there.
+    fn check_step(&mut self, here: Held, limits: &Limits, found: &mut Found<'_>) -> bool {
+        let Held {
+            stamp_ns, position, ..
+        } = here;
+        let Some(good) = self.good.filter(|_| !self.limits.spins_wheel) else {
+            (self.good, self.is_confirmed) = (Some(here), false);
+            self.zero_since_ns = (position == 0.0).then_some(stamp_ns);
+            return true;
+        };
+        let goes_on = (self.jump).filter(|jump| self.can_reach(jump.last, here, limits));
+        if goes_on.is_none() && self.can_reach(good, here, limits) {
+            (self.good, self.is_confirmed, self.jump) = (Some(here), true, None);
+            self.zero_since_ns = self.zero_since_ns.filter(|_| position == 0.0);
+            return true;
+        }
+        let elapsed_s = limits.elapsed_s(good.stamp_ns, stamp_ns).max(self.period_s);
+        let step = self.step(good.position, position).abs();
+        let limit = self.limits.max_velocity;
+        let mut notice = |since_ns: i64| {
+            found(Notice {
+                kind: FaultKind::ImpossibleRate,
+                component: Component::Value,
+                since_ns,
+                measure: step / elapsed_s,
+                limit,
+                amount: Amount {
+                    value: step,
+                    rate: step / elapsed_s,
+                },
+                explanation: None,
+            });
+        };
+        let jump_ns = goes_on.map_or(stamp_ns, |jump| jump.since_ns);
+        let stays = limits.elapsed_s(jump_ns, stamp_ns) > limits.max_gap_s;
+        match (self.is_confirmed, stays) {
+            (false, _) => {
+                notice(good.stamp_ns);
+                self.good = Some(here);
+            }
+            (true, false) => {
+                notice(stamp_ns);
+                self.jump = Some(Jump {
+                    since_ns: jump_ns,
+                    last: here,
                 });
-                return false;
+            }
+            (true, true) => {
+                notice(self.zero_since_ns.unwrap_or(jump_ns));
+                (self.good, self.jump, self.zero_since_ns) = (Some(here), None, None);
+                self.forget_motion(stamp_ns);
             }
         }
-        self.good = Some((stamp_ns, position));
-        true
+        false
+    }
+
+    /// Whether the joint can have moved like this: at its largest velocity, and within what the measured velocities before
+    /// and after leave between them,
+    /// ```text
+    ///     |dq - (r + r_before)/2 dt| <= a_max dt^2 / 4 + (tolerance + share |r|) dt
+    /// ```
+    /// An error of the velocities shows over many samples, a position that jumps in one.
+    fn can_reach(&self, from: Held, to: Held, limits: &Limits) -> bool {
+        let elapsed_s = limits
+            .elapsed_s(from.stamp_ns, to.stamp_ns)
+            .max(self.period_s);
+        let step = self.step(from.position, to.position);
+        let allowance = 2.0 * POSITION_ALLOWANCE;
+        if step.abs() > self.limits.max_velocity * elapsed_s + allowance {
+            return false;
+        }
+        let mean = 0.5 * (from.rate + to.rate);
+        let largest = from.rate.abs().max(to.rate.abs());
+        let tolerance = self.limits.rate_tolerance + limits.rate_tolerance_share * largest;
+        let between = 0.25 * self.limits.max_acceleration * elapsed_s * elapsed_s;
+        let is_apart =
+            (step - mean * elapsed_s).abs() > between + tolerance * elapsed_s + allowance;
+        // without velocities nothing is apart
+        !is_apart
     }
 
     fn check_rate(
@@ -287,6 +373,8 @@ impl JointWatch {
         }
         it.since_quiet += step - mean * dt;
         let is_frozen = self.run >= FEWEST_IDENTICAL;
+        // where it froze is no place from which it could reach another
+        self.is_confirmed &= !is_frozen;
         let since_ns = match is_frozen {
             true => it.quiet_ns.max(self.run_since_ns),
             false => it.quiet_ns,
@@ -329,5 +417,94 @@ impl JointWatch {
         } else {
             step
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: JointLimits = JointLimits {
+        range: None,
+        margin: 0.0,
+        max_velocity: 1.0,
+        max_acceleration: 100.0,
+        rate_tolerance: 0.1,
+        spins_wheel: false,
+        wraps: false,
+    };
+
+    /// From when to when (s) positions every 10 ms are in doubt, each with what its sample says of earlier ones.
+    fn doubted(position: impl Fn(usize) -> f64) -> Option<(f64, f64)> {
+        doubted_with(LIMITS, f64::NAN, position)
+    }
+
+    fn doubted_with(
+        limits: JointLimits,
+        rate: f64,
+        position: impl Fn(usize) -> f64,
+    ) -> Option<(f64, f64)> {
+        let mut watch = JointWatch::new(limits);
+        let mut span: Option<(f64, f64)> = None;
+        for sample in 0..200 {
+            let stamp_ns = sample as i64 * 10_000_000;
+            watch.check(
+                stamp_ns,
+                position(sample),
+                rate,
+                &Limits::OF_TESTS,
+                &mut |notice| {
+                    let [since_s, now_s] = [notice.since_ns, stamp_ns].map(|ns| ns as f64 * 1e-9);
+                    let first_s = span.map_or(since_s, |span| span.0.min(since_s));
+                    span = Some((first_s, now_s));
+                },
+            );
+        }
+        span
+    }
+
+    #[test]
+    fn a_first_position_that_the_next_ones_contradict_does_not_count() {
+        let found = doubted(|sample| if sample == 0 { 0.7 } else { 0.1 });
+        assert_eq!(found, Some((0.0, 0.01)));
+    }
+
+    #[test]
+    fn a_spike_is_left_out_and_what_surrounds_it_stays() {
+        let found = doubted(|sample| if (50..54).contains(&sample) { 0.9 } else { 0.1 });
+        assert_eq!(found, Some((0.5, 0.53)));
+    }
+
+    #[test]
+    fn after_a_jump_the_joint_is_believed_where_it_stays_and_no_motion_leads_there() {
+        let found = doubted(|sample| if sample < 50 { 0.1 } else { 0.35 });
+        let (first_s, last_s) = found.unwrap();
+        assert_eq!(first_s, 0.5);
+        let longest_gap_s = Limits::OF_TESTS.max_gap_s;
+        assert!(last_s - first_s > longest_gap_s && last_s - first_s < 1.1 * longest_gap_s);
+    }
+
+    #[test]
+    fn zeros_until_the_hardware_is_read_do_not_count() {
+        let (first_s, last_s) = doubted(|sample| if sample < 80 { 0.0 } else { 1.2 }).unwrap();
+        assert!(first_s == 0.0 && last_s < 1.1, "{first_s} {last_s}");
+    }
+
+    #[test]
+    fn a_jump_that_the_velocities_do_not_show_is_one_of_the_position() {
+        let jumps = |sample: usize| if sample < 50 { 0.1 } else { 0.16 };
+        let fast = JointLimits {
+            max_velocity: 20.0,
+            ..LIMITS
+        };
+        assert_eq!(doubted_with(fast, f64::NAN, jumps), None);
+        let (first_s, last_s) = doubted_with(fast, 0.0, jumps).unwrap();
+        assert!(first_s == 0.5 && last_s < 0.8, "{first_s} {last_s}");
+    }
+
+    #[test]
+    fn motion_at_the_largest_velocity_is_credible() {
+        assert_eq!(doubted(|sample| 0.01 * sample as f64), None);
+        assert_eq!(doubted(|_| 0.0), None);
     }
 }

@@ -51,7 +51,10 @@ impl FaultSpans {
                 .iter_mut()
                 .find(|span| is_same_fault(&span.worst, finding));
             match known {
-                Some(span) => span.extend(finding),
+                Some(span) => {
+                    span.start_ns = span.start_ns.min(finding.since_ns);
+                    span.extend(finding);
+                }
                 None => self.open.push(FaultSpan {
                     worst: *finding,
                     start_ns: finding.since_ns,

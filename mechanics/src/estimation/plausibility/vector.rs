@@ -12,7 +12,9 @@ pub(super) struct VectorWatch {
     max: f64,
     /// Fastest change (per second) and its allowance.
     slew: Option<Slew>,
+    /// The last credible value, and whether another one agreed with it: the first one is as likely to be wrong.
     good: Option<(i64, [f64; 3])>,
+    is_confirmed: bool,
     period_s: f64,
     last_ns: Option<i64>,
     freeze: Freeze,
@@ -32,6 +34,7 @@ impl VectorWatch {
             max,
             slew,
             good: None,
+            is_confirmed: false,
             period_s: 0.0,
             last_ns: None,
             freeze: Freeze::new(),
@@ -81,10 +84,14 @@ impl VectorWatch {
             let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
             let change = length_between(good, [x, y, z]);
             if change > slew.per_second * elapsed_s + slew.allowance {
+                let since_ns = if self.is_confirmed { stamp_ns } else { good_ns };
+                if !self.is_confirmed {
+                    self.good = Some((stamp_ns, [x, y, z]));
+                }
                 found(Notice {
                     kind: FaultKind::ImpossibleRate,
                     component: Component::Value,
-                    since_ns: stamp_ns,
+                    since_ns,
                     measure: change / elapsed_s,
                     limit: slew.per_second,
                     amount: Amount {
@@ -96,6 +103,7 @@ impl VectorWatch {
                 return false;
             }
         }
+        self.is_confirmed = self.good.is_some();
         self.good = Some((stamp_ns, [x, y, z]));
         if let Some(notice) = self
             .freeze
