@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::estimation::plausibility::Excitation;
 use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
-use tipwatch_mechanics::state::Sensor;
+use tipwatch_mechanics::state::{Reason, Sensor};
 use tipwatch_mechanics::{Quantity, State};
 
 use super::clock::{self, ClockOffsets, text::TopicsFinding};
@@ -68,7 +68,10 @@ impl Seen {
                 continue;
             }
             rows.states.get(row, &mut state);
-            self.mounting.take(machine, &state);
+            // a machine on its side stands on no plane through its contacts
+            if !rows.reasons[row].has(Reason::SupportsUnknown) {
+                self.mounting.take(machine, &state);
+            }
             self.excitation.take(rows.times_ns[row], &state);
             if !rows.is_valid(row) {
                 continue;

@@ -179,7 +179,10 @@ fn describe_fields(topic: &TopicInspection, text: &mut String) {
         let is_zero = |of: &FieldContents| of.first == Some(0.0) && of.last == Some(0.0);
         match fields {
             [first, .., last] if fields.iter().all(is_zero) => {
-                vec![format!("{} to {}: all zero", first.field, last.field)]
+                vec![format!(
+                    "{} to {}: zero in the first and the last message",
+                    first.field, last.field
+                )]
             }
             _ => fields.iter().map(described).collect(),
         }

@@ -244,6 +244,7 @@ impl JointWatch {
             (false, _) => {
                 notice(good.stamp_ns);
                 self.good = Some(here);
+                self.forget_motion(stamp_ns);
             }
             (true, false) => {
                 notice(stamp_ns);

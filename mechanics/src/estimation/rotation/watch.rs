@@ -35,7 +35,7 @@ const DRIVEN: f64 = 30.0 * DEGREE;
 const REST_RATE: f64 = 3.0 * DEGREE;
 const REST_NS: i64 = 200_000_000;
 /// Rotation from which a platform at rest lies on its side (rad).
-const ON_SIDE: f64 = 20.0 * DEGREE;
+const ON_SIDE: f64 = 40.0 * DEGREE;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Follows the rotation of a platform about the edges of its support polygon from raw samples, in order of arrival.
