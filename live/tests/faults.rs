@@ -420,7 +420,7 @@ fn foreign_source_or_machine_is_a_fault() {
 // requirement: TW-FAULT-16
 #[test]
 fn second_producer_is_rejected() {
-    let world = World::new("two");
+    let world = World::new("second");
     let node = world.join();
     let _first = Feed::new(&node, "forwarder6", RealTime);
     let replay = world.replay("forwarder6", &["--speed", "max"]).end();
