@@ -1,6 +1,7 @@
 //! Isolated worlds in shared memory, and the data of the tests.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use tipwatch_live::node::{LiveNode, ServiceAddress};
 
@@ -22,8 +23,11 @@ pub struct World {
 impl World {
     pub fn new(test: &str) -> Self {
         let state = tempfile::tempdir().unwrap();
+        // two tests may have one name
+        static WORLDS: AtomicUsize = AtomicUsize::new(0);
+        let world = WORLDS.fetch_add(1, Ordering::Relaxed);
         Self {
-            prefix: format!("tw{}{test}_", std::process::id()),
+            prefix: format!("tw{}_{world}{test}_", std::process::id()),
             state_folder: state.path().into(),
             state,
         }
