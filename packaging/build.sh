@@ -95,7 +95,7 @@ if want wheel; then
     install -D -m 755 "$target/tipwatch-live" "$scripts/tipwatch-live"
     strip --strip-unneeded "$scripts/tipwatch-live"
     maturin=${MATURIN:-maturin}
-    "$maturin" build --profile "$profile" --locked --manifest-path python/Cargo.toml --out "$work/wheels"
+    "$maturin" build --profile "$profile" --locked --manifest-path analyze/python/Cargo.toml --out "$work/wheels"
     packaging/wheel_with_files.py "$work"/wheels/*.whl "$out" --program "$scripts/tipwatch-live" \
         --licence LICENSE-MIT --licence LICENSE-APACHE --licence "$work/THIRD-PARTY.txt"
 fi

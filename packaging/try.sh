@@ -94,7 +94,7 @@ END
         clean ../venv/bin/mypy --strict typed.py
         echo 'tw.analyze(1)' >>typed.py
         if clean ../venv/bin/mypy --strict typed.py; then exit 1; fi
-        clean ../venv/bin/python -m pytest -q -p no:cacheprovider "$root/python/tests/engines/test_session.py"
+        clean ../venv/bin/python -m pytest -q -p no:cacheprovider "$root/analyze/python/tests/engines/test_session.py"
     fi
     cd ..
 done

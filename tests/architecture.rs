@@ -25,7 +25,7 @@ struct Rule {
 
 const RULES: [Rule; 14] = [
     Rule {
-        folder: "allocator",
+        folder: "packaging/allocator",
         crates: &[],
         floors: &[],
     },
@@ -46,11 +46,10 @@ const RULES: [Rule; 14] = [
             "evaluate",
             "prediction",
             "studies",
-            "commissioning",
         ],
     },
     Rule {
-        folder: "suspension",
+        folder: "mechanics/suspension",
         crates: &["tipwatch_mechanics"],
         floors: &[
             "error",
@@ -67,12 +66,12 @@ const RULES: [Rule; 14] = [
         ],
     },
     Rule {
-        folder: "identification",
+        folder: "calibration",
         crates: &["tipwatch_mechanics"],
-        floors: &[],
+        floors: &["commissioning", "identification"],
     },
     Rule {
-        folder: "can",
+        folder: "ingest/can",
         crates: &[],
         floors: &[
             "bits",
@@ -88,7 +87,7 @@ const RULES: [Rule; 14] = [
         ],
     },
     Rule {
-        folder: "storage",
+        folder: "ingest/storage",
         crates: &[],
         floors: &[
             "redact",
@@ -122,12 +121,17 @@ const RULES: [Rule; 14] = [
         ],
     },
     Rule {
-        folder: "binding",
-        crates: &["tipwatch_can", "tipwatch_ingest", "tipwatch_mechanics"],
+        folder: "ingest/binding",
+        crates: &[
+            "tipwatch_calibration",
+            "tipwatch_can",
+            "tipwatch_ingest",
+            "tipwatch_mechanics",
+        ],
         floors: &[],
     },
     Rule {
-        folder: "datasheet",
+        folder: "analyze/datasheet",
         crates: &["tipwatch_mechanics"],
         floors: &[
             "error", "quantity", "prior", "sheet", "body", "weights", "output", "dialogue",
@@ -140,7 +144,7 @@ const RULES: [Rule; 14] = [
             "tipwatch_binding",
             "tipwatch_can",
             "tipwatch_datasheet",
-            "tipwatch_identification",
+            "tipwatch_calibration",
             "tipwatch_ingest",
             "tipwatch_mechanics",
             "tipwatch_storage",
@@ -167,6 +171,7 @@ const RULES: [Rule; 14] = [
         folder: "live",
         crates: &[
             "tipwatch_binding",
+            "tipwatch_calibration",
             "tipwatch_can",
             "tipwatch_ingest",
             "tipwatch_mechanics",
@@ -195,7 +200,7 @@ const RULES: [Rule; 14] = [
         floors: &["bill", "third_party", "pages"],
     },
     Rule {
-        folder: "python",
+        folder: "analyze/python",
         crates: &[
             "tipwatch_allocator",
             "tipwatch_analyze",
@@ -220,7 +225,7 @@ const RULES: [Rule; 14] = [
         ],
     },
     Rule {
-        folder: "benchmarks",
+        folder: "tests/benchmarks",
         crates: &[],
         floors: &["processors", "figure", "table", "attempts"],
     },
@@ -339,7 +344,7 @@ fn crates_use_only_those_below_them() {
 #[test]
 fn mechanics_never_names_the_suspension_crate() {
     let mut complaints = Vec::new();
-    for file in files(&tree().join("mechanics")) {
+    for file in files(&tree().join("mechanics/src")) {
         let text = std::fs::read_to_string(&file).unwrap_or_default();
         if text.contains("tipwatch_suspension") || text.contains("tipwatch-suspension") {
             complaints.push(format!(

@@ -11,9 +11,9 @@ mod program;
 #[path = "object_storage/reading.rs"]
 mod reading;
 // shared with the tests of the crate that talks to them
-#[path = "../storage/tests/clouds/mod.rs"]
+#[path = "../ingest/storage/tests/clouds/mod.rs"]
 mod clouds;
-#[path = "../storage/tests/server/mod.rs"]
+#[path = "../ingest/storage/tests/server/mod.rs"]
 mod server;
 
 use std::ops::ControlFlow;

@@ -5,10 +5,10 @@ use std::process::Command;
 
 use tipwatch_tests::python_package;
 
-/// Runs the tests in a file or folder of `python/tests`, without those in a folder that others run.
+/// Runs the tests in a file or folder of `analyze/python/tests`, without those in a folder that others run.
 fn pytest(tests: &str, without: Option<&str>) {
     let python = std::env::var("TIPWATCH_PYTHON").unwrap_or("python3".into());
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../python/tests");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../analyze/python/tests");
     let mut pytest = Command::new(&python);
     pytest.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]);
     pytest

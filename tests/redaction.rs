@@ -207,12 +207,12 @@ fn one_function_reads_the_arguments_of_all_programs() {
         }
     }
     let folders = [
-        "storage",
+        "ingest/storage",
         "ingest",
-        "binding",
+        "ingest/binding",
         "analyze",
+        "analyze/python",
         "live",
-        "python",
         "packaging",
     ];
     let mut readers = Vec::new();
@@ -303,7 +303,7 @@ fn places_come_from_python_by_one_type() {
         }
     }
     let mut found = Found::default();
-    for (_, file) in sources(&root().join("python/src")) {
+    for (_, file) in sources(&root().join("analyze/python/src")) {
         found.visit_file(&file);
     }
     assert!(found.functions > 30, "{} functions", found.functions);

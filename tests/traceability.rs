@@ -24,23 +24,14 @@ use tags::{Tag, tags};
 const MATRIX: &str = "book/src/reference/traceability.md";
 
 /// Folders with tests.
-const SOURCES: [&str; 16] = [
+const SOURCES: [&str; 7] = [
     "analyze",
-    "binding",
-    "can",
-    "datasheet",
-    "identification",
+    "calibration",
     "ingest",
     "live",
     "mechanics",
-    "models",
-    "storage",
-    "suspension",
-    "tests",
-    "python/src",
-    "python/tests",
     "packaging",
-    "benchmarks",
+    "tests",
 ];
 
 /// The repository.

@@ -16,7 +16,7 @@ use super::support::{command, data, stderr, text};
 const PARTS: &str = "100";
 
 fn deploy() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../packaging/deploy")
 }
 
 fn yaml(name: &str) -> Yaml {

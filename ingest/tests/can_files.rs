@@ -9,7 +9,7 @@ use crate::support::TempLog;
 
 fn fixture(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../can/tests/data")
+        .join("can/tests/data")
         .join(name)
 }
 

@@ -46,7 +46,7 @@ fn within(messages: &[RecordedMessage], start_ns: i64, end_ns: i64) -> Vec<Recor
 #[test]
 fn every_format_gives_the_messages_of_the_span() {
     let recorded = joint_messages(0, 200);
-    let can = Path::new(env!("CARGO_MANIFEST_DIR")).join("../can/tests/data/mixed.log");
+    let can = Path::new(env!("CARGO_MANIFEST_DIR")).join("can/tests/data/mixed.log");
     let mut table = String::from("time_s,angle,speed\n");
     for row in 0..200 {
         let time = 1_700_000_000.0 + f64::from(row) * 0.01;

@@ -353,7 +353,7 @@ fn rosbag2_databases() {
 
 #[test]
 fn can_containers() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../can/tests/data");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("can/tests/data");
     let names = [
         "mixed.log",
         "mixed.asc",

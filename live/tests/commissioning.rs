@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 use tipwatch_binding::{Commissioning, MachineFile};
-use tipwatch_mechanics::commissioning::Status;
+use tipwatch_calibration::commissioning::Status;
 
 use crate::support::{World, data};
 

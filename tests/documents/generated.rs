@@ -144,14 +144,17 @@ fn tree() -> String {
     let mut map = String::new();
     for name in [
         "mechanics",
-        "suspension",
+        "mechanics/suspension",
+        "calibration",
         "ingest",
-        "binding",
-        "datasheet",
+        "ingest/can",
+        "ingest/storage",
+        "ingest/binding",
         "analyze",
+        "analyze/datasheet",
         "live",
         "packaging",
-        "benchmarks",
+        "tests/benchmarks",
     ] {
         let source = root().join(name).join("src");
         let Some(purpose) = first_sentence(&source.join("lib.rs")) else {

@@ -24,7 +24,7 @@ pub fn python_package() -> &'static Path {
         let built = test.ancestors().nth(2).expect("the folder of the build");
         let folder = built.join("python-package");
         let package = folder.join("tipwatch");
-        copy(&root.join("python/tipwatch"), &package);
+        copy(&root.join("analyze/python/tipwatch"), &package);
         let library = built.join(format!("lib_tipwatch{}", std::env::consts::DLL_SUFFIX));
         let module = package.join("_tipwatch.abi3.so");
         // another process may have it loaded: replaced, not written over

@@ -6,7 +6,7 @@ use std::process::Command;
 use anyhow::{Context, Result};
 use clap::Args;
 use tipwatch_binding::commissioning_text;
-use tipwatch_mechanics::commissioning::{Assessment, Status};
+use tipwatch_calibration::commissioning::{Assessment, Status};
 
 use super::exit::{Exit, Terminal, Usage};
 use super::machine_file::InertiaArgs;

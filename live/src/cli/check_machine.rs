@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::Args;
-use tipwatch_mechanics::commissioning::Status;
+use tipwatch_calibration::commissioning::Status;
 
 use super::arguments::{MachineArgs, ServiceArgs};
 use super::exit::{CONTRADICTED, LOST, OPEN};

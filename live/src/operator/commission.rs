@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use tipwatch_binding::{
     Commissioning, CommissioningSource, MachineFile, Urdf, commissioning_text, sha256,
 };
-use tipwatch_mechanics::commissioning::{Answers, Assessment, Recording, Status, assess};
+use tipwatch_calibration::commissioning::{Answers, Assessment, Recording, Status, assess};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Sensors;
 

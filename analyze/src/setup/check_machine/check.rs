@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, ensure};
 use tipwatch_binding::MachineFile;
-use tipwatch_identification::{Data, agreement};
+use tipwatch_calibration::identification::{Data, agreement};
 use tipwatch_mechanics::machine::{Machine, Wheel};
 use tipwatch_mechanics::{MassShare, RestingMachine};
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use tipwatch_binding::{Commissioning, CommissioningSource, MachineFile, Urdf, sha256};
-use tipwatch_mechanics::commissioning::{Answers, Assessment, Recording, assess};
+use tipwatch_calibration::commissioning::{Answers, Assessment, Recording, assess};
 
 use crate::base::file_hash::{FileHash, hash_log};
 use crate::load::load;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use tipwatch_identification::{ChannelError, Combination, Knowledge};
+use tipwatch_calibration::identification::{ChannelError, Combination, Knowledge};
 
 use super::document::correlations;
 use super::run::Identified;
@@ -130,7 +130,7 @@ fn bands(out: &mut String, found: &Identified) -> std::fmt::Result {
 
 fn estimates(out: &mut String, found: &Identified) -> std::fmt::Result {
     let result = &found.result;
-    let told = |knowledge| move |e: &&tipwatch_identification::Estimate| e.knowledge == knowledge;
+    let told = |knowledge| move |e: &&tipwatch_calibration::identification::Estimate| e.knowledge == knowledge;
     let clear = result.estimates.iter().filter(told(Knowledge::Told));
     let partly = result.estimates.iter().filter(told(Knowledge::Partly));
     writeln!(

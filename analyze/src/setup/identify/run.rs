@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
-use tipwatch_identification::{
+use tipwatch_calibration::identification::{
     Agreement, BandCheck, Data, Disagreement, HeldBack, Identification, agreement,
 };
 use tipwatch_mechanics::machine::Machine;
@@ -188,7 +188,7 @@ pub fn identify(file: &MachineFile, request: &Request) -> Result<Identified> {
                 .into(),
         );
     }
-    let mut result = tipwatch_identification::identify(&machine, earlier.as_ref(), &data)
+    let mut result = tipwatch_calibration::identification::identify(&machine, earlier.as_ref(), &data)
         .with_context(|| format!("{}: nothing to identify from", file.path.display()))?;
     result.identified.sigma_factor = request.sigma_factor;
     Ok(Identified {

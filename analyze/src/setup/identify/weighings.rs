@@ -1,6 +1,6 @@
 //! The weighings of the machine file as data.
 
-use tipwatch_identification::{
+use tipwatch_calibration::identification::{
     Channel, Data, Instant, Measured, Reading, Situation, Source, calculated_sums,
 };
 use tipwatch_mechanics::machine::{Machine, SupportId, WeighedPosture, WeighedSpec};

@@ -1,0 +1,139 @@
+//! The analyses of a fleet as tasks of an engine: what driver and workers call (`analyze/python/tipwatch/_engines`).
+
+use std::ffi::OsString;
+use std::path::{PathBuf, absolute};
+
+use anyhow::{Context, anyhow, bail};
+use pyo3::prelude::*;
+use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::screen::{
+    FailureKind, Fleet as Machines, Gate, Gathering, Task, TaskResult, gather, logs_of,
+};
+use tipwatch_binding::MachineFile;
+
+use super::fleet::Fleet;
+use crate::call::error::exception;
+use crate::call::options::options;
+use crate::call::place::{Place, paths};
+
+/// The analyses of a fleet with one record per log, for engines that run each log as a task.
+#[pyclass(frozen, module = "tipwatch")]
+pub(crate) struct FleetTask {
+    records: PathBuf,
+    /// The fleet file, or the machine file of all logs.
+    file: PathBuf,
+    machines: Machines,
+    options: Options,
+}
+
+#[pymethods]
+impl FleetTask {
+    #[new]
+    #[pyo3(signature = (records, *, machine=None, fleet=None, rate=None, estimator=None, model=None))]
+    fn new(
+        records: Place,
+        machine: Option<Place>,
+        fleet: Option<Place>,
+        rate: Option<f64>,
+        estimator: Option<&str>,
+        model: Option<&str>,
+    ) -> PyResult<Self> {
+        let read = || {
+            let (machines, file) = match (machine, fleet) {
+                (Some(file), None) => (Machines::of_one(MachineFile::read(&file)?), file),
+                (None, Some(file)) => (Machines::read(&file)?, file),
+                _ => bail!("expected either machine or fleet"),
+            };
+            Ok(Self {
+                records: records.into_path(),
+                file: file.into_path(),
+                machines,
+                options: options(rate, None, None, estimator, model)?,
+            })
+        };
+        read().map_err(|error| exception(&error))
+    }
+
+    /// Absolute paths of the files that a worker needs besides the logs.
+    fn files(&self) -> PyResult<Vec<PathBuf>> {
+        let mut files = self.machines.files();
+        files.insert(0, self.file.clone());
+        let files = files.iter().map(|file| {
+            absolute(file).with_context(|| format!("{}: not a valid path", file.display()))
+        });
+        let mut files: Vec<PathBuf> = files
+            .collect::<Result<_, _>>()
+            .map_err(|error| exception(&error))?;
+        files.sort();
+        files.dedup();
+        Ok(files)
+    }
+
+    /// The logs, each with the estimated memory of its analysis (bytes), the largest first.
+    fn logs(&self, py: Python<'_>, logs: Vec<Place>) -> PyResult<Vec<(OsString, u64)>> {
+        let logs = paths(logs);
+        let found = py.detach(|| logs_of(&logs, &self.records));
+        let found = found.map_err(|error| exception(&error))?.into_iter();
+        // a path object would not keep the two slashes of a URL
+        Ok(found.map(|(log, bytes)| (log.into(), bytes)).collect())
+    }
+
+    /// Number of logs that have a record.
+    fn records(&self, py: Python<'_>) -> PyResult<usize> {
+        let records = py.detach(|| self.task().records());
+        records.map_err(|error| exception(&error))
+    }
+
+    /// Analyses a log and writes its record; returns kind and reason of its failure, if it failed.
+    fn run(&self, py: Python<'_>, log: Place) -> PyResult<Option<(String, String)>> {
+        let ran = py.detach(|| self.task().run(&log, &self.machines));
+        let TaskResult { failure, .. } = ran.map_err(|error| exception(&error))?;
+        Ok(failure.map(|(kind, reason)| (kind.to_string(), reason)))
+    }
+
+    /// Writes the failure of a log whose worker could not write one.
+    fn fail(&self, py: Python<'_>, log: Place, kind: &str, reason: &str) -> PyResult<()> {
+        let fail = || {
+            let kind: FailureKind = kind
+                .parse()
+                .map_err(|_| anyhow!("expected a kind of failure, found \"{kind}\""))?;
+            self.task().fail(&log, kind, reason)
+        };
+        py.detach(fail).map_err(|error| exception(&error))
+    }
+
+    /// Builds data set and page; logs without a record are in it as failed.
+    fn gather(
+        &self,
+        py: Python<'_>,
+        out: Place,
+        logs: Vec<Place>,
+        min_valid: f64,
+    ) -> PyResult<Fleet> {
+        let (out, logs) = (out.into_path(), paths(logs));
+        let gathered = py.detach(|| {
+            let asked = Gathering {
+                records: &self.records,
+                out: &out,
+                logs: &logs,
+                options: self.options,
+            };
+            let gate = Gate {
+                policy: None,
+                min_valid,
+            };
+            gather(&asked, gate, &|_| {})
+        });
+        let fleet = gathered.and_then(|found| Fleet::of(out, found));
+        fleet.map_err(|error| exception(&error))
+    }
+}
+
+impl FleetTask {
+    fn task(&self) -> Task<'_> {
+        Task {
+            records: &self.records,
+            options: self.options,
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! Wheels and steering compared with the travel of the machine.
+//!
+//! A wheel with the rolling direction t at p turns by
+//! ```text
+//!     R omega = b1 (t . v) + b2 (t . (w x p)),        b1 = b2 = 1
+//! ```
+//! b1 is its sign and scale. b2 shows, in curves, on which side it is. The angle that a steering joint should have is
+//! that at which its wheels do not slip sideways.
+
+use nalgebra::Vector3;
+
+use super::estimate::{Estimate, Relation};
+use super::least_squares::Equations;
+use super::roles::{Role, Roles};
+use super::signals::View;
+use super::travel::{Travel, WheelColumns};
+use tipwatch_mechanics::machine::Machine;
+
+/// Speed below which a wheel's direction of travel is uncertain (m/s).
+const SLOW: f64 = 0.25;
+
+/// Least standard deviation of a wheel's speed and of its part by a curve (m/s), and of a steering angle (rad).
+const ROLLS: f64 = 0.1;
+const TURNS: f64 = 0.06;
+const STEERS: f64 = 0.05;
+/// Least standard deviation of the difference of two wheels' paths that shows their order (m/s).
+const PARTS: f64 = 0.008;
+/// Wheels of one side are no farther apart across (m).
+const ONE_SIDE: f64 = 0.1;
+/// Yaw rate of a curve (rad/s), and the fewest bins of curves.
+const CURVE: f64 = 0.15;
+const FEWEST: usize = 20;
+
+/// The wheels' rotation.
+pub(super) fn wheels(view: &View, travel: &Travel, skids: bool) -> Vec<Estimate> {
+    let mut found = Vec::new();
+    for wheel in &travel.wheels {
+        let mut equations = Equations::new(2).excited(0, ROLLS).excited(1, TURNS);
+        for k in (0..view.bins).filter(|&k| view.is_upright[k]) {
+            let along = wheel.along[k];
+            let turned = Vector3::z().cross(&wheel.centre[k]) * view.turning[k].z;
+            equations.add(
+                &[along.dot(&travel.velocity[k]), along.dot(&turned)],
+                wheel.speed[k],
+            );
+        }
+        let solution = equations.solve();
+        let straight = solution.as_ref().map(|s| (s.values[0], s.sigmas[0]));
+        let straight = straight.or_else(|| along_alone(view, travel, wheel));
+        if let Some((value, sigma)) = straight {
+            found.push(Estimate {
+                relation: Relation::Wheel(wheel.joint),
+                value,
+                sigma,
+                expected: 1.0,
+                tolerance: 0.2,
+                wrong: 0.4,
+            });
+        }
+        found.extend(in_curves(view, travel, wheel).filter(|_| !skids));
+        if let Some(solution) = solution {
+            // Wheels that slip sideways turn more than the curve needs: only the sign tells.
+            let value = solution.values[1];
+            let value = if skids { value.clamp(-1.0, 1.0) } else { value };
+            let [tolerance, wrong] = if skids { [0.8, 1.2] } else { [0.25, 0.5] };
+            found.push(Estimate {
+                relation: Relation::WheelSide(wheel.joint),
+                value,
+                sigma: solution.sigmas[1],
+                expected: 1.0,
+                tolerance,
+                wrong,
+            });
+        }
+    }
+    found
+}
+
+/// Wheels of one side whose paths differ in curves: which of them rolls faster.
+///
+/// ```text
+///     s_a - s_b = b d + c (s_a + s_b) / 2,    d: the same difference by the paths of the wheels
+/// ```
+/// b is 1, and -1 if the two are exchanged. c is what their radii are off by.
+pub(super) fn order(view: &View, travel: &Travel) -> Vec<Estimate> {
+    let mut found = Vec::new();
+    for (place, a) in travel.wheels.iter().enumerate() {
+        for b in &travel.wheels[place + 1..] {
+            let mut equations = Equations::new(2).excited(0, PARTS);
+            for k in (0..view.bins).filter(|&k| view.is_upright[k]) {
+                if (a.centre[k].y - b.centre[k].y).abs() > ONE_SIDE {
+                    continue;
+                }
+                let path = |wheel: &WheelColumns| {
+                    let turned = Vector3::z().cross(&wheel.centre[k]) * view.turning[k].z;
+                    wheel.along[k].dot(&(travel.velocity[k] + turned))
+                };
+                let mean = 0.5 * (a.speed[k] + b.speed[k]);
+                equations.add(&[path(a) - path(b), mean], a.speed[k] - b.speed[k]);
+            }
+            if let Some(solution) = equations.solve() {
+                found.push(Estimate {
+                    relation: Relation::WheelOrder(a.joint, b.joint),
+                    value: solution.values[0],
+                    sigma: solution.sigmas[0],
+                    expected: 1.0,
+                    tolerance: 0.6,
+                    wrong: 1.0,
+                });
+            }
+        }
+    }
+    found
+}
+
+/// How far its speed is off that of its path in curves.
+fn in_curves(view: &View, travel: &Travel, wheel: &WheelColumns) -> Option<Estimate> {
+    let turns = (0..view.bins).filter(|&k| view.is_upright[k] && view.turning[k].z.abs() > CURVE);
+    let pairs = turns.map(|k| {
+        let turned = Vector3::z().cross(&wheel.centre[k]) * view.turning[k].z;
+        (
+            wheel.along[k].dot(&(travel.velocity[k] + turned)),
+            wheel.speed[k],
+        )
+    });
+    let pairs: Vec<(f64, f64)> = pairs
+        .filter(|(p, s)| p.is_finite() && s.is_finite())
+        .collect();
+    let size: f64 = pairs.iter().map(|(path, _)| path * path).sum();
+    let off: f64 = pairs
+        .iter()
+        .map(|(path, speed)| (speed - path).powi(2))
+        .sum();
+    (pairs.len() >= FEWEST && size > ROLLS * ROLLS * pairs.len() as f64).then(|| Estimate {
+        relation: Relation::WheelCurve(wheel.joint),
+        value: (off / size).sqrt(),
+        sigma: 0.01,
+        expected: 0.0,
+        tolerance: 0.12,
+        wrong: 0.25,
+    })
+}
+
+/// b1 without any curve.
+fn along_alone(view: &View, travel: &Travel, wheel: &WheelColumns) -> Option<(f64, f64)> {
+    let mut equations = Equations::new(1).excited(0, ROLLS);
+    for k in (0..view.bins).filter(|&k| view.is_upright[k]) {
+        equations.add(&[wheel.along[k].dot(&travel.velocity[k])], wheel.speed[k]);
+    }
+    let solution = equations.solve()?;
+    Some((solution.values[0], solution.sigmas[0]))
+}
+
+/// The steering joints' angles.
+pub(super) fn steering(
+    machine: &Machine,
+    roles: &Roles,
+    view: &View,
+    travel: &Travel,
+) -> Vec<Estimate> {
+    let mut found = Vec::new();
+    for joint in roles.joints(|role| matches!(role, Role::Steer { .. })) {
+        let Role::Steer { wheels, sign } = roles.of(joint) else {
+            continue;
+        };
+        let is_steered = |columns: &&WheelColumns| {
+            machine.joints[columns.joint]
+                .spins_wheel
+                .is_some_and(|wheel| wheels.contains(&wheel))
+        };
+        let Some(wheel) = travel.wheels.iter().find(is_steered) else {
+            continue;
+        };
+        let mut equations = Equations::new(2).excited(0, STEERS);
+        let mut squares = [0.0, 0.0];
+        for k in (0..view.bins).filter(|&k| view.is_upright[k]) {
+            let velocity =
+                travel.velocity[k] + Vector3::z().cross(&wheel.centre[k]) * view.turning[k].z;
+            if velocity.xy().norm() < SLOW {
+                continue;
+            }
+            let along = wheel.along[k];
+            // Steering angles stay below 90 degrees.
+            let velocity = velocity * travel.velocity[k].x.signum();
+            let off = (along.x * velocity.y - along.y * velocity.x).atan2(along.dot(&velocity));
+            let angle = view.joints[joint].position[k];
+            equations.add(&[angle + sign * off, 1.0], angle);
+            if off.is_finite() && angle.is_finite() {
+                squares[0] += off * off;
+                squares[1] += (angle + sign * off).powi(2);
+            }
+        }
+        if let Some(solution) = equations.solve() {
+            found.push(Estimate {
+                relation: Relation::Steer(joint),
+                value: solution.values[0],
+                sigma: solution.sigmas[0],
+                expected: 1.0,
+                tolerance: 0.15,
+                wrong: 0.25,
+            });
+            found.push(Estimate {
+                relation: Relation::SteerOff(joint),
+                value: (squares[0] / squares[1]).sqrt(),
+                sigma: 0.01,
+                expected: 0.0,
+                tolerance: 0.15,
+                wrong: 0.3,
+            });
+        }
+    }
+    found
+}

@@ -1,0 +1,268 @@
+//! Whether readings of loads lie within the bands that the identified machine states, and how wide these must be.
+//!
+//! The band of a reading of n supports is that of their computed load and of the sensor together:
+//! ```text
+//!     s^2 = s_parameters^2 + n (m F / k)^2 + s_sensor^2
+//! ```
+//! with m the model share, F the normal force and k the number of supports on the ground. Where less than 95.4 % of the
+//! readings lie within 2 s, m is too small. It is then the one at which these many do.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use tipwatch_mechanics::machine::{Identified, Machine};
+use tipwatch_mechanics::{
+    Scope, State, Workspace, combination_sigma, evaluate_one, resting_on_slope, resting_state,
+    self_equilibrated_loads,
+};
+
+use crate::identification::data::{Data, Instant, Measured, Situation};
+use crate::identification::model::{Changed, places};
+
+/// Share of a normal distribution within two standard deviations.
+const WITHIN: f64 = 0.954_499_736;
+/// Fewest readings by which the fit has not been chosen; with fewer, all are judged.
+const FEWEST: usize = 20;
+/// Length below which nothing is left of a reading beside the split, whose directions have the length one.
+const LEAST_BESIDE: f64 = 1e-6;
+
+/// Readings of loads against the bands of the identified machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BandCheck {
+    /// Number of readings: those that were held back, all if these are few.
+    pub readings: usize,
+    /// Share of them within two standard deviations, by the stated model share.
+    pub inside_two_sigma: f64,
+    /// Residuals are this many times as large as stated: twice this many standard deviations hold 95.4 % of what each reading
+    /// shows beside the split between the diagonals, which is open. 0 if all that is read is that split.
+    pub excess: f64,
+    /// The stated model share.
+    pub stated_share: f64,
+    /// The model share at which two standard deviations hold 95.4 % of the readings; at least the stated one.
+    pub model_share: f64,
+}
+
+/// A reading of a load.
+struct Judged {
+    residual: f64,
+    /// Variance by parameters, slope and sensor (N^2).
+    variance: f64,
+    /// What a model share of one adds to the variance (N^2).
+    per_share: f64,
+    /// What the open split leaves of the residual, in standard deviations; `None` if nothing.
+    beside_split: Option<f64>,
+}
+
+impl BandCheck {
+    /// Judges the readings by `machine`, which is without identified parameters; `None` without a load to judge.
+    pub(crate) fn of(
+        machine: &Machine,
+        identified: &Identified,
+        [fitted, held]: [&Data; 2],
+    ) -> Option<Self> {
+        let stated_share = machine.uncertainty().model_share;
+        let mut uncertainty = *machine.uncertainty();
+        uncertainty.model_share = 0.0;
+        let known = (machine.clone())
+            .with_uncertainty(uncertainty)
+            .with_identified(identified.clone());
+        let mut judged = judged(machine, &known, identified, held);
+        if judged.len() < FEWEST {
+            judged.extend(self::judged(machine, &known, identified, fitted));
+        }
+        let count = judged.len();
+        if count == 0 {
+            return None;
+        }
+        let variance = |of: &Judged| of.variance + stated_share.powi(2) * of.per_share;
+        let outside = judged.iter();
+        let outside = outside.filter(|of| of.residual.powi(2) > 4.0 * variance(of));
+        let outside = outside.count() as f64;
+        let beside_split = judged.iter().filter_map(|of| of.beside_split);
+        let beside_split: Vec<f64> = beside_split.collect();
+        let needed = judged.iter().map(|of| {
+            let missing = 0.25 * of.residual.powi(2) - of.variance;
+            (missing.max(0.0) / of.per_share).sqrt()
+        });
+        // chance puts some outside
+        let expected = (1.0 - WITHIN) * count as f64;
+        let is_narrow = outside > expected + 2.0 * expected.sqrt() + 1.0;
+        Some(Self {
+            readings: count,
+            inside_two_sigma: 1.0 - outside / count as f64,
+            excess: match beside_split.is_empty() {
+                true => 0.0,
+                false => 0.5 * at_share(beside_split),
+            },
+            stated_share,
+            model_share: match is_narrow {
+                true => at_share(needed.collect()).max(stated_share),
+                false => stated_share,
+            },
+        })
+    }
+}
+
+/// The value that [`WITHIN`] of all do not exceed.
+fn at_share(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let place = (WITHIN * values.len() as f64).ceil() as usize;
+    values[place.clamp(1, values.len()) - 1]
+}
+
+/// The readings of loads whose bands are known.
+fn judged(machine: &Machine, known: &Machine, identified: &Identified, data: &Data) -> Vec<Judged> {
+    let stated_share = machine.uncertainty().model_share;
+    let sets = data.sets();
+    let changed = Changed::new(machine, &sets, &identified.unknowns, &identified.change);
+    let on_sets: Vec<Machine> = (sets.iter())
+        .filter_map(|set| known.standing_on(set).ok())
+        .collect();
+    let instants: Vec<&Instant> = (data.sources.iter())
+        .flat_map(|source| &source.instants)
+        .filter(|instant| instant.readings.iter().any(|r| r.what.is_load()))
+        .collect();
+    let of = instants.par_iter().flat_map_iter(|instant| {
+        let on = on_sets
+            .iter()
+            .find(|on| *on.stands_on() == *instant.supports);
+        on.map_or(Vec::new(), |on| {
+            of_instant(&changed, on, stated_share, data, instant)
+        })
+    });
+    of.collect()
+}
+
+fn of_instant(
+    changed: &Changed,
+    known: &Machine,
+    stated_share: f64,
+    data: &Data,
+    instant: &Instant,
+) -> Vec<Judged> {
+    let (machine, state) = placed(changed, known, instant);
+    let scope = Scope {
+        sensitivities: true,
+        ..Scope::LOADS
+    };
+    let mut workspace = Workspace::with_scope(&machine, scope);
+    let outcome = evaluate_one(&machine, &state, &mut workspace);
+    let normal_force = outcome.normal_force;
+    // around a lifted wheel the band is that of its lift
+    if !outcome.load.iter().all(|load| *load > 0.0) {
+        return Vec::new();
+    }
+    let count = machine.wheels().len();
+    let predicted = changed.predict(instant, [0.0; 2]);
+    let by_slope = changed.by_slope(instant);
+    let readings = instant.readings.iter().enumerate();
+    let read = readings.filter_map(|(row, reading)| {
+        let Measured::Load { supports } = &reading.what else {
+            return None;
+        };
+        let mut factors = DVector::zeros(count);
+        places(&machine, supports).for_each(|place| factors[place] = 1.0);
+        let bias = data.channels[reading.channel].bias_sigma;
+        Some(Read {
+            residual: reading.value - predicted[row],
+            factors,
+            sensor: if bias > 0.0 { bias } else { reading.sigma },
+            by_slope: by_slope.iter().map(|by| by[row]).collect(),
+        })
+    });
+    let read: Vec<Read> = read
+        .filter(|read| read.residual.is_finite() && read.factors.sum() > 0.0)
+        .collect();
+    // Of a sum of readings: residual, variance without what the model leaves out, and what a share of one adds.
+    let sum = |weights: &DVector<f64>| {
+        let mut factors = DVector::zeros(count);
+        let mut by_slope = vec![0.0; by_slope.len()];
+        let (mut residual, mut of_sensors) = (0.0, 0.0);
+        for (read, &weight) in read.iter().zip(weights) {
+            factors += &read.factors * weight;
+            residual += read.residual * weight;
+            of_sensors += (read.sensor * weight).powi(2);
+            let pairs = by_slope.iter_mut().zip(&read.by_slope);
+            pairs.for_each(|(sum, by)| *sum += by * weight);
+        }
+        let of_parameters = combination_sigma(&machine, &state, &workspace, factors.as_slice());
+        let of_slope: f64 = by_slope.iter().map(|by| by * by).sum();
+        let per_share = factors.norm_squared() * (normal_force / count as f64).powi(2);
+        let variance = of_parameters.powi(2) + of_sensors + of_slope;
+        (residual, variance, per_share)
+    };
+    let beside = beside_split(&read, self_equilibrated_loads(&workspace));
+    let judged = (0..read.len()).map(|place| {
+        let mut alone = DVector::zeros(read.len());
+        alone[place] = 1.0;
+        let (residual, variance, per_share) = sum(&alone);
+        let weights = beside.column(place).into_owned();
+        let beside_split = (weights.norm() > LEAST_BESIDE).then(|| {
+            let (residual, variance, per_share) = sum(&weights);
+            residual.abs() / (variance + stated_share.powi(2) * per_share).sqrt()
+        });
+        Judged {
+            residual,
+            variance,
+            per_share,
+            beside_split: beside_split.filter(|ratio| ratio.is_finite()),
+        }
+    });
+    judged
+        .filter(|of| of.variance.is_finite() && of.per_share > 0.0)
+        .collect()
+}
+
+/// A load that was read.
+struct Read {
+    residual: f64,
+    /// By wheel, 1 if it is part of it.
+    factors: DVector<f64>,
+    /// Standard deviation of the sensor (N).
+    sensor: f64,
+    /// What one standard deviation of each slope does to it (N).
+    by_slope: Vec<f64>,
+}
+
+/// What is left of each reading, as a sum of all of an instant, without those that the split moves: the projection on what
+/// is orthogonal to them. One reading a column; it is symmetric.
+fn beside_split(read: &[Read], split: Vec<Vec<f64>>) -> DMatrix<f64> {
+    let mut left = DMatrix::identity(read.len(), read.len());
+    for direction in split {
+        let direction = DVector::from_vec(direction);
+        let shown = read.iter().map(|read| read.factors.dot(&direction));
+        // beside those before
+        let shown: DVector<f64> = &left * DVector::from_iterator(read.len(), shown);
+        let length = shown.norm();
+        if length > LEAST_BESIDE {
+            let shown = shown / length;
+            left -= &shown * shown.transpose();
+        }
+    }
+    left
+}
+
+/// The machine as it stood at an instant and its state, with the errors of the signals corrected.
+fn placed(changed: &Changed, known: &Machine, instant: &Instant) -> (Machine, State<f64>) {
+    match &instant.situation {
+        Situation::Logged(state) => (known.clone(), changed.corrected(state)),
+        Situation::AtRest {
+            positions, slope, ..
+        } => {
+            let shown = changed.corrected(&resting_state(known, positions));
+            let positions: Vec<f64> = shown.joints.iter().map(|joint| joint.position).collect();
+            resting_on_slope(known, &positions, *slope)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quantile_leaves_one_in_twenty_out() {
+        let values: Vec<f64> = (0..100).rev().map(f64::from).collect();
+        assert_eq!(at_share(values), 95.0);
+        assert_eq!(at_share(vec![3.0]), 3.0);
+    }
+}

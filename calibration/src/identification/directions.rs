@@ -1,0 +1,158 @@
+//! Combinations of parameters that the data tell, or cannot tell, named by their largest parameters.
+
+use nalgebra::DMatrix;
+
+use crate::identification::posterior::Posterior;
+
+/// The data tell of a direction from half of its variance on: they weigh as much as the prior.
+const TOLD: f64 = 0.5;
+/// Parameters named for a combination.
+const NAMED: usize = 5;
+/// A parameter that lies in the untold directions by more than this share is not told by itself.
+const UNTOLD: f64 = 0.98;
+/// Components below this share of the largest are not named.
+const SMALL: f64 = 0.1;
+
+/// A combination of parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Combination {
+    /// Singular value of the whitened derivatives: prior over remaining standard deviation is the root of one plus its
+    /// square.
+    pub singular_value: f64,
+    /// Its largest parameters.
+    pub terms: Vec<Term>,
+}
+
+/// A parameter in a combination.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Term {
+    /// Index of the unknown.
+    pub unknown: usize,
+    /// Its part, in prior standard deviations.
+    pub weight: f64,
+}
+
+/// What the data tell and what not.
+#[derive(Debug)]
+pub(crate) struct Named {
+    pub(crate) told: Vec<Combination>,
+    /// Parameters that are not told by themselves nor with others.
+    pub(crate) untold: Vec<usize>,
+    /// Combinations that leave every measured number unchanged, though their parameters are told in others.
+    pub(crate) indistinguishable: Vec<Combination>,
+}
+
+pub(crate) fn named(posterior: &Posterior) -> Named {
+    let size = posterior.shares.len();
+    let singular = |share: f64| (share / (1.0 - share)).sqrt();
+    let told: Vec<Combination> = (0..size)
+        .filter(|&place| posterior.shares[place] >= TOLD)
+        .map(|place| Combination {
+            singular_value: singular(posterior.shares[place]),
+            terms: terms(posterior.directions.column(place).iter().copied()),
+        })
+        .collect();
+    let rest: Vec<usize> = (0..size)
+        .filter(|&place| posterior.shares[place] < TOLD)
+        .collect();
+    let inside = |unknown: usize| -> f64 {
+        let parts = rest
+            .iter()
+            .map(|&place| posterior.directions[(unknown, place)].powi(2));
+        parts.sum()
+    };
+    let (untold, mixed): (Vec<usize>, Vec<usize>) =
+        (0..size).partition(|&unknown| inside(unknown) > UNTOLD);
+    let basis = DMatrix::from_fn(rest.len(), mixed.len(), |row, column| {
+        posterior.directions[(mixed[column], rest[row])]
+    });
+    let indistinguishable = sparse_rows(basis).into_iter().map(|row| {
+        let mut named = terms(row.into_iter());
+        for term in &mut named {
+            term.unknown = mixed[term.unknown];
+        }
+        Combination {
+            singular_value: 0.0,
+            terms: named,
+        }
+    });
+    Named {
+        told,
+        untold,
+        indistinguishable: indistinguishable.filter(|c| c.terms.len() > 1).collect(),
+    }
+}
+
+/// The largest components.
+fn terms(weights: impl Iterator<Item = f64>) -> Vec<Term> {
+    let mut all: Vec<Term> = weights
+        .enumerate()
+        .map(|(unknown, weight)| Term { unknown, weight })
+        .collect();
+    all.sort_by(|a, b| b.weight.abs().total_cmp(&a.weight.abs()));
+    let largest = all.first().map_or(0.0, |term| term.weight.abs());
+    all.retain(|term| term.weight.abs() > SMALL * largest);
+    all.truncate(NAMED);
+    all
+}
+
+/// Rows that span those of `rows` and have few large components: Gaussian elimination on the largest ones.
+fn sparse_rows(mut rows: DMatrix<f64>) -> Vec<Vec<f64>> {
+    let (height, width) = rows.shape();
+    let mut found: Vec<usize> = Vec::new();
+    loop {
+        let mut pivot = (0, 0, 0.0);
+        for row in (0..height).filter(|row| !found.contains(row)) {
+            for column in 0..width {
+                if rows[(row, column)].abs() > pivot.2 {
+                    pivot = (row, column, rows[(row, column)].abs());
+                }
+            }
+        }
+        // What is left are rests of parameters that the other directions tell.
+        if pivot.2 < 0.3 {
+            break;
+        }
+        let (row, column, _) = pivot;
+        let scaled = rows.row(row) / rows[(row, column)];
+        rows.row_mut(row).copy_from(&scaled);
+        for other in (0..height).filter(|&other| other != row) {
+            let factor = rows[(other, column)];
+            let reduced = rows.row(other) - &scaled * factor;
+            rows.row_mut(other).copy_from(&reduced);
+        }
+        found.push(row);
+    }
+    found
+        .into_iter()
+        .map(|row| rows.row(row).iter().copied().collect())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_that_act_alike_are_named_together() {
+        // p0 + p1 is told, p0 - p1 and p2 are not
+        let root = 0.5_f64.sqrt();
+        let posterior = Posterior {
+            shares: vec![0.99, 0.0, 0.0],
+            directions: DMatrix::from_row_slice(
+                3,
+                3,
+                &[root, root, 0.0, root, -root, 0.0, 0.0, 0.0, 1.0],
+            ),
+        };
+        let found = named(&posterior);
+        assert_eq!(found.untold, [2]);
+        assert_eq!(found.told.len(), 1);
+        assert!((found.told[0].singular_value - 99.0_f64.sqrt()).abs() < 1e-9);
+        let [pair] = &found.indistinguishable[..] else {
+            panic!("{found:?}");
+        };
+        let weights: Vec<f64> = pair.terms.iter().map(|term| term.weight).collect();
+        assert!((weights[0] + weights[1]).abs() < 1e-12, "{weights:?}");
+    }
+}

@@ -1,0 +1,309 @@
+//! The file of a commissioning: for which machine it was done, with what result.
+//!
+//! It is JSON. Its `seal` is the SHA-256 of everything else in it: a change of the file by accident or by hand is noticed. It
+//! is no protection against somebody who computes the seal anew.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use tipwatch_calibration::commissioning::{Assessment, Status};
+
+use crate::machine_file::{MachineFile, Urdf};
+use crate::text_file::read_text;
+
+/// Version of the file.
+const SCHEMA: u32 = 1;
+
+/// A commissioning of one machine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Commissioning {
+    /// Version of the file.
+    pub schema: u32,
+    /// Name of the machine.
+    pub machine: String,
+    /// SHA-256 of the text of the machine file, hexadecimal.
+    pub machine_file_sha256: String,
+    /// SHA-256 of the text of the URDF, hexadecimal.
+    pub urdf_sha256: String,
+    /// Version of the program.
+    pub tipwatch_version: String,
+    /// The log, or "live session" with its identity.
+    pub source: String,
+    /// SHA-256 of the log, hexadecimal; for a live session, of its samples in order of arrival.
+    pub source_sha256: String,
+    /// When the result was written (UTC, RFC 3339).
+    pub made_at: String,
+    /// Length of the recording (s).
+    pub duration_s: f64,
+    /// The result, item by item.
+    pub items: Vec<CommissioningItem>,
+    /// Faults that would explain the contradictions.
+    pub explanations: Vec<String>,
+    /// SHA-256 of this file with an empty seal, hexadecimal.
+    pub seal: String,
+}
+
+/// One item of the result.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CommissioningItem {
+    /// Stable name.
+    pub key: String,
+    /// "proven", "confirmed", "contradicted" or "not_shown".
+    pub status: String,
+    /// The compared figure.
+    pub value: Option<f64>,
+    /// Its standard deviation.
+    pub sigma: Option<f64>,
+    /// What it should be.
+    pub expected: Option<f64>,
+    /// Standard deviations by which the nearest alternative is excluded.
+    pub excluded_sigmas: Option<f64>,
+    /// Evidence, likely correction, or missing motion.
+    pub text: String,
+}
+
+/// Where a result comes from.
+#[derive(Debug, Clone)]
+pub struct CommissioningSource {
+    /// The log, or "live session" with its identity.
+    pub name: String,
+    /// SHA-256 of the log or of the samples, hexadecimal.
+    pub sha256: String,
+    /// Version of the program.
+    pub tipwatch_version: String,
+    /// The time (UTC, RFC 3339).
+    pub made_at: String,
+}
+
+/// Why a commissioning does not count.
+#[derive(Debug, thiserror::Error)]
+pub enum CommissioningError {
+    /// The file cannot be read.
+    #[error("{}: cannot be read; without it remove the key commissioning of the machine file, or make it with check-machine", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The error of the operating system.
+        source: std::io::Error,
+    },
+    /// It is not the result of a commissioning.
+    #[error("{}: not the result of a commissioning", path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// What the parser found.
+        source: serde_json::Error,
+    },
+    /// It was changed.
+    #[error("{}: expected the seal of its content, found another: the file was changed after the commissioning", path.display())]
+    Seal {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is of another machine, or the machine has changed since.
+    #[error("{}: expected a commissioning of this {what}, found one of another: commission the machine again, or use the file with which it was commissioned", path.display())]
+    OtherMachine {
+        /// The file.
+        path: PathBuf,
+        /// "machine file" or "URDF".
+        what: &'static str,
+    },
+    /// It contradicts the machine file.
+    #[error("{}: expected a commissioning without contradictions, found: {text}", path.display())]
+    Contradicted {
+        /// The file.
+        path: PathBuf,
+        /// What is contradicted.
+        text: String,
+    },
+}
+
+impl Commissioning {
+    /// The result of a commissioning of the machine of this file.
+    #[must_use]
+    pub fn new(
+        file: &MachineFile,
+        urdf: &Urdf,
+        source: CommissioningSource,
+        assessment: &Assessment,
+    ) -> Self {
+        let items = assessment.items.iter().map(|item| CommissioningItem {
+            key: item.key.clone(),
+            status: item.status.to_string(),
+            value: item.figure.map(|figure| figure.value),
+            sigma: item.figure.map(|figure| figure.sigma),
+            expected: item.figure.map(|figure| figure.expected),
+            excluded_sigmas: item.sigmas,
+            text: item.text.clone(),
+        });
+        let mut made = Self {
+            schema: SCHEMA,
+            machine: file.spec.name.clone(),
+            machine_file_sha256: sha256(file.text.as_bytes()),
+            urdf_sha256: sha256(urdf.text.as_bytes()),
+            tipwatch_version: source.tipwatch_version,
+            source: source.name,
+            source_sha256: source.sha256,
+            made_at: source.made_at,
+            duration_s: assessment.duration_s,
+            items: items.collect(),
+            explanations: assessment.explanations.clone(),
+            seal: String::new(),
+        };
+        made.seal = made.expected_seal();
+        made
+    }
+
+    /// The text of the file.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // A document of strings and numbers has a text.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    fn expected_seal(&self) -> String {
+        let unsealed = Self {
+            seal: String::new(),
+            ..self.clone()
+        };
+        sha256(unsealed.to_json().as_bytes())
+    }
+
+    /// Reads a file and checks its seal.
+    ///
+    /// # Errors
+    /// It cannot be read, is not a result of a commissioning, or was changed.
+    pub fn read(path: &Path) -> Result<Self, CommissioningError> {
+        let text = read_text(path).map_err(|source| CommissioningError::Read {
+            path: path.into(),
+            source,
+        })?;
+        let found: Self =
+            serde_json::from_str(&text).map_err(|source| CommissioningError::Parse {
+                path: path.into(),
+                source,
+            })?;
+        if found.schema != SCHEMA || found.seal != found.expected_seal() {
+            return Err(CommissioningError::Seal { path: path.into() });
+        }
+        Ok(found)
+    }
+
+    /// Checks that it is of this machine and contradicts nothing.
+    ///
+    /// # Errors
+    /// It is of another machine file or URDF, or contradicted.
+    pub fn check(
+        &self,
+        path: &Path,
+        file: &MachineFile,
+        urdf: &Urdf,
+    ) -> Result<(), CommissioningError> {
+        let texts = [
+            ("machine file", &file.text, &self.machine_file_sha256),
+            ("URDF", &urdf.text, &self.urdf_sha256),
+        ];
+        if let Some((what, ..)) = texts
+            .iter()
+            .find(|(_, text, hash)| sha256(text.as_bytes()) != **hash)
+        {
+            return Err(CommissioningError::OtherMachine {
+                path: path.into(),
+                what,
+            });
+        }
+        let contradicted = self.with_status(Status::Contradicted);
+        match contradicted.first() {
+            None => Ok(()),
+            Some(first) => Err(CommissioningError::Contradicted {
+                path: path.into(),
+                text: match contradicted.len() {
+                    1 => format!("{}: {}", first.key, first.text),
+                    more => format!("{}: {} (and {} more)", first.key, first.text, more - 1),
+                },
+            }),
+        }
+    }
+
+    /// The items with this status.
+    #[must_use]
+    pub fn with_status(&self, status: Status) -> Vec<&CommissioningItem> {
+        let name = status.to_string();
+        self.items
+            .iter()
+            .filter(|item| item.status == name)
+            .collect()
+    }
+
+    /// What it says, as a sentence.
+    #[must_use]
+    pub fn statement(&self) -> String {
+        let count = |status| self.with_status(status).len();
+        let open = self.with_status(Status::NotShown);
+        let shown = format!(
+            "commissioned at {} with {} ({} items proven, {} confirmed by a person)",
+            self.made_at,
+            self.source,
+            count(Status::Proven),
+            count(Status::Confirmed)
+        );
+        match open.len() {
+            0 => shown,
+            more => {
+                let keys: Vec<&str> = open.iter().map(|item| item.key.as_str()).collect();
+                format!(
+                    "{shown}; in part only, {more} not shown: {}",
+                    keys.join(", ")
+                )
+            }
+        }
+    }
+}
+
+/// What is said of a machine without a commissioning.
+pub const NOT_COMMISSIONED: &str = "not commissioned: signs, axes, order, scale and mounting of the sensors are taken from the machine file and were not proven by a commissioning drive";
+
+impl MachineFile {
+    /// The same bound to this result of a commissioning, instead of the one that it names.
+    ///
+    /// # Errors
+    /// The file cannot be found.
+    pub fn with_commissioning(mut self, path: &Path) -> Result<Self, CommissioningError> {
+        let found = path.canonicalize();
+        let found = found.map_err(|source| CommissioningError::Read {
+            path: path.into(),
+            source,
+        })?;
+        self.spec.commissioning = Some(found.display().to_string());
+        Ok(self)
+    }
+}
+
+/// The commissioning that a machine file names, checked against the machine; `None` if it names none.
+///
+/// # Errors
+/// The file cannot be read, was changed, is of another machine, or contradicts it.
+pub fn commissioning_of(
+    file: &MachineFile,
+    urdf: &Urdf,
+) -> Result<Option<(PathBuf, Commissioning)>, CommissioningError> {
+    let Some(name) = &file.spec.commissioning else {
+        return Ok(None);
+    };
+    let path = file.beside(name);
+    let found = Commissioning::read(&path)?;
+    found.check(&path, file, urdf)?;
+    Ok(Some((path, found)))
+}
+
+/// SHA-256 as hexadecimal text.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
