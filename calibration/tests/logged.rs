@@ -1,6 +1,8 @@
 //! Rows of a log: their errors are correlated, and some are wrong.
 
-use tipwatch_calibration::identification::{Data, Identification, Instant, Situation, Source, identify};
+use tipwatch_calibration::identification::{
+    Data, Identification, Instant, Situation, Source, identify,
+};
 use tipwatch_mechanics::machine::Machine;
 
 use crate::support::{Noise, channels, load_error, machine, postures, row, weighed, wrong};

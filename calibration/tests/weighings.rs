@@ -115,23 +115,24 @@ fn an_accelerometer_on_level_ground_tells_its_mounting() {
     let leaning = Parameter::ImuRotation(tipwatch_mechanics::Axis::Y);
     let real = truth.changed(&[(leaning, 0.01)]);
     let mut data = weighings(&real, 3, SCALE, &mut noise);
-    data.channels
-        .extend((0..3).map(|_| tipwatch_calibration::identification::Channel {
+    data.channels.extend(
+        (0..3).map(|_| tipwatch_calibration::identification::Channel {
             name: "IMU".into(),
             unit: "m/s^2",
             bias_sigma: 0.0,
             is_load: false,
-        }));
+        }),
+    );
     for source in &mut data.sources {
         let instant = &mut source.instants[0];
-        instant
-            .readings
-            .extend((0..3).map(|axis| tipwatch_calibration::identification::Reading {
+        instant.readings.extend(
+            (0..3).map(|axis| tipwatch_calibration::identification::Reading {
                 what: Measured::SpecificForce { axis },
                 value: 0.0,
                 sigma: 0.002,
                 channel: 4 + axis,
-            }));
+            }),
+        );
         let predicted = tipwatch_calibration::identification::predict(&real, instant);
         let straight = tipwatch_calibration::identification::predict(&truth, instant);
         let lean = (predicted[4] - straight[4]).abs();

@@ -27,7 +27,6 @@
 
 #![forbid(unsafe_code)]
 pub mod closed_form;
-pub mod commissioning;
 pub mod dynamics;
 pub mod estimation;
 mod evaluate;

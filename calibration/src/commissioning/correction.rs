@@ -114,7 +114,7 @@ impl Correction {
 
     /// The fault that it corrects, as a sentence without its full stop.
     pub(super) fn fault(&self, machine: &Machine) -> String {
-        let name = |joint: usize| &machine.joints[joint].name;
+        let name = |joint: usize| &machine.joints()[joint].name;
         match *self {
             Self::None => "nothing is wrong".into(),
             Self::TurnImu(turn) => format!("the IMU is mounted turned by {}", turn_text(&turn)),

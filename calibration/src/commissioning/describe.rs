@@ -21,7 +21,7 @@ pub(super) fn list(texts: &[String]) -> String {
 
 /// An estimate as a phrase.
 pub(super) fn describe(machine: &Machine, estimate: &Estimate) -> String {
-    let name = |joint: usize| &machine.joints[joint].name;
+    let name = |joint: usize| &machine.joints()[joint].name;
     let axis = |k: usize| ["x", "y", "z"][k];
     let Estimate {
         value,

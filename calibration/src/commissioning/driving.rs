@@ -58,8 +58,8 @@ pub(super) fn at_rest(
     vec![
         Estimate {
             relation: Relation::Gravity,
-            value: mean.norm() / machine.gravity,
-            sigma: sigma / machine.gravity + 0.001,
+            value: mean.norm() / machine.gravity(),
+            sigma: sigma / machine.gravity() + 0.001,
             expected: 1.0,
             tolerance: 0.03,
             wrong: 0.08,
@@ -142,8 +142,8 @@ pub(super) fn driving(
             let lean = [normal.y, -normal.x][axis];
             Estimate {
                 relation: Relation::Mount(axis),
-                value: sign * solution.values[at] / machine.gravity - lean,
-                sigma: solution.sigmas[at] / machine.gravity,
+                value: sign * solution.values[at] / machine.gravity() - lean,
+                sigma: solution.sigmas[at] / machine.gravity(),
                 expected: 0.0,
                 tolerance: 0.035,
                 wrong: 0.06,
@@ -235,7 +235,7 @@ pub(super) fn attitude(machine: &Machine, view: &View, travel: &Travel) -> Vec<E
     for axis in 0..2 {
         let mut equations = Equations::new(2).excited(0, TILTS);
         for k in (0..view.bins).filter(|&k| view.is_upright[k]) {
-            let tilt = (view.force[k] - travel.acceleration[k])[axis] / machine.gravity;
+            let tilt = (view.force[k] - travel.acceleration[k])[axis] / machine.gravity();
             equations.add(&[view.up[k][axis], 1.0], tilt);
         }
         if let Some(solution) = equations.solve() {

@@ -195,7 +195,7 @@ impl<'a> Comparison<'a> {
             readings: false,
         };
         let of_joint = |joint: usize| match self.roles.of(joint) {
-            _ if self.machine.imu.body != 0 => Parts::ALL,
+            _ if self.machine.imu().body != 0 => Parts::ALL,
             Role::Mass => Parts {
                 travel: false,
                 ..Parts::ALL

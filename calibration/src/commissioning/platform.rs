@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 
 use super::moved::MovedAlone;
 use super::signals::View;
-use tipwatch_mechanics::evaluate;
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::Workspace;
+use tipwatch_mechanics::evaluate;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::State;
 
@@ -26,14 +26,7 @@ pub(super) struct Platform {
 impl Platform {
     pub(super) fn new(machine: &Machine) -> Self {
         let mut resting = machine.with_imu_at_base();
-        let is_stated = resting.wheels.iter().all(|wheel| wheel.stiffness.is_some());
-        if !is_stated {
-            let load = machine.mass() * machine.gravity / machine.wheels.len() as f64;
-            for wheel in &mut resting.wheels {
-                wheel.stiffness = Some(load / DEFLECTION);
-            }
-            resting.contact.tyres_deflect = true;
-        }
+        let is_stated = resting.complete_tyre_stiffness(DEFLECTION);
         resting.leave_out_actuator_forces();
         Self {
             machine: resting,
@@ -56,7 +49,7 @@ impl Platform {
                 motion.position = median;
             }
         }
-        state.imu.specific_force = Vector3::z() * self.machine.gravity;
+        state.imu.specific_force = Vector3::z() * self.machine.gravity();
         let mut workspace = Workspace::with_scope(&self.machine, Scope::LOADS);
         let normal = evaluate(&self.machine, &state, &mut workspace).contact_normal;
         let is_known = normal.iter().all(|x| x.is_finite());

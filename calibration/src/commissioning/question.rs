@@ -271,7 +271,7 @@ fn swaps(setting: &Setting<'_>, joint: usize, with: impl Fn(usize) -> bool) -> V
 }
 
 fn of_joint(setting: &Setting<'_>, joint: usize) -> Vec<Question> {
-    let name = &setting.machine.joints[joint].name;
+    let name = &setting.machine.joints()[joint].name;
     let question = |part: &str, property, needed, alternatives, motion: String| Question {
         key: format!("joint.{name}.{part}"),
         signal: format!("joint {name}"),
@@ -388,7 +388,7 @@ fn rolls_otherwise(setting: &Setting<'_>, joint: usize, other: usize) -> bool {
     let (Some(a), Some(b)) = (wheel(joint), wheel(other)) else {
         return false;
     };
-    let side = |wheel: usize| setting.machine.wheels[wheel].centre_at_zero.y;
+    let side = |wheel: usize| setting.machine.wheels()[wheel].centre_at_zero.y;
     (side(a) - side(b)).abs() > 0.1 || setting.roles.is_steered(a) != setting.roles.is_steered(b)
 }
 

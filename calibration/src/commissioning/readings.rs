@@ -30,7 +30,7 @@ pub(super) fn readings(machine: &Machine, roles: &Roles, view: &View) -> Vec<Est
                 wrong: 0.3,
             });
         }
-        let Some([least, largest]) = machine.joints[joint].limits else {
+        let Some([least, largest]) = machine.joints()[joint].limits else {
             continue;
         };
         let known = smooth(&columns.position)

@@ -1,10 +1,10 @@
 //! What each joint does: it spins a wheel, steers wheels, or moves masses.
 
+use nalgebra::Vector3;
 use tipwatch_mechanics::dynamics::kinematics::{self, BodyMotion};
 use tipwatch_mechanics::geometry::coordinate::Coordinate;
 use tipwatch_mechanics::machine::{JointCoupling, JointKind, Machine};
 use tipwatch_mechanics::state::State;
-use nalgebra::Vector3;
 
 /// Least vertical part of the axis of a steering joint.
 const UPRIGHT: f64 = 0.8;
@@ -28,38 +28,40 @@ pub(super) struct Roles(Vec<Role>);
 
 impl Roles {
     pub(super) fn new(machine: &Machine) -> Self {
-        let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()];
+        let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies().len()];
         let mut state = State::<f64>::zero(machine);
-        let reference = &machine.reference.posture.positions;
+        let reference = &machine.reference().posture.positions;
         for (motion, &position) in state.joints.iter_mut().zip(reference) {
             motion.position = position;
         }
         kinematics::coordinates(machine, &state, &mut coordinates);
         let zero = Vector3::zeros();
-        let mut motions = vec![BodyMotion::base(zero, zero, zero); machine.bodies.len()];
-        for (i, body) in machine.bodies.iter().enumerate().skip(1) {
+        let mut motions = vec![BodyMotion::base(zero, zero, zero); machine.bodies().len()];
+        for (i, body) in machine.bodies().iter().enumerate().skip(1) {
             motions[i] = motions[body.parent].carry_at_rest(body, &coordinates[i]);
         }
         let role = |joint: usize| {
-            let measured = &machine.joints[joint];
+            let measured = &machine.joints()[joint];
             if measured.constant.is_some() {
                 return Role::Constant;
             }
-            let by = |body: &crate::machine::Body| body.coupling == JointCoupling::Measured(joint);
-            let Some(body) = machine.bodies.iter().position(by) else {
+            let by = |body: &tipwatch_mechanics::machine::Body| {
+                body.coupling == JointCoupling::Measured(joint)
+            };
+            let Some(body) = machine.bodies().iter().position(by) else {
                 return Role::Mass;
             };
             if let Some(wheel) = measured.spins_wheel {
                 return Role::Wheel { wheel, body };
             }
-            let carried = (0..machine.wheels.len())
-                .filter(|&w| machine.is_carried_by(machine.wheels[w].body, body));
+            let carried = (0..machine.wheels().len())
+                .filter(|&w| machine.is_carried_by(machine.wheels()[w].body, body));
             let wheels: Vec<usize> = carried.collect();
             let axis = motions[body].rotation.column(2).z;
-            let steers = machine.bodies[body].kind == JointKind::Revolute
+            let steers = machine.bodies()[body].kind == JointKind::Revolute
                 && axis.abs() > UPRIGHT
                 && !wheels.is_empty()
-                && wheels.len() < machine.wheels.len();
+                && wheels.len() < machine.wheels().len();
             match steers {
                 true => Role::Steer {
                     wheels,
@@ -68,7 +70,7 @@ impl Roles {
                 false => Role::Mass,
             }
         };
-        Self((0..machine.joints.len()).map(role).collect())
+        Self((0..machine.joints().len()).map(role).collect())
     }
 
     pub(super) fn of(&self, joint: usize) -> &Role {

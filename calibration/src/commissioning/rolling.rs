@@ -164,7 +164,7 @@ pub(super) fn steering(
             continue;
         };
         let is_steered = |columns: &&WheelColumns| {
-            machine.joints[columns.joint]
+            machine.joints()[columns.joint]
                 .spins_wheel
                 .is_some_and(|wheel| wheels.contains(&wheel))
         };

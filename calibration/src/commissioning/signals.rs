@@ -7,7 +7,7 @@ use super::grid::{Grid, SMOOTHED, derivative, noise, of_vectors, second_derivati
 use super::recording::{Recording, Series};
 use tipwatch_mechanics::dynamics::kinematics::{self, SensorFrame};
 use tipwatch_mechanics::geometry::coordinate::{Coordinate, Motion};
-use tipwatch_mechanics::machine::{Machine, rotation_in_body};
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{ImuState, Sensor, State};
 
 /// Change of the specific force beyond which a machine falls, as a share of it.
@@ -80,8 +80,8 @@ impl Signals {
             imu: [(); 4].map(|()| unknown.clone()),
             odometry: [(); 2].map(|()| unknown.clone()),
             gyro_variance: 0.0,
-            positions: vec![nothing.clone(); machine.joints.len()],
-            velocities: vec![nothing; machine.joints.len()],
+            positions: vec![nothing.clone(); machine.joints().len()],
+            velocities: vec![nothing; machine.joints().len()],
         };
         for series in used() {
             match series.sensor {
@@ -116,7 +116,7 @@ impl Signals {
             (SMOOTHED * noise(&component)).powi(2)
         };
         signals.gyro_variance = (0..3).map(variance).fold(0.0, f64::max);
-        for (joint, constant) in machine.joints.iter().enumerate() {
+        for (joint, constant) in machine.joints().iter().enumerate() {
             if let Some(position) = constant.constant {
                 signals.positions[joint].fill(position);
                 signals.velocities[joint].fill(0.0);
@@ -132,7 +132,7 @@ impl Signals {
 
     /// The same signals in base axes, under a correction.
     pub(super) fn view(&self, machine: &Machine, correction: &Correction) -> View {
-        let mount = rotation_in_body(&machine.imu);
+        let mount = machine.imu().rotation_in_body();
         let mut turn_all = Matrix3::identity();
         let (mut turn_gyro, mut scale_force) = (Matrix3::identity(), 1.0);
         let mut turn_odometry = Matrix3::identity();
@@ -198,7 +198,9 @@ impl Signals {
                 Correction::ScaleJoint(changed, factor) if changed == joint => (joint, factor),
                 Correction::SwapJoints(a, b) if a == joint => (b, 1.0),
                 Correction::SwapJoints(a, b) if b == joint => (a, 1.0),
-                Correction::Reverse if machine.joints[joint].spins_wheel.is_some() => (joint, -1.0),
+                Correction::Reverse if machine.joints()[joint].spins_wheel.is_some() => {
+                    (joint, -1.0)
+                }
                 _ => (joint, 1.0),
             };
             let scaled = |values: &[f64]| values.iter().map(|v| v * factor).collect::<Vec<f64>>();
@@ -210,7 +212,7 @@ impl Signals {
                 position,
             }
         };
-        (0..machine.joints.len()).map(column).collect()
+        (0..machine.joints().len()).map(column).collect()
     }
 }
 
@@ -258,9 +260,9 @@ fn in_base(
 ) -> [Vec<Vector3<f64>>; 4] {
     let angular_acceleration = of_vectors(&imu[1], derivative);
     let mut state = State::<f64>::zero(machine);
-    let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()];
+    let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies().len()];
     let mut result = [(); 4].map(|()| Vec::with_capacity(imu[0].len()));
-    let moves = machine.imu.body != 0;
+    let moves = machine.imu().body != 0;
     kinematics::coordinates(machine, &state, &mut coordinates);
     let mut frame = SensorFrame::of(machine, &coordinates);
     for bin in 0..imu[0].len() {

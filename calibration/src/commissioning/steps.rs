@@ -51,7 +51,7 @@ pub(super) fn steps(comparison: &Comparison<'_>) -> Vec<Step> {
         }
     }
     for moved in &comparison.moved {
-        let name = &comparison.machine.joints[moved.joint].name;
+        let name = &comparison.machine.joints()[moved.joint].name;
         steps.extend(
             moved
                 .runs

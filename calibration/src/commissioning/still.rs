@@ -10,9 +10,9 @@ use super::platform::Platform;
 use super::roles::Roles;
 use super::signals::{Signals, View};
 use super::travel::Travel;
-use tipwatch_mechanics::evaluate;
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::Workspace;
+use tipwatch_mechanics::evaluate;
 use tipwatch_mechanics::state::State;
 
 /// Lean beyond what tyres give way (rad): the machine tips over, or its ground moves.

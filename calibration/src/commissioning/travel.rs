@@ -97,7 +97,7 @@ impl Travel {
 
 /// Rolling directions, centres and speeds of the wheels whose rotation is measured.
 fn wheels(machine: &Machine, roles: &Roles, view: &View) -> Vec<WheelColumns> {
-    let spinning: Vec<(usize, usize, usize)> = (0..machine.joints.len())
+    let spinning: Vec<(usize, usize, usize)> = (0..machine.joints().len())
         .filter_map(|joint| match roles.of(joint) {
             Role::Wheel { wheel, body } => Some((joint, *wheel, *body)),
             _ => None,
@@ -119,17 +119,17 @@ fn wheels(machine: &Machine, roles: &Roles, view: &View) -> Vec<WheelColumns> {
         })
         .collect();
     let mut state = State::<f64>::zero(machine);
-    let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()];
+    let mut coordinates = vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies().len()];
     let zero = Vector3::zeros();
-    let mut motions = vec![BodyMotion::base(zero, zero, zero); machine.bodies.len()];
+    let mut motions = vec![BodyMotion::base(zero, zero, zero); machine.bodies().len()];
     for bin in 0..view.bins {
         view.set_joints(bin, &mut state);
         kinematics::coordinates(machine, &state, &mut coordinates);
-        for (i, body) in machine.bodies.iter().enumerate().skip(1) {
+        for (i, body) in machine.bodies().iter().enumerate().skip(1) {
             motions[i] = motions[body.parent].carry_at_rest(body, &coordinates[i]);
         }
         for (columns, &(joint, wheel, body)) in columns.iter_mut().zip(&spinning) {
-            let wheel = &machine.wheels[wheel];
+            let wheel = &machine.wheels()[wheel];
             // A wheel that turns about the axis a rolls along a x z.
             let axis = z_axis(&motions[body].rotation);
             let along = axis.cross(&Vector3::z());

@@ -6,9 +6,9 @@ use std::sync::LazyLock;
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use tipwatch_binding::{MachineFile, arrivals, bind};
+use tipwatch_calibration::commissioning::{Answers, Assessment, Item, Recording, Status, assess};
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::Machine;
-use tipwatch_calibration::commissioning::{Answers, Assessment, Item, Recording, Status, assess};
 use tipwatch_mechanics::state::{Sample, Sensor, Sensors};
 
 /// A machine and the samples of its drive.

@@ -10,9 +10,7 @@ use crate::geometry::coordinate::Coordinate;
 use crate::geometry::spatial::{
     compose, constant, cross, identity, rotate_back, rotate_constant, z_axis, zero,
 };
-use crate::machine::{
-    Body, JointCoupling, JointKind, Linkage, LinkageMotion, Machine, rotation_in_body,
-};
+use crate::machine::{Body, JointCoupling, JointKind, Linkage, LinkageMotion, Machine};
 use crate::number::Real;
 use crate::state::{ImuState, State};
 
@@ -252,7 +250,7 @@ impl<T: Real> SensorFrame<T> {
         let (w, alpha) = (&carrier.angular_velocity, &carrier.angular_acceleration);
         let swept = w.cross(&arm);
         Self {
-            rotation: carrier.rotation * rotation_in_body(mount).map(T::constant),
+            rotation: carrier.rotation * mount.rotation_in_body().map(T::constant),
             position: carrier.origin + arm,
             velocity: carrier.velocity + swept,
             acceleration: carrier.specific_force + alpha.cross(&arm) + w.cross(&swept),

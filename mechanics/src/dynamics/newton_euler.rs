@@ -9,7 +9,7 @@
 
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::spatial::{Wrench, cross, rotate, rotate_back, rotate_constant};
-use crate::machine::{Inertia, Machine, rotation_in_body};
+use crate::machine::{Inertia, Machine};
 use crate::number::Real;
 use crate::state::State;
 
@@ -41,7 +41,7 @@ pub fn tool_wrench<T: Real>(
         return Wrench::zero();
     };
     let motion = &motions[tool.body];
-    let rotation = motion.rotation * rotation_in_body(tool).map(T::constant);
+    let rotation = motion.rotation * tool.rotation_in_body().map(T::constant);
     let origin = motion.point(&tool.body_from_mount.translation.vector);
     let force = rotation * state.tool_wrench.force;
     Wrench {

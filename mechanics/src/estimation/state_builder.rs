@@ -6,7 +6,7 @@ use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
 use super::white_jerk::{ChannelState, Matrix};
 use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
-use crate::machine::{Machine, rotation_in_body};
+use crate::machine::Machine;
 use crate::state::{
     AccelerometerBias, BaseState, JetCovariance, Reason, Reasons, Sample, SampleError, Sensor,
     Sensors, SignalNoise, State, tilt_is_measured,
@@ -511,7 +511,7 @@ fn vectors(
 
 /// Up in base axes from up in sensor axes; unknown where the IMU is not mounted on the base.
 fn up_in_base(machine: &Machine, up_in_imu: &Vector3<f64>) -> Option<Vector3<f64>> {
-    (machine.imu().body == 0).then(|| rotation_in_body(machine.imu()) * up_in_imu)
+    (machine.imu().body == 0).then(|| machine.imu().rotation_in_body() * up_in_imu)
 }
 
 impl Machine {

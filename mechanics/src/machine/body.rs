@@ -131,9 +131,12 @@ pub struct Mount {
     pub source: String,
 }
 
-/// Orientation of a mount in its body.
-pub(crate) fn rotation_in_body(mount: &Mount) -> Matrix3<f64> {
-    *mount.body_from_mount.rotation.to_rotation_matrix().matrix()
+impl Mount {
+    /// Orientation in its body: turns vectors of the mount's frame into the body's.
+    #[must_use]
+    pub fn rotation_in_body(&self) -> Matrix3<f64> {
+        *self.body_from_mount.rotation.to_rotation_matrix().matrix()
+    }
 }
 
 /// A load attached to a link for a time.

@@ -194,6 +194,20 @@ impl Machine {
         self.tool = None;
     }
 
+    /// Gives every tyre a stiffness with which the mean load deflects it by `deflection` (m), unless all have a stated one.
+    /// Returns whether they have.
+    pub fn complete_tyre_stiffness(&mut self, deflection: f64) -> bool {
+        let is_stated = self.wheels.iter().all(|wheel| wheel.stiffness.is_some());
+        if !is_stated {
+            let load = self.mass() * self.gravity / self.wheels.len() as f64;
+            for wheel in &mut self.wheels {
+                wheel.stiffness = Some(load / deflection);
+            }
+            self.contact.tyres_deflect = true;
+        }
+        is_stated
+    }
+
     /// Takes the forces of actuators out of the machine: where nobody has measured them.
     pub fn leave_out_actuator_forces(&mut self) {
         self.contact.actuated_joints.clear();

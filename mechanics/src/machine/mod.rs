@@ -63,7 +63,6 @@ mod weighed_supports;
 mod wheel;
 
 pub use actuated_joint::{ActuatedJoint, ActuatorSignal, ForceSource, TorqueJoint};
-pub(crate) use body::rotation_in_body;
 pub use body::{
     Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Mounting, Payload,
 };

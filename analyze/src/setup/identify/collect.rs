@@ -1,6 +1,8 @@
 //! The rows of a log as data: measured loads, cylinder forces, and the accelerometer at rest on level ground.
 
-use tipwatch_calibration::identification::{Channel, Data, Instant, Measured, Reading, Situation, Source};
+use tipwatch_calibration::identification::{
+    Channel, Data, Instant, Measured, Reading, Situation, Source,
+};
 use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::{Machine, MachineSpec, SupportId};
 

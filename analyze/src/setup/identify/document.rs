@@ -1,7 +1,9 @@
 //! The result of an identification as JSON.
 
 use serde::Serialize;
-use tipwatch_calibration::identification::{Agreement, ChannelError, Combination, Knowledge, SourceUse};
+use tipwatch_calibration::identification::{
+    Agreement, ChannelError, Combination, Knowledge, SourceUse,
+};
 
 use super::run::Identified;
 use crate::base::number::known;

@@ -130,7 +130,9 @@ fn bands(out: &mut String, found: &Identified) -> std::fmt::Result {
 
 fn estimates(out: &mut String, found: &Identified) -> std::fmt::Result {
     let result = &found.result;
-    let told = |knowledge| move |e: &&tipwatch_calibration::identification::Estimate| e.knowledge == knowledge;
+    let told = |knowledge| {
+        move |e: &&tipwatch_calibration::identification::Estimate| e.knowledge == knowledge
+    };
     let clear = result.estimates.iter().filter(told(Knowledge::Told));
     let partly = result.estimates.iter().filter(told(Knowledge::Partly));
     writeln!(

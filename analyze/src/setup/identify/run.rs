@@ -188,8 +188,9 @@ pub fn identify(file: &MachineFile, request: &Request) -> Result<Identified> {
                 .into(),
         );
     }
-    let mut result = tipwatch_calibration::identification::identify(&machine, earlier.as_ref(), &data)
-        .with_context(|| format!("{}: nothing to identify from", file.path.display()))?;
+    let mut result =
+        tipwatch_calibration::identification::identify(&machine, earlier.as_ref(), &data)
+            .with_context(|| format!("{}: nothing to identify from", file.path.display()))?;
     result.identified.sigma_factor = request.sigma_factor;
     Ok(Identified {
         agreement: agreement(&machine, &data),

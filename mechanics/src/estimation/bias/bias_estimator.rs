@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use super::difference_filter::DifferenceFilter;
 use super::split::{Stated, between, divided};
 use crate::estimation::plausibility::{Judgement, Treatment};
-use crate::machine::{Machine, rotation_in_body};
+use crate::machine::Machine;
 use crate::state::{AccelerometerBias, Sample, Sensor, Sensors};
 
 /// Shortest time between two velocities that are used (s): the errors of closer ones are not independent.
@@ -97,7 +97,7 @@ struct Division {
 impl BiasEstimator {
     pub(crate) fn new(machine: &Machine, sensors: &Sensors, keeps_history: bool) -> Self {
         let (spec, noise, imu) = (machine.uncertainty(), machine.estimator(), machine.imu());
-        let imu_from_base = rotation_in_body(imu).transpose();
+        let imu_from_base = imu.rotation_in_body().transpose();
         let wheel = |&joint: &usize| {
             let wheel = machine.joints()[joint].spins_wheel?;
             Some(machine.wheels()[wheel].radius)

@@ -9,7 +9,7 @@ use super::reference::{Claim, Reference, Step};
 use super::speed::Speed;
 use super::spell::{RotationSpell, RotationWitness, certainty};
 use super::suspension::SuspensionPlane;
-use crate::machine::{Machine, rotation_in_body};
+use crate::machine::Machine;
 use crate::state::{Sample, Sensor, Sensors};
 
 /// A rotation of so many standard deviations is certain.
@@ -85,7 +85,7 @@ impl PlatformRotation {
     #[must_use]
     pub fn new(machine: &Machine, sensors: &Sensors) -> Self {
         let imu = machine.imu();
-        let base_from_imu = (sensors.imu && imu.body == 0).then(|| rotation_in_body(imu));
+        let base_from_imu = (sensors.imu && imu.body == 0).then(|| imu.rotation_in_body());
         let max_gap_s = machine.estimator().max_gap;
         Self {
             edges: Edges::of(machine),

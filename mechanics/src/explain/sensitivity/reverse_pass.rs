@@ -16,9 +16,7 @@ use crate::dynamics::newton_euler_derivatives::{
     BaseGradient, BaseWrenches, JointWrenches, MotionFields, MovingJoint, joint_form,
 };
 use crate::geometry::spatial::{Wrench, cross, each, rotate_each_back};
-use crate::machine::{
-    JointKind, Linkage, LinkageMotion, Machine, links_with_mass, rotation_in_body,
-};
+use crate::machine::{JointKind, Linkage, LinkageMotion, Machine, links_with_mass};
 use crate::number::{Real, Wheels};
 use crate::state::State;
 use crate::wheel_loads::LoadAdjoint;
@@ -260,7 +258,7 @@ impl<T: Real> ReversePass<T> {
         }
         if let Some(tool) = &motion.machine.tool {
             let carrier = &motion.motions[tool.body];
-            let rotation = carrier.rotation * rotation_in_body(tool).map(T::constant);
+            let rotation = carrier.rotation * tool.rotation_in_body().map(T::constant);
             let origin = each(&carrier.point(&tool.body_from_mount.translation.vector));
             let form = forms.of(tool.body);
             let by_force = -(form.force + cross(&form.moment, &origin));

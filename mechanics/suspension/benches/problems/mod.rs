@@ -24,11 +24,8 @@ pub(crate) const LITERAL_STEP: f64 = 2.0;
 
 /// The machine on bogies, its rods measured.
 pub(crate) fn machine() -> Machine {
-    let spec = MachineSpec::from_toml(
-        include_str!("../../../tests/data/bogie.toml"),
-        "bogie.toml",
-    )
-    .expect("a valid machine file");
+    let spec = MachineSpec::from_toml(include_str!("../../../tests/data/bogie.toml"), "bogie.toml")
+        .expect("a valid machine file");
     let names = MEASURED.map(String::from);
     let facts = LogFacts {
         joint_names: Some(&names),

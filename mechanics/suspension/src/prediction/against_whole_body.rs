@@ -17,9 +17,9 @@ use tipwatch_mechanics::number::Real;
 use tipwatch_mechanics::state::State;
 
 fn bogie(edit: impl Fn(String) -> String) -> SuspendedMachine {
-    let text = edit(include_str!("../../../../tests/data/bogie.toml").into());
+    let text = edit(include_str!("../../../tests/data/bogie.toml").into());
     let spec = MachineSpec::from_toml(&text, "bogie.toml").unwrap();
-    let urdf = include_str!("../../../../tests/data/bogie.urdf");
+    let urdf = include_str!("../../../tests/data/bogie.urdf");
     let machine = spec.check(urdf, "bogie.urdf", LogFacts::default()).unwrap();
     let linkages = machine.suspension().unwrap().linkages.clone();
     SuspendedMachine {

@@ -14,7 +14,7 @@ use super::leaky::LeakyIntegral;
 use super::lean_model::LeanModel;
 use super::low_pass::left;
 use super::rolling;
-use crate::machine::{Machine, rotation_in_body};
+use crate::machine::Machine;
 use crate::state::State;
 
 /// Time constant of the band in which a lean counts, and of turns and ways (s).
@@ -78,7 +78,7 @@ impl Excitation {
         });
         Self {
             model: LeanModel::new(machine),
-            base_from_imu: rotation_in_body(machine.imu()),
+            base_from_imu: machine.imu().rotation_in_body(),
             joints: of_arm
                 .map(|(joint, _)| JointLean {
                     joint,

@@ -18,9 +18,7 @@ use super::rolling::{Rolled, Rolling};
 use crate::dynamics::kinematics::{self, BodyMotion};
 use crate::geometry::coordinate::{Coordinate, Motion};
 use crate::geometry::spatial::Wrench;
-use crate::machine::{
-    Body, Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint, rotation_in_body,
-};
+use crate::machine::{Body, Inertia, JointCoupling, LinkGroup, Machine, MeasuredJoint, Mount};
 use crate::state::State;
 
 /// Time constant of both low-pass filters (s): slower than the platform swings on its tyres.
@@ -168,7 +166,7 @@ impl LeanModel {
         let is_given = |joint: &MeasuredJoint| joint.constant.is_some() || !joint.logged;
         Some(Self {
             weight,
-            body_from_tool: machine.tool().map(rotation_in_body),
+            body_from_tool: machine.tool().map(Mount::rotation_in_body),
             state,
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
             motions: vec![rest; machine.bodies.len()],

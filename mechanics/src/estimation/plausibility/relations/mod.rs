@@ -39,7 +39,7 @@ use super::explanation::Explanation;
 use super::fault::{Finding, Part, YawBy};
 use super::notice::{Found, Note, Notice, Rules};
 use super::signals::Sound;
-use crate::machine::{Machine, rotation_in_body};
+use crate::machine::Machine;
 use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
 pub use excitation::{Excitation, Unshown};
 use lean::LeanRelation;
@@ -83,7 +83,7 @@ impl Relations {
     pub(in crate::estimation) fn new(machine: &Machine, sensors: &Sensors) -> Self {
         let rules = Rules::of(machine);
         let has_imu = sensors.imu && machine.imu().body == 0;
-        let base_from_imu = rotation_in_body(machine.imu());
+        let base_from_imu = machine.imu().rotation_in_body();
         let threshold = likelihood::threshold(
             machine.plausibility().false_alarms_per_hour,
             3600.0 / WINDOW_S,
