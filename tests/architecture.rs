@@ -344,7 +344,9 @@ fn crates_use_only_those_below_them() {
 #[test]
 fn mechanics_never_names_the_suspension_crate() {
     let mut complaints = Vec::new();
-    for file in files(&tree().join("mechanics/src")) {
+    let own = tree().join("mechanics/suspension");
+    let all = files(&tree().join("mechanics")).into_iter();
+    for file in all.filter(|file| !file.starts_with(&own)) {
         let text = std::fs::read_to_string(&file).unwrap_or_default();
         if text.contains("tipwatch_suspension") || text.contains("tipwatch-suspension") {
             complaints.push(format!(
