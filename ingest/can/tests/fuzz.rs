@@ -104,3 +104,35 @@ fn any_text_is_survived_by_the_dbc_parser() {
             }
         });
 }
+
+#[test]
+fn numbers_at_their_limits_are_survived_at_every_place() {
+    // links and lengths of MF4 files are 64 bits wide, lengths of BLF objects 32
+    const LIMITS: [u64; 6] = [
+        u64::MAX,
+        u64::MAX - 23,
+        i64::MAX as u64,
+        u64::MAX << 32,
+        u32::MAX as u64,
+        1 << 40,
+    ];
+    let files = [
+        (ContainerFormat::Blf, data("mixed.blf")),
+        (ContainerFormat::Mf4, data("mixed.mf4")),
+        (ContainerFormat::Mf4, data("layout_sources.mf4")),
+        (ContainerFormat::Mf4, data("layout_most_length.mf4")),
+        (ContainerFormat::Mf4, data("layout_variable_mixed.mf4")),
+        (ContainerFormat::Mf4, data("layout_variable_sorted.mf4")),
+        (ContainerFormat::Mf4, data("layout_virtual_time.mf4")),
+    ];
+    let decoder = decoder();
+    for (format, intact) in &files {
+        for at in (0..intact.len() - 8).step_by(4) {
+            for limit in LIMITS {
+                let mut bytes = intact.clone();
+                bytes[at..at + 8].copy_from_slice(&limit.to_le_bytes());
+                read(*format, &bytes, &mut decoder.clone());
+            }
+        }
+    }
+}

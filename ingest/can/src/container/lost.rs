@@ -40,6 +40,14 @@ impl LostRanges {
         });
     }
 
+    /// Loses what a link leads to; links come from the file and may lead anywhere.
+    pub(super) fn lose_link(&mut self, link: u64, file_len: u64, reason: impl Into<String>) {
+        self.lose(
+            link.min(file_len)..link.saturating_add(1).min(file_len),
+            reason,
+        );
+    }
+
     pub(super) fn note(&mut self, note: impl Into<String>) {
         let note = note.into();
         if !self.notes.contains(&note) {

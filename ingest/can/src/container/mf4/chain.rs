@@ -121,7 +121,7 @@ impl Stream {
         for &block in blocks.iter().filter(|block| **block != 0) {
             match file.header(block)? {
                 Ok(header) => self.data(file, header, is_finalised, lost)?,
-                Err(reason) => lost.lose(block.min(file.len)..(block + 1).min(file.len), reason),
+                Err(reason) => lost.lose_link(block, file.len, reason),
             }
         }
         Ok(next)

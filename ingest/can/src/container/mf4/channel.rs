@@ -63,7 +63,7 @@ pub(super) fn collect<R: Read + Seek>(
         let block = match file.block(at, *b"CN")? {
             Ok(block) => block,
             Err(reason) => {
-                lost.lose(at.min(file.len)..(at + 1).min(file.len), reason);
+                lost.lose_link(at, file.len, reason);
                 return Ok(());
             }
         };
@@ -72,8 +72,7 @@ pub(super) fn collect<R: Read + Seek>(
         let name = match file.text(block.link(2))? {
             Ok(name) => name,
             Err(reason) => {
-                let at = block.link(2).min(file.len);
-                lost.lose(at..(at + 1).min(file.len), reason);
+                lost.lose_link(block.link(2), file.len, reason);
                 String::new()
             }
         };

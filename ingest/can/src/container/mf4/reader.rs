@@ -144,10 +144,7 @@ fn data_group<R: Read + Seek>(
         let group = match file.block(channel_group, *b"CG")? {
             Ok(group) => group,
             Err(reason) => {
-                lost.lose(
-                    channel_group.min(file.len)..(channel_group + 1).min(file.len),
-                    reason,
-                );
+                lost.lose_link(channel_group, file.len, reason);
                 break;
             }
         };
@@ -171,8 +168,9 @@ fn data_group<R: Read + Seek>(
                 })),
                 Ok(None) => Content::Other,
                 Err(reason) => {
-                    lost.lose(
-                        channel_group.min(file.len)..(channel_group + 1).min(file.len),
+                    lost.lose_link(
+                        channel_group,
+                        file.len,
                         format!("frames of a group that cannot be read: {reason}"),
                     );
                     Content::Other
