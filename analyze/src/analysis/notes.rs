@@ -1,5 +1,6 @@
 //! Notes: what a reader must know about how the results were obtained.
 
+use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::estimation::plausibility::Excitation;
 use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
 use tipwatch_mechanics::state::{Reason, Sensor};
@@ -10,6 +11,7 @@ use super::imu_check::MountingCheck;
 use super::measured_loads::LoadComparison;
 use super::payload::EstimatedPayload;
 use super::prediction::PredictionSeen;
+use crate::base::number::short;
 use crate::base::rows::Rows;
 use crate::load::{LoadedLog, MeasuredLoads};
 
@@ -92,6 +94,34 @@ impl Seen {
         }
         self.mounting.evaluate_waiting(machine);
     }
+}
+
+/// Noise that differs from the stated one by less than this factor is not worth a note.
+const NOTED_NOISE: f64 = 2.0;
+
+/// Where samples show a noise that is far from the stated one.
+pub(crate) fn of_noise(noise: &[ShownNoise]) -> Option<String> {
+    let differs = |noise: &&ShownNoise| {
+        let ratio = noise.ratio();
+        ratio.is_finite() && !(1.0 / NOTED_NOISE..=NOTED_NOISE).contains(&ratio)
+    };
+    let told = noise.iter().filter(differs).map(|noise| {
+        format!(
+            "{} {} {} (stated: {})",
+            noise.key,
+            short(noise.shown),
+            noise.unit,
+            short(noise.stated)
+        )
+    });
+    let mut told: Vec<String> = told.collect();
+    told.dedup();
+    (!told.is_empty()).then(|| {
+        format!(
+            "The samples show another noise than [estimator] states. Estimates and bands rest on what they show: {}.",
+            told.join(", ")
+        )
+    })
 }
 
 /// Assumptions, substitutes and anomalies, one note each.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use tipwatch_ingest::{FileTransfer, Losses, StampCorrection, TopicTiming};
+use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::StreamCounts;
 
@@ -126,6 +127,8 @@ pub struct Input {
     pub correction: StampCorrection,
     /// Counts of used and skipped samples.
     pub counts: StreamCounts,
+    /// The noise that its samples show, beside the stated one.
+    pub noise: Vec<ShownNoise>,
     /// Messages that could not be decoded.
     pub undecodable: u64,
 }

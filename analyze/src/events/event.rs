@@ -6,6 +6,8 @@ use tipwatch_mechanics::estimation::rotation::RotationWitness;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
 
+use super::counterfactual::Counterfactual;
+
 /// Rotation about an edge (rad) that turns edge tipping into a tip-over.
 pub(crate) const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
@@ -52,6 +54,8 @@ pub struct Event {
     pub any_split_ns: Option<i64>,
     /// Causes of the load loss; `None` for events without a load and models without causes.
     pub causes: Option<EventCauses>,
+    /// What would have prevented it, one answer for each supposition that differs from what was recorded.
+    pub counterfactuals: Vec<Counterfactual>,
     /// The input fault; `None` for other kinds of events.
     pub fault: Option<InputFault>,
     /// Signals that contradict each other during the event, so that its sensors may be wrong; `None` if none do.
@@ -225,6 +229,7 @@ impl Event {
             measured_rotation: None,
             any_split_ns: None,
             causes: None,
+            counterfactuals: Vec::new(),
             fault: None,
             doubt: None,
         }

@@ -87,7 +87,7 @@ pub(super) fn within(
 }
 
 /// Distance of each wheel's contact point from an edge in a placed state (m); zero for wheels on the edge.
-pub(super) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usize) -> Vec<f64> {
+pub(crate) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usize) -> Vec<f64> {
     let spec = &machine.polygon().edges()[edge];
     let (contacts, normal) = (&placement.contacts, placement.normal);
     let along = (contacts[spec.to] - contacts[spec.from]).normalize();

@@ -3,7 +3,7 @@
 use tipwatch_mechanics::Contribution;
 
 use super::table::Table;
-use crate::events::Event;
+use crate::events::{Event, Supposition};
 
 /// The table of events.
 #[must_use]
@@ -43,6 +43,16 @@ pub fn events(events: &[Event]) -> Table {
     let doubted_by = doubt().map(|d| Some(d?.subjects.join("; ")));
     table.add("doubted_by", None, doubted_by);
     add_causes(&mut table, events);
+    for &supposed in Supposition::all() {
+        let probability = all().map(|event| {
+            let mut answers = event.counterfactuals.iter();
+            answers
+                .find(|answer| answer.supposed == supposed)?
+                .probability
+        });
+        let name = format!("probability_{}", supposed.name());
+        table.add(name, Some("-"), probability);
+    }
     table
 }
 

@@ -2,7 +2,9 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::adaptation::Adaptation;
 use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
+use super::shown_noise::ShownNoise;
 use super::white_jerk::{ChannelState, Matrix};
 use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
@@ -104,24 +106,33 @@ impl Filters {
         let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
         let mut list = Vec::new();
-        let mut add = |followed, model, channels| {
-            list.push((followed, KalmanFilter::new(model, channels, keeps_history)));
+        let adapts = e.noise_from_log;
+        let mut add = |followed, model, counts: Vec<bool>| {
+            let filter = KalmanFilter::new(model, counts.len(), keeps_history);
+            let filter = match adapts {
+                true => filter.adapting(Adaptation::new(counts.into_iter())),
+                false => filter,
+            };
+            list.push((followed, filter));
         };
         for (stream, spec) in sensors.joints.iter().enumerate() {
-            add(Followed::Joints(stream), joints, spec.joints.len());
+            // What the ground does to a wheel is not how fast the arm moves, and hardly acts on loads.
+            let is_of_body = |&joint: &usize| machine.joints()[joint].spins_wheel.is_none();
+            let counts = spec.joints.iter().map(is_of_body);
+            add(Followed::Joints(stream), joints, counts.collect());
         }
         if sensors.imu {
-            add(Followed::SpecificForce, accelerometer, 3);
+            add(Followed::SpecificForce, accelerometer, vec![true; 3]);
         }
         if sensors.imu || sensors.odometry {
-            add(Followed::AngularVelocity, gyro, 3);
-            add(Followed::Up, attitude, 3);
+            add(Followed::AngularVelocity, gyro, vec![true; 3]);
+            add(Followed::Up, attitude, vec![true; 3]);
         }
         if sensors.odometry {
-            add(Followed::Velocity, odometry, 3);
+            add(Followed::Velocity, odometry, vec![true; 3]);
         }
         if sensors.tool_wrench {
-            add(Followed::ToolWrench, tool, 6);
+            add(Followed::ToolWrench, tool, vec![true; 6]);
         }
         for (k, signal) in sensors.actuators.iter().enumerate() {
             // Each of several signals gets a sigma that makes the sum as uncertain as the force is stated to be.
@@ -129,7 +140,9 @@ impl Filters {
             let unit = joint.signals[signal.signal].abs();
             let noise = joint.force_sigma.max(1.0) / (unit * (joint.signals.len() as f64).sqrt());
             let force = model(noise, 0.0, e.actuator_force_agility / unit);
-            add(Followed::Actuator(k), force, 1);
+            // What is stated is the error of a force, friction included, of which noise is the least part.
+            let filter = KalmanFilter::new(force, 1, keeps_history);
+            list.push((Followed::Actuator(k), filter));
         }
         Self {
             list,
@@ -153,6 +166,23 @@ impl Filters {
         let imu = self.sensors.imu;
         let all = self.list.iter_mut();
         all.filter(move |(followed, _)| followed.is_fed_by(sensor, imu))
+    }
+
+    /// The noise that the samples of a sensor show; none before the first samples, and where it stays as stated.
+    pub(super) fn shown_noise(&self, machine: &Machine, sensor: Sensor) -> Vec<ShownNoise> {
+        let imu = self.sensors.imu;
+        let fed = self.list.iter().filter(|(f, _)| f.is_fed_by(sensor, imu));
+        fed.filter_map(|(followed, filter)| {
+            let factors = filter.shown_noise()?;
+            Some(ShownNoise::of(
+                *followed,
+                sensor,
+                machine.estimator(),
+                factors,
+            ))
+        })
+        .flatten()
+        .collect()
     }
 
     fn push_to(

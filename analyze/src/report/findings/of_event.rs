@@ -4,7 +4,8 @@ use super::scene::Scene;
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 
 use crate::events::{
-    Event, EventCauses, EventKind, Finding, MeasuredRotation, ShownBy, TIP_OVER_RAD,
+    Answer, Counterfactual, Event, EventCauses, EventKind, Finding, MeasuredRotation, ShownBy,
+    Supposition, TIP_OVER_RAD,
 };
 use crate::page::{number, probability, readable};
 use crate::report::faults;
@@ -133,6 +134,7 @@ impl Scene {
         if let Some(causes) = &event.causes {
             evidence.extend(self.causes(causes));
         }
+        evidence.extend(self.otherwise(event));
         evidence
     }
 
@@ -246,6 +248,30 @@ impl Scene {
         ]
     }
 
+    /// Whether it would have happened otherwise.
+    fn otherwise(&self, event: &Event) -> Option<String> {
+        let happened = match event.kind {
+            EventKind::WheelLift => "lifted",
+            _ => "tipped",
+        };
+        let answers: Vec<String> = (event.counterfactuals.iter())
+            .map(|answer| format!("{}: {}", self.supposed(answer), answered(answer)))
+            .collect();
+        (!answers.is_empty()).then(|| format!("Would it have {happened} {}", answers.join("; ")))
+    }
+
+    fn supposed(&self, answer: &Counterfactual) -> String {
+        match (answer.supposed, answer.posture_ns) {
+            (Supposition::LevelGround, _) => "on level ground".into(),
+            (Supposition::HalfSpeed, _) => "at half the speed".into(),
+            (Supposition::WithoutLoad, _) => "without the load".into(),
+            (Supposition::ArmIn, None) => "with the arm in its reference posture".into(),
+            (Supposition::ArmIn, Some(at_ns)) => {
+                format!("with the arm as at t = {:.2} s", self.seconds(at_ns))
+            }
+        }
+    }
+
     fn shares(&self, event: &Event) -> String {
         let Some(wheel) = self.wheel(&event.subject) else {
             return String::new();
@@ -254,6 +280,20 @@ impl Scene {
             format!(", limit {} N", number(limit))
         });
         format!(" ({}{limit})", wheel.share(event.worst))
+    }
+}
+
+/// An answer with what it rests on.
+fn answered(answer: &Counterfactual) -> String {
+    let otf = match (answer.otf_n, answer.sigma_n) {
+        (Some(otf_n), Some(sigma_n)) => {
+            format!("minimum OTF {} ± {} N", number(otf_n), number(sigma_n))
+        }
+        _ => answer.why_not.unwrap_or("unknown").into(),
+    };
+    match (answer.answer, answer.probability) {
+        (Answer::Open, Some(p)) => format!("open, {} ({otf})", probability(p)),
+        (answer, _) => format!("{} ({otf})", answer.name()),
     }
 }
 

@@ -229,6 +229,13 @@ fn input_summary(input: &Input) -> InputSummary<'_> {
         samples_not_finite: input.counts.not_finite,
         samples_implausible: input.counts.implausible,
         messages_undecodable: input.undecodable,
+        noise: (input.noise.iter())
+            .map(|noise| NoiseSummary {
+                key: noise.key,
+                stated: noise.stated,
+                shown: noise.shown,
+            })
+            .collect(),
         timing: &input.timing,
         correction: input.correction,
     }

@@ -44,6 +44,7 @@ fn summary(event: &Event, first_ns: i64) -> EventSummary<'_> {
         shown_by: event.shown_by.map(ShownBy::name),
         measured_rotation: event.measured_rotation.as_ref().map(rotation),
         causes: event.causes.as_ref(),
+        counterfactuals: &event.counterfactuals,
         fault: event.fault.as_ref().map(|fault| FaultSummary {
             kind: fault.kind.name(),
             policy: fault.policy.name(),
