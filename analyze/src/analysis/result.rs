@@ -18,6 +18,7 @@ use super::payload::EstimatedPayload;
 use super::sensitivity::SensitivityTable;
 use super::undecided::Undecided;
 use super::unstated_load::ExplainedFall;
+use crate::analysis::health::SensorHealth;
 use crate::analysis::inputs::GrossInput;
 use crate::base::clip::Clip;
 use crate::base::options::Options;
@@ -41,6 +42,8 @@ pub struct Analysis {
     pub sources: Sources,
     /// The signals used, with the quality of their recording.
     pub inputs: Vec<Input>,
+    /// The health of each sensor, in the order of `inputs`.
+    pub health: Vec<SensorHealth>,
     /// What a reader must know: assumptions, missing signals, anomalies.
     pub notes: Vec<String>,
     /// Parts of the log that were lost.

@@ -19,7 +19,7 @@ use super::measured_loads::{Comparison, LoadComparison};
 use super::provenance::provenance;
 use super::quasi_static::{QuasiStatic, StaticRows, choose};
 use super::{
-    imu_check, inputs, notes, payload, redundancy, size, supports, unstated_load, verdicts,
+    health, imu_check, inputs, notes, payload, redundancy, size, supports, unstated_load, verdicts,
 };
 use crate::analysis::{Analysis, Coverage, Input, Sources};
 use crate::base::estimated::{EstimatedRows, StateSource};
@@ -135,6 +135,7 @@ fn analyse_with<S: RowSink>(
     let log_hashes = log_hashes.finish()?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
+    let health = health::of(&loaded, &quality.counts);
     loaded.check_read()?;
     loaded.forget_samples();
     if !gross_inputs.is_empty() {
@@ -321,6 +322,7 @@ fn analyse_with<S: RowSink>(
     let analysis = Analysis {
         sources,
         inputs: signals.collect(),
+        health,
         machine: match on_supports {
             Some((named, _)) => named,
             None => loaded.machine,

@@ -42,6 +42,7 @@ impl<'a> Summary<'a> {
             coverage: analysis.coverage,
             specific_force_source: specific_force_source(&analysis.inputs),
             inputs: analysis.inputs.iter().map(input_summary).collect(),
+            health: &analysis.health,
             clock: ClockSummary {
                 findings: &analysis.clock_findings,
                 offsets: &analysis.clock,

@@ -9,6 +9,7 @@ use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
 use crate::analysis::Coverage;
 use crate::analysis::advice::Advice;
 use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
+use crate::analysis::health::SensorHealth;
 use crate::analysis::inputs::GrossInput;
 use crate::analysis::measured_loads::SensorStatistics;
 use crate::analysis::model_comparison::LoadDifference;
@@ -52,6 +53,8 @@ pub struct Summary<'a> {
     pub specific_force_source: &'static str,
     /// The signals used.
     pub inputs: Vec<InputSummary<'a>>,
+    /// The health of the sensors: rates, gaps, steps of clocks, resolution, vibration, limits and outliers of each number.
+    pub health: &'a [SensorHealth],
     /// The clocks: anomalies, and offsets between topics.
     pub clock: ClockSummary<'a>,
     /// Notes: assumptions, missing signals, anomalies.
