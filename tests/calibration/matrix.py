@@ -297,7 +297,8 @@ def tips_at(folder):
 def standing_doubts(row):
     """Doubts that begin before the machine tips: what a fall and its impact do to sensors is not among them."""
     limit = row["tips_at"]
-    found = [(subject, fault) for subject, fault, start, _ in json.loads(row["doubts"] or "[]") if start < limit]
+    # an outlier is left out, and casts no doubt
+    found = [(subject, fault) for subject, fault, start, _ in json.loads(row["doubts"] or "[]") if start < limit and fault != "outlier"]
     return found + [("gross input", kind) for kind in row["gross_inputs"].split(";") if kind]
 
 

@@ -208,6 +208,12 @@ impl KalmanFilter {
         )
     }
 
+    /// The value that a channel should have at a stamp; `None` before the first sample and after a gap.
+    pub(super) fn expected(&self, channel: usize, stamp_ns: i64) -> Option<f64> {
+        let step_ns = stamp_ns.saturating_sub(self.state.last_ns?);
+        (step_ns <= self.model.max_gap_ns).then(|| self.at(channel, stamp_ns)[0])
+    }
+
     fn start(&mut self, stamp_ns: i64, values: &[f64], rates: Option<&[f64]>, doubt: Doubt) {
         self.state.started_ns = stamp_ns;
         if let Some(adaptation) = &mut self.state.adaptation {

@@ -24,6 +24,7 @@ mod shown_noise;
 mod smoother;
 mod sorted_stamps;
 mod state_builder;
+mod turns;
 mod white_jerk;
 
 pub use causal::CausalEstimator;

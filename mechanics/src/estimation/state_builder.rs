@@ -5,6 +5,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::adaptation::Adaptation;
 use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
 use super::shown_noise::ShownNoise;
+use super::turns::Turns;
 use super::white_jerk::{ChannelState, Matrix};
 use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
@@ -85,6 +86,7 @@ impl Reading {
 pub(super) struct Filters {
     pub(super) list: Vec<(Followed, KalmanFilter)>,
     sensors: Sensors,
+    turns: Turns,
     /// Whether an orientation has measured a tilt: until then, one without tilt is planar and not level.
     pub(super) has_tilt: bool,
 }
@@ -146,6 +148,7 @@ impl Filters {
         }
         Self {
             list,
+            turns: Turns::new(machine, sensors),
             sensors: sensors.clone(),
             has_tilt: false,
         }
@@ -225,7 +228,16 @@ impl Filters {
         match sample.sensor {
             Sensor::Joints(stream) => {
                 let (positions, rates) = values.split_at(values.len() / 2);
-                self.push_to(Followed::Joints(stream), t, positions, Some(rates), first)
+                let followed = Followed::Joints(stream);
+                let filter = self.list.iter().find(|(f, _)| *f == followed);
+                let mut turns = std::mem::take(&mut self.turns);
+                let positions = match filter {
+                    Some((_, filter)) => turns.counted(stream, t, positions, filter),
+                    None => positions,
+                };
+                let taken = self.push_to(followed, t, positions, Some(rates), first);
+                self.turns = turns;
+                taken
             }
             Sensor::Imu => {
                 self.push_to(Followed::SpecificForce, t, &values[..3], None, first)?;
