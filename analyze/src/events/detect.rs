@@ -5,7 +5,7 @@ use tipwatch_mechanics::machine::Machine;
 
 use super::causes::Causes;
 use super::episodes::{Episode, MERGED_NS, episodes_within, least, most};
-use super::event::{Event, EventKind, TIP_OVER_RAD};
+use super::event::{Event, EventKind, ShownBy, TIP_OVER_RAD};
 use super::evidence::Evidence;
 use super::onset::{self, Curve, Onset};
 use super::pages::Pages;
@@ -122,7 +122,10 @@ impl Finder<'_> {
             if rotation.is_some() {
                 event.split_dependent = Some(false);
             }
-            let own = self.passage(wheel, episode);
+            // where the loads do not show the rotation, they do not show when the wheel lifted before it
+            let is_shown = rotation
+                .is_none_or(|tipping| tipping.is_by_loads || episode.first < tipping.episode.first);
+            let own = self.passage(wheel, episode).filter(|_| is_shown);
             match rotation.filter(|tipping| self.lifts_last(wheel, tipping, own)) {
                 Some(tipping) => {
                     self.start(&mut event, tipping.episode, tipping.onset);
@@ -219,6 +222,10 @@ impl Finder<'_> {
         event.certainty = tipping.certainty;
         event.certainty_any_split = tipping.certainty;
         event.judged_ns = Some(self.rows.times_ns[tipping.episode.first]);
+        event.shown_by = Some(match tipping.is_by_loads {
+            true => ShownBy::Loads,
+            false => ShownBy::Rotation,
+        });
         event.rotation_rad = Some(tipping.rotation.0).filter(|rotation| rotation.is_finite());
         event.causes = self.causes(event.start_ns, &tipping.factors);
         event
