@@ -498,6 +498,56 @@ mod tests {
         assert!((both.at_s - 2.0).abs() < 0.03, "{both:?}");
     }
 
+    /// The machine file does not know a load: what is computed stops falling 4600 N above zero.
+    #[test]
+    fn a_corner_is_found_at_any_level() {
+        let mut curve = falling(1500.0);
+        curve.loads_n.iter_mut().for_each(|load| *load += 4600.0);
+        let near = Onset {
+            at_s: 2.2,
+            sigma_s: 0.2,
+            level_n: None,
+        };
+        let onset = corner(&curve, &Curve::default(), 150.0, Some(near)).unwrap();
+        assert!((onset.at_s - 2.0).abs() < 2.0 * onset.sigma_s, "{onset:?}");
+        assert!((onset.level_n.unwrap() - 4690.0).abs() < 20.0, "{onset:?}");
+    }
+
+    /// A fall from 2 s on, before which the platform swings with `rocking` rad/s.
+    fn rocking_fall(rocking: f64) -> Curve {
+        let mut rates = Curve::default();
+        for k in 0..1000 {
+            let t = f64::from(k) * 0.003;
+            let after = (t - 2.0).max(0.0);
+            let swing = rocking * (5.0 * t).sin() + 1e-4 * (91.0 * t).sin();
+            rates.push(t, swing + 0.6 * after.powi(2));
+        }
+        rates
+    }
+
+    #[test]
+    fn a_platform_that_rocks_makes_the_onset_less_certain_not_early() {
+        let at = |rocking: f64| of_rates(&rocking_fall(rocking), |_| 0.0, f64::INFINITY).unwrap();
+        let (steady, rocks) = (at(0.0), at(0.05));
+        for onset in [steady, rocks] {
+            assert!((onset.at_s - 2.0).abs() < 2.0 * onset.sigma_s, "{onset:?}");
+        }
+        assert!(steady.sigma_s < 0.1, "{steady:?}");
+        assert!(rocks.sigma_s > 1.2 * steady.sigma_s, "{rocks:?} {steady:?}");
+    }
+
+    #[test]
+    fn a_passage_is_where_the_load_is_zero() {
+        // it falls below zero, comes back at once, and a parabola through all of it has other roots
+        let mut curve = Curve::default();
+        (0..300).for_each(|k| {
+            let t = f64::from(k) * 0.01;
+            curve.push(t, 2000.0 * (t - 1.0).abs().min(0.4) - 400.0);
+        });
+        let onset = passage(&curve, 1.0, 20.0).unwrap();
+        assert!((onset.at_s - 0.8).abs() < 0.02, "{onset:?}");
+    }
+
     #[test]
     fn a_lift_older_than_the_rows_has_no_onset() {
         let mut lifted = Curve::default();

@@ -6,7 +6,7 @@
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Scope, State};
 
-use super::event::{Event, EventKind, MeasuredRotation, NoReturn, ShownBy};
+use super::event::{Bound, Event, EventKind, MeasuredRotation, NoReturn, ShownBy};
 use super::pages::MOST_ROWS_BACK;
 use super::rotation::FoundRotation;
 use super::row_derivatives::RowDerivatives;
@@ -80,6 +80,10 @@ impl Stories<'_> {
         if !first.is_some_and(|by_loads| sharpens(by_loads, rotation)) {
             tipping.start_ns = rotation.start_ns;
             tipping.start_sigma_s = rotation.start_sigma_s;
+            tipping.start_bound = match rotation.start_sigma_s {
+                Some(_) => Bound::At,
+                None => Bound::AtOrBefore,
+            };
         }
         tipping.end_ns = match (rotation.end_ns, first.map(|event| event.end_ns)) {
             (Some(end_ns), Some(Some(by_loads_ns))) => Some(end_ns.max(by_loads_ns)),

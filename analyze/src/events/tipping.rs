@@ -201,7 +201,10 @@ impl OfEdge<'_, '_> {
     fn measured(&mut self, within: Episode, rotation: &FoundRotation) -> Option<Tipping> {
         let rows = self.rows;
         let begins = rows.at(rotation.start_ns);
-        if !(within.first..=within.last).contains(&begins) || !rows.is_meaningful(begins) {
+        let is_here = (within.first..=within.last).contains(&begins)
+            && rows.is_meaningful(begins)
+            && rows.times_ns[begins].abs_diff(rotation.start_ns) <= MERGED_NS as u64;
+        if !is_here {
             return None;
         }
         let until_ns = rotation.off_ground_until_ns();
