@@ -373,11 +373,12 @@ fn evidence(y: &[f64], columns: [&Vec<f64>; 3]) -> Option<([f64; 3], f64)> {
     let mut normal = SMatrix::<f64, 3, 3>::zeros();
     let mut right = SVector::<f64, 3>::zeros();
     let mut squares = 0.0;
-    for k in 0..y.len() {
-        let row = SVector::from([columns[0][k], columns[1][k], columns[2][k]]);
+    let [constant, square, cube] = columns.map(|column| column.iter());
+    for (y, ((a, b), c)) in y.iter().zip(constant.zip(square).zip(cube)) {
+        let row = SVector::from([*a, *b, *c]);
         normal += row * row.transpose();
-        right += row * y[k];
-        squares += y[k] * y[k];
+        right += row * *y;
+        squares += y * y;
     }
     for (place, sigma) in RATE_PRIORS.into_iter().enumerate() {
         normal[(place, place)] += 1.0 / (sigma * sigma);
