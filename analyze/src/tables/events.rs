@@ -23,6 +23,9 @@ pub fn events(events: &[Event]) -> Table {
     let any_split = all().map(|e| e.certainty_any_split);
     table.add("certainty_any_split", Some("-"), any_split);
     table.add("start_sigma_s", Some("s"), all().map(|e| e.start_sigma_s));
+    let bound = all().map(|e| e.start_bound.name());
+    table.add("start_bound", None, bound);
+    table.add("end_bound", None, all().map(|e| e.end_bound.name()));
     let end = |of: usize| all().map(move |e| e.load_range_n.map(|n| n[of]));
     table.add("load_min", Some("N"), end(0));
     table.add("load_max", Some("N"), end(1));

@@ -4,8 +4,8 @@ use super::scene::Scene;
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 
 use crate::events::{
-    Answer, Counterfactual, Event, EventCauses, EventKind, Finding, MeasuredRotation, ShownBy,
-    Supposition, TIP_OVER_RAD,
+    Answer, Bound, Counterfactual, Event, EventCauses, EventKind, Finding, MeasuredRotation,
+    ShownBy, Supposition, TIP_OVER_RAD,
 };
 use crate::page::{number, probability, readable};
 use crate::report::faults;
@@ -26,6 +26,10 @@ impl Scene {
         let sigma = event.start_sigma_s.map_or(String::new(), |sigma_s| {
             format!(" ± {:.2}", sigma_s.max(0.01))
         });
+        let earlier = match event.start_bound {
+            Bound::At | Bound::AtOrAfter => "",
+            Bound::AtOrBefore => " or earlier",
+        };
         let [under, any] = self.split_clauses(event);
         let duration = match is_undecided(event) {
             true => "on".to_string(),
@@ -37,7 +41,7 @@ impl Scene {
         };
         Finding {
             headline: format!(
-                "{} from t = {start:.2}{sigma} s {duration}{under}{confidence}{any}",
+                "{} from t = {start:.2}{sigma} s{earlier} {duration}{under}{confidence}{any}",
                 self.statement(event),
             ),
             evidence: self.evidence(event),
@@ -337,10 +341,12 @@ fn is_undecided(event: &Event) -> bool {
 
 fn duration(event: &Event) -> String {
     match event.end_ns {
-        Some(end_ns) => format!(
-            "for {:.2} s",
-            end_ns.saturating_sub(event.start_ns) as f64 * 1e-9
-        ),
+        Some(end_ns) => {
+            let is_least = [event.start_bound, event.end_bound] != [Bound::At; 2];
+            let least = if is_least { "at least " } else { "" };
+            let lasted_s = end_ns.saturating_sub(event.start_ns) as f64 * 1e-9;
+            format!("for {least}{lasted_s:.2} s")
+        }
         None => "until the end of the log".to_string(),
     }
 }

@@ -111,6 +111,10 @@ pub struct EventSummary<'a> {
     pub(super) start_s: f64,
     /// Standard deviation of the start; null where no onset was found.
     pub(super) start_sigma_s: Option<f64>,
+    /// `at`, or `at_or_before` where rows before it are missing.
+    pub(super) start_bound: &'static str,
+    /// `at`, or `at_or_after` where rows after it are missing.
+    pub(super) end_bound: &'static str,
     pub(super) worst: f64,
     pub(super) unit: &'static str,
     pub(super) worst_ns: i64,
