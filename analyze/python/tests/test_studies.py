@@ -44,7 +44,7 @@ def test_a_fleet_is_a_data_set(tmp_path):
         [DATA / "tiny.mcap", DATA / "tiny_lift.mcap"], machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet",
         progress=lambda done, logs: counts.append((done, logs)),
     )
-    logs = pl.scan_parquet(fleet.logs_uri, hive_partitioning=True).collect()
+    logs = pl.scan_parquet(fleet.logs_uri).collect()
     assert logs.height == fleet.totals["logs"] == 2
     assert fleet.page.exists() and counts[-1] == (2, 2)
     with pytest.raises(tw.TipwatchError, match="--resume|empty folder"):
