@@ -35,7 +35,8 @@ __version__: str
 _Floats: TypeAlias = NDArray[np.float64]
 _What: TypeAlias = Literal["loads", "indicators", "causes", "sigma", "parts", "gradient", "all"]
 
-class TipwatchError(Exception): ...
+class TipwatchError(Exception):
+    kind: Literal["not_found", "permission", "storage", "value", "error"]
 
 @final
 class Table:

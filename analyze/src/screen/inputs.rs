@@ -8,7 +8,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf, absolute};
 
 use anyhow::{Context, Result, bail};
@@ -110,6 +110,24 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
         );
     }
     Ok(found)
+}
+
+/// That at least one of the named places of this computer exists, if all are such.
+///
+/// # Errors
+/// None of them does: a mistake in the call, rather than logs that are missing among others.
+pub(super) fn require_any(requested: &[PathBuf]) -> Result<()> {
+    let is_missing =
+        |path: &PathBuf| !Location::is_remote_path(path) && !is_pattern(path) && !path.exists();
+    if !requested.is_empty() && requested.iter().all(is_missing) {
+        let names: Vec<_> = requested.iter().map(|p| p.display().to_string()).collect();
+        let text = format!(
+            "{}: expected folders or logs, found nothing there",
+            names.join(", ")
+        );
+        return Err(anyhow::Error::from(io::Error::from(io::ErrorKind::NotFound)).context(text));
+    }
+    Ok(())
 }
 
 struct Finder {

@@ -33,6 +33,7 @@ pub fn screen(
     gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
+    inputs::require_any(request.logs)?;
     let found = inputs::find(request.logs, request.out)?;
     found
         .note()

@@ -14,7 +14,7 @@ use tipwatch_analyze::screen::{
 use tipwatch_binding::MachineFile;
 
 use super::fleet::Fleet;
-use crate::call::error::exception;
+use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, interruptible};
 use crate::call::options::{options, value};
 use crate::call::place::{Place, paths};
@@ -107,13 +107,13 @@ pub(crate) fn screen(
         && !(0.0..=1.0).contains(&share)
     {
         let text = format!("expected min_valid from 0 to 1, found {share}");
-        return Err(exception(&anyhow!(text)));
+        return Err(exception(&anyhow!(Mistake(text))));
     }
     if let Some(gib) = memory
         && !(gib > 0.0)
     {
         let text = format!("expected a positive memory (GiB), found {gib}");
-        return Err(exception(&anyhow!(text)));
+        return Err(exception(&anyhow!(Mistake(text))));
     }
     let machine = machine.map(machine_file).transpose()?;
     let logs = match logs {
@@ -134,7 +134,7 @@ pub(crate) fn screen(
             let text = format!(
                 "expected {name} with runner \"threads\" alone, found it with \"{runner}\""
             );
-            return Err(exception(&anyhow!(text)));
+            return Err(exception(&anyhow!(Mistake(text))));
         }
         let arguments = PyDict::new(py);
         // as text: a path object would not keep the two slashes of a URL
@@ -159,7 +159,7 @@ pub(crate) fn screen(
         let fleet = match (machine, &fleet) {
             (Some(machine), None) => Machines::of_one(machine),
             (None, Some(fleet)) => Machines::read(fleet)?,
-            _ => bail!("expected either machine or fleet"),
+            _ => bail!(Mistake("expected either machine or fleet".into())),
         };
         let policy = policy.as_deref().map(Policy::read).transpose()?;
         let options = options(rate, None, None, estimator, model)?;
