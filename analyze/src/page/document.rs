@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::column::Columns;
 use super::figure::Figure;
 use super::glossary::glossary;
-use super::packed::{packed_bytes, packed_json};
+use super::packed::{packed_bytes, packed_json, small_json};
 use super::plot_library::PlotLibrary;
 
 const STYLE: &str = include_str!("style.css");
@@ -91,7 +91,7 @@ pub(crate) struct Program {
 impl Program {
     pub(crate) fn new(data: &impl Serialize, script: &'static str) -> Self {
         let mut element = String::new();
-        packed_json(&mut element, "data", data);
+        small_json(&mut element, "data", data);
         Self {
             data: element,
             script,

@@ -29,19 +29,20 @@ unpacked('data').json().then(function (data) {
     return data.sure[i] + ' %, any split ' + (known(data.sure_any[i]) ? data.sure_any[i] + ' %' : 'unknown');
   };
   const columns = [
-    {head: 'Rank', key: function (i) { return data.rank[i]; },
-      text: function (i) { return data.rank[i] === data.last[i] ? data.rank[i] : data.rank[i] + ' to ' + data.last[i]; }},
+    // logs of one rank by margin
+    {head: 'Rank', key: function (i) { return data.rank[i] + (known(data.margin[i]) ? Math.min(9e4, data.margin[i] + 3e4) : 9e4) / 1e5; },
+      text: function (i) { return data.tied[i] ? data.rank[i] + ' to ' + (data.rank[i] + data.tied[i]) : data.rank[i]; }},
     {head: 'Log', key: function (i) { return data.name[i]; }, cell: link},
     {head: 'Finding', key: function (i) { return data.group[i]; }, text: function (i) { return data.groups[data.group[i]]; }},
     {head: 'Worst margin', key: function (i) { return data.margin[i]; }, text: margin},
-    {head: 'Any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? percent(data.any[i]) : ''; }},
+    {head: 'Any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
     {head: 'Wheel', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
     {head: 'Lifted', key: function (i) { return -data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
     {head: 'Certainty of the lift', key: function (i) { return known(data.sure[i]) ? -data.sure[i] : null; }, text: certainty},
     {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return known(data.valid[i]) ? data.valid[i] + ' %' : ''; }},
     {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
-    {head: 'Speed', key: function (i) { return known(data.speed[i]) ? -data.speed[i] : null; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 100).toFixed(2) + ' m/s' : ''; }},
-    {head: 'Tilt', key: function (i) { return known(data.tilt[i]) ? -data.tilt[i] : null; }, text: function (i) { return known(data.tilt[i]) ? (data.tilt[i] / 10).toFixed(1) + '°' : ''; }},
+    {head: 'Speed', key: function (i) { return known(data.speed[i]) ? -data.speed[i] : null; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
+    {head: 'Tilt', key: function (i) { return known(data.tilt[i]) ? -data.tilt[i] : null; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
     {head: 'Machine', key: machineName, cell: function (i, parent) {
       const button = element('button', machineName(i), parent, {type: 'button'});
       button.addEventListener('click', function () { filters.machine.value = String(data.machine[i]); page = 0; show(); });
@@ -113,9 +114,10 @@ unpacked('data').json().then(function (data) {
           && !(known(data.text[i]) && data.texts[data.text[i]].toLowerCase().includes(text))) continue;
       found.push(i);
     }
-    const key = columns[state.by].key, sign = state.down ? -1 : 1;
-    if (state.by !== 0 || state.down) found.sort(function (a, b) {
-      const x = key(a), y = key(b);
+    const key = columns[state.by].key, sign = state.down ? -1 : 1, keys = new Map();
+    found.forEach(function (i) { keys.set(i, key(i)); });
+    found.sort(function (a, b) {
+      const x = keys.get(a), y = keys.get(b);
       if (!known(x) || !known(y)) return (known(y) ? 1 : 0) - (known(x) ? 1 : 0) || a - b;
       return x < y ? -sign : x > y ? sign : a - b;
     });

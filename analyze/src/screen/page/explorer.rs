@@ -48,7 +48,7 @@ struct Machine {
     outliers: Vec<String>,
 }
 
-/// What the script reads: columns of the same length, one value a log. `null` is unknown.
+/// What the script reads: columns of the same length, one value a log, by path. `null` is unknown.
 #[derive(Serialize, Default)]
 struct Data {
     machines: Vec<Machine>,
@@ -68,8 +68,9 @@ struct Data {
     report: Vec<String>,
     group: Vec<usize>,
     rank: Vec<usize>,
-    last: Vec<usize>,
-    /// Thousandths: margin, its standard deviation, margin under any split.
+    /// How many logs behind the first of the rank cannot be told from it.
+    tied: Vec<usize>,
+    /// Thousandths: margin and its standard deviation; hundredths: margin under any split.
     margin: Vec<Option<i64>>,
     sigma: Vec<Option<i64>>,
     any: Vec<Option<i64>>,
@@ -85,7 +86,7 @@ struct Data {
     /// Per cent.
     valid: Vec<Option<i64>>,
     cause: Vec<Option<usize>>,
-    /// Hundredths of m/s, and tenths of a degree.
+    /// Tenths of m/s, and degrees.
     speed: Vec<Option<i64>>,
     tilt: Vec<Option<i64>>,
     /// A bit for each of the kinds of events.
@@ -231,9 +232,12 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         data.report.push(report.unwrap_or_default());
         data.group.push(group);
         data.rank.push(rank.0);
-        data.last.push(rank.1);
+        data.tied.push(rank.1 - rank.0);
     };
-    for log in ranked {
+    // neighbours of one machine and day share most of their names, and pack well
+    let mut by_path: Vec<&Ranked<'_>> = ranked.iter().collect();
+    by_path.sort_by_key(|log| &log.log.record.path);
+    for log in by_path {
         let (facts, events) = (log.log.facts, log.log.events);
         identity(&mut data, log.log.record, log.group as usize, log.rank);
         let worst = facts.worst.as_ref();
@@ -254,7 +258,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             .push(whole(worst.map(|worst| worst.margin), 1e3));
         data.sigma
             .push(whole(worst.and_then(|worst| worst.sigma), 1e3));
-        data.any.push(whole(facts.any_split_margin, 1e3));
+        data.any.push(whole(facts.any_split_margin, 1e2));
         data.wheel
             .push(worst.map(|worst| wheels.place(&worst.wheel.to_uppercase())));
         data.lifted.push((log.lifted_s * 100.0).round() as i64);
@@ -266,9 +270,9 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         data.valid.push(whole(facts.coverage.valid_share, 100.0));
         data.cause.push(main_cause(&log.log));
         data.speed
-            .push(whole(moment.and_then(|moment| moment.speed_m_s), 100.0));
+            .push(whole(moment.and_then(|moment| moment.speed_m_s), 10.0));
         let tilt = moment.and_then(|moment| moment.tilt_rad);
-        data.tilt.push(whole(tilt.map(f64::to_degrees), 10.0));
+        data.tilt.push(whole(tilt.map(f64::to_degrees), 1.0));
         data.events
             .push(flags.fold(0, |bits, (place, _)| bits | 1 << place));
         let doubts = (!doubts.is_empty()).then(|| texts.place(&doubts.join("; ")));
