@@ -114,10 +114,10 @@ unpacked('data').json().then(function (data) {
           && !(known(data.text[i]) && data.texts[data.text[i]].toLowerCase().includes(text))) continue;
       found.push(i);
     }
-    const key = columns[state.by].key, sign = state.down ? -1 : 1, keys = new Map();
-    found.forEach(function (i) { keys.set(i, key(i)); });
+    const key = columns[state.by].key, sign = state.down ? -1 : 1, keys = new Array(rows);
+    found.forEach(function (i) { keys[i] = key(i); });
     found.sort(function (a, b) {
-      const x = keys.get(a), y = keys.get(b);
+      const x = keys[a], y = keys[b];
       if (!known(x) || !known(y)) return (known(y) ? 1 : 0) - (known(x) ? 1 : 0) || a - b;
       return x < y ? -sign : x > y ? sign : a - b;
     });

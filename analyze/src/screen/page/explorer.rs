@@ -17,7 +17,7 @@ use crate::screen::record::{Outcome, Record};
 
 const SCRIPT: &str = include_str!("explorer.js");
 /// Most of the packed data (bytes): of more logs the page holds the first of the ranking.
-const MOST_BYTES: usize = 1_700_000;
+const MOST_BYTES: usize = 1_880_000;
 /// Logs that are shown without scripts.
 const SHOWN: usize = 20;
 
