@@ -25,13 +25,13 @@ pub(crate) fn array(values: Values) -> ArrayRef {
         Values::UInt64(known) => numbers::<UInt64Type>(known),
         Values::Text(known) => Arc::new(StringArray::from_iter(known.rows())),
         Values::Numbers(lists) => {
-            let element = Field::new(ELEMENT, arrow_schema::DataType::Float64, true);
+            let element = Field::new(ELEMENT, DataType::Float64, true);
             let mut builder = ListBuilder::new(Float64Builder::new()).with_field(element);
             lists.rows().for_each(|row| builder.append_option(row));
             Arc::new(builder.finish())
         }
         Values::Texts(lists) => {
-            let element = Field::new(ELEMENT, arrow_schema::DataType::Utf8, true);
+            let element = Field::new(ELEMENT, DataType::Utf8, true);
             let mut builder = ListBuilder::new(StringBuilder::new()).with_field(element);
             lists.rows().for_each(|row| builder.append_option(row));
             Arc::new(builder.finish())
