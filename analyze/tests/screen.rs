@@ -675,13 +675,20 @@ fn a_data_set_answers_sql() {
     let rows = ask(
         &out,
         "SELECT l.path, e.kind, l.day FROM events e JOIN logs l ON e.log_id = l.log_id \
-         WHERE e.kind = 'wheel_lift' AND l.day >= '2000-01-01' ORDER BY l.path",
+         WHERE e.kind = 'wheel_lift' ORDER BY l.path",
     );
     assert!(
         rows[0]["path"].as_str().unwrap().ends_with("lift.mcap"),
         "{rows}"
     );
     assert_eq!(rows[0]["day"].as_str().unwrap().len(), 10, "{rows}");
+    for (since, logs) in [("2000-01-01", 3), ("2090-01-01", 0)] {
+        let rows = ask(
+            &out,
+            &format!("SELECT count(*) AS logs FROM logs WHERE day >= '{since}'"),
+        );
+        assert_eq!(rows[0]["logs"], logs, "{since}");
+    }
 
     let run = |more: &[&str]| {
         let mut args = vec!["query", text(&out)];

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use polars::prelude::{
     AnyValue, DataFrame, DataType, LazyFrame, PlRefPath, ScanArgsParquet, SchemaRef,
 };
@@ -53,12 +53,16 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
     if is_empty {
         bail!("{place}: expected a data set of tipwatch screen (logs/*.parquet), found none");
     }
-    let frame = context
-        .execute(sql)
-        .and_then(LazyFrame::collect)
-        .with_context(|| {
-            format!("not answered: {sql} (the tables are logs and events; the reference page \"Fleet data set\" has their columns)")
-        })?;
+    let answered = context.execute(sql).and_then(LazyFrame::collect);
+    let frame = answered.map_err(|error| {
+        // the plan behind an error tells nothing to who wrote the query
+        let text = error.to_string();
+        let reason = text.split("\n\nResolved plan").next().unwrap_or(&text);
+        anyhow!(
+            "not answered: {sql}: {reason} (the tables are logs and events; the reference page \"Fleet data set\" has their \
+             columns)"
+        )
+    })?;
     Ok(Answer { frame })
 }
 
