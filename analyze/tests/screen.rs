@@ -380,7 +380,11 @@ fn the_data_set_has_the_documented_columns() {
         let tables = tables(out.path(), kind);
         assert!(!tables.is_empty());
         for (file, table) in tables {
-            let found: Vec<&str> = table.columns().iter().map(|c| c.name()).collect();
+            let found: Vec<&str> = table
+                .columns()
+                .iter()
+                .map(tipwatch_analyze::tables::table::Column::name)
+                .collect();
             let declared: Vec<&str> = columns.iter().map(|column| column.name).collect();
             assert_eq!(found, declared, "{kind}/{file}");
         }

@@ -74,7 +74,7 @@ pub(crate) fn numbers_of<'py>(
             .map(|value| value.map_or(missing, &number))
             .collect()
     }
-    let of = pieces.first().map(|piece| piece.data_type());
+    let of = pieces.first().map(Array::data_type);
     let has_missing = pieces.iter().any(|piece| piece.null_count() > 0);
     let nan = f64::NAN;
     Ok(match of {

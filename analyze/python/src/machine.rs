@@ -16,6 +16,9 @@ use crate::evaluation::{Evaluation, evaluate};
 use crate::inputs::{Given, Numbers};
 use crate::pose::{Posture, positions};
 
+/// The files that a machine is read from: the machine file, and its URDF where that is another.
+type Files = (PathBuf, Option<PathBuf>);
+
 /// A machine, from its machine file and URDF.
 ///
 /// Parameters
@@ -110,9 +113,7 @@ impl Machine {
     }
 
     /// For pickle, and so for workers of Ray, Dask and joblib: they read the machine from its files.
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, (PathBuf, Option<PathBuf>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Files)> {
         let machine = slf.get();
         if machine.is_changed {
             return Err(exception(&anyhow!(

@@ -79,8 +79,7 @@ impl FoundRotation {
     /// From when until when (ns) the platform stood on no wheel: it lay on its side, or tumbled. Gyro and attitude must agree
     /// on it, and have seen how it got there.
     pub(crate) fn on_side_ns(&self) -> Option<[i64; 2]> {
-        let began_in_log = !self.spell.is_from_start || self.start_sigma_s.is_some();
-        let is_sure = self.spell.witness == RotationWitness::Both && began_in_log;
+        let is_sure = self.spell.witness == RotationWitness::Both && !self.spell.is_from_start;
         let tumbled = self.reached(RotationSpell::TUMBLES);
         let since = [tumbled, self.spell.at_rest_ns].into_iter().flatten().min();
         let since = since.filter(|_| is_sure)?;

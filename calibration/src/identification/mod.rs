@@ -16,7 +16,7 @@ mod data;
 mod directions;
 mod fit;
 mod held_back;
-mod identification;
+mod identify;
 mod jacobian;
 mod model;
 mod noise;
@@ -27,7 +27,7 @@ mod redundancy;
 pub use bands::BandCheck;
 pub use data::{Channel, Data, Instant, Measured, Reading, Situation, Source};
 pub use directions::{Combination, Term};
-pub use identification::{
+pub use identify::{
     ChannelError, Estimate, HeldBack, Identification, Knowledge, NothingToIdentify, SourceUse,
     identify,
 };
