@@ -1,6 +1,6 @@
 //! Records as data frames: a struct whose fields are the columns of a table.
 //!
-//! [`record!`](crate::tables::frame::record) declares such a struct once. Its fields, types, units and comments are the
+//! `record!` declares such a struct once. Its fields, types, units and comments are the
 //! columns of the Parquet files, and the reference page is written from them.
 
 use polars::prelude::{
