@@ -40,3 +40,4 @@ mod supports; // outriggers, raised wheels and three-point axles, compared with 
 mod tipping; // onset, certainty and causes of lifts and tip-overs
 mod traceability; // requirements and the tests that hold them
 mod whatif; // replays with a different suspension motion
+mod wrong_samples; // samples that are wrong by themselves: jumps, saturation, frozen axes, outliers, wraps

@@ -136,9 +136,9 @@ fn of_fault(fault: InputFault) -> &'static [&'static str] {
 fn of_fault_kind(kind: FaultKind) -> &'static [&'static str] {
     match kind {
         FaultKind::NotFinite => &["TW-FAULT-07"],
-        FaultKind::OutOfRange => &["TW-FAULT-08"],
+        FaultKind::OutOfRange | FaultKind::Saturated => &["TW-FAULT-08"],
         FaultKind::JointLimit => &["TW-FAULT-11"],
-        FaultKind::ImpossibleRate => &["TW-FAULT-09"],
+        FaultKind::ImpossibleRate | FaultKind::Outlier => &["TW-FAULT-09"],
         FaultKind::Frozen => &["TW-FAULT-10"],
         FaultKind::NotUnit => &["TW-FAULT-12"],
         FaultKind::Disagreement => &["TW-FAULT-13"],

@@ -128,7 +128,12 @@ fn analysis_of_a_clip_gives_the_same_event() {
             let late_s = (number(part, "start_ns") - number(whole, "start_ns")) * 1e-9;
             let (a, b) = (number(whole, "worst"), number(part, "worst"));
             println!("{name} {kind}: start {late_s:+.4} s, worst {a:.1}, in the clip {b:.1}");
-            assert!(late_s.abs() < START_S, "{name} {kind}: {late_s} s");
+            // a clip shows less of the noise, by which an onset is weighed
+            let sigma_s = whole["start_sigma_s"].as_f64().unwrap_or(0.0);
+            assert!(
+                late_s.abs() < START_S.max(sigma_s),
+                "{name} {kind}: {late_s} s, sigma {sigma_s} s"
+            );
             assert!(
                 (a - b).abs() < WORST * a.abs() + 5.0,
                 "{name} {kind}: {a} {b}"

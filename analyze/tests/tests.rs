@@ -15,6 +15,7 @@ mod engines; // the files of deploy
 mod first_machine; // inspect --write-machine
 mod from_sheet; // machine new
 mod gates; // logs and policies that decide nothing
+mod health; // what sensors show by themselves
 mod imu_mounting; // mounting from transforms, and mounting faults
 mod in_blocks; // nothing holds the whole table
 mod long_logs; // samples in temporary files

@@ -550,36 +550,100 @@ fn without_stamps(log: impl Fn(i64) -> i64) -> BTreeMap<String, SensorRecording>
 
 #[test]
 fn a_stepped_restarted_or_set_log_time_gives_stretches_one_after_the_other() {
-    let middle = 1000 * PERIOD + 7 * MS;
-    let jumps: [(&str, i64); 5] = [
-        ("step", -100 * MS),
-        ("step", -1500 * MS),
-        ("step", -10 * S),
-        ("restart", -middle),
-        ("set", 8 * 365 * 86_400 * S),
-    ];
-    for (name, by) in jumps {
-        let start = 1000 * S;
-        let log = |time: i64| start + time + if time < middle { 0 } else { by };
-        let recordings = without_stamps(log);
-        for (topic, period) in [("/fast", PERIOD), ("/slow", 5 * PERIOD)] {
-            let recording = &recordings[topic];
-            let finding = found(recording, Kind::LogTimeJump);
-            assert_eq!(finding.treatment, Treatment::Handled, "{finding}");
-            let before = format!("from {}.", (start + middle) / S);
-            assert!(finding.seen.contains(&before), "{name} by {by}: {finding}");
-            // as recorded, and the time between is a second longer
-            let phase = if topic == "/fast" { 0 } else { 3 * MS };
-            let truth = |i: i64| {
-                let time = i * period + phase;
-                start + time + if time < middle { 0 } else { S }
-            };
-            let error = largest_error_ms(recording, truth);
-            assert!(error < 1e-3, "{name} by {by} ns, {topic}: {error} ms");
-            let in_order = recording.log_times_ns.is_sorted();
-            assert!(in_order, "log times are in the order of the file");
+    // soon after the start, in the middle, shortly before the end
+    for messages in [20, 1000, 1960] {
+        let middle = messages * PERIOD + 7 * MS;
+        let jumps: [(&str, i64); 5] = [
+            ("step", -100 * MS),
+            ("step", -1500 * MS),
+            ("step", -10 * S),
+            ("restart", -middle),
+            ("set", 8 * 365 * 86_400 * S),
+        ];
+        for (name, by) in jumps {
+            let start = 1000 * S;
+            let log = |time: i64| start + time + if time < middle { 0 } else { by };
+            let recordings = without_stamps(log);
+            for (topic, period) in [("/fast", PERIOD), ("/slow", 5 * PERIOD)] {
+                let recording = &recordings[topic];
+                let finding = found(recording, Kind::LogTimeJump);
+                assert_eq!(finding.treatment, Treatment::Handled, "{finding}");
+                let before = format!("from {}.", (start + middle) / S);
+                assert!(finding.seen.contains(&before), "{name} by {by}: {finding}");
+                // as recorded, and the time between is a second longer
+                let phase = if topic == "/fast" { 0 } else { 3 * MS };
+                let truth = |i: i64| {
+                    let time = i * period + phase;
+                    start + time + if time < middle { 0 } else { S }
+                };
+                let error = largest_error_ms(recording, truth);
+                assert!(error < 1e-3, "{name} by {by} ns, {topic}: {error} ms");
+                let in_order = recording.log_times_ns.is_sorted();
+                assert!(in_order, "log times are in the order of the file");
+            }
         }
     }
+}
+
+#[test]
+fn stamps_that_step_back_with_the_log_time_keep_the_order_of_the_file() {
+    // all on one computer, whose clock is set back
+    for by in [80 * MS, 300 * MS, 990 * MS, 5 * S] {
+        for middle in [20, 1000, 1960] {
+            let stamped = |i: i64| sound(at(i) - if i < middle { 0 } else { by }, i);
+            let topics = [("/arm", all(stamped)), ("/leg", all(stamped))];
+            let file = log_ordered(&topics, false, |topic, i, _| 2 * i + topic as i64);
+            for (topic, recording) in recorded(&file) {
+                let of_stamps = found(&recording, Kind::ClockRestart);
+                assert_eq!(of_stamps.treatment, Treatment::Handled);
+                assert!(
+                    !kinds(&recording).contains(&Kind::DisorderedStamps),
+                    "{topic}"
+                );
+                let truth = |i: i64| at(i) + if i < middle { 0 } else { S };
+                // the length of the step is known by the delays of the transport
+                let error = largest_error_ms(&recording, truth);
+                assert!(error < 1.0, "{by} ns at {middle}, {topic}: {error} ms");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_log_time_that_is_set_forward_is_told_by_stamps_that_go_on() {
+    for by in [200 * MS, 5 * S, 7 * 86_400 * S] {
+        let log = |i: i64| at(i) + delay(i) + if i < 900 { 0 } else { by };
+        let message = |stamp: i64, i: i64| StampedMessage {
+            stamp,
+            publish: log(i),
+            log: log(i),
+        };
+        let stamped = || all(|i| message(at(i), i));
+        let unstamped = all(|i| message(0, i));
+        let topics = [
+            ("/arm", stamped()),
+            ("/leg", stamped()),
+            ("/bare", unstamped),
+        ];
+        let recordings = recorded(&log_of(&topics, false));
+        let finding = found(&recordings["/arm"], Kind::LogTimeJump);
+        assert!(finding.seen.contains("forward by"), "{finding}");
+        let others = kinds(&recordings["/arm"]);
+        assert!(!others.contains(&Kind::ReplayedLog), "{others:?}");
+        assert_eq!(largest_error_ms(&recordings["/arm"], at), 0.0);
+        let error = largest_scatter_ms(&recordings["/bare"], at);
+        assert!(error < 1.5, "{by} ns: {error} ms");
+    }
+    // one topic whose messages take longer from then on is no jump
+    let late = |i: i64| at(i) + delay(i) + if i < 900 { 0 } else { 200 * MS };
+    let queued = all(|i| StampedMessage {
+        stamp: at(i),
+        publish: late(i),
+        log: late(i),
+    });
+    let topics = [("/arm", queued), ("/leg", all(|i| sound(at(i), i)))];
+    let recordings = recorded(&log_of(&topics, false));
+    assert!(!kinds(&recordings["/arm"]).contains(&Kind::LogTimeJump));
 }
 
 #[test]

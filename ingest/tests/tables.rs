@@ -478,6 +478,58 @@ fn what_a_table_does_not_state_can_be_stated() {
 }
 
 #[test]
+fn a_unit_that_contradicts_the_table_is_told() {
+    let unit = TableOptions {
+        time_unit: Some(TimeUnit::Milliseconds),
+        ..TableOptions::default()
+    };
+    for (text, is_told) in [
+        ("time_s,x\n10,1\n20,2\n", true),
+        ("time,x\n[us],[]\n10,1\n20,2\n", true),
+        ("time_ms,x\n10,1\n20,2\n", false),
+        ("time,x\n10,1\n20,2\n", false),
+    ] {
+        let log = with(text, unit.clone());
+        assert_eq!(log.span_ns(), Some((10_000_000, 20_000_000)));
+        let notes = &log.losses().notes;
+        let told = notes.iter().any(|note| note.contains("--time-unit"));
+        assert_eq!(told, is_told, "{text}: {notes:?}");
+    }
+}
+
+#[test]
+fn every_kind_of_line_end_is_read() {
+    for end in ["\n", "\r", "\r\n"] {
+        // more than is looked at to find the layout
+        let mut text = format!("Logger 7{end}time_s,x{end}[s],[m]{end}");
+        for row in 0..20_000 {
+            text += &format!("{row},{}{end}", 2 * row);
+        }
+        let log = Log::open(&csv(&text).path).unwrap();
+        assert!(log.losses().is_empty(), "{:?}", log.losses());
+        assert_eq!(log.topics()[0].message_count, Some(20_000), "{end:?}");
+    }
+}
+
+#[test]
+fn the_numbers_of_a_sparse_table_are_all_listed() {
+    let text = "time_s,a,b,c,d\n0,,,,\n1,5,,,\n2,,6,,\n3,7,,,\n4,,,8,\n5,,,,\n";
+    let (contents, _) = topic_contents(&Log::open(&csv(text).path).unwrap()).unwrap();
+    let fields = contents[0].fields.iter();
+    let found: Vec<_> = fields
+        .map(|it| (it.field.as_str(), it.first, it.last))
+        .collect();
+    assert_eq!(
+        found,
+        [
+            ("a", Some(5.0), Some(7.0)),
+            ("b", Some(6.0), Some(6.0)),
+            ("c", Some(8.0), Some(8.0)),
+        ]
+    );
+}
+
+#[test]
 fn lost_rows_are_told_once_for_each_kind() {
     let mut text = "time_s,x\n".to_owned();
     for row in 0..1000 {

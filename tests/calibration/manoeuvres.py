@@ -64,6 +64,7 @@ def scaled(machine, length, mass):
 
 
 HEAVY = 1.3, 2.1    # lengths, masses
+LIGHT = 0.42, 0.0213
 
 
 def kinds():
@@ -80,6 +81,10 @@ def kinds():
         # 9.3 t on six wheels, the rear ones in pairs on free bogies
         "forwarder": Kind(make_forwarder.forwarder, tyre=make_forwarder.TYRE, wheel=(make_forwarder.RADIUS, make_forwarder.HALF_WIDTH),
                           half_track=make_forwarder.HALF_TRACK, half_base=2.1, free_joints=tuple(make_forwarder.BOGIES), edit_toml=make_forwarder.edit_toml),
+        # 75 kg on hard wheels: a robot that moves its arm far faster than the machines that the estimator's defaults are made for
+        "light": Kind(lambda payload: scaled(model.rigid(yaw0=0.0, payload=payload / LIGHT[1]), *LIGHT), size=LIGHT[0], mass=LIGHT[1], tyre=(6e4, 250.0),
+                      wheel=(0.35 * LIGHT[0], 0.12 * LIGHT[0]), half_track=0.875 * LIGHT[0], half_base=1.15 * LIGHT[0],
+                      edit_toml=lambda text: text.replace("min_load = 500.0", "min_load = 10.0")),
     }
 
 
@@ -242,6 +247,19 @@ def arm_work(s):
     return Plan(20.0, s.working(), slope=s.level())
 
 
+def arm_swing(s):
+    """The arm stands, swings as fast as the joints of a robot, and stands again."""
+    begin, seconds = s.draw("begin", 2.5, 4.0), s.draw("seconds", 8.0, 10.0)
+    rate = [2 * math.pi * s.draw(f"rate_{k}", low, high) for k, (low, high) in enumerate([(0.4, 0.7), (0.3, 0.6), (0.3, 0.6)])]
+    wide = [s.draw(f"wide_{k}", low, high) for k, (low, high) in enumerate([(30, 45), (5, 9), (8, 14)])]
+
+    def arm(t):
+        on = smooth(t, begin, begin + 1) - smooth(t, begin + seconds, begin + seconds + 1)
+        slew, lift, tilt = (on * width * math.sin(w * (t - begin)) for w, width in zip(rate, wide))
+        return s.pose(44 + lift, -80 + tilt, 0.3, 90 + slew)
+    return Plan(18.0, arm)
+
+
 def arm_work_slope(s):
     return Plan(16.0, s.working(around=180, wide=30), slope=s.level(5))
 
@@ -401,7 +419,8 @@ EVERYWHERE = [stand, arm_work, arm_work_slope, payload_in_band, tool_force, driv
               stop_and_go, reversing, soft_ground, lift_return, brake_lift, tip_side, tip_caught, tip_swing, tip_payload_350, tip_payload_200,
               payload_unstated]
 OF = {"rigid": EVERYWHERE, "heavy": EVERYWHERE, "bogie": [*EVERYWHERE, suspension],
-      "forwarder": [stand, arm_work, arm_work_slope, payload_in_band, drive, drive_and_work, up_down, bump_one, bump_both, stop_and_go, payload_unstated]}
+      "forwarder": [stand, arm_work, arm_work_slope, payload_in_band, drive, drive_and_work, up_down, bump_one, bump_both, stop_and_go, payload_unstated],
+      "light": [stand, arm_work, arm_swing]}
 
 
 # ---- simulation

@@ -192,7 +192,7 @@ def lifts(folder, truth, events, covers, gaps, tipping):
     import polars
     import writelog
     found = [(event["subject"], (event["start_ns"] - writelog.T0) * 1e-9, math.inf if event["end_ns"] is None else (event["end_ns"] - writelog.T0) * 1e-9,
-              event["start_sigma_s"]) for event in events.filter(polars.col("kind") == "wheel_lift").iter_rows(named=True)]
+              event["start_sigma_s"], event["start_bound"]) for event in events.filter(polars.col("kind") == "wheel_lift").iter_rows(named=True)]
     missed, matched, true = 0, [], 0
     for wheel, spans in truth["lifts"].items():
         for onset, end in spans:
@@ -204,12 +204,12 @@ def lifts(folder, truth, events, covers, gaps, tipping):
             if not near:
                 missed += 1
                 continue
-            start, sigma = min(((lift[1], lift[3]) for lift in near), key=lambda lift: abs(lift[0] - onset))
-            matched.append([wheel, round(start - onset, 4), sigma and round(sigma, 4)])
+            start, sigma, bound = min(((lift[1], lift[3], lift[4]) for lift in near), key=lambda lift: abs(lift[0] - onset))
+            matched.append([wheel, round(start - onset, 4), sigma and round(sigma, 4), bound])
     t, _, raw = true_loads(folder)
     mean = sum(load[0] for load in raw.values()) / len(raw)
     false = 0
-    for wheel, start, end, _ in found:
+    for wheel, start, end, *_ in found:
         at = (t >= start - 0.1) & (t <= min(end, start + 5) + 0.1)
         if start < tipping - 0.1 and at.any() and raw[f"load_{wheel}"][at].min() > FALSE_SHARE * mean:
             false += 1
@@ -297,7 +297,8 @@ def tips_at(folder):
 def standing_doubts(row):
     """Doubts that begin before the machine tips: what a fall and its impact do to sensors is not among them."""
     limit = row["tips_at"]
-    found = [(subject, fault) for subject, fault, start, _ in json.loads(row["doubts"] or "[]") if start < limit]
+    # an outlier is left out, and casts no doubt
+    found = [(subject, fault) for subject, fault, start, _ in json.loads(row["doubts"] or "[]") if start < limit and fault != "outlier"]
     return found + [("gross input", kind) for kind in row["gross_inputs"].split(";") if kind]
 
 
@@ -330,7 +331,7 @@ def summary(rows):
         for title, part in (("sound sensors", of(sound)), ("sound sensors, a load that the machine file does not know", of(unstated))):
             if part:
                 text += [f"### {estimator}: {title}\n", sound_table(part, kind_of, "variant"), sound_table(part, lambda row: f"{row['machine']}: {row['manoeuvre']}", "log"),
-                         relations(part), onsets(part)]
+                         relations(part), onsets(part), spread(part)]
         if of(wrong):
             text += [f"### {estimator}: one wrong sensor\n", wrong_table(of(wrong))]
     return "\n".join(text)
@@ -362,7 +363,7 @@ def most(rows, key):
 def onsets(rows):
     lines = []
     for group, part in [("all", rows), *sorted(groups(rows, lambda row: row["manoeuvre"]).items())]:
-        pairs = [(error, sigma) for row in part for _, error, sigma in json.loads(row["lift_errors"] or "[]")]
+        pairs = [(error, sigma) for row in part for _, error, sigma, bound in json.loads(row["lift_errors"] or "[]") if bound == "at"]
         true, missed, false = (sum(int(row[name] or 0) for row in part) for name in ("true_lifts", "missed_lifts", "false_lifts"))
         tips = [row for row in part if row["true_tipping_s"]]
         found = [row for row in tips if row["found_tipping_s"]]
@@ -379,6 +380,24 @@ def onsets(rows):
     head = ["manoeuvre", "true lifts", "missed", "false", "error of onset [s]: 5 / 50 / 95 %", "error / sigma", "tippings found", "error [s]", "error / sigma", "tip-overs found",
             "Danger after the lift [s]", "share of rows with Danger until the last wheel is down, or the log ends"]
     return table(head, lines) + f"\ntip-overs found where there is none: {falsely}\n"
+
+
+def spread(rows):
+    """How far onsets are off in their own standard deviations: 1 is right, less is too cautious, more is overconfident. What begins at or before
+    a time has no error; it is only asked whether it did."""
+    lifts = [found for row in rows for found in json.loads(row["lift_errors"] or "[]")]
+    tips = [(number(row["tipping_error_s"]), number(row["tipping_sigma_s"])) for row in rows if row["found_tipping_s"]]
+    lines = []
+    for name, pairs in (("lift of a wheel", [(error, sigma) for _, error, sigma, bound in lifts if bound == "at"]), ("tipping about an edge", tips)):
+        z = np.array([error / sigma for error, sigma in pairs if sigma])
+        if len(z):
+            off = np.abs([error for error, _ in pairs])
+            near = sum(abs(error) <= max(0.1, 2 * (sigma or 0)) for error, sigma in pairs)
+            lines.append([name, len(pairs), f"{math.sqrt(np.mean(z**2)):.2f}", f"{z.mean():+.2f}", f"{np.quantile(off, 0.95):.2f}", share(near, len(pairs))])
+    bounds = [(error, sigma) for _, error, sigma, bound in lifts if bound == "at_or_before"]
+    text = table(["onset", "events", "root mean square of error / sigma", "mean", "error, 95 % [s]", "within 0.1 s or two sigma"], lines)
+    held = sum(error >= -2 * (sigma or 0) for error, sigma in bounds)
+    return text + f"\nlifts at or before a time: {share(held, len(bounds))} are\n"
 
 
 def wrong_table(rows):

@@ -259,6 +259,22 @@ def spike(log, at, size=30.0, seconds=0.005):
     log.array(IMU, "linear_acceleration")[hit] += float(size) * np.array([0.6, -0.5, 0.6])
 
 
+@sound
+def wheels_wrapped(log, start=-math.pi):
+    """Angles of wheels start anew after each turn, at `start`."""
+    position = log.both()[0]
+    for k in named(log, "wheel_"):
+        position[:, k] = np.mod(position[:, k] - float(start), 2 * math.pi) + float(start)
+
+
+@sound
+def coarse(log, force=0.0, gyro=0.0, position=0.0):
+    """Sensors that do not resolve their noise: steps of a specific force [m/s2], an angular velocity [rad/s] and a position [rad or m]."""
+    for values, step in ((log.array(IMU, "linear_acceleration"), force), (log.array(IMU, "angular_velocity"), gyro), (log.both()[0], position)):
+        if float(step) > 0:
+            values[:] = np.round(values / float(step)) * float(step)
+
+
 # ---- joints, wheels, steering
 
 def every(log, prefix):
@@ -302,6 +318,38 @@ def joint_stuck(log, joint, since):
 def joint_jump(log, joint, at, by):
     """From a time on the position is off, as after a lost count of an incremental encoder."""
     log.both()[0][np.ix_(log.streams[JOINTS].t >= float(at), named(log, joint))] += float(by)
+
+
+@wrong
+def joint_moved(log, joint, at, seconds, by):
+    """The position is off for a while, and comes back."""
+    t = log.streams[JOINTS].t
+    log.both()[0][np.ix_((t >= float(at)) & (t < float(at) + float(seconds)), named(log, joint))] += float(by)
+
+
+@wrong
+def joint_held(log, joint, since, seconds):
+    """Position and velocity repeat for a while, bit for bit."""
+    t = log.streams[JOINTS].t
+    held = (t >= float(since)) & (t < float(since) + float(seconds))
+    for values in log.both():
+        for k in named(log, joint):
+            if held.any():
+                values[held, k] = values[held, k][0]
+
+
+@wrong
+def outliers(log, signal, share, size, seed=5):
+    """Single samples are off by up to `size` in each direction: `force` [m/s2], `gyro` [rad/s], `speed` [m/s], `position` [rad or m], `tilt` [rad]."""
+    rng = np.random.default_rng(int(seed))
+    topic, path = {"force": (IMU, "linear_acceleration"), "gyro": (IMU, "angular_velocity"), "tilt": (IMU, "orientation"),
+                   "speed": (ODOMETRY, "twist.twist.linear"), "position": (JOINTS, "position")}[signal]
+    values = log.array(topic, path)
+    hit = np.flatnonzero(rng.random(len(values)) < float(share))
+    off = rng.uniform(-float(size), float(size), (len(hit), 3 if signal == "tilt" else values.shape[1]))
+    if signal == "position":
+        off[:, named(log, "wheel_")] = 0
+    values[hit] = turned(values[hit], off) if signal == "tilt" else values[hit] + off
 
 
 @wrong
@@ -365,6 +413,21 @@ def gyro_scale(log, axis, factor):
 @wrong
 def gyro_bias(log, axis, bias):
     log.array(IMU, "angular_velocity")[:, AXES[axis]] += float(bias)
+
+
+@wrong
+def gyro_clipped(log, range, axis="all"):
+    """Saturated at the end of its range [rad/s]."""
+    values = log.array(IMU, "angular_velocity")
+    values[:, AXES[axis]] = np.clip(values[:, AXES[axis]], -float(range), float(range))
+
+
+@wrong
+def axis_held(log, signal, axis, since, seconds):
+    """One axis of `force` or `gyro` repeats for a while."""
+    values, t = log.array(IMU, {"force": "linear_acceleration", "gyro": "angular_velocity"}[signal]), log.streams[IMU].t
+    held = (t >= float(since)) & (t < float(since) + float(seconds))
+    values[held, AXES[axis][0]] = values[held, AXES[axis][0]][0]
 
 
 @wrong
@@ -461,7 +524,7 @@ def attitude_sign(log):
 # ---- the variants of the matrix
 
 ALL = {**SOUND, **WRONG}
-BEFORE_NOISE = {"vibration", "accelerometer_gravity_only", "joint_sign", "joint_scale", "joint_offset", "joint_jump", "joints_swapped", "wheels_swapped"}
+BEFORE_NOISE = {"vibration", "accelerometer_gravity_only", "joint_sign", "joint_scale", "joint_offset", "joint_jump", "joint_moved", "joints_swapped", "wheels_swapped"}
 
 
 @dataclass
@@ -508,6 +571,9 @@ def sound_variants(log):
     for topic in (IMU, JOINTS, ODOMETRY):
         if topic in log.streams:
             add("late", topic=topic, seconds=1.0)
+    add("wheels_wrapped")
+    add("wheels_wrapped", start=0.0)
+    add("coarse", force=0.04, gyro=0.004, position=0.0017)
     add("spike", at=0.004)
     add("spike", at=round(0.5 * end, 3))
     return out
@@ -535,6 +601,16 @@ def wrong_variants(log):
         add("joint_stuck", wrong_from=middle, joint=joint, since=middle)
         add("joint_stuck", wrong_from=middle, first=True, joint=joint, since=middle)
         add("joint_jump", wrong_from=middle, joint=joint, at=middle, by=0.15 if joint in lengths else 0.2)
+        add("joint_held", wrong_from=middle, joint=joint, since=middle, seconds=3.0)
+    if "slew" in arm:
+        add("joint_jump", wrong_from=middle, joint="slew", at=middle, by=0.8)
+        add("joint_moved", wrong_from=middle, joint="slew", at=middle, seconds=2.0, by=0.8)
+    for signal, size in (("force", 15.0), ("gyro", 2.0), ("position", 0.1), ("speed", 3.0), ("tilt", 0.5)):
+        if signal != "speed" or ODOMETRY in log.streams:
+            add("outliers", signal=signal, share=0.005, size=size)
+    for signal, axis in (("force", "x"), ("force", "y"), ("force", "z"), ("gyro", "x"), ("gyro", "y")):
+        add("axis_held", wrong_from=middle, signal=signal, axis=axis, since=middle, seconds=3.0)
+    add("gyro_clipped", range=0.05)
     for i, a in enumerate(arm):
         for b in arm[i + 1:]:
             add("joints_swapped", a=a, b=b)

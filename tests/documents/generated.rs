@@ -19,6 +19,24 @@ fn the_reference_of_the_columns_is_current() {
     assert_current("book/src/reference/columns.md", "columns", &columns());
 }
 
+/// The reference of a fleet's tables is made of the records behind them.
+#[test]
+fn the_reference_of_the_data_set_is_current() {
+    for (name, columns) in tipwatch_analyze::screen::TABLES {
+        let mut text = String::from("| column | type | unit | meaning |\n|---|---|---|---|\n");
+        for column in columns {
+            let unit = column.unit.map_or(" ".into(), |unit| format!(" {unit} "));
+            let meaning: Vec<&str> = column.meaning.iter().map(|line| line.trim()).collect();
+            let meaning = meaning.join(" ");
+            text += &format!(
+                "| `{}` | {} |{unit}| {meaning} |\n",
+                column.name, column.type_name
+            );
+        }
+        assert_current("book/src/reference/data-set.md", name, &text);
+    }
+}
+
 /// The settings of the services are those with which they are opened.
 #[test]
 fn the_settings_of_the_services_are_current() {

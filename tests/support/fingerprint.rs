@@ -1,18 +1,20 @@
-//! Fingerprints of results: one line for each column, topic or key, so that a difference names what changed.
+//! Fingerprints of results: one line for each column, topic or key, that a person can review.
 //!
-//! Numbers, truth values, nulls and names count to the bit. What may change without a change of the results is left
-//! out: sentences, paths, hashes of files, versions and times of the run.
+//! A line shows the values themselves where they are few, otherwise how many there are, their least, largest, mean and
+//! last value, and a hash of all of them. What may change without a change of the results is left out: sentences, paths,
+//! hashes of files, versions and times of the run.
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use serde_json::Value;
 use tipwatch_analyze::tables::table::Column;
 use tipwatch_analyze::tables::{cell, parquet};
-use tipwatch_ingest::{Log, TopicId};
+use tipwatch_ingest::{FieldRequest, Log, Topic, number_fields, record_fields};
+
+use crate::digest::{Digest, Item};
 
 /// Columns of sentences, paths, hashes and versions.
 const LEFT_OUT_COLUMNS: [&str; 9] = [
@@ -49,26 +51,6 @@ const LEFT_OUT_TOPICS: [&str; 1] = ["/diagnostics"];
 const LEFT_OUT_FOLDERS: [&str; 2] = ["state", "reports"];
 /// The record of custody: hashes and sizes of files, the program's own among them, and times of the run.
 const LEFT_OUT_FILES: [&str; 1] = ["custody.json"];
-
-/// Fowler-Noll-Vo, 64 bits: not cryptographic, but short, fast and the same everywhere.
-#[derive(Debug, Clone, Copy)]
-struct Hash(u64);
-
-impl Hash {
-    fn new() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-
-    fn add(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-
-    fn text(self) -> String {
-        format!("{:016x}", self.0)
-    }
-}
 
 /// Fingerprint of every table, document and log in a folder of results, in the order of their paths.
 ///
@@ -108,117 +90,101 @@ fn list(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
     Ok(())
 }
 
-/// A line for each column: name, type, number of rows, hash of the values.
+/// A line for each column: name, type and values.
 fn table(path: &Path) -> Result<Vec<String>> {
     let table = parquet::read(path)?;
+    if table.rows() == 0 {
+        return Ok(vec!["no rows".into()]);
+    }
     let columns = table.columns().iter();
     let counted = columns.filter(|column| !LEFT_OUT_COLUMNS.contains(&column.name()));
     Ok(counted.map(line_of_column).collect())
 }
 
 fn line_of_column(column: &Column) -> String {
-    let mut hash = Hash::new();
+    let mut digest = Digest::default();
     for value in column.values() {
-        add(&mut hash, &value);
+        add(&mut digest, value);
     }
-    format!(
-        "{} {} {} {}",
-        column.name(),
-        column.type_name(),
-        column.len(),
-        hash.text()
-    )
+    format!("{} {} = {digest}", column.name(), column.type_name())
 }
 
-fn add(hash: &mut Hash, value: &cell::Value) {
+fn add(digest: &mut Digest, value: cell::Value) {
     match value {
-        cell::Value::Null => hash.add(b"null"),
-        // the sign of NaN is not specified
-        cell::Value::Number(number) if number.is_nan() => hash.add(b"nan"),
-        cell::Value::Number(number) => hash.add(&number.to_bits().to_le_bytes()),
-        cell::Value::Boolean(truth) => hash.add(&[u8::from(*truth)]),
-        cell::Value::Text(text) => {
-            hash.add(text.as_bytes());
-            hash.add(&[0xff]);
-        }
+        cell::Value::Null => digest.add(Item::Null),
+        cell::Value::Number(number) => digest.add(Item::Number(number)),
+        cell::Value::Integer(integer) => digest.add(Item::Integer(integer)),
+        cell::Value::Boolean(truth) => digest.add(Item::Name(truth.to_string())),
+        cell::Value::Text(text) => digest.add(Item::Name(format!("{text:?}"))),
         cell::Value::List(values) => {
-            hash.add(&(values.len() as u64).to_le_bytes());
-            for value in values {
-                add(hash, value);
-            }
+            let names: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
+            digest.add(Item::Name(format!("[{}]", names.join(" "))));
         }
-        cell::Value::Integer(integer) => hash.add(&integer.to_le_bytes()),
     }
 }
 
-/// A line for each topic: number of messages, hash of their times and bytes.
+/// A line for each topic: number of messages, and all numbers in them.
 fn topics(path: &Path) -> Result<Vec<String>> {
     let log = Log::open(path)?;
-    let counted = |name: &str| !LEFT_OUT_TOPICS.contains(&name);
-    let topics: Vec<_> = (log.topics().iter())
-        .filter(|topic| counted(&topic.name))
-        .collect();
-    let ids: Vec<TopicId> = topics.iter().map(|topic| topic.id).collect();
-    let mut found: BTreeMap<usize, (u64, Hash)> = BTreeMap::new();
-    log.read(&ids, &mut |message| {
-        let (count, hash) = (found.entry(message.topic.index())).or_insert((0, Hash::new()));
-        *count += 1;
-        hash.add(&message.log_time_ns.to_le_bytes());
-        hash.add(message.data);
-        ControlFlow::Continue(())
-    })?;
-    let mut lines: Vec<String> = (topics.iter())
-        .filter_map(|topic| {
-            let (count, hash) = found.get(&topic.id.index())?;
-            Some(format!("{} {count} messages {}", topic.name, hash.text()))
-        })
-        .collect();
+    let counted = |topic: &&Topic| !LEFT_OUT_TOPICS.contains(&topic.name.as_str());
+    let mut lines = Vec::new();
+    for topic in log.topics().iter().filter(counted) {
+        let fields = number_fields(topic);
+        let requests: Vec<FieldRequest> = (fields.iter())
+            .map(|field| FieldRequest::raw(&topic.name, field))
+            .collect();
+        let mut digest = Digest::default();
+        let count = topic.message_count.unwrap_or_default();
+        // the last column first: the line ends with the last value of the first field
+        for recording in record_fields(&log, &requests, None)?.0.iter().rev() {
+            for &value in &recording.values {
+                digest.add(Item::Number(value));
+            }
+        }
+        lines.push(format!("{} {count} messages = {digest}", topic.name));
+    }
     lines.sort();
     Ok(lines)
 }
 
-/// A line for each path of keys: the value, or number and hash of the values where there are several. Elements of a
-/// list share a path, and so do documents.
+/// A line for each path of keys with its values. Elements of a list share a path, and so do documents.
 #[must_use]
 pub fn documents(documents: &[Value]) -> Vec<String> {
-    let mut leaves: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut leaves: BTreeMap<String, Digest> = BTreeMap::new();
     for document in documents {
         collect(document, "", &mut leaves);
     }
-    let line = |(path, values): (&String, &Vec<String>)| {
-        if let [value] = values.as_slice() {
-            return format!("{path} = {value}");
-        }
-        let mut hash = Hash::new();
-        for value in values {
-            hash.add(value.as_bytes());
-            hash.add(b"\n");
-        }
-        format!("{path} = {} values {}", values.len(), hash.text())
-    };
-    leaves.iter().map(line).collect()
+    let lines = leaves.iter();
+    lines
+        .map(|(path, digest)| format!("{path} = {digest}"))
+        .collect()
 }
 
-fn collect(value: &Value, path: &str, leaves: &mut BTreeMap<String, Vec<String>>) {
-    match value {
-        Value::String(_) if !NAMES.contains(&last_key(path)) => {}
+fn collect(value: &Value, path: &str, leaves: &mut BTreeMap<String, Digest>) {
+    let item = match value {
+        Value::String(_) if !NAMES.contains(&last_key(path)) => return,
         Value::Object(map) => {
             let counted = |key: &String| !LEFT_OUT_KEYS.contains(&key.as_str());
             for (key, value) in map.iter().filter(|(key, _)| counted(key)) {
                 let dot = if path.is_empty() { "" } else { "." };
                 collect(value, &format!("{path}{dot}{key}"), leaves);
             }
+            return;
         }
         Value::Array(values) => {
             for value in values {
                 collect(value, &format!("{path}[]"), leaves);
             }
+            return;
         }
-        leaf => leaves
-            .entry(path.into())
-            .or_default()
-            .push(leaf.to_string()),
-    }
+        Value::Null => Item::Null,
+        Value::Number(number) => match number.as_i128() {
+            Some(integer) => Item::Integer(integer),
+            None => Item::Number(number.as_f64().unwrap_or(f64::NAN)),
+        },
+        name => Item::Name(name.to_string()),
+    };
+    leaves.entry(path.into()).or_default().add(item);
 }
 
 fn last_key(path: &str) -> &str {

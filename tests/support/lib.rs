@@ -1,5 +1,6 @@
 //! Shared by the tests: fixtures, their ground truth, and analyses of them.
 
+pub mod digest;
 #[cfg(doctest)]
 mod documents;
 mod edited_log;

@@ -44,7 +44,7 @@ mod _tipwatch {
     #[pymodule_export]
     use super::studies::{WhatIf, compare, whatif};
     #[pymodule_export]
-    use super::table::Table;
+    use super::table::{Column, Table};
 
     use pyo3::prelude::*;
 

@@ -1,5 +1,7 @@
 //! Machines: a machine file and its URDF, checked.
 
+use std::path::{Path, PathBuf};
+
 use anyhow::{Context, anyhow};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -13,6 +15,9 @@ use crate::call::place::Place;
 use crate::evaluation::{Evaluation, evaluate};
 use crate::inputs::{Given, Numbers};
 use crate::pose::{Posture, positions};
+
+/// The files that a machine is read from: the machine file, and its URDF where that is another.
+type Files = (PathBuf, Option<PathBuf>);
 
 /// A machine, from its machine file and URDF.
 ///
@@ -105,6 +110,26 @@ impl Machine {
             Self::of(machine)
         };
         read().map_err(|error: anyhow::Error| exception(&error))
+    }
+
+    /// For pickle, and so for workers of Ray, Dask and joblib: they read the machine from its files.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Files)> {
+        let machine = slf.get();
+        if machine.is_changed {
+            return Err(exception(&anyhow!(
+                "expected a machine as in its file {}, found one with other parameters: it has no file to be read from",
+                machine.file.path.display()
+            )));
+        }
+        let absolute = |path: &Path| {
+            std::path::absolute(path)
+                .with_context(|| format!("{}: not a valid path", path.display()))
+                .map_err(|error| exception(&error))
+        };
+        let urdf = machine.file.urdf_path();
+        let urdf = urdf.as_deref().map(absolute).transpose()?;
+        let files = (absolute(&machine.file.path)?, urdf);
+        Ok((slf.get_type().into_any(), files))
     }
 
     /// Name of the machine.

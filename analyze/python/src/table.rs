@@ -1,24 +1,31 @@
 //! Tables that Arrow readers take without a copy.
 
 use std::collections::HashMap;
+use std::fmt::Write as _;
 use std::sync::Arc;
 
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::{RecordBatch, RecordBatchIterator};
 use arrow_schema::{Field, Fields, Schema, SchemaRef};
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict};
 use tipwatch_analyze::tables::table;
 
-use crate::arrays::array;
+use crate::arrays::{array, numbers_of, text_of};
+use crate::call::error::exception;
+
+/// Rows and columns that a notebook shows.
+const SHOWN_ROWS: usize = 5;
+const SHOWN_COLUMNS: usize = 12;
 
 /// Key of a field's metadata with the unit of its column.
 const UNIT: &str = "unit";
 
 /// A table: columns of equal length with names and units.
 ///
-/// polars, pyarrow, pandas and DuckDB take it without copying, by the Arrow PyCapsule interface:
-/// ``polars.DataFrame(table)``, ``pyarrow.table(table)``.
+/// ``table["load_fl"]`` is one column; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars,
+/// pyarrow and DuckDB take it without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies.
 #[pyclass(frozen, module = "tipwatch")]
 pub(crate) struct Table {
     schema: SchemaRef,
@@ -77,12 +84,99 @@ impl Table {
         self.batches.iter().map(RecordBatch::num_rows).sum()
     }
 
+    /// A column by its name.
+    fn __getitem__(&self, name: &str) -> PyResult<Column> {
+        let place = self.schema.index_of(name).map_err(|_| {
+            PyKeyError::new_err(format!(
+                "expected one of the {} columns of the table (columns), found \"{name}\"",
+                self.schema.fields().len()
+            ))
+        })?;
+        let batches = self.batches.iter().map(|batch| batch.project(&[place]));
+        let batches: Vec<RecordBatch> = batches
+            .collect::<Result<_, _>>()
+            .map_err(|error| exception(&error.into()))?;
+        let schema = self.schema.project(&[place]);
+        let schema = schema.map_err(|error| exception(&error.into()))?;
+        Ok(Column {
+            table: Self {
+                schema: Arc::new(schema),
+                batches,
+            },
+        })
+    }
+
+    /// Whether there is a column of this name.
+    fn __contains__(&self, name: &str) -> bool {
+        self.schema.index_of(name).is_ok()
+    }
+
+    /// The first ``n`` rows.
+    #[pyo3(signature = (n=5))]
+    fn head(&self, n: usize) -> Self {
+        let mut left = n;
+        let batches = self.batches.iter().map_while(|batch| {
+            let rows = left.min(batch.num_rows());
+            left -= rows;
+            (rows > 0).then(|| batch.slice(0, rows))
+        });
+        Self {
+            batches: batches.collect(),
+            schema: Arc::clone(&self.schema),
+        }
+    }
+
+    /// As ``polars.DataFrame``, without a copy.
+    fn to_polars<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("polars")?.call_method1("DataFrame", (slf,))
+    }
+
+    /// As ``pyarrow.Table``, without a copy.
+    fn to_arrow<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pyarrow")?.call_method1("table", (slf,))
+    }
+
+    /// As ``pandas.DataFrame``; pandas copies the values.
+    fn to_pandas<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        Self::to_arrow(slf)?.call_method0("to_pandas")
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "<tipwatch.Table of {} rows and {} columns>",
             self.__len__(),
             self.schema.fields().len()
         )
+    }
+
+    /// The table in a notebook: its first rows with names and units.
+    fn _repr_html_(&self) -> String {
+        let fields = self.schema.fields();
+        let shown = fields.len().min(SHOWN_COLUMNS);
+        let mut html = String::from("<table><thead><tr>");
+        for field in &fields[..shown] {
+            let unit = field.metadata().get(UNIT);
+            let unit = unit.map_or(String::new(), |unit| format!("<br>[{}]", escaped(unit)));
+            // writing to a text does not fail
+            let _ = write!(html, "<th>{}{unit}</th>", escaped(field.name()));
+        }
+        html.push_str("</tr></thead><tbody>");
+        for batch in self.head(SHOWN_ROWS).batches {
+            for row in 0..batch.num_rows() {
+                html.push_str("<tr>");
+                for column in &batch.columns()[..shown] {
+                    let _ = write!(html, "<td>{}</td>", escaped(&text_of(column, row)));
+                }
+                html.push_str("</tr>");
+            }
+        }
+        let _ = write!(
+            html,
+            "</tbody></table><p>{} rows, {} columns</p>",
+            self.__len__(),
+            fields.len()
+        );
+        html
     }
 
     /// The table as a stream of Arrow record batches (Arrow PyCapsule interface).
@@ -99,4 +193,80 @@ impl Table {
         let stream = FFI_ArrowArrayStream::new(Box::new(reader));
         PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
     }
+}
+
+/// One column of a table: ``numpy.asarray(table["load_fl"])``.
+///
+/// NumPy gets a copy in which NaN is what is missing. polars, pyarrow and DuckDB take it as a table of one column.
+#[pyclass(frozen, module = "tipwatch")]
+pub(crate) struct Column {
+    table: Table,
+}
+
+#[pymethods]
+impl Column {
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.table.schema.field(0).name()
+    }
+
+    /// Its unit; None for what has none.
+    #[getter]
+    fn unit(&self) -> Option<&str> {
+        let unit = self.table.schema.field(0).metadata().get(UNIT);
+        unit.map(String::as_str)
+    }
+
+    fn __len__(&self) -> usize {
+        self.table.__len__()
+    }
+
+    fn __repr__(&self) -> String {
+        let unit = self
+            .unit()
+            .map_or(String::new(), |unit| format!(" [{unit}]"));
+        format!(
+            "<tipwatch.Column {}{unit} of {} rows>",
+            self.name(),
+            self.__len__()
+        )
+    }
+
+    /// The column as an array of NumPy; None is NaN.
+    #[pyo3(signature = (dtype=None, copy=None))]
+    fn __array__<'py>(
+        &self,
+        py: Python<'py>,
+        dtype: Option<Bound<'py, PyAny>>,
+        copy: Option<bool>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let columns = self.table.batches.iter().map(|batch| batch.column(0));
+        let found = numbers_of(py, &columns.collect::<Vec<_>>())?;
+        let found = match dtype {
+            Some(dtype) => found.call_method1("astype", (dtype,))?,
+            None => found,
+        };
+        match copy {
+            Some(true) => found.call_method0("copy"),
+            _ => Ok(found),
+        }
+    }
+
+    /// The column as a stream of Arrow record batches (Arrow PyCapsule interface).
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        self.table.__arrow_c_stream__(py, requested_schema)
+    }
+}
+
+/// A text that HTML shows as it is.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
 }

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import duckdb
+import numpy as np
 import pandas as pd
 import polars as pl
 import pyarrow as pa
@@ -64,3 +65,34 @@ def test_the_program_is_in_the_package():
 
     assert _tipwatch.main(["tipwatch", "--version"]) == 0
     assert _tipwatch.main(["tipwatch", "no-such-command"]) == 2
+
+
+def test_errors_are_also_those_of_python(tmp_path, machine):
+    with pytest.raises(FileNotFoundError) as missing:
+        tw.analyze(tmp_path / "nothing.mcap", machine)
+    assert isinstance(missing.value, tw.TipwatchError) and missing.value.kind == "not_found"
+    with pytest.raises(ValueError, match="expected a positive rate") as wrong:
+        tw.analyze(DEMO / "demo.mcap", machine, rate=-1.0)
+    assert wrong.value.kind == "value"
+
+
+def test_columns_reach_numpy(analysis):
+    samples = analysis.samples
+    column = samples["load_fl"]
+    loads = np.asarray(column)
+    assert column.unit == "N" and len(column) == len(loads) == len(samples)
+    expected = pl.DataFrame(samples)["load_fl"].to_numpy()
+    assert np.array_equal(loads, expected, equal_nan=True)
+    assert np.asarray(samples["time_ns"]).dtype == np.int64
+    assert "load_fl" in samples and "load_xx" not in samples
+    with pytest.raises(KeyError, match="load_xx"):
+        samples["load_xx"]
+    with pytest.raises(TypeError, match="column of numbers"):
+        np.asarray(analysis.events["kind"])
+    assert len(samples.head(3)) == 3
+    assert samples.to_polars().equals(pl.DataFrame(samples))
+    assert samples.to_arrow().equals(pa.table(samples))
+    assert len(samples.to_pandas()) == len(samples)
+    html = samples._repr_html_()
+    assert "<th>load_fl<br>[N]</th>" in html or "<th>time_ns<br>[ns]</th>" in html
+    assert html.count("<tr>") == 6

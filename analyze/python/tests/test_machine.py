@@ -150,3 +150,10 @@ def postures_of(machine, rows):
     low, high = machine.joint_limits[0]
     postures[:, 0] = np.linspace(max(low, -0.5), min(high, 0.5), rows) if low == low else np.linspace(-0.5, 0.5, rows)
     return postures
+
+
+def test_a_machine_is_sent_to_workers(machine):
+    import pickle
+
+    sent = pickle.loads(pickle.dumps(machine))
+    assert sent.name == machine.name and sent.mass == machine.mass and sent.joints == machine.joints

@@ -44,9 +44,16 @@ def test_a_fleet_is_a_data_set(tmp_path):
         [DATA / "tiny.mcap", DATA / "tiny_lift.mcap"], machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet",
         progress=lambda done, logs: counts.append((done, logs)),
     )
-    logs = pl.scan_parquet(fleet.logs_uri, hive_partitioning=True).collect()
+    logs = pl.scan_parquet(fleet.logs_uri).collect()
     assert logs.height == fleet.totals["logs"] == 2
     assert fleet.page.exists() and counts[-1] == (2, 2)
+    assert len(fleet.logs) == 2 and "wheel_lift" in fleet.events.to_polars()["kind"].to_list()
+    found = fleet.query("SELECT path, worst_margin FROM logs ORDER BY worst_margin").to_polars()
+    assert found["path"][0].endswith("tiny_lift.mcap") and found["worst_margin"][0] < 0
+    with pytest.raises(tw.TipwatchError, match="not answered"):
+        fleet.query("SELECT nothing FROM logs")
+    with pytest.raises(FileNotFoundError):
+        tw.screen("nope", machine=DATA / "tiny_lift.toml", out=tmp_path / "none")
     with pytest.raises(tw.TipwatchError, match="--resume|empty folder"):
         tw.screen(DATA / "tiny.mcap", machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet")
     with pytest.raises(tw.TipwatchError, match="either machine or fleet"):

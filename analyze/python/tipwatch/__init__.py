@@ -17,6 +17,7 @@ arrays and null in tables.
 from tipwatch import _tipwatch
 from tipwatch._tipwatch import (
     Analysis,
+    Column,
     Evaluation,
     Fleet,
     Identification,
@@ -38,6 +39,7 @@ _tipwatch.set_program(_tipwatch.__file__)
 
 __all__ = [
     "Analysis",
+    "Column",
     "Evaluation",
     "Fleet",
     "Identification",

@@ -57,7 +57,7 @@ def write(
     TipwatchError
         There is no data set, or the commit failed in all attempts.
     """
-    out = fleet.logs_uri.removesuffix("/logs/**/*.parquet") if isinstance(fleet, Fleet) else str(fleet)
+    out = fleet.logs_uri.removesuffix("/logs/*.parquet") if isinstance(fleet, Fleet) else str(fleet)
     system, root = fs.FileSystem.from_uri(out) if "://" in out else (fs.LocalFileSystem(), out)
     if system.get_file_info(f"{root}/screen.json").type != fs.FileType.File:
         raise TipwatchError(f"{out}: expected a complete data set, found no screen.json; gather it first")
@@ -72,22 +72,23 @@ def write(
 
 def _rows(system: fs.FileSystem, folder: str) -> pa.Table:
     """The rows of a table with the types that Delta has."""
-    text = pa.schema([(name, pa.string()) for name in _PARTITIONS])
-    partitioning = ds.HivePartitioning(text, null_fallback="__HIVE_DEFAULT_PARTITION__")
-    rows = ds.dataset(folder, filesystem=system, format="parquet", partitioning=partitioning).to_table()
-    schema = pa.schema([pa.field(field.name, _type(field), field.nullable) for field in rows.schema])
+    rows = ds.dataset(folder, filesystem=system, format="parquet").to_table()
+    schema = pa.schema([pa.field(field.name, _type(field.type), field.nullable) for field in rows.schema])
     rows = rows.cast(schema)
     # the order of files is that of a listing
     keys = [name for name in ("machine", "day", "path", "start_ns", "kind", "subject") if name in schema.names]
     return rows.sort_by([(key, "ascending") for key in keys]).replace_schema_metadata(None)
 
 
-def _type(field: pa.Field) -> pa.DataType:
-    if field.name == "day":
-        return pa.date32()
-    if pa.types.is_unsigned_integer(field.type):
+def _type(of: pa.DataType) -> pa.DataType:
+    """The type that Delta has for another: no counts, and no texts and lists with places of 64 bits or views."""
+    if pa.types.is_unsigned_integer(of):
         return pa.int64()
-    return field.type
+    if pa.types.is_large_string(of) or of == pa.string_view():
+        return pa.string()
+    if pa.types.is_list(of) or pa.types.is_large_list(of):
+        return pa.list_(_type(of.value_type))
+    return of
 
 
 def _replaced(uri: str, rows: pa.Table, options: dict[str, str], attempts: int) -> int:

@@ -7,7 +7,7 @@ use anyhow::Result;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
-use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
+use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, ShownNoise};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
@@ -27,6 +27,8 @@ use crate::load::{LoadedLog, block_smoother, load};
 pub(super) struct SignalQuality {
     pub(super) counts: Vec<(Sensor, StreamCounts)>,
     pub(super) faults: Vec<FaultSpan>,
+    /// The noise that the samples show.
+    pub(super) noise: Vec<ShownNoise>,
     /// Rotations of the platform about an edge, by gyro and attitude alone.
     pub(super) rotations: Vec<FoundRotation>,
     /// Times of the first and the last row in each, as far as the estimator knew it in the row (ns).
@@ -159,6 +161,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
     let quality = SignalQuality {
         counts: smoother.counts().collect(),
         faults: smoother.faults().to_vec(),
+        noise: smoother.shown_noise(),
         rotations: Vec::new(),
         rotating: Vec::new(),
     };
@@ -207,6 +210,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
         faults: faults.finish(),
+        noise: estimator.shown_noise(machine),
         rotations: Vec::new(),
         rotating,
     };

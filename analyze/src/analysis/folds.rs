@@ -88,7 +88,7 @@ pub(super) fn gather(
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| MonteCarloPass::new(machine, draws));
     let mut bands: Vec<Vec<Band>> = Vec::new();
-    let mut events = AnyPass::new(machine, table, min_loads_n, sets, scope);
+    let mut events = AnyPass::new(machine, table, min_loads_n, sets, scope, rotations);
     let stories = Stories {
         machine,
         table,

@@ -8,7 +8,8 @@
 
 use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Contribution, Quantity};
+use tipwatch_mechanics::machine::Parameter;
+use tipwatch_mechanics::{Contribution, Quantity, State};
 
 use crate::base::number::known;
 use crate::base::rows::Rows;
@@ -68,6 +69,45 @@ pub struct WorstMargin {
     pub otf_n: f64,
     /// Its standard deviation (N).
     pub otf_sigma_n: Option<f64>,
+    /// What the machine did at that time; absent from results of older versions.
+    #[serde(default)]
+    pub moment: Option<Moment>,
+}
+
+/// What a machine did at one time. What the log does not tell is `None`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Moment {
+    /// Speed of the base (m/s).
+    pub speed_m_s: Option<f64>,
+    /// Angle between the upward axis of the base and the vertical (rad).
+    pub tilt_rad: Option<f64>,
+    /// Names of the joints.
+    pub joints: Vec<String>,
+    /// Their positions (rad or m).
+    pub positions: Vec<Option<f64>>,
+}
+
+impl Moment {
+    fn of(machine: &Machine, rows: &Rows, row: usize) -> Self {
+        let mut state = State::zero(machine);
+        rows.states.get(row, &mut state);
+        let up = state.base.up;
+        let positions = Parameter::all(machine).into_iter();
+        let positions = positions.filter(|p| matches!(p, Parameter::JointPosition(_)));
+        let (joints, positions) = positions
+            .map(|position| {
+                let name = position.name(machine);
+                let joint = name.strip_suffix(".position").unwrap_or(&name).to_owned();
+                (joint, state.value(position).and_then(known))
+            })
+            .unzip();
+        Self {
+            speed_m_s: known(state.base.velocity.norm()),
+            tilt_rad: known(up.z.clamp(-1.0, 1.0).acos()),
+            joints,
+            positions,
+        }
+    }
 }
 
 /// Time by margin, and causes of small margins.
@@ -91,6 +131,7 @@ pub(super) struct MarginPass<'a> {
     /// Times of all rows (ns).
     times_ns: &'a [i64],
     worst: Option<WorstMargin>,
+    any_split: Option<f64>,
     largest_utilisation: Option<f64>,
     margin_s: Vec<f64>,
     known_s: f64,
@@ -103,6 +144,9 @@ pub(super) struct MarginPass<'a> {
 pub struct Margins {
     /// The smallest margin over the valid rows; `None` if there is none.
     pub worst: Option<WorstMargin>,
+    /// The smallest load that equilibrium allows for any wheel, however the load splits, as a share of the wheel's
+    /// static load, over the valid rows: 0 where a wheel may have been off the ground. `None` where it is unknown.
+    pub any_split: Option<f64>,
     /// Largest utilisation over the valid rows.
     pub largest_utilisation: Option<f64>,
     margin_s: Vec<f64>,
@@ -133,6 +177,7 @@ impl<'a> MarginPass<'a> {
             machine,
             times_ns: &table.times_ns,
             worst: None,
+            any_split: None,
             largest_utilisation: None,
             margin_s: vec![0.0; HISTOGRAM_EDGES.len() + 1],
             known_s: 0.0,
@@ -146,10 +191,20 @@ impl<'a> MarginPass<'a> {
         let notice_margin = 1.0 - self.machine.limits().notice;
         let max_gap_s = self.machine.estimator().max_gap;
         let utilisation = wheels.column(Quantity::Utilisation);
+        let least_loads: Vec<_> = (0..self.machine.wheels().len())
+            .map(|wheel| wheels.column(Quantity::LoadLeast(wheel)))
+            .collect();
+        let mut worst_row = None;
         for row in 0..rows.len() {
             let margin = wheels.margin(row);
             if rows.is_valid(row) {
-                self.look_for_worst(&wheels, row, margin);
+                if self.look_for_worst(&wheels, row, margin) {
+                    worst_row = Some(row);
+                }
+                for (load, static_load) in least_loads.iter().zip(wheels.static_load) {
+                    let share = load.map(|load| load[row] / static_load).and_then(known);
+                    self.any_split = self.any_split.into_iter().chain(share).reduce(f64::min);
+                }
                 let used = utilisation.map(|values| values[row]);
                 let used = used.filter(|used| used.is_finite());
                 self.largest_utilisation = self
@@ -175,15 +230,24 @@ impl<'a> MarginPass<'a> {
                 }
             }
         }
+        if let (Some(row), Some(worst)) = (worst_row, &mut self.worst) {
+            worst.moment = Some(Moment::of(self.machine, rows, row));
+        }
     }
 
-    fn look_for_worst(&mut self, wheels: &Wheels<'_>, row: usize, margin: Option<(usize, f64)>) {
+    /// Whether this row has the smallest margin up to here.
+    fn look_for_worst(
+        &mut self,
+        wheels: &Wheels<'_>,
+        row: usize,
+        margin: Option<(usize, f64)>,
+    ) -> bool {
         let Some((wheel, margin)) = margin else {
-            return;
+            return false;
         };
         let is_worse = |worst: &WorstMargin| margin.total_cmp(&worst.margin).is_lt();
         if !self.worst.as_ref().is_none_or(is_worse) {
-            return;
+            return false;
         }
         let sigma_n = wheels.column(Quantity::OtfSigma(wheel)).map(|s| s[row]);
         let otf_sigma_n = sigma_n.and_then(known);
@@ -194,12 +258,15 @@ impl<'a> MarginPass<'a> {
             time_ns: wheels.rows.times_ns[row],
             otf_n: wheels.least_otf(wheel, row),
             otf_sigma_n,
+            moment: None,
         });
+        true
     }
 
     pub(super) fn finish(self) -> Margins {
         Margins {
             worst: self.worst,
+            any_split: self.any_split,
             largest_utilisation: self.largest_utilisation,
             margin_s: self.margin_s,
             known_s: self.known_s,

@@ -8,6 +8,7 @@ pub mod digest;
 mod estimate;
 mod evaluation;
 mod folds;
+pub mod health;
 pub mod imu_check;
 pub mod inputs;
 mod kept_blocks;

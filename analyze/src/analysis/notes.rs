@@ -1,5 +1,8 @@
 //! Notes: what a reader must know about how the results were obtained.
 
+use std::collections::BTreeMap;
+
+use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::estimation::plausibility::Excitation;
 use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
 use tipwatch_mechanics::state::{Reason, Sensor};
@@ -10,6 +13,7 @@ use super::imu_check::MountingCheck;
 use super::measured_loads::LoadComparison;
 use super::payload::EstimatedPayload;
 use super::prediction::PredictionSeen;
+use crate::base::number::short;
 use crate::base::rows::Rows;
 use crate::load::{LoadedLog, MeasuredLoads};
 
@@ -94,6 +98,34 @@ impl Seen {
     }
 }
 
+/// Noise that differs from the stated one by less than this factor is not worth a note.
+const NOTED_NOISE: f64 = 2.0;
+
+/// Where samples show a noise that is far from the stated one.
+pub(crate) fn of_noise(noise: &[ShownNoise]) -> Option<String> {
+    let differs = |noise: &&ShownNoise| {
+        let ratio = noise.ratio();
+        ratio.is_finite() && !(1.0 / NOTED_NOISE..=NOTED_NOISE).contains(&ratio)
+    };
+    let told = noise.iter().filter(differs).map(|noise| {
+        format!(
+            "{} {} {} (stated: {})",
+            noise.key,
+            short(noise.shown),
+            noise.unit,
+            short(noise.stated)
+        )
+    });
+    let mut told: Vec<String> = told.collect();
+    told.dedup();
+    (!told.is_empty()).then(|| {
+        format!(
+            "The samples show another noise than [estimator] states. Estimates and bands rest on what they show: {}.",
+            told.join(", ")
+        )
+    })
+}
+
 /// Assumptions, substitutes and anomalies, one note each.
 #[must_use]
 pub(crate) fn of(
@@ -127,13 +159,8 @@ pub(crate) fn of(
     notes.extend(accelerometer_bias(loaded, seen));
     notes.extend((seen.excitation).statement(&loaded.machine, "this log"));
     notes.extend(seen.ahead.note(&loaded.machine));
+    notes.extend(without_value(loaded));
     for signal in loaded.signals.iter() {
-        if signal.recording.without_value > 0 {
-            notes.push(format!(
-                "{}: skipped {} messages without any of the fields bound to {}.",
-                signal.topic, signal.recording.without_value, signal.name
-            ));
-        }
         if signal.recording.stamps_ns.is_empty() && !matches!(signal.sensor, Sensor::Joints(_)) {
             notes.push(format!("{}: no readable message.", signal.topic));
         }
@@ -159,6 +186,27 @@ pub(crate) fn of(
             .map(|note| format!("{note}; implausible values are flagged instead.")),
     );
     notes
+}
+
+/// Messages that have none of the numbers of a signal: one note for all joints that share a topic.
+fn without_value(loaded: &LoadedLog) -> Vec<String> {
+    let mut skipped: BTreeMap<(&str, &str), [u64; 2]> = BTreeMap::new();
+    for signal in loaded.signals.iter() {
+        let count = signal.recording.without_value;
+        if count > 0 {
+            let key = (signal.topic.as_str(), signal.name);
+            let [least, most] = skipped.entry(key).or_insert([count; 2]);
+            (*least, *most) = (count.min(*least), count.max(*most));
+        }
+    }
+    let note = |((topic, name), [least, most]): ((&str, &str), [u64; 2])| {
+        let count = match least == most {
+            true => least.to_string(),
+            false => format!("{least} to {most}"),
+        };
+        format!("{topic}: skipped {count} messages without any of the fields bound to {name}.")
+    };
+    skipped.into_iter().map(note).collect()
 }
 
 /// What measured loads say of the computed ones.

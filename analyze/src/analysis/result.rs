@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use tipwatch_ingest::{FileTransfer, Losses, StampCorrection, TopicTiming};
+use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::StreamCounts;
 
@@ -17,6 +18,7 @@ use super::payload::EstimatedPayload;
 use super::sensitivity::SensitivityTable;
 use super::undecided::Undecided;
 use super::unstated_load::ExplainedFall;
+use crate::analysis::health::SensorHealth;
 use crate::analysis::inputs::GrossInput;
 use crate::base::clip::Clip;
 use crate::base::options::Options;
@@ -40,6 +42,8 @@ pub struct Analysis {
     pub sources: Sources,
     /// The signals used, with the quality of their recording.
     pub inputs: Vec<Input>,
+    /// The health of each sensor, in the order of `inputs`.
+    pub health: Vec<SensorHealth>,
     /// What a reader must know: assumptions, missing signals, anomalies.
     pub notes: Vec<String>,
     /// Parts of the log that were lost.
@@ -126,6 +130,8 @@ pub struct Input {
     pub correction: StampCorrection,
     /// Counts of used and skipped samples.
     pub counts: StreamCounts,
+    /// The noise that its samples show, beside the stated one.
+    pub noise: Vec<ShownNoise>,
     /// Messages that could not be decoded.
     pub undecodable: u64,
 }

@@ -9,7 +9,7 @@ use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{Reason, StreamCounts};
 
-use super::advice::advise;
+use super::advice::{Hypothesis, SupposedStates, advise, ask_all};
 use super::clock;
 use super::estimate::{estimate_on_one_clock, first_posture};
 use super::evaluation::{self, OtherModels};
@@ -19,10 +19,10 @@ use super::measured_loads::{Comparison, LoadComparison};
 use super::provenance::provenance;
 use super::quasi_static::{QuasiStatic, StaticRows, choose};
 use super::{
-    imu_check, inputs, notes, payload, redundancy, size, supports, unstated_load, verdicts,
+    health, imu_check, inputs, notes, payload, redundancy, size, supports, unstated_load, verdicts,
 };
 use crate::analysis::{Analysis, Coverage, Input, Sources};
-use crate::base::estimated::EstimatedRows;
+use crate::base::estimated::{EstimatedRows, StateSource};
 use crate::base::file_hash::LogHashes;
 use crate::base::options::{Estimator, Options};
 use crate::base::rows::Rows;
@@ -45,8 +45,37 @@ pub fn analyse(
     options: Options,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Analysis> {
+    analyse_whole(path, file, options, None, progress)
+}
+
+/// Analyses one log under hypotheses and keeps the whole table. Sensors are not compared with each other, and rotations of
+/// the platform are not events: they are what was recorded.
+///
+/// # Errors
+/// The log cannot be read, the machine does not fit it, or no row remains.
+pub(crate) fn analyse_supposing(
+    path: &Path,
+    file: &MachineFile,
+    options: Options,
+    hypotheses: &[Hypothesis],
+) -> Result<Analysis> {
+    analyse_whole(path, file, options, Some(hypotheses), &mut |_| {})
+}
+
+fn analyse_whole(
+    path: &Path,
+    file: &MachineFile,
+    options: Options,
+    hypotheses: Option<&[Hypothesis]>,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Analysis> {
     let begin = |_: &Prepared<'_>| Ok(Whole::default());
-    let (analysis, whole) = analyse_with(path, file, options, progress, true, begin)?;
+    let how = How {
+        options,
+        is_kept: true,
+        hypotheses,
+    };
+    let (analysis, whole) = analyse_with(path, file, how, progress, begin)?;
     if let Some(rows) = whole.rows {
         analysis.rows.keep(rows);
     }
@@ -64,17 +93,36 @@ pub fn analyse_into<S: RowSink>(
     progress: &mut dyn FnMut(u64),
     begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
 ) -> Result<(Analysis, S)> {
-    analyse_with(path, file, options, progress, false, begin)
+    let how = How {
+        options,
+        is_kept: false,
+        hypotheses: None,
+    };
+    analyse_with(path, file, how, progress, begin)
+}
+
+/// How a log is analysed.
+struct How<'a> {
+    options: Options,
+    /// Whether the whole table is kept.
+    is_kept: bool,
+    /// What is supposed of it instead of what was recorded, if anything is.
+    hypotheses: Option<&'a [Hypothesis]>,
 }
 
 fn analyse_with<S: RowSink>(
     path: &Path,
     file: &MachineFile,
-    options: Options,
+    how: How<'_>,
     progress: &mut dyn FnMut(u64),
-    is_kept: bool,
     begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
 ) -> Result<(Analysis, S)> {
+    let How {
+        options,
+        is_kept,
+        hypotheses,
+    } = how;
+    let is_recorded = hypotheses.is_none();
     let log = Arc::new(file.open_log(path)?);
     let log_hashes = LogHashes::begin(&log);
     let mut loaded = load(&log, file, progress)?;
@@ -87,6 +135,7 @@ fn analyse_with<S: RowSink>(
     let log_hashes = log_hashes.finish()?;
     let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
     let note_on_slope = inputs::notes_on_slope(&loaded);
+    let health = health::of(&loaded, &quality.counts);
     loaded.check_read()?;
     loaded.forget_samples();
     if !gross_inputs.is_empty() {
@@ -113,17 +162,29 @@ fn analyse_with<S: RowSink>(
             .notes
             .push(format!("Utilisation is unknown: {error}."));
     }
-    let load_comparison = match scope.sensitivities {
+    let load_comparison = match scope.sensitivities && is_recorded {
         true => {
             let motion = quasi_static.as_ref().map(|found| found.rows.as_ref());
             compare_loads(&loaded.standing(), &mut rows, &measured_loads, motion)
         }
         false => LoadComparison::default(),
     };
-    let contradicted = match scope.sensitivities && gross_inputs.is_empty() {
+    let contradicted = match scope.sensitivities && is_recorded && gross_inputs.is_empty() {
         true => redundancy::contradictions(&log, file, &loaded, &forces, &rows, &payloads),
         false => Vec::new(),
     };
+    if let Some(hypotheses) = hypotheses {
+        let machine = loaded.machine.measured_at_base();
+        let recorded_by = std::mem::replace(&mut loaded.machine, machine);
+        let supposed = |recorded| -> Arc<dyn StateSource> {
+            Arc::new(SupposedStates::new(
+                recorded,
+                recorded_by,
+                hypotheses.to_vec(),
+            ))
+        };
+        rows = rows.through(supposed);
+    }
     let posture = first_posture(&loaded.machine, &rows);
     supports::check_options(&loaded, &options)?;
     let has_odometry = loaded.matched.sensors.odometry;
@@ -135,7 +196,7 @@ fn analyse_with<S: RowSink>(
         &options,
     )?;
     // an IMU that is grossly wrong shows no rotation
-    let shows_rotations = !gross_inputs.iter().any(|input| input.kind.is_of_imu());
+    let shows_rotations = is_recorded && !gross_inputs.iter().any(|input| input.kind.is_of_imu());
     let (rotations, rotating) = match shows_rotations {
         true => (quality.rotations, quality.rotating),
         false => Default::default(),
@@ -201,7 +262,10 @@ fn analyse_with<S: RowSink>(
             || !on_side.iter().any(within)
     };
     let found = gathered.found.events.into_iter().filter(is_of_wheels);
-    let events = events::sorted(found.collect(), others);
+    let mut events = events::sorted(found.collect(), others);
+    if scope.sensitivities && is_recorded && gross_inputs.is_empty() && on_supports.is_none() {
+        ask_all(machine, &table, &mut events);
+    }
     let sensitivity = (gathered.sensitivity).and_then(|found| found.table(machine, &table));
     let advice = advise(
         machine,
@@ -212,12 +276,13 @@ fn analyse_with<S: RowSink>(
         sensitivity.as_ref(),
         &gathered.seen.positions,
     );
-    let explained_falls = match scope.sensitivities && gross_inputs.is_empty() {
+    let explained_falls = match scope.sensitivities && is_recorded && gross_inputs.is_empty() {
         true => unstated_load::study(&table, &unstated_load::falls(&table, &events)),
         false => Vec::new(),
     };
     let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &gathered.seen);
+    notes.extend(notes::of_noise(&quality.noise));
     notes.splice(0..0, notes_on_static_rows);
     notes.splice(0..0, note_on_slope);
     notes.extend(notes::of_measured_loads(
@@ -225,7 +290,7 @@ fn analyse_with<S: RowSink>(
         &load_comparison,
         table.times_ns[0],
     ));
-    if loaded.matched.sensors.imu {
+    if loaded.matched.sensors.imu && is_recorded {
         notes.splice(0..0, imu_check::note(machine, &gathered.seen.mounting));
     }
     let sources = Sources {
@@ -243,6 +308,10 @@ fn analyse_with<S: RowSink>(
             .iter()
             .find(|(sensor, _)| *sensor == signal.sensor)
             .map_or(StreamCounts::default(), |(_, c)| *c),
+        noise: (quality.noise.iter())
+            .filter(|noise| noise.sensor == signal.sensor)
+            .copied()
+            .collect(),
         topic: signal.topic.clone(),
         type_name: signal.type_name.clone(),
         why: signal.why.clone(),
@@ -253,6 +322,7 @@ fn analyse_with<S: RowSink>(
     let analysis = Analysis {
         sources,
         inputs: signals.collect(),
+        health,
         machine: match on_supports {
             Some((named, _)) => named,
             None => loaded.machine,

@@ -152,6 +152,17 @@ impl EstimatedRows {
         }
     }
 
+    /// The same rows with other states, made of those that they have.
+    #[must_use]
+    pub(crate) fn through(
+        mut self,
+        wrap: impl FnOnce(Arc<dyn StateSource>) -> Arc<dyn StateSource>,
+    ) -> Self {
+        self.kept.clear();
+        self.states = wrap(self.states);
+        self
+    }
+
     /// Keeps some consecutive rows.
     #[must_use]
     pub(crate) fn cut(mut self, rows: Range<usize>) -> Self {

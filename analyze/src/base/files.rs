@@ -19,15 +19,6 @@ pub(crate) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     replaced.with_context(|| cannot(path, "written"))
 }
 
-/// Replaces a file by the one that `make` writes to a temporary path in the same folder.
-pub(crate) fn make_atomically(path: &Path, make: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let (_, unfinished) = begin(path)?;
-    make(&unfinished)?;
-    unfinished
-        .persist(path)
-        .with_context(|| cannot(path, "written"))
-}
-
 /// A new, empty file beside `path`, whose folder is created if missing.
 fn begin(path: &Path) -> Result<(File, TempPath)> {
     let folder = path.parent().unwrap_or(Path::new(""));

@@ -10,8 +10,8 @@ use super::analyze::AnalyzeArgs;
 use super::exit::{Exit, Terminal, Usage};
 use super::reading::ReadingArgs;
 use super::{
-    analyze, check_machine, compare, demo, identify, inspect, machine, recover, screen, stabilise,
-    validate, verify, whatif,
+    analyze, check_machine, compare, demo, identify, inspect, machine, query, recover, screen,
+    stabilise, validate, verify, whatif,
 };
 use crate::base::stdout::to_stdout;
 use crate::output::custody::Custody;
@@ -42,6 +42,8 @@ enum Command {
     Analyze(AnalyzeArgs),
     /// Analyse many logs: a data set with one row per log, and a page that ranks the machines by risk.
     Screen(screen::ScreenArgs),
+    /// Ask the data set of a fleet in SQL.
+    Query(query::QueryArgs),
     /// Compare two results, two logs, or one log under two machine files or models.
     Compare(compare::CompareArgs),
     /// Show the contents of a log: topics, clocks, gaps, damage, and the topic of each signal.
@@ -91,6 +93,7 @@ pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Analyze(args) => analyze::run(args, terminal),
         Command::Screen(args) => screen::run(args, terminal),
+        Command::Query(args) => query::run(args, terminal),
         Command::Compare(args) => compare::run(args, terminal),
         Command::Inspect(args) => inspect::run(args, terminal),
         Command::CheckMachine(args) => check_machine::run(args, terminal),

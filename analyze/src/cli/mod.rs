@@ -11,6 +11,7 @@ mod inspect;
 mod machine;
 mod machine_file;
 mod options;
+mod query;
 mod reading;
 mod recover;
 mod screen;

@@ -10,7 +10,7 @@ use super::machine_file::InertiaArgs;
 use super::options::{AnalysisArgs, PolicyArgs};
 use crate::base::progress::LogCount;
 use crate::screen::{
-    Fleet, Gate, Gathering, Output, Request, Screen, Shard, Update, gather, screen,
+    Fleet, Gate, Gathering, Output, Reports, Request, Screen, Shard, Update, gather, screen,
 };
 
 /// Logs that decide nothing, printed one by one; more with `--verbose`.
@@ -58,6 +58,12 @@ pub(super) struct ScreenArgs {
     /// program version. Failed logs are retried.
     #[arg(long)]
     resume: bool,
+    /// Remove logs that no longer exist from the data set; without it they stay, and are told.
+    #[arg(long, conflicts_with_all = ["records", "shard"])]
+    prune: bool,
+    /// Which logs get a report of their own: those with events of wheels or edges, all, or none.
+    #[arg(long, value_enum, default_value_t)]
+    reports: Reports,
     /// Analyse nothing; build data set and page from the records in PLACE (default: DIR). If logs are named,
     /// those without a record are in the data set as failed.
     #[arg(long, value_name = "PLACE", num_args = 0..=1,
@@ -94,6 +100,7 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
                 records: records.as_ref().unwrap_or(out),
                 out,
                 logs: &args.logs,
+                prune: args.prune,
                 options: args.analysis.options(),
             };
             (gather(&asked, gate, &notify)?, false)
@@ -117,7 +124,11 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
     }
     terminal.print(&result_line(&found));
     // whether a log failed is the verdict of the gathered data set, not of the process that wrote its record
-    Ok(if is_for_gathering {
+    let nothing_was_delivered = found.not_delivered > 0
+        && found.not_delivered == found.analysed_now + found.failed_now + found.from_before;
+    Ok(if is_for_gathering && nothing_was_delivered {
+        Exit::FAILED
+    } else if is_for_gathering {
         Exit::DONE
     } else {
         exit_of(&found)
@@ -141,6 +152,8 @@ fn analyse(
         memory_bytes: args.memory.map(|gib| u64::from(gib) << 30),
         shard: args.shard,
         resume: args.resume,
+        prune: args.prune,
+        reports: args.reports,
         options: args.analysis.options(),
         stop: None,
     };

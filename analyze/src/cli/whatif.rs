@@ -2,16 +2,21 @@
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Args;
+use tipwatch_binding::MachineFile;
 
-use super::exit::{Ending, Exit, Terminal};
+use super::exit::{Ending, Exit, Terminal, Usage};
 use super::machine_file::InertiaArgs;
-use super::options::{MinValidArgs, period, rate, seconds};
+use super::options::{MinValidArgs, period, positive, rate, seconds, share};
+use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, Options};
 use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
-use crate::suspension::{SuspensionMode, WhatIfOptions, findings, what_if};
+use crate::compare::{InputDifference, Side, as_text, compare, render};
+use crate::suspension::{
+    SUPPOSED_CAVEATS, Suppositions, SuspensionMode, WhatIfOptions, findings, suppose, what_if,
+};
 
 #[derive(Debug, Args)]
 pub(super) struct WhatIfArgs {
@@ -25,9 +30,24 @@ pub(super) struct WhatIfArgs {
     /// Output folder.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Suspension motion.
-    #[arg(long, value_enum, default_value_t = SuspensionMode::LookAhead)]
-    suspension: SuspensionMode,
+    /// Suspension motion; default: look-ahead, unless something else is supposed.
+    #[arg(long, value_enum)]
+    suspension: Option<SuspensionMode>,
+    /// Suppose that the ground had been level.
+    #[arg(long)]
+    slope_level: bool,
+    /// Suppose that machine and arm had travelled the same path so many times as fast.
+    #[arg(long, value_name = "TIMES", value_parser = positive)]
+    speed: Option<f64>,
+    /// Suppose so many kilograms more on the tool.
+    #[arg(long, value_name = "KG", allow_negative_numbers = true, value_parser = seconds)]
+    payload: Option<f64>,
+    /// Suppose that a joint had been off by this constant (rad or m).
+    #[arg(long = "joint", value_name = "NAME=OFFSET", value_parser = joint)]
+    joints: Vec<(String, f64)>,
+    /// Suppose another roll moment distribution.
+    #[arg(long, value_name = "D", value_parser = share)]
+    split: Option<f64>,
     /// Control period; default: from the rate in the machine file.
     #[arg(long, value_name = "S", value_parser = period)]
     step: Option<f64>,
@@ -56,8 +76,23 @@ pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
         to_s: args.to,
         ..Options::default()
     };
+    let suppositions = Suppositions {
+        level: args.slope_level,
+        speed: args.speed,
+        payload_kg: args.payload,
+        joints: args.joints.clone(),
+        split: args.split,
+    };
+    if !suppositions.is_empty() {
+        if args.suspension.is_some() || args.step.is_some() {
+            bail!(Usage(
+                "expected either --suspension and --step, or --slope-level, --speed, --payload, --joint and --split, found both"
+            ));
+        }
+        return supposed(args, &file, options, &suppositions, terminal);
+    }
     let what_if_options = WhatIfOptions {
-        suspension: args.suspension,
+        suspension: args.suspension.unwrap_or(SuspensionMode::LookAhead),
         step_s: args.step,
     };
     let mut progress = Progress::new(&args.log, terminal.quiet);
@@ -74,4 +109,50 @@ pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
     terminal.print(&format!("results: {}", args.out.display()));
     let min_valid = args.min_valid.share(None);
     Ok(Ending::of(&replayed.analysis, min_valid).tell(terminal))
+}
+
+/// The log as recorded beside the log as supposed: on the terminal, and as comparison.json and comparison.html.
+fn supposed(
+    args: &WhatIfArgs,
+    file: &MachineFile,
+    options: Options,
+    suppositions: &Suppositions,
+    terminal: Terminal,
+) -> Result<Exit> {
+    let [recorded, supposed] = suppose(&args.log, file, options, suppositions)?;
+    let a = Side::of_analysis(&recorded, "as recorded")?;
+    let b = Side::of_analysis(&supposed, &suppositions.in_words())?;
+    let mut comparison = compare(&a, &b);
+    comparison.inputs.insert(
+        0,
+        InputDifference {
+            key: "supposed".into(),
+            a: None,
+            b: Some(suppositions.in_words()),
+        },
+    );
+    let target = OutputPlace::folder(&args.out)?;
+    let json = serde_json::to_string_pretty(&comparison)?;
+    write_atomically(&target.path().join("comparison.json"), json.as_bytes())?;
+    let page = render(&comparison, &a, &b);
+    write_atomically(&target.path().join("comparison.html"), page.as_bytes())?;
+    target.publish("comparison.json")?;
+    terminal.print(as_text(&comparison, terminal.verbose).trim_end());
+    for caveat in SUPPOSED_CAVEATS {
+        terminal.print(&format!("- {caveat}"));
+    }
+    terminal.print(&format!("results: {}", args.out.display()));
+    let min_valid = args.min_valid.share(None);
+    Ok(Ending::of(&recorded, min_valid).tell(terminal))
+}
+
+/// NAME=OFFSET.
+fn joint(text: &str) -> Result<(String, f64), String> {
+    let expected = || format!("expected NAME=OFFSET, such as lift=-0.3, found {text}");
+    let (name, offset) = text.split_once('=').ok_or_else(expected)?;
+    let offset: f64 = offset.parse().map_err(|_| expected())?;
+    match offset.is_finite() && !name.is_empty() {
+        true => Ok((name.into(), offset)),
+        false => Err(expected()),
+    }
 }

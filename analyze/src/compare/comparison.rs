@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::facts::{self, EventPair, FactDifference};
+use super::inputs::{self, InputDifference};
 use super::series::{self, SeriesComparison};
 use super::side::{Side, SideSummary};
 
@@ -20,6 +21,8 @@ pub struct Comparison {
     pub b: SideSummary,
     /// Whether both are results of the same log, by content.
     pub same_log: bool,
+    /// The inputs that differ, by key.
+    pub inputs: Vec<InputDifference>,
     /// Events; those on one side only come first.
     pub events: Vec<EventPair>,
     /// Figures of the whole log, largest difference first within each unit.
@@ -41,6 +44,7 @@ pub fn compare(a: &Side, b: &Side) -> Comparison {
     Comparison {
         schema: SCHEMA,
         same_log: about_a.log_sha256 == about_b.log_sha256,
+        inputs: inputs::inputs(a, b),
         events: facts::events(a, b),
         facts: facts::facts(a, b),
         series,

@@ -6,6 +6,7 @@
 
 mod comparison;
 mod facts;
+mod inputs;
 mod page;
 mod series;
 mod side;
@@ -13,6 +14,7 @@ mod text;
 
 pub use comparison::{Comparison, compare};
 pub use facts::{EventPair, FactDifference};
+pub use inputs::InputDifference;
 pub use page::render;
 pub use series::{SeriesComparison, SeriesDifference};
 pub use side::{Side, SideSummary};

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::comparison::Comparison;
 use super::facts::formatted;
+use super::inputs::InputDifference;
 use super::series::shared_rows;
 use super::side::Side;
 use super::text::{event, origin};
@@ -24,6 +25,7 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
     ];
     let content = html! {
         (page::facts(&sides))
+        (section("Inputs that differ", inputs(comparison)))
         (section("Events", events(comparison)))
         (section("Overturning force (OTF)", curves(comparison, a, b)))
         (section("Whole log", facts(comparison)))
@@ -39,6 +41,20 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
         plots: None,
     }
     .render(&content)
+}
+
+fn inputs(comparison: &Comparison) -> Markup {
+    let row = |of: &InputDifference| {
+        let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "not stated".into());
+        vec![of.key.clone(), value(&of.a), value(&of.b)]
+    };
+    html! {
+        @if comparison.inputs.is_empty() {
+            p { "None." }
+        } @else {
+            (table(&["Input", "A", "B"], &comparison.inputs.iter().map(row).collect::<Vec<_>>()))
+        }
+    }
 }
 
 fn events(comparison: &Comparison) -> Markup {
@@ -66,7 +82,11 @@ fn series(comparison: &Comparison) -> Markup {
         let note = comparison.series_note.as_deref().unwrap_or("unknown");
         return html! { p { "Not compared row by row: " (note) "." } };
     };
-    let rows = series.columns.iter().map(|column| {
+    let shown = series
+        .columns
+        .iter()
+        .filter(|column| !column.is_derivative());
+    let rows = shown.map(|column| {
         let relative = column
             .relative
             .map_or(String::new(), |r| format!("{:.2} %", 100.0 * r));

@@ -41,6 +41,13 @@ pub struct SeriesDifference {
     pub relative: Option<f64>,
 }
 
+impl SeriesDifference {
+    /// Whether it is a derivative, which is shown on demand only.
+    pub(super) fn is_derivative(&self) -> bool {
+        self.column.starts_with("dsigma_")
+    }
+}
+
 /// Indices of rows at the same time that are valid on both sides.
 pub(super) fn shared_rows(a: &Side, b: &Side) -> Vec<(usize, usize)> {
     let (mut shared, mut on_b) = (Vec::new(), 0);

@@ -24,6 +24,8 @@ pub struct Side {
     pub(super) name: String,
     /// `summary.json`.
     pub(super) summary: Value,
+    /// The machine file, where the log was analysed here.
+    pub(super) machine_file: Option<String>,
     /// `time_ns` of each row.
     pub(super) times_ns: Vec<i64>,
     /// Whether each row is valid.
@@ -88,7 +90,9 @@ impl Side {
         let summary = serde_json::to_value(Summary::of(analysis, report::main_findings(analysis)))?;
         let (machine, loads) = (&analysis.machine, &analysis.measured_loads);
         let samples = samples::samples(machine, &analysis.rows, Precision::Double, loads);
-        Self::new(name, summary, &samples, &events::events(&analysis.events))
+        let mut side = Self::new(name, summary, &samples, &events::events(&analysis.events))?;
+        side.machine_file = Some(analysis.sources.machine_file.clone());
+        Ok(side)
     }
 
     /// An output folder of an analysis, or the analysis of a log with this machine.
@@ -156,6 +160,7 @@ impl Side {
         Ok(Self {
             name: name.into(),
             summary,
+            machine_file: None,
             times_ns: times_ns.context("expected times in column time_ns, found none")?,
             valid: valid.context("expected truth values in column valid, found none")?,
             columns: samples.columns().iter().filter_map(numbers).collect(),

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::comparison::Comparison;
 use super::facts::{EventPair, formatted};
+use super::inputs::in_words;
 use super::side::SideSummary;
 use crate::base::number::number;
 
@@ -23,6 +24,7 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
         false => "The results are of different logs.",
     };
     let _ = writeln!(text, "{log}");
+    add_inputs(comparison, &mut text);
     add_events(comparison, &mut text);
     let _ = writeln!(
         text,
@@ -44,7 +46,7 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
             );
         }
     }
-    add_series(comparison, most, &mut text);
+    add_series(comparison, all, &mut text);
     text
 }
 
@@ -72,6 +74,17 @@ pub(super) fn origin(side: &SideSummary) -> String {
         side.model,
         side.estimator
     )
+}
+
+fn add_inputs(comparison: &Comparison, text: &mut String) {
+    if comparison.inputs.is_empty() {
+        let _ = writeln!(text, "Their inputs are the same.");
+        return;
+    }
+    let _ = writeln!(text, "\nInputs that differ");
+    for of in &comparison.inputs {
+        let _ = writeln!(text, "{}", in_words(of));
+    }
 }
 
 fn add_events(comparison: &Comparison, text: &mut String) {
@@ -113,7 +126,8 @@ pub(super) fn event(pair: &EventPair) -> String {
     format!("{kind} {}{only}: {}", pair.subject, sides.join("; "))
 }
 
-fn add_series(comparison: &Comparison, most: usize, text: &mut String) {
+fn add_series(comparison: &Comparison, all: bool, text: &mut String) {
+    let most = if all { usize::MAX } else { MOST_LINES };
     let Some(series) = &comparison.series else {
         let note = comparison.series_note.as_deref().unwrap_or("unknown");
         let _ = writeln!(text, "\nNot compared row by row: {note}.");
@@ -129,7 +143,8 @@ fn add_series(comparison: &Comparison, most: usize, text: &mut String) {
         "relative"
     );
     let mut counted = (String::new(), 0);
-    for column in &series.columns {
+    let shown = series.columns.iter();
+    for column in shown.filter(|column| all || !column.is_derivative()) {
         if within(&mut counted, &column.unit, most) {
             let relative = column
                 .relative

@@ -5,7 +5,7 @@ use tipwatch_mechanics::machine::Machine;
 
 use super::causes::Causes;
 use super::episodes::{Episode, MERGED_NS, episodes_within, least, most};
-use super::event::{Event, EventKind, TIP_OVER_RAD};
+use super::event::{Bound, Event, EventKind, ShownBy, TIP_OVER_RAD};
 use super::evidence::Evidence;
 use super::onset::{self, Curve, Onset};
 use super::pages::Pages;
@@ -66,13 +66,32 @@ impl Finder<'_> {
         unit: &'static str,
     ) -> Event {
         let times = self.rows.times_ns;
+        let [start_bound, end_bound] = self.bounds(episode);
         Event {
+            start_bound,
             end_ns: (episode.last + 1 < times.len()).then(|| times[episode.last]),
+            end_bound,
             worst: worst.1,
             worst_ns: times[worst.0],
             unit,
             ..Event::blank(kind, times[episode.first], subject.to_lowercase())
         }
+    }
+
+    /// How the first and the last row of an episode bound it: next to rows that are missing, or without loads, nothing
+    /// shows that it began or ended there.
+    fn bounds(&self, episode: Episode) -> [Bound; 2] {
+        let Episode { first, last } = episode;
+        let times = self.rows.times_ns;
+        let is_known = |row: usize| row < self.rows.known() && self.rows.is_meaningful(row);
+        let follows = |row: usize| times[row + 1] - times[row] <= MERGED_NS;
+        let begins = first > 0 && is_known(first - 1) && follows(first - 1);
+        let is_last = last + 1 == times.len();
+        let ends = is_last || is_known(last + 1) && follows(last);
+        [
+            if begins { Bound::At } else { Bound::AtOrBefore },
+            if ends { Bound::At } else { Bound::AtOrAfter },
+        ]
     }
 
     /// The times in which the machine rotated about an edge that does not carry a wheel.
@@ -122,13 +141,25 @@ impl Finder<'_> {
             if rotation.is_some() {
                 event.split_dependent = Some(false);
             }
-            let own = self.passage(wheel, episode);
-            match rotation.filter(|tipping| self.lifts_last(wheel, tipping, own)) {
-                Some(tipping) => {
+            // where the loads do not show the rotation, they do not show when the wheel lifted before it
+            let is_shown = rotation
+                .is_none_or(|tipping| tipping.is_by_loads || episode.first < tipping.episode.first);
+            let own = self.passage(wheel, episode).filter(|_| is_shown);
+            let begins_s = |tipping: &Tipping| match tipping.onset {
+                Some(onset) => onset.at_s,
+                None => self.rows.seconds(tipping.episode.first),
+            };
+            let is_earlier =
+                |tipping: &Tipping| own.is_some_and(|own| own.at_s < begins_s(tipping));
+            match rotation {
+                Some(tipping) if self.lifts_last(wheel, tipping) || !is_earlier(tipping) => {
                     self.start(&mut event, tipping.episode, tipping.onset);
+                    if !self.lifts_last(wheel, tipping) {
+                        event.start_bound = Bound::AtOrBefore;
+                    }
                     event.causes = self.causes(event.start_ns, &tipping.factors);
                 }
-                None => {
+                _ => {
                     self.start(&mut event, episode, own);
                     event.any_split_ns = rotation.map(|t| self.start_of(t.episode, t.onset));
                     event.causes = self.causes(event.start_ns, &self.only(wheel));
@@ -139,13 +170,12 @@ impl Finder<'_> {
         found.collect()
     }
 
-    /// Whether a wheel lifts only when the machine begins to rotate about an edge, not before.
-    fn lifts_last(&self, wheel: usize, tipping: &Tipping, own: Option<Onset>) -> bool {
+    /// Whether a wheel is the last one to lift when the machine begins to rotate about an edge: the heaviest shortly before.
+    fn lifts_last(&self, wheel: usize, tipping: &Tipping) -> bool {
         let onset_s = match tipping.onset {
             Some(onset) => onset.at_s,
             None => self.rows.seconds(tipping.episode.first),
         };
-        let own_is_later = own.is_none_or(|own| own.at_s >= onset_s);
         let row = (self.rows.times_ns)
             .partition_point(|&t| ((t - self.rows.times_ns[0]) as f64) * 1e-9 < onset_s - BEFORE_S);
         let load = |wheel: usize| {
@@ -154,7 +184,7 @@ impl Finder<'_> {
         };
         let off = (0..self.machine.wheels().len()).filter(|&other| tipping.factors[other] > 0.0);
         let heaviest = off.max_by(|&a, &b| load(a).total_cmp(&load(b)));
-        own_is_later || heaviest == Some(wheel)
+        heaviest == Some(wheel)
     }
 
     /// When the load of a wheel passes through zero around the start of an episode.
@@ -186,6 +216,9 @@ impl Finder<'_> {
     fn start(&self, event: &mut Event, episode: Episode, onset: Option<Onset>) {
         event.start_ns = self.start_of(episode, onset);
         event.start_sigma_s = onset.map(|onset| onset.sigma_s);
+        if onset.is_some() {
+            event.start_bound = Bound::At;
+        }
     }
 
     fn add_confidence(&self, event: &mut Event, wheel: usize, limit_n: f64, episode: Episode) {
@@ -219,6 +252,10 @@ impl Finder<'_> {
         event.certainty = tipping.certainty;
         event.certainty_any_split = tipping.certainty;
         event.judged_ns = Some(self.rows.times_ns[tipping.episode.first]);
+        event.shown_by = Some(match tipping.is_by_loads {
+            true => ShownBy::Loads,
+            false => ShownBy::Rotation,
+        });
         event.rotation_rad = Some(tipping.rotation.0).filter(|rotation| rotation.is_finite());
         event.causes = self.causes(event.start_ns, &tipping.factors);
         event

@@ -6,6 +6,8 @@ use tipwatch_mechanics::estimation::rotation::RotationWitness;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
 
+use super::counterfactual::Counterfactual;
+
 /// Rotation about an edge (rad) that turns edge tipping into a tip-over.
 pub(crate) const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
@@ -18,8 +20,12 @@ pub struct Event {
     pub start_ns: i64,
     /// Standard deviation of the start (s); `None` where no onset was found or without uncertainties.
     pub start_sigma_s: Option<f64>,
+    /// Whether it began then, or may have begun earlier: rows before it are missing, or the log begins with it.
+    pub start_bound: Bound,
     /// Last row (ns); `None` if the event is still active when the log ends.
     pub end_ns: Option<i64>,
+    /// Whether it ended then, or may have gone on: rows after it are missing.
+    pub end_bound: Bound,
     /// The wheel, edge or signal, in lower case.
     pub subject: String,
     /// The worst value; [`EventKind`] defines the quantity.
@@ -52,10 +58,33 @@ pub struct Event {
     pub any_split_ns: Option<i64>,
     /// Causes of the load loss; `None` for events without a load and models without causes.
     pub causes: Option<EventCauses>,
+    /// What would have prevented it, one answer for each supposition that differs from what was recorded.
+    pub counterfactuals: Vec<Counterfactual>,
     /// The input fault; `None` for other kinds of events.
     pub fault: Option<InputFault>,
     /// Signals that contradict each other during the event, so that its sensors may be wrong; `None` if none do.
     pub doubt: Option<Doubt>,
+}
+
+/// How the time of a start or of an end is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
+pub enum Bound {
+    /// At this time.
+    #[default]
+    At,
+    /// At this time or before it.
+    AtOrBefore,
+    /// At this time or after it.
+    AtOrAfter,
+}
+
+impl Bound {
+    /// Name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
 }
 
 /// What casts doubt on an event: signals that contradict each other while it lasts.
@@ -209,7 +238,9 @@ impl Event {
             kind,
             start_ns,
             start_sigma_s: None,
+            start_bound: Bound::At,
             end_ns: None,
+            end_bound: Bound::At,
             subject,
             worst: f64::NAN,
             worst_ns: start_ns,
@@ -225,6 +256,7 @@ impl Event {
             measured_rotation: None,
             any_split_ns: None,
             causes: None,
+            counterfactuals: Vec::new(),
             fault: None,
             doubt: None,
         }

@@ -104,7 +104,7 @@ impl<'a> Evidence<'a> {
         let shown = self
             .tippings
             .iter()
-            .filter(|t| t.rotates && t.factors[wheel] > 0.0);
+            .filter(|t| t.rotates && t.is_by_loads && t.factors[wheel] > 0.0);
         let nearest = shown
             .filter(|t| distance(t) <= CONSTANT_ERROR_NS)
             .min_by_key(distance);

@@ -33,7 +33,7 @@ pub(crate) fn gaps(loaded: &LoadedLog, rows: &Table) -> Vec<Event> {
     gaps.concat()
 }
 
-/// Faults that overlap the rows; close ones of the same kind and signal are merged.
+/// Faults that overlap the rows; close ones of the same kind and signal are merged, and all outliers of a signal.
 pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Table) -> Vec<Event> {
     let (first, last) = ends(rows);
     let mut joined: Vec<FaultSpan> = Vec::new();
@@ -47,7 +47,9 @@ pub(crate) fn faults(loaded: &LoadedLog, spans: &[FaultSpan], rows: &Table) -> V
         let before = latest.get(&key).copied();
         let before = before.filter(|&before| {
             let until = joined[before].until_ns;
-            until.is_none_or(|until| span.start_ns.saturating_sub(until) < MERGED_NS)
+            let is_near = |until: i64| span.start_ns.saturating_sub(until) < MERGED_NS;
+            // single samples all along are one finding
+            finding.kind == FaultKind::Outlier || until.is_none_or(is_near)
         });
         match before {
             Some(before) => joined[before].merge(span),

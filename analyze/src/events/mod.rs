@@ -1,6 +1,7 @@
 //! Finds the events of a log: light and lifting wheels, tipping edges, input gaps and faults.
 
 mod causes;
+mod counterfactual;
 mod detect;
 mod episodes;
 mod event;
@@ -19,10 +20,13 @@ mod story;
 mod tipping;
 mod unloaded;
 
+pub use counterfactual::{Answer, Counterfactual, Supposition};
 pub(crate) use event::TIP_OVER_RAD;
 pub use event::*;
 pub use finding::Finding;
+pub(crate) use normal::normal_distribution;
 pub(crate) use on_supports::{AnyPass, OnSet};
 pub(crate) use pass::{Found, LowestOtf, of_inputs, sorted};
 pub(crate) use rotation::{FoundRotation, RotationTrace};
 pub(crate) use story::Stories;
+pub(crate) use tipping::distances;

@@ -1,7 +1,7 @@
 //! The normal distribution.
 
 /// Cumulative distribution function of the standard normal distribution.
-pub(super) fn normal_distribution(z: f64) -> f64 {
+pub(crate) fn normal_distribution(z: f64) -> f64 {
     0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)
 }
 

@@ -9,6 +9,7 @@ use tipwatch_mechanics::state::Reasons;
 
 use super::event::Event;
 use super::pass::{EventPass, Found};
+use super::rotation::FoundRotation;
 use crate::base::rows::Rows;
 use crate::base::support_sets::SupportSet;
 use crate::base::table::Table;
@@ -66,13 +67,20 @@ impl<'a> AnyPass<'a> {
         min_loads_n: Option<&'a [f64]>,
         sets: &'a [OnSet<'a>],
         scope: Scope,
+        rotations: &'a [FoundRotation],
     ) -> Self {
         if table.supports().is_none() {
-            return Self::Whole(Box::new(EventPass::new(machine, table, min_loads_n, scope)));
+            return Self::Whole(Box::new(EventPass::new(
+                machine,
+                table,
+                min_loads_n,
+                scope,
+                rotations,
+            )));
         }
         let pass = |on: &'a OnSet<'a>| {
             let min_loads_n = on.min_loads_n.as_deref();
-            let pass = EventPass::new(&on.set.machine, &on.table, min_loads_n, scope);
+            let pass = EventPass::new(&on.set.machine, &on.table, min_loads_n, scope, rotations);
             (on, pass)
         };
         Self::Sets(SetsPass {

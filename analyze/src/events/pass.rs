@@ -18,6 +18,7 @@ use super::event::Event;
 use super::evidence::{CONSTANT_ERROR_NS, Evidence};
 use super::inputs;
 use super::pages::Pages;
+use super::rotation::FoundRotation;
 use super::tipping::{self, Tipping, is_small};
 use super::unloaded::UnloadedSupports;
 use crate::base::rows::Rows;
@@ -35,6 +36,8 @@ pub(crate) struct EventPass<'a> {
     machine: &'a Machine,
     scope: Scope,
     min_loads_n: Option<&'a [f64]>,
+    /// As gyro and attitude show them.
+    rotations: &'a [FoundRotation],
     /// By edge, the distance of the farthest wheel (m).
     sizes_m: Vec<f64>,
     rows: Pages<'a>,
@@ -78,12 +81,14 @@ impl<'a> EventPass<'a> {
         table: &'a Table,
         min_loads_n: Option<&'a [f64]>,
         scope: Scope,
+        rotations: &'a [FoundRotation],
     ) -> Self {
         let edges = 0..machine.polygon().edges().len();
         Self {
             machine,
             scope,
             min_loads_n,
+            rotations,
             sizes_m: edges.map(|edge| tipping::size(machine, edge)).collect(),
             rows: Pages::new(machine, table),
             steady: SteadyRows::default(),
@@ -172,7 +177,7 @@ impl<'a> EventPass<'a> {
         }
     }
 
-    /// The rows of a block in which a wheel is light or an edge has little load.
+    /// The rows of a block in which a wheel is light, an edge has little load, or the platform rotates about one.
     fn remarkable(&self, rows: &Rows) -> Vec<usize> {
         let wheels = 0..self.machine.wheels().len();
         let limit_n = |wheel: usize| {
@@ -186,10 +191,16 @@ impl<'a> EventPass<'a> {
         let edges = self.sizes_m.iter().enumerate();
         let edges: Vec<(&[f64], f64)> = edges.map(|(edge, &size)| (moment(edge), size)).collect();
         let weight = rows.outcomes.column(Quantity::NormalForce);
+        let rotates = |row: usize| {
+            let time_ns = rows.times_ns[row];
+            let mut spans = self.rotations.iter().map(FoundRotation::span_ns);
+            spans.any(|[from, to]| (from..=to).contains(&time_ns))
+        };
         let is_remarkable = |&row: &usize| {
             let light = |(load, limit_n): &(&[f64], f64)| load[row] <= *limit_n;
             let small = |(moment, size): &(&[f64], f64)| is_small(moment[row], weight[row], *size);
-            rows.reasons[row].leave_loads() && (loads.iter().any(light) || edges.iter().any(small))
+            rows.reasons[row].leave_loads()
+                && (loads.iter().any(light) || edges.iter().any(small) || rotates(row))
         };
         let found = (0..rows.len()).filter(is_remarkable);
         found.map(|row| rows.first + row).collect()
@@ -206,7 +217,8 @@ impl<'a> EventPass<'a> {
 
     fn close(&mut self) {
         if let Some(spell) = self.open.take() {
-            let found = tipping::within(self.machine, &self.rows, spell, self.scope);
+            let found =
+                tipping::within(self.machine, &self.rows, spell, self.scope, self.rotations);
             self.tippings.extend(found);
             self.waiting.push_back(spell);
         }

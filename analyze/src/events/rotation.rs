@@ -15,6 +15,9 @@ const AFTER_NS: i64 = 20_000_000_000;
 const FITTED_RAD: f64 = 6.0 * std::f64::consts::PI / 180.0;
 /// An onset this close to the first sample is not in the log (s).
 const FIRST_S: f64 = 0.1;
+/// A platform stood before a rotation if it rotated by less than this for so long (rad, s).
+const STOOD_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
+const STOOD_S: f64 = 0.4;
 /// Samples farther apart leave unknown what was between them (s).
 const GAP_S: f64 = 0.25;
 
@@ -51,6 +54,26 @@ impl FoundRotation {
     pub(crate) fn reached(&self, angle: f64) -> Option<i64> {
         let mut angles = self.angles.iter();
         angles.find(|(_, at)| *at >= angle).map(|(at_ns, _)| *at_ns)
+    }
+
+    /// When it began, in seconds after a time (ns), if gyro and attitude show it.
+    pub(super) fn onset(&self, since_ns: i64) -> Option<Onset> {
+        Some(Onset {
+            at_s: (self.start_ns - since_ns) as f64 * 1e-9,
+            sigma_s: self.start_sigma_s?,
+            level_n: None,
+        })
+    }
+
+    /// Until when (ns) the wheels off the edge were off the ground for certain: a platform that comes back touches it while
+    /// its tyres still let it lean.
+    pub(super) fn off_ground_until_ns(&self) -> i64 {
+        if self.end_ns.is_none() {
+            return i64::MAX;
+        }
+        let mut angles = self.angles.iter().rev();
+        let leans = angles.find(|(_, angle)| *angle > self.spell.sigma);
+        leans.map_or(self.start_ns, |(at_ns, _)| *at_ns)
     }
 
     /// From when until when (ns) the platform stood on no wheel: it lay on its side, or tumbled. Gyro and attitude must agree
@@ -174,10 +197,31 @@ impl RotationTrace {
                     .is_some_and(|last| seconds(*at_ns) - last > GAP_S)
             });
         let first_s = seconds(self.first_ns.unwrap_or(from_ns));
-        let onset: Option<Onset> = (!has_gap && !spell.is_from_start)
-            .then(|| onset::of_rates(&rates))
+        // from the reference, which is where the platform stood
+        let at_largest = shown.iter().rfind(|(at_ns, _)| *at_ns <= spell.largest_ns);
+        let up_at = |at_s: f64| {
+            let next = shown.partition_point(|(at_ns, _)| seconds(*at_ns) < at_s);
+            shown.get(next).or(shown.last()).map(|(_, [up, _])| *up)
+        };
+        let angle_at = |at_s: f64| {
+            let ups = up_at(at_s).zip(at_largest.map(|(_, [up, _])| *up));
+            ups.map_or(0.0, |(up, largest)| spell.largest - rotation(&up, &largest))
+        };
+        let lean_rad = if spell.is_from_start {
+            f64::INFINITY
+        } else {
+            spell.sigma
+        };
+        // without a reference it must be seen that the platform stood before
+        let stood = |onset: &Onset| {
+            !spell.is_from_start
+                || (onset.at_s - first_s > STOOD_S
+                    && (angle_at(onset.at_s) - angle_at(first_s)).abs() < STOOD_RAD)
+        };
+        let onset: Option<Onset> = (!has_gap)
+            .then(|| onset::of_rates(&rates, angle_at, lean_rad))
             .flatten()
-            .filter(|onset| onset.at_s > first_s + FIRST_S);
+            .filter(|onset| onset.at_s > first_s + FIRST_S && stood(onset));
         let start_ns = match onset {
             Some(onset) => from_ns + (onset.at_s * 1e9).round() as i64,
             None if has_gap => {

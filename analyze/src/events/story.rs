@@ -6,7 +6,7 @@
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Scope, State};
 
-use super::event::{Event, EventKind, MeasuredRotation, NoReturn, ShownBy};
+use super::event::{Bound, Event, EventKind, MeasuredRotation, NoReturn, ShownBy};
 use super::pages::MOST_ROWS_BACK;
 use super::rotation::FoundRotation;
 use super::row_derivatives::RowDerivatives;
@@ -15,10 +15,8 @@ use crate::base::table::Table;
 
 /// Time before a rotation in which the loads may show its beginning (ns).
 const BEFORE_NS: i64 = 1_500_000_000;
-/// An onset by loads fits that of a rotation within so many standard deviations, and this time (s): a rotation that begins
-/// slowly shows later than loads that reach zero.
-const FITS_SIGMAS: f64 = 2.0;
-const SLOW_S: f64 = 0.3;
+/// An onset by loads fits that of a rotation within so many standard deviations.
+const FITS_SIGMAS: f64 = 3.0;
 
 /// Tells the rotations of a log and the events by its loads as one.
 pub(crate) struct Stories<'a> {
@@ -45,9 +43,6 @@ impl Stories<'_> {
 
     /// The events, those of rotations included that begin before `row`.
     pub(crate) fn told(&self, mut events: Vec<Event>, row: usize) -> Vec<Event> {
-        for event in events.iter_mut().filter(|event| is_tipping(event)) {
-            event.shown_by = Some(ShownBy::Loads);
-        }
         let is_known = |it: &&FoundRotation| self.row_at(it.start_ns) <= row;
         for rotation in self.rotations.iter().filter(is_known) {
             let (same, others): (Vec<Event>, Vec<Event>) =
@@ -85,6 +80,10 @@ impl Stories<'_> {
         if !first.is_some_and(|by_loads| sharpens(by_loads, rotation)) {
             tipping.start_ns = rotation.start_ns;
             tipping.start_sigma_s = rotation.start_sigma_s;
+            tipping.start_bound = match rotation.start_sigma_s {
+                Some(_) => Bound::At,
+                None => Bound::AtOrBefore,
+            };
         }
         tipping.end_ns = match (rotation.end_ns, first.map(|event| event.end_ns)) {
             (Some(end_ns), Some(Some(by_loads_ns))) => Some(end_ns.max(by_loads_ns)),
@@ -98,9 +97,10 @@ impl Stories<'_> {
         let certainty = [tipping.certainty, Some(rotation.spell.certainty)];
         tipping.certainty = certainty.into_iter().flatten().reduce(f64::max);
         tipping.certainty_any_split = tipping.certainty;
-        tipping.shown_by = Some(match first {
-            Some(_) => ShownBy::Both,
-            None => ShownBy::Rotation,
+        let is_by_loads = first.is_some_and(|event| event.shown_by != Some(ShownBy::Rotation));
+        tipping.shown_by = Some(match is_by_loads {
+            true => ShownBy::Both,
+            false => ShownBy::Rotation,
         });
         let reached = |angle: f64| rotation.reached(angle + since_rad);
         let no_return = self.no_return(rotation, tipping.start_ns);
@@ -193,14 +193,14 @@ fn is_same(event: &Event, rotation: &FoundRotation) -> bool {
         && event.end_ns.is_none_or(|end_ns| end_ns >= from_ns)
 }
 
-/// Whether the onset by the loads is as good as that of the rotation, or the only one.
+/// Whether the onset by the loads is that of the rotation, which alone is less certain, or the only one.
 fn sharpens(by_loads: &Event, rotation: &FoundRotation) -> bool {
     match (by_loads.start_sigma_s, rotation.start_sigma_s) {
         (None, _) => false,
         (Some(_), None) => by_loads.start_ns <= rotation.start_ns,
         (Some(by_loads_s), Some(by_rotation_s)) => {
             let apart_s = by_loads.start_ns.abs_diff(rotation.start_ns) as f64 * 1e-9;
-            apart_s <= FITS_SIGMAS * by_loads_s.hypot(by_rotation_s) + SLOW_S
+            by_loads_s <= by_rotation_s && apart_s <= FITS_SIGMAS * by_loads_s.hypot(by_rotation_s)
         }
     }
 }

@@ -18,6 +18,7 @@ use super::episodes::{Episode, MERGED_NS, episodes_within};
 use super::normal::normal_distribution;
 use super::onset::{self, Curve, Onset};
 use super::pages::{MOST_ROWS_BACK, Pages};
+use super::rotation::FoundRotation;
 
 /// Loads off an edge below this share of the weight are looked at.
 const SMALL_SHARE: f64 = 0.15;
@@ -35,6 +36,9 @@ const DRIVES_M_PER_S: f64 = 0.1;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// Largest rotation considered (rad).
 const LARGEST_RAD: f64 = std::f64::consts::FRAC_PI_2;
+/// Rotation up to which the load off the edge of a measured rotation is looked at (rad), and time after its onset (s).
+const FITTED_RAD: f64 = 4.0 * DEGREE;
+const FITTED_S: f64 = 0.5;
 /// Longest time before the load is near zero that the onset is searched with (s).
 const BEFORE_S: f64 = 1.5;
 
@@ -54,6 +58,8 @@ pub(super) struct Tipping {
     pub(super) rotation: (f64, usize),
     /// Whether that rotation shows that the wheels were off the ground.
     pub(super) rotates: bool,
+    /// Whether the computed load off the edge was zero within its error, as on the stated machine.
+    pub(super) is_by_loads: bool,
     /// Probability that they were; `None` if it cannot be computed.
     pub(super) certainty: Option<f64>,
 }
@@ -64,12 +70,14 @@ pub(super) fn is_small(moment_nm: f64, weight_n: f64, size_m: f64) -> bool {
     -moment_nm <= SMALL_SHARE * size_m * weight_n
 }
 
-/// Finds the times of tipping about all edges within some rows.
+/// Finds the times of tipping about all edges within some rows. Where gyro and attitude show one of the `rotations`, the
+/// wheels off its edge carry nothing, whatever the computed load: its fall ends at the onset, at any level.
 pub(super) fn within(
     machine: &Machine,
     rows: &Pages<'_>,
     within: Episode,
     scope: Scope,
+    rotations: &[FoundRotation],
 ) -> Vec<Tipping> {
     let mut placement = Placement::new(machine);
     let edges = 0..machine.polygon().edges().len();
@@ -81,13 +89,27 @@ pub(super) fn within(
             edge,
             placement: &mut placement,
         };
-        of_edge.find(within)
+        let name = &machine.polygon().edges()[edge].name;
+        let measured = rotations.iter().filter(|it| it.edge == name.to_lowercase());
+        let measured: Vec<Tipping> = measured
+            .filter_map(|rotation| of_edge.measured(within, rotation))
+            .collect();
+        let mut found = of_edge.find(within);
+        // the loads of the same say nothing more
+        let is_other = |by_loads: &Tipping| {
+            let Episode { first, last } = by_loads.episode;
+            let overlaps = |it: &Tipping| it.episode.first <= last && first <= it.episode.last;
+            !measured.iter().any(overlaps)
+        };
+        found.retain(is_other);
+        found.extend(measured);
+        found
     });
     found.collect()
 }
 
 /// Distance of each wheel's contact point from an edge in a placed state (m); zero for wheels on the edge.
-pub(super) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usize) -> Vec<f64> {
+pub(crate) fn distances(machine: &Machine, placement: &Placement<'_>, edge: usize) -> Vec<f64> {
     let spec = &machine.polygon().edges()[edge];
     let (contacts, normal) = (&placement.contacts, placement.normal);
     let along = (contacts[spec.to] - contacts[spec.from]).normalize();
@@ -160,6 +182,7 @@ impl OfEdge<'_, '_> {
                     sigma_n,
                     rotation: (0.0, episode.first),
                     rotates: false,
+                    is_by_loads: true,
                     certainty: None,
                 };
                 match self.rotating(&blank, &load) {
@@ -172,6 +195,64 @@ impl OfEdge<'_, '_> {
             }
         }
         found
+    }
+
+    /// The tipping of a measured rotation that begins in these rows; `None` where its first rows are not known.
+    fn measured(&mut self, within: Episode, rotation: &FoundRotation) -> Option<Tipping> {
+        let rows = self.rows;
+        let begins = rows.at(rotation.start_ns);
+        let is_here = (within.first..=within.last).contains(&begins)
+            && rows.is_meaningful(begins)
+            && rows.times_ns[begins].abs_diff(rotation.start_ns) <= MERGED_NS as u64;
+        if !is_here {
+            return None;
+        }
+        let until_ns = rotation.off_ground_until_ns();
+        let is_of = |row: &usize| rows.times_ns[*row] <= until_ns && rows.is_meaningful(*row);
+        let last = (begins..=within.last).take_while(is_of).last()?;
+        let rows_of = Episode {
+            first: begins,
+            last,
+        };
+        let (factors, reach) = self.factors(rows_of)?;
+        let sigma_n = self.sigma(rows_of, &factors);
+        let edge = self.edge;
+        let load = |row: usize| -rows.value(Quantity::ItomFull(edge), row) / reach;
+        let near = rotation.onset(rows.times_ns[0]);
+        let onset = near.and_then(|near| {
+            let margin_s = onset::NEAR_SIGMAS * near.sigma_s;
+            let first = self.row_from((near.at_s - margin_s).max(0.0));
+            let rotated_ns = rotation.reached(FITTED_RAD).unwrap_or(i64::MAX);
+            let until = self.row_from(near.at_s + margin_s + FITTED_S);
+            let rotated = rows.at(rotated_ns).min(until).min(last);
+            let curve = self.curve(first, rotated, &load);
+            let axis = self.axis(begins)?;
+            let rates = self.rates(&axis, &curve);
+            onset::corner(&curve, &rates, sigma_n, Some(near))
+        });
+        let level_n = onset
+            .and_then(|onset| onset.level_n)
+            .unwrap_or_else(|| load(begins));
+        // without derivatives the error is unknown
+        let limit_n = (onset::STATED_SIGMAS * sigma_n)
+            .max(NEAR_SHARE * rows.value(Quantity::NormalForce, begins));
+        let onset = onset.or(near);
+        let begins = onset.map_or(begins, |onset| self.row_from(onset.at_s).min(last));
+        let (largest_rad, largest_ns) = rotation.largest();
+        Some(Tipping {
+            edge,
+            episode: Episode {
+                first: begins,
+                last,
+            },
+            factors,
+            onset,
+            sigma_n,
+            rotation: (largest_rad, rows.at(largest_ns).min(last)),
+            rotates: true,
+            is_by_loads: level_n.abs() <= limit_n,
+            certainty: Some(rotation.spell.certainty),
+        })
     }
 
     /// Weights of the wheels in the load off the edge, and the distance of the farthest wheel (m).
@@ -227,7 +308,7 @@ impl OfEdge<'_, '_> {
         let rotated = first + rotation.iter().position(|&r| r >= by_tyres)?;
         let curve = self.curve(first, rotated, load);
         let rates = self.rates(&axis, &curve);
-        let onset = onset::corner(&curve, &rates, blank.sigma_n);
+        let onset = onset::corner(&curve, &rates, blank.sigma_n, None);
         let begins = onset.map_or(first, |onset| self.row_from(onset.at_s).min(last));
         let until = rotation.len() - 1 + first;
         let since_onset = self.rotations(&axis, begins, until);

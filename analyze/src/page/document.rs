@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::column::Columns;
 use super::figure::Figure;
 use super::glossary::glossary;
-use super::packed::{packed_bytes, packed_json};
+use super::packed::{packed_bytes, packed_json, small_json};
 use super::plot_library::PlotLibrary;
 
 const STYLE: &str = include_str!("style.css");
@@ -38,12 +38,17 @@ pub(crate) struct Plots<'a> {
 impl Document<'_> {
     /// The whole page: the content, then the glossary of its terms.
     pub(crate) fn render(&self, content: &Markup) -> String {
+        self.render_with(content, None)
+    }
+
+    /// The same with a program of its own.
+    pub(crate) fn render_with(&self, content: &Markup, program: Option<&Program>) -> String {
         let page = html! {
             (DOCTYPE)
             html lang="en" {
                 head {
                     meta charset="utf-8";
-                    meta http-equiv="Content-Security-Policy" content=(self.policy());
+                    meta http-equiv="Content-Security-Policy" content=(self.policy(program.is_some()));
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     title { (self.title) }
                     style { (PreEscaped(STYLE)) @for style in self.styles { (PreEscaped(style)) } }
@@ -54,6 +59,7 @@ impl Document<'_> {
                     (content)
                     (glossary(content))
                     @if let Some(plots) = &self.plots { (plots) }
+                    @if let Some(program) = program { (program) }
                 }
             }
         };
@@ -61,8 +67,9 @@ impl Document<'_> {
     }
 
     /// A page loads nothing from elsewhere, whatever the names in the log contain.
-    fn policy(&self) -> String {
+    fn policy(&self, has_program: bool) -> String {
         let scripts = match self.plots.as_ref().map(|plots| plots.library) {
+            None if has_program => "; script-src 'unsafe-inline'",
             None => "",
             Some(PlotLibrary::Inside) => "; script-src 'unsafe-inline'; img-src data: blob:",
             // opened as a file, a page has no 'self'
@@ -71,6 +78,38 @@ impl Document<'_> {
             }
         };
         format!("default-src 'none'; style-src 'unsafe-inline'{scripts}")
+    }
+}
+
+/// A script with its packed data, which finds them under the id `data`.
+pub(crate) struct Program {
+    /// The data as a script element.
+    data: String,
+    script: &'static str,
+}
+
+impl Program {
+    pub(crate) fn new(data: &impl Serialize, script: &'static str) -> Self {
+        let mut element = String::new();
+        small_json(&mut element, "data", data);
+        Self {
+            data: element,
+            script,
+        }
+    }
+
+    /// Length of the data in the page (bytes).
+    pub(crate) fn length(&self) -> usize {
+        self.data.len()
+    }
+}
+
+impl Render for Program {
+    fn render_to(&self, page: &mut String) {
+        page.push_str(&self.data);
+        for script in [UNPACK_SCRIPT, self.script] {
+            html! { script { (PreEscaped(script)) } }.render_to(page);
+        }
     }
 }
 

@@ -14,7 +14,7 @@ pub(crate) mod svg;
 pub(crate) use chart::{Curve, chart};
 pub(crate) use column::{ColumnScatter, Columns};
 pub(crate) use decimate::rows_to_draw;
-pub(crate) use document::{Document, Plots, json_script};
+pub(crate) use document::{Document, Plots, Program, json_script};
 pub(crate) use elements::{Bar, bars, facts, list, section, table};
 pub(crate) use figure::{Figure, MOST_POINTS, colour, figures, layout, line, plain};
 pub(crate) use glossary::glossary;

@@ -19,8 +19,17 @@ pub(super) fn packed_script(page: &mut String, id: &'static str, gzip: &[u8]) {
 
 /// Appends data of numbers, names and lists of them, as a packed script element.
 pub(super) fn packed_json(page: &mut String, id: &'static str, data: &impl Serialize) {
+    packed_json_at(page, id, data, LEVEL);
+}
+
+/// The same as small as it gets in reasonable time.
+pub(super) fn small_json(page: &mut String, id: &'static str, data: &impl Serialize) {
+    packed_json_at(page, id, data, Compression::default());
+}
+
+fn packed_json_at(page: &mut String, id: &'static str, data: &impl Serialize, level: Compression) {
     script(page, id, |base64| {
-        let mut json = BufWriter::new(GzEncoder::new(base64, LEVEL));
+        let mut json = BufWriter::new(GzEncoder::new(base64, level));
         // what holds only numbers and names can always be written
         serde_json::to_writer(&mut json, data)?;
         json.into_inner()?.finish().map(drop)

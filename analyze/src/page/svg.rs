@@ -54,19 +54,6 @@ impl Chart {
         });
     }
 
-    pub(crate) fn whisker(&mut self, x: f64, low: f64, high: f64) {
-        let x = self.at_x(x);
-        self.segment("whisker", [x, self.at_y(low)], [x, self.at_y(high)]);
-    }
-
-    /// A dot, with a text that a pointer shows.
-    pub(crate) fn dot(&mut self, x: f64, y: f64, class: &str, text: &str) {
-        let (x, y) = (self.at_x(x), self.at_y(y));
-        self.body.push(html! {
-            circle.dot.(class) cx=(tenth(x)) cy=(tenth(y)) r="2.8" { title { (text) } }
-        });
-    }
-
     /// A line through points; one that is not finite breaks it.
     pub(crate) fn line(&mut self, points: &[(f64, f64)], class: &str) {
         let is_broken = |(x, y): &(f64, f64)| !(x.is_finite() && y.is_finite());
@@ -153,23 +140,6 @@ fn tenth(value: f64) -> String {
 
 fn segment(class: &str, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) -> Markup {
     html! { line class=(class) x1=(tenth(x1)) y1=(tenth(y1)) x2=(tenth(x2)) y2=(tenth(y2)) {} }
-}
-
-/// A number with its band on an axis from 0 to 1, for a line of text.
-pub(crate) fn margin_bar(margin: f64, two_sigma: Option<f64>) -> Markup {
-    let at = |share: f64| 6.0 + 120.0 * ((share + 0.2) / 1.2).clamp(0.0, 1.0);
-    let zero = at(0.0);
-    let class = if margin <= 0.0 { "dot event" } else { "dot" };
-    html! {
-        svg width="132" height="16" viewBox="0 0 132 16" role="img" aria-label=(format_args!("{:.1} %", 100.0 * margin)) {
-            (segment("axis", [zero, 1.0], [zero, 15.0]))
-            (segment("guide", [126.0, 1.0], [126.0, 15.0]))
-            @if let Some(sigma) = two_sigma {
-                (segment("whisker", [at(margin - sigma), 8.0], [at(margin + sigma), 8.0]))
-            }
-            circle class=(class) cx=(tenth(at(margin))) cy="8" r="3" {}
-        }
-    }
 }
 
 /// The next number of the series 1, 2, 5, 10, 20, ... for the end of an axis.

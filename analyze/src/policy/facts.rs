@@ -11,7 +11,9 @@ use crate::base::number::known;
 use crate::events::EventKind;
 use crate::report;
 
-pub use crate::analysis::margin::{EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, WorstMargin};
+pub use crate::analysis::margin::{
+    EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, Moment, WorstMargin,
+};
 
 /// Number of findings kept.
 const MOST_FINDINGS: usize = 3;
@@ -35,6 +37,10 @@ pub struct LogFacts {
     pub gross_inputs: Vec<String>,
     /// Smallest margin over the valid rows.
     pub worst: Option<WorstMargin>,
+    /// Smallest load of any wheel under any split of the load, as a share of its static load, over the valid rows: 0
+    /// where a wheel may have been off the ground.
+    #[serde(default)]
+    pub any_split_margin: Option<f64>,
     /// Largest utilisation over the valid rows: U = 1 - (OTF - 2 sigma) / static load, of the worst
     /// wheel. OTF is the overturning force.
     pub largest_utilisation: Option<f64>,
@@ -111,6 +117,9 @@ pub struct EventFacts {
     pub main_cause: Option<String>,
     /// Its share of the load loss (%).
     pub main_cause_percent: Option<f64>,
+    /// Signals that contradict each other during the event, so that its sensors may be wrong.
+    #[serde(default)]
+    pub doubted_by: Vec<String>,
 }
 
 impl LogFacts {
@@ -133,6 +142,7 @@ impl LogFacts {
             coverage: analysis.coverage,
             gross_inputs: analysis.gross_inputs_in_words(),
             worst: analysis.digest.margins.worst.clone(),
+            any_split_margin: analysis.digest.margins.any_split,
             largest_utilisation: analysis.digest.margins.largest_utilisation,
             exposure: (analysis.digest.margins).exposure(analysis.coverage.covered_s),
             wheels: (0..analysis.machine.wheels().len())
@@ -216,6 +226,10 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
             split_dependent: event.split_dependent,
             main_cause: cause.map(|share| share.cause.into()),
             main_cause_percent: cause.and_then(|share| known(share.percent)),
+            doubted_by: event
+                .doubt
+                .as_ref()
+                .map_or_else(Vec::new, |doubt| doubt.subjects.clone()),
         }
     });
     facts.collect()

@@ -222,6 +222,7 @@ mod tests {
             split_dependent: Some(split_dependent),
             main_cause: None,
             main_cause_percent: None,
+            doubted_by: Vec::new(),
         }
     }
 

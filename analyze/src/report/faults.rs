@@ -8,6 +8,8 @@ use crate::page::number;
 
 /// Ending of the names of orientation signals.
 const ATTITUDE: &str = ".attitude";
+/// Beginning of the names of joints.
+const JOINTS: &str = "joint_states.";
 
 /// The fault and its size, the number of samples, and the effect on the loads.
 pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
@@ -19,6 +21,12 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
     let description = match fault.kind {
         FaultKind::NotFinite => "NaN or infinite values".to_string(),
         FaultKind::OutOfRange => format!("Out of range: {worst}"),
+        FaultKind::Saturated => format!(
+            "One axis repeats {} {}, the end of its range: the true value lies beyond",
+            number(event.worst),
+            event.unit
+        ),
+        FaultKind::Outlier => format!("Single samples far from those around them: by {worst}"),
         FaultKind::JointLimit => format!("Beyond a joint limit of the URDF: {worst}"),
         FaultKind::ImpossibleRate => format!("Changes too fast: {worst}"),
         FaultKind::Frozen => format!("Frozen for {:.2} s", event.worst),
@@ -31,6 +39,11 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
                 format!("; it looks as if {explanation}")
             });
             match event.unit {
+                _ if event.subject.starts_with(JOINTS) => format!(
+                    "The position jumps by {} {} and stays there: before or since then it is wrong, and which is unknown{looks}",
+                    number(event.worst),
+                    event.unit
+                ),
                 "-" => format!(
                     "The signals contradict each other, and which one is wrong is unknown{looks}. Logarithm of the likelihood \
                      ratio against sound sensors: {} (counts from {} on)",
@@ -55,6 +68,9 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
         _ if is_of_gravity => "Loads use the specific force and are unchanged",
         Policy::Invalid | Policy::Widen if fault.kind == FaultKind::Contradiction => {
             "Loads are computed and doubted: they are right only if the signals that they rest on are"
+        }
+        Policy::Invalid | Policy::Widen if fault.kind == FaultKind::Outlier => {
+            "They were left out, and the estimate bridges them"
         }
         Policy::Invalid => "Rows that depend on it are invalid",
         Policy::Widen => "Results that depend on it have a larger standard deviation",

@@ -9,8 +9,8 @@ use super::plots::{self, MOST_EVENTS};
 use super::sketch::Sketch;
 use super::when::Calendar;
 use super::{
-    basis, charts, clocks, conclusion, explanations, measured_loads, moment, path, pdf, prevention,
-    tables, unstated_load, worst,
+    basis, charts, clocks, conclusion, explanations, health, measured_loads, moment, path, pdf,
+    prevention, tables, unstated_load, worst,
 };
 use crate::analysis::Analysis;
 use crate::page::{
@@ -139,6 +139,7 @@ fn closing(analysis: &Analysis) -> Markup {
         }
         (section("Models and uncertainty", explanations::models(analysis)))
         (section("Inputs", tables::inputs(analysis)))
+        (section("Health of the sensors", health::section(analysis)))
         (section("Clocks", clocks::clocks(analysis)))
         (section("Methods and assumptions", basis::methods(analysis)))
         (section("Validation", basis::validation()))

@@ -8,6 +8,7 @@ mod drawing;
 mod explanations;
 mod faults;
 mod findings;
+mod health;
 mod log_report;
 mod measured_loads;
 mod moment;

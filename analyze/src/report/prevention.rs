@@ -6,7 +6,7 @@ use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
 use crate::base::number::number;
 use crate::events::Finding;
-use crate::page::{Bar, bars, list, short, table};
+use crate::page::{Bar, bars, list, probability, short, table};
 
 /// Most changes shown in the chart and the table.
 const MOST_SHOWN: usize = 8;
@@ -75,8 +75,9 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
     };
     let evidence = advice.changes.iter().take(MOST_IN_FINDING).map(|change| {
         format!(
-            "With {}: minimum OTF {} N{} (limit {} N), other wheels at least {} N, ZMP margin {}",
+            "With {}{}: minimum OTF {} N{} (limit {} N), other wheels at least {} N, ZMP margin {}",
             change.statement,
+            chance(change),
             number(change.least_otf_n),
             sigma(change),
             number(advice.limit_n),
@@ -90,6 +91,12 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
             .into(),
     );
     Some(Finding { headline, evidence })
+}
+
+/// How likely a change succeeds.
+fn chance(change: &SimulatedChange) -> String {
+    let chance = change.chance.map(probability);
+    chance.map_or(String::new(), |chance| format!(" (chance {chance})"))
 }
 
 /// A wheel's name as in the machine file.
@@ -130,6 +137,7 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
         "First order",
         "Minimum OTF [N]",
         "σ [N]",
+        "Chance",
         "Every wheel, minimum OTF [N]",
         "ZMP margin [m]",
         "Overturning moment [N m]",
@@ -152,6 +160,7 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
             }),
             number(change.least_otf_n),
             change.otf_sigma_n.map_or("–".into(), number),
+            change.chance.map_or("–".into(), probability),
             wheels.collect::<Vec<_>>().join(", "),
             from_to(change.zmp_margin_m, ""),
             from_to(change.overturning_moment_nm, ""),

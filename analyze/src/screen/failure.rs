@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use strum::{Display, EnumString};
+use tipwatch_storage::ErrorKind;
 
 /// What failed.
 #[derive(
@@ -14,6 +15,8 @@ pub enum FailureKind {
     Log,
     /// No machine, or more than one, is assigned to it.
     Machine,
+    /// The storage did not deliver it: no answer, no permission, an error of the server. Another run tries again.
+    Storage,
     /// It changed while it was being read.
     Changed,
     /// An error of the program.
@@ -31,15 +34,39 @@ pub enum FailureKind {
 impl FailureKind {
     /// The kind of an analysis's error.
     pub(super) fn of(error: &anyhow::Error) -> Self {
-        error
-            .downcast_ref::<Marked>()
-            .map_or(Self::Log, |marked| marked.kind)
+        if let Some(marked) = error.downcast_ref::<Marked>() {
+            return marked.kind;
+        }
+        match storage_error(error).map(|error| error.kind) {
+            Some(ErrorKind::Changed) => Self::Changed,
+            Some(
+                ErrorKind::PermissionDenied
+                | ErrorKind::TimedOut
+                | ErrorKind::Unavailable
+                | ErrorKind::Incomplete
+                | ErrorKind::Refused,
+            ) => Self::Storage,
+            _ => Self::Log,
+        }
     }
 
     /// An error of this kind.
     pub(super) fn error(self, text: String) -> anyhow::Error {
         Marked { kind: self, text }.into()
     }
+}
+
+/// The error of a bucket or server behind an error.
+fn storage_error(error: &anyhow::Error) -> Option<&tipwatch_storage::Error> {
+    error.chain().find_map(|cause| {
+        let of_reading = || {
+            cause
+                .downcast_ref::<std::io::Error>()?
+                .get_ref()?
+                .downcast_ref()
+        };
+        cause.downcast_ref().or_else(of_reading)
+    })
 }
 
 /// An error whose kind is not [`FailureKind::Log`].

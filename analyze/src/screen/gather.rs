@@ -1,16 +1,17 @@
 //! Builds data set and page from records, without reading any log.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, TryLockError};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use rayon::prelude::*;
 use tipwatch_storage::{Folder, Location};
 
 use super::failure::FailureKind;
 use super::inputs;
-use super::merge::{LogRow, latest, merge};
-use super::one_log::empty_record;
+use super::merge::{LogRow, Present, latest, merge, without_gone};
+use super::one_log::{empty_record, remove_report};
 use super::outliers::comparisons;
 use super::place::Place;
 use super::policy_result::{judge, write_policy};
@@ -19,6 +20,7 @@ use super::request::{Gate, Gathering, Screen, Update};
 use super::store::Store;
 use super::totals::Totals;
 use super::{data_set, page};
+use crate::base::file_hash::hash_file;
 use crate::base::files::write_atomically;
 use crate::policy::Judgement;
 use crate::report;
@@ -39,19 +41,20 @@ pub fn gather(
     }
     let _lock = lock(&out, false)?;
     let mut missing = Vec::new();
+    let mut found = None;
     let (records, unusable) = store.load()?;
     unusable
         .into_iter()
         .for_each(|note| notify(Update::Note(note)));
     if !asked.logs.is_empty() {
         let done: BTreeSet<&str> = records.iter().map(|record| record.path.as_str()).collect();
-        let found = inputs::find(asked.logs, asked.out)?;
-        found
+        let named = found.insert(inputs::find(asked.logs, asked.out)?);
+        named
             .note()
             .into_iter()
             .for_each(|note| notify(Update::Note(note)));
-        for log in found.logs {
-            let mut record = empty_record(&log, &asked.options);
+        for log in &named.logs {
+            let mut record = empty_record(log, &asked.options);
             if !done.contains(record.path.as_str()) {
                 record.result = Outcome::Failed {
                     kind: FailureKind::NoRecord,
@@ -61,13 +64,26 @@ pub fn gather(
             }
         }
     }
-    let finished = finish(records, missing, &place, &out, gate, notify)?;
+    let records = latest(records, missing);
+    let records = match &found {
+        Some(found) => present(
+            records,
+            |path| found.is_gone(path),
+            asked.prune,
+            &store,
+            notify,
+        )?,
+        // the logs may be where this process cannot see them
+        None => records,
+    };
+    let finished = finish(records, &place, &out, gate, notify)?;
     Ok(Screen {
         from_before: finished.totals.logs,
         totals: finished.totals,
         analysed_now: 0,
         failed_now: 0,
         undecided: finished.undecided,
+        not_delivered: 0,
         page: Some(asked.out.join(PAGE)),
     })
 }
@@ -85,16 +101,53 @@ pub(super) struct Finished {
     pub(super) undecided: Vec<(String, String)>,
 }
 
-/// Builds everything from `records`, of which those in `now` are the newest.
+/// The records of logs that still exist, and of deleted ones unless they are pruned. Of a log that moved the record of its
+/// new path stays.
+pub(super) fn present(
+    records: Vec<Record>,
+    is_gone: impl Fn(&str) -> bool,
+    prune: bool,
+    store: &Store,
+    notify: &(dyn Fn(Update<'_>) + Sync),
+) -> Result<Vec<Record>> {
+    let Present {
+        mut here,
+        moved,
+        deleted,
+    } = without_gone(records, is_gone);
+    let first = deleted.first().map(|record| record.path.clone());
+    if prune {
+        let folders = deleted.iter().filter_map(Record::report_folder);
+        folders.for_each(|folder| remove_report(store.place(), &folder));
+        store.remove(moved.iter().chain(&deleted))?;
+    }
+    let count = deleted.len();
+    if let Some(first) = first {
+        notify(Update::Note(match prune {
+            true => format!(
+                "{count} logs no longer exist, the first {first}: they were removed from the data set"
+            ),
+            false => format!(
+                "{count} logs no longer exist, the first {first}: they stay in the data set; --prune removes them"
+            ),
+        }));
+    }
+    if !prune {
+        here.extend(deleted);
+        here.sort_by(|a, b| a.path.cmp(&b.path));
+    }
+    Ok(here)
+}
+
+/// Builds everything from the records of different paths, sorted by path.
 pub(super) fn finish(
     records: Vec<Record>,
-    now: Vec<Record>,
     place: &Place,
     out: &Place,
     gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Finished> {
-    let rows = merge(latest(records, now));
+    let rows = merge(records);
     note_versions(&rows, notify);
     // written again when the data set is complete
     out.remove(TOTALS)?;
@@ -138,29 +191,43 @@ fn build(rows: &[LogRow], out: &Path, gate: Gate<'_>) -> Result<(Finished, Strin
     Ok((finished, text))
 }
 
-/// Writes all files of a folder into a bucket, and removes partitions of the data set that are outdated.
+/// Hashes of the files that were built, by name: what a bucket holds already is not uploaded again.
+const FILES: &str = "files.json";
+
+/// Writes the files of a folder that changed into a bucket, and removes tables that are no longer part of the data set.
 fn publish(folder: &Path, out: &Place) -> Result<()> {
     let built = Folder::open(&Location::local(folder))?.list("**/*")?;
-    let built: BTreeSet<String> = built.into_iter().map(|entry| entry.key).collect();
-    for name in &built {
-        out.put_file(name, &folder.join(name))?;
+    let built: Vec<String> = built.into_iter().map(|entry| entry.key).collect();
+    let hashes = built.par_iter().map(|name| {
+        let hash = hash_file(&folder.join(name))?.identity();
+        Ok((name.clone(), hash))
+    });
+    let hashes: BTreeMap<String, String> = hashes.collect::<Result<_>>()?;
+    // without the list, or with one that is not valid, everything is written
+    let known: BTreeMap<String, String> = (out.read(FILES).ok())
+        .and_then(|text| serde_json::from_slice(&text).ok())
+        .unwrap_or_default();
+    // if this run ends before its end, the next one trusts nothing
+    out.remove(FILES)?;
+    let is_changed = |name: &&String| known.get(*name) != hashes.get(*name);
+    let changed: Vec<&String> = built.iter().filter(is_changed).collect();
+    out.in_parallel(&changed, |name| out.put_file(name, &folder.join(name)))?;
+    let mut outdated = Vec::new();
+    for (kind, _) in data_set::TABLES {
+        let names = out.below(kind)?.into_iter();
+        let is_table = |name: &String| data_set::is_table(Path::new(name));
+        outdated.extend(names.filter(|name| is_table(name) && !hashes.contains_key(name)));
     }
-    for kind in ["logs", "events"] {
-        for name in out.below(kind)? {
-            if name.ends_with(&format!("/{kind}.parquet")) && !built.contains(&name) {
-                out.remove(&name)?;
-            }
-        }
+    if !hashes.contains_key("policy.json") {
+        outdated.push("policy.json".into());
     }
-    if !built.contains("policy.json") {
-        out.remove("policy.json")?;
-    }
-    Ok(())
+    out.in_parallel(&outdated, |name| out.remove(name))?;
+    out.put(FILES, serde_json::to_string_pretty(&hashes)?.as_bytes())
 }
 
 /// Says that rows of one machine were analysed in different ways: they do not compare.
 fn note_versions(rows: &[LogRow], notify: &(dyn Fn(Update<'_>) + Sync)) {
-    let mut versions = std::collections::BTreeMap::<&str, BTreeSet<&str>>::new();
+    let mut versions = BTreeMap::<&str, BTreeSet<&str>>::new();
     for record in rows.iter().map(|row| &row.record) {
         if let (Some(machine), Some(version), Some(_)) =
             (&record.machine, &record.analysis_version, record.analysed())
@@ -187,12 +254,15 @@ fn copy_reports(rows: &[LogRow], place: &Place, out: &Place) -> Result<()> {
     if is_same {
         return Ok(());
     }
-    for folder in rows.iter().filter_map(|row| row.record.report_folder()) {
-        for name in REPORT_FILES {
-            let name = format!("{folder}/{name}");
-            out.put(&name, &place.read(&name)?)?;
-        }
-    }
+    let folders = rows.iter().filter_map(|row| row.record.report_folder());
+    let names: Vec<String> = folders
+        .flat_map(|folder| REPORT_FILES.map(|name| format!("{folder}/{name}")))
+        .collect();
+    let copied = match place.local() {
+        Some(_) => out,
+        None => place,
+    };
+    copied.in_parallel(&names, |name| out.put(name, &place.read(name)?))?;
     Ok(())
 }
 

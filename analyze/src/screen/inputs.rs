@@ -8,10 +8,11 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf, absolute};
 
 use anyhow::{Context, Result, bail};
+use glob::Pattern;
 use tipwatch_binding::read_text;
 use tipwatch_can::ContainerFormat;
 use tipwatch_storage::{Folder, Location, expand};
@@ -37,9 +38,31 @@ pub(super) struct Found {
     pub(super) logs: Vec<PathBuf>,
     /// Tables in folders, which are not logs unless they are named.
     left_out: Vec<PathBuf>,
+    /// Folders and patterns that were searched.
+    searched: Vec<PathBuf>,
 }
 
 impl Found {
+    /// Whether a log was found or named.
+    pub(super) fn is_listed(&self, path: &Path) -> bool {
+        let place = self.logs.binary_search_by(|log| log.as_path().cmp(path));
+        place.is_ok()
+    }
+
+    /// Whether a path would have been found if its log were still there.
+    pub(super) fn is_gone(&self, path: &str) -> bool {
+        let path = Path::new(path);
+        let is_covered = |searched: &PathBuf| {
+            let is_matched = is_pattern(searched)
+                && Pattern::new(&searched.to_string_lossy())
+                    .is_ok_and(|pattern| pattern.matches_path(path));
+            is_matched || path.starts_with(searched)
+        };
+        !self.is_listed(path)
+            && self.searched.iter().any(is_covered)
+            && (Location::is_remote_path(path) || !path.exists())
+    }
+
     /// Says what was left out, and how to include it.
     pub(super) fn note(&self) -> Option<String> {
         let first = self.left_out.first()?;
@@ -69,6 +92,10 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
     }
     let Finder { logs, tables, .. } = finder;
     let found = Found {
+        searched: requested
+            .iter()
+            .map(|path| tidy(path))
+            .collect::<Result<_>>()?,
         left_out: tables.difference(&logs).cloned().collect(),
         logs: logs.into_iter().collect(),
     };
@@ -83,6 +110,24 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
         );
     }
     Ok(found)
+}
+
+/// That at least one of the named places of this computer exists, if all are such.
+///
+/// # Errors
+/// None of them does: a mistake in the call, rather than logs that are missing among others.
+pub(super) fn require_any(requested: &[PathBuf]) -> Result<()> {
+    let is_missing =
+        |path: &PathBuf| !Location::is_remote_path(path) && !is_pattern(path) && !path.exists();
+    if !requested.is_empty() && requested.iter().all(is_missing) {
+        let names: Vec<_> = requested.iter().map(|p| p.display().to_string()).collect();
+        let text = format!(
+            "{}: expected folders or logs, found nothing there",
+            names.join(", ")
+        );
+        return Err(anyhow::Error::from(io::Error::from(io::ErrorKind::NotFound)).context(text));
+    }
+    Ok(())
 }
 
 struct Finder {

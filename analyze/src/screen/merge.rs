@@ -1,8 +1,9 @@
-//! Which record of a log becomes its row: one of each path, then one of each content.
+//! Which record of a log becomes its row: one of each path, then one of each content and machine.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::record::Record;
+use super::failure::FailureKind;
+use super::record::{Outcome, Record};
 
 /// A log of the data set.
 #[derive(Debug, Clone)]
@@ -59,17 +60,23 @@ fn replaces(record: &Record, known: &Record) -> bool {
     }
 }
 
-/// Rows of the records of different paths, sorted by path; of records with the same content, that of the
-/// newest program, then the first analysed one by path.
+/// Rows of the records of different paths, sorted by path: one for each content and machine, of the newest program, then
+/// the first analysed one by path. Of a content that was analysed with several machines nobody knows which one is right:
+/// all of its rows fail.
 pub(super) fn merge(records: Vec<Record>) -> Vec<LogRow> {
     let mut rows: Vec<LogRow> = Vec::with_capacity(records.len());
-    let mut index_of: BTreeMap<String, usize> = BTreeMap::new();
+    let mut rows_of: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     for record in records {
-        let known = record.log_id.as_ref().and_then(|id| index_of.get(id));
-        let Some(row) = known.map(|&index| &mut rows[index]) else {
-            if let Some(id) = &record.log_id {
-                index_of.insert(id.clone(), rows.len());
-            }
+        let Some(id) = record.log_id.clone() else {
+            rows.push(LogRow { record, copies: 0 });
+            continue;
+        };
+        let of_content = rows_of.entry(id).or_default();
+        let known = of_content
+            .iter()
+            .find(|&&row| machine_of(&rows[row].record) == machine_of(&record));
+        let Some(row) = known.map(|&row| &mut rows[row]) else {
+            of_content.push(rows.len());
             rows.push(LogRow { record, copies: 0 });
             continue;
         };
@@ -80,5 +87,79 @@ pub(super) fn merge(records: Vec<Record>) -> Vec<LogRow> {
             row.record = record;
         }
     }
+    for of_content in rows_of.values().filter(|of_content| of_content.len() > 1) {
+        refuse_conflict(&mut rows, of_content);
+    }
     rows
+}
+
+/// Name of the machine; `None` if none was assigned.
+fn machine_of(record: &Record) -> Option<&str> {
+    record.machine.as_ref().map(|machine| machine.name.as_str())
+}
+
+/// Lets the rows of one content fail that were analysed with different machines.
+fn refuse_conflict(rows: &mut [LogRow], of_content: &[usize]) {
+    let analysed = of_content
+        .iter()
+        .filter(|&&row| !rows[row].record.is_failed());
+    let analysed: Vec<usize> = analysed.copied().collect();
+    if analysed.len() < 2 {
+        return;
+    }
+    let named = analysed.iter().map(|&row| {
+        let record = &rows[row].record;
+        let machine = machine_of(record).unwrap_or("unknown");
+        format!("{} ({machine})", record.path)
+    });
+    let reason = format!(
+        "expected one machine for one content, found the same log as {}: remove the copies that are in the wrong place, \
+         or mend the fleet file",
+        named.collect::<Vec<_>>().join(" and ")
+    );
+    for row in analysed {
+        rows[row].record.result = Outcome::Failed {
+            kind: FailureKind::Machine,
+            reason: reason.clone(),
+        };
+    }
+}
+
+/// Separates the records of logs that no longer exist. Those whose content is found under another path have moved; the
+/// others were deleted.
+pub(super) fn without_gone(records: Vec<Record>, is_gone: impl Fn(&str) -> bool) -> Present {
+    let (gone, here): (Vec<Record>, Vec<Record>) = records
+        .into_iter()
+        .partition(|record| is_gone(&record.path));
+    let contents: BTreeSet<String> = here
+        .iter()
+        .filter_map(|record| record.log_id.clone())
+        .collect();
+    let (mut moved, mut deleted) = (Vec::new(), Vec::new());
+    let mut known = BTreeSet::new();
+    // of the paths that a deleted log had, the last one stays
+    let mut gone = gone;
+    gone.sort_by_key(|record| std::cmp::Reverse(record.age()));
+    for record in gone {
+        let id = record.log_id.as_ref();
+        let is_moved = id.is_some_and(|id| contents.contains(id) || !known.insert(id.clone()));
+        match is_moved {
+            true => moved.push(record),
+            false => deleted.push(record),
+        }
+    }
+    deleted.sort_by(|a, b| a.path.cmp(&b.path));
+    Present {
+        here,
+        moved,
+        deleted,
+    }
+}
+
+/// The records of a data set, by what became of their logs.
+pub(super) struct Present {
+    pub(super) here: Vec<Record>,
+    /// Their content is or was under another path since then.
+    pub(super) moved: Vec<Record>,
+    pub(super) deleted: Vec<Record>,
 }

@@ -3,6 +3,7 @@
 //! ```text
 //!     inputs -> workers: one_log -> store (state/) -> merge -> data_set (logs/, events/), page (fleet.html)
 //!     -------- run, task --------                     --------------- gather ---------------
+//!                                                            `query` asks it in SQL
 //! ```
 //! `store` is the single source: one record per finished log, written once. Everything else is built from
 //! all records at the end. A run may therefore be killed at any time, resumed, or split over many
@@ -32,10 +33,11 @@ mod totals;
 mod version;
 mod workers;
 
+pub use data_set::{Answer, TABLES, query};
 pub use failure::FailureKind;
 pub use fleet_file::Fleet;
 pub use gather::gather;
-pub use request::{Gate, Gathering, Output, Request, Screen, Update};
+pub use request::{Gate, Gathering, Output, Reports, Request, Screen, Update};
 pub use run::screen;
 pub use shard::Shard;
 pub use task::{Task, TaskResult, logs_of};

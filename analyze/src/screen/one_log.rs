@@ -17,6 +17,7 @@ use super::place::Place;
 use super::record::{
     MachineName, Outcome, RECORD_SCHEMA, REPORT_FILES, REPORT_PAGE, Record, report_folder,
 };
+use super::request::Reports;
 use super::store::{Before, Store};
 use super::version::{analysis_version, machine_sha256, urdf_hash};
 use crate::analysis::Analysis;
@@ -35,6 +36,8 @@ use crate::tables::summary::Summary;
 pub(super) struct Screening<'a> {
     pub(super) fleet: &'a Fleet,
     pub(super) options: Options,
+    /// Which logs get a report.
+    pub(super) reports: Reports,
     /// Where records and reports go.
     pub(super) place: Place,
     pub(super) store: Store,
@@ -145,7 +148,8 @@ impl Screening<'_> {
         let known = self
             .store
             .analysed(&self.before, &identity.id, &version, &record.path)?;
-        if let Some(known) = known.filter(|known| self.has_its_report(known)) {
+        let known = known.filter(|known| self.has_its_report(known) && !self.lacks_report(known));
+        if let Some(known) = known {
             let is_own = known.path == record.path;
             let is_same = known.machine == record.machine;
             record.result = known.result;
@@ -182,6 +186,22 @@ impl Screening<'_> {
         local.join(folder).join(REPORT_PAGE).is_file()
     }
 
+    /// Whether a report is asked for now that was not written then.
+    fn lacks_report(&self, known: &Record) -> bool {
+        let asked = known
+            .analysed()
+            .is_some_and(|(facts, _)| self.is_reported(facts));
+        asked && known.report_folder().is_none()
+    }
+
+    fn is_reported(&self, facts: &LogFacts) -> bool {
+        match self.reports {
+            Reports::None => false,
+            Reports::Events => facts.has_findings(),
+            Reports::All => true,
+        }
+    }
+
     fn analyse(&self, path: &Path, machine: &MachineFile, identity: &Identity) -> Result<Outcome> {
         let begin = |prepared: &Prepared<'_>| Ok(LateSketch::begin(prepared));
         let (analysis, sketch) = analyse_into(path, machine, self.options, &mut |_| {}, begin)?;
@@ -194,8 +214,8 @@ impl Screening<'_> {
             return Err(FailureKind::Changed.error(text));
         }
         let facts = LogFacts::of(&analysis);
-        let has_report = facts.has_findings();
-        let folder = report_folder(&identity.id);
+        let has_report = self.is_reported(&facts);
+        let folder = report_folder(&identity.id, &machine.spec.name);
         if has_report {
             write_report(&analysis, &sketch.finish(), &self.place, &folder)?;
         } else {
@@ -247,8 +267,8 @@ fn write_report(analysis: &Analysis, sketch: &Sketch, place: &Place, folder: &st
     place.put(&format!("{folder}/{REPORT_PAGE}"), page.as_bytes())
 }
 
-/// Removes the report of an earlier version that had findings.
-fn remove_report(place: &Place, folder: &str) {
+/// Removes a report: of an earlier version that had findings, or of a log that was deleted.
+pub(super) fn remove_report(place: &Place, folder: &str) {
     let Some(local) = place.local() else {
         // without a record that names it nobody sees it
         return;

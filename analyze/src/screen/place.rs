@@ -3,10 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use rayon::prelude::*;
 use tipwatch_storage::{Folder, Location, Put};
 
 use crate::base::files::remove_unfinished;
+
+/// Requests to a bucket at a time: each waits for an answer.
+const PARALLEL: usize = 64;
 
 /// A folder of objects. Names are relative, with `/`.
 #[derive(Clone)]
@@ -58,6 +62,27 @@ impl Place {
     /// Writes a new object; returns whether it is new. An existing one stays.
     pub(super) fn put_if_absent(&self, name: &str, bytes: &[u8]) -> Result<bool> {
         Ok(self.folder.put_if_absent(name, bytes)? == Put::Written)
+    }
+
+    /// Does the same with many objects; those of a bucket wait for their answers at the same time. The results have the
+    /// order of `names`.
+    ///
+    /// # Errors
+    /// The first error of `work`, or the threads cannot be started.
+    pub(super) fn in_parallel<N: Sync, R: Send>(
+        &self,
+        names: &[N],
+        work: impl Fn(&N) -> Result<R> + Sync + Send,
+    ) -> Result<Vec<R>> {
+        let all = || names.par_iter().map(work).collect();
+        if self.local().is_some() {
+            return all();
+        }
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(PARALLEL.min(names.len().max(1)));
+        threads
+            .build()
+            .context("cannot start threads")?
+            .install(all)
     }
 
     /// Removes an object, if there is one.

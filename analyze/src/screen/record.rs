@@ -7,9 +7,12 @@ use serde::{Deserialize, Serialize};
 use super::failure::FailureKind;
 use crate::base::file_hash::sha256_of;
 use crate::policy::facts::{EventFacts, LogFacts};
+use crate::tables::frame::Day;
 
 /// Version of the document.
-pub(super) const RECORD_SCHEMA: u32 = 3;
+pub(super) const RECORD_SCHEMA: u32 = 4;
+/// The oldest version that is still read: what it does not tell is unknown.
+pub(super) const OLDEST_SCHEMA: u32 = 3;
 
 /// A finished log: analysed or failed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -101,7 +104,16 @@ impl Record {
         else {
             return None;
         };
-        self.log_id.as_deref().map(report_folder)
+        let log_id = self.log_id.as_deref()?;
+        match &self.machine {
+            Some(machine) if self.schema >= FIRST_WITH_MACHINE => {
+                Some(report_folder(log_id, &machine.name))
+            }
+            _ => Some(format!(
+                "reports/{}",
+                log_id.get(..DIGITS).unwrap_or(log_id)
+            )),
+        }
     }
 
     pub(super) fn is_failed(&self) -> bool {
@@ -122,14 +134,20 @@ impl Record {
         name.map_or(self.path.clone(), |name| name.to_string_lossy().into())
     }
 
-    /// The day of its first row, UTC, such as `2026-06-01`; `None` if its stamps are not dates.
-    pub(super) fn day(&self) -> Option<String> {
+    /// The day of its first row (UTC); `None` if its stamps are not dates.
+    pub(super) fn day(&self) -> Option<Day> {
+        let since = self.date()?.since(jiff::civil::date(1970, 1, 1)).ok()?;
+        Some(Day(since.get_days()))
+    }
+
+    /// The same as a date.
+    pub(super) fn date(&self) -> Option<jiff::civil::Date> {
         /// 1990-01-01 and 2100-01-01: stamps outside have another epoch.
         const DATES_NS: std::ops::Range<i64> = 631_152_000_000_000_000..4_102_444_800_000_000_000;
         let (facts, _) = self.analysed()?;
         let start = Some(facts.start_ns).filter(|start| DATES_NS.contains(start))?;
         let stamp = jiff::Timestamp::from_nanosecond(start.into()).ok()?;
-        Some(stamp.strftime("%Y-%m-%d").to_string())
+        Some(stamp.to_zoned(jiff::tz::TimeZone::UTC).date())
     }
 }
 
@@ -155,7 +173,16 @@ pub(super) const REPORT_PAGE: &str = "report.html";
 /// The files of a report, the page last: if it exists, the report is complete.
 pub(super) const REPORT_FILES: [&str; 3] = ["summary.json", "events.parquet", REPORT_PAGE];
 
-/// Folder of a log's report within the output folder.
-pub(super) fn report_folder(log_id: &str) -> String {
-    format!("reports/{}", log_id.get(..16).unwrap_or(log_id))
+/// The first version in which the folder of a report depends on the machine, too.
+const FIRST_WITH_MACHINE: u32 = 4;
+
+/// Folder of a log's report within the output folder: one content may be analysed with two machines before that is found to be
+/// a mistake.
+pub(super) fn report_folder(log_id: &str, machine: &str) -> String {
+    let machine = sha256_of(machine.as_bytes());
+    format!(
+        "reports/{}{}",
+        log_id.get(..DIGITS - 4).unwrap_or(log_id),
+        machine.get(..4).unwrap_or_default()
+    )
 }

@@ -25,6 +25,10 @@ pub struct Request<'a> {
     pub shard: Option<Shard>,
     /// Whether to resume the run in the output folder.
     pub resume: bool,
+    /// Whether records of logs that no longer exist are removed.
+    pub prune: bool,
+    /// Which logs get a report of their own.
+    pub reports: Reports,
     /// Options of each analysis.
     pub options: Options,
     /// Once it is set, no further log is begun, and the run ends with an error. It can be resumed.
@@ -43,6 +47,18 @@ pub enum Output {
     },
 }
 
+/// Which logs of a run get a report of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum Reports {
+    /// None.
+    None,
+    /// Those with an event of a wheel or an edge, or with a load within two standard deviations of zero.
+    #[default]
+    Events,
+    /// All.
+    All,
+}
+
 /// Which records to gather, and where to.
 #[derive(Debug)]
 pub struct Gathering<'a> {
@@ -53,6 +69,8 @@ pub struct Gathering<'a> {
     /// The logs that must have a record, if any are named: folders, patterns, manifests and logs. Those
     /// without one are in the data set as failed.
     pub logs: &'a [PathBuf],
+    /// Whether records of named logs that no longer exist are removed.
+    pub prune: bool,
     /// Options, of which the failed logs name the model.
     pub options: Options,
 }
@@ -91,6 +109,8 @@ pub struct Screen {
     pub analysed_now: usize,
     /// Logs that failed in this run.
     pub failed_now: usize,
+    /// Of these, logs that their storage did not deliver.
+    pub not_delivered: usize,
     /// Unchanged logs, analysed in an earlier run.
     pub from_before: usize,
     /// Analysed logs that decide nothing, by path, with the reason.

@@ -6,11 +6,13 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use anyhow::{Result, bail};
+use tipwatch_storage::Location;
 
 use super::attempts::Attempts;
+use super::failure::FailureKind;
 use super::fleet_file::Fleet;
-use super::gather::{PAGE, finish, lock};
-use super::merge::merge;
+use super::gather::{PAGE, finish, lock, present};
+use super::merge::{latest, merge};
 use super::one_log::{CurrentRun, Screened, Screening};
 use super::place::Place;
 use super::record::{Outcome, Record};
@@ -31,12 +33,13 @@ pub fn screen(
     gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Screen> {
+    inputs::require_any(request.logs)?;
     let found = inputs::find(request.logs, request.out)?;
     found
         .note()
         .into_iter()
         .for_each(|note| notify(Update::Note(note)));
-    let logs = found.logs;
+    let logs = found.logs.clone();
     let logs = match request.shard {
         Some(shard) => shard.of(logs),
         None => logs,
@@ -78,6 +81,7 @@ pub fn screen(
     let screening = Screening {
         fleet,
         options: request.options,
+        reports: request.reports,
         place: place.clone(),
         store,
         before,
@@ -89,6 +93,11 @@ pub fn screen(
     all.extend(screen_all(request, &screening, &suspects, 1, notify)?);
     let from_before = all.iter().filter(|log| log.is_from_before).count();
     let failed_now = all.iter().filter(|log| log.record.is_failed()).count();
+    let is_not_delivered = |log: &&Screened| {
+        let kind = FailureKind::Storage;
+        matches!(&log.record.result, Outcome::Failed { kind: found, .. } if *found == kind)
+    };
+    let not_delivered = all.iter().filter(is_not_delivered).count();
     let analysed_now = all.len() - from_before - failed_now;
     let mut now: Vec<Record> = all.into_iter().map(|log| log.record).collect();
     now.sort_by(|a, b| a.path.cmp(&b.path));
@@ -101,13 +110,22 @@ pub fn screen(
         unusable
             .into_iter()
             .for_each(|note| notify(Update::Note(note)));
-        let built = finish(records, now, &place, &place, gate, notify)?;
+        // a log of this computer is looked for wherever it was
+        let is_gone = |path: &str| {
+            let place = Path::new(path);
+            let is_missing = !Location::is_remote_path(place) && !place.exists();
+            found.is_gone(path) || (is_missing && !found.is_listed(place))
+        };
+        let records = latest(records, now);
+        let records = present(records, is_gone, request.prune, &screening.store, notify)?;
+        let built = finish(records, &place, &place, gate, notify)?;
         (built.totals, built.undecided, Some(request.out.join(PAGE)))
     };
     Ok(Screen {
         totals,
         analysed_now,
         failed_now,
+        not_delivered,
         from_before,
         undecided,
         page,

@@ -6,17 +6,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use anyhow::{Context, Result};
-use rayon::prelude::*;
+use anyhow::Result;
 
 use super::place::Place;
-use super::record::{FAILED, RECORD_SCHEMA, Record, content_key, path_key};
+use super::record::{FAILED, OLDEST_SCHEMA, RECORD_SCHEMA, Record, content_key, path_key};
 use crate::base::error_text::error_text;
 
 const FOLDER: &str = "state";
 const ENDING: &str = ".json";
-/// Records of a bucket that are read at a time.
-const PARALLEL: usize = 32;
 
 /// The records of a place.
 #[derive(Debug)]
@@ -70,8 +67,13 @@ impl Store {
             return self.place.put(&name, text.as_bytes());
         }
         let is_new = self.place.put_if_absent(&name, text.as_bytes())?;
-        if !is_new && self.read(&name).is_err() {
-            // a damaged record is worth less than a new one
+        // a damaged record is worth less than a new one, and one without a report less than one with it
+        let is_worse = |known: Result<Record>| {
+            known.map_or(true, |known| {
+                known.report_folder().is_none() && record.report_folder().is_some()
+            })
+        };
+        if !is_new && is_worse(self.read(&name)) {
             self.place.put(&name, text.as_bytes())?;
         }
         Ok(())
@@ -81,6 +83,19 @@ impl Store {
     pub(super) fn replace(&self, record: &Record) -> Result<()> {
         let text = serde_json::to_string_pretty(record)?;
         self.place.put(&name_of(&record.key()), text.as_bytes())
+    }
+
+    /// The place of the records.
+    pub(super) fn place(&self) -> &Place {
+        &self.place
+    }
+
+    /// Removes records.
+    pub(super) fn remove<'a>(&self, records: impl Iterator<Item = &'a Record>) -> Result<()> {
+        let names: Vec<String> = records.map(|record| name_of(&record.key())).collect();
+        self.place
+            .in_parallel(&names, |name| self.place.remove(name))?;
+        Ok(())
     }
 
     /// Removes the failure of a path that is analysed now.
@@ -147,15 +162,8 @@ impl Store {
         let names = self.place.list(FOLDER)?.into_iter();
         let names = names.filter(|name| name.ends_with(ENDING));
         let names: Vec<String> = names.map(|name| format!("{FOLDER}/{name}")).collect();
-        let read: Vec<Result<Record>> = match self.place.local() {
-            Some(_) => names.iter().map(|name| self.read(name)).collect(),
-            // each read waits for an answer
-            None => rayon::ThreadPoolBuilder::new()
-                .num_threads(PARALLEL)
-                .build()
-                .context("cannot start threads")?
-                .install(|| names.par_iter().map(|name| self.read(name)).collect()),
-        };
+        let read: Vec<Result<Record>> =
+            (self.place).in_parallel(&names, |name| Ok(self.read(name)))?;
         let mut records = Vec::with_capacity(read.len());
         let mut unusable = Vec::new();
         for (name, read) in names.iter().zip(read) {
@@ -172,8 +180,8 @@ impl Store {
     fn read(&self, name: &str) -> Result<Record> {
         let record: Record = serde_json::from_slice(&self.place.read(name)?)?;
         anyhow::ensure!(
-            record.schema == RECORD_SCHEMA,
-            "expected a record of schema {RECORD_SCHEMA}, found {}",
+            (OLDEST_SCHEMA..=RECORD_SCHEMA).contains(&record.schema),
+            "expected a record of schema {OLDEST_SCHEMA} to {RECORD_SCHEMA}, found {}",
             record.schema
         );
         Ok(record)

@@ -12,6 +12,7 @@ use super::inputs;
 use super::one_log::{CurrentRun, Screening, empty_record};
 use super::place::Place;
 use super::record::Outcome;
+use super::request::Reports;
 use super::store::{Before, Store};
 use super::workers;
 use crate::base::options::Options;
@@ -23,6 +24,8 @@ pub struct Task<'a> {
     pub records: &'a Path,
     /// Options of the analysis.
     pub options: Options,
+    /// Which logs get a report.
+    pub reports: Reports,
 }
 
 /// How a task ended.
@@ -44,6 +47,7 @@ impl Task<'_> {
         let screening = Screening {
             fleet,
             options: self.options,
+            reports: self.reports,
             before: Before::OnDemand,
             store: Store::of(&place),
             place,

@@ -1,16 +1,18 @@
-//! Active suspension: replay of a log with another motion of its suspension, and control over standard input and
-//! output.
+//! What if: replay of a log with another motion of its suspension or under suppositions, and control over standard input
+//! and output.
 
 mod findings;
 mod mode;
 pub mod stabilise;
 mod statistics;
 mod summary;
+mod supposed;
 pub mod table;
 mod what_if;
 
 pub use findings::findings;
 pub use mode::{SuspensionMode, WhatIfOptions};
 pub use summary::Summary;
+pub use supposed::{SUPPOSED_CAVEATS, Suppositions, suppose};
 pub(crate) use table::rod_names;
 pub use what_if::{CAVEATS, WhatIf, what_if};

@@ -3,7 +3,7 @@
 use tipwatch_mechanics::Contribution;
 
 use super::table::Table;
-use crate::events::Event;
+use crate::events::{Event, Supposition};
 
 /// The table of events.
 #[must_use]
@@ -23,6 +23,9 @@ pub fn events(events: &[Event]) -> Table {
     let any_split = all().map(|e| e.certainty_any_split);
     table.add("certainty_any_split", Some("-"), any_split);
     table.add("start_sigma_s", Some("s"), all().map(|e| e.start_sigma_s));
+    let bound = all().map(|e| e.start_bound.name());
+    table.add("start_bound", None, bound);
+    table.add("end_bound", None, all().map(|e| e.end_bound.name()));
     let end = |of: usize| all().map(move |e| e.load_range_n.map(|n| n[of]));
     table.add("load_min", Some("N"), end(0));
     table.add("load_max", Some("N"), end(1));
@@ -43,6 +46,16 @@ pub fn events(events: &[Event]) -> Table {
     let doubted_by = doubt().map(|d| Some(d?.subjects.join("; ")));
     table.add("doubted_by", None, doubted_by);
     add_causes(&mut table, events);
+    for &supposed in Supposition::all() {
+        let probability = all().map(|event| {
+            let mut answers = event.counterfactuals.iter();
+            answers
+                .find(|answer| answer.supposed == supposed)?
+                .probability
+        });
+        let name = format!("probability_{}", supposed.name());
+        table.add(name, Some("-"), probability);
+    }
     table
 }
 

@@ -4,6 +4,7 @@ pub mod cell;
 pub(crate) mod collect;
 pub(crate) mod derived;
 pub mod events;
+pub mod frame;
 pub mod parquet;
 pub mod samples;
 pub mod series;

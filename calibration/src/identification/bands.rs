@@ -5,7 +5,9 @@
 //!     s^2 = s_parameters^2 + n (m F / k)^2 + s_sensor^2
 //! ```
 //! with m the model share, F the normal force and k the number of supports on the ground. Where less than 95.4 % of the
-//! readings lie within 2 s, m is too small. It is then the one at which these many do.
+//! readings lie within 2 s, m is too small. It is then the one at which these many do. The same holds for what each reading
+//! shows beside the split between the diagonals, whose open part hides errors of everything else, and for the readings
+//! that were fitted: the largest m counts.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -37,19 +39,59 @@ pub struct BandCheck {
     pub excess: f64,
     /// The stated model share.
     pub stated_share: f64,
-    /// The model share at which two standard deviations hold 95.4 % of the readings; at least the stated one.
+    /// The model share at which two standard deviations hold 95.4 % of the readings, of those that were fitted too, and of
+    /// what they show beside the split; at least the stated one.
     pub model_share: f64,
 }
 
 /// A reading of a load.
 struct Judged {
+    reading: Residual,
+    /// What the open split leaves of it; `None` if nothing.
+    beside_split: Option<Residual>,
+}
+
+/// A residual and its band.
+#[derive(Clone, Copy)]
+struct Residual {
     residual: f64,
     /// Variance by parameters, slope and sensor (N^2).
     variance: f64,
     /// What a model share of one adds to the variance (N^2).
     per_share: f64,
-    /// What the open split leaves of the residual, in standard deviations; `None` if nothing.
-    beside_split: Option<f64>,
+}
+
+impl Residual {
+    fn is_known(&self) -> bool {
+        self.residual.is_finite() && self.variance.is_finite() && self.per_share > 0.0
+    }
+
+    /// In standard deviations at this model share.
+    fn ratio(&self, share: f64) -> f64 {
+        self.residual.abs() / (self.variance + share.powi(2) * self.per_share).sqrt()
+    }
+
+    /// The model share at which it lies at two standard deviations; 0 if it lies within without one.
+    fn needed(&self) -> f64 {
+        let missing = 0.25 * self.residual.powi(2) - self.variance;
+        (missing.max(0.0) / self.per_share).sqrt()
+    }
+}
+
+/// Number of these outside two standard deviations.
+fn outside(of: &[Residual], share: f64) -> usize {
+    of.iter().filter(|of| of.ratio(share) > 2.0).count()
+}
+
+/// The model share that these show, at least the stated one.
+fn share_of(of: &[Residual], stated_share: f64) -> f64 {
+    // chance puts some outside
+    let expected = (1.0 - WITHIN) * of.len() as f64;
+    let is_narrow = outside(of, stated_share) as f64 > expected + 2.0 * expected.sqrt() + 1.0;
+    match is_narrow {
+        true => at_share(of.iter().map(Residual::needed).collect()).max(stated_share),
+        false => stated_share,
+    }
 }
 
 impl BandCheck {
@@ -65,41 +107,41 @@ impl BandCheck {
         let known = (machine.clone())
             .with_uncertainty(uncertainty)
             .with_identified(identified.clone());
-        let mut judged = judged(machine, &known, identified, held);
+        let of_held = judged(machine, &known, identified, held);
+        let of_fitted = judged(machine, &known, identified, fitted);
+        let shares = [&of_held, &of_fitted].into_iter().flat_map(|judged| {
+            [readings(judged), beside_split(judged)].map(|of| share_of(&of, stated_share))
+        });
+        let model_share = shares.fold(stated_share, f64::max);
+        let mut judged = of_held;
         if judged.len() < FEWEST {
-            judged.extend(self::judged(machine, &known, identified, fitted));
+            judged.extend(of_fitted);
         }
         let count = judged.len();
         if count == 0 {
             return None;
         }
-        let variance = |of: &Judged| of.variance + stated_share.powi(2) * of.per_share;
-        let outside = judged.iter();
-        let outside = outside.filter(|of| of.residual.powi(2) > 4.0 * variance(of));
-        let outside = outside.count() as f64;
-        let beside_split = judged.iter().filter_map(|of| of.beside_split);
-        let beside_split: Vec<f64> = beside_split.collect();
-        let needed = judged.iter().map(|of| {
-            let missing = 0.25 * of.residual.powi(2) - of.variance;
-            (missing.max(0.0) / of.per_share).sqrt()
-        });
-        // chance puts some outside
-        let expected = (1.0 - WITHIN) * count as f64;
-        let is_narrow = outside > expected + 2.0 * expected.sqrt() + 1.0;
+        let beside = beside_split(&judged).into_iter();
+        let beside: Vec<f64> = beside.map(|of| of.ratio(stated_share)).collect();
         Some(Self {
             readings: count,
-            inside_two_sigma: 1.0 - outside / count as f64,
-            excess: match beside_split.is_empty() {
+            inside_two_sigma: 1.0 - outside(&readings(&judged), stated_share) as f64 / count as f64,
+            excess: match beside.is_empty() {
                 true => 0.0,
-                false => 0.5 * at_share(beside_split),
+                false => 0.5 * at_share(beside),
             },
             stated_share,
-            model_share: match is_narrow {
-                true => at_share(needed.collect()).max(stated_share),
-                false => stated_share,
-            },
+            model_share,
         })
     }
+}
+
+fn readings(judged: &[Judged]) -> Vec<Residual> {
+    judged.iter().map(|of| of.reading).collect()
+}
+
+fn beside_split(judged: &[Judged]) -> Vec<Residual> {
+    judged.iter().filter_map(|of| of.beside_split).collect()
 }
 
 /// The value that [`WITHIN`] of all do not exceed.
@@ -111,7 +153,6 @@ fn at_share(mut values: Vec<f64>) -> f64 {
 
 /// The readings of loads whose bands are known.
 fn judged(machine: &Machine, known: &Machine, identified: &Identified, data: &Data) -> Vec<Judged> {
-    let stated_share = machine.uncertainty().model_share;
     let sets = data.sets();
     let changed = Changed::new(machine, &sets, &identified.unknowns, &identified.change);
     let on_sets: Vec<Machine> = (sets.iter())
@@ -125,20 +166,12 @@ fn judged(machine: &Machine, known: &Machine, identified: &Identified, data: &Da
         let on = on_sets
             .iter()
             .find(|on| *on.stands_on() == *instant.supports);
-        on.map_or(Vec::new(), |on| {
-            of_instant(&changed, on, stated_share, data, instant)
-        })
+        on.map_or(Vec::new(), |on| of_instant(&changed, on, data, instant))
     });
     of.collect()
 }
 
-fn of_instant(
-    changed: &Changed,
-    known: &Machine,
-    stated_share: f64,
-    data: &Data,
-    instant: &Instant,
-) -> Vec<Judged> {
+fn of_instant(changed: &Changed, known: &Machine, data: &Data, instant: &Instant) -> Vec<Judged> {
     let (machine, state) = placed(changed, known, instant);
     let scope = Scope {
         sensitivities: true,
@@ -188,28 +221,24 @@ fn of_instant(
         let of_slope: f64 = by_slope.iter().map(|by| by * by).sum();
         let per_share = factors.norm_squared() * (normal_force / count as f64).powi(2);
         let variance = of_parameters.powi(2) + of_sensors + of_slope;
-        (residual, variance, per_share)
-    };
-    let beside = beside_split(&read, self_equilibrated_loads(&workspace));
-    let judged = (0..read.len()).map(|place| {
-        let mut alone = DVector::zeros(read.len());
-        alone[place] = 1.0;
-        let (residual, variance, per_share) = sum(&alone);
-        let weights = beside.column(place).into_owned();
-        let beside_split = (weights.norm() > LEAST_BESIDE).then(|| {
-            let (residual, variance, per_share) = sum(&weights);
-            residual.abs() / (variance + stated_share.powi(2) * per_share).sqrt()
-        });
-        Judged {
+        Residual {
             residual,
             variance,
             per_share,
-            beside_split: beside_split.filter(|ratio| ratio.is_finite()),
+        }
+    };
+    let beside = without_split(&read, self_equilibrated_loads(&workspace));
+    let judged = (0..read.len()).map(|place| {
+        let mut alone = DVector::zeros(read.len());
+        alone[place] = 1.0;
+        let weights = beside.column(place).into_owned();
+        let beside_split = (weights.norm() > LEAST_BESIDE).then(|| sum(&weights));
+        Judged {
+            reading: sum(&alone),
+            beside_split: beside_split.filter(Residual::is_known),
         }
     });
-    judged
-        .filter(|of| of.variance.is_finite() && of.per_share > 0.0)
-        .collect()
+    judged.filter(|of| of.reading.is_known()).collect()
 }
 
 /// A load that was read.
@@ -225,7 +254,7 @@ struct Read {
 
 /// What is left of each reading, as a sum of all of an instant, without those that the split moves: the projection on what
 /// is orthogonal to them. One reading a column; it is symmetric.
-fn beside_split(read: &[Read], split: Vec<Vec<f64>>) -> DMatrix<f64> {
+fn without_split(read: &[Read], split: Vec<Vec<f64>>) -> DMatrix<f64> {
     let mut left = DMatrix::identity(read.len(), read.len());
     for direction in split {
         let direction = DVector::from_vec(direction);

@@ -193,9 +193,15 @@ pub(super) fn log_jumps(jumps: &[LogJump], source: StampSource) -> Vec<ClockFind
             _ => "the order of the file is kept, and the stamps are the time of the messages"
                 .to_owned(),
         };
+        // only stamps show a small jump forward, and they stand still with a replay
+        let are_ahead = of_kind(false).all(|it| it.to_ns > it.from_ns);
+        let cause = match are_ahead && source != StampSource::Log {
+            true => "the clock of the recorder was set, or a replay or simulation paused",
+            false => "the clock of the recorder restarted or was set",
+        };
         find(
             format!(
-                "the log time jumps {others} time(s): {}: the clock of the recorder restarted or was set",
+                "the log time jumps {others} time(s): {}: {cause}",
                 listed(of_kind(false).map(text))
             ),
             done,

@@ -1,21 +1,33 @@
 //! Jumps of the recorder's clock: a counter that starts anew or wraps around, a clock that is set.
 //!
 //! Every topic has the log time, and a log is written in the order of receipt. Where the log times of a topic step
-//! back in the order of the file, and the time before was covered already, the clock of the recorder stepped. The
-//! times behind are shifted so that the order of the file is that of time.
+//! back in the order of the file, and do not fill a hole, the clock of the recorder stepped. A step forward looks like a
+//! pause; only stamps that go on as usual show it. The times behind are shifted so that the order of the file is that
+//! of time.
 
 use super::{
-    stamp::StampSource, statistics::TopicStatistics, strays::Strays, time::NS_PER_S, times::Times,
+    stamp::StampSource,
+    stamp_steps::{self, MOST_STEPS, Stamped},
+    statistics::TopicStatistics,
+    strays::Strays,
+    time::NS_PER_S,
+    times::Times,
 };
 
 /// A smaller step back is disorder (ns).
 const LEAST_FALL_NS: i64 = 50_000_000;
-/// A larger one is a jump whether or not the time was covered before (ns).
+/// A larger one is a jump whether or not it fills a hole (ns).
 const LARGE_FALL_NS: i64 = 10_000_000_000;
 /// No recording pauses for longer: the clock was set (ns).
 const LEAST_LEAP_NS: i64 = 30 * 86_400_000_000_000;
+/// A smaller step forward against the stamps does not move them, and is jitter of the transport (ns).
+const LEAST_AHEAD_NS: i64 = 50_000_000;
+/// Of a log with one stamped topic, a smaller one may be a longer way of its messages (ns).
+const LEAST_AHEAD_ALONE_NS: i64 = 1_000_000_000;
 /// Messages that must confirm the new course.
 const CONFIRMING: usize = 2;
+/// Largest distance of a late block from what it belongs to, in periods.
+const MOST_PERIODS: i64 = 5;
 /// How far the topics may differ in where they see a jump (ns), besides some periods.
 const TOGETHER_NS: i64 = 1_000_000_000;
 /// A clock with more jumps is none.
@@ -55,6 +67,16 @@ struct OwnJump {
 
 /// Finds the jumps that the topics of a log have in common, in the order of the file.
 pub(super) fn in_common(topics: &[(&str, &Times, &TopicStatistics)]) -> Vec<LogJump> {
+    let jumps = by_log_times(topics);
+    // two kinds at once are not told apart: their order in the file is that of different topics
+    match jumps.is_empty() {
+        true => by_stamps(topics),
+        false => jumps,
+    }
+}
+
+/// The jumps that the log times show by themselves.
+fn by_log_times(topics: &[(&str, &Times, &TopicStatistics)]) -> Vec<LogJump> {
     if !topics.iter().any(|(_, _, statistics)| may_jump(statistics)) {
         return Vec::new();
     }
@@ -81,6 +103,57 @@ pub(super) fn in_common(topics: &[(&str, &Times, &TopicStatistics)]) -> Vec<LogJ
         own.shifted(period_ns)
     });
     common.collect()
+}
+
+/// The steps forward that most stamped topics show: their log times step while their stamps go on as usual.
+fn by_stamps(topics: &[(&str, &Times, &TopicStatistics)]) -> Vec<LogJump> {
+    let is_stamped = |statistics: &TopicStatistics| statistics.header_minus_log_ns().is_some();
+    let stamped = || topics.iter().filter(|(_, _, of)| is_stamped(of));
+    let found: Vec<Vec<LogJump>> = stamped()
+        .map(|(_, times, statistics)| steps_forward(times, statistics))
+        .collect();
+    let Some(first) = found.iter().max_by_key(|steps| steps.len()) else {
+        return Vec::new();
+    };
+    let is_common = |jump: &&LogJump| {
+        let is_it = |other: &LogJump| {
+            let apart_ns = other.shift_ns.abs_diff(jump.shift_ns);
+            other.to_ns.abs_diff(jump.to_ns) <= TOGETHER_NS.unsigned_abs()
+                && apart_ns <= jump.shift_ns.unsigned_abs() / 4
+        };
+        let show = found.iter().filter(|steps| steps.iter().any(is_it)).count();
+        let is_large = jump.shift_ns.unsigned_abs() >= LEAST_AHEAD_ALONE_NS.unsigned_abs();
+        2 * show > found.len() && (show > 1 || is_large)
+    };
+    first.iter().filter(is_common).copied().collect()
+}
+
+fn steps_forward(times: &Times, statistics: &TopicStatistics) -> Vec<LogJump> {
+    let spread_ns =
+        (statistics.header_minus_log_ns()).map_or(0, |(least, most)| most.saturating_sub(least));
+    if spread_ns < LEAST_AHEAD_NS {
+        return Vec::new();
+    }
+    let (stamps, log_ns) = (times.by(StampSource::Header), times.log_ns());
+    // seen from the stamps, it is the log time that steps
+    let at = |index: usize| {
+        Some(Stamped {
+            log_ns: stamps.at(index)?,
+            stamp_ns: log_ns[index],
+        })
+    };
+    let steps = stamp_steps::find(stamps.len(), at, period_ns(statistics));
+    if steps.len() > MOST_STEPS {
+        return Vec::new();
+    }
+    let forward = steps.iter().filter(|step| step.size_ns >= LEAST_AHEAD_NS);
+    let jump = |step: &stamp_steps::StampStep| LogJump {
+        from_ns: step.from_ns,
+        to_ns: step.to_ns,
+        shift_ns: -step.size_ns,
+        wraps: false,
+    };
+    forward.map(jump).collect()
 }
 
 /// For each jump the index of the first message of a topic after it.
@@ -171,7 +244,7 @@ fn find(times: &Times, period_ns: i64) -> Vec<OwnJump> {
         let next = log_ns[index + 1..].iter().take(CONFIRMING).enumerate();
         let is_confirmed = next.clone().filter(follows).count() == CONFIRMING;
         let is_small = falls && step > -LARGE_FALL_NS;
-        if is_confirmed && (!is_small || covers_twice(log_ns, run, index, before, period_ns)) {
+        if is_confirmed && !(is_small && fills_a_hole(log_ns, run, index, before, period_ns)) {
             jumps.push(OwnJump {
                 index,
                 from_ns: before,
@@ -183,31 +256,34 @@ fn find(times: &Times, period_ns: i64) -> Vec<OwnJump> {
     jumps
 }
 
-/// Whether the messages from `index` on, up to the highest time before it, are at times at which there were messages
-/// before. Blocks of messages in the wrong order fill gaps.
-fn covers_twice(log_ns: &[i64], run: usize, index: usize, highest: i64, period_ns: i64) -> bool {
+/// Whether the messages from `index` on, up to the highest time before it, are a block that was written late: at times
+/// between those before them, or right before the first of them. Then the log goes on behind the highest.
+fn fills_a_hole(log_ns: &[i64], run: usize, index: usize, highest: i64, period_ns: i64) -> bool {
     let near_ns = period_ns.saturating_mul(3) / 2;
-    let from = log_ns[index].saturating_sub(near_ns);
-    let mut before: Vec<i64> = (log_ns[run..index].iter().copied())
-        .filter(|time| *time >= from)
-        .collect();
+    let mut before: Vec<i64> = log_ns[run..index].to_vec();
     before.sort_unstable();
-    let is_near = |time: &i64| {
-        let next = before.partition_point(|before| before < time);
+    let lowest = before.first().copied().unwrap_or(highest);
+    let is_near = |time: i64| {
+        let next = before.partition_point(|before| *before < time);
         let near = |k: usize| {
-            before
-                .get(k)
-                .is_some_and(|it| it.abs_diff(*time) <= near_ns.unsigned_abs())
+            (before.get(k)).is_some_and(|it| it.abs_diff(time) <= near_ns.unsigned_abs())
         };
         near(next) || next.checked_sub(1).is_some_and(near)
     };
-    let after = log_ns[index..].iter().take_while(|time| **time <= highest);
-    let (mut all, mut near) = (0, 0);
-    for time in after {
-        all += 1;
-        near += usize::from(is_near(time));
+    let behind = &log_ns[index..];
+    let count = (behind.iter().position(|time| *time > highest)).unwrap_or(behind.len());
+    let (block, rest) = behind.split_at(count);
+    let among: Vec<i64> = (block.iter().copied())
+        .filter(|time| *time >= lowest)
+        .collect();
+    if among.len() > CONFIRMING {
+        return 2 * among.iter().filter(|time| is_near(**time)).count() <= among.len();
     }
-    2 * near > all
+    let (Some(&end), Some(&next)) = (block.iter().max(), rest.first()) else {
+        return false;
+    };
+    let follows = |step: i64| step <= period_ns.saturating_mul(MOST_PERIODS);
+    follows(lowest.saturating_sub(end)) && follows(next.saturating_sub(highest))
 }
 
 impl OwnJump {

@@ -105,7 +105,7 @@ impl<'t> OwnClock<'t> {
             StampSource::Log => Vec::new(),
             _ if advances => Vec::new(),
             StampSource::Header | StampSource::Publish => {
-                restarts::find(stamps, &self.strays, log_ns)
+                restarts::find(stamps, &self.strays, log_ns, &self.log_places)
             }
         };
         let may_step = source == StampSource::Header

@@ -39,6 +39,10 @@ pub struct StampCorrection {
     pub drift_removed_ppm: f64,
     /// Number of restarts of the topic's clock.
     pub restarts: usize,
+    /// Corrections of the topic's clock that are undone.
+    pub steps: usize,
+    /// Jumps of the recorder's clock that are undone.
+    pub log_time_jumps: usize,
 }
 
 /// A topic on the clock of its log.
@@ -95,6 +99,8 @@ impl TimeBase {
             },
             correction: StampCorrection {
                 restarts: own.restarts.len(),
+                steps: own.steps.len(),
+                log_time_jumps: own.log_places.len(),
                 ..StampCorrection::default()
             },
             findings: describe::of_topic(statistics, &own, &steps, &self.restarts),

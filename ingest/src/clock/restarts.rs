@@ -6,8 +6,12 @@ use super::{
     times::Stamps,
 };
 
-/// A smaller step back is not a restart (ns).
+/// A smaller step back is not a restart (ns), unless the log time steps back with it.
 const LEAST_FALL_NS: i64 = 1_000_000_000;
+/// Then a smaller one is disorder (ns).
+const LEAST_COMMON_FALL_NS: i64 = 50_000_000;
+/// Messages between the place where the stamps step back and that where the log time does.
+const NEAR_LOG_JUMP: usize = 3;
 /// A larger jump ahead of the log time means the clock was set (ns).
 pub(super) const LEAST_LEAP_NS: i64 = 3_600_000_000_000;
 /// Messages that must confirm the new clock.
@@ -46,8 +50,16 @@ pub(super) struct CommonRestart {
     pub(super) pause_ns: i64,
 }
 
-/// Finds the restarts in a sequence of stamps, of which some are strays.
-pub(super) fn find(stamps: Stamps<'_>, strays: &Strays, log_ns: &[i64]) -> Vec<Restart> {
+/// Finds the restarts in a sequence of stamps, of which some are strays. `log_places` has the first message after each
+/// jump of the recorder's clock, which `log_ns` has no more.
+pub(super) fn find(
+    stamps: Stamps<'_>,
+    strays: &Strays,
+    log_ns: &[i64],
+    log_places: &[usize],
+) -> Vec<Restart> {
+    let is_common =
+        |index: usize| (log_places.iter()).any(|place| place.abs_diff(index) <= NEAR_LOG_JUMP);
     let usable = |from: usize| {
         let all = stamps.from(from).iter().enumerate();
         let all = all.filter_map(move |(k, stamp)| Some((from + k, stamp?)));
@@ -63,12 +75,14 @@ pub(super) fn find(stamps: Stamps<'_>, strays: &Strays, log_ns: &[i64]) -> Vec<R
         let leap_ns = stamp.saturating_sub(highest);
         let log_step = log_ns[index].saturating_sub(log_before);
         let is_set = leap_ns.saturating_sub(log_step) > LEAST_LEAP_NS;
-        if is_set || leap_ns < -LEAST_FALL_NS {
+        let falls_with_log = leap_ns <= -LEAST_COMMON_FALL_NS && is_common(index);
+        if is_set || leap_ns < -LEAST_FALL_NS || falls_with_log {
             // after a single bad stamp, the clock returns to its previous course
             let follows =
                 |(_, next): &(usize, i64)| next.abs_diff(stamp) < leap_ns.unsigned_abs() / 2;
             let next = usable(index + 1).take(CONFIRMING);
-            if next.filter(follows).count() < CONFIRMING {
+            // the log times have confirmed the common one
+            if !falls_with_log && next.filter(follows).count() < CONFIRMING {
                 continue;
             }
             restarts.push(Restart {

@@ -16,4 +16,5 @@ pub use self::can_container::{CDR, CanFrameType};
 pub(crate) use self::{
     open::open,
     reader::{Batch, Batches, FileReader, Request},
+    table::{collect_numbers, is_row},
 };

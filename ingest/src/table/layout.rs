@@ -82,14 +82,16 @@ impl TextTable {
 fn lines_of(beginning: &[u8], is_whole: bool) -> Option<Vec<Line>> {
     let end = match is_whole {
         true => beginning.len(),
-        false => beginning
-            .iter()
-            .rposition(|byte| *byte == b'\n')
+        false => (beginning.iter())
+            .rposition(is_break)
             .map_or(beginning.len(), |at| at + 1),
     };
     let mut lines = Vec::new();
-    let mut at = 0;
-    for piece in beginning.get(..end)?.split_inclusive(|byte| *byte == b'\n') {
+    let mut rest = beginning.get(..end)?;
+    while !rest.is_empty() {
+        let piece = first_line(rest);
+        rest = &rest[piece.len()..];
+        let at = lines.last().map_or(0, |line: &Line| line.end);
         // what is not UTF-8 is Latin-1, where each byte is a character
         let text = match std::str::from_utf8(piece) {
             Ok(text) => text.to_owned(),
@@ -97,7 +99,7 @@ fn lines_of(beginning: &[u8], is_whole: bool) -> Option<Vec<Line>> {
         };
         let text = text.trim_end_matches(['\n', '\r']);
         let text = text.strip_prefix(MARK).filter(|_| at == 0).unwrap_or(text);
-        let is_text = |c: char| !c.is_control() || c == '\t' || c == '\r';
+        let is_text = |c: char| !c.is_control() || c == '\t';
         if !text.chars().all(is_text) {
             // the end of the text, if it is one
             break;
@@ -108,9 +110,23 @@ fn lines_of(beginning: &[u8], is_whole: bool) -> Option<Vec<Line>> {
             end,
             text: text.to_owned(),
         });
-        at = end;
     }
     (!lines.is_empty()).then_some(lines)
+}
+
+/// Lines may end with CR, with LF or with both.
+fn is_break(byte: &u8) -> bool {
+    matches!(byte, b'\n' | b'\r')
+}
+
+/// The first line with its line break, if it has one.
+fn first_line(text: &[u8]) -> &[u8] {
+    let end = match text.iter().position(is_break) {
+        Some(at) if text[at..].starts_with(b"\r\n") => at + 2,
+        Some(at) => at + 1,
+        None => text.len(),
+    };
+    &text[..end]
 }
 
 impl Line {

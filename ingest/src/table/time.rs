@@ -344,13 +344,17 @@ fn choose(
     if !are_numbers {
         return text_kind(texts, &called, options).map(|(kind, told)| source(kind, told));
     }
-    if let Some(unit) = options.time_unit {
-        return Ok(source(Kind::PowerOfTen(unit.power()), None));
-    }
     let of_epoch = texts
         .iter()
         .find_map(|cells| epoch_unit(as_number(cells.first()?)?));
     let below = sample.units.get(first).and_then(|cell| unit_cell(cell));
+    if let Some(unit) = options.time_unit {
+        let other = in_name.or(below).filter(|other| *other != unit);
+        let told = other.map(|other| {
+            format!("time: {called}, in {unit} by --time-unit, although the table says {other}")
+        });
+        return Ok(source(Kind::PowerOfTen(unit.power()), told));
+    }
     if let Some(unit) = in_name.or(below) {
         let stated = source(
             Kind::PowerOfTen(unit.power()),

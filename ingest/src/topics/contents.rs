@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::{
     decode::{Fields, Layout, MOST_FIELDS, NumberPaths, is_can_frame, number_paths},
+    formats::{collect_numbers, is_row},
     log::Log,
     message::{Error, Losses, Topic, TopicId},
     schema::FieldPath,
@@ -29,7 +30,8 @@ pub struct TopicContents {
     pub note: Option<String>,
 }
 
-/// A number in the first and the last message of a topic.
+/// A number in the first and the last message of a topic. Rows of a table may each have some of the numbers: there it is
+/// the first and the last number of the column.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FieldContents {
     /// Its path, as the machine file takes it.
@@ -74,6 +76,9 @@ impl TopicContents {
 pub fn topic_contents(log: &Log) -> Result<(Vec<TopicContents>, Losses), Error> {
     let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
     let mut seen: BTreeMap<TopicId, Seen> = BTreeMap::new();
+    let is_table = |topic: TopicId| {
+        (log.topics().get(topic.index())).is_some_and(|topic| is_row(&topic.type_name))
+    };
     let losses = log.read(&ids, &mut |message| {
         let seen = seen.entry(message.topic).or_default();
         seen.messages += 1;
@@ -81,7 +86,9 @@ pub fn topic_contents(log: &Log) -> Result<(Vec<TopicContents>, Losses), Error> 
         let (first, last) = seen.span_ns.unwrap_or((time_ns, time_ns));
         seen.span_ns = Some((first.min(time_ns), last.max(time_ns)));
         seen.is_too_large |= message.data.len() > MOST_BYTES;
-        if !seen.is_too_large {
+        if !seen.is_too_large && is_table(message.topic) {
+            collect_numbers(message.data, &mut seen.first, &mut seen.last);
+        } else if !seen.is_too_large {
             let kept = match seen.messages {
                 1 => &mut seen.first,
                 _ => &mut seen.last,

@@ -380,10 +380,10 @@ fn is_time(stamp_ns: i64) -> bool {
 /// machine file wants them reported offline only.
 fn meaning(findings: &[Finding], has_imu: bool) -> Conditions {
     let mut conditions = Conditions::default();
-    // A contradiction is a doubt on rows, which their reasons carry.
-    let faults = findings
-        .iter()
-        .filter(|finding| finding.kind != FaultKind::Contradiction);
+    // A contradiction is a doubt on rows, which their reasons carry; an outlier is bridged.
+    let is_fault =
+        |finding: &&Finding| !matches!(finding.kind, FaultKind::Contradiction | FaultKind::Outlier);
+    let faults = findings.iter().filter(is_fault);
     for finding in faults {
         let fault = InputFault::from(finding.kind);
         if finding.forbids_rows(has_imu) {

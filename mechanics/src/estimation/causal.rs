@@ -3,6 +3,7 @@
 use super::bias::BiasEstimator;
 use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
+use super::shown_noise::ShownNoise;
 use super::state_builder::{FilterStatus, Filters, Followed, Reading, StateBuilder};
 use super::white_jerk::{ChannelState, seconds};
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect};
@@ -77,6 +78,15 @@ impl CausalEstimator {
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         self.plausibility.findings()
+    }
+
+    /// The noise that the samples so far show, beside the stated one.
+    #[must_use]
+    pub fn shown_noise(&self, machine: &Machine) -> Vec<ShownNoise> {
+        let sensors = self.sensors.iter();
+        sensors
+            .flat_map(|sensor| self.filters.shown_noise(machine, sensor))
+            .collect()
     }
 
     /// The rotation of the platform about an edge that stands, by gyro and attitude alone.

@@ -10,14 +10,14 @@ const NEGLIGIBLE: f64 = 1e-20;
 #[derive(Debug, Clone)]
 pub(super) struct History {
     channels: usize,
-    /// Spectral density q of the jerk.
-    density: f64,
     stamps_ns: Vec<i64>,
     /// States of all channels, step by step.
     jets: Vec<ChannelState>,
     /// Smoother gain of each step, which propagates the next step's correction backwards; zero where the next
     /// step starts a new segment.
     gains: Vec<Matrix>,
+    /// Spectral density q of the jerk from each step to the next; zero where the next step starts a new segment.
+    densities: Vec<f64>,
     /// Covariance of each step, shared by all channels.
     covariances: Vec<Matrix>,
     /// Estimates are wanted up to this time.
@@ -37,13 +37,13 @@ struct Ahead {
 }
 
 impl History {
-    pub(super) fn new(channels: usize, density: f64) -> Self {
+    pub(super) fn new(channels: usize) -> Self {
         Self {
             channels,
-            density,
             stamps_ns: Vec::new(),
             jets: Vec::new(),
             gains: Vec::new(),
+            densities: Vec::new(),
             covariances: Vec::new(),
             wanted_ns: i64::MAX,
             ahead: None,
@@ -56,11 +56,13 @@ impl History {
         self.stamps_ns.clear();
         self.jets.clear();
         self.gains.clear();
+        self.densities.clear();
         self.covariances.clear();
         // growing step by step would leave memory of every smaller size behind
         self.stamps_ns.reserve_exact(steps);
         self.jets.reserve_exact(steps * self.channels);
         self.gains.reserve_exact(steps);
+        self.densities.reserve_exact(steps);
         self.covariances.reserve_exact(steps);
         self.wanted_ns = wanted_ns;
         self.ahead = None;
@@ -89,8 +91,11 @@ impl History {
         &self.covariances[step]
     }
 
-    /// Sets the gain of the last step, which the step that follows belongs to.
-    pub(super) fn link(&mut self, gain: Matrix) {
+    /// Sets the gain of the last step, which the step that follows belongs to, and the density of the jerk between both.
+    pub(super) fn link(&mut self, gain: Matrix, density: f64) {
+        if let Some(last) = self.densities.last_mut() {
+            *last = density;
+        }
         if let Some(last) = self.gains.last_mut() {
             *last = gain;
         }
@@ -105,6 +110,7 @@ impl History {
         self.stamps_ns.push(stamp_ns);
         self.jets.extend_from_slice(jets);
         self.gains.push([[0.0; 3]; 3]);
+        self.densities.push(0.0);
         self.covariances.push(*covariance);
         match &self.ahead {
             Some(ahead) => {
@@ -145,7 +151,7 @@ impl History {
         let gain = self.gains[k];
         let (next, ahead) = (
             self.covariances[k + 1],
-            predicted(&self.covariances[k], dt, self.density),
+            predicted(&self.covariances[k], dt, self.densities[k]),
         );
         let change: Matrix = std::array::from_fn(|i| {
             std::array::from_fn(|j| {

@@ -7,8 +7,10 @@
 //!     predict:  x = F x,  P = F P F' + Q(dt)
 //!     update:   K = P h / (h' P h + r),  x = x + K (z - h' x),  P = P - K h' P
 //! ```
-//! The covariance P depends only on the stamps, so all channels share it and the gains.
+//! The covariance P depends only on the stamps and on the noise that all channels together show
+//! ([`Adaptation`]), so all channels share it and the gains.
 
+use super::adaptation::{Adaptation, Factors};
 use super::history::History;
 use super::white_jerk::{ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric};
 use crate::state::SampleError;
@@ -51,6 +53,22 @@ pub(super) struct FilterState {
     jets: Vec<ChannelState>,
     last_ns: Option<i64>,
     started_ns: i64,
+    /// What the innovations say of the stated noise; `None` where it stays as stated.
+    adaptation: Option<Adaptation>,
+}
+
+impl FilterState {
+    fn factors(&self) -> Factors {
+        (self.adaptation.as_ref()).map_or(Factors::STATED, Adaptation::factors)
+    }
+
+    /// Takes the innovations of a measurement that is not doubted.
+    fn learn<const MEASURED: usize>(&mut self, values: &[f64], variance: f64, doubt: f64) {
+        if let Some(adaptation) = self.adaptation.as_mut().filter(|_| doubt == 0.0) {
+            let jets = self.jets.iter().zip(values);
+            adaptation.take::<MEASURED>(jets.map(|(jet, value)| value - jet[MEASURED]), variance);
+        }
+    }
 }
 
 impl KalmanFilter {
@@ -62,9 +80,26 @@ impl KalmanFilter {
                 jets: vec![[0.0; 3]; channels],
                 last_ns: None,
                 started_ns: i64::MIN,
+                adaptation: None,
             },
-            history: keeps_history.then(|| History::new(channels, model.density)),
+            history: keeps_history.then(|| History::new(channels)),
         }
+    }
+
+    /// The same filter, whose noise is corrected by what its innovations show.
+    pub(super) fn adapting(mut self, adaptation: Adaptation) -> Self {
+        self.state.adaptation = Some(adaptation);
+        self
+    }
+
+    /// Factors on the stated noise over all samples so far; `None` where it stays as stated.
+    pub(super) fn shown_noise(&self) -> Option<Factors> {
+        self.state.adaptation.as_ref()?.mean()
+    }
+
+    /// Spectral density q of the jerk, as corrected so far.
+    fn density(&self) -> f64 {
+        self.model.density * self.state.factors().density
     }
 
     pub(super) fn channels(&self) -> usize {
@@ -149,6 +184,9 @@ impl KalmanFilter {
             None => self.start(stamp_ns, values, rates, doubt),
         }
         self.state.last_ns = Some(stamp_ns);
+        if let Some(adaptation) = &mut self.state.adaptation {
+            adaptation.step(stamp_ns);
+        }
         if let Some(history) = &mut self.history {
             history.push(stamp_ns, &self.state.jets, &self.state.covariance);
         }
@@ -158,7 +196,7 @@ impl KalmanFilter {
     /// Covariance predicted to a stamp close to the last sample.
     pub(crate) fn covariance_at(&self, stamp_ns: i64) -> Matrix {
         let ahead = stamp_ns.saturating_sub(self.state.last_ns.unwrap_or(stamp_ns));
-        predicted(&self.state.covariance, seconds(ahead), self.model.density)
+        predicted(&self.state.covariance, seconds(ahead), self.density())
     }
 
     /// State of a channel extrapolated to a stamp close to the last sample, by its Taylor series.
@@ -170,16 +208,27 @@ impl KalmanFilter {
         )
     }
 
+    /// The value that a channel should have at a stamp; `None` before the first sample and after a gap.
+    pub(super) fn expected(&self, channel: usize, stamp_ns: i64) -> Option<f64> {
+        let step_ns = stamp_ns.saturating_sub(self.state.last_ns?);
+        (step_ns <= self.model.max_gap_ns).then(|| self.at(channel, stamp_ns)[0])
+    }
+
     fn start(&mut self, stamp_ns: i64, values: &[f64], rates: Option<&[f64]>, doubt: Doubt) {
         self.state.started_ns = stamp_ns;
-        let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.model.density;
+        if let Some(adaptation) = &mut self.state.adaptation {
+            adaptation.restart();
+        }
+        let factors = self.state.factors();
+        let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.density();
+        let value_variance = self.model.value_variance * factors.value;
         let rate_variance = if rates.is_some() {
-            self.model.rate_variance + doubt.rate_variance
+            self.model.rate_variance * factors.rate + doubt.rate_variance
         } else {
             spread
         };
         self.state.covariance = [
-            [self.model.value_variance + doubt.value_variance, 0.0, 0.0],
+            [value_variance + doubt.value_variance, 0.0, 0.0],
             [0.0, rate_variance, 0.0],
             [0.0, 0.0, spread],
         ];
@@ -194,24 +243,32 @@ impl KalmanFilter {
 
     fn follow(&mut self, step_ns: i64, values: &[f64], rates: Option<&[f64]>, doubt: Doubt) {
         let dt = seconds(step_ns);
+        let (factors, density) = (self.state.factors(), self.density());
         let filtered = self.state.covariance;
-        self.state.covariance = predicted(&filtered, dt, self.model.density);
+        self.state.covariance = predicted(&filtered, dt, density);
         if let Some(history) = &mut self.history {
-            history.link(smoother_gain(&filtered, &self.state.covariance, dt));
+            history.link(
+                smoother_gain(&filtered, &self.state.covariance, dt),
+                density,
+            );
         }
         for jet in &mut self.state.jets {
             *jet = step(jet, dt);
         }
-        self.update::<0>(self.model.value_variance + doubt.value_variance, values);
+        let variance = self.model.value_variance * factors.value;
+        self.update::<0>(variance, doubt.value_variance, values);
         if let Some(rates) = rates {
-            self.update::<1>(self.model.rate_variance + doubt.rate_variance, rates);
+            let variance = self.model.rate_variance * factors.rate;
+            self.update::<1>(variance, doubt.rate_variance, rates);
         }
     }
 
     /// Updates every channel with a measurement of the component `MEASURED` of its state.
-    fn update<const MEASURED: usize>(&mut self, variance: f64, values: &[f64]) {
+    fn update<const MEASURED: usize>(&mut self, variance: f64, doubt: f64, values: &[f64]) {
         let row = self.state.covariance[MEASURED];
-        let innovation_variance = row[MEASURED] + variance;
+        let innovation_variance = row[MEASURED] + (variance + doubt);
+        self.state
+            .learn::<MEASURED>(values, innovation_variance, doubt);
         let gain = row.map(|p| p / innovation_variance);
         let before = self.state.covariance;
         self.state.covariance = symmetric(|i, j| before[i][j] - gain[i] * row[j]);

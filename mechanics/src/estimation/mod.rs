@@ -4,11 +4,13 @@
 //! sensor measures together share one Kalman filter with a constant-acceleration model driven by white
 //! jerk. Run forwards, sample by sample, it is the causal estimator ([`CausalEstimator`]), identical
 //! offline and live. With a backward pass over the stored steps it is the Rauch-Tung-Striebel smoother
-//! of the same model ([`smooth`], [`BlockSmoother`]), which uses later samples too.
+//! of the same model ([`smooth`], [`BlockSmoother`]), which uses later samples too. The stated noise is corrected by what
+//! the samples so far show.
 //!
 //! No value is extrapolated over a gap longer than
 //! [`EstimatorSpec::max_gap`](crate::machine::EstimatorSpec): rows in it are marked invalid.
 
+mod adaptation;
 mod bias;
 mod causal;
 mod held;
@@ -18,14 +20,17 @@ pub mod plausibility;
 pub mod quasi_static;
 pub mod rotation;
 mod rows;
+mod shown_noise;
 mod smoother;
 mod sorted_stamps;
 mod state_builder;
+mod turns;
 mod white_jerk;
 
 pub use causal::CausalEstimator;
 pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
 pub use rows::{Estimate, RowClock};
+pub use shown_noise::ShownNoise;
 pub use smoother::{
     BlockSmoother, BlockWorker, Pass, ROWS_PER_BLOCK, SampleSource, SensorSamples, SmoothedBlock,
     SmoothedRows, smooth, visit_by_stamp,

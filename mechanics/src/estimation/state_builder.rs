@@ -2,7 +2,10 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::adaptation::Adaptation;
 use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
+use super::shown_noise::ShownNoise;
+use super::turns::Turns;
 use super::white_jerk::{ChannelState, Matrix};
 use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
@@ -83,6 +86,7 @@ impl Reading {
 pub(super) struct Filters {
     pub(super) list: Vec<(Followed, KalmanFilter)>,
     sensors: Sensors,
+    turns: Turns,
     /// Whether an orientation has measured a tilt: until then, one without tilt is planar and not level.
     pub(super) has_tilt: bool,
 }
@@ -104,24 +108,33 @@ impl Filters {
         let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
         let mut list = Vec::new();
-        let mut add = |followed, model, channels| {
-            list.push((followed, KalmanFilter::new(model, channels, keeps_history)));
+        let adapts = e.noise_from_log;
+        let mut add = |followed, model, counts: Vec<bool>| {
+            let filter = KalmanFilter::new(model, counts.len(), keeps_history);
+            let filter = match adapts {
+                true => filter.adapting(Adaptation::new(counts.into_iter())),
+                false => filter,
+            };
+            list.push((followed, filter));
         };
         for (stream, spec) in sensors.joints.iter().enumerate() {
-            add(Followed::Joints(stream), joints, spec.joints.len());
+            // What the ground does to a wheel is not how fast the arm moves, and hardly acts on loads.
+            let is_of_body = |&joint: &usize| machine.joints()[joint].spins_wheel.is_none();
+            let counts = spec.joints.iter().map(is_of_body);
+            add(Followed::Joints(stream), joints, counts.collect());
         }
         if sensors.imu {
-            add(Followed::SpecificForce, accelerometer, 3);
+            add(Followed::SpecificForce, accelerometer, vec![true; 3]);
         }
         if sensors.imu || sensors.odometry {
-            add(Followed::AngularVelocity, gyro, 3);
-            add(Followed::Up, attitude, 3);
+            add(Followed::AngularVelocity, gyro, vec![true; 3]);
+            add(Followed::Up, attitude, vec![true; 3]);
         }
         if sensors.odometry {
-            add(Followed::Velocity, odometry, 3);
+            add(Followed::Velocity, odometry, vec![true; 3]);
         }
         if sensors.tool_wrench {
-            add(Followed::ToolWrench, tool, 6);
+            add(Followed::ToolWrench, tool, vec![true; 6]);
         }
         for (k, signal) in sensors.actuators.iter().enumerate() {
             // Each of several signals gets a sigma that makes the sum as uncertain as the force is stated to be.
@@ -129,10 +142,13 @@ impl Filters {
             let unit = joint.signals[signal.signal].abs();
             let noise = joint.force_sigma.max(1.0) / (unit * (joint.signals.len() as f64).sqrt());
             let force = model(noise, 0.0, e.actuator_force_agility / unit);
-            add(Followed::Actuator(k), force, 1);
+            // What is stated is the error of a force, friction included, of which noise is the least part.
+            let filter = KalmanFilter::new(force, 1, keeps_history);
+            list.push((Followed::Actuator(k), filter));
         }
         Self {
             list,
+            turns: Turns::new(machine, sensors),
             sensors: sensors.clone(),
             has_tilt: false,
         }
@@ -153,6 +169,23 @@ impl Filters {
         let imu = self.sensors.imu;
         let all = self.list.iter_mut();
         all.filter(move |(followed, _)| followed.is_fed_by(sensor, imu))
+    }
+
+    /// The noise that the samples of a sensor show; none before the first samples, and where it stays as stated.
+    pub(super) fn shown_noise(&self, machine: &Machine, sensor: Sensor) -> Vec<ShownNoise> {
+        let imu = self.sensors.imu;
+        let fed = self.list.iter().filter(|(f, _)| f.is_fed_by(sensor, imu));
+        fed.filter_map(|(followed, filter)| {
+            let factors = filter.shown_noise()?;
+            Some(ShownNoise::of(
+                *followed,
+                sensor,
+                machine.estimator(),
+                factors,
+            ))
+        })
+        .flatten()
+        .collect()
     }
 
     fn push_to(
@@ -195,7 +228,16 @@ impl Filters {
         match sample.sensor {
             Sensor::Joints(stream) => {
                 let (positions, rates) = values.split_at(values.len() / 2);
-                self.push_to(Followed::Joints(stream), t, positions, Some(rates), first)
+                let followed = Followed::Joints(stream);
+                let filter = self.list.iter().find(|(f, _)| *f == followed);
+                let mut turns = std::mem::take(&mut self.turns);
+                let positions = match filter {
+                    Some((_, filter)) => turns.counted(stream, t, positions, filter),
+                    None => positions,
+                };
+                let taken = self.push_to(followed, t, positions, Some(rates), first);
+                self.turns = turns;
+                taken
             }
             Sensor::Imu => {
                 self.push_to(Followed::SpecificForce, t, &values[..3], None, first)?;

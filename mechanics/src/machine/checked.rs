@@ -189,6 +189,12 @@ impl Machine {
         self.linkages.iter().any(measured_rod) || self.bodies.iter().any(driven)
     }
 
+    /// Whether a measured joint may turn without end: it is revolute and has no limits.
+    #[must_use]
+    pub fn joint_turns(&self, joint: usize) -> bool {
+        !self.joint_slides(joint) && self.joints[joint].limits.is_none()
+    }
+
     /// Removes the tool, for logs without a measured tool wrench.
     pub fn leave_out_tool(&mut self) {
         self.tool = None;

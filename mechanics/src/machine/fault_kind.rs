@@ -20,10 +20,14 @@ pub enum FaultKind {
     NotFinite,
     /// A value outside the range of such a sensor.
     OutOfRange,
+    /// One axis repeats its largest or least value: the end of its sensor's range.
+    Saturated,
     /// A joint position beyond the limits of the URDF.
     JointLimit,
     /// A velocity, or a change between consecutive samples, that is physically impossible.
     ImpossibleRate,
+    /// One sample far from those around it. It is left out, and the estimate bridges it.
+    Outlier,
     /// Identical raw values repeat where noise is expected or motion is detected elsewhere.
     Frozen,
     /// A quaternion of non-unit norm.

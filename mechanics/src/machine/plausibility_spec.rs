@@ -34,11 +34,11 @@ pub struct PlausibilitySpec {
     pub policy: Option<Policy>,
     /// Policy for NaN and infinite values; they are never used.
     pub not_finite: Option<Policy>,
-    /// Policy for values outside the range of such a sensor.
+    /// Policy for values outside the range of such a sensor, and at its end.
     pub range: Option<Policy>,
     /// Policy for joint positions beyond the limits of the URDF.
     pub joint_limit: Option<Policy>,
-    /// Policy for changes that are too fast.
+    /// Policy for changes that are too fast, and for single samples far from those around them.
     pub rate: Option<Policy>,
     /// Policy for frozen values.
     pub frozen: Option<Policy>,
@@ -149,9 +149,9 @@ impl PlausibilitySpec {
     pub fn policy_of(&self, kind: FaultKind) -> Policy {
         let (own, default) = match kind {
             FaultKind::NotFinite => (self.not_finite, Policy::Invalid),
-            FaultKind::OutOfRange => (self.range, Policy::Invalid),
+            FaultKind::OutOfRange | FaultKind::Saturated => (self.range, Policy::Invalid),
             FaultKind::JointLimit => (self.joint_limit, Policy::Widen),
-            FaultKind::ImpossibleRate => (self.rate, Policy::Invalid),
+            FaultKind::ImpossibleRate | FaultKind::Outlier => (self.rate, Policy::Invalid),
             FaultKind::Frozen => (self.frozen, Policy::Invalid),
             FaultKind::NotUnit => (self.quaternion, Policy::Invalid),
             FaultKind::Disagreement => (self.disagreement, Policy::Widen),

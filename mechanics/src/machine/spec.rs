@@ -366,8 +366,8 @@ pub struct ClockSpec {
     pub offset: BTreeMap<String, f64>,
 }
 
-/// `[estimator]`: noise model of the signals. One set of values serves machines of a tonne and more; the
-/// machine-file reference describes the trade-off of each.
+/// `[estimator]`: noise model of the signals, where an estimator begins; the samples correct it. The
+/// machine-file reference describes the trade-off of each value.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimatorSpec {
@@ -404,6 +404,9 @@ pub struct EstimatorSpec {
     /// Process noise of an actuator's force: standard deviation of the change of its second derivative in one
     /// second (N/s^2). Its measurement noise is the linkage's `force_sigma`.
     pub actuator_force_agility: f64,
+    /// Whether the samples correct the stated noise: the noise of measurements in both directions, the process noise
+    /// upwards.
+    pub noise_from_log: bool,
     /// Warm-up time of the causal estimator after a start or a gap (s), during which rows are invalid.
     pub settle: f64,
 }
@@ -426,6 +429,7 @@ impl Default for EstimatorSpec {
             tool_force_noise: 20.0,
             tool_force_agility: 1e5,
             actuator_force_agility: 1e6,
+            noise_from_log: true,
             settle: 0.3,
         }
     }

@@ -178,11 +178,6 @@ impl Machine {
     /// a machine at rest on level ground is given.
     #[must_use]
     pub fn with_imu_at_base(&self) -> Self {
-        let imu = Mount {
-            body: 0,
-            body_from_mount: Isometry3::identity(),
-            source: "base frame".into(),
-        };
         let uncertainty = UncertaintySpec {
             imu_position: 0.0,
             imu_rotation: 0.0,
@@ -192,10 +187,25 @@ impl Machine {
             tool_moment: 0.0,
             ..self.uncertainty
         };
+        let measured = self.measured_at_base();
         Self {
-            imu,
             uncertainty,
             identified: (self.identified.as_ref()).map(|known| known.without(is_of_sensors)),
+            ..measured
+        }
+    }
+
+    /// The same machine, of which a sensor at the base frame measured what its own sensor did, with the same errors: for
+    /// states whose motion was moved to the base and whose signals were corrected.
+    #[must_use]
+    pub fn measured_at_base(&self) -> Self {
+        let imu = Mount {
+            body: 0,
+            body_from_mount: Isometry3::identity(),
+            source: "base frame".into(),
+        };
+        Self {
+            imu,
             corrections: None,
             ..self.clone()
         }

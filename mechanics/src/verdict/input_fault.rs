@@ -105,9 +105,9 @@ impl From<FaultKind> for InputFault {
     fn from(kind: FaultKind) -> Self {
         match kind {
             FaultKind::NotFinite => Self::NotFinite,
-            FaultKind::OutOfRange => Self::OutOfRange,
+            FaultKind::OutOfRange | FaultKind::Saturated => Self::OutOfRange,
             FaultKind::JointLimit => Self::JointLimit,
-            FaultKind::ImpossibleRate => Self::ImpossibleRate,
+            FaultKind::ImpossibleRate | FaultKind::Outlier => Self::ImpossibleRate,
             FaultKind::Frozen => Self::Frozen,
             FaultKind::NotUnit => Self::NotUnit,
             FaultKind::Disagreement | FaultKind::Contradiction => Self::Disagreement,

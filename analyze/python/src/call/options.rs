@@ -4,6 +4,8 @@ use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
 use tipwatch_analyze::base::options::{Estimator, ModelKind, Options};
 
+use super::error::Mistake;
+
 /// The options of an analysis.
 ///
 /// # Errors
@@ -18,13 +20,17 @@ pub(crate) fn options(
     if let Some(rate) = rate_hz
         && !(rate.is_finite() && rate > 0.0)
     {
-        bail!("expected a positive rate (Hz), found {rate}");
+        bail!(Mistake(format!(
+            "expected a positive rate (Hz), found {rate}"
+        )));
     }
     for (name, time) in [("start", from_s), ("end", to_s)] {
         if let Some(time) = time
             && !time.is_finite()
         {
-            bail!("expected a finite {name} (s), found {time}");
+            bail!(Mistake(format!(
+                "expected a finite {name} (s), found {time}"
+            )));
         }
     }
     Ok(Options {
@@ -50,6 +56,9 @@ pub(crate) fn value<T: ValueEnum>(name: &str, given: Option<&str>, default: T) -
         let names =
             values.filter_map(|value| Some(value.to_possible_value()?.get_name().to_string()));
         let names: Vec<String> = names.collect();
-        anyhow!("expected {name} {}, found {given:?}", names.join(" or "))
+        anyhow!(Mistake(format!(
+            "expected {name} {}, found {given:?}",
+            names.join(" or ")
+        )))
     })
 }

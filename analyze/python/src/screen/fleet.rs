@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use tipwatch_analyze::screen::Screen;
+use tipwatch_analyze::screen::{Screen, query};
+
+use crate::call::error::exception;
+use crate::table::Table;
 
 /// The result of a screening: the data set in its folder, and what was counted.
 #[pyclass(frozen, module = "tipwatch")]
@@ -32,13 +35,32 @@ impl Fleet {
     /// Pattern of the files with one row per log: ``polars.scan_parquet(fleet.logs_uri)``.
     #[getter]
     fn logs_uri(&self) -> String {
-        self.out.join("logs/**/*.parquet").display().to_string()
+        self.out.join("logs/*.parquet").display().to_string()
     }
 
     /// Pattern of the files with one row per event.
     #[getter]
     fn events_uri(&self) -> String {
-        self.out.join("events/**/*.parquet").display().to_string()
+        self.out.join("events/*.parquet").display().to_string()
+    }
+
+    /// The rows of all logs.
+    #[getter]
+    fn logs(&self, py: Python<'_>) -> PyResult<Table> {
+        self.query(py, "SELECT * FROM logs")
+    }
+
+    /// The rows of all events.
+    #[getter]
+    fn events(&self, py: Python<'_>) -> PyResult<Table> {
+        self.query(py, "SELECT * FROM events")
+    }
+
+    /// The answer to a question in SQL over the tables ``logs`` and ``events``, as of ``tipwatch query``.
+    fn query(&self, py: Python<'_>, sql: &str) -> PyResult<Table> {
+        let answer =
+            py.detach(|| query(&self.out, sql).and_then(|answer| Table::of(vec![answer.table()?])));
+        answer.map_err(|error| exception(&error))
     }
 
     /// Counts over the whole data set (``screen.json``).

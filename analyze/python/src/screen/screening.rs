@@ -7,18 +7,22 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use anyhow::{anyhow, bail};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tipwatch_analyze::policy::Policy;
 use tipwatch_analyze::screen::{
-    Fleet as Machines, Gate, Output, Request, Update, screen as screen_logs,
+    Fleet as Machines, Gate, Output, Reports, Request, Update, screen as screen_logs,
 };
 use tipwatch_binding::MachineFile;
 
 use super::fleet::Fleet;
-use crate::call::error::exception;
+use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, interruptible};
-use crate::call::options::options;
+use crate::call::options::{options, value};
 use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
+
+/// Least share of a log's time that must be computable unless a policy states another.
+const LEAST_VALID: f64 = 0.5;
 
 /// Analyses many logs on all cores or on a cluster, and builds a data set and a page from them.
 ///
@@ -40,8 +44,17 @@ use crate::machine::machine_file;
 ///     at a time; default: four for each of its processors.
 /// rate, estimator, model
 ///     Those of ``analyze``.
-/// min_valid : float
-///     Least share of a log's time that must be computable for it to decide anything.
+/// min_valid : float, optional
+///     Least share of a log's time that must be computable for it to decide anything; default: that of the policy, else
+///     0.5.
+/// policy : path, optional
+///     The rules by which the logs are judged (``policy.json``); with threads.
+/// prune : bool
+///     Remove logs that no longer exist from the data set; with threads.
+/// reports : {"events", "all", "none"}, optional
+///     Which logs get a report of their own: those with events of wheels or edges (default), all, or none; with threads.
+/// memory : float, optional
+///     Limit of the estimated memory of all analyses (GiB); default: three quarters of what is free; with threads.
 /// progress : bool or callable
 ///     True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
 ///     times a second with the number of finished logs and that of all logs.
@@ -67,7 +80,7 @@ use crate::machine::machine_file;
 #[pyfunction]
 #[pyo3(signature = (
     logs, *, out, machine=None, fleet=None, resume=false, jobs=None, rate=None, estimator=None, model=None,
-    min_valid=0.5, progress=None, runner="threads", retries=2
+    min_valid=None, policy=None, prune=false, reports=None, memory=None, progress=None, runner="threads", retries=2
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn screen(
@@ -81,14 +94,26 @@ pub(crate) fn screen(
     rate: Option<f64>,
     estimator: Option<&str>,
     model: Option<&str>,
-    min_valid: f64,
+    min_valid: Option<f64>,
+    policy: Option<Place>,
+    prune: bool,
+    reports: Option<&str>,
+    memory: Option<f64>,
     progress: Option<Bound<'_, PyAny>>,
     runner: &str,
     retries: u32,
 ) -> PyResult<Py<Fleet>> {
-    if !(0.0..=1.0).contains(&min_valid) {
-        let text = format!("expected min_valid from 0 to 1, found {min_valid}");
-        return Err(exception(&anyhow!(text)));
+    if let Some(share) = min_valid
+        && !(0.0..=1.0).contains(&share)
+    {
+        let text = format!("expected min_valid from 0 to 1, found {share}");
+        return Err(exception(&anyhow!(Mistake(text))));
+    }
+    if let Some(gib) = memory
+        && !(gib > 0.0)
+    {
+        let text = format!("expected a positive memory (GiB), found {gib}");
+        return Err(exception(&anyhow!(Mistake(text))));
     }
     let machine = machine.map(machine_file).transpose()?;
     let logs = match logs {
@@ -99,6 +124,18 @@ pub(crate) fn screen(
     let fleet = fleet.map(Place::into_path);
     let progress = Progress::of(py, progress, "Logs", ())?;
     if runner != "threads" {
+        let of_threads = [
+            ("policy", policy.is_some()),
+            ("prune", prune),
+            ("reports", reports.is_some()),
+            ("memory", memory.is_some()),
+        ];
+        if let Some((name, _)) = of_threads.iter().find(|(_, is_asked)| *is_asked) {
+            let text = format!(
+                "expected {name} with runner \"threads\" alone, found it with \"{runner}\""
+            );
+            return Err(exception(&anyhow!(Mistake(text))));
+        }
         let arguments = PyDict::new(py);
         // as text: a path object would not keep the two slashes of a URL
         arguments.set_item("out", out.as_os_str())?;
@@ -109,7 +146,7 @@ pub(crate) fn screen(
         arguments.set_item("model", model)?;
         arguments.set_item("resume", resume)?;
         arguments.set_item("jobs", jobs)?;
-        arguments.set_item("min_valid", min_valid)?;
+        arguments.set_item("min_valid", min_valid.unwrap_or(LEAST_VALID))?;
         arguments.set_item("retries", retries)?;
         arguments.set_item("tell", progress.function())?;
         let logs: Vec<OsString> = logs.into_iter().map(PathBuf::into_os_string).collect();
@@ -122,11 +159,15 @@ pub(crate) fn screen(
         let fleet = match (machine, &fleet) {
             (Some(machine), None) => Machines::of_one(machine),
             (None, Some(fleet)) => Machines::read(fleet)?,
-            _ => bail!("expected either machine or fleet"),
+            _ => bail!(Mistake("expected either machine or fleet".into())),
         };
-        Ok((fleet, options(rate, None, None, estimator, model)?))
+        let policy = policy.as_deref().map(Policy::read).transpose()?;
+        let options = options(rate, None, None, estimator, model)?;
+        let reports = value("reports", reports, Reports::default())?;
+        Ok((fleet, options, policy, reports))
     };
-    let (fleet, options) = read().map_err(|error: anyhow::Error| exception(&error))?;
+    let (fleet, options, policy, reports) =
+        read().map_err(|error: anyhow::Error| exception(&error))?;
     let processors = || std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = jobs.unwrap_or_else(processors).max(1);
     let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -143,15 +184,19 @@ pub(crate) fn screen(
             out: &out,
             output: Output::DataSet,
             jobs,
-            memory_bytes: None,
+            memory_bytes: memory.map(|gib| (gib * f64::from(1 << 30)) as u64),
             shard: None,
             resume,
+            prune,
+            reports,
             options,
             stop: Some(stop.flag()),
         };
         let gate = Gate {
-            policy: None,
-            min_valid,
+            policy: policy.as_ref(),
+            min_valid: min_valid
+                .or_else(|| policy.as_ref()?.min_valid)
+                .unwrap_or(LEAST_VALID),
         };
         screen_logs(&request, &fleet, gate, &notify)
     };

@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::screen::{
-    FailureKind, Fleet as Machines, Gate, Gathering, Task, TaskResult, gather, logs_of,
+    FailureKind, Fleet as Machines, Gate, Gathering, Reports, Task, TaskResult, gather, logs_of,
 };
 use tipwatch_binding::MachineFile;
 
@@ -116,6 +116,7 @@ impl FleetTask {
                 records: &self.records,
                 out: &out,
                 logs: &logs,
+                prune: false,
                 options: self.options,
             };
             let gate = Gate {
@@ -134,6 +135,7 @@ impl FleetTask {
         Task {
             records: &self.records,
             options: self.options,
+            reports: Reports::default(),
         }
     }
 }

@@ -109,7 +109,7 @@ def here(out):
 
 
 def rows(out):
-    return pl.scan_parquet(here(out) / "logs/**/*.parquet", hive_partitioning=True).collect()
+    return pl.scan_parquet(here(out) / "logs/**/*.parquet").collect()
 
 
 def records(out):

@@ -28,7 +28,7 @@ def test_the_tables_have_the_rows_of_the_data_set_once(logs, tmp_path):
     out, uri = tmp_path / "fleet", str(tmp_path / "delta")
     fleet = tw.screen(logs, machine=MACHINE, out=out)
     assert delta.write(fleet, uri) == delta.write(out, uri), "the same rows are not committed again"
-    parquet = pl.read_parquet(fleet.logs_uri, hive_partitioning=True)
+    parquet = pl.read_parquet(fleet.logs_uri)
     assert same(table_of(uri, "logs"), parquet, ["path"])
     # partitions, and a machine and a day that nobody knows
     assert DeltaTable(f"{uri}/logs").metadata().partition_columns == ["machine", "day"]
@@ -64,7 +64,7 @@ def test_events_are_a_table_of_their_own(tmp_path):
     fleet = tw.screen(MACHINE.parent / "tiny_lift.mcap", machine=MACHINE.parent / "tiny_lift.toml", out=tmp_path / "fleet")
     versions = delta.write(fleet, str(tmp_path / "delta"))
     assert versions.keys() == {"events", "logs"}
-    events = pl.read_parquet(fleet.events_uri, hive_partitioning=True)
+    events = pl.read_parquet(fleet.events_uri)
     assert len(events) > 0
     assert same(table_of(tmp_path / "delta", "events"), events, ["path", "start_ns", "kind", "subject"])
 

@@ -18,7 +18,7 @@ worst = pl.DataFrame(result.events).sort("worst").head(5)
 q = np.tile(machine.zero_posture, (100_000, 1)); q[:, machine.joint("boom")] = np.linspace(-1, 1, 100_000)
 loads = machine.evaluate(q, specific_force=(0, 0, 9.81)).load       # (n, wheels)
 fleet = tw.screen("s3://logs/2026/", fleet="fleet.toml", out="s3://fleet", runner="ray")
-pl.scan_parquet(fleet.logs_uri, hive_partitioning=True)
+pl.scan_parquet(fleet.logs_uri)
 """
 
 
@@ -56,7 +56,7 @@ def test_ten_lines_run_as_written(server, forwarder):
     local = pl.DataFrame(tw.analyze(DATA / "tiny_lift.mcap", machine, rate=50).samples)
     assert df["load_fl"].equals(local["load_fl"])
     assert loads.shape == (100_000, 4) and abs(loads.sum(axis=1) - machine.mass * 9.81).max() < 1e-4 * machine.mass * 9.81
-    rows = pl.scan_parquet(fleet.logs_uri, hive_partitioning=True).collect()
+    rows = pl.scan_parquet(fleet.logs_uri).collect()
     kinds = {Path(path).name: (status, failure) for path, status, failure in rows.select("path", "status", "failure").iter_rows()}
     # two copies of one log are one row; no rule names the machine of the last
     assert kinds.pop("c.mcap") == ("failed", "machine")

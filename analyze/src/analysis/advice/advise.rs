@@ -15,10 +15,12 @@ use super::solve::{Bounds, Solution, solve};
 use super::window::{FARTHEST_REST_NS, LONGEST_TIPPING_NS, MARGIN_NS, Window, event_around};
 use crate::base::number::{known, percent, short};
 use crate::base::table::Table;
-use crate::events::{Event, LowestOtf};
+use crate::events::{Event, LowestOtf, normal_distribution};
 
 /// Share of an event's rows whose state may be unknown.
 const MOST_LEFT_OUT: f64 = 0.1;
+/// A change brings the computed load above its limit by so many standard deviations where it can.
+const AIMED_SIGMAS: f64 = 2.0;
 /// Most rows of an event that is simulated: half an hour at 100 Hz.
 const MOST_ROWS: usize = 180_000;
 
@@ -70,6 +72,15 @@ pub(crate) fn advise(
     }
     let logged = as_logged(&window);
     let bounds = bounds(machine, &logged, &limit);
+    let sigma = |wheel: usize| {
+        let row = window.rows[logged.otf[wheel].1];
+        known(
+            rows.window(row..row + 1)
+                .value(Quantity::OtfSigma(wheel), 0),
+        )
+    };
+    let sigmas: Vec<Option<f64>> = (0..machine.wheels().len()).map(sigma).collect();
+    let sure = bounds.with_margin(|wheel| AIMED_SIGMAS * sigmas[wheel].unwrap_or(0.0));
     let first_order = |parameter: Parameter| {
         let mut table = sensitivity.rows.iter();
         let row = table.find(|row| row.wheel == worst.wheel && row.parameter == parameter)?;
@@ -79,7 +90,10 @@ pub(crate) fn advise(
     let candidates = candidates(machine, positions, &window, first_order);
     let tried: Vec<_> = candidates
         .par_iter()
-        .map(|candidate| solve(&window, &bounds, &logged, candidate))
+        .map(|candidate| {
+            let aimed = solve(&window, &sure, &logged, candidate);
+            aimed.or_else(|_| solve(&window, &bounds, &logged, candidate))
+        })
         .collect();
     for (candidate, tried) in candidates.iter().zip(tried) {
         match tried {
@@ -90,6 +104,7 @@ pub(crate) fn advise(
                     window: &window,
                     bounds: &bounds,
                     logged: &logged,
+                    sigmas: &sigmas,
                     worst,
                 }
                 .change(candidate, solution),
@@ -159,7 +174,9 @@ fn assumptions(window: &Window) -> Vec<String> {
          with velocities times s and accelerations times s²"
             .into(),
         "Collisions, hydraulic limits and the work to be done are not considered".into(),
-        "Amounts bring the computed load to its limit; within its standard deviation σ the true load may be below".into(),
+        "Amounts bring the computed load above its limit by two standard deviations σ; where that is out of reach, to its limit, \
+         and then it is a coin's toss: each change states its chance"
+            .into(),
     ];
     if window.held.iter().any(|held| *held) {
         all.push(format!(
@@ -194,6 +211,8 @@ struct Told<'a> {
     window: &'a Window,
     bounds: &'a Bounds,
     logged: &'a Margins,
+    /// Standard deviation of the smallest OTF as logged, by wheel (N).
+    sigmas: &'a [Option<f64>],
     worst: &'a LowestOtf,
 }
 
@@ -233,6 +252,7 @@ impl Told<'_> {
             least_otf_ns: self.rows.times_ns[row],
             otf_sigma_n: known(sigma),
             residual_n: least_otf_n - self.worst.limit_n,
+            chance: self.chance(found),
             wheels,
             zmp_margin_m: BeforeAfter {
                 before: logged.zmp.0,
@@ -244,6 +264,18 @@ impl Told<'_> {
             },
             holds_under_any_split: self.bounds.hold_under_any_split(found),
         }
+    }
+
+    /// Probability that every wheel that was below its limit reaches it. Their errors are much the same, so that it is that
+    /// of the least certain one.
+    fn chance(&self, found: &Margins) -> Option<f64> {
+        let chances = self.bounds.targets.iter().map(|&wheel| {
+            let sigma_n = self.sigmas[wheel].filter(|sigma_n| *sigma_n > 0.0)?;
+            let spare_n = found.otf[wheel].0 - self.bounds.otf[wheel];
+            Some(normal_distribution(spare_n / sigma_n))
+        });
+        let chances: Option<Vec<f64>> = chances.collect();
+        chances?.into_iter().reduce(f64::min)
     }
 
     /// The change in words.

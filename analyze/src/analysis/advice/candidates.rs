@@ -81,6 +81,11 @@ pub(super) fn candidates(
     found
 }
 
+/// Whether the base neither drives nor rocks nor turns in the window.
+pub(super) fn base_rests(window: &Window) -> bool {
+    Seen::of(window).base_rests
+}
+
 /// What the window shows.
 struct Seen {
     /// Smallest and largest position of each joint.

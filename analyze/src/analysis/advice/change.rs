@@ -98,7 +98,7 @@ impl Change {
 }
 
 /// A path that is travelled `s` times as fast: velocities times s, accelerations times s^2.
-fn slow_joints<T: Real>(s: f64, state: &mut State<T>) {
+pub(super) fn slow_joints<T: Real>(s: f64, state: &mut State<T>) {
     for joint in &mut state.joints {
         joint.rate *= T::constant(s);
         joint.acceleration *= T::constant(s * s);
@@ -110,7 +110,7 @@ fn slow_joints<T: Real>(s: f64, state: &mut State<T>) {
 ///     a = vdot + w x v        v: velocity in base axes, vdot: derivative of its components
 /// ```
 /// and becomes s^2 a; the rest of the specific force is gravity and stays.
-fn slow_manoeuvre<T: Real>(s: f64, state: &mut State<T>) {
+pub(super) fn slow_manoeuvre<T: Real>(s: f64, state: &mut State<T>) {
     slow_joints(s, state);
     let (imu, base) = (&mut state.imu, &mut state.base);
     let acceleration = base.velocity_rate + cross(&imu.angular_velocity, &base.velocity);

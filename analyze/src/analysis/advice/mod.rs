@@ -1,14 +1,21 @@
-//! What would have prevented the worst event: single changes, each put back into the model and simulated over the
-//! whole event.
+//! What would have prevented an event: single changes, each put back into the model and simulated over the
+//! whole event, and the answers to what everybody asks first.
 
 mod advise;
 mod candidates;
 mod change;
+mod counterfactual;
+mod hypothesis;
 mod result;
 mod simulate;
 mod solve;
+mod supposed_states;
+mod to_base;
 mod window;
 
 pub(crate) use advise::advise;
 pub use change::Change;
+pub(crate) use counterfactual::ask_all;
+pub(crate) use hypothesis::Hypothesis;
 pub use result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
+pub(crate) use supposed_states::SupposedStates;

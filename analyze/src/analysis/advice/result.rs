@@ -72,6 +72,9 @@ pub struct SimulatedChange {
     pub otf_sigma_n: Option<f64>,
     /// Residual of the solution: smallest OTF minus limit (N).
     pub residual_n: f64,
+    /// Probability that every wheel that was below its limit reaches it, under the stated split; null without
+    /// uncertainties.
+    pub chance: Option<f64>,
     /// Every wheel, by name in lower case.
     pub wheels: BTreeMap<String, WheelMargins>,
     /// Smallest distance of the centre of pressure (ZMP) from the nearest edge (m).

@@ -54,6 +54,35 @@ pub(super) fn otf_by_rule(window: &Window) -> Vec<Vec<f64>> {
     blocks.into_iter().reduce(joined).unwrap_or_default()
 }
 
+/// The smallest weighted sum of the OTF over the window (N), and its place; `None` if it can be computed in no row, or not
+/// in one of ten.
+pub(super) fn least_sum(window: &Window, factors: &[f64]) -> Option<(f64, usize)> {
+    let of_block = |outcomes: &OutcomeColumns, first: usize| {
+        let columns: Vec<(&[f64], f64, usize)> = factors
+            .iter()
+            .enumerate()
+            .filter(|(_, factor)| **factor != 0.0)
+            .map(|(wheel, &factor)| (outcomes.column(Quantity::Otf(wheel)), factor, wheel))
+            .collect();
+        let rows = columns.first().map_or(0, |(column, ..)| column.len());
+        let sum = |row: usize| -> f64 {
+            let of_wheel = |(column, factor, wheel): &(&[f64], f64, usize)| {
+                let measured = window.measured_split.get(*wheel);
+                factor * (column[row] + measured.map_or(0.0, |split| split[first + row]))
+            };
+            columns.iter().map(of_wheel).sum()
+        };
+        let known = (0..rows).map(|row| (sum(row), first + row));
+        let known: Vec<Placed> = known.filter(|(sum, _)| sum.is_finite()).collect();
+        (known.len(), known.into_iter().fold(NONE, smaller))
+    };
+    let blocks = blocks(window, &window.evaluator, &|_| {}, of_block).into_iter();
+    let (known, least) = blocks.fold((0, NONE), |(count, least), (known, of_block)| {
+        (count + known, smaller(least, of_block))
+    });
+    (known > 0 && 10 * known >= 9 * window.rows.len()).then_some(least)
+}
+
 /// The smallest margins of the window by an evaluator, after a change of its states.
 fn margins(
     window: &Window,

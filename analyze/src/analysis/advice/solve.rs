@@ -62,6 +62,21 @@ pub(super) struct Solution {
 }
 
 impl Bounds {
+    /// The same with a margin (N) above the limit of each wheel that fell below it.
+    pub(super) fn with_margin(&self, margin_n: impl Fn(usize) -> f64) -> Self {
+        let limits = self.otf.iter().enumerate();
+        let limits = limits.map(|(wheel, limit)| match self.targets.contains(&wheel) {
+            true => limit + margin_n(wheel),
+            false => *limit,
+        });
+        Self {
+            targets: self.targets.clone(),
+            otf: limits.collect(),
+            any_split: self.any_split.clone(),
+            ..*self
+        }
+    }
+
     /// The first violated bound, those of the targets first.
     pub(super) fn violated(&self, found: &Margins) -> Option<Violation> {
         if let Some(place) = found.not_computable {

@@ -1,16 +1,15 @@
 //! The rows that a change is simulated on: the event and the manoeuvre around it.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-use tipwatch_mechanics::dynamics::kinematics::{SensorFrame, base_motion, coordinates};
-use tipwatch_mechanics::geometry::coordinate::Coordinate;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{
     BaseState, BatchEvaluator, ImuState, Model, Quantity, Scope, State, StateColumns,
 };
 
+use super::to_base::ToBase;
 use crate::base::table::Table;
 use crate::events::Event;
 
@@ -67,9 +66,13 @@ pub(super) fn event_around(events: &[Event], rows: &Table, row: usize) -> Option
 impl Window {
     /// The window around an event.
     pub(super) fn around(machine: &Machine, rows: &Table, event: [i64; 2]) -> Self {
-        let span = span(machine, rows, event);
+        Self::of(machine, rows, span(machine, rows, event), event)
+    }
+
+    /// Some rows around an event.
+    pub(super) fn of(machine: &Machine, rows: &Table, span: Range<usize>, event: [i64; 2]) -> Self {
         let mut found = Self {
-            evaluator: Arc::new(Self::evaluator(&machine.with_imu_at_base())),
+            evaluator: Arc::new(Self::evaluator(&machine.measured_at_base())),
             states: StateColumns::unknown(machine, span.len()),
             rows: Vec::new(),
             measured_split: Vec::new(),
@@ -163,7 +166,7 @@ impl Window {
 }
 
 /// Rows of the event with its margins, on to where every joint rests.
-fn span(machine: &Machine, rows: &Table, event: [i64; 2]) -> std::ops::Range<usize> {
+fn span(machine: &Machine, rows: &Table, event: [i64; 2]) -> Range<usize> {
     let mut state = State::zero(machine);
     let mut rests = |row: usize| {
         rows.state(row, &mut state);
@@ -194,7 +197,7 @@ fn span(machine: &Machine, rows: &Table, event: [i64; 2]) -> std::ops::Range<usi
 struct BaseOfRows<'a> {
     machine: &'a Machine,
     state: State<f64>,
-    coordinates: Vec<Coordinate<f64>>,
+    to_base: ToBase,
     /// Its motion in the last row in which the machine was not tipping.
     before: Option<BaseBefore>,
     /// Since when the machine has been tipping (ns).
@@ -218,17 +221,10 @@ enum BaseAt {
 
 impl<'a> BaseOfRows<'a> {
     fn new(machine: &'a Machine) -> Self {
-        let at_zero = Coordinate {
-            cos: 1.0,
-            sin: 0.0,
-            displacement: 0.0,
-            rate: 0.0,
-            acceleration: 0.0,
-        };
         Self {
             machine,
             state: State::zero(machine),
-            coordinates: vec![at_zero; machine.bodies().len()],
+            to_base: ToBase::new(machine),
             before: None,
             tipping_since: None,
         }
@@ -269,23 +265,7 @@ impl<'a> BaseOfRows<'a> {
             (self.state.imu, self.state.base) = (before.imu, before.base);
         } else {
             self.tipping_since = None;
-            if machine.imu().body != 0 {
-                coordinates(machine, &self.state, &mut self.coordinates);
-            }
-            let frame = SensorFrame::of(machine, &self.coordinates);
-            let motion = base_motion(machine, &frame, &self.state.imu);
-            self.state.imu = ImuState {
-                specific_force: motion.specific_force,
-                angular_velocity: motion.angular_velocity,
-                angular_acceleration: motion.angular_acceleration,
-            };
-            // odometry is planar
-            for vector in [
-                &mut self.state.base.velocity,
-                &mut self.state.base.velocity_rate,
-            ] {
-                *vector = Vector3::new(vector.x, vector.y, 0.0);
-            }
+            self.to_base.apply(machine, &mut self.state);
             self.before = Some(BaseBefore {
                 imu: self.state.imu,
                 base: self.state.base,

@@ -19,6 +19,12 @@ const MOST_FALL_ROWS: usize = 40;
 const MOST_LEAN_ROWS: usize = 30;
 /// Faster than this a machine drives (m/s): the ground leans it, too.
 const DRIVES_M_PER_S: f64 = 0.1;
+/// A machine that was caught rotates less than half as fast within this time (s). What caught it is a force from outside,
+/// which the estimated accelerations show for this time before (s).
+const STOPS_S: f64 = 0.15;
+const CAUGHT_S: f64 = 0.3;
+/// Rows over which a rate of rotation is taken.
+const RATE_ROWS: usize = 4;
 /// Longer than this between two rows is a gap (ns).
 const GAP_NS: i64 = 200_000_000;
 
@@ -71,6 +77,7 @@ impl<'a> Reader<'a> {
         let until = self.readable(onset_row..self.table.len().min(last + 1));
         let mut rotating = self.row_states(onset_row..until);
         self.measure_rotation(&mut rotating);
+        let is_free = caught_s(&rotating).map(|at_s| at_s - CAUGHT_S);
         let has_attitude = rotating.first().is_some_and(|row| has_up(&row.state));
         let largest = (rotating.iter()).fold(0.0, |most: f64, row| most.max(row.rotation_rad));
         let begins_s = (2.0 * self.fall.onset_sigma_s()).max(AT_ONSET_S);
@@ -82,7 +89,8 @@ impl<'a> Reader<'a> {
         let peak = rotating.iter().position(|row| row.rotation_rad >= largest);
         let counts = |(place, row): (usize, &RowState)| {
             let is_past = peak.is_some_and(|peak| place > peak);
-            row.time_s >= begins_s && (!is_past || row.rotation_rad >= 0.5 * largest)
+            let is_caught = is_free.is_some_and(|until_s| row.time_s > until_s);
+            row.time_s >= begins_s && !is_caught && (!is_past || row.rotation_rad >= 0.5 * largest)
         };
         let keep: Vec<bool> = rotating.iter().enumerate().map(counts).collect();
         let mut keep = keep.into_iter();
@@ -242,6 +250,23 @@ impl<'a> Reader<'a> {
         };
         rows.iter().map(of).collect()
     }
+}
+
+/// When a rotation stopped abruptly (s): the tool, a stop or the ground caught the machine.
+fn caught_s(rotating: &[RowState]) -> Option<f64> {
+    let pairs = rotating.windows(RATE_ROWS + 1).filter_map(|rows| {
+        let (first, last) = (rows.first()?, rows.last()?);
+        let seconds = last.time_s - first.time_s;
+        let rate = (last.rotation_rad - first.rotation_rad) / seconds;
+        rate.is_finite().then_some((first.time_s, rate))
+    });
+    let rates: Vec<(f64, f64)> = pairs.collect();
+    let (at_s, fastest) = (rates.iter().copied()).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let soon = rates
+        .iter()
+        .filter(|(t, _)| *t > at_s && *t <= at_s + STOPS_S);
+    let slowest = soon.map(|(_, rate)| *rate).reduce(f64::min)?;
+    (slowest < 0.5 * fastest).then_some(at_s)
 }
 
 fn has_up(state: &State<f64>) -> bool {

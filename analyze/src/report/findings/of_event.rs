@@ -4,7 +4,8 @@ use super::scene::Scene;
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 
 use crate::events::{
-    Event, EventCauses, EventKind, Finding, MeasuredRotation, ShownBy, TIP_OVER_RAD,
+    Answer, Bound, Counterfactual, Event, EventCauses, EventKind, Finding, MeasuredRotation,
+    ShownBy, Supposition, TIP_OVER_RAD,
 };
 use crate::page::{number, probability, readable};
 use crate::report::faults;
@@ -25,6 +26,10 @@ impl Scene {
         let sigma = event.start_sigma_s.map_or(String::new(), |sigma_s| {
             format!(" ± {:.2}", sigma_s.max(0.01))
         });
+        let earlier = match event.start_bound {
+            Bound::At | Bound::AtOrAfter => "",
+            Bound::AtOrBefore => " or earlier",
+        };
         let [under, any] = self.split_clauses(event);
         let duration = match is_undecided(event) {
             true => "on".to_string(),
@@ -36,7 +41,7 @@ impl Scene {
         };
         Finding {
             headline: format!(
-                "{} from t = {start:.2}{sigma} s {duration}{under}{confidence}{any}",
+                "{} from t = {start:.2}{sigma} s{earlier} {duration}{under}{confidence}{any}",
                 self.statement(event),
             ),
             evidence: self.evidence(event),
@@ -133,6 +138,7 @@ impl Scene {
         if let Some(causes) = &event.causes {
             evidence.extend(self.causes(causes));
         }
+        evidence.extend(self.otherwise(event));
         evidence
     }
 
@@ -246,6 +252,30 @@ impl Scene {
         ]
     }
 
+    /// Whether it would have happened otherwise.
+    fn otherwise(&self, event: &Event) -> Option<String> {
+        let happened = match event.kind {
+            EventKind::WheelLift => "lifted",
+            _ => "tipped",
+        };
+        let answers: Vec<String> = (event.counterfactuals.iter())
+            .map(|answer| format!("{}: {}", self.supposed(answer), answered(answer)))
+            .collect();
+        (!answers.is_empty()).then(|| format!("Would it have {happened} {}", answers.join("; ")))
+    }
+
+    fn supposed(&self, answer: &Counterfactual) -> String {
+        match (answer.supposed, answer.posture_ns) {
+            (Supposition::LevelGround, _) => "on level ground".into(),
+            (Supposition::HalfSpeed, _) => "at half the speed".into(),
+            (Supposition::WithoutLoad, _) => "without the load".into(),
+            (Supposition::ArmIn, None) => "with the arm in its reference posture".into(),
+            (Supposition::ArmIn, Some(at_ns)) => {
+                format!("with the arm as at t = {:.2} s", self.seconds(at_ns))
+            }
+        }
+    }
+
     fn shares(&self, event: &Event) -> String {
         let Some(wheel) = self.wheel(&event.subject) else {
             return String::new();
@@ -254,6 +284,20 @@ impl Scene {
             format!(", limit {} N", number(limit))
         });
         format!(" ({}{limit})", wheel.share(event.worst))
+    }
+}
+
+/// An answer with what it rests on.
+fn answered(answer: &Counterfactual) -> String {
+    let otf = match (answer.otf_n, answer.sigma_n) {
+        (Some(otf_n), Some(sigma_n)) => {
+            format!("minimum OTF {} ± {} N", number(otf_n), number(sigma_n))
+        }
+        _ => answer.why_not.unwrap_or("unknown").into(),
+    };
+    match (answer.answer, answer.probability) {
+        (Answer::Open, Some(p)) => format!("open, {} ({otf})", probability(p)),
+        (answer, _) => format!("{} ({otf})", answer.name()),
     }
 }
 
@@ -297,10 +341,12 @@ fn is_undecided(event: &Event) -> bool {
 
 fn duration(event: &Event) -> String {
     match event.end_ns {
-        Some(end_ns) => format!(
-            "for {:.2} s",
-            end_ns.saturating_sub(event.start_ns) as f64 * 1e-9
-        ),
+        Some(end_ns) => {
+            let is_least = [event.start_bound, event.end_bound] != [Bound::At; 2];
+            let least = if is_least { "at least " } else { "" };
+            let lasted_s = end_ns.saturating_sub(event.start_ns) as f64 * 1e-9;
+            format!("for {least}{lasted_s:.2} s")
+        }
         None => "until the end of the log".to_string(),
     }
 }

@@ -2,18 +2,22 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
 use serde::Serialize;
 use strum::{EnumIter, IntoEnumIterator};
 
-use super::statistics::{corrected, median, of_one_more, of_two_groups};
+use super::statistics::{
+    Change, LEAST_SEGMENT, discovery_rates, fall, least_chance, median, of_one_more,
+};
+use crate::screen::data_set::lifted_s;
 use crate::screen::merge::LogRow;
 use crate::screen::record::Record;
+use crate::tables::frame::Day;
 
-/// Confidence from which a difference is a finding, over all comparisons of a fleet together.
-pub(in crate::screen) const LEAST_CONFIDENCE: f64 = 0.95;
-/// Fewest days before the recent ones, and fewest recent days.
-const LEAST_EARLIER: usize = 9;
-const LEAST_RECENT: usize = 3;
+/// Share of the machines that are called outliers that may be so by chance.
+pub(in crate::screen) const MOST_FALSE: f64 = 0.05;
+/// The same against the machines of a type, whose scatter is known from few of them.
+const MOST_FALSE_OF_TYPE: f64 = 0.005;
 /// Fewest logs of a machine, and fewest other machines of its type.
 const LEAST_LOGS: usize = 5;
 const LEAST_OTHERS: usize = 8;
@@ -28,6 +32,8 @@ pub(in crate::screen) enum Quantity {
     WorstMargin,
     /// Share of the computable time below the notice level; larger is worse.
     ExposedShare,
+    /// Share of the computable time with a wheel off the ground; larger is worse.
+    LiftedShare,
 }
 
 impl Quantity {
@@ -36,13 +42,14 @@ impl Quantity {
         match self {
             Self::WorstMargin => 0.05,
             Self::ExposedShare => 0.01,
+            Self::LiftedShare => 0.001,
         }
     }
 
     fn is_worse(self, difference: f64) -> bool {
         match self {
             Self::WorstMargin => difference < 0.0,
-            Self::ExposedShare => difference > 0.0,
+            Self::ExposedShare | Self::LiftedShare => difference > 0.0,
         }
     }
 }
@@ -51,7 +58,7 @@ impl Quantity {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(tag = "with", rename_all = "snake_case")]
 pub(in crate::screen) enum Against {
-    /// Its recent days with those before.
+    /// Its days since they changed most with those before.
     History,
     /// Its logs with those of the other machines of this type.
     Type { machine_type: String },
@@ -77,13 +84,16 @@ pub(in crate::screen) struct Comparison {
     pub(in crate::screen) quantity: Quantity,
     #[serde(flatten)]
     pub(in crate::screen) verdict: Verdict,
-    /// Median of the machine, or of its recent days.
+    /// First day after the change, for a comparison with its history.
+    pub(in crate::screen) since: Option<String>,
+    /// Median of the machine, or of its days since then.
     pub(in crate::screen) value: Option<f64>,
     /// Median of the other machines, or of the days before.
     pub(in crate::screen) usual: Option<f64>,
-    /// Confidence that the difference is no chance, corrected for all comparisons of the fleet.
+    /// Confidence that the difference is no chance: 1 minus the share of false ones to expect among all machines that are
+    /// at least as conspicuous.
     pub(in crate::screen) confidence: Option<f64>,
-    /// Number of its logs, or of its recent days.
+    /// Number of its logs, or of its days since the change.
     pub(in crate::screen) count: usize,
     /// Number of other machines, or of earlier days.
     pub(in crate::screen) usual_count: usize,
@@ -92,7 +102,7 @@ pub(in crate::screen) struct Comparison {
 /// A log that can be compared.
 struct Log<'a> {
     record: &'a Record,
-    day: Option<String>,
+    day: Option<Day>,
     duration_s: f64,
     sigma: Option<f64>,
     values: BTreeMap<Quantity, f64>,
@@ -100,7 +110,7 @@ struct Log<'a> {
 
 impl<'a> Log<'a> {
     fn of(row: &'a LogRow, min_valid: f64) -> Option<Self> {
-        let (facts, _) = row.record.analysed()?;
+        let (facts, events) = row.record.analysed()?;
         if facts.undecided(min_valid).is_some() {
             return None;
         }
@@ -110,6 +120,10 @@ impl<'a> Log<'a> {
         let values = [
             (Quantity::WorstMargin, worst.map(|worst| worst.margin)),
             (Quantity::ExposedShare, exposed.map(|s| s / computable_s)),
+            (
+                Quantity::LiftedShare,
+                exposed.map(|_| lifted_s(events) / computable_s),
+            ),
         ];
         let known = |(quantity, value): (Quantity, Option<f64>)| {
             Some((quantity, value.filter(|value| value.is_finite())?))
@@ -136,101 +150,168 @@ pub(in crate::screen) fn comparisons(rows: &[LogRow], min_valid: f64) -> Vec<Com
             machines.entry(&machine.name).or_default().push(log);
         }
     }
-    let mut found = Vec::new();
-    for machine in machines.keys() {
-        for quantity in Quantity::iter() {
-            found.push(with_history(machine, &machines, quantity));
-            found.extend(with_type(machine, &machines, quantity));
-        }
-    }
-    judge(found)
+    let histories: BTreeMap<&str, Vec<Days<'_>>> = machines
+        .iter()
+        .map(|(machine, logs)| (*machine, days_of(logs)))
+        .collect();
+    let few = |days: &&Vec<Days<'_>>| days.len() >= 2 * LEAST_SEGMENT;
+    let needed = days_needed(histories.values().filter(few).count());
+    let quantities: Vec<Quantity> = Quantity::iter().collect();
+    let history: Vec<Family> = histories
+        .par_iter()
+        .flat_map_iter(|(machine, days)| {
+            let quantities = quantities.iter();
+            let both = quantities.map(|&quantity| with_history(machine, days, quantity, needed));
+            let (worse, better): (Vec<_>, Vec<_>) = both.unzip();
+            [worse, better]
+        })
+        .collect();
+    let of_type: Vec<Family> = machines
+        .par_iter()
+        .map(|(machine, _)| {
+            let quantities = quantities.iter();
+            let compared = quantities.map(|&quantity| with_type(machine, &machines, quantity));
+            compared.flatten().collect()
+        })
+        .collect();
+    let is_worse = |family: &Family| family.iter().all(|raw| raw.direction == Some(true));
+    let (worse, better): (Vec<_>, Vec<_>) = history.into_iter().partition(is_worse);
+    let mut found = judge(worse, MOST_FALSE);
+    let better = judge(better, MOST_FALSE).into_iter();
+    // what is no outlier is told once
+    found.extend(better.filter(|c| matches!(c.verdict, Verdict::Outlier { .. })));
+    found.extend(judge(of_type, MOST_FALSE_OF_TYPE));
+    found.sort_by(|a, b| {
+        let key = |c: &Comparison| (c.machine.clone(), c.against.clone(), c.quantity);
+        key(a).cmp(&key(b))
+    });
+    found
 }
 
 /// A comparison with the probability that the difference is chance, or the reason why there is none.
-type Raw = (Comparison, Result<f64, String>);
+struct Raw {
+    comparison: Comparison,
+    chance: Result<f64, String>,
+    /// Whether only a worse or only a better machine was looked for.
+    direction: Option<bool>,
+}
 
-/// Corrects the probabilities for the number of comparisons, and judges.
-fn judge(found: Vec<Raw>) -> Vec<Comparison> {
-    let known: Vec<f64> = found
-        .iter()
-        .filter_map(|(_, chance)| chance.as_ref().ok().copied())
-        .collect();
-    let mut corrected = corrected(&known).into_iter();
-    let judged = found.into_iter().map(|(mut comparison, chance)| {
-        comparison.verdict = match chance {
-            Err(reason) => Verdict::NotComparable { reason },
-            Ok(_) => {
-                let confidence = 1.0 - corrected.next().unwrap_or(1.0);
-                comparison.confidence = Some(confidence);
-                let difference = comparison.value.zip(comparison.usual).map(|(a, b)| a - b);
-                let difference = difference.unwrap_or(0.0);
-                let is_relevant = difference.abs() >= comparison.quantity.relevant();
-                match confidence >= LEAST_CONFIDENCE && is_relevant {
-                    true => Verdict::Outlier {
-                        is_worse: comparison.quantity.is_worse(difference),
-                    },
-                    false => Verdict::Inconspicuous,
+/// The comparisons of one machine, one for each quantity.
+type Family = Vec<Raw>;
+
+/// Judges the machines: of those called outliers at most `most_false` are expected to be so by chance (Benjamini and
+/// Hochberg over the machines). The quantities of a machine are corrected among themselves (Bonferroni), and those of an
+/// outlier are told that are as sure as the machine must be (Benjamini and Bogomolov, 2014).
+fn judge(families: Vec<Family>, most_false: f64) -> Vec<Comparison> {
+    let least_of = |family: &Family| {
+        let known: Vec<f64> = family
+            .iter()
+            .filter_map(|raw| raw.chance.as_ref().ok().copied())
+            .collect();
+        let least = known.iter().copied().reduce(f64::min)?;
+        Some((least * known.len() as f64).min(1.0))
+    };
+    let known: Vec<f64> = families.iter().filter_map(least_of).collect();
+    let rates = discovery_rates(&known);
+    let called = rates.iter().filter(|rate| **rate <= most_false).count();
+    let of_each = known.len() as f64 / called.max(1) as f64;
+    let judged = families.into_iter().flat_map(|family| {
+        let quantities = family.iter().filter(|raw| raw.chance.is_ok()).count();
+        family.into_iter().map(move |raw| {
+            let mut comparison = raw.comparison;
+            comparison.verdict = match raw.chance {
+                Err(reason) => Verdict::NotComparable { reason },
+                Ok(chance) => {
+                    let false_share = (chance * quantities as f64 * of_each).min(1.0);
+                    comparison.confidence = Some(1.0 - false_share);
+                    let difference = comparison.value.zip(comparison.usual).map(|(a, b)| a - b);
+                    let difference = difference.unwrap_or(0.0);
+                    let is_relevant = difference.abs() >= comparison.quantity.relevant();
+                    match false_share <= most_false && is_relevant {
+                        true => Verdict::Outlier {
+                            is_worse: comparison.quantity.is_worse(difference),
+                        },
+                        false => Verdict::Inconspicuous,
+                    }
                 }
-            }
-        };
-        comparison
+            };
+            comparison
+        })
     });
     judged.collect()
 }
 
-/// The recent quarter of the days of a machine with the days before, by the medians of the days: logs of
-/// one day are of one site and one driver, and count once.
-fn with_history(
-    machine: &str,
-    machines: &BTreeMap<&str, Vec<&Log<'_>>>,
-    quantity: Quantity,
-) -> Raw {
-    let logs = &machines[machine];
-    let mut raw = empty(machine, Against::History, quantity);
-    // another machine file or program is no other history
+/// The logs of a day.
+type Days<'a> = (Day, Vec<&'a Log<'a>>);
+
+/// The days of a machine with the logs of its most frequent version of the analysis: another machine file or program is no
+/// other history.
+fn days_of<'a>(logs: &[&'a Log<'a>]) -> Vec<Days<'a>> {
     let versions = count_by(logs, |log| log.record.analysis_version.clone());
-    let most = versions
-        .iter()
-        .max_by_key(|(_, logs)| logs.len())
-        .map(|(_, logs)| logs.as_slice());
-    let dated = most.unwrap_or_default().iter();
-    let dated = dated.filter(|log| log.values.contains_key(&quantity));
-    let dated: Vec<&Log<'_>> = dated.copied().collect();
-    let days = count_by(&dated, |log| log.day.clone());
-    let days: Vec<Vec<&Log<'_>>> = days.into_values().collect();
-    let recent_days = (days.len() / 4).max(LEAST_RECENT).min(days.len());
-    let (earlier, recent) = days.split_at(days.len() - recent_days);
-    let by_day = |days: &[Vec<&Log<'_>>]| -> Vec<f64> {
-        let of_day = |logs: &Vec<&Log<'_>>| {
-            median(
-                &logs
-                    .iter()
-                    .map(|log| log.values[&quantity])
-                    .collect::<Vec<_>>(),
-            )
+    let most = versions.into_iter().max_by_key(|(_, logs)| logs.len());
+    let logs = most.map_or_else(Vec::new, |(_, logs)| logs);
+    count_by(&logs, |log| log.day).into_iter().collect()
+}
+
+/// Fewest days in which a complete change of one machine in one quantity would be sure among this many machines.
+fn days_needed(machines: usize) -> usize {
+    let corrected = (Quantity::iter().count() * machines.max(1)) as f64;
+    let is_enough = |days: &usize| least_chance(*days) * corrected <= MOST_FALSE;
+    (2 * LEAST_SEGMENT..1000).find(is_enough).unwrap_or(1000)
+}
+
+/// The days of a machine since they changed most with the days before, by the medians of the days: logs of one day are of
+/// one site and one driver, and count once. One comparison looks for worse days, one for better ones.
+fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: usize) -> (Raw, Raw) {
+    let known = days.iter().filter_map(|(day, logs)| {
+        let values: Vec<f64> = logs
+            .iter()
+            .filter_map(|log| log.values.get(&quantity).copied())
+            .collect();
+        Some((*day, logs, median(&values)?))
+    });
+    let known: Vec<_> = known.collect();
+    // of the margin small values are bad, of the shares large ones
+    let sign = if quantity.is_worse(-1.0) { 1.0 } else { -1.0 };
+    let compare = |is_worse: bool| {
+        let sign = if is_worse { sign } else { -sign };
+        let mut comparison = empty(machine, Against::History, quantity);
+        let series: Vec<f64> = known.iter().map(|(.., value)| sign * value).collect();
+        let chance = if series.len() < needed {
+            comparison.usual_count = series.len();
+            Err(format!(
+                "too few days: {} of at least {needed} with logs of one analysis; in fewer no change could be sure",
+                series.len()
+            ))
+        } else {
+            match fall(&series) {
+                // constant
+                None => Ok(1.0),
+                Some(Change { before, chance, .. }) => {
+                    let (earlier, since) = known.split_at(before);
+                    let middle = |days: &[(Day, &Vec<&Log<'_>>, f64)]| {
+                        median(&days.iter().map(|(.., value)| *value).collect::<Vec<_>>())
+                    };
+                    comparison.since = since.first().and_then(|(day, ..)| day.date());
+                    comparison.value = middle(since);
+                    comparison.usual = middle(earlier);
+                    comparison.count = since.len();
+                    comparison.usual_count = earlier.len();
+                    let durations = |days: &[(Day, &Vec<&Log<'_>>, f64)]| {
+                        let all = days.iter().flat_map(|(_, logs, _)| logs.iter());
+                        median(&all.map(|log| log.duration_s).collect::<Vec<_>>())
+                    };
+                    comparable(quantity, durations(since), durations(earlier)).map(|()| chance)
+                }
+            }
         };
-        days.iter().filter_map(of_day).collect()
+        Raw {
+            comparison,
+            chance,
+            direction: Some(is_worse),
+        }
     };
-    let (before, now) = (by_day(earlier), by_day(recent));
-    raw.count = now.len();
-    raw.usual_count = before.len();
-    if before.len() < LEAST_EARLIER {
-        let reason = format!(
-            "too few days: {} of at least {} with logs of one analysis",
-            days.len(),
-            LEAST_EARLIER + LEAST_RECENT
-        );
-        return (raw, Err(reason));
-    }
-    raw.value = median(&now);
-    raw.usual = median(&before);
-    let durations = |days: &[Vec<&Log<'_>>]| {
-        let all = days.iter().flatten().map(|log| log.duration_s);
-        median(&all.collect::<Vec<_>>())
-    };
-    let chance = comparable(quantity, durations(recent), durations(earlier))
-        .and_then(|()| of_two_groups(&now, &before).ok_or_else(|| "no values".to_string()));
-    (raw, chance)
+    (compare(true), compare(false))
 }
 
 /// The median of a machine with the medians of the others of its type; `None` if its type is unknown.
@@ -256,33 +337,41 @@ fn with_type(
     let against = Against::Type {
         machine_type: own_type,
     };
-    let mut raw = empty(machine, against, quantity);
+    let mut comparison = empty(machine, against, quantity);
     let mine = values(own);
     let usual: Vec<f64> = others
         .iter()
         .filter_map(|logs| median(&values(logs)))
         .collect();
-    raw.count = mine.len();
-    raw.usual_count = usual.len();
-    raw.value = median(&mine);
-    raw.usual = median(&usual);
+    comparison.count = mine.len();
+    comparison.usual_count = usual.len();
+    comparison.value = median(&mine);
+    comparison.usual = median(&usual);
     if mine.len() < LEAST_LOGS {
         let reason = format!("too few logs: {} of at least {LEAST_LOGS}", mine.len());
-        return Some((raw, Err(reason)));
+        return Some(Raw {
+            comparison,
+            chance: Err(reason),
+            direction: None,
+        });
     }
     if usual.len() < LEAST_OTHERS {
         let reason = format!(
             "too few other machines of the type with {LEAST_LOGS} logs or more: {} of at least {LEAST_OTHERS}",
             usual.len()
         );
-        return Some((raw, Err(reason)));
+        return Some(Raw {
+            comparison,
+            chance: Err(reason),
+            direction: None,
+        });
     }
     // the uncertainty of a margin is that of the machine file, which all logs of the machine share
     let sigmas: Option<Vec<f64>> = own.iter().map(|log| log.sigma).collect();
     let sigma = match quantity {
         Quantity::WorstMargin => sigmas.and_then(|sigmas| median(&sigmas)),
         // the share has no stated uncertainty: that of the margin moves it, too, by an unknown amount
-        Quantity::ExposedShare => Some(0.0),
+        Quantity::ExposedShare | Quantity::LiftedShare => Some(0.0),
     };
     let duration = |logs: &[&Log<'_>]| {
         let all: Vec<f64> = logs.iter().map(|log| log.duration_s).collect();
@@ -290,11 +379,18 @@ fn with_type(
     };
     let durations: Vec<f64> = others.iter().filter_map(|logs| duration(logs)).collect();
     let chance = comparable(quantity, duration(own), median(&durations)).and_then(|()| {
+        if comparison.value == comparison.usual {
+            return Ok(1.0);
+        }
         let sigma = sigma.ok_or("the uncertainty of its margins is unknown")?;
         of_one_more(mine_median(&mine), sigma, &usual)
             .ok_or_else(|| "the other machines do not differ at all".to_string())
     });
-    Some((raw, chance))
+    Some(Raw {
+        comparison,
+        chance,
+        direction: None,
+    })
 }
 
 fn mine_median(mine: &[f64]) -> f64 {
@@ -340,5 +436,6 @@ fn empty(machine: &str, against: Against, quantity: Quantity) -> Comparison {
         confidence: None,
         count: 0,
         usual_count: 0,
+        since: None,
     }
 }

@@ -3,6 +3,4 @@
 mod comparisons;
 mod statistics;
 
-pub(super) use comparisons::{
-    Against, Comparison, LEAST_CONFIDENCE, Quantity, Verdict, comparisons,
-};
+pub(super) use comparisons::{Against, Comparison, MOST_FALSE, Quantity, Verdict, comparisons};

@@ -2,8 +2,10 @@
 
 use maud::html;
 
+use super::explorer::explorer;
+use super::ranking::ranked;
 use super::seen::{Seen, by_machine};
-use super::{distributions, outliers, ranking, tables, trend};
+use super::{distributions, outliers, tables};
 use crate::page::svg::CHART_STYLE;
 use crate::page::{Document, section, time};
 use crate::policy::Judgement;
@@ -35,13 +37,13 @@ pub(in crate::screen) fn render(
     let seen: Vec<Seen<'_>> = analysed.collect();
     let records = rows.iter().map(|row| &row.record);
     let failed: Vec<&Record> = records.filter(|record| record.is_failed()).collect();
+    let (explored, program) = explorer(&ranked(&seen), &failed, compared);
     let sections = [
         ("At a glance", Some(tables::glance(totals, &seen))),
-        ("Ranking", Some(ranking::table(&seen))),
+        ("Logs and machines", Some(explored)),
         ("Policy", tables::policy(&seen, totals)),
         ("Distributions", distributions::margins(&seen)),
         ("Exposure by cause", Some(distributions::causes(&seen))),
-        ("Trend per machine", Some(trend::machines(&seen))),
         ("Machines that stand out", outliers::section(compared)),
         ("Events", tables::events(&seen)),
         (
@@ -68,12 +70,12 @@ pub(in crate::screen) fn render(
         styles: &[CHART_STYLE, PAGE_STYLE],
         plots: None,
     }
-    .render(&content)
+    .render_with(&content, Some(&program))
 }
 
 /// The first and the last day.
 fn span(seen: &[Seen<'_>]) -> String {
-    let days = || seen.iter().filter_map(|log| log.record.day());
+    let days = || seen.iter().filter_map(|log| log.record.date());
     match (days().min(), days().max()) {
         (Some(first), Some(last)) if first == last => format!(", {first}"),
         (Some(first), Some(last)) => format!(", {first} to {last}"),

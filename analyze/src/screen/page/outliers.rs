@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use crate::page::{percent, table};
-use crate::screen::outliers::{Against, Comparison, LEAST_CONFIDENCE, Quantity, Verdict};
+use crate::screen::outliers::{Against, Comparison, MOST_FALSE, Quantity, Verdict};
 
 /// Most rows of a table; `outliers.json` has all.
 const MOST_ROWS: usize = 100;
@@ -25,13 +25,15 @@ pub(super) fn section(comparisons: &[Comparison]) -> Option<Markup> {
     let reasons: Vec<Vec<String>> = unknown.iter().take(MOST_ROWS).map(|c| reason(c)).collect();
     Some(html! {
         p.hint {
-            "Worst margin and share of the computable time below the notice level, each machine against itself (the recent quarter of "
-            "its days, at least 3, against those before, at least 9; rank-sum test of the medians of the days) and against the other machines "
-            "of its type (its median against at least 8 others; median absolute deviation, and the uncertainty of its own margins). "
-            "A machine is listed if the difference is at least 5 % of the static load or 1 % of the time and the confidence at least "
-            (percent(LEAST_CONFIDENCE)) ", corrected for all " (outliers.len() + inconspicuous) " comparisons together (Holm). "
-            "The confidence assumes that days are independent of each other and that machines of one type scatter about "
-            "normally. It says that a difference is no chance, not what caused it: other work and other ground do the same as a fault."
+            "Worst margin, share of the computable time below the notice level, and share with a wheel off the ground, each machine "
+            "against itself (the medians of its days before and after the day on which they changed most; permutation test of the "
+            "largest CUSUM and Student's distribution) and against the other machines of its type (its median against at least 8 "
+            "others; median absolute deviation, and the uncertainty of its own margins). A machine is listed if the difference is at "
+            "least 5 % of the static load, 1 % of the time below the notice level or 0.1 % of the time lifted, and sure: of the "
+            "machines listed against themselves at most " (percent(MOST_FALSE)) " are expected to be there by chance (Benjamini and "
+            "Hochberg), of the others 0.5 %. That assumes that days are independent of each other and that machines of one type "
+            "scatter about normally. It says that a difference is no chance, not what caused it: other work and other ground do the "
+            "same as a fault."
         }
         @if outliers.is_empty() {
             p {
@@ -66,7 +68,10 @@ fn row(comparison: &Comparison) -> Vec<String> {
         _ => "better",
     };
     let from = match comparison.against {
-        Against::History => format!("{count} recent and {usual_count} earlier days"),
+        Against::History => format!(
+            "{usual_count} days before and {count} since {}",
+            comparison.since.as_deref().unwrap_or("then")
+        ),
         Against::Type { .. } => format!("{count} logs, {usual_count} other machines"),
     };
     // never "100 %": what is rounded is not certain
@@ -83,6 +88,17 @@ fn row(comparison: &Comparison) -> Vec<String> {
         confidence,
         from,
     ]
+}
+
+/// An outlier in a sentence, for the card of its machine.
+pub(super) fn in_words(comparison: &Comparison) -> String {
+    let cells = row(comparison);
+    let [_, with, quantity, here, usual, confidence, from] = &cells[..] else {
+        return cells.join(", ");
+    };
+    format!(
+        "Stands out against {with}: {quantity} {here}, usually {usual}; confidence {confidence}, {from}."
+    )
 }
 
 fn reason(comparison: &Comparison) -> Vec<String> {
@@ -109,5 +125,6 @@ fn name(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::WorstMargin => "worst margin (median)",
         Quantity::ExposedShare => "time below the notice level (median share)",
+        Quantity::LiftedShare => "time with a wheel off the ground (median share)",
     }
 }

@@ -305,7 +305,7 @@ impl Reading {
 impl Seen {
     fn inspection(self, id: CanId) -> MessageInspection {
         let group = Identifier::of(id);
-        let span_s = (self.last_ns - self.first_ns) as f64 * 1e-9;
+        let span_s = self.last_ns.saturating_sub(self.first_ns) as f64 * 1e-9;
         let periods = self.frames.saturating_sub(1) as f64;
         let reading = self.decoder;
         let message = reading.as_ref().and_then(Reading::message);

@@ -7,7 +7,7 @@ mod schema;
 mod write;
 
 pub use read::read;
-pub(crate) use write::{TableWriter, provenance_entry, write, write_with};
+pub(crate) use write::{TableWriter, provenance_entry, write};
 
 #[cfg(test)]
 mod tests;

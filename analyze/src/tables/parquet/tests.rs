@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::read;
-use super::write::{ROWS_OF_GROUP, TableWriter, write_with};
+use super::write::{ROWS_OF_GROUP, TableWriter};
 use crate::base::options::Precision;
 use crate::tables::cell::Value;
 use crate::tables::table::Table;
@@ -99,7 +99,8 @@ fn a_block_with_other_columns_is_rejected() {
 fn a_table_without_rows_keeps_its_columns() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("empty.parquet");
-    write_with(&block(0, 0), &[], &path).unwrap();
+    let writer = TableWriter::create(&path, &block(0, 0), &[]).unwrap();
+    writer.finish().unwrap();
     let found = read(&path).unwrap();
     assert_eq!(found.rows(), 0);
     assert_eq!(found.columns().len(), block(0, 0).columns().len());

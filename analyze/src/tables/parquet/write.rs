@@ -39,15 +39,7 @@ pub(crate) fn provenance_entry(provenance: &Provenance) -> Result<(&'static str,
 /// # Errors
 /// The file cannot be written.
 pub(crate) fn write(table: &Table, provenance: &Provenance, path: &Path) -> Result<()> {
-    write_with(table, &[provenance_entry(provenance)?], path)
-}
-
-/// Writes a whole table with its units and further metadata.
-///
-/// # Errors
-/// The file cannot be written.
-pub(crate) fn write_with(table: &Table, more: &[(&str, String)], path: &Path) -> Result<()> {
-    let mut writer = TableWriter::create(path, table, more)?;
+    let mut writer = TableWriter::create(path, table, &[provenance_entry(provenance)?])?;
     writer.write(table)?;
     writer.finish()
 }

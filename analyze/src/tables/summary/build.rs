@@ -42,6 +42,7 @@ impl<'a> Summary<'a> {
             coverage: analysis.coverage,
             specific_force_source: specific_force_source(&analysis.inputs),
             inputs: analysis.inputs.iter().map(input_summary).collect(),
+            health: &analysis.health,
             clock: ClockSummary {
                 findings: &analysis.clock_findings,
                 offsets: &analysis.clock,
@@ -229,6 +230,13 @@ fn input_summary(input: &Input) -> InputSummary<'_> {
         samples_not_finite: input.counts.not_finite,
         samples_implausible: input.counts.implausible,
         messages_undecodable: input.undecodable,
+        noise: (input.noise.iter())
+            .map(|noise| NoiseSummary {
+                key: noise.key,
+                stated: noise.stated,
+                shown: noise.shown,
+            })
+            .collect(),
         timing: &input.timing,
         correction: input.correction,
     }

@@ -9,6 +9,7 @@ use tipwatch_ingest::{Losses, StampCorrection, TopicTiming};
 use crate::analysis::Coverage;
 use crate::analysis::advice::Advice;
 use crate::analysis::clock::{ClockOffsets, text::TopicsFinding};
+use crate::analysis::health::SensorHealth;
 use crate::analysis::inputs::GrossInput;
 use crate::analysis::measured_loads::SensorStatistics;
 use crate::analysis::model_comparison::LoadDifference;
@@ -16,7 +17,7 @@ use crate::analysis::unstated_load::ExplainedFall;
 use crate::base::clip::Clip;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
-use crate::events::{Doubt, EventCauses};
+use crate::events::{Counterfactual, Doubt, EventCauses};
 
 /// Version of the document.
 pub const SCHEMA: u32 = 6;
@@ -52,6 +53,8 @@ pub struct Summary<'a> {
     pub specific_force_source: &'static str,
     /// The signals used.
     pub inputs: Vec<InputSummary<'a>>,
+    /// The health of the sensors: rates, gaps, steps of clocks, resolution, vibration, limits and outliers of each number.
+    pub health: &'a [SensorHealth],
     /// The clocks: anomalies, and offsets between topics.
     pub clock: ClockSummary<'a>,
     /// Notes: assumptions, missing signals, anomalies.
@@ -108,6 +111,10 @@ pub struct EventSummary<'a> {
     pub(super) start_s: f64,
     /// Standard deviation of the start; null where no onset was found.
     pub(super) start_sigma_s: Option<f64>,
+    /// `at`, or `at_or_before` where rows before it are missing.
+    pub(super) start_bound: &'static str,
+    /// `at`, or `at_or_after` where rows after it are missing.
+    pub(super) end_bound: &'static str,
     pub(super) worst: f64,
     pub(super) unit: &'static str,
     pub(super) worst_ns: i64,
@@ -130,6 +137,9 @@ pub struct EventSummary<'a> {
     /// The rotation about the edge by gyro and attitude; null where they show none beyond what tyres and ground explain.
     pub(super) measured_rotation: Option<RotationSummary>,
     pub(super) causes: Option<&'a EventCauses>,
+    /// Whether it would have happened on level ground, at half the speed, without the load, with the arm in; empty for
+    /// other kinds of events than lifts and tippings, and for models without derivatives.
+    pub(super) counterfactuals: &'a [Counterfactual],
     /// The input fault; null for other kinds of events.
     pub(super) fault: Option<FaultSummary<'a>>,
     /// Signals that contradict each other during the event; null if none do.
@@ -294,6 +304,17 @@ pub struct ClockSummary<'a> {
     pub(super) offsets: &'a ClockOffsets,
 }
 
+/// Noise of a signal.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct NoiseSummary {
+    /// Key of `[estimator]` that states it.
+    pub(super) key: &'static str,
+    /// As stated, in the unit of the key.
+    pub(super) stated: f64,
+    /// As the samples show it, which the estimates and their bands rest on.
+    pub(super) shown: f64,
+}
+
 /// A signal.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct InputSummary<'a> {
@@ -307,6 +328,8 @@ pub struct InputSummary<'a> {
     /// Implausible samples, rejected in part or given less weight.
     pub(super) samples_implausible: u64,
     pub(super) messages_undecodable: u64,
+    /// The noise that its samples show; empty where `[estimator]` keeps the stated one.
+    pub(super) noise: Vec<NoiseSummary>,
     pub(super) timing: &'a TopicTiming,
     pub(super) correction: StampCorrection,
 }

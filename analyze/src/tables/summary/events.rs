@@ -30,6 +30,8 @@ fn summary(event: &Event, first_ns: i64) -> EventSummary<'_> {
         end_ns: event.end_ns,
         start_s: (event.start_ns - first_ns) as f64 * 1e-9,
         start_sigma_s: event.start_sigma_s,
+        start_bound: event.start_bound.name(),
+        end_bound: event.end_bound.name(),
         worst: event.worst,
         unit: event.unit,
         worst_ns: event.worst_ns,
@@ -44,6 +46,7 @@ fn summary(event: &Event, first_ns: i64) -> EventSummary<'_> {
         shown_by: event.shown_by.map(ShownBy::name),
         measured_rotation: event.measured_rotation.as_ref().map(rotation),
         causes: event.causes.as_ref(),
+        counterfactuals: &event.counterfactuals,
         fault: event.fault.as_ref().map(|fault| FaultSummary {
             kind: fault.kind.name(),
             policy: fault.policy.name(),

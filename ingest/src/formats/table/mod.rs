@@ -6,4 +6,8 @@ mod lost_rows;
 mod parquet;
 mod rows;
 
-pub(crate) use self::{csv::CsvReader, parquet::ParquetReader};
+pub(crate) use self::{
+    csv::CsvReader,
+    parquet::ParquetReader,
+    rows::{collect_numbers, is_row},
+};

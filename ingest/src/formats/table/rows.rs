@@ -8,6 +8,8 @@ use crate::{
     message::{RawMessage, TopicDescription, TopicId, TopicTable},
 };
 
+/// Header of every row: CDR, little endian.
+const CDR: [u8; 4] = [0, 1, 0, 0];
 /// Rows between two progress reports.
 const ROWS_PER_PROGRESS: u64 = 4096;
 
@@ -60,7 +62,6 @@ impl RowTopic {
         message: &mut Vec<u8>,
         request: &mut Request<'_>,
     ) -> ControlFlow<()> {
-        const CDR: [u8; 4] = [0, 1, 0, 0];
         if row.is_multiple_of(ROWS_PER_PROGRESS) {
             let share = u128::from(row.min(self.counted.rows)) * u128::from(self.bytes);
             request.advance((share / u128::from(self.counted.rows.max(1))) as u64);
@@ -78,5 +79,35 @@ impl RowTopic {
             sequence: 0,
             data: message,
         })
+    }
+}
+
+/// Whether messages of this type are rows of a table, in which each may have some of the numbers.
+pub(crate) fn is_row(type_name: &str) -> bool {
+    type_name == TYPE
+}
+
+/// Collects the numbers of a row of a table: `first` keeps the first of each column, `last` gets the newest.
+pub(crate) fn collect_numbers(row: &[u8], first: &mut Vec<u8>, last: &mut Vec<u8>) {
+    if first.len() != row.len() {
+        // the first row; no table has rows of several lengths
+        first.clear();
+        first.extend_from_slice(row);
+        last.clear();
+        last.extend_from_slice(row);
+        return;
+    }
+    let is_number = |cell: &[u8; 8]| f64::from_le_bytes(*cell).is_finite();
+    let (_, cells) = row.split_at(CDR.len().min(row.len()));
+    for (at, cell) in cells.as_chunks::<8>().0.iter().enumerate() {
+        let place = CDR.len() + 8 * at..CDR.len() + 8 * (at + 1);
+        if !is_number(cell) {
+            continue;
+        }
+        let had_number = <&[u8; 8]>::try_from(&first[place.clone()]).is_ok_and(is_number);
+        if !had_number {
+            first[place.clone()].copy_from_slice(cell);
+        }
+        last[place].copy_from_slice(cell);
     }
 }

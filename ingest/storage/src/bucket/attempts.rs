@@ -138,9 +138,20 @@ fn transport(error: &StoreError) -> Option<HttpErrorKind> {
 fn told(error: &StoreError, status: Option<u16>) -> String {
     let text = error.to_string();
     let code = between(&text, "<Code>", "</Code>");
+    let region = between(&text, "<Region>", "</Region>");
+    let region = match (region, status) {
+        (Some(region), _) => {
+            format!("; the bucket is in the region {region}: set AWS_REGION={region}")
+        }
+        // S3 answers so to a request in a wrong region, and may not name the right one
+        (None, Some(301)) => {
+            "; the bucket is in another region: set AWS_REGION to the one of the bucket".to_owned()
+        }
+        _ => String::new(),
+    };
     match (status, code) {
-        (Some(status), Some(code)) => format!("the server answered {status} {code}"),
-        (Some(status), None) if status >= 300 => format!("the server answered {status}"),
+        (Some(status), Some(code)) => format!("the server answered {status} {code}{region}"),
+        (Some(status), None) if status >= 300 => format!("the server answered {status}{region}"),
         _ => {
             // the innermost cause says most
             let mut cause: &(dyn std::error::Error + 'static) = error;
@@ -159,6 +170,37 @@ fn told(error: &StoreError, status: Option<u16>) -> String {
 fn between<'t>(text: &'t str, start: &str, end: &str) -> Option<&'t str> {
     let (_, rest) = text.split_once(start)?;
     let (found, _) = rest.split_once(end)?;
-    let is_code = |c: char| c.is_ascii_alphanumeric();
+    let is_code = |c: char| c.is_ascii_alphanumeric() || c == '-';
     (found.len() < 64 && found.chars().all(is_code)).then_some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(body: &str, status: u16) -> String {
+        let error = StoreError::Generic {
+            store: "S3",
+            source: body.to_owned().into(),
+        };
+        told(&error, Some(status))
+    }
+
+    #[test]
+    fn the_region_of_a_bucket_is_told() {
+        let body = "<Error><Code>AuthorizationHeaderMalformed</Code><Message>wrong</Message>\
+                    <Region>eu-central-1</Region></Error>";
+        let found = said(body, 400);
+        assert!(
+            found.contains("400 AuthorizationHeaderMalformed"),
+            "{found}"
+        );
+        assert!(found.contains("AWS_REGION=eu-central-1"), "{found}");
+        assert!(said("redirect without a place", 301).contains("AWS_REGION"));
+        let odd = said(
+            "<Error><Code>AccessDenied</Code><Region>a b</Region></Error>",
+            403,
+        );
+        assert_eq!(odd, "the server answered 403 AccessDenied");
+    }
 }

@@ -1,8 +1,11 @@
 //! Plausibility checks of an orientation.
 
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
 use super::fault::{Amount, Component};
 use super::freeze::Freeze;
 use super::notice::{Found, Limits, Notice};
+use super::outliers::Outliers;
 use crate::machine::FaultKind;
 
 /// State of the checks of one orientation.
@@ -10,13 +13,21 @@ use crate::machine::FaultKind;
 pub(super) struct AttitudeWatch {
     was_given: bool,
     freeze: Freeze,
+    /// Of its up direction.
+    outliers: Outliers<3>,
+    last_ns: Option<i64>,
 }
+
+/// Change of the inclination between two samples that does no harm (rad).
+const HARMLESS_TILT: f64 = 0.05;
 
 impl AttitudeWatch {
     pub(super) fn new() -> Self {
         Self {
             was_given: false,
             freeze: Freeze::new(),
+            outliers: Outliers::new(HARMLESS_TILT),
+            last_ns: None,
         }
     }
 
@@ -58,9 +69,27 @@ impl AttitudeWatch {
             });
             return false;
         }
+        let last_ns = self.last_ns.replace(stamp_ns);
+        if last_ns.is_some_and(|last_ns| limits.elapsed_s(last_ns, stamp_ns) > limits.max_gap_s) {
+            self.outliers.restart();
+        }
+        if let Some(up) = up_direction(xyzw)
+            && let Some(notice) = self.outliers.notice(stamp_ns, up.into(), Component::Value)
+        {
+            found(notice);
+            return false;
+        }
         if let Some(notice) = self.freeze.notice(stamp_ns, xyzw, turns, limits) {
             found(notice);
         }
         true
     }
+}
+
+/// Up direction in the axes of a body with this orientation; `None` where that is not finite.
+pub(super) fn up_direction(xyzw: &[f64]) -> Option<Vector3<f64>> {
+    let &[x, y, z, w] = xyzw else { return None };
+    let attitude = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.1)?;
+    let up = attitude.inverse_transform_vector(&Vector3::z());
+    up.iter().all(|v| v.is_finite()).then_some(up)
 }

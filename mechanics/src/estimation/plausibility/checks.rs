@@ -71,5 +71,5 @@ impl Plausibility {
 pub(in crate::estimation) fn room_for_findings(sensors: &Sensors) -> Vec<Finding> {
     let streams = sensors.joints.iter();
     let most_joints = streams.map(|stream| stream.joints.len()).max().unwrap_or(0);
-    Vec::with_capacity(4 * most_joints + 16)
+    Vec::with_capacity(6 * most_joints + 16)
 }

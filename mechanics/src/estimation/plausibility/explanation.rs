@@ -54,6 +54,8 @@ pub enum Explanation {
     JointScale(usize, bool),
     /// Two joints exchanged, by their indices.
     JointsExchanged(usize, usize),
+    /// A joint whose encoder is off by a constant since its position jumped, by its index.
+    JointOffset(usize),
     /// A load on the tool that nothing states.
     UnstatedLoad,
     /// None of the above.
@@ -90,6 +92,7 @@ impl Explanation {
             | Self::JointStopped(_)
             | Self::JointScale(..)
             | Self::JointsExchanged(..)
+            | Self::JointOffset(_)
             | Self::UnstatedLoad
             | Self::Other => return None,
         })
@@ -144,6 +147,9 @@ impl Explanation {
                 if double { "twice" } else { "half" }
             ),
             Self::JointsExchanged(a, b) => format!("{} and {} were exchanged", joint(a), joint(b)),
+            Self::JointOffset(j) => {
+                format!("the encoder of {} were off since it jumped", joint(j))
+            }
             Self::UnstatedLoad => "a load that nothing states were on the tool".into(),
             Self::Other => "one of them were wrong in another way".into(),
         }

@@ -78,7 +78,8 @@ pub struct Finding {
     pub stamp_ns: i64,
     /// Magnitude of the fault, in the unit of its kind: the value out of range, the rate, the time for which the
     /// signal has been frozen, the norm of the quaternion, the difference of velocity or gravity, the logarithm of the
-    /// likelihood ratio of a contradiction; 1 for a value that is not finite.
+    /// likelihood ratio of a contradiction, or by how much a joint has jumped since it contradicts itself (signed); 1 for a
+    /// value that is not finite.
     pub measure: f64,
     /// Limit for `measure`, in the same unit; NaN if there is none.
     pub limit: f64,
@@ -90,12 +91,14 @@ pub struct Finding {
 
 impl Finding {
     /// Whether rows that depend on it must not be used: because of the policy, or because a value is not finite. A
-    /// contradiction between sensors never forbids rows: it makes them doubtful.
+    /// contradiction between sensors never forbids rows: it makes them doubtful. Neither does an outlier, which the
+    /// estimate bridges.
     /// `has_imu`: whether there is an IMU, with which loads do not require the odometry.
     #[must_use]
     pub fn forbids_rows(&self, has_imu: bool) -> bool {
         let is_needed = self.part.reason(self.sensor, has_imu).is_some();
-        let is_unusable = self.policy == Policy::Invalid && self.kind != FaultKind::Contradiction;
+        let leaves_rows = matches!(self.kind, FaultKind::Contradiction | FaultKind::Outlier);
+        let is_unusable = self.policy == Policy::Invalid && !leaves_rows;
         is_needed && (is_unusable || self.lacks_a_value())
     }
 
@@ -189,7 +192,8 @@ impl Part {
             },
             // specific force, attitude and velocity: one of three is what the loads rest on
             Self::Acceleration => 2.0 / 3.0,
-            Self::Drive | Self::Rotation | Self::Yaw(_) => 0.5,
+            // one side of a jump is right: this one or the other
+            Self::Joint(_) | Self::Drive | Self::Rotation | Self::Yaw(_) => 0.5,
             _ => 1.0,
         }
     }
@@ -223,7 +227,9 @@ impl Part {
         let [value, rate] = self.units(machine);
         match kind {
             FaultKind::NotFinite => "samples",
-            FaultKind::OutOfRange | FaultKind::JointLimit => value,
+            FaultKind::OutOfRange | FaultKind::Saturated | FaultKind::JointLimit => value,
+            FaultKind::Outlier => value,
+            FaultKind::Contradiction if matches!(self, Self::Joint(_)) => value,
             // the logarithm of a likelihood ratio
             FaultKind::Contradiction => "-",
             FaultKind::Disagreement if self == Self::Attitude => "m/s^2",

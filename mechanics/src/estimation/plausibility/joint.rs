@@ -1,7 +1,9 @@
 //! Plausibility checks of a joint: position, velocity, and their consistency.
 
 use super::fault::{Amount, Component};
+use super::flicker::Flicker;
 use super::notice::{Found, Limits, Notice};
+use super::outliers::Outliers;
 use crate::machine::FaultKind;
 
 /// Time constant of the comparison of velocity and position (s).
@@ -18,6 +20,11 @@ const FEWEST_IDENTICAL: u32 = 5;
 const LARGEST_WHEEL_STEP: f64 = 2.0;
 /// Velocity above which a joint counts as moving (rad/s or m/s); ten times as much for a wheel.
 const MOVING_RATE: f64 = 0.05;
+/// Differences between two velocities that do no harm (rad/s or m/s), of a joint and of a wheel.
+const HARMLESS_RATE: [f64; 2] = [0.3, 3.0];
+/// Acceleration that a step between two positions does not exceed without being an outlier, where no velocity is measured
+/// (rad/s^2 or m/s^2).
+const USUAL_ACCELERATION: f64 = 10.0;
 
 /// Limits of a joint.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +51,8 @@ pub(super) struct JointWatch {
     is_confirmed: bool,
     /// Where the joint is since it cannot have moved there.
     jump: Option<Jump>,
+    /// Where it was before a gap, until another sample has confirmed where it is now.
+    before_gap: Option<Held>,
     /// Since when the position has been exactly zero without a break: as before the hardware is read.
     zero_since_ns: Option<i64>,
     good_rate: Option<(i64, f64)>,
@@ -57,12 +66,18 @@ pub(super) struct JointWatch {
     run: u32,
     run_since_ns: i64,
     agreement: Agreement,
+    flicker: Flicker,
+    outliers: Outliers<1>,
+    rate_outliers: Outliers<1>,
 }
 
 /// Positions that the joint cannot have reached, each of which agrees with the one before.
 #[derive(Debug, Clone, Copy)]
 struct Jump {
     since_ns: i64,
+    /// How far it jumped, and what of it may be motion.
+    by: f64,
+    moved: f64,
     last: Held,
 }
 
@@ -95,12 +110,18 @@ struct Agreement {
 }
 
 impl JointWatch {
-    pub(super) fn new(limits: JointLimits) -> Self {
+    /// `threshold`: log likelihood ratio from which a position that stands still is frozen.
+    pub(super) fn new(limits: JointLimits, threshold: f64) -> Self {
+        let harmless_rate = HARMLESS_RATE[usize::from(limits.spins_wheel)];
         Self {
             limits,
+            flicker: Flicker::new(threshold),
+            outliers: Outliers::new(2.0 * POSITION_ALLOWANCE),
+            rate_outliers: Outliers::new(harmless_rate),
             good: None,
             is_confirmed: false,
             jump: None,
+            before_gap: None,
             zero_since_ns: None,
             good_rate: None,
             last: None,
@@ -119,12 +140,13 @@ impl JointWatch {
         self.moves
     }
 
-    /// Reports faults of a position and its velocity (NaN if absent) to `found`.
+    /// Reports faults of a position and its velocity (NaN if absent) to `found`. `moves_elsewhere`: whether something else
+    /// moves.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,
-        position: f64,
-        rate: f64,
+        [position, rate]: [f64; 2],
+        moves_elsewhere: bool,
         limits: &Limits,
         found: &mut Found<'_>,
     ) {
@@ -144,14 +166,62 @@ impl JointWatch {
             position,
             rate,
         };
-        let is_credible = self.check_step(here, limits, found);
+        let is_credible =
+            self.check_step(here, limits, found) && self.check_outlier(here, limits, found);
         let rate = if rate.is_finite() && self.check_rate(stamp_ns, rate, limits, found) {
             rate
         } else {
             f64::NAN
         };
-        if is_credible {
-            self.check_agreement(stamp_ns, position, rate, limits, found);
+        if is_credible && !self.check_agreement(stamp_ns, position, rate, limits, found) {
+            self.check_flicker(stamp_ns, position, moves_elsewhere, limits, found);
+        }
+    }
+
+    /// Checks whether a position without a velocity is an outlier; with one, [`Self::check_step`] finds that.
+    fn check_outlier(&mut self, here: Held, limits: &Limits, found: &mut Found<'_>) -> bool {
+        if self.limits.spins_wheel || here.rate.is_finite() {
+            return true;
+        }
+        let step_s = self.period_s.min(limits.max_gap_s);
+        let usual = USUAL_ACCELERATION * step_s * step_s;
+        self.outliers.allow(2.0 * POSITION_ALLOWANCE + usual);
+        let notice = self
+            .outliers
+            .notice(here.stamp_ns, [here.position], Component::Value);
+        let is_credible = notice.is_none();
+        notice.into_iter().for_each(found);
+        is_credible
+    }
+
+    fn check_flicker(
+        &mut self,
+        stamp_ns: i64,
+        position: f64,
+        moves_elsewhere: bool,
+        limits: &Limits,
+        found: &mut Found<'_>,
+    ) {
+        if self.limits.spins_wheel {
+            return;
+        }
+        let rests = !self.moves;
+        let stopped = (self.flicker).stopped_ns(stamp_ns, position, rests, moves_elsewhere, limits);
+        if let Some(since_ns) = stopped {
+            // where it froze is no place from which it could reach another
+            self.is_confirmed = false;
+            found(Notice {
+                kind: FaultKind::Frozen,
+                component: Component::Value,
+                since_ns,
+                measure: limits.elapsed_s(since_ns, stamp_ns),
+                limit: f64::NAN,
+                amount: Amount {
+                    value: self.limits.max_velocity * limits.elapsed_s(since_ns, stamp_ns),
+                    rate: 0.0,
+                },
+                explanation: None,
+            });
         }
     }
 
@@ -163,7 +233,9 @@ impl JointWatch {
         };
         let step_s = limits.elapsed_s(last_ns, stamp_ns);
         if step_s > limits.max_gap_s {
-            (self.good, self.jump) = (None, None);
+            let is_known = self.is_confirmed && self.zero_since_ns.is_none();
+            self.before_gap = self.good.take().filter(|_| is_known);
+            self.jump = None;
             self.forget_motion(stamp_ns);
         } else {
             self.period_s += 0.1 * (step_s - self.period_s);
@@ -173,6 +245,8 @@ impl JointWatch {
     /// No motion leads to what follows.
     fn forget_motion(&mut self, stamp_ns: i64) {
         (self.good_rate, self.last) = (None, None);
+        self.outliers.restart();
+        self.rate_outliers.restart();
         self.agreement = Agreement {
             quiet_ns: stamp_ns,
             ..Agreement::default()
@@ -204,8 +278,9 @@ impl JointWatch {
     /// Checks whether the joint can have moved here since the last credible position. The angle of a wheel does not
     /// matter.
     ///
-    /// A first position that the next one contradicts is as doubtful as that one. Where the joint stays after a jump, it is
-    /// believed after longer than a gap, so that no motion leads there.
+    /// A first position that the next one contradicts is as doubtful as that one. Where the joint stays after a jump, it counts
+    /// after longer than a gap, so that no motion leads there. One side of the jump is wrong then, so it contradicts itself.
+    /// The same holds of a gap in which it cannot have moved so far.
     fn check_step(&mut self, here: Held, limits: &Limits, found: &mut Found<'_>) -> bool {
         let Held {
             stamp_ns, position, ..
@@ -218,6 +293,13 @@ impl JointWatch {
         let goes_on = (self.jump).filter(|jump| self.can_reach(jump.last, here, limits));
         if goes_on.is_none() && self.can_reach(good, here, limits) {
             (self.good, self.is_confirmed, self.jump) = (Some(here), true, None);
+            if let Some(before) = self.before_gap.take() {
+                let moved = self.farthest(before, good, limits);
+                let by = self.step(before.position, good.position);
+                if by.abs() > moved {
+                    found(Notice::offset(good.stamp_ns, by, moved));
+                }
+            }
             self.zero_since_ns = self.zero_since_ns.filter(|_| position == 0.0);
             return true;
         }
@@ -238,7 +320,14 @@ impl JointWatch {
                 explanation: None,
             });
         };
-        let jump_ns = goes_on.map_or(stamp_ns, |jump| jump.since_ns);
+        let begins = Jump {
+            since_ns: stamp_ns,
+            by: self.step(good.position, position),
+            moved: self.moved_between(good, here, elapsed_s),
+            last: here,
+        };
+        let jump = goes_on.map_or(begins, |jump| Jump { last: here, ..jump });
+        let jump_ns = jump.since_ns;
         let stays = limits.elapsed_s(jump_ns, stamp_ns) > limits.max_gap_s;
         match (self.is_confirmed, stays) {
             (false, _) => {
@@ -248,18 +337,35 @@ impl JointWatch {
             }
             (true, false) => {
                 notice(stamp_ns);
-                self.jump = Some(Jump {
-                    since_ns: jump_ns,
-                    last: here,
-                });
+                self.jump = Some(jump);
             }
             (true, true) => {
                 notice(self.zero_since_ns.unwrap_or(jump_ns));
+                // zeros before the hardware is read are wrong, and not what follows
+                if self.zero_since_ns.is_none() {
+                    found(Notice::offset(jump_ns, jump.by, jump.moved));
+                }
                 (self.good, self.jump, self.zero_since_ns) = (Some(here), None, None);
                 self.forget_motion(stamp_ns);
             }
         }
         false
+    }
+
+    /// How far it can have moved (rad or m).
+    fn farthest(&self, from: Held, to: Held, limits: &Limits) -> f64 {
+        let elapsed_s = limits
+            .elapsed_s(from.stamp_ns, to.stamp_ns)
+            .max(self.period_s);
+        self.limits.max_velocity * elapsed_s + 2.0 * POSITION_ALLOWANCE
+    }
+
+    /// How far it moved by its velocities; without them, what they allow beside none.
+    fn moved_between(&self, from: Held, to: Held, elapsed_s: f64) -> f64 {
+        let fastest =
+            [from.rate, to.rate].map(|rate| if rate.is_finite() { rate.abs() } else { 0.0 });
+        let fastest = fastest[0].max(fastest[1]) + self.limits.rate_tolerance;
+        fastest * elapsed_s + 2.0 * POSITION_ALLOWANCE
     }
 
     /// Whether the joint can have moved like this: at its largest velocity, and within what the measured velocities before
@@ -274,7 +380,7 @@ impl JointWatch {
             .max(self.period_s);
         let step = self.step(from.position, to.position);
         let allowance = 2.0 * POSITION_ALLOWANCE;
-        if step.abs() > self.limits.max_velocity * elapsed_s + allowance {
+        if step.abs() > self.farthest(from, to, limits) {
             return false;
         }
         let mean = 0.5 * (from.rate + to.rate);
@@ -322,10 +428,13 @@ impl JointWatch {
             }
         }
         self.good_rate = Some((stamp_ns, rate));
-        true
+        let outlier = self.rate_outliers.notice(stamp_ns, [rate], Component::Rate);
+        let is_credible = outlier.is_none();
+        outlier.into_iter().for_each(found);
+        is_credible
     }
 
-    /// `rate` is NaN if the message has none.
+    /// Returns whether it reported something. `rate` is NaN if the message has none.
     fn check_agreement(
         &mut self,
         stamp_ns: i64,
@@ -333,11 +442,11 @@ impl JointWatch {
         rate: f64,
         limits: &Limits,
         found: &mut Found<'_>,
-    ) {
+    ) -> bool {
         let before = self.last.replace((stamp_ns, position, rate));
         let Some((last_ns, last_position, last_rate)) = before else {
             (self.run, self.run_since_ns) = (1, stamp_ns);
-            return;
+            return false;
         };
         if position.to_bits() == last_position.to_bits() {
             self.run = self.run.saturating_add(1);
@@ -353,7 +462,7 @@ impl JointWatch {
         let mean = 0.5 * (rate + last_rate);
         let is_ambiguous = self.limits.spins_wheel && (mean * dt).abs() > LARGEST_WHEEL_STEP;
         if !mean.is_finite() || is_ambiguous {
-            return;
+            return false;
         }
         let tolerance = self.limits.rate_tolerance;
         let share = limits.rate_tolerance_share;
@@ -370,7 +479,7 @@ impl JointWatch {
             if it.apart.abs() <= 0.25 * allowed {
                 it.quiet_ns = stamp_ns;
             }
-            return;
+            return false;
         }
         it.since_quiet += step - mean * dt;
         let is_frozen = self.run >= FEWEST_IDENTICAL;
@@ -407,6 +516,7 @@ impl JointWatch {
             },
             explanation: None,
         });
+        true
     }
 
     /// Difference between two positions; for a joint without limits the shorter way round.
@@ -445,14 +555,14 @@ mod tests {
         rate: f64,
         position: impl Fn(usize) -> f64,
     ) -> Option<(f64, f64)> {
-        let mut watch = JointWatch::new(limits);
+        let mut watch = JointWatch::new(limits, 25.0);
         let mut span: Option<(f64, f64)> = None;
         for sample in 0..200 {
             let stamp_ns = sample as i64 * 10_000_000;
             watch.check(
                 stamp_ns,
-                position(sample),
-                rate,
+                [position(sample), rate],
+                false,
                 &Limits::OF_TESTS,
                 &mut |notice| {
                     let [since_s, now_s] = [notice.since_ns, stamp_ns].map(|ns| ns as f64 * 1e-9);
@@ -485,6 +595,57 @@ mod tests {
         assert!(last_s - first_s > longest_gap_s && last_s - first_s < 1.1 * longest_gap_s);
     }
 
+    /// By how much the joint is off for good.
+    fn offsets(position: impl Fn(usize) -> Option<f64>) -> Vec<f64> {
+        let mut watch = JointWatch::new(LIMITS, 25.0);
+        let mut offsets = Vec::new();
+        for sample in 0..400 {
+            let Some(position) = position(sample) else {
+                continue;
+            };
+            let stamp_ns = sample as i64 * 10_000_000;
+            let values = [position, f64::NAN];
+            watch.check(stamp_ns, values, false, &Limits::OF_TESTS, &mut |notice| {
+                if notice.kind == FaultKind::Contradiction {
+                    offsets.push(notice.measure);
+                }
+            });
+        }
+        offsets
+    }
+
+    #[test]
+    fn a_jump_that_stays_contradicts_what_was_before() {
+        let jumps =
+            |at: usize, by: f64| move |k: usize| Some(if k < at { 0.125 } else { 0.125 + by });
+        assert_eq!(offsets(jumps(50, 0.5)), [0.5]);
+        // and back
+        let returns = |k: usize| Some(if (50..200).contains(&k) { 0.625 } else { 0.125 });
+        assert_eq!(offsets(returns), [0.5, -0.5]);
+        // a spike, zeros before the hardware is read, and a first sample that nothing confirms
+        let spike = |k: usize| Some(if (50..54).contains(&k) { 0.9 } else { 0.1 });
+        assert_eq!(offsets(spike), [] as [f64; 0]);
+        assert_eq!(
+            offsets(|k| Some(if k < 80 { 0.0 } else { 1.2 })),
+            [] as [f64; 0]
+        );
+        assert_eq!(offsets(jumps(1, 0.7)), [] as [f64; 0]);
+    }
+
+    #[test]
+    fn what_no_motion_reaches_in_a_gap_is_a_jump() {
+        let hole = |by: f64| {
+            move |k: usize| match k {
+                0..50 => Some(0.125),
+                50..150 => None,
+                _ => Some(0.125 + by),
+            }
+        };
+        // a second, at 1 rad/s
+        assert_eq!(offsets(hole(0.9)), [] as [f64; 0]);
+        assert_eq!(offsets(hole(2.0)), [2.0]);
+    }
+
     #[test]
     fn zeros_until_the_hardware_is_read_do_not_count() {
         let (first_s, last_s) = doubted(|sample| if sample < 80 { 0.0 } else { 1.2 }).unwrap();
@@ -498,7 +659,8 @@ mod tests {
             max_velocity: 20.0,
             ..LIMITS
         };
-        assert_eq!(doubted_with(fast, f64::NAN, jumps), None);
+        // without velocities it is a step, which costs one sample
+        assert_eq!(doubted_with(fast, f64::NAN, jumps), Some((0.5, 0.5)));
         let (first_s, last_s) = doubted_with(fast, 0.0, jumps).unwrap();
         assert!(first_s == 0.5 && last_s < 0.8, "{first_s} {last_s}");
     }

@@ -11,10 +11,13 @@
 //! | `out_of_range` | vectors | norm beyond the range of such a sensor or machine |
 //! | `joint_limit` | joints | position beyond the URDF's limits and a margin |
 //! | `impossible_rate` | joints, angular velocity, odometry | change since the last credible sample too fast; measured velocity too large |
-//! | `frozen` | every signal | identical bits repeat: after noise, during motion detected elsewhere, or at a joint with velocity |
+//! | `saturated` | vectors | an axis repeats its largest or least value although the other axes are shaken |
+//! | `outlier` | vectors, joints, attitudes | one sample far from those around it: it is left out, and rows stay valid |
+//! | `frozen` | every signal | identical bits repeat: after noise, during motion detected elsewhere, or at a joint with velocity; one axis while the others are shaken |
 //! | `not_unit` | attitudes | non-unit quaternion |
 //! | `disagreement` | joints | the change of position differs from the integral of the velocity |
 //! | `disagreement` | attitude of the IMU | gravity according to the attitude differs from the specific force |
+//! | `contradiction` | joints | the position jumped and stays: before or since then it is wrong |
 //! | `contradiction` | arm and gyro | the platform does not lean on its tyres as the motion of the arm requires |
 //! | `contradiction` | gyro and attitude | the attitude turns otherwise than the angular velocity |
 //! | `contradiction` | gyro and odometry, wheels, steering | the machine turns otherwise about the vertical |
@@ -24,13 +27,17 @@
 //! | `contradiction` | attitudes | IMU and odometry measure different inclinations |
 
 mod attitude;
+mod axes;
 mod checks;
 mod explanation;
+mod false_alarms;
 mod fault;
+mod flicker;
 mod freeze;
 mod gravity;
 mod joint;
 mod notice;
+mod outliers;
 mod relations;
 mod signals;
 mod spans;

@@ -83,6 +83,22 @@ impl Notice {
         }
     }
 
+    /// That a position jumped `by` so much and stayed, of which `moved` may be motion: one side of the jump is wrong.
+    pub(super) fn offset(since_ns: i64, by: f64, moved: f64) -> Self {
+        Self {
+            kind: FaultKind::Contradiction,
+            component: Component::Value,
+            since_ns,
+            measure: by,
+            limit: f64::NAN,
+            amount: Amount {
+                value: moved,
+                rate: 0.0,
+            },
+            explanation: None,
+        }
+    }
+
     pub(super) fn not_finite(stamp_ns: i64, component: Component) -> Self {
         Self {
             kind: FaultKind::NotFinite,

@@ -2,6 +2,7 @@
 //! signal that does not change is frozen then.
 
 use super::attitude::AttitudeWatch;
+use super::false_alarms;
 use super::fault::{Finding, Part};
 use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
@@ -16,6 +17,15 @@ const SLEW_ALLOWANCE: f64 = 0.5;
 const TURNING: f64 = 0.1;
 /// Velocity above which the machine counts as moving (m/s).
 const TRAVELLING: f64 = 0.1;
+/// Differences between two samples that do no harm: of a specific force (m/s^2), an angular velocity (rad/s), a velocity (m/s),
+/// and of a force on the tool, as a share of the weight.
+const HARMLESS_FORCE: f64 = 1.0;
+const HARMLESS_TURNING: f64 = 0.2;
+const HARMLESS_VELOCITY: f64 = 0.3;
+const HARMLESS_TOOL: f64 = 0.02;
+/// Samples of which one repeats by chance, an hour, and the axes and ends of ranges that are weighed, about.
+const SAMPLES_PER_HOUR: f64 = 1e6;
+const ENDS: usize = 12;
 /// Lever arm that relates the largest moment on the tool to the largest force (m).
 const TOOL_LEVER: f64 = 1.0;
 /// Largest force of an actuator, or of one of its chambers, as a multiple of the machine's weight.
@@ -78,16 +88,16 @@ impl SignalChecks {
             })
         };
         let turning = || {
-            VectorWatch::new(
-                spec.angular_velocity_max,
-                slew(spec.angular_acceleration_max),
-            )
+            let slew = slew(spec.angular_acceleration_max);
+            VectorWatch::new(spec.angular_velocity_max, slew).with_outliers(HARMLESS_TURNING)
         };
+        let harmless_tool = HARMLESS_TOOL * weight;
+        let sticks = false_alarms::threshold(spec.false_alarms_per_hour, SAMPLES_PER_HOUR, ENDS);
         let joints: Vec<Vec<JointWatch>> = sensors
             .joints
             .iter()
             .map(|stream| {
-                let watch = |&joint: &usize| JointWatch::new(joint_limits(machine, joint));
+                let watch = |&joint: &usize| JointWatch::new(joint_limits(machine, joint), sticks);
                 stream.joints.iter().map(watch).collect()
             })
             .collect();
@@ -95,19 +105,24 @@ impl SignalChecks {
             rules: Rules::of(machine),
             last_ns: sensors.iter().map(|sensor| (sensor, None)).collect(),
             joints,
-            force: VectorWatch::new(spec.specific_force_max, None),
-            turning: turning(),
+            force: VectorWatch::new(spec.specific_force_max, None)
+                .with_outliers(HARMLESS_FORCE)
+                .with_axes(sticks),
+            turning: turning().with_axes(sticks),
             attitude: AttitudeWatch::new(),
             gravity: GravityWatch::new(machine.gravity(), spec.gravity_tolerance),
-            velocity: VectorWatch::new(spec.speed_max, slew(spec.acceleration_max)),
+            velocity: VectorWatch::new(spec.speed_max, slew(spec.acceleration_max))
+                .with_outliers(HARMLESS_VELOCITY),
             odometry_turning: turning(),
             odometry_attitude: AttitudeWatch::new(),
             tool: [
-                VectorWatch::new(spec.tool_force_max.unwrap_or(largest_force), None),
+                VectorWatch::new(spec.tool_force_max.unwrap_or(largest_force), None)
+                    .with_outliers(harmless_tool),
                 VectorWatch::new(
                     spec.tool_moment_max.unwrap_or(largest_force * TOOL_LEVER),
                     None,
-                ),
+                )
+                .with_outliers(harmless_tool * TOOL_LEVER),
             ],
             actuators: (sensors.actuators.iter())
                 .map(|signal| {
@@ -166,12 +181,16 @@ impl SignalChecks {
         } = self;
         let mut note = Note::new(findings, policies, sample);
         let (positions, rates) = sample.values.split_at(sample.values.len() / 2);
+        let moving = joints.iter().flatten().filter(|watch| watch.moves());
+        let moving = moving.count() + usize::from(motion.turning || motion.travelling);
         let watches = joints[stream]
             .iter_mut()
             .zip(&sensors.joints[stream].joints);
         for ((watch, &joint), (&position, &rate)) in watches.zip(positions.iter().zip(rates)) {
-            let part = Part::Joint(joint);
-            watch.check(sample.stamp_ns, position, rate, limits, &mut note.of(part));
+            let moves_elsewhere = moving > usize::from(watch.moves());
+            let mut found = note.of(Part::Joint(joint));
+            let values = [position, rate];
+            watch.check(sample.stamp_ns, values, moves_elsewhere, limits, &mut found);
         }
         let moving = |wheel: bool| {
             let watches = joints.iter().flatten();
@@ -192,7 +211,7 @@ impl SignalChecks {
         let (stamp_ns, values) = (sample.stamp_ns, sample.values);
         let (Rules { limits, policies }, seen) = (&self.rules, self.motion);
         let mut note = Note::new(findings, policies, sample);
-        let moves = seen.joints || seen.travelling;
+        let moves = seen.joints || seen.wheels || seen.travelling;
         let (force, turning, attitude) = (&values[..3], &values[3..6], &values[6..]);
         let part = Part::SpecificForce;
         let has_force = self
@@ -308,6 +327,6 @@ fn joint_limits(machine: &Machine, joint: usize) -> JointLimits {
         max_acceleration: spec.joint_acceleration_max,
         rate_tolerance: of_kind(spec.rate_tolerance, spec.rate_tolerance_linear),
         spins_wheel,
-        wraps: !slides && it.limits.is_none(),
+        wraps: machine.joint_turns(joint),
     }
 }

@@ -117,7 +117,7 @@ fn is_same_fault(a: &Finding, b: &Finding) -> bool {
 fn badness(finding: &Finding) -> f64 {
     match finding.kind {
         FaultKind::JointLimit | FaultKind::NotUnit => finding.amount.value,
-        _ => finding.measure,
+        _ => finding.measure.abs(),
     }
 }
 

@@ -60,6 +60,13 @@ impl Judgement {
         if finding.kind == FaultKind::JointLimit && finding.policy == Policy::Invalid {
             return;
         }
+        if finding.kind == FaultKind::Outlier {
+            match finding.component {
+                Component::Value => treatment.left_out = true,
+                Component::Rate => treatment.rates_left_out = true,
+            }
+            return;
+        }
         if finding.component == Component::Rate {
             treatment.rates_left_out = true;
             if finding.policy == Policy::Widen {
@@ -96,6 +103,10 @@ impl RowEffect {
             if finding.casts_doubt(has_imu) {
                 self.reasons.add(Reason::Contradiction);
             }
+            return;
+        }
+        if finding.kind == FaultKind::Outlier {
+            // the estimate bridges it
             return;
         }
         match finding.policy {

@@ -1,8 +1,10 @@
 //! Plausibility checks of a vector: specific force, angular velocity, velocity, force, moment.
 
+use super::axes::AxesWatch;
 use super::fault::{Amount, Component};
 use super::freeze::Freeze;
 use super::notice::{Found, Limits, Notice};
+use super::outliers::Outliers;
 use crate::machine::FaultKind;
 
 /// State of the checks of one vector.
@@ -18,6 +20,8 @@ pub(super) struct VectorWatch {
     period_s: f64,
     last_ns: Option<i64>,
     freeze: Freeze,
+    outliers: Option<Outliers<3>>,
+    axes: Option<AxesWatch>,
 }
 
 /// Limit on the rate of change of a vector.
@@ -38,7 +42,21 @@ impl VectorWatch {
             period_s: 0.0,
             last_ns: None,
             freeze: Freeze::new(),
+            outliers: None,
+            axes: None,
         }
+    }
+
+    /// With checks for outliers, where a difference of samples up to `harmless` does no harm.
+    pub(super) fn with_outliers(mut self, harmless: f64) -> Self {
+        self.outliers = Some(Outliers::new(harmless));
+        self
+    }
+
+    /// With checks for single axes that stick, from this log likelihood ratio on.
+    pub(super) fn with_axes(mut self, threshold: f64) -> Self {
+        self.axes = Some(AxesWatch::new(threshold));
+        self
     }
 
     /// Whether no sample has contained it so far.
@@ -103,15 +121,24 @@ impl VectorWatch {
                 return false;
             }
         }
-        self.is_confirmed = self.good.is_some();
-        self.good = Some((stamp_ns, [x, y, z]));
-        if let Some(notice) = self
-            .freeze
-            .notice(stamp_ns, values, moves_elsewhere, limits)
+        let outliers = self.outliers.as_mut();
+        if let Some(notice) =
+            outliers.and_then(|it| it.notice(stamp_ns, [x, y, z], Component::Value))
         {
             found(notice);
+            return false;
         }
-        true
+        self.is_confirmed = self.good.is_some();
+        self.good = Some((stamp_ns, [x, y, z]));
+        let frozen = (self.freeze).notice(stamp_ns, values, moves_elsewhere, limits);
+        let axes = self.axes.as_mut();
+        let sticks =
+            axes.and_then(|axes| axes.notice(stamp_ns, [x, y, z], moves_elsewhere, limits));
+        let is_whole = sticks.is_none();
+        if let Some(notice) = frozen.or(sticks) {
+            found(notice);
+        }
+        is_whole
     }
 
     /// Tracks the usual sampling interval, so that bunched stamps do not look like fast changes.
@@ -120,6 +147,9 @@ impl VectorWatch {
             let step_s = limits.elapsed_s(last_ns, stamp_ns);
             if step_s > limits.max_gap_s {
                 self.good = None;
+                if let Some(outliers) = &mut self.outliers {
+                    outliers.restart();
+                }
             } else {
                 self.period_s += 0.1 * (step_s - self.period_s);
             }

@@ -13,6 +13,7 @@ use crate::estimation::bias::BiasHistory;
 use crate::estimation::kalman_filter::KalmanFilter;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
 use crate::estimation::rows::RowClock;
+use crate::estimation::shown_noise::ShownNoise;
 use crate::estimation::state_builder::{Filters, Followed, Reading, StateBuilder};
 use crate::estimation::white_jerk::{ChannelState, seconds};
 use crate::machine::Machine;
@@ -142,6 +143,15 @@ impl<S: SampleSource> BlockSmoother<S> {
     pub fn counts(&self) -> impl Iterator<Item = (Sensor, StreamCounts)> {
         let sensors = self.samples.iter().zip(&self.tracks);
         sensors.map(|(samples, track)| (samples.sensor(), track.counts))
+    }
+
+    /// The noise that the samples show, beside the stated one.
+    #[must_use]
+    pub fn shown_noise(&self) -> Vec<ShownNoise> {
+        let tracks = self.tracks.iter();
+        tracks
+            .flat_map(|track| track.shown_noise.iter().copied())
+            .collect()
     }
 
     /// Implausible spans of the signals, sorted by start.

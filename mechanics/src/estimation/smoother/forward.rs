@@ -11,6 +11,7 @@ use super::source::SampleSource;
 use crate::estimation::bias::{BiasEstimator, BiasHistory};
 use crate::estimation::kalman_filter::FilterState;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
+use crate::estimation::shown_noise::ShownNoise;
 use crate::estimation::state_builder::{Filters, Followed};
 use crate::machine::Machine;
 use crate::state::{Credible, SampleError, Sensor, Sensors, StreamCounts, tilt_is_measured};
@@ -22,6 +23,7 @@ pub(super) struct Track {
     /// Its implausible spans, sorted by start.
     faults: Vec<FaultSpan>,
     pub(super) measures_tilt: bool,
+    pub(super) shown_noise: Vec<ShownNoise>,
     /// By block.
     pub(super) starts: Vec<Start>,
     /// Stamp of the last sample that each of its filters used.
@@ -199,11 +201,13 @@ impl<S: SampleSource> Passes<'_, S> {
             });
         }
         drop(walk);
+        let shown_noise = filters.shown_noise(self.machine, sensor);
         let filters = filters.fed_by(sensor);
         Ok(Track {
             counts,
             faults,
             measures_tilt,
+            shown_noise,
             starts,
             last_ns: filters.map(|(f, filter)| (*f, filter.last_ns())).collect(),
         })

@@ -101,7 +101,11 @@ struct Alternative {
     beyond: Vector2<f64>,
     /// Position of its joint there.
     position: f64,
+    /// By how much its joint is off (rad or m), where something suggests that.
+    offset: Option<f64>,
     evidence: Evidence,
+    /// What speaks for sound sensors instead: of an offset, which something suggests, this decides, too.
+    refuted: Evidence,
 }
 
 impl LeanRelation {
@@ -141,6 +145,7 @@ impl LeanRelation {
                 Explanation::JointStopped(joint),
                 Explanation::JointScale(joint, true),
                 Explanation::JointScale(joint, false),
+                Explanation::JointOffset(joint),
             ]);
             let others = arm[..place].iter();
             explanations.extend(others.map(|&other| Explanation::JointsExchanged(other, joint)));
@@ -153,7 +158,9 @@ impl LeanRelation {
             }),
             beyond: Vector2::zeros(),
             position: f64::NAN,
+            offset: None,
             evidence: Evidence::default(),
+            refuted: Evidence::default(),
         };
         Some(Self {
             model,
@@ -182,7 +189,28 @@ impl LeanRelation {
         self.settling = SETTLING;
         for it in &mut self.alternatives {
             it.evidence.forget();
+            it.refuted.forget();
         }
+    }
+
+    /// Weighs from now on whether a joint is off by so much; `None`: no longer.
+    pub(super) fn suppose_offset(&mut self, joint: usize, offset: Option<f64>) {
+        let of_joint = Explanation::JointOffset(joint);
+        let alternatives = self.alternatives.iter_mut();
+        for it in alternatives.filter(|it| it.explanation == of_joint) {
+            it.offset = offset;
+            it.unknowns = self.sound;
+            (it.evidence, it.refuted) = (Evidence::default(), Evidence::default());
+            // its posture is not the one noted at the beginning of the window
+            self.before = None;
+        }
+    }
+
+    /// Whether the platform leans as that joint shows, and not as it would if the joint were off by what was supposed.
+    pub(super) fn refutes_offset(&self, joint: usize) -> bool {
+        let mut alternatives = self.alternatives.iter();
+        alternatives
+            .any(|it| it.explanation == Explanation::JointOffset(joint) && it.refuted.stands())
     }
 
     /// Takes force and moment on the tool (N, N m; in its frame).
@@ -306,6 +334,9 @@ impl LeanRelation {
         let sound = compared.take(&mut self.sound, &compared.measured, a, Vector2::zeros());
         let at_rest = self.model.posture_lean(up);
         for it in &mut self.alternatives {
+            if it.is_asleep() {
+                continue;
+            }
             it.unknowns.drift(drift);
             let beyond = it.beyond(&mut self.model, up, &at_rest);
             let predicted = a + beyond - it.beyond;
@@ -357,6 +388,11 @@ impl LeanRelation {
             };
             it.evidence
                 .add(compared.start_ns, density - sound, threshold);
+            if it.offset.is_some() {
+                it.refuted
+                    .add(compared.start_ns, sound - density, threshold);
+                continue;
+            }
             if it.evidence.value == 0.0 && it.explanation != Explanation::UnstatedLoad {
                 it.unknowns = self.sound;
             }
@@ -367,6 +403,9 @@ impl LeanRelation {
     fn note_postures(&mut self, up: &Vector3<f64>) {
         let at_rest = self.model.posture_lean(up);
         for it in &mut self.alternatives {
+            if it.is_asleep() {
+                continue;
+            }
             it.beyond = it.beyond(&mut self.model, up, &at_rest);
             if let Explanation::JointStopped(joint) = it.explanation {
                 it.position = self.model.position(joint);
@@ -439,6 +478,11 @@ impl Compared {
 }
 
 impl Alternative {
+    /// Whether nothing suggests it.
+    fn is_asleep(&self) -> bool {
+        matches!(self.explanation, Explanation::JointOffset(_)) && self.offset.is_none()
+    }
+
     /// Lean of its posture beyond that of the posture as measured (rad).
     fn beyond(
         &self,
@@ -453,6 +497,10 @@ impl Alternative {
                 [(joint, factor * model.position(joint)); 2]
             }
             Explanation::JointsExchanged(a, b) => [(a, model.position(b)), (b, model.position(a))],
+            Explanation::JointOffset(joint) => {
+                let offset = self.offset.unwrap_or(0.0);
+                [(joint, model.position(joint) - offset); 2]
+            }
             _ => return Vector2::zeros(),
         };
         model.lean_with(changed, up) - at_rest

@@ -59,15 +59,6 @@ fn student(x: f64, scale: f64) -> f64 {
     0.375 * (1.0 + 0.25 * z * z).powf(-2.5) / scale
 }
 
-/// The threshold of one of so many alternatives.
-pub(super) fn threshold(
-    false_alarms_per_hour: f64,
-    windows_per_hour: f64,
-    alternatives: usize,
-) -> f64 {
-    (windows_per_hour * alternatives as f64 / false_alarms_per_hour).ln()
-}
-
 /// The evidence of one alternative.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Evidence {
@@ -111,6 +102,7 @@ impl Evidence {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::false_alarms::threshold;
     use super::*;
 
     const MIXTURE: Mixture = Mixture {

@@ -9,6 +9,7 @@
 //! | [`Part::Rolling`] | way | wheels; against odometry | as above |
 //! | [`Part::Tilt`] | inclination | IMU; against odometry | always |
 //! | [`Part::Lean`] | how the platform leans on its tyres | joints of the arm; against gyro | of a machine that stands on all wheels |
+//! | [`Part::Joint`] | where a joint is after its position jumped | itself before; decided by the lean | until it returns |
 //!
 //! A row of it is judged window by window: see [`window`]. The density of the residual if all sensors are sound
 //! ([`likelihood`]) contains the noise that the samples themselves show, what is not known beforehand and is learned
@@ -25,6 +26,7 @@ mod lean_model;
 mod likelihood;
 mod low_pass;
 mod motion;
+mod offsets;
 mod rolling;
 #[cfg(test)]
 mod tests;
@@ -35,7 +37,9 @@ mod window;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::attitude::up_direction;
 use super::explanation::Explanation;
+use super::false_alarms;
 use super::fault::{Finding, Part, YawBy};
 use super::notice::{Found, Note, Notice, Rules};
 use super::signals::Sound;
@@ -46,7 +50,8 @@ use lean::LeanRelation;
 pub use lean_model::LeanOnTyres;
 use likelihood::Standing;
 use motion::{RotationRelation, SpecificForceRelation};
-use tilt::{TiltRelation, up_direction};
+use offsets::Offsets;
+use tilt::TiltRelation;
 use turn::{TurnRelation, WayRelation};
 use window::{Accumulated, WINDOW_S};
 
@@ -73,6 +78,7 @@ pub(in crate::estimation) struct Relations {
     way: WayRelation,
     tilt: TiltRelation,
     lean: Option<LeanRelation>,
+    offsets: Offsets,
     /// By stream: its joints.
     joints: Vec<Vec<usize>>,
     threshold: f64,
@@ -84,7 +90,7 @@ impl Relations {
         let rules = Rules::of(machine);
         let has_imu = sensors.imu && machine.imu().body == 0;
         let base_from_imu = machine.imu().rotation_in_body();
-        let threshold = likelihood::threshold(
+        let threshold = false_alarms::threshold(
             machine.plausibility().false_alarms_per_hour,
             3600.0 / WINDOW_S,
             ALTERNATIVES,
@@ -105,6 +111,7 @@ impl Relations {
             way: WayRelation::new(threshold),
             tilt: TiltRelation::new(machine, threshold),
             lean: LeanRelation::new(machine, has_imu, threshold),
+            offsets: Offsets::default(),
             joints: streams.map(|stream| stream.joints.clone()).collect(),
             threshold,
         }
@@ -117,6 +124,7 @@ impl Relations {
         sound: Sound,
         findings: &mut Vec<Finding>,
     ) {
+        self.offsets.take(findings, self.lean.as_mut());
         match sample.sensor {
             Sensor::Joints(stream) => self.take_joints(stream, sample, sound),
             Sensor::Imu => self.take_imu(sample, sound),
@@ -233,6 +241,7 @@ impl Relations {
         self.way.weigh(&window);
         if let Some(lean) = &mut self.lean {
             lean.weigh(start_ns, stamp_ns);
+            self.offsets.end_refuted(lean);
         }
     }
 
@@ -240,6 +249,13 @@ impl Relations {
     fn report(&mut self, sample: &Sample<'_>, findings: &mut Vec<Finding>) {
         let policies = &self.rules.policies;
         let mut note = Note::new(findings, policies, sample);
+        if let Sensor::Joints(stream) = sample.sensor {
+            for &joint in &self.joints[stream] {
+                if let Some(notice) = self.offsets.standing(joint) {
+                    note.of(Part::Joint(joint))(notice);
+                }
+            }
+        }
         if sample.sensor == Sensor::Odometry && self.has_imu {
             tell(self.way.standing(), &mut note.of(Part::Rolling));
         }

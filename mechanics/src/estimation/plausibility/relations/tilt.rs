@@ -3,8 +3,9 @@
 //! An odometry that takes its attitude from the same IMU agrees with it, and shows nothing. Headings are not compared: they
 //! count from different origins.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
+use super::super::attitude::up_direction;
 use super::super::explanation::Explanation;
 use super::hypotheses::{Compared, Hypotheses};
 use super::likelihood::{Mixture, Standing};
@@ -76,12 +77,4 @@ impl TiltRelation {
     pub(super) fn standing(&self) -> Standing {
         self.hypotheses.standing()
     }
-}
-
-/// Up direction in the axes of a body with this orientation; `None` where that is not finite.
-pub(super) fn up_direction(xyzw: &[f64]) -> Option<Vector3<f64>> {
-    let &[x, y, z, w] = xyzw else { return None };
-    let attitude = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.1)?;
-    let up = attitude.inverse_transform_vector(&Vector3::z());
-    up.iter().all(|v| v.is_finite()).then_some(up)
 }

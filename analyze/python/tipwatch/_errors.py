@@ -1,0 +1,31 @@
+"""Errors of tipwatch that are also errors of Python: who catches FileNotFoundError catches them, too."""
+
+from __future__ import annotations
+
+from tipwatch._tipwatch import TipwatchError
+
+
+class TipwatchNotFoundError(TipwatchError, FileNotFoundError):
+    """A file, folder or object is not there."""
+
+
+class TipwatchPermissionError(TipwatchError, PermissionError):
+    """A file, folder or object may not be read or written."""
+
+
+class TipwatchValueError(TipwatchError, ValueError):
+    """An argument has a value that it cannot have."""
+
+
+_CLASSES = {
+    "not_found": TipwatchNotFoundError,
+    "permission": TipwatchPermissionError,
+    "value": TipwatchValueError,
+}
+
+
+def error(kind: str, text: str) -> TipwatchError:
+    """The error of a kind; its ``kind`` tells programs what the text tells people."""
+    made = _CLASSES.get(kind, TipwatchError)(text)
+    made.kind = kind
+    return made

@@ -1,0 +1,284 @@
+//! Would it have happened on level ground, at half the speed, without the load, with the arm in? The rows of each event
+//! are evaluated again.
+
+use std::sync::Arc;
+
+use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::{
+    Placement, Scope, State, StateColumns, Workspace, combination_sigma, evaluate,
+};
+
+use super::candidates::base_rests;
+use super::hypothesis::{Hypothesis, Supposed};
+use super::simulate::{least_sum, otf_by_rule};
+use super::window::Window;
+use crate::base::number::known;
+use crate::base::table::Table;
+use crate::events::{
+    Answer, Counterfactual, Event, EventKind, Supposition, distances, normal_distribution,
+};
+
+/// The rows before an event that belong to the same manoeuvre (ns).
+const BEFORE_NS: i64 = 1_000_000_000;
+/// Most rows of an event that are evaluated: of a longer one, rows evenly spaced.
+const MOST_ROWS: usize = 4000;
+/// Most events that are asked about, the gravest first.
+const MOST_EVENTS: usize = 24;
+/// Postures around an event of which the steadiest is taken.
+const POSTURES: usize = 64;
+/// A posture must be steadier than those of the event by this much (m).
+const STEADIER: f64 = 0.01;
+/// Most rows before one without derivatives in which they are looked for.
+const MOST_ROWS_BACK: usize = 500;
+/// Forces on the tool up to this are none (N).
+const SMALLEST_FORCE: f64 = 1.0;
+
+const DERIVATIVES: Scope = Scope {
+    sensitivities: true,
+    ..Scope::LOADS
+};
+
+/// Asks every lift and tipping what would have prevented it.
+pub(crate) fn ask_all(machine: &Machine, rows: &Table, events: &mut [Event]) {
+    let is_asked = |event: &Event| {
+        matches!(
+            event.kind,
+            EventKind::WheelLift | EventKind::EdgeTipping | EventKind::TipOver
+        )
+    };
+    let mut asked: Vec<usize> = (0..events.len())
+        .filter(|&k| is_asked(&events[k]))
+        .collect();
+    asked.sort_by(|&a, &b| {
+        let is_lift = |k: usize| events[k].kind == EventKind::WheelLift;
+        let severity = |k: usize| events[k].severity();
+        let graver = severity(b).total_cmp(&severity(a));
+        is_lift(a).cmp(&is_lift(b)).then(graver)
+    });
+    asked.truncate(MOST_EVENTS);
+    let mut answered: Vec<usize> = Vec::new();
+    for place in asked {
+        let event = &events[place];
+        // a tip-over is the tipping that it began as
+        let same = answered.iter().find(|&&other| {
+            let other = &events[other];
+            (other.kind != EventKind::WheelLift) == (event.kind != EventKind::WheelLift)
+                && other.subject == event.subject
+                && other.start_ns == event.start_ns
+        });
+        let answers = match same {
+            Some(&other) => events[other].counterfactuals.clone(),
+            None => Question::of(machine, rows, event).map_or(Vec::new(), |asks| asks.answers()),
+        };
+        events[place].counterfactuals = answers;
+        answered.push(place);
+    }
+}
+
+/// One event, and the rows that it is asked about.
+struct Question<'a> {
+    rows: &'a Table,
+    event: &'a Event,
+    window: Window,
+    /// By wheel, its weight in what reaches zero.
+    factors: Vec<f64>,
+}
+
+impl<'a> Question<'a> {
+    fn of(machine: &Machine, rows: &'a Table, event: &'a Event) -> Option<Self> {
+        let last_ns = *rows.times_ns.last()?;
+        let span_ns = [event.start_ns, event.end_ns.unwrap_or(last_ns)];
+        let first = rows.at(span_ns[0].saturating_sub(BEFORE_NS));
+        let last = rows.at(span_ns[1]).max(first);
+        let mut window = Window::of(machine, rows, first..last + 1, span_ns);
+        if window.rows.is_empty() {
+            return None;
+        }
+        if window.may_measure_split() {
+            let by_rule = otf_by_rule(&window);
+            window.keep_measured_split(rows, &by_rule);
+        }
+        if window.rows.len() > MOST_ROWS {
+            let step = window.rows.len().div_ceil(MOST_ROWS);
+            let picked: Vec<usize> = (0..window.rows.len()).step_by(step).collect();
+            window = window.pick(&picked);
+        }
+        let factors = factors(&window, event)?;
+        Some(Self {
+            rows,
+            event,
+            window,
+            factors,
+        })
+    }
+
+    fn answers(&self) -> Vec<Counterfactual> {
+        let recorded = least_sum(&self.window, &self.factors);
+        let all = Supposition::all().iter();
+        all.filter_map(|&supposed| self.answer(supposed, recorded.and_then(|(n, _)| known(n))))
+            .collect()
+    }
+
+    /// `None` where the supposition is what was recorded.
+    fn answer(&self, supposed: Supposition, recorded: Option<f64>) -> Option<Counterfactual> {
+        let mut answer = Counterfactual {
+            supposed,
+            answer: Answer::Open,
+            probability: None,
+            recorded_otf_n: recorded,
+            otf_n: None,
+            sigma_n: None,
+            posture_ns: None,
+            why_not: None,
+        };
+        let hypothesis = match supposed {
+            Supposition::LevelGround => Hypothesis::LevelGround,
+            Supposition::HalfSpeed => match base_rests(&self.window) {
+                true => Hypothesis::ArmSpeed(0.5),
+                false => Hypothesis::Speed(0.5),
+            },
+            Supposition::WithoutLoad if self.carries() => Hypothesis::WithoutLoad,
+            Supposition::WithoutLoad => return None,
+            Supposition::ArmIn => {
+                let (positions, posture_ns) = self.steadiest()?;
+                answer.posture_ns = posture_ns;
+                Hypothesis::ArmAt(positions)
+            }
+        };
+        let window = self.window.supposing(&hypothesis);
+        let Some((otf_n, place)) = least_sum(&window, &self.factors) else {
+            answer.why_not = Some(match hypothesis {
+                Hypothesis::LevelGround => "the attitude of the platform is not known",
+                Hypothesis::Speed(_) => "the speed of the platform is not known",
+                _ => "the loads cannot be computed",
+            });
+            return Some(answer);
+        };
+        answer.otf_n = Some(otf_n);
+        answer.sigma_n = sigma(&window, place, &self.factors);
+        answer.probability = answer
+            .sigma_n
+            .map(|sigma_n| normal_distribution(-otf_n / sigma_n));
+        answer.answer = Answer::of(answer.probability);
+        if answer.probability.is_none() {
+            answer.why_not = Some("the uncertainty of the loads cannot be computed");
+        }
+        Some(answer)
+    }
+
+    /// Whether there is a payload or a force on the tool at some time.
+    fn carries(&self) -> bool {
+        let payloads = self.window.machine().payloads();
+        let mut carries = false;
+        self.window.for_each_state(|state| {
+            let shares = state.payload_share.iter().zip(payloads);
+            let attached = shares.map(|(share, payload)| share * payload.inertia.mass);
+            carries |= attached.sum::<f64>() > 0.0;
+            carries |= state.tool_wrench.force.norm() > SMALLEST_FORCE;
+        });
+        carries
+    }
+
+    /// The steadiest posture of the machine around the event, or the stated reference posture, with the time at which
+    /// the machine had it; `None` if no posture is steadier than that of the event.
+    fn steadiest(&self) -> Option<(Vec<f64>, Option<i64>)> {
+        let machine = self.window.machine();
+        let mut supposed = Supposed::new(machine);
+        let at_onset = self.rows.at(self.event.start_ns);
+        let onset = self.window.rows.iter().position(|&row| row >= at_onset);
+        let mut state = State::zero(machine);
+        (self.window.states).get(onset.unwrap_or(0), &mut state);
+        let in_event = supposed.steadiness(&state);
+        let mut best: Option<(f64, Vec<f64>, Option<i64>)> = None;
+        let reference = &machine.reference().posture;
+        if reference.is_stated {
+            let mut standing = state.clone();
+            supposed.apply(
+                &Hypothesis::ArmAt(reference.positions.clone()),
+                &mut standing,
+            );
+            let steadiness = supposed.steadiness(&standing);
+            best = Some((steadiness, reference.positions.clone(), None));
+        }
+        let mut take = |time_ns: i64, of_row: &State<f64>| {
+            let positions: Vec<f64> = of_row.joints.iter().map(|joint| joint.position).collect();
+            let mut standing = state.clone();
+            supposed.apply(&Hypothesis::ArmAt(positions.clone()), &mut standing);
+            let steadiness = supposed.steadiness(&standing);
+            if !(best.as_ref()).is_some_and(|best| best.0 >= steadiness) && steadiness.is_finite() {
+                best = Some((steadiness, positions, Some(time_ns)));
+            }
+        };
+        let mut of_row = State::zero(machine);
+        // the causes compare with this one
+        if let Some(causes) = &self.event.causes {
+            self.rows.state(self.rows.at(causes.since_ns), &mut of_row);
+            take(causes.since_ns, &of_row);
+        }
+        let step = self.window.rows.len().div_ceil(POSTURES).max(1);
+        for place in (0..self.window.rows.len()).step_by(step) {
+            self.window.states.get(place, &mut of_row);
+            take(self.rows.times_ns[self.window.rows[place]], &of_row);
+        }
+        let (steadiness, positions, time_ns) = best?;
+        (steadiness > in_event + STEADIER).then_some((positions, time_ns))
+    }
+}
+
+impl Window {
+    /// The same rows under a hypothesis.
+    fn supposing(&self, hypothesis: &Hypothesis) -> Self {
+        let mut supposed = Supposed::new(self.machine());
+        let mut states = StateColumns::unknown(self.machine(), self.rows.len());
+        let mut state = State::zero(self.machine());
+        for place in 0..self.rows.len() {
+            self.states.get(place, &mut state);
+            supposed.apply(hypothesis, &mut state);
+            states.set(place, &mut state);
+        }
+        Self {
+            evaluator: Arc::clone(&self.evaluator),
+            states,
+            rows: self.rows.clone(),
+            measured_split: self.measured_split.clone(),
+            held: self.held.clone(),
+            ..*self
+        }
+    }
+}
+
+/// The weight of each wheel in what reaches zero when an event begins: of a wheel that alone, of an edge the distance of
+/// each from it, over the largest.
+fn factors(window: &Window, event: &Event) -> Option<Vec<f64>> {
+    let machine = window.machine();
+    let is = |name: &str| name.to_lowercase() == event.subject;
+    if event.kind == EventKind::WheelLift {
+        let wheels = machine.wheels().iter().map(|wheel| is(&wheel.name));
+        let factors: Vec<f64> = wheels.map(f64::from).collect();
+        return factors.contains(&1.0).then_some(factors);
+    }
+    let edges = machine.polygon().edges();
+    let edge = edges.iter().position(|edge| is(&edge.name))?;
+    let mut placement = Placement::new(machine);
+    let mut state = State::zero(machine);
+    window.states.get(0, &mut state);
+    placement.place(&state);
+    let distances = distances(machine, &placement, edge);
+    let reach = distances.iter().copied().fold(0.0, f64::max);
+    (reach > 0.0).then(|| distances.iter().map(|distance| distance / reach).collect())
+}
+
+/// Standard deviation of the weighted sum in a row of a window (N). There are no derivatives while a machine tips: it is then
+/// that of the last row before.
+fn sigma(window: &Window, place: usize, factors: &[f64]) -> Option<f64> {
+    let machine = window.machine();
+    let mut workspace = Workspace::with_scope(machine, DERIVATIVES);
+    let mut state = State::zero(machine);
+    let mut places = (0..=place).rev().take(MOST_ROWS_BACK);
+    places.find_map(|place| {
+        window.states.get(place, &mut state);
+        evaluate(machine, &state, &mut workspace);
+        let sigma_n = combination_sigma(machine, &state, &workspace, factors);
+        (sigma_n > 0.0 && sigma_n.is_finite()).then_some(sigma_n)
+    })
+}

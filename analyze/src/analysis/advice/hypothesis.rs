@@ -1,0 +1,124 @@
+//! Hypotheses on what was recorded, and what each does to the states of rows.
+//!
+//! In these states the sensor frame is the base frame, as in those of a window.
+
+use std::fmt;
+
+use nalgebra::Vector3;
+use tipwatch_mechanics::machine::{JointCoupling, LinkGroup, Machine};
+use tipwatch_mechanics::{Placement, State};
+
+use super::change::{slow_joints, slow_manoeuvre};
+
+/// What is supposed instead of what was recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Hypothesis {
+    /// Gravity is perpendicular to the ground under the wheels.
+    LevelGround,
+    /// Machine and joints travel the same path so many times as fast.
+    Speed(f64),
+    /// The joints do, and the base rests as recorded.
+    ArmSpeed(f64),
+    /// No payload, and no force on the tool.
+    WithoutLoad,
+    /// The joints of the arm rest at these positions (rad or m).
+    ArmAt(Vec<f64>),
+    /// A joint is off by a constant (rad or m).
+    Joint(usize, f64),
+}
+
+/// Applies hypotheses to states of a machine.
+pub(crate) struct Supposed<'m> {
+    machine: &'m Machine,
+    placement: Placement<'m>,
+    is_of_arm: Vec<bool>,
+}
+
+impl fmt::Debug for Supposed<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Supposed").finish_non_exhaustive()
+    }
+}
+
+impl<'m> Supposed<'m> {
+    /// Of a machine whose sensor is at the base frame.
+    pub(crate) fn new(machine: &'m Machine) -> Self {
+        let joints = 0..machine.joints().len();
+        Self {
+            machine,
+            placement: Placement::new(machine),
+            is_of_arm: joints
+                .map(|joint| moves_arm_alone(machine, joint))
+                .collect(),
+        }
+    }
+
+    /// Changes a state. What is not known of it makes what follows from it unknown.
+    pub(crate) fn apply(&mut self, hypothesis: &Hypothesis, state: &mut State<f64>) {
+        match hypothesis {
+            Hypothesis::LevelGround => self.level(state),
+            Hypothesis::Speed(times) => slow_manoeuvre(*times, state),
+            Hypothesis::ArmSpeed(times) => slow_joints(*times, state),
+            Hypothesis::WithoutLoad => {
+                state.payload_share.fill(0.0);
+                state.tool_wrench.force.fill(0.0);
+                state.tool_wrench.moment.fill(0.0);
+            }
+            Hypothesis::ArmAt(positions) => {
+                let joints = state.joints.iter_mut().zip(positions);
+                for ((joint, &position), _) in
+                    joints.zip(&self.is_of_arm).filter(|(_, of_arm)| **of_arm)
+                {
+                    (joint.position, joint.rate, joint.acceleration) = (position, 0.0, 0.0);
+                }
+            }
+            Hypothesis::Joint(joint, offset) => state.joints[*joint].position += offset,
+        }
+    }
+
+    /// Turns gravity into the normal n of the plane through the contacts; the acceleration of the base stays:
+    /// ```text
+    ///     f' = f + g (n - up),      up' = n
+    /// ```
+    fn level(&mut self, state: &mut State<f64>) {
+        self.placement.place(state);
+        let (normal, up) = (self.placement.normal, state.base.up);
+        state.imu.specific_force += (normal - up) * self.machine.gravity();
+        state.base.up = normal;
+    }
+
+    /// How far the centre of mass is within the supports in a posture (m), negative outside; NaN where it cannot stand.
+    pub(crate) fn steadiness(&mut self, state: &State<f64>) -> f64 {
+        self.placement.place(state);
+        let placed = &self.placement;
+        let edges = self.machine.polygon().edges().iter();
+        let distances = edges.map(|edge| {
+            let from = placed.contacts[edge.from];
+            let along: Vector3<f64> = placed.contacts[edge.to] - from;
+            let inwards = placed.normal.cross(&along).normalize();
+            inwards.dot(&(placed.centre_of_mass - from))
+        });
+        let least = distances.reduce(|a, b| if b < a { b } else { a });
+        least.unwrap_or(f64::NAN)
+    }
+}
+
+/// Whether a joint moves parts of the arm and nothing else.
+fn moves_arm_alone(machine: &Machine, joint: usize) -> bool {
+    let measured = |linkage: usize| machine.linkages()[linkage].measured_joint;
+    let moves = |coupling: JointCoupling| match coupling {
+        JointCoupling::Root => false,
+        JointCoupling::Measured(of) | JointCoupling::Mimic { joint: of, .. } => of == joint,
+        JointCoupling::Pivot(of) | JointCoupling::Cylinder(of) | JointCoupling::Rod(of) => {
+            measured(of) == joint
+        }
+    };
+    let moved = machine.bodies().iter().enumerate();
+    let moved = moved.filter(|(_, body)| moves(body.coupling));
+    let moved: Vec<usize> = moved.map(|(body, _)| body).collect();
+    let mut links = machine.links().iter().filter(|link| {
+        let mut bodies = moved.iter();
+        bodies.any(|&body| machine.is_carried_by(link.body, body))
+    });
+    !moved.is_empty() && links.all(|link| link.group == LinkGroup::Arm)
+}

@@ -1,0 +1,87 @@
+//! The states of a log under hypotheses.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+
+use tipwatch_mechanics::State;
+use tipwatch_mechanics::machine::Machine;
+
+use super::hypothesis::{Hypothesis, Supposed};
+use super::to_base::ToBase;
+use crate::base::estimated::{EstimatedStates, StateSource};
+
+/// States whose sensor is at the base frame, changed by hypotheses in their order. Measured forces of actuators are unknown.
+pub(crate) struct SupposedStates {
+    recorded: Arc<dyn StateSource>,
+    /// The machine that was recorded.
+    recorded_by: Machine,
+    /// The same with its sensor at the base frame.
+    machine: Machine,
+    hypotheses: Vec<Hypothesis>,
+}
+
+impl fmt::Debug for SupposedStates {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("SupposedStates")
+            .field("hypotheses", &self.hypotheses)
+            .finish_non_exhaustive()
+    }
+}
+
+impl SupposedStates {
+    pub(crate) fn new(
+        recorded: Arc<dyn StateSource>,
+        recorded_by: Machine,
+        hypotheses: Vec<Hypothesis>,
+    ) -> Self {
+        Self {
+            recorded,
+            machine: recorded_by.measured_at_base(),
+            recorded_by,
+            hypotheses,
+        }
+    }
+
+    /// Calls `change` with each state.
+    fn changed(&self, mut each: impl FnMut(&mut dyn FnMut(&mut State<f64>))) {
+        let mut to_base = ToBase::new(&self.recorded_by);
+        let mut supposed = Supposed::new(&self.machine);
+        each(&mut |state| {
+            to_base.apply(&self.recorded_by, state);
+            for hypothesis in &self.hypotheses {
+                supposed.apply(hypothesis, state);
+            }
+            state.actuator_force.fill(f64::NAN);
+        });
+    }
+}
+
+impl StateSource for SupposedStates {
+    fn rows_at_once(&self) -> usize {
+        self.recorded.rows_at_once()
+    }
+
+    fn read(&self, rows: Range<usize>) -> EstimatedStates {
+        let mut found = self.recorded.read(rows);
+        let mut state = State::zero(&self.machine);
+        self.changed(|change| {
+            for row in 0..found.reasons.len() {
+                found.states.get(row, &mut state);
+                change(&mut state);
+                found.states.set(row, &mut state);
+            }
+        });
+        found
+    }
+
+    fn state(&self, row: usize, state: &mut State<f64>) {
+        self.recorded.state(row, state);
+        self.changed(|change| change(state));
+    }
+
+    fn failure(&self) -> Option<String> {
+        self.recorded.failure()
+    }
+}

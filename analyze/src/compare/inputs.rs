@@ -1,0 +1,116 @@
+//! Which inputs of two results differ, parameter by parameter.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::side::Side;
+
+/// An input that differs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct InputDifference {
+    /// Its key: of the machine file, or of the options.
+    pub key: String,
+    /// Its value on side A; null if it is not stated there.
+    pub a: Option<String>,
+    /// Its value on side B.
+    pub b: Option<String>,
+}
+
+/// The inputs that differ, by key.
+pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
+    let has_files = a.machine_file.is_some() && b.machine_file.is_some();
+    let [on_a, on_b] = [a, b].map(|side| stated(side, has_files));
+    let keys: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
+    let differences = keys.into_iter().map(|key| InputDifference {
+        key: key.clone(),
+        a: on_a.get(key).cloned(),
+        b: on_b.get(key).cloned(),
+    });
+    differences.filter(|of| of.a != of.b).collect()
+}
+
+/// What a side was computed from. Without the machine files, what the summary has of them.
+fn stated(side: &Side, has_files: bool) -> BTreeMap<String, String> {
+    let summary = &side.summary;
+    let mut found = BTreeMap::new();
+    flatten("options", &summary["options"], &mut found);
+    let provenance = &summary["provenance"];
+    flatten("urdf.sha256", &provenance["urdf"]["sha256"], &mut found);
+    match side.machine_file.as_deref().filter(|_| has_files) {
+        Some(text) => {
+            let file = toml::from_str::<toml::Table>(text).ok();
+            let file = file.and_then(|table| serde_json::to_value(table).ok());
+            flatten("", &file.unwrap_or_default(), &mut found);
+        }
+        None => {
+            flatten("machine", &summary["machine"], &mut found);
+            flatten("split_rule", &summary["model"]["split_rule"], &mut found);
+            flatten("uncertainty", &summary["uncertainty"], &mut found);
+        }
+    }
+    found
+}
+
+/// Adds the values of a document under their paths; an absent one is not added.
+fn flatten(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
+    let below = |key: &str| match path {
+        "" => key.to_string(),
+        _ => format!("{path}.{key}"),
+    };
+    match value {
+        Value::Null => {}
+        Value::Object(object) => {
+            for (key, value) in object {
+                flatten(&below(key), value, found);
+            }
+        }
+        Value::Array(list) if list.iter().any(Value::is_object) => {
+            for (place, value) in list.iter().enumerate() {
+                flatten(&below(&place.to_string()), value, found);
+            }
+        }
+        Value::String(text) => {
+            found.insert(path.into(), text.clone());
+        }
+        other => {
+            found.insert(path.into(), other.to_string());
+        }
+    }
+}
+
+/// A difference in words.
+#[must_use]
+pub(super) fn in_words(of: &InputDifference) -> String {
+    let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "not stated".into());
+    format!("{}: {} in A, {} in B", of.key, value(&of.a), value(&of.b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_have_the_path_to_them_and_absent_ones_have_none() {
+        let document = serde_json::json!({
+            "contact": { "front_share": 0.5, "free_joints": ["a", "b"], "ground": null },
+            "payload": [{ "link": "tool", "mass": 300.0 }],
+        });
+        let mut found = BTreeMap::new();
+        flatten("", &document, &mut found);
+        let found: Vec<(&str, &str)> = found
+            .iter()
+            .map(|(k, v)| (k.as_str(), v.as_str()))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                ("contact.free_joints", "[\"a\",\"b\"]"),
+                ("contact.front_share", "0.5"),
+                ("payload.0.link", "tool"),
+                ("payload.0.mass", "300.0"),
+            ]
+        );
+    }
+}

@@ -1,0 +1,102 @@
+//! What would have happened otherwise: whether the wheels of an event would have lifted all the same.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// Two standard deviations: what is less probable than this is answered with no, what is more probable than one less it
+/// with yes.
+const TWO_SIGMA: f64 = 0.022_750_131_948_179;
+
+/// What is supposed instead of what was recorded.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Serialize,
+    JsonSchema,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum Supposition {
+    /// Gravity is perpendicular to the ground under the wheels; all motion relative to the ground is as recorded.
+    LevelGround,
+    /// Machine and arm travel the same path at half the speed.
+    HalfSpeed,
+    /// The arm carries no payload, and nothing pushes on the tool.
+    WithoutLoad,
+    /// The arm rests in the steadiest posture that the machine had around the event, or in the stated reference posture if
+    /// that is steadier.
+    ArmIn,
+}
+
+/// Whether the event would have happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, strum::IntoStaticStr)]
+#[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum Answer {
+    /// Yes, by two standard deviations.
+    Yes,
+    /// No, by two standard deviations.
+    No,
+    /// The probability is between, or cannot be computed.
+    Open,
+}
+
+/// The answer to one supposition, by evaluating the rows of the event again.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Counterfactual {
+    /// What is supposed.
+    pub supposed: Supposition,
+    /// Whether the wheels would have lifted.
+    pub answer: Answer,
+    /// Probability that they would have, under the stated split rule; null where it cannot be computed.
+    pub probability: Option<f64>,
+    /// Smallest OTF of the event's wheels as recorded, weighted by their distance for an edge (N).
+    pub recorded_otf_n: Option<f64>,
+    /// The same under the supposition (N); null where it cannot be computed.
+    pub otf_n: Option<f64>,
+    /// Its standard deviation (N).
+    pub sigma_n: Option<f64>,
+    /// When the machine had the posture that is supposed (ns); null for the reference posture and other suppositions.
+    pub posture_ns: Option<i64>,
+    /// Why it cannot be computed.
+    pub why_not: Option<&'static str>,
+}
+
+impl Supposition {
+    /// All of them.
+    #[must_use]
+    pub fn all() -> &'static [Self] {
+        <Self as strum::VariantArray>::VARIANTS
+    }
+
+    /// Name in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}
+
+impl Answer {
+    /// By the probability that it would have happened.
+    #[must_use]
+    pub fn of(probability: Option<f64>) -> Self {
+        match probability {
+            Some(p) if p >= 1.0 - TWO_SIGMA => Self::Yes,
+            Some(p) if p <= TWO_SIGMA => Self::No,
+            _ => Self::Open,
+        }
+    }
+
+    /// The word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+}

@@ -1,0 +1,173 @@
+//! The data set: `logs/2026-06.parquet`, one row per log, and `events/2026-06.parquet`, one row per event, a file a month.
+//!
+//! It follows from all records alone, to the byte: a file that would not change is neither written nor uploaded.
+
+mod event;
+mod log;
+mod query;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, BufWriter};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use polars::prelude::{KeyValueMetadata, ParquetCompression, ParquetWriter};
+use rayon::prelude::*;
+
+use self::event::FleetEvent;
+use self::log::FleetLog;
+use super::merge::LogRow;
+use crate::base::files::{remove_unfinished, unfinished_of};
+use crate::tables::frame::{ColumnInfo, Record};
+
+pub(super) use self::log::lifted_s;
+pub use query::{Answer, query};
+
+/// Version of the columns.
+pub(super) const DATA_SET_SCHEMA: u32 = 4;
+/// Most rows of a file, some 128 MB: a month of a large fleet has several.
+const MOST_ROWS: usize = 400_000;
+/// Rows of a row group, which readers skip as a whole.
+const ROWS_OF_GROUP: usize = 1 << 16;
+/// File of the rows without a date.
+const UNDATED: &str = "undated";
+
+/// The tables of a data set, with their columns.
+pub const TABLES: [(&str, &[ColumnInfo]); 2] =
+    [("logs", FleetLog::COLUMNS), ("events", FleetEvent::COLUMNS)];
+
+/// Writes the data set of all logs and removes files that are no longer part of it.
+pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
+    let mut months: BTreeMap<String, Vec<&LogRow>> = BTreeMap::new();
+    for row in rows {
+        months.entry(month(row)).or_default().push(row);
+    }
+    let mut files = Vec::new();
+    for (month, rows) in &mut months {
+        rows.sort_by_cached_key(|row| {
+            let machine = row.record.machine.as_ref().map(|machine| &machine.name);
+            let start = row.record.analysed().map(|(facts, _)| facts.start_ns);
+            (machine.cloned(), start, row.record.path.clone())
+        });
+        for (part, rows) in rows.chunks(MOST_ROWS).enumerate() {
+            files.push((file_name(month, part), rows));
+        }
+    }
+    let mut written = BTreeSet::new();
+    for (name, rows) in files {
+        let logs: Vec<FleetLog> = rows.par_iter().map(|row| FleetLog::of(row)).collect();
+        written.extend(write_table(&logs, &out.join("logs").join(&name))?);
+        drop(logs);
+        let events: Vec<FleetEvent> = rows
+            .iter()
+            .flat_map(|row| FleetEvent::all_of(row))
+            .collect();
+        written.extend(write_table(&events, &out.join("events").join(&name))?);
+    }
+    for (kind, _) in TABLES {
+        remove_others(&out.join(kind), &written)?;
+    }
+    Ok(())
+}
+
+/// `2026-06.parquet`, and `2026-06.1.parquet` for what does not fit into it.
+fn file_name(month: &str, part: usize) -> String {
+    match part {
+        0 => format!("{month}.parquet"),
+        part => format!("{month}.{part}.parquet"),
+    }
+}
+
+fn month(row: &LogRow) -> String {
+    let date = row.record.date();
+    date.map_or_else(
+        || UNDATED.to_owned(),
+        |date| date.strftime("%Y-%m").to_string(),
+    )
+}
+
+/// Writes a table, unless it is there already; returns its path, or nothing of a table without rows.
+fn write_table<R: Record>(records: &[R], path: &Path) -> Result<Option<PathBuf>> {
+    if records.is_empty() {
+        return Ok(None);
+    }
+    let failed = || format!("{}: cannot be written", path.display());
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).with_context(failed)?;
+    }
+    let (file, unfinished) = unfinished_of(path)?;
+    let metadata = vec![
+        ("tipwatch.units".to_owned(), R::units()),
+        (
+            "tipwatch.data_set_schema".to_owned(),
+            DATA_SET_SCHEMA.to_string(),
+        ),
+    ];
+    let mut frame = R::frame(records)?;
+    ParquetWriter::new(BufWriter::new(file))
+        .with_compression(ParquetCompression::Zstd(None))
+        .with_row_group_size(Some(ROWS_OF_GROUP))
+        .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata)))
+        .finish(&mut frame)
+        .with_context(failed)?;
+    if !is_same(&unfinished, path) {
+        unfinished.persist(path).with_context(failed)?;
+    }
+    Ok(Some(path.to_owned()))
+}
+
+/// Whether two files have the same bytes.
+fn is_same(a: &Path, b: &Path) -> bool {
+    let length = |path: &Path| fs::metadata(path).map(|metadata| metadata.len()).ok();
+    if length(a).is_none() || length(a) != length(b) {
+        return false;
+    }
+    let read = |path: &Path| File::open(path).map(BufReader::new);
+    let (Ok(mut a), Ok(mut b)) = (read(a), read(b)) else {
+        return false;
+    };
+    loop {
+        let (Ok(of_a), Ok(of_b)) = (a.fill_buf(), b.fill_buf()) else {
+            return false;
+        };
+        let length = of_a.len().min(of_b.len());
+        if of_a[..length] != of_b[..length] {
+            return false;
+        }
+        if length == 0 {
+            return of_a.is_empty() && of_b.is_empty();
+        }
+        a.consume(length);
+        b.consume(length);
+    }
+}
+
+/// Removes the tables of a kind that are not part of the data set, and those of older versions, in folders by machine
+/// and day. Other files stay.
+///
+/// # Errors
+/// A file cannot be removed: its rows would count twice.
+fn remove_others(folder: &Path, written: &BTreeSet<PathBuf>) -> Result<()> {
+    remove_unfinished(folder);
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        let name = entry.file_name();
+        let is_of_older_version = name.to_string_lossy().starts_with("machine=");
+        if path.is_dir() && is_of_older_version {
+            fs::remove_dir_all(&path)
+        } else if is_table(&path) && !written.contains(&path) {
+            fs::remove_file(&path)
+        } else {
+            Ok(())
+        }
+        .with_context(|| format!("{}: cannot be removed", path.display()))?;
+    }
+    Ok(())
+}
+
+/// Whether a file of a data set is one of its tables.
+pub(super) fn is_table(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension == "parquet")
+}

@@ -1,0 +1,305 @@
+//! SQL over a data set.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+use polars::prelude::{
+    AnyValue, DataFrame, DataType, LazyFrame, PlRefPath, ScanArgsParquet, SchemaRef,
+};
+use polars::sql::{SQLContext, extract_table_identifiers};
+use serde_json::{Map, Value};
+
+use super::event::FleetEvent;
+use super::log::FleetLog;
+use super::{TABLES, is_table};
+use crate::screen::place::Place;
+use crate::tables::frame::{Day, Record};
+use crate::tables::table::Table;
+
+/// The answer to a query: a table.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    frame: DataFrame,
+}
+
+/// Asks a data set, in a folder or a bucket, in SQL. Its tables are `logs` and `events`.
+///
+/// # Errors
+/// There is no data set, the query is not valid, or it names another table.
+pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
+    let named = extract_table_identifiers(sql, false, true)
+        .with_context(|| format!("not a valid query: {sql}"))?;
+    let named: BTreeSet<String> = named.iter().map(|name| name.to_lowercase()).collect();
+    let place = Place::at(data_set)?;
+    // tables of a bucket, until they are asked
+    let fetched = tempfile::tempdir().context("no temporary folder can be made")?;
+    let mut context = SQLContext::new();
+    let mut is_empty = true;
+    for (name, _) in TABLES {
+        let keys: Vec<String> = place.list(name)?.into_iter().collect();
+        let keys = keys.into_iter().filter(|key| is_table(Path::new(key)));
+        let keys: Vec<String> = keys.map(|key| format!("{name}/{key}")).collect();
+        is_empty &= keys.is_empty();
+        if !named.contains(name) {
+            continue;
+        }
+        let files = match place.local() {
+            Some(folder) => keys.iter().map(|key| folder.join(key)).collect(),
+            None => fetch(&place, &keys, fetched.path())?,
+        };
+        context.register(name, scan(name, &files)?);
+    }
+    if is_empty {
+        bail!("{place}: expected a data set of tipwatch screen (logs/*.parquet), found none");
+    }
+    let answered = context.execute(sql).and_then(LazyFrame::collect);
+    let frame = answered.map_err(|error| {
+        // the plan behind an error tells nothing to who wrote the query
+        let text = error.to_string();
+        let reason = text.split("\n\nResolved plan").next().unwrap_or(&text);
+        anyhow!(
+            "not answered: {sql}: {reason} (the tables are logs and events; the reference page \"Fleet data set\" has their \
+             columns)"
+        )
+    })?;
+    Ok(Answer { frame })
+}
+
+/// The table of some files. Columns that files of older versions lack are null there.
+fn scan(name: &str, files: &[PathBuf]) -> Result<LazyFrame> {
+    let empty = match name {
+        "logs" => FleetLog::frame(&[])?,
+        _ => FleetEvent::frame(&[])?,
+    };
+    if files.is_empty() {
+        return Ok(polars::prelude::IntoLazy::lazy(empty));
+    }
+    let schema: SchemaRef = empty.schema().clone();
+    let paths = files
+        .iter()
+        .map(|file| PlRefPath::try_from_path(file))
+        .collect::<Result<Vec<_>, _>>()?;
+    let asked = ScanArgsParquet {
+        glob: false,
+        schema: Some(schema),
+        allow_missing_columns: true,
+        ..ScanArgsParquet::default()
+    };
+    Ok(LazyFrame::scan_parquet_files(
+        paths.into_iter().collect(),
+        asked,
+    )?)
+}
+
+fn fetch(place: &Place, keys: &[String], folder: &Path) -> Result<Vec<PathBuf>> {
+    place.in_parallel(keys, |key| {
+        let file = folder.join(key);
+        if let Some(parent) = file.parent() {
+            std::fs::create_dir_all(parent)?;
+        }
+        std::fs::write(&file, place.read(key)?)?;
+        Ok(file)
+    })
+}
+
+impl Answer {
+    /// Names of the columns.
+    #[must_use]
+    pub fn columns(&self) -> Vec<String> {
+        let names = self.frame.get_column_names().into_iter();
+        names.map(ToString::to_string).collect()
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.frame.height()
+    }
+
+    /// The same as a table of results. Days are texts.
+    ///
+    /// # Errors
+    /// A column has a type that such tables do not have.
+    pub fn table(&self) -> Result<Table> {
+        let mut table = Table::default();
+        for column in self.frame.columns() {
+            let name = column.name().to_string();
+            let known = TABLES.iter().flat_map(|(_, columns)| columns.iter());
+            let unit = known
+                .filter(|known| known.name == name)
+                .find_map(|known| known.unit);
+            match column.dtype() {
+                DataType::Float64 => table.add(name, unit, column.f64()?.iter()),
+                DataType::Float32 => table.add(name, unit, column.f32()?.iter()),
+                DataType::Int64 => table.add(name, unit, column.i64()?.iter()),
+                DataType::UInt64 => table.add(name, unit, column.u64()?.iter()),
+                DataType::Boolean => table.add(name, unit, column.bool()?.iter()),
+                DataType::String => table.add(name, unit, column.str()?.iter()),
+                other if other.is_integer() => {
+                    let whole = column.cast(&DataType::Int64)?;
+                    table.add(name, unit, whole.i64()?.iter());
+                }
+                DataType::List(of) if **of == DataType::Float64 => {
+                    let lists = (0..column.len()).map(|row| match column.get(row) {
+                        Ok(AnyValue::List(list)) => {
+                            Some(list.f64().ok()?.iter().collect::<Vec<_>>())
+                        }
+                        _ => None,
+                    });
+                    table.add(name, unit, lists);
+                }
+                DataType::List(of) if **of == DataType::String => {
+                    let lists = (0..column.len()).map(|row| match column.get(row) {
+                        Ok(AnyValue::List(list)) => {
+                            let texts = list.str().ok()?.iter();
+                            Some(
+                                texts
+                                    .map(|text| text.unwrap_or_default().to_owned())
+                                    .collect::<Vec<_>>(),
+                            )
+                        }
+                        _ => None,
+                    });
+                    table.add(name, unit, lists);
+                }
+                _ => {
+                    let texts = (0..column.len()).map(|row| match json(&column.get(row).ok()?) {
+                        Value::Null => None,
+                        value => Some(text(&value)),
+                    });
+                    table.add(name, unit, texts.collect::<Vec<Option<String>>>());
+                }
+            }
+        }
+        Ok(table)
+    }
+
+    /// The values of a row, as of JSON.
+    #[must_use]
+    pub fn row(&self, row: usize) -> Vec<Value> {
+        let columns = self.frame.columns().iter();
+        let value = |column: &polars::prelude::Column| {
+            column.get(row).map_or(Value::Null, |value| json(&value))
+        };
+        columns.map(value).collect()
+    }
+
+    /// As JSON: one object per row.
+    pub fn to_json(&self) -> impl Iterator<Item = Value> {
+        let names = self.columns();
+        (0..self.rows()).map(move |row| {
+            let pairs = names.iter().cloned().zip(self.row(row));
+            Value::Object(pairs.collect::<Map<_, _>>())
+        })
+    }
+
+    /// As CSV (RFC 4180) with a line of names; lists are JSON, what is missing is empty.
+    pub fn to_csv(&self) -> impl Iterator<Item = String> {
+        let line = |cells: Vec<String>| {
+            let quoted = |cell: String| match cell.contains([',', '"', '\n', '\r']) {
+                true => format!("\"{}\"", cell.replace('"', "\"\"")),
+                false => cell,
+            };
+            let cells: Vec<String> = cells.into_iter().map(quoted).collect();
+            cells.join(",")
+        };
+        let rows = (0..self.rows()).map(move |row| {
+            let cells = self.row(row).into_iter().map(|value| text(&value));
+            line(cells.collect())
+        });
+        std::iter::once(line(self.columns())).chain(rows)
+    }
+
+    /// As text in aligned columns, numbers to the right, at most `most` rows; says how many are left out.
+    #[must_use]
+    pub fn to_text(&self, most: usize) -> String {
+        let shown = self.rows().min(most);
+        let rows = (0..shown).map(|row| {
+            let cells = self.row(row).into_iter();
+            let cell = |value: Value| match value {
+                Value::Null => "-".to_owned(),
+                Value::Number(number) => rounded(&number),
+                other => text(&other),
+            };
+            cells.map(cell).collect::<Vec<_>>()
+        });
+        let lines: Vec<Vec<String>> = std::iter::once(self.columns()).chain(rows).collect();
+        let is_number = |column: &polars::prelude::Column| column.dtype().is_primitive_numeric();
+        let right: Vec<bool> = self.frame.columns().iter().map(is_number).collect();
+        let width = |column: usize| {
+            let cells = lines.iter().map(|line| line[column].chars().count());
+            cells.max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..right.len()).map(width).collect();
+        let mut shown_text = String::new();
+        for line in &lines {
+            let cells = line.iter().zip(&widths).zip(&right);
+            let cells: Vec<String> = cells
+                .map(|((cell, &width), right)| match right {
+                    true => format!("{cell:>width$}"),
+                    false => format!("{cell:<width$}"),
+                })
+                .collect();
+            shown_text.push_str(cells.join("  ").trim_end());
+            shown_text.push('\n');
+        }
+        if shown < self.rows() {
+            shown_text.push_str(&format!(
+                "{} of {} rows; --csv, --json and --parquet give all\n",
+                shown,
+                self.rows()
+            ));
+        }
+        shown_text
+    }
+
+    /// Writes a Parquet file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write_parquet(&self, path: &Path) -> Result<()> {
+        let failed = || format!("{}: cannot be written", path.display());
+        let file = std::fs::File::create(path).with_context(failed)?;
+        polars::prelude::ParquetWriter::new(file)
+            .finish(&mut self.frame.clone())
+            .with_context(failed)?;
+        Ok(())
+    }
+}
+
+/// A number for a terminal.
+fn rounded(number: &serde_json::Number) -> String {
+    match number.as_f64() {
+        Some(value) if number.is_f64() => crate::base::number::short(value),
+        _ => number.to_string(),
+    }
+}
+
+fn text(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+fn json(value: &AnyValue<'_>) -> Value {
+    match value {
+        AnyValue::Null => Value::Null,
+        AnyValue::Boolean(value) => (*value).into(),
+        AnyValue::String(text) => (*text).into(),
+        AnyValue::StringOwned(text) => text.as_str().into(),
+        AnyValue::List(values) => values.iter().map(|value| json(&value)).collect(),
+        AnyValue::Float32(_) | AnyValue::Float64(_) => {
+            // what is no number of JSON is null there
+            value.extract::<f64>().map_or(Value::Null, Value::from)
+        }
+        _ if value.is_integer() && value.dtype() == DataType::UInt64 => {
+            value.extract::<u64>().map_or(Value::Null, Value::from)
+        }
+        _ if value.is_integer() => value.extract::<i64>().map_or(Value::Null, Value::from),
+        AnyValue::Date(day) => Day(*day).date().map_or(Value::Null, Value::from),
+        other => format!("{other:?}").into(),
+    }
+}

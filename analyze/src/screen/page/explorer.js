@@ -1,0 +1,216 @@
+'use strict';
+// The table of the logs: filters, order, pages, and a card for each machine. All text is set as text, never as HTML.
+unpacked('data').json().then(function (data) {
+  const rows = data.machine.length, perPage = 50;
+  const place = document.getElementById('explorer');
+  const known = function (value) { return value !== null && value !== undefined; };
+  const percent = function (thousandths) { return known(thousandths) ? (thousandths / 10).toFixed(1) + ' %' : 'unknown'; };
+  const seconds = function (s) { return s < 120 ? (+s.toFixed(s < 10 ? 2 : 0)) + ' s' : s < 7200 ? (s / 60).toFixed(1) + ' min' : (s / 3600).toFixed(1) + ' h'; };
+  const date = function (day) { return known(day) ? new Date(day * 864e5).toISOString().slice(0, 10) : 'unknown'; };
+  const machineName = function (i) { const m = data.machine[i]; return known(m) ? data.machines[m].name : 'unknown'; };
+  const element = function (tag, text, parent, attributes) {
+    const made = document.createElement(tag);
+    if (text !== undefined && text !== null) made.textContent = text;
+    for (const name in attributes || {}) made.setAttribute(name, attributes[name]);
+    if (parent) parent.appendChild(made);
+    return made;
+  };
+  const link = function (i, parent) {
+    const full = data.folders[data.folder[i]] + '/' + data.name[i];
+    if (data.report[i]) element('a', data.name[i], parent, {href: 'reports/' + data.report[i] + '/report.html', title: full});
+    else element('span', data.name[i], parent, {title: full});
+  };
+  const margin = function (i) {
+    if (!known(data.margin[i])) return data.group[i] === data.groups.length - 1 ? '' : 'not computable';
+    return percent(data.margin[i]) + (known(data.sigma[i]) ? ' ± ' + percent(2 * data.sigma[i]) : ' (uncertainty not computable)');
+  };
+  const certainty = function (i) {
+    if (!known(data.sure[i])) return '';
+    return data.sure[i] + ' %, any split ' + (known(data.sure_any[i]) ? data.sure_any[i] + ' %' : 'unknown');
+  };
+  const columns = [
+    // logs of one rank by margin
+    {head: 'Rank', key: function (i) { return data.rank[i] + (known(data.margin[i]) ? Math.min(9e4, data.margin[i] + 3e4) : 9e4) / 1e5; },
+      text: function (i) { return data.tied[i] ? data.rank[i] + ' to ' + (data.rank[i] + data.tied[i]) : data.rank[i]; }},
+    {head: 'Log', key: function (i) { return data.name[i]; }, cell: link},
+    {head: 'Finding', key: function (i) { return data.group[i]; }, text: function (i) { return data.groups[data.group[i]]; }},
+    {head: 'Worst margin', key: function (i) { return data.margin[i]; }, text: margin},
+    {head: 'Any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
+    {head: 'Wheel', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
+    {head: 'Lifted', key: function (i) { return -data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
+    {head: 'Certainty of the lift', key: function (i) { return known(data.sure[i]) ? -data.sure[i] : null; }, text: certainty},
+    {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return known(data.valid[i]) ? data.valid[i] + ' %' : ''; }},
+    {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
+    {head: 'Speed', key: function (i) { return known(data.speed[i]) ? -data.speed[i] : null; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
+    {head: 'Tilt', key: function (i) { return known(data.tilt[i]) ? -data.tilt[i] : null; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
+    {head: 'Machine', key: machineName, cell: function (i, parent) {
+      const button = element('button', machineName(i), parent, {type: 'button'});
+      button.addEventListener('click', function () { filters.machine.value = String(data.machine[i]); page = 0; show(); });
+    }},
+    {head: 'Day', key: function (i) { return data.day[i]; }, text: function (i) { return date(data.day[i]); }},
+    {head: 'Doubt or failure', key: function (i) { return data.text[i]; }, text: function (i) { return known(data.text[i]) ? data.texts[data.text[i]] : ''; }}
+  ];
+  const state = {by: 0, down: false};
+  let page = 0, chosen = [];
+  place.textContent = '';
+  const bar = element('div', null, place, {'class': 'filters'});
+  const filters = {};
+  const select = function (name, label, options) {
+    const box = element('label', label + ' ', bar);
+    filters[name] = element('select', null, box, {name: name});
+    element('option', 'all', filters[name], {value: ''});
+    options.forEach(function (option) { element('option', option[1], filters[name], {value: option[0]}); });
+  };
+  const input = function (name, label, type) {
+    const box = element('label', label + ' ', bar);
+    filters[name] = element('input', null, box, {name: name, type: type});
+  };
+  const indexed = function (names) { return names.map(function (name, i) { return [i, name]; }); };
+  const byName = function (a, b) { return a[1] < b[1] ? -1 : 1; };
+  const types = Array.from(new Set(data.machines.map(function (m) { return m.kind; }).filter(known))).sort();
+  select('machine', 'Machine', indexed(data.machines.map(function (m) { return m.name; })).sort(byName));
+  select('type', 'Type', types.map(function (kind) { return [kind, kind]; }));
+  select('group', 'Finding', indexed(data.groups));
+  select('event', 'Event', indexed(data.kinds));
+  select('cause', 'Cause', indexed(data.causes));
+  input('from', 'From', 'date');
+  input('to', 'To', 'date');
+  input('text', 'Text', 'search');
+  const clear = element('button', 'Clear', bar, {type: 'button'});
+  const card = element('div', null, place, {'class': 'card'});
+  const count = element('p', null, place, {'class': 'hint', 'aria-live': 'polite'});
+  const wide = element('div', null, place, {'class': 'wide ranking'});
+  const table = element('table', null, wide);
+  const head = element('tr', null, element('thead', null, table));
+  const body = element('tbody', null, table);
+  const pager = element('div', null, place, {'class': 'filters'});
+  const before = element('button', '‹ before', pager, {type: 'button'});
+  const where = element('span', null, pager);
+  const after = element('button', 'next ›', pager, {type: 'button'});
+  columns.forEach(function (column, c) {
+    const cell = element('th', null, head, {scope: 'col'});
+    column.button = element('button', column.head, cell, {type: 'button'});
+    column.th = cell;
+    column.button.addEventListener('click', function () {
+      state.down = state.by === c ? !state.down : false; state.by = c; page = 0; show();
+    });
+  });
+  const matching = function () {
+    const value = function (name) { return filters[name].value === '' ? null : +filters[name].value; };
+    const machine = value('machine'), group = value('group'), event = value('event'), cause = value('cause');
+    const kind = filters.type.value, text = filters.text.value.toLowerCase();
+    const day = function (name) { return filters[name].value ? Date.parse(filters[name].value) / 864e5 : null; };
+    const from = day('from'), to = day('to');
+    const found = [];
+    for (let i = 0; i < rows; i++) {
+      if (machine !== null && data.machine[i] !== machine) continue;
+      if (kind && !(known(data.machine[i]) && data.machines[data.machine[i]].kind === kind)) continue;
+      if (group !== null && data.group[i] !== group) continue;
+      if (event !== null && !(data.events[i] >> event & 1)) continue;
+      if (cause !== null && data.cause[i] !== cause) continue;
+      if (from !== null && !(known(data.day[i]) && data.day[i] >= from)) continue;
+      if (to !== null && !(known(data.day[i]) && data.day[i] <= to)) continue;
+      if (text && !(data.folders[data.folder[i]] + '/' + data.name[i] + ' ' + machineName(i)).toLowerCase().includes(text)
+          && !(known(data.text[i]) && data.texts[data.text[i]].toLowerCase().includes(text))) continue;
+      found.push(i);
+    }
+    const key = columns[state.by].key, sign = state.down ? -1 : 1, keys = new Array(rows);
+    found.forEach(function (i) { keys[i] = key(i); });
+    found.sort(function (a, b) {
+      const x = keys[a], y = keys[b];
+      if (!known(x) || !known(y)) return (known(y) ? 1 : 0) - (known(x) ? 1 : 0) || a - b;
+      return x < y ? -sign : x > y ? sign : a - b;
+    });
+    return found;
+  };
+  const svg = function (tag, parent, attributes, title) {
+    const made = document.createElementNS('http://www.w3.org/2000/svg', tag);
+    for (const name in attributes) made.setAttribute(name, attributes[name]);
+    if (title) { const t = document.createElementNS('http://www.w3.org/2000/svg', 'title'); t.textContent = title; made.appendChild(t); }
+    parent.appendChild(made);
+    return made;
+  };
+  // the margins of a machine over its days: the lowest of each day as a line, and the logs as dots
+  const history = function (m) {
+    const dots = [];
+    for (let i = 0; i < rows; i++) if (data.machine[i] === m && known(data.day[i]) && known(data.margin[i])) dots.push(i);
+    if (!dots.length) { element('p', 'No log of this machine has both a margin and a date.', card); return; }
+    let first = Infinity, last = -Infinity, floor = -100;
+    dots.forEach(function (i) { first = Math.min(first, data.day[i]); last = Math.max(last, data.day[i]); floor = Math.min(floor, data.margin[i]); });
+    floor = Math.max(floor, -500);
+    const width = 900, height = 200, x = function (day) { return 44 + (width - 60) * (last > first ? (day - first) / (last - first) : 0.5); };
+    const y = function (value) { return 10 + (height - 40) * (1 - (Math.max(floor, Math.min(1000, value)) - floor) / (1000 - floor)); };
+    const chart = svg('svg', card, {viewBox: '0 0 ' + width + ' ' + height, 'class': 'chart', role: 'img'}, 'Worst margin of each log over time');
+    [0, 500, 1000].forEach(function (value) {
+      svg('line', chart, {x1: 44, x2: width - 16, y1: y(value), y2: y(value), stroke: value ? '#ddd' : '#333', 'stroke-dasharray': value ? '' : '4 3'});
+      svg('text', chart, {x: 40, y: y(value) + 4, 'text-anchor': 'end', 'font-size': 12}).textContent = value / 10 + ' %';
+    });
+    [[first, 'start'], [last, 'end']].forEach(function (end) {
+      svg('text', chart, {x: x(end[0]), y: height - 6, 'text-anchor': last > first ? end[1] : 'middle', 'font-size': 12}).textContent = date(end[0]);
+    });
+    const lowest = new Map();
+    dots.forEach(function (i) { const d = data.day[i]; if (!lowest.has(d) || data.margin[i] < data.margin[lowest.get(d)]) lowest.set(d, i); });
+    const days = Array.from(lowest.keys()).sort(function (a, b) { return a - b; });
+    svg('polyline', chart, {fill: 'none', stroke: '#0072b2', points: days.map(function (d) { return x(d) + ',' + y(data.margin[lowest.get(d)]); }).join(' ')});
+    (dots.length > 600 ? days.map(function (d) { return lowest.get(d); }) : dots).forEach(function (i) {
+      const lifted = data.group[i] < 3;
+      if (known(data.sigma[i])) svg('line', chart, {x1: x(data.day[i]), x2: x(data.day[i]), y1: y(data.margin[i] - 2 * data.sigma[i]), y2: y(data.margin[i] + 2 * data.sigma[i]), stroke: '#999'});
+      svg('circle', chart, {cx: x(data.day[i]), cy: y(data.margin[i]), r: 3.5, fill: lifted ? '#000' : '#0072b2'},
+        data.name[i] + ', ' + date(data.day[i]) + ': ' + margin(i) + ', ' + data.groups[data.group[i]]);
+    });
+  };
+  const showCard = function () {
+    card.textContent = '';
+    if (filters.machine.value === '') return;
+    const m = +filters.machine.value, machine = data.machines[m];
+    element('h3', machine.name + (known(machine.kind) ? ' (' + machine.kind + ')' : ''), card);
+    let logs = 0, computable = 0, exposed = 0, lifted = 0;
+    const groups = data.groups.map(function () { return 0; });
+    for (let i = 0; i < rows; i++) if (data.machine[i] === m) {
+      logs++; computable += data.computable[i]; exposed += data.exposed[i] || 0; lifted += data.lifted[i] / 100; groups[data.group[i]]++;
+    }
+    const found = groups.map(function (n, g) { return n ? n + ': ' + data.groups[g] : ''; }).filter(Boolean).join('; ');
+    element('p', logs + ' logs, ' + seconds(computable) + ' computable, ' + seconds(exposed) + ' below the notice level, ' + seconds(lifted) + ' with a wheel off the ground. ' + found + '.', card);
+    machine.outliers.forEach(function (told) { element('p', told, card, {'class': 'holes'}); });
+    history(m);
+  };
+  const show = function () {
+    chosen = matching();
+    const pages = Math.max(1, Math.ceil(chosen.length / perPage));
+    page = Math.min(page, pages - 1);
+    body.textContent = '';
+    chosen.slice(page * perPage, (page + 1) * perPage).forEach(function (i) {
+      const line = element('tr', null, body);
+      columns.forEach(function (column) {
+        const cell = element('td', column.text ? column.text(i) : null, line);
+        if (column.cell) column.cell(i, cell);
+      });
+    });
+    columns.forEach(function (column, c) {
+      column.th.setAttribute('aria-sort', state.by !== c ? 'none' : state.down ? 'descending' : 'ascending');
+    });
+    count.textContent = chosen.length + ' of ' + rows + ' logs';
+    where.textContent = ' page ' + (page + 1) + ' of ' + pages + ' ';
+    before.disabled = page === 0; after.disabled = page + 1 >= pages;
+    showCard();
+    place.setAttribute('data-shown', String(chosen.length));
+  };
+  bar.addEventListener('input', function () { page = 0; show(); });
+  clear.addEventListener('click', function () {
+    for (const name in filters) filters[name].value = '';
+    state.by = 0; state.down = false; page = 0; show();
+  });
+  before.addEventListener('click', function () { page--; show(); });
+  after.addEventListener('click', function () { page++; show(); });
+  // links of the page's other sections choose a machine: #machine=NAME
+  const fromAddress = function () {
+    const wanted = /^#machine=(.*)$/.exec(location.hash);
+    if (!wanted) return;
+    const name = decodeURIComponent(wanted[1]);
+    const m = data.machines.findIndex(function (machine) { return machine.name === name; });
+    if (m >= 0) { filters.machine.value = String(m); page = 0; }
+  };
+  window.addEventListener('hashchange', function () { fromAddress(); show(); place.scrollIntoView(); });
+  fromAddress();
+  show();
+});

@@ -1,0 +1,347 @@
+//! The logs and machines as a table to work with: sorted and filtered by a script, a card for each machine.
+//!
+//! All of it is in the page, as packed columns of whole numbers; without scripts the page shows the first of the ranking.
+
+use std::collections::BTreeMap;
+
+use maud::{Markup, html};
+use serde::Serialize;
+
+use super::ranking::{Group, Ranked};
+use super::seen::log_link;
+use crate::events::EventKind;
+use crate::page::{self, Program, percent, readable};
+use crate::policy::facts::EXPOSURE_CAUSES;
+use crate::screen::outliers::{Comparison, Verdict};
+use crate::screen::record::{Outcome, Record};
+
+const SCRIPT: &str = include_str!("explorer.js");
+/// Most of the packed data (bytes): of more logs the page holds the first of the ranking.
+const MOST_BYTES: usize = 1_880_000;
+/// Logs that are shown without scripts.
+const SHOWN: usize = 20;
+
+/// The names of some values, each once, and of each row which one.
+#[derive(Default)]
+struct Names {
+    names: Vec<String>,
+    places: BTreeMap<String, usize>,
+}
+
+impl Names {
+    fn place(&mut self, name: &str) -> usize {
+        if let Some(place) = self.places.get(name) {
+            return *place;
+        }
+        self.names.push(name.to_owned());
+        self.places.insert(name.to_owned(), self.names.len() - 1);
+        self.names.len() - 1
+    }
+}
+
+/// A machine of the table.
+#[derive(Serialize)]
+struct Machine {
+    name: String,
+    kind: Option<String>,
+    /// What stands out about it.
+    outliers: Vec<String>,
+}
+
+/// What the script reads: columns of the same length, one value a log, by path. `null` is unknown.
+#[derive(Serialize, Default)]
+struct Data {
+    machines: Vec<Machine>,
+    causes: Vec<String>,
+    groups: Vec<&'static str>,
+    kinds: Vec<String>,
+    folders: Vec<String>,
+    wheels: Vec<String>,
+    /// Reasons of failures, and what is doubted.
+    texts: Vec<String>,
+    machine: Vec<Option<usize>>,
+    /// Days since 1970.
+    day: Vec<Option<i32>>,
+    folder: Vec<usize>,
+    name: Vec<String>,
+    /// Digits of the report's folder; empty without a report.
+    report: Vec<String>,
+    group: Vec<usize>,
+    rank: Vec<usize>,
+    /// How many logs behind the first of the rank cannot be told from it.
+    tied: Vec<usize>,
+    /// Thousandths: margin and its standard deviation; hundredths: margin under any split.
+    margin: Vec<Option<i64>>,
+    sigma: Vec<Option<i64>>,
+    any: Vec<Option<i64>>,
+    wheel: Vec<Option<usize>>,
+    /// Hundredths of a second.
+    lifted: Vec<i64>,
+    /// Per cent: certainty of the surest lift, under the stated and under any split.
+    sure: Vec<Option<i64>>,
+    sure_any: Vec<Option<i64>>,
+    /// Seconds.
+    exposed: Vec<Option<i64>>,
+    computable: Vec<i64>,
+    /// Per cent.
+    valid: Vec<Option<i64>>,
+    cause: Vec<Option<usize>>,
+    /// Tenths of m/s, and degrees.
+    speed: Vec<Option<i64>>,
+    tilt: Vec<Option<i64>>,
+    /// A bit for each of the kinds of events.
+    events: Vec<u32>,
+    text: Vec<Option<usize>>,
+}
+
+/// The group of logs that could not be analysed, behind those of the ranking.
+const FAILED: usize = Group::ALL.len();
+
+/// The section, and the program that works on it.
+pub(super) fn explorer(
+    ranked: &[Ranked<'_>],
+    failed: &[&Record],
+    compared: &[Comparison],
+) -> (Markup, Program) {
+    let mut listed = ranked.len() + failed.len();
+    let program = loop {
+        let of_ranking = listed.min(ranked.len());
+        let of_failed = (listed - of_ranking).min(failed.len());
+        let data = data(&ranked[..of_ranking], &failed[..of_failed], compared);
+        let program = Program::new(&data, SCRIPT);
+        if program.length() <= MOST_BYTES || listed <= 1000 {
+            break program;
+        }
+        listed = (listed as f64 * 0.95 * MOST_BYTES as f64 / program.length() as f64) as usize;
+    };
+    let all = ranked.len() + failed.len();
+    let section = html! {
+        p.hint {
+            "The worst margin is the smallest overturning force (OTF) of any wheel as a share of its static load, ± two standard "
+            "deviations: 0 when a wheel is about to lift, 100 % at rest on level ground. It holds under the split of the load that "
+            "the machine file states; the margin under any split is 0 where another split leaves a wheel no load. "
+            "Logs in which the machine tipped over come first, then those in which it tipped about an edge and those in which a "
+            "wheel lifted, the longest first; then those that are not decided, then those in which a wheel lifted under another split. Logs "
+            "that their margins cannot tell apart share a rank. "
+            @if listed < all {
+                "The page holds the first " (listed) " of " (all) " logs; the data set has all (" code { "tipwatch query" } "). "
+            }
+        }
+        div #explorer {
+            @if ranked.is_empty() { p { "No log could be analysed." } }
+            @else { (first_of(ranked)) }
+        }
+    };
+    (section, program)
+}
+
+/// The first of the ranking, for paper and readers without scripts.
+fn first_of(ranked: &[Ranked<'_>]) -> Markup {
+    let rows: Vec<Vec<Markup>> = ranked.iter().take(SHOWN).map(row).collect();
+    let head = [
+        "Rank",
+        "Log",
+        "Finding",
+        "Worst margin",
+        "Under any split",
+        "Lifted",
+        "Computable time",
+        "Main cause of exposure",
+        "Machine",
+        "Day",
+    ];
+    html! { div.ranking { (page::table(&head, &rows)) } }
+}
+
+fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
+    let log = &ranked.log;
+    let worst = log.facts.worst.as_ref();
+    let rank = match ranked.rank {
+        (first, last) if first == last => first.to_string(),
+        (first, last) => format!("{first} to {last}"),
+    };
+    let margin = worst.map_or_else(
+        || "not computable".to_owned(),
+        |worst| match worst.sigma {
+            None => format!("{} (uncertainty not computable)", percent(worst.margin)),
+            Some(sigma) => format!("{} ± {}", percent(worst.margin), percent(2.0 * sigma)),
+        },
+    );
+    let group = Group::ALL[ranked.group as usize].1;
+    let cause = main_cause(log).map_or_else(String::new, |cause| readable(EXPOSURE_CAUSES[cause]));
+    let any_split = log.facts.any_split_margin.map_or("unknown".into(), percent);
+    vec![
+        html! { (rank) },
+        log_link(log.record),
+        html! { (group) },
+        html! { (margin) },
+        html! { (any_split) },
+        html! { @if ranked.lifted_s > 0.0 { (page::time(ranked.lifted_s)) } },
+        html! {
+            (log.facts.coverage)
+            @if log.is_undecided { strong.holes { ": not decided" } }
+        },
+        html! { (cause) },
+        html! { (log.machine()) },
+        html! { (log.record.date().map_or_else(|| "unknown".into(), |date| date.to_string())) },
+    ]
+}
+
+/// The cause with the most exposure, as a place in [`EXPOSURE_CAUSES`].
+fn main_cause(log: &super::seen::Seen<'_>) -> Option<usize> {
+    let seconds = log.facts.exposure.exposed_by_cause_s.as_ref()?;
+    let most = seconds
+        .iter()
+        .enumerate()
+        .max_by(|a, b| a.1.total_cmp(b.1))?;
+    (*most.1 > 0.0).then_some(most.0)
+}
+
+fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> Data {
+    let (mut folders, mut wheels, mut texts) =
+        (Names::default(), Names::default(), Names::default());
+    let mut machines = Names::default();
+    let mut kinds = BTreeMap::new();
+    let whole = |value: Option<f64>, scale: f64| value.map(|value| (value * scale).round() as i64);
+    let mut data = Data {
+        causes: EXPOSURE_CAUSES.map(readable).to_vec(),
+        groups: Group::ALL.map(|(_, name)| name).to_vec(),
+        kinds: EventKind::all()
+            .iter()
+            .map(|kind| readable(kind.name()))
+            .collect(),
+        ..Data::default()
+    };
+    data.groups.push("could not be analysed");
+    let mut identity = |data: &mut Data, record: &Record, group: usize, rank: (usize, usize)| {
+        let (folder, name) = match record.path.rsplit_once('/') {
+            Some((folder, name)) => (folder, name),
+            None => ("", record.path.as_str()),
+        };
+        let machine = record.machine.as_ref().map(|machine| {
+            let place = machines.place(&machine.name);
+            kinds.insert(place, machine.kind.clone());
+            place
+        });
+        let report = record.report_folder();
+        let report = report.and_then(|folder| Some(folder.rsplit_once('/')?.1.to_owned()));
+        data.machine.push(machine);
+        data.day.push(record.day().map(|day| day.0));
+        data.folder.push(folders.place(folder));
+        data.name.push(name.to_owned());
+        data.report.push(report.unwrap_or_default());
+        data.group.push(group);
+        data.rank.push(rank.0);
+        data.tied.push(rank.1 - rank.0);
+    };
+    // neighbours of one machine and day share most of their names, and pack well
+    let mut by_path: Vec<&Ranked<'_>> = ranked.iter().collect();
+    by_path.sort_by_key(|log| &log.log.record.path);
+    for log in by_path {
+        let (facts, events) = (log.log.facts, log.log.events);
+        identity(&mut data, log.log.record, log.group as usize, log.rank);
+        let worst = facts.worst.as_ref();
+        let moment = worst.and_then(|worst| worst.moment.as_ref());
+        let lifts = || events.iter().filter(|event| is_lift(&event.kind));
+        let surest = lifts().filter_map(|event| event.certainty).reduce(f64::max);
+        let surest_any = lifts()
+            .filter_map(|event| event.certainty_any_split)
+            .reduce(f64::max);
+        let mut doubts: Vec<&str> = facts.gross_inputs.iter().map(String::as_str).collect();
+        let doubted = events.iter().flat_map(|event| &event.doubted_by);
+        doubts.extend(doubted.map(String::as_str));
+        doubts.sort_unstable();
+        doubts.dedup();
+        let flags = EventKind::all().iter().enumerate();
+        let flags = flags.filter(|(_, kind)| facts.has_event(**kind));
+        data.margin
+            .push(whole(worst.map(|worst| worst.margin), 1e3));
+        data.sigma
+            .push(whole(worst.and_then(|worst| worst.sigma), 1e3));
+        data.any.push(whole(facts.any_split_margin, 1e2));
+        data.wheel
+            .push(worst.map(|worst| wheels.place(&worst.wheel.to_uppercase())));
+        data.lifted.push((log.lifted_s * 100.0).round() as i64);
+        data.sure.push(whole(surest, 100.0));
+        data.sure_any.push(whole(surest_any, 100.0));
+        data.exposed.push(whole(facts.exposure.exposed_s, 1.0));
+        data.computable
+            .push(facts.coverage.computable_s.round() as i64);
+        data.valid.push(whole(facts.coverage.valid_share, 100.0));
+        data.cause.push(main_cause(&log.log));
+        data.speed
+            .push(whole(moment.and_then(|moment| moment.speed_m_s), 10.0));
+        let tilt = moment.and_then(|moment| moment.tilt_rad);
+        data.tilt.push(whole(tilt.map(f64::to_degrees), 1.0));
+        data.events
+            .push(flags.fold(0, |bits, (place, _)| bits | 1 << place));
+        let doubts = (!doubts.is_empty()).then(|| texts.place(&doubts.join("; ")));
+        data.text.push(doubts);
+    }
+    for record in failed {
+        let rank = ranked.len() + 1;
+        identity(
+            &mut data,
+            record,
+            FAILED,
+            (rank, ranked.len() + failed.len()),
+        );
+        let reason = match &record.result {
+            Outcome::Failed { kind, reason } => format!("{kind}: {reason}"),
+            Outcome::Analysed { .. } => String::new(),
+        };
+        for column in [
+            &mut data.margin,
+            &mut data.sigma,
+            &mut data.any,
+            &mut data.sure,
+            &mut data.sure_any,
+            &mut data.exposed,
+            &mut data.valid,
+            &mut data.speed,
+            &mut data.tilt,
+        ] {
+            column.push(None);
+        }
+        data.wheel.push(None);
+        data.lifted.push(0);
+        data.computable.push(0);
+        data.cause.push(None);
+        data.events.push(0);
+        data.text.push(Some(texts.place(&reason)));
+    }
+    let outliers = compared
+        .iter()
+        .filter(|comparison| matches!(comparison.verdict, Verdict::Outlier { .. }));
+    let mut of_machine: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for comparison in outliers {
+        let told = super::outliers::in_words(comparison);
+        of_machine
+            .entry(&comparison.machine)
+            .or_default()
+            .push(told);
+    }
+    data.machines = machines
+        .names
+        .iter()
+        .enumerate()
+        .map(|(place, name)| Machine {
+            name: name.clone(),
+            kind: kinds.get(&place).cloned().flatten(),
+            outliers: of_machine.remove(name.as_str()).unwrap_or_default(),
+        })
+        .collect();
+    data.folders = folders.names;
+    data.wheels = wheels.names;
+    data.texts = texts.names;
+    data
+}
+
+fn is_lift(kind: &str) -> bool {
+    let kinds = [
+        EventKind::WheelLift,
+        EventKind::EdgeTipping,
+        EventKind::TipOver,
+    ];
+    kinds.iter().any(|lift| lift.name() == kind)
+}

@@ -1,0 +1,127 @@
+//! An encoder that flickers at rest, and stops to.
+//!
+//! A position at rest may repeat for hours. But one that is finer than its own noise hardly ever repeats, in any posture: of the
+//! samples at rest the share p. So many repeats on end while the machine works say with the log likelihood ratio `-ln p` each
+//! that the position is not measured any more.
+
+use super::notice::Limits;
+
+/// Weight of a sample at rest in the mean of the changes.
+const CHANGE_WEIGHT: f64 = 1.0 / 64.0;
+/// The noise is resolved where the mean change is so many times the least one. A position between two steps of a coarse
+/// encoder flickers by one of them, and rests in another posture.
+const RESOLVED: f64 = 1.5;
+/// Fewest changes at rest from which it is known how seldom the position repeats.
+const FEWEST_CHANGES: f64 = 50.0;
+/// A run of fewer samples than usual counts where it lasts so long (s), with at least so many samples.
+const LONG_S: f64 = 1.0;
+const FEWEST_REPEATS: u32 = 10;
+
+/// What is known of the flicker of a position.
+#[derive(Debug, Clone)]
+pub(super) struct Flicker {
+    threshold: f64,
+    last: f64,
+    resolution: f64,
+    /// Mean change at rest, before the present run.
+    change: f64,
+    changed: f64,
+    kept: f64,
+    run: u32,
+    moving: u32,
+    run_since_ns: i64,
+}
+
+impl Flicker {
+    /// That stops from this log likelihood ratio on.
+    pub(super) fn new(threshold: f64) -> Self {
+        Self {
+            threshold,
+            last: f64::NAN,
+            resolution: f64::INFINITY,
+            change: 0.0,
+            changed: 0.0,
+            kept: 0.0,
+            run: 0,
+            moving: 0,
+            run_since_ns: 0,
+        }
+    }
+
+    /// Takes a position, whether the joint rests by its velocity, and whether something else moves. Returns since when it
+    /// has not flickered, if it should have.
+    pub(super) fn stopped_ns(
+        &mut self,
+        stamp_ns: i64,
+        position: f64,
+        rests: bool,
+        moves_elsewhere: bool,
+        limits: &Limits,
+    ) -> Option<i64> {
+        let change = (position - self.last).abs();
+        self.last = position;
+        // NaN: the first one
+        if change == 0.0 {
+            self.run = self.run.saturating_add(1);
+            self.moving += u32::from(moves_elsewhere);
+        } else {
+            if change > 0.0 {
+                self.resolution = self.resolution.min(change);
+            }
+            if rests && change.is_finite() {
+                self.kept += f64::from(self.run);
+                self.changed += 1.0;
+                let kept = (1.0 - CHANGE_WEIGHT).powi(self.run.min(10_000) as i32);
+                self.change = self.change * kept * (1.0 - CHANGE_WEIGHT) + CHANGE_WEIGHT * change;
+            }
+            (self.run, self.moving, self.run_since_ns) = (0, 0, stamp_ns);
+        }
+        let lasted_s = limits.elapsed_s(self.run_since_ns, stamp_ns);
+        let is_long =
+            self.run >= limits.frozen_samples || (self.run >= FEWEST_REPEATS && lasted_s >= LONG_S);
+        let is_fine = self.changed >= FEWEST_CHANGES && self.change >= RESOLVED * self.resolution;
+        let per_repeat = ((self.changed + self.kept + 2.0) / (self.kept + 1.0)).ln();
+        let is_proven = f64::from(self.run) * per_repeat >= self.threshold;
+        let is_asked = self.moving >= self.run / 2;
+        (is_long && is_fine && is_proven && is_asked).then_some(self.run_since_ns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Since when a position that is read every ten milliseconds does not flicker any more (s).
+    fn stopped_s(resolution: f64, moves: bool, position: impl Fn(usize) -> f64) -> Option<f64> {
+        let mut flicker = Flicker::new(25.0);
+        (0..2000).find_map(|k: usize| {
+            let read = (position(k) / resolution).round() * resolution;
+            let stamp_ns = k as i64 * 10_000_000;
+            let since = flicker.stopped_ns(stamp_ns, read, true, moves, &Limits::OF_TESTS);
+            since.map(|ns| ns as f64 * 1e-9)
+        })
+    }
+
+    /// Noise between -1 and 1.
+    fn noise(k: usize) -> f64 {
+        let wave = ((k as f64 * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0);
+        2.0 * wave - 1.0
+    }
+
+    #[test]
+    fn a_fine_encoder_that_stops_to_flicker_is_frozen_while_the_machine_works() {
+        let stops = |k: usize| 1e-3 * noise(k.min(600));
+        assert_eq!(stopped_s(1e-4, true, stops), Some(6.0));
+        assert_eq!(stopped_s(1e-4, false, stops), None);
+        assert_eq!(stopped_s(1e-4, true, |k| 1e-3 * noise(k)), None);
+    }
+
+    #[test]
+    fn a_coarse_encoder_may_rest_in_one_posture_and_flicker_in_another() {
+        let posture = |k: usize| if k < 800 { 0.0005 } else { 0.001 };
+        assert_eq!(
+            stopped_s(1e-3, true, |k| posture(k) + 1e-4 * noise(k)),
+            None
+        );
+    }
+}

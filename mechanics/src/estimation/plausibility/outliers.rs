@@ -1,0 +1,126 @@
+//! Single samples far from all around them: a disturbed transfer, a flipped bit.
+//!
+//! A sample that differs from the one before by many times what samples differ, and by more than any filter would even out,
+//! is left out. If the next one differs, too, the signal has changed: it counts. So an impact costs one sample, and rows stay
+//! valid, because the filters bridge it.
+
+use super::fault::{Amount, Component};
+use super::notice::Notice;
+use crate::machine::FaultKind;
+
+/// Weight of a sample in the running mean of the differences.
+const WEIGHT: f64 = 1.0 / 32.0;
+/// Multiple of the mean difference from which a sample is an outlier.
+const TIMES: f64 = 10.0;
+/// Multiple of it up to which a difference teaches how much samples differ.
+const TEACHES: f64 = 4.0;
+/// Fewest differences before anything is called an outlier.
+const FEWEST: u32 = 16;
+
+/// State of one signal of so many numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Outliers<const N: usize> {
+    /// A difference that does no harm.
+    harmless: f64,
+    last: Option<[f64; N]>,
+    difference: f64,
+    count: u32,
+    is_suspect: bool,
+}
+
+impl<const N: usize> Outliers<N> {
+    pub(super) fn new(harmless: f64) -> Self {
+        Self {
+            harmless,
+            last: None,
+            difference: 0.0,
+            count: 0,
+            is_suspect: false,
+        }
+    }
+
+    /// A difference that does no harm from now on.
+    pub(super) fn allow(&mut self, harmless: f64) {
+        self.harmless = harmless;
+    }
+
+    /// After a gap the next sample is the first one.
+    pub(super) fn restart(&mut self) {
+        (self.last, self.is_suspect) = (None, false);
+    }
+
+    /// The notice to report if a sample is an outlier. `values` are finite.
+    pub(super) fn notice(
+        &mut self,
+        stamp_ns: i64,
+        values: [f64; N],
+        component: Component,
+    ) -> Option<Notice> {
+        let Some(last) = self.last else {
+            self.last = Some(values);
+            return None;
+        };
+        let squares = values.iter().zip(&last).map(|(a, b)| (a - b) * (a - b));
+        let difference = squares.sum::<f64>().sqrt();
+        let limit = TIMES * self.difference + self.harmless;
+        let is_far = self.count >= FEWEST && difference > limit;
+        if is_far && !self.is_suspect {
+            self.is_suspect = true;
+            return Some(Notice {
+                kind: FaultKind::Outlier,
+                component,
+                since_ns: stamp_ns,
+                measure: difference,
+                limit,
+                amount: Amount {
+                    value: difference,
+                    rate: 0.0,
+                },
+                explanation: None,
+            });
+        }
+        self.is_suspect = false;
+        self.last = Some(values);
+        self.count = self.count.saturating_add(1);
+        let teaches = match self.count {
+            ..FEWEST => difference,
+            _ => difference.min(TEACHES * self.difference + self.harmless),
+        };
+        let weight = WEIGHT.max(1.0 / f64::from(self.count));
+        self.difference += weight * (teaches - self.difference);
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(value: impl Fn(usize) -> f64) -> Vec<usize> {
+        let mut outliers = Outliers::<1>::new(0.5);
+        (0..400)
+            .filter(|&k| {
+                let notice = outliers.notice(k as i64, [value(k)], Component::Value);
+                notice.is_some()
+            })
+            .collect()
+    }
+
+    fn noise(k: usize) -> f64 {
+        0.1 * (k as f64 * 12.9898).sin()
+    }
+
+    #[test]
+    fn single_samples_far_away_are_outliers() {
+        let outliers = [100, 150, 152, 399];
+        let value = |k: usize| noise(k) + if outliers.contains(&k) { 5.0 } else { 0.0 };
+        assert_eq!(found(value), outliers);
+    }
+
+    #[test]
+    fn a_step_costs_one_sample_and_vibration_none() {
+        assert_eq!(found(|k| noise(k) + if k < 200 { 0.0 } else { 5.0 }), [200]);
+        assert_eq!(found(|k| 50.0 * noise(k)), [] as [usize; 0]);
+        assert_eq!(found(|k| 0.01 * (k * k) as f64), [] as [usize; 0]);
+    }
+}
