@@ -13,6 +13,8 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::analysis::states;
 use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::setup::first_machine;
+use tipwatch_analyze::setup::inspect::read_databases;
 use tipwatch_binding::MachineFile;
 use tipwatch_can::CandumpStream;
 use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
@@ -621,4 +623,40 @@ fn what_is_wrong_with_a_can_signal_is_said() {
             .contains("{ topic, dbc, message, signal }"),
         "{error}"
     );
+}
+
+#[test]
+fn a_first_machine_file_binds_joints_and_imu_of_a_bus() {
+    let folder = folder();
+    let log = folder.path().join("bus.log");
+    std::fs::write(&log, candump(&frames())).unwrap();
+    let [urdf, dbc, out] =
+        ["tiny.urdf", "can_machine.dbc", "first.toml"].map(|name| folder.path().join(name));
+    let databases = read_databases(&[dbc], None).unwrap();
+    let options = first_machine::WriteOptions::default();
+    first_machine::write(&log, Some(&urdf), &out, &databases, options).unwrap();
+    let file = MachineFile::read(&out).unwrap();
+    let signals = &file.spec.signals;
+    let bound: Vec<&str> = signals.joints.keys().map(String::as_str).collect();
+    let mut joints = JOINTS;
+    joints.sort_unstable();
+    assert_eq!(bound, joints);
+    assert!(
+        signals
+            .imu
+            .as_ref()
+            .is_some_and(|imu| imu.fields().is_some())
+    );
+    // relative to the machine file, so that both can be moved
+    let opened = file.open_log(&log).unwrap();
+    let topics: Vec<&str> = opened
+        .topics()
+        .iter()
+        .map(|topic| topic.name.as_str())
+        .collect();
+    for name in ["can/Joint_lift", "can/PGN61485@33", "can/PGN61482@33"] {
+        assert!(topics.contains(&name), "{topics:?}");
+    }
+    let text = std::fs::read_to_string(&out).unwrap();
+    assert!(text.contains("dbc = \"can_machine.dbc\""), "{text}");
 }

@@ -17,6 +17,7 @@ use tipwatch_tests::{analysed_with, data};
 
 use crate::measured_loads::{WHEELS, cells, with_loads};
 use crate::sparse::{every, thinned};
+use crate::supports::{Truth, error};
 
 const FEET: [&str; 4] = ["ofl", "ofr", "orl", "orr"];
 
@@ -78,6 +79,14 @@ fn same(text: String) -> String {
 fn without_forces(text: String) -> String {
     let lines = text.lines().filter(|line| !line.starts_with("force"));
     lines.collect::<Vec<_>>().join("\n") + "\n"
+}
+
+/// The simulated jacks have none.
+fn without_friction(text: String) -> String {
+    text.replace(
+        "force_sigma = 200.0",
+        "force_sigma = 200.0\nfriction_share = 0.0",
+    )
 }
 
 /// A platform that weighs less than in truth (kg).
@@ -187,6 +196,59 @@ fn jacks_that_carry_more_than_the_weight_tell_the_load_that_is_not_stated() {
     let crane = Crane::new(same, same);
     let contradictions = crane.analysed().load_comparison.contradictions;
     assert!(contradictions.is_empty(), "{contradictions:?}");
+}
+
+#[test]
+fn a_load_on_the_hook_that_is_not_stated_is_in_the_loads() {
+    // 1000 of the 1400 kg on the hook are not stated
+    let hook = |urdf: String| urdf.replacen("value=\"1400\"", "value=\"400\"", 1);
+    let crane = Crane::new(without_friction, hook);
+    let analysis = crane.analysed();
+    let spans = &analysis.load_comparison.contradictions;
+    let span = spans.iter().find(|span| span.sensor == TOTAL).unwrap();
+    let load = span.unstated.unwrap();
+    assert!(load.at_tool && span.is_explained(), "{load:?}");
+    assert!(
+        (load.mass_kg - 1000.0).abs() < 2.0 * load.mass_sigma_kg,
+        "{load:?}"
+    );
+    let (from, to) = (
+        seconds(&analysis, span.start_ns),
+        seconds(&analysis, span.end_ns),
+    );
+    assert!(to - from > 10.0, "{from} to {to}");
+    let rows = &analysis.rows;
+    let within = |row: &usize| (from..=to).contains(&rows.seconds(*row));
+    for row in (0..rows.len()).filter(within) {
+        assert!(!rows.reasons[row].has(Reason::Contradiction), "{row}");
+    }
+    // the jacks' errors alone are left
+    let truth = Truth::of("crane", &FEET);
+    let with = error(&analysis, &truth, &FEET, [from, to]);
+    assert!(with < 0.012, "{with}");
+    // without jacks that measure, the loads are those of what is stated
+    let blind = Crane::new(without_forces, hook).analysed();
+    let without = error(&blind, &truth, &FEET, [from, to]);
+    assert!(without > 5.0 * with, "{without} {with}");
+}
+
+#[test]
+fn one_wrong_jack_is_not_followed() {
+    // the front left jack shows 20 kN too much
+    let offset = |text: String| {
+        without_friction(text).replacen(
+            "force = { topic = \"/outriggers/force\", field = \"data[0]\" }",
+            "force = { topic = \"/outriggers/force\", field = \"data[0]\", offset = 20000.0 }",
+            1,
+        )
+    };
+    let analysis = Crane::new(offset, same).analysed();
+    let spans = &analysis.load_comparison.contradictions;
+    let span = spans.iter().find(|span| span.sensor == TOTAL).unwrap();
+    let load = span.unstated.unwrap();
+    assert!(load.at_support && !load.followed, "{load:?}");
+    assert!(!span.is_followed() && !span.is_explained());
+    assert!(span.explanation().contains("wrong sensor of the support"));
 }
 
 fn lifts(analysis: &Analysis) -> Vec<&Event> {

@@ -4,7 +4,9 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
-use tipwatch_tests::{Truth, data};
+use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::state::Reason;
+use tipwatch_tests::{Truth, data, write_with_loads};
 
 const TRUE_MASS_KG: f64 = 320.0;
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
@@ -28,7 +30,7 @@ fn machine_file(binding: &str) -> String {
 }
 
 fn analysed(text: &str) -> anyhow::Result<Analysis> {
-    let file = MachineFile::from_text(&data("lift_payload.toml"), text).unwrap();
+    let file = MachineFile::from_text(&data("lift_payload.toml"), text)?;
     let log = data("lift_payload.mcap");
     analyse(&log, &file, Options::default(), &mut |_| {})
 }
@@ -57,6 +59,112 @@ fn val_payload_is_estimated_from_force_or_pressures() {
                 .any(|note| note.contains("was estimated"))
         );
     }
+}
+
+const SCALE: &str = "
+[[payload]]
+link = \"tool\"
+mass = { signal = { topic = \"/wheel_loads\", field = \"fl\" } }
+mass_sigma = 4.0
+com = [0.405, -0.4313, -0.0134]
+";
+
+/// The log with the numbers of a loader's scale, where it has one at that time (s).
+fn weighed(mass: impl Fn(f64) -> Option<f64>) -> anyhow::Result<Analysis> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("lift_payload.mcap");
+    let times = Truth::of(&data("lift_payload.mcap"), &WHEELS).rows(100);
+    let start = times[0].0;
+    let scale = times.iter().filter_map(|(time, _)| {
+        let mass = mass((time - start) as f64 * 1e-9)?;
+        Some((*time, [mass, 0.0, 0.0, 0.0]))
+    });
+    write_with_loads(
+        &data("lift_payload.mcap"),
+        &path,
+        &scale.collect::<Vec<_>>(),
+    );
+    let text = std::fs::read_to_string(data("lift_payload.toml"))? + SCALE;
+    let file = MachineFile::from_text(&data("lift_payload.toml"), &text)?;
+    analyse(&path, &file, Options::default(), &mut |_| {})
+}
+
+#[test]
+fn a_scale_tells_the_payload() {
+    let analysis = weighed(|_| Some(TRUE_MASS_KG)).unwrap();
+    let share = Truth::of(&data("lift_payload.mcap"), &WHEELS).error_share(&analysis);
+    assert!(share < 0.02, "without the payload it is 0.18: {share}");
+    // the same loads and bands as with the mass as a number
+    let stated = SCALE.replace(
+        "{ signal = { topic = \"/wheel_loads\", field = \"fl\" } }",
+        "320.0",
+    );
+    let text = std::fs::read_to_string(data("lift_payload.toml")).unwrap() + &stated;
+    let known = analysed(&text).unwrap();
+    let mut compared = 0;
+    for row in (0..analysis.rows.len()).filter(|&row| analysis.rows.is_valid(row)) {
+        assert!(known.rows.is_valid(row));
+        for wheel in 0..4 {
+            for quantity in [Quantity::Load(wheel), Quantity::LoadSigma(wheel)] {
+                let (a, b) = (
+                    analysis.rows.value(quantity, row),
+                    known.rows.value(quantity, row),
+                );
+                assert!(
+                    (a - b).abs() < 1e-6 * b.abs(),
+                    "{quantity:?} {row}: {a} {b}"
+                );
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 1000, "{compared}");
+}
+
+#[test]
+fn a_scale_that_falls_silent_leaves_the_loads_unknown() {
+    let analysis = weighed(|time_s| (time_s < 3.0).then_some(TRUE_MASS_KG)).unwrap();
+    let rows = &analysis.rows;
+    for row in 0..rows.len() {
+        // the last sample is of 2.8 s and holds for 2 s
+        let after_s = rows.seconds(row) - 4.8;
+        if after_s.abs() < 0.05 {
+            continue;
+        }
+        let is_silent = after_s > 0.0;
+        assert_eq!(
+            rows.reasons[row].has(Reason::ToolWrenchGap),
+            is_silent,
+            "{row}"
+        );
+        if is_silent {
+            assert!(rows.value(Quantity::Load(0), row).is_nan());
+        }
+    }
+    assert!(rows.seconds(rows.len() - 1) > 6.0);
+    assert!(analysis.notes.iter().any(|note| note.contains("max_age")));
+}
+
+#[test]
+fn a_signal_of_a_mass_needs_a_sigma_and_says_how_it_is_written() {
+    let message = |mass: &str, more: &str| {
+        let text = std::fs::read_to_string(data("lift_payload.toml")).unwrap();
+        let text = format!("{text}[[payload]]\nlink = \"tool\"\nmass = {mass}\n{more}");
+        format!("{:#}", analysed(&text).unwrap_err())
+    };
+    let signal = "{ signal = { topic = \"/scale\", field = \"kg\" } }";
+    let no_sigma = message(signal, "");
+    assert!(no_sigma.contains("payload 1: mass_sigma"), "{no_sigma}");
+    let misspelt = message("{ topic = \"/scale\", field = \"kg\" }", "mass_sigma = 1.0");
+    assert!(
+        misspelt.contains("payload[0].mass") && misspelt.contains("signal"),
+        "{misspelt}"
+    );
+    let no_form = message("true", "");
+    assert!(
+        no_form.contains("payload[0].mass") && no_form.contains("\"estimate\""),
+        "{no_form}"
+    );
 }
 
 #[test]

@@ -14,13 +14,13 @@ use tipwatch_tests::{analysed, analysed_with, data};
 const WHEELS: [&str; 4] = ["fl", "fr", "rl", "rr"];
 const FEET: [&str; 4] = ["ofl", "ofr", "orl", "orr"];
 
-struct Truth {
+pub(crate) struct Truth {
     times_ns: Vec<i64>,
     loads: Vec<(String, Vec<f64>)>,
 }
 
 impl Truth {
-    fn of(name: &str, supports: &[&str]) -> Self {
+    pub(crate) fn of(name: &str, supports: &[&str]) -> Self {
         let table = parquet::read(&data(&format!("{name}.truth.parquet"))).unwrap();
         let load = |support: &&str| {
             let loads = table.column(&format!("load_{support}")).unwrap();
@@ -58,7 +58,12 @@ fn support(analysis: &Analysis, name: &str) -> usize {
 }
 
 /// Root mean square error of the loads over valid rows in a time (s), as a share of the mean load of that set.
-fn error(analysis: &Analysis, truth: &Truth, supports: &[&str], [from_s, to_s]: [f64; 2]) -> f64 {
+pub(crate) fn error(
+    analysis: &Analysis,
+    truth: &Truth,
+    supports: &[&str],
+    [from_s, to_s]: [f64; 2],
+) -> f64 {
     let (mut sum, mut count, mut weight) = (0.0, 0_usize, 0.0);
     for row in 0..analysis.rows.len() {
         let t = analysis.rows.seconds(row);

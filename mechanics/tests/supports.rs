@@ -221,6 +221,58 @@ proptest! {
     }
 }
 
+/// The crane on its feet with these measured loads, which its own loads follow.
+fn following(measured: &[f64; 4]) -> (Machine, State<f64>) {
+    let whole = crane();
+    let machine = whole
+        .standing_on(&on(&whole, &["OFL", "OFR", "ORL", "ORR"]))
+        .unwrap();
+    let mut state = leaning(&machine, [0.3, -0.2]);
+    state.follows_supports = 1.0;
+    state.actuator_force.copy_from_slice(measured);
+    (machine, state)
+}
+
+#[test]
+fn loads_that_follow_the_supports_include_a_load_that_nobody_stated() {
+    // 2.5 t more than the machine weighs, beside the front left foot
+    let measured = [47_000.0, 31_000.0, 24_000.0, 18_000.0];
+    let (machine, mut state) = following(&measured);
+    let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
+    let outcome = evaluate(&machine, &state, &mut workspace);
+    for wheel in 0..4 {
+        assert!(
+            (outcome.load[wheel] - measured[wheel]).abs() < 50.0,
+            "{:?}",
+            outcome.load
+        );
+        // as uncertain as the sensor, whatever the masses are
+        let of_sensor = 100.0_f64.hypot(0.03 * measured[wheel]);
+        let sigma = of_sensor.hypot(0.003 * 30_000.0);
+        assert!(
+            (outcome.uncertainty.load[wheel] - sigma).abs() < 0.02 * sigma,
+            "{:?}",
+            outcome.uncertainty
+        );
+        assert!(outcome.load_least[wheel] > measured[wheel] - 2.1 * of_sensor);
+        assert!(outcome.load_largest[wheel] < measured[wheel] + 2.1 * of_sensor);
+    }
+    let total: f64 = measured.iter().sum();
+    assert!((outcome.normal_force - total).abs() < 1.0);
+    assert!((outcome.ground_wrench.force.dot(&outcome.contact_normal) - total).abs() < 1.0);
+    let y = 2.4 * (measured[0] - measured[1] + measured[2] - measured[3]) / total;
+    assert!((outcome.zmp_y - y).abs() < 1e-3, "{} {y}", outcome.zmp_y);
+    // one load that is missing leaves the machine as it is stated
+    state.actuator_force[2] = f64::NAN;
+    let outcome = evaluate(&machine, &state, &mut workspace);
+    let weight = machine.mass() * 9.8;
+    assert!(
+        (outcome.normal_force - weight).abs() < 1.0,
+        "{} {weight}",
+        outcome.normal_force
+    );
+}
+
 #[test]
 fn derivatives_by_measured_loads_are_differences() {
     let whole = crane();

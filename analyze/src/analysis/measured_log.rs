@@ -41,7 +41,8 @@ impl MeasuredLog {
         let log = file.open_log(path)?;
         let mut loaded = load(&log, file, &mut |_| {})?;
         let quasi_static = choose(&mut loaded, options)?;
-        let (rows, _) = estimate(&loaded, options)?;
+        let (mut rows, _) = estimate(&loaded, options)?;
+        let of_payloads = payload::follow_signals(&log, file, &loaded, &mut rows)?;
         let forces = linkage_force::read_all(&log, file, &loaded);
         let loads = MeasuredLoads::read(&log, file, &loaded);
         let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
@@ -67,7 +68,11 @@ impl MeasuredLog {
             loads,
             gross_inputs,
             files: hash_log(&log)?,
-            notes: (quasi_static.as_ref()).map_or(Vec::new(), |found| found.notes.clone()),
+            notes: (quasi_static
+                .iter()
+                .flat_map(|found| found.notes.iter().cloned()))
+            .chain(of_payloads)
+            .collect(),
             motion: quasi_static.map(|found| found.rows),
         })
     }

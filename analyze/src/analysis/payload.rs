@@ -1,15 +1,19 @@
-//! Estimates payload masses from the force of the cylinder that lifts them.
+//! Masses of payloads from the log: as a signal states them, or estimated from the force of the cylinder that lifts them.
 
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
-use tipwatch_mechanics::machine::{LinkageSpec, Machine};
+use tipwatch_ingest::Log;
+use tipwatch_mechanics::machine::{LinkageSpec, Machine, MassSignal, PayloadMass};
+use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{
     ForceQuality, MeasuredForce, PayloadEstimate, State, carries_payload, estimate_payload,
 };
 
 use crate::base::error_text::error_text;
 use crate::base::estimated::EstimatedRows;
-use crate::load::linkage_force::{LinkageForce, Series, at};
+use crate::base::number::short;
+use crate::load::LoadedLog;
+use crate::load::linkage_force::{LinkageForce, Series, at, series_in};
 
 /// Most rows used for an estimate; more are thinned out evenly.
 const MOST_ROWS: usize = 2000;
@@ -23,6 +27,90 @@ pub struct EstimatedPayload {
     pub linkage: String,
     /// The estimate.
     pub estimate: PayloadEstimate,
+}
+
+/// Gives the rows the masses that signals state. A row whose sample is missing or too old has none, and so no loads. Returns
+/// what the masses were, as sentences.
+///
+/// # Errors
+/// The log lacks a signal.
+pub(crate) fn follow_signals(
+    log: &Log,
+    file: &MachineFile,
+    loaded: &LoadedLog,
+    rows: &mut EstimatedRows,
+) -> Result<Vec<String>> {
+    let machine = &loaded.machine;
+    let mut notes = Vec::new();
+    for (payload, spec) in file.spec.payload.iter().enumerate() {
+        let PayloadMass::Signal(mass) = &spec.mass else {
+            continue;
+        };
+        let place = format!(
+            "{}: payload {}: mass.signal",
+            file.path.display(),
+            payload + 1
+        );
+        let series = series_in(log, file, loaded, &mass.signal).with_context(|| place)?;
+        let [from_s, to_s] = machine.payloads()[payload].window_s;
+        let masses: Vec<f64> = (0..rows.len())
+            .map(|row| match (from_s..to_s).contains(&rows.seconds(row)) {
+                true => held(&series, rows.times_ns[row], mass),
+                false => 0.0,
+            })
+            .collect();
+        notes.push(as_logged(payload, mass, &masses));
+        for (reasons, mass) in rows.reasons.iter_mut().zip(&masses) {
+            if mass.is_nan() {
+                reasons.add(Reason::ToolWrenchGap);
+            }
+        }
+        let Some((&first, &last)) = rows.times_ns.first().zip(rows.times_ns.last()) else {
+            continue;
+        };
+        rows.change(machine, &[[first, last]], move |row, state| {
+            // what is unknown stays unknown
+            let share = &mut state.payload_share[payload];
+            *share = *share * 0.0 + masses[row];
+        });
+    }
+    Ok(notes)
+}
+
+/// The last sample before a time, which holds for a time; NaN without one.
+fn held((stamps, values): &Series, time_ns: i64, mass: &MassSignal) -> f64 {
+    let max_age_ns = (mass.max_age * 1e9).min(9e18) as i64;
+    let next = stamps.partition_point(|&stamp| stamp <= time_ns);
+    let last = next.checked_sub(1);
+    let young = last.filter(|&last| time_ns.saturating_sub(stamps[last]) <= max_age_ns);
+    let value = young.map_or(f64::NAN, |last| values[last]);
+    // neither an error value of a scale nor less than nothing is a mass
+    if value.is_finite() { value } else { f64::NAN }
+}
+
+fn as_logged(payload: usize, mass: &MassSignal, masses: &[f64]) -> String {
+    let known = masses.iter().filter(|mass| mass.is_finite());
+    let (least, largest) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &mass| {
+        (a.min(mass), b.max(mass))
+    });
+    let missing = masses.iter().filter(|mass| mass.is_nan()).count();
+    let seen = match least <= largest {
+        true => format!("{} to {} kg", short(least), short(largest)),
+        false => "in no row".into(),
+    };
+    let missing = match missing {
+        0 => String::new(),
+        rows => format!(
+            "; in {rows} rows its last sample is older than {} s (max_age) or none, and the loads are unknown (reason \
+             tool_wrench_gap)",
+            short(mass.max_age)
+        ),
+    };
+    format!(
+        "Mass of payload {} as logged on {}: {seen}{missing}.",
+        payload + 1,
+        mass.signal.topic
+    )
 }
 
 /// Estimates every payload of unknown mass and updates the machine.

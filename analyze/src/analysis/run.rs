@@ -150,6 +150,8 @@ fn analyse_with<S: RowSink>(
         );
     }
     let measured_loads = Arc::new(MeasuredLoads::read(&log, file, &loaded));
+    let of_payloads = payload::follow_signals(&log, file, &loaded, &mut rows)?;
+    loaded.notes.extend(of_payloads);
     let payloads = payload::estimate_all(file, &mut loaded.machine, &forces, &rows)?;
     if let Err(error) = loaded.machine.set_reference_loads() {
         let is_stated = loaded.machine.reference().posture.is_stated;
@@ -373,7 +375,9 @@ impl RowSink for Whole {
     }
 }
 
-/// Compares measured with computed loads. Rows in which they contradict each other are not valid: either may be wrong.
+/// Compares measured with computed loads. Where all supports are measured, the loads of rows in which they contradict the
+/// computed ones follow them. Where no load on the tool explains the difference, either may be wrong: such rows are in
+/// doubt.
 fn compare_loads(
     standing: &Standing<'_>,
     rows: &mut EstimatedRows,
@@ -387,7 +391,15 @@ fn compare_loads(
         motion,
     }
     .compare();
-    for span in &comparison.contradictions {
+    let followed = comparison.contradictions.iter();
+    let followed = followed.filter(|span| span.is_followed());
+    let spans: Vec<[i64; 2]> = followed.map(|span| [span.start_ns, span.end_ns]).collect();
+    rows.change(standing.machine(), &spans, |_, state| {
+        // what is unknown stays unknown
+        state.follows_supports = state.follows_supports * 0.0 + 1.0;
+    });
+    let open = comparison.contradictions.iter();
+    for span in open.filter(|span| !span.is_explained()) {
         let pairs = rows.times_ns.iter().zip(&mut rows.reasons);
         for (_, reasons) in pairs.filter(|(time, _)| (span.start_ns..=span.end_ns).contains(time)) {
             reasons.add(Reason::Contradiction);

@@ -10,6 +10,8 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{State, StateColumns};
 
+use super::changed_states::ChangedStates;
+
 /// Where the states of rows come from.
 pub(crate) trait StateSource: Debug + Send + Sync {
     /// Rows that are best read at once, from a multiple of their number on.
@@ -161,6 +163,34 @@ impl EstimatedRows {
         self.kept.clear();
         self.states = wrap(self.states);
         self
+    }
+
+    /// Changes the states of the rows at these times, first and last (ns), from now on; `change` is given the row.
+    pub(crate) fn change(
+        &mut self,
+        machine: &Machine,
+        spans_ns: &[[i64; 2]],
+        change: impl Fn(usize, &mut State<f64>) + Send + Sync + 'static,
+    ) {
+        let at = |time_ns: i64| self.times_ns.partition_point(|&time| time < time_ns);
+        let rows = spans_ns.iter().map(|&[from_ns, to_ns]| {
+            self.first + at(from_ns)..self.first + at(to_ns.saturating_add(1))
+        });
+        let rows: Vec<Range<usize>> = rows.filter(|rows| !rows.is_empty()).collect();
+        if rows.is_empty() {
+            return;
+        }
+        let first = self.first;
+        let change = move |row: usize, state: &mut State<f64>| change(row - first, state);
+        for rows in &rows {
+            (self.kept.range_mut(rows.clone())).for_each(|(row, state)| change(*row, state));
+        }
+        self.states = Arc::new(ChangedStates {
+            source: Arc::clone(&self.states),
+            rows,
+            change: Arc::new(change),
+            blank: State::zero(machine),
+        });
     }
 
     /// Keeps some consecutive rows.

@@ -1,5 +1,6 @@
 //! What every other folder uses: options, rows and their table, provenance, files, errors, numbers, terminal output.
 
+pub(crate) mod changed_states;
 pub mod clip;
 pub(crate) mod error_text;
 pub mod estimated;

@@ -9,7 +9,7 @@ use tipwatch_binding::commissioning_text;
 use tipwatch_calibration::commissioning::{Assessment, Status};
 
 use super::exit::{Exit, Terminal, Usage};
-use super::machine_file::InertiaArgs;
+use super::machine_file::{InertiaArgs, MachineArg};
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
 use crate::setup::check_machine::MachineCheck;
@@ -17,12 +17,8 @@ use crate::setup::{check_machine, commissioning};
 
 #[derive(Debug, Args)]
 pub(super) struct CheckMachineArgs {
-    /// The machine file.
-    #[arg(value_name = "MACHINE", required_unless_present = "machine")]
-    positional: Option<PathBuf>,
-    /// The machine file, as in the other commands.
-    #[arg(long, conflicts_with = "positional")]
-    machine: Option<PathBuf>,
+    #[command(flatten)]
+    machine: MachineArg,
     #[command(flatten)]
     inertias: InertiaArgs,
     /// A log: compute loads in the posture of its first valid row instead of the reference posture, and show
@@ -52,14 +48,6 @@ pub(super) struct CheckMachineArgs {
     json: bool,
 }
 
-impl CheckMachineArgs {
-    /// The machine file, by position or by name.
-    fn machine(&self) -> Result<&Path> {
-        let given = self.positional.as_deref().or(self.machine.as_deref());
-        given.ok_or_else(|| Usage("expected a machine file: --machine MACHINE").into())
-    }
-}
-
 pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
     if let Some(out) = &args.commissioning {
         OutputPlace::require_local(out)?;
@@ -67,7 +55,7 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
     if args.live {
         return Err(run_live(args)?);
     }
-    let mut file = args.inertias.read(args.machine()?)?;
+    let mut file = args.inertias.read(args.machine.path()?)?;
     if let Some(urdf) = &args.urdf {
         file = file.with_urdf(urdf)?;
     }
@@ -139,7 +127,7 @@ fn run_live(args: &CheckMachineArgs) -> Result<anyhow::Error> {
     command
         .arg("check-machine")
         .arg("--machine")
-        .arg(args.machine()?);
+        .arg(args.machine.path()?);
     if args.inertias.accept_inertias {
         command.arg("--accept-inertias");
     }

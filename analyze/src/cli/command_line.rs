@@ -10,7 +10,7 @@ use super::analyze::AnalyzeArgs;
 use super::exit::{Exit, Terminal, Usage};
 use super::reading::ReadingArgs;
 use super::{
-    analyze, check_machine, compare, demo, identify, inspect, machine, query, recover, screen,
+    analyze, chart, check_machine, compare, demo, identify, inspect, machine, query, recover, screen,
     stabilise, validate, verify, whatif,
 };
 use crate::base::stdout::to_stdout;
@@ -51,6 +51,8 @@ enum Command {
     /// Show mass, centre of mass and static loads of a machine, compared with weighed loads if its file
     /// has them; prove its sensors from a log or live.
     CheckMachine(check_machine::CheckMachineArgs),
+    /// Compute the load chart of a machine, and compare it with its maker's.
+    Chart(chart::ChartArgs),
     /// Make a machine from its data sheet.
     Machine(machine::MachineArgs),
     /// Compare computed with measured wheel loads of logs: error, coverage of the bands, contradictions.
@@ -97,6 +99,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Compare(args) => compare::run(args, terminal),
         Command::Inspect(args) => inspect::run(args, terminal),
         Command::CheckMachine(args) => check_machine::run(args, terminal),
+        Command::Chart(args) => chart::run(args, terminal),
         Command::Machine(args) => machine::run(args, terminal),
         Command::Validate(args) => validate::run(args, terminal),
         Command::Identify(args) => identify::run(args, terminal),

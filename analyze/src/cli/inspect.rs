@@ -55,6 +55,7 @@ pub(super) fn run(args: &InspectArgs, terminal: Terminal) -> Result<Exit> {
             &args.log,
             args.urdf.as_deref(),
             out,
+            &databases,
             WriteOptions {
                 accepts_inertias: args.inertias.accept_inertias,
                 freezes_passive: args.freeze_passive,

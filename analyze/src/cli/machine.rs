@@ -12,7 +12,8 @@ use tipwatch_datasheet::{Sheet, Template, ask};
 use super::exit::{Exit, Terminal, Usage};
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
-use crate::setup::{check_machine, from_sheet};
+use crate::setup::from_sheet::{self, LogOfMachine};
+use crate::setup::{check_machine, inspect};
 
 #[derive(Debug, Args)]
 pub(super) struct MachineArgs {
@@ -47,6 +48,9 @@ struct NewArgs {
     /// A log of the machine, whose signals the machine file then binds.
     #[arg(long)]
     log: Option<PathBuf>,
+    /// A DBC file that describes the messages of the log's CAN buses; may be given several times.
+    #[arg(long, value_name = "FILE", requires = "log")]
+    dbc: Vec<PathBuf>,
 }
 
 fn templates() -> PossibleValuesParser {
@@ -72,9 +76,14 @@ pub(super) fn run(args: &MachineArgs, terminal: Terminal) -> Result<Exit> {
 
 fn new(args: &NewArgs, terminal: Terminal) -> Result<Exit> {
     OutputPlace::require_local(&args.out)?;
+    let databases = inspect::read_databases(&args.dbc, None)?;
+    let log = args.log.as_deref().map(|log| LogOfMachine {
+        log,
+        databases: &databases,
+    });
     let made = match &args.sheet {
-        Some(path) => from_sheet::create(&read(path)?, &args.out, args.log.as_deref(), None)?,
-        None => from_sheet::create_from_answers(&answers(args)?, &args.out, args.log.as_deref())?,
+        Some(path) => from_sheet::create(&read(path)?, &args.out, log, None)?,
+        None => from_sheet::create_from_answers(&answers(args)?, &args.out, log)?,
     };
     to_stdout(&format!("{}\n", made.summary))?;
     check_machine::print(&made.check, false)?;

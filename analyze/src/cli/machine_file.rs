@@ -6,6 +6,8 @@ use anyhow::Result;
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
+use super::exit::Usage;
+
 /// The machine file of a command that needs one.
 #[derive(Debug, Args)]
 pub(super) struct MachineFileArgs {
@@ -19,6 +21,24 @@ pub(super) struct MachineFileArgs {
 impl MachineFileArgs {
     pub(super) fn read(&self) -> Result<MachineFile> {
         self.inertias.read(&self.machine)
+    }
+}
+
+/// The machine file of a command that is about a machine: by position or by name.
+#[derive(Debug, Args)]
+pub(super) struct MachineArg {
+    /// The machine file.
+    #[arg(value_name = "MACHINE", required_unless_present = "machine")]
+    positional: Option<PathBuf>,
+    /// The machine file, as in the other commands.
+    #[arg(long, conflicts_with = "positional")]
+    machine: Option<PathBuf>,
+}
+
+impl MachineArg {
+    pub(super) fn path(&self) -> Result<&Path> {
+        let given = self.positional.as_deref().or(self.machine.as_deref());
+        given.ok_or_else(|| Usage("expected a machine file: --machine MACHINE").into())
     }
 }
 

@@ -1,6 +1,7 @@
 //! The command line: one file per command.
 
 mod analyze;
+mod chart;
 mod check_machine;
 mod command_line;
 mod compare;

@@ -75,6 +75,16 @@ pub(super) fn series_of(log: &Log, field: &FieldSpec, clocks: &Clocks<'_>) -> Re
     Ok(series(&recordings[0], field, clocks))
 }
 
+/// The numbers of one field of a loaded log, in order of time.
+pub(crate) fn series_in(
+    log: &Log,
+    file: &MachineFile,
+    loaded: &LoadedLog,
+    field: &FieldSpec,
+) -> Result<Series> {
+    series_of(log, field, &Clocks::of(file, loaded))
+}
+
 /// The positions of a joint that is bound by itself, in order of time.
 pub(crate) fn positions_of(
     log: &Log,

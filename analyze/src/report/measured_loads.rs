@@ -53,7 +53,7 @@ pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
                 "From t = " (seconds(span.start_ns)) " to " (seconds(span.end_ns))
                 " measured and computed loads contradict each other, most at " (span.sensor) ": "
                 (number(span.difference_n)) " N, standard deviation of both together " (number(span.sigma_n))
-                " N. Either may be wrong, so these rows are not valid" (span.explanation()) "."
+                " N. " (span.consequence()) (span.explanation()) "."
             }
         }
     })

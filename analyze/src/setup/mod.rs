@@ -1,6 +1,7 @@
 //! Before the first analysis: contents of a log, a first machine file for it or from a data sheet, a check of that file,
-//! commissioning, identification, and validation against measured loads.
+//! commissioning, identification, validation against measured loads, and its load chart.
 
+pub mod chart;
 pub mod check_machine;
 pub mod commissioning;
 pub mod first_machine;

@@ -19,6 +19,8 @@ const RANK: f64 = 1e-9;
 /// A sum that differs from that of other readings by less than this share of their joint standard deviation was
 /// calculated from them.
 const CALCULATED: f64 = 0.05;
+/// Readings are equally suspect if their disagreements, in standard deviations, differ by less than this share.
+const EQUALLY: f64 = 1e-3;
 /// Standard deviation of the weight being the same, as a share of it: rounding.
 const SAME_WEIGHT: f64 = 1e-7;
 
@@ -29,8 +31,9 @@ pub struct Agreement {
     pub chi_square: f64,
     /// Number of redundant readings.
     pub redundant: usize,
-    /// The reading that disagrees most with all others.
-    pub worst: Disagreement,
+    /// The readings that disagree most with all others. Several are equally suspect where no further reading tells which of
+    /// them is wrong: of two axles and the whole machine, any one.
+    pub suspects: Vec<Disagreement>,
 }
 
 /// A reading against what all other weighings say of it.
@@ -107,26 +110,26 @@ pub fn agreement(machine: &Machine, data: &Data) -> Option<Agreement> {
         equations.push((factors, 0.0, weight * sigma.hypot(SAME_WEIGHT)));
     }
     let residuals = Residuals::of(&equations)?;
-    let worst = (0..names.len()).max_by(|&a, &b| {
-        let size = |row: usize| {
-            residuals
-                .without(row)
-                .map_or(0.0, |(off, s)| (off / s).abs())
-        };
-        size(a).total_cmp(&size(b))
-    })?;
-    let (difference, sigma) = residuals.without(worst)?;
-    let (weighing, channel) = names[worst];
-    let stated = equations[worst].2;
-    Some(Agreement {
-        chi_square: residuals.scaled.norm_squared(),
-        redundant: residuals.redundant,
-        worst: Disagreement {
+    let off: Vec<Option<(f64, f64)>> = (0..names.len()).map(|row| residuals.without(row)).collect();
+    let size = |row: usize| off[row].map_or(0.0, |(off, sigma)| (off / sigma).abs());
+    let most = (0..names.len()).map(size).fold(0.0, f64::max);
+    let suspects = (0..names.len()).filter(|&row| size(row) >= (1.0 - EQUALLY) * most);
+    let disagreement = |row: usize| {
+        let (difference, sigma) = off[row]?;
+        let (weighing, channel) = names[row];
+        let stated = equations[row].2;
+        Some(Disagreement {
             weighing: weighing.into(),
             channel: data.channels[channel].name.clone(),
             difference: difference * stated,
             sigma: sigma * stated,
-        },
+        })
+    };
+    let suspects: Vec<Disagreement> = suspects.filter_map(disagreement).collect();
+    (!suspects.is_empty()).then(|| Agreement {
+        chi_square: residuals.scaled.norm_squared(),
+        redundant: residuals.redundant,
+        suspects,
     })
 }
 

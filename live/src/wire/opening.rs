@@ -86,6 +86,16 @@ impl Session {
                 file.spec.file
             );
         }
+        if machine
+            .payloads()
+            .iter()
+            .any(|payload| payload.is_signalled)
+        {
+            bail!(Refusal::Unsuitable.because(format!(
+                "{}: payload with mass = {{ signal }}: live programs read no such signal; expected a number for live use",
+                file.spec.file
+            )));
+        }
         if let Some(which) = machine.supports().not_constant() {
             bail!(Refusal::Unsuitable.because(format!(
                 "{}: {which}: expected supports that are always on the ground for live use, found one that comes and goes or whose load is measured; a verdict has the same wheels in every row, and such supports are computed offline only (tipwatch analyze)",

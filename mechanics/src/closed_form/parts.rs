@@ -83,8 +83,7 @@ fn chassis_by_body(machine: &Machine) -> Vec<(usize, MassMoments)> {
         chassis[link.body] = chassis[link.body].welded(&link.inertia);
         counts[link.body] = true;
     }
-    let always = [f64::NEG_INFINITY, f64::INFINITY];
-    for payload in machine.payloads.iter().filter(|p| p.window_s == always) {
+    for payload in machine.payloads.iter().filter(|p| p.is_always()) {
         if counts[payload.body] {
             chassis[payload.body] = chassis[payload.body].welded(&payload.inertia);
         }

@@ -428,7 +428,7 @@ impl StateBuilder {
         }
         for (share, payload) in state.payload_share.iter_mut().zip(machine.payloads()) {
             let [from, to] = payload.window_s;
-            *share = if (from..to).contains(&elapsed_s) {
+            *share = if !payload.is_signalled && (from..to).contains(&elapsed_s) {
                 1.0
             } else {
                 0.0

@@ -118,12 +118,11 @@ fn whole_body<T: Real>(
     tool_wrench: &Wrench<T>,
 ) -> ContactPlane<T> {
     let ground = sum_on_ground(w, tool_wrench);
-    w.outcome.ground_wrench = ground;
     distal_wrenches(machine, &w.wrenches, tool_wrench, &mut w.distal);
     Actuation::fill(machine, state, &mut w.actuations);
     let radii_differ = machine.contact.radii_differ;
     let mut plane = ContactPlane::through(&w.wheel_centres, &w.radii, radii_differ);
-    stand(machine, w, &ground, &plane);
+    stand(machine, state, w, &ground, &plane);
     let derives = w.scope.needs_influences();
     if machine.contact.tyres_deflect {
         if derives {
@@ -139,7 +138,7 @@ fn whole_body<T: Real>(
             w.radii[wheel] -= w.outcome.load[wheel] * compliance;
         }
         plane = ContactPlane::through(&w.wheel_centres, &w.radii, true);
-        stand(machine, w, &ground, &plane);
+        stand(machine, state, w, &ground, &plane);
     }
     if derives {
         let configuration = configuration!(machine, w, &plane, &ground);
@@ -163,12 +162,17 @@ fn share_by_rule<T: Real>(
     plane: &ContactPlane<T>,
 ) {
     w.equations.set_measured_aside();
+    // the contributions are those of what the machine states
+    let followed = GroundForce::of(&w.equations);
+    let computed = GroundForce::in_plane(ground, plane);
+    w.equations.set_equilibrium(&computed, &w.contacts);
     let response = w
         .solver
         .solve_by_rule(machine, &w.equations, &mut w.otf_by_rule);
     let configuration = configuration!(machine, w, plane, ground);
     w.adjoints
         .fill_by_rule(&configuration, response, &w.otf_by_rule);
+    w.equations.set_equilibrium(&followed, &w.contacts);
     w.equations.take_measured_up();
 }
 
@@ -256,6 +260,7 @@ fn move_bodies<T: Real>(machine: &Machine, w: &mut Workspace<T>, base: BodyMotio
 /// Determines the plane through the contact points and solves for the loads.
 fn stand<T: Real>(
     machine: &Machine,
+    state: &State<T>,
     w: &mut Workspace<T>,
     ground: &Wrench<T>,
     plane: &ContactPlane<T>,
@@ -263,7 +268,18 @@ fn stand<T: Real>(
     for (contact, centre) in w.contacts.iter_mut().zip(&w.wheel_centres) {
         *contact = plane.coordinates(centre);
     }
-    let force = GroundForce::in_plane(ground, plane);
+    let computed = GroundForce::in_plane(ground, plane);
+    let force = w.equations.ground_force(
+        machine,
+        state.follows_supports,
+        &w.actuations,
+        &w.contacts,
+        computed,
+    );
+    w.outcome.ground_wrench = match w.equations.follow_supports() {
+        true => force.replacing(&computed, ground, plane),
+        false => *ground,
+    };
     w.equations.set_equilibrium(&force, &w.contacts);
     w.equations.set_offsets(machine, plane, &w.wheel_centres);
     if !w.distal.is_empty() || w.equations.are_measured() {
@@ -273,7 +289,7 @@ fn stand<T: Real>(
             plane,
             centres: &w.wheel_centres,
             radii: &w.radii,
-            force_per_load: ground.force / force.normal,
+            force_per_load: ground.force / computed.normal,
         };
         w.equations.set_free_joints(machine, &distal);
         w.equations

@@ -105,6 +105,18 @@ impl<T: Real> Workspace<T> {
         &self.wheel_centres
     }
 
+    /// Distances of the wheels' centres from the ground at the last evaluation (m).
+    #[must_use]
+    pub fn radii(&self) -> &[T] {
+        &self.radii
+    }
+
+    /// A point that is fixed to a body at the last evaluation, in the base frame (m).
+    #[must_use]
+    pub fn point(&self, body: usize, in_body: &Vector3<f64>) -> Vector3<T> {
+        self.motions[body].point(in_body)
+    }
+
     /// Variance of a weighted sum of the OTF that the measured torques leave (N^2); zero without measured
     /// torques.
     pub(crate) fn measured_split_variance(&self, factors: &[T]) -> T {
@@ -117,6 +129,7 @@ impl<T: Real> Workspace<T> {
                 }
             }
             variance *= self.equations.prior_variance();
+            variance += self.equations.variance_by_supports(factors);
         }
         variance.max(T::zero())
     }

@@ -154,8 +154,18 @@ pub struct Payload {
     pub inertia: Inertia,
     /// The same as moments.
     pub moments: MassMoments,
+    /// Whether a signal states its mass. Its inertia is then that of a kilogram, and its share in a state is its mass (kg).
+    pub is_signalled: bool,
     /// Times of attachment and release (s after the first sample).
     pub window_s: [f64; 2],
+}
+
+impl Payload {
+    /// Whether it is attached all the time, with a mass that is known beforehand.
+    #[must_use]
+    pub fn is_always(&self) -> bool {
+        !self.is_signalled && self.window_s.iter().all(|time| time.is_infinite())
+    }
 }
 
 /// Moments of a body's links, by group.

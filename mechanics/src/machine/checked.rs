@@ -264,15 +264,39 @@ impl Machine {
         body == carrier
     }
 
+    /// The bodies whose own joint moves with a measured joint: with itself, by coupling, or as part of its linkage.
+    pub fn bodies_of_joint(&self, joint: usize) -> impl Iterator<Item = usize> + '_ {
+        let linkage = move |linkage: usize| self.linkages[linkage].measured_joint == joint;
+        let moves = move |coupling: JointCoupling| match coupling {
+            JointCoupling::Root => false,
+            JointCoupling::Measured(of) | JointCoupling::Mimic { joint: of, .. } => of == joint,
+            JointCoupling::Pivot(of) | JointCoupling::Cylinder(of) | JointCoupling::Rod(of) => {
+                linkage(of)
+            }
+        };
+        let bodies = self.bodies.iter().enumerate();
+        bodies
+            .filter(move |(_, body)| moves(body.coupling))
+            .map(|(index, _)| index)
+    }
+
+    /// Whether a measured joint moves a wheel relative to the base.
+    #[must_use]
+    pub fn joint_carries_wheel(&self, joint: usize) -> bool {
+        self.bodies_of_joint(joint).any(|body| {
+            let mut wheels = self.wheels.iter();
+            wheels.any(|wheel| self.is_carried_by(wheel.body, body))
+        })
+    }
+
     /// Mass of all bodies and of the payloads without a time limit (kg).
     #[must_use]
     pub fn mass(&self) -> f64 {
-        let always = |p: &&Payload| p.window_s == [f64::NEG_INFINITY, f64::INFINITY];
         self.bodies.iter().map(|b| b.inertia.mass).sum::<f64>()
             + self
                 .payloads
                 .iter()
-                .filter(always)
+                .filter(|payload| payload.is_always())
                 .map(|p| p.inertia.mass)
                 .sum::<f64>()
     }

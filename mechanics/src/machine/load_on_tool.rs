@@ -61,6 +61,7 @@ impl Machine {
             moments: MassMoments::from(&inertia),
             mass_sigma: None,
             is_estimated: false,
+            is_signalled: false,
             window_s: [f64::NEG_INFINITY, f64::INFINITY],
         });
         machine

@@ -97,8 +97,8 @@ pub use signals::{
 };
 pub use spec::{
     ArmSpec, ContactSpec, EstimatorSpec, Ground, ImuSpec, LimitsSpec, LinkageSpec, MachineSpec,
-    PayloadMass, PayloadSpec, PointSpec, PressureSpec, Stiffness, SuspensionSpec, UncertaintySpec,
-    WheelSpec,
+    MassSignal, PayloadMass, PayloadSpec, PointSpec, PressureSpec, Stiffness, SuspensionSpec,
+    UncertaintySpec, WheelSpec,
 };
 pub use split::Split;
 pub use static_transform::StaticTransform;

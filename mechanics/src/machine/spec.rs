@@ -298,7 +298,7 @@ impl Default for LimitsSpec {
 pub struct PayloadSpec {
     /// The link.
     pub link: String,
-    /// Mass (kg), or "estimate".
+    /// Mass (kg), "estimate", or a signal.
     pub mass: PayloadMass,
     /// Standard deviation of the mass (kg).
     pub mass_sigma: Option<f64>,
@@ -316,17 +316,39 @@ pub struct PayloadSpec {
     pub to: Option<f64>,
 }
 
-/// The mass of a payload: stated, or to be estimated from a cylinder force.
+/// The mass of a payload: stated, to be estimated from a cylinder force, or logged.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PayloadMass {
     /// Mass (kg).
     Known(f64),
     /// The word "estimate".
     Word(String),
+    /// A signal of the log.
+    Signal(MassSignal),
 }
 
-impl OneOf<'_> for PayloadMass {
-    const EXPECTED: &'static str = "a mass [kg], such as 450.0, or the word \"estimate\"";
+/// `mass = { signal, max_age }`: the mass of a payload as the log has it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table { signal }, such as { signal = { topic = \"/scale\", field = \"mass\" } }"
+)]
+pub struct MassSignal {
+    /// The number (kg, once scaled): of a load moment indicator, a loader's scale, a sum of jacks, a CAN signal.
+    pub signal: FieldSpec,
+    /// How long a sample holds (s).
+    #[serde(default = "mass_max_age")]
+    pub max_age: f64,
+}
+
+/// A scale reports at least that often (s).
+fn mass_max_age() -> f64 {
+    2.0
+}
+
+impl<'de> OneOf<'de> for PayloadMass {
+    const EXPECTED: &'static str = "a mass [kg], such as 450.0, the word \"estimate\", or a table { signal }, such as \
+         { signal = { topic = \"/scale\", field = \"mass\" } }";
 
     fn of_number(value: f64) -> Option<Self> {
         Some(Self::Known(value))
@@ -334,6 +356,11 @@ impl OneOf<'_> for PayloadMass {
 
     fn of_text(text: &str) -> Option<Self> {
         Some(Self::Word(text.into()))
+    }
+
+    fn of_table<A: MapAccess<'de>>(table: A) -> Option<Result<Self, A::Error>> {
+        let signal = MassSignal::deserialize(MapAccessDeserializer::new(table));
+        Some(signal.map(Self::Signal))
     }
 }
 

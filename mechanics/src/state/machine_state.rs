@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::geometry::coordinate::Motion;
 use crate::geometry::spatial::Wrench;
-use crate::machine::{BaseMotion, Machine, Parameter};
+use crate::machine::{BaseMotion, Machine, Parameter, Payload};
 use crate::number::Real;
 
 /// The state at one instant, or at several instants at once: see [`Real`].
@@ -20,8 +20,12 @@ pub struct State<T> {
     /// Actuator force of each of the [`actuated joints`](crate::machine::Contact::actuated_joints) (N),
     /// positive when it extends the rod; NaN where unknown, which leaves the load split to the split rule.
     pub actuator_force: Vec<T>,
-    /// Share of each of [`Machine::payloads`] that is attached to its link: 1 or 0.
+    /// Share of each of [`Machine::payloads`] that is attached to its link: 1 or 0; the mass (kg) of one whose mass a signal
+    /// states.
     pub payload_share: Vec<T>,
+    /// 1 where the measured loads of all supports replace the computed total load and its place, because a load is there
+    /// that the machine does not state; 0 elsewhere.
+    pub follows_supports: T,
     /// Attitude and velocity of the base, in addition to the IMU's measurement.
     pub base: BaseState<T>,
     /// Covariance of the numbers above due to signal noise.
@@ -94,11 +98,11 @@ impl<T: Real> State<T> {
     /// attitude and velocity of the base are unknown.
     #[must_use]
     pub fn zero(machine: &Machine) -> Self {
-        let always = |window: [f64; 2]| {
-            if window[0].is_finite() || window[1].is_finite() {
-                T::zero()
-            } else {
+        let always = |payload: &Payload| {
+            if payload.is_always() {
                 T::one()
+            } else {
+                T::zero()
             }
         };
         Self {
@@ -110,11 +114,8 @@ impl<T: Real> State<T> {
             },
             tool_wrench: Wrench::zero(),
             actuator_force: vec![T::constant(f64::NAN); machine.contact.actuated_joints.len()],
-            payload_share: machine
-                .payloads()
-                .iter()
-                .map(|p| always(p.window_s))
-                .collect(),
+            payload_share: machine.payloads().iter().map(always).collect(),
+            follows_supports: T::zero(),
             base: BaseState::unknown(),
             noise: SignalNoise::zero(),
         }
@@ -124,7 +125,7 @@ impl<T: Real> State<T> {
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
         let (joints, actuated) = (machine.joints.len(), machine.contact.actuated_joints.len());
-        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 9 + 20
+        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 1 + 9 + 20
     }
 
     /// The same state in another number type.
@@ -144,6 +145,7 @@ impl<T: Real> State<T> {
             },
             actuator_force: self.actuator_force.iter().map(|&f| convert(f)).collect(),
             payload_share: self.payload_share.iter().map(|&s| convert(s)).collect(),
+            follows_supports: convert(self.follows_supports),
             base: BaseState {
                 up: vector(&self.base.up),
                 velocity: vector(&self.base.velocity),
@@ -177,6 +179,7 @@ impl<T: Real> State<T> {
         self.tool_wrench = other.tool_wrench;
         self.actuator_force.copy_from_slice(&other.actuator_force);
         self.payload_share.copy_from_slice(&other.payload_share);
+        self.follows_supports = other.follows_supports;
         self.base = other.base;
         self.noise = other.noise;
     }
@@ -236,8 +239,8 @@ impl<T: Real> State<T> {
     }
 
     /// Visits all values in their fixed order: joints (position, velocity, acceleration each), specific force,
-    /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares, up,
-    /// velocity and its derivative, noise.
+    /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares,
+    /// whether the measured loads of the supports are followed, up, velocity and its derivative, noise.
     pub(crate) fn for_each_value(&mut self, mut visit: impl FnMut(&mut T)) {
         for joint in &mut self.joints {
             visit(&mut joint.position);
@@ -252,6 +255,7 @@ impl<T: Real> State<T> {
         tool.moment.iter_mut().for_each(&mut visit);
         self.actuator_force.iter_mut().for_each(&mut visit);
         self.payload_share.iter_mut().for_each(&mut visit);
+        visit(&mut self.follows_supports);
         self.base.up.iter_mut().for_each(&mut visit);
         self.base.velocity.iter_mut().for_each(&mut visit);
         self.base.velocity_rate.iter_mut().for_each(&mut visit);

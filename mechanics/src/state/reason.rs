@@ -24,7 +24,7 @@ pub enum Reason {
     ImuGap,
     /// No odometry close enough in time, where it replaces another sensor.
     OdometryGap,
-    /// No tool wrench close enough in time.
+    /// No tool wrench, or no mass of a payload that a signal states, close enough in time.
     ToolWrenchGap,
     /// Implausible joint states.
     JointsFault,

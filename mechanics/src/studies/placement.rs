@@ -79,10 +79,9 @@ impl<'a> Placement<'a> {
         for (segment, points) in self.arm_segments.iter_mut().zip(&self.arm) {
             *segment = points.map(|point| at(point.body, &point.in_body));
         }
-        let always = |window: &[f64; 2]| window.iter().all(|t| t.is_infinite());
         let links = self.machine.links().iter().map(|l| (l.body, &l.inertia));
         let payloads = self.machine.payloads().iter();
-        let payloads = payloads.filter(|p| always(&p.window_s));
+        let payloads = payloads.filter(|p| p.is_always());
         let masses = links.chain(payloads.map(|p| (p.body, &p.inertia)));
         let (mass, first) =
             masses.fold((0.0, Vector3::zeros()), |(mass, first), (body, inertia)| {

@@ -92,8 +92,7 @@ impl RestingMachine {
             let of_group = links.filter(move |link| link.group == group);
             MassShare::of(of_group.map(|l| (l.inertia.mass, place(l.body, &l.inertia.com))))
         };
-        let always = |p: &&crate::machine::Payload| p.window_s.iter().all(|t| t.is_infinite());
-        let payloads = machine.payloads().iter().filter(always);
+        let payloads = machine.payloads().iter().filter(|p| p.is_always());
         Self {
             chassis: group(LinkGroup::Chassis),
             wheels: group(LinkGroup::Wheel),

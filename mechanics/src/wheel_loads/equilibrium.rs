@@ -2,6 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::by_supports::BySupports;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler;
 use crate::geometry::contact_plane::ContactPlane;
@@ -29,6 +30,28 @@ impl<T: Real> GroundForce<T> {
                 plane.left.dot(&projected.moment),
             ),
         }
+    }
+
+    /// The one in the equations.
+    pub(crate) fn of(equations: &Equations<T>) -> Self {
+        Self {
+            normal: equations.value[0],
+            moment: Vector2::new(equations.value[1], equations.value[2]),
+        }
+    }
+
+    /// The ground wrench with this force in place of the `computed` one.
+    pub(crate) fn replacing(
+        &self,
+        computed: &Self,
+        ground: &Wrench<T>,
+        plane: &ContactPlane<T>,
+    ) -> Wrench<T> {
+        let moment = self.moment - computed.moment;
+        ground.plus(&Wrench {
+            force: plane.normal * (self.normal - computed.normal),
+            moment: plane.forward * moment.x + plane.left * moment.y,
+        })
     }
 
     /// Centre of pressure, where the normal force has no moment: x = -M_y / F_n, y = M_x / F_n (m).
@@ -62,6 +85,8 @@ pub struct Equations<T> {
     pub(crate) offset: [T; MAX_WHEELS],
     /// Whether any of them can differ from zero.
     pub(super) has_offsets: bool,
+    /// Where the measured loads of all supports replace the computed ground force, A(5).
+    pub(super) by_supports: BySupports<T>,
 }
 
 impl<T: Real> Equations<T> {
@@ -86,6 +111,7 @@ impl<T: Real> Equations<T> {
             aside: [vec![T::zero(); rows], vec![T::zero(); rows]],
             offset: [T::zero(); MAX_WHEELS],
             has_offsets: machine.contact.mean_stiffness.is_some() && machine.contact.warp.is_none(),
+            by_supports: BySupports::nowhere(),
         };
         equations.forget_measured();
         equations.factor[0] = [T::one(); MAX_WHEELS];

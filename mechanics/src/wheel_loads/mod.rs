@@ -9,11 +9,12 @@
 //! Among all loads that satisfy them, wheels on springs take those of least energy: N = K A' l with
 //! (A K A') l = b. Contact is unilateral: a wheel that would have to pull is lifted off the ground and the
 //! remaining wheels are solved again. Joints with measured torque add information on the split
-//! (`actuated`). Where the centre of pressure leaves the support polygon, the machine tips about the nearest
+//! (`actuated`), and the measured loads of all supports on a load that nobody stated (`by_supports`). Where the centre of pressure leaves the support polygon, the machine tips about the nearest
 //! edge, and only the wheels on that edge carry load.
 
 mod actuated;
 mod adjoint;
+mod by_supports;
 mod deviation;
 mod envelope;
 mod equilibrium;

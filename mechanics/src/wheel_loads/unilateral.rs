@@ -120,6 +120,7 @@ impl<T: Real> Solver<T> {
         if self.responds {
             self.otf_response
                 .read(&mut self.least_energy, equations, rows, &stiffness);
+            self.otf_response.follow_supports(equations);
         }
         if matches!(self.envelope, Envelope::Line) {
             envelope::exchange(
@@ -165,6 +166,7 @@ impl<T: Real> Solver<T> {
         self.load_response
             .read(&mut self.least_energy, equations, rows, &stiffness);
         self.load_response.replace_where(all, &self.otf_response);
+        self.load_response.follow_supports(equations);
         let unknown = T::constant(f64::NAN);
         for value in self.load_response.loads.iter_mut().flatten() {
             *value = T::select(self.tipping, unknown, *value);
@@ -224,7 +226,8 @@ impl<T: Real> Solver<T> {
             return [[T::zero(); MAX_WHEELS]; 2];
         }
         let of = |response: &Response<T>| {
-            equations.measured_variance(|wheel| response.slack(equations, wheel, wheel))
+            let left = equations.measured_variance(|wheel| response.slack(equations, wheel, wheel));
+            equations.by_supports.or_measured(left)
         };
         let load = self.load_response().unwrap_or(&self.otf_response);
         [of(&self.otf_response), of(load)]

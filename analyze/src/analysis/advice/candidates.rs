@@ -1,6 +1,6 @@
 //! The changes to try, with the largest amount of each that is within limits and the range seen in the log.
 
-use tipwatch_mechanics::machine::{JointCoupling, LinkGroup, Machine};
+use tipwatch_mechanics::machine::{LinkGroup, Machine};
 use tipwatch_mechanics::{Parameter, State};
 
 use super::change::Change;
@@ -158,7 +158,7 @@ fn joint_offsets(machine: &Machine, log: &[[f64; 2]], seen: &Seen) -> Vec<Candid
     let mut found = Vec::new();
     for (joint, measured) in machine.joints().iter().enumerate() {
         let range = log[joint][1] - log[joint][0];
-        if !(range > SMALLEST_RANGE) || carries_wheel(machine, joint) {
+        if !(range > SMALLEST_RANGE) || machine.joint_carries_wheel(joint) {
             continue;
         }
         // a position seen beyond a limit of the URDF is possible
@@ -216,24 +216,6 @@ fn masses(machine: &Machine, seen: &Seen) -> Vec<Candidate> {
             )
         })
         .collect()
-}
-
-/// Whether a joint moves a wheel relative to the base.
-fn carries_wheel(machine: &Machine, joint: usize) -> bool {
-    let linkage = |linkage: usize| machine.linkages()[linkage].measured_joint == joint;
-    let moves = |coupling: JointCoupling| match coupling {
-        JointCoupling::Root => false,
-        JointCoupling::Measured(of) | JointCoupling::Mimic { joint: of, .. } => of == joint,
-        JointCoupling::Pivot(of) | JointCoupling::Cylinder(of) | JointCoupling::Rod(of) => {
-            linkage(of)
-        }
-    };
-    let moved = machine.bodies().iter().enumerate();
-    let mut moved = moved.filter(|(_, body)| moves(body.coupling));
-    moved.any(|(body, _)| {
-        let mut wheels = machine.wheels().iter();
-        wheels.any(|wheel| machine.is_carried_by(wheel.body, body))
-    })
 }
 
 /// The body of the arm with the most joints between it and the base, the heaviest of several: its mass is

@@ -34,6 +34,30 @@ pub struct Contradiction {
 }
 
 impl Contradiction {
+    /// Whether the loads of these rows follow the measured loads of all supports.
+    #[must_use]
+    pub fn is_followed(&self) -> bool {
+        self.unstated.is_some_and(|load| load.followed)
+    }
+
+    /// Whether it is explained: by a load on the tool, which the loads include.
+    #[must_use]
+    pub fn is_explained(&self) -> bool {
+        self.is_followed() && self.unstated.is_some_and(|load| load.at_tool)
+    }
+
+    /// What it means for these rows.
+    #[must_use]
+    pub fn consequence(&self) -> &'static str {
+        match (self.is_explained(), self.is_followed()) {
+            (true, _) => "The loads of these rows follow the measured ones, and so include it",
+            (false, true) => {
+                "The loads of these rows follow the measured ones, but either may be wrong, so nothing is concluded from them"
+            }
+            (false, false) => "Either may be wrong, so nothing is concluded from these rows",
+        }
+    }
+
     /// "; a load of 2500 kg ... would explain it", or nothing.
     #[must_use]
     pub fn explanation(&self) -> String {

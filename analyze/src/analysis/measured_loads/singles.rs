@@ -6,10 +6,15 @@
 //!     D = sum of D_i,      acts at  sum of D_i p_i / D
 //! ```
 
+use nalgebra::Vector3;
 use tipwatch_mechanics::machine::{ForceSource, Machine};
 use tipwatch_mechanics::{State, Workspace, combination_sigma};
 
 use crate::load::MeasuredLoads;
+
+/// Standard deviation of the distance between the centre of mass of a load and the link that carries it (m): half of a
+/// large pallet, a full bucket or a log.
+const EXTENT_M: f64 = 0.5;
 
 /// Measured loads of all supports on the ground.
 pub(super) struct Singles {
@@ -17,6 +22,8 @@ pub(super) struct Singles {
     loads: Vec<f64>,
     /// Standard deviation of each (N).
     sigmas: Vec<f64>,
+    /// Whether each is a force that the state holds, so that computed loads can follow it.
+    are_forces: bool,
 }
 
 /// Where the difference of measured and computed loads acts.
@@ -26,6 +33,12 @@ pub(super) struct Acts {
     pub(super) at: [f64; 2],
     /// Standard deviation of either (m).
     pub(super) sigma: [f64; 2],
+    /// How far that is from where the arm carries loads, and from the nearest support: in standard deviations of both
+    /// directions, the load's own extent included for the arm.
+    pub(super) from_tool: f64,
+    pub(super) from_support: f64,
+    /// Whether computed loads can follow the measured ones.
+    pub(super) can_be_followed: bool,
 }
 
 impl Singles {
@@ -48,6 +61,7 @@ impl Singles {
                 known[place] = Some((force, joint.force_sigma.hypot(friction)));
             }
         }
+        let are_forces = known.iter().all(Option::is_some);
         for (index, load) in measured.sensors.iter().enumerate() {
             let mut places = load.sensor.places(machine);
             let value = measured.at(index, time_ns);
@@ -59,7 +73,11 @@ impl Singles {
         }
         let known: Vec<(f64, f64)> = known.into_iter().collect::<Option<_>>()?;
         let (loads, sigmas) = known.into_iter().unzip();
-        Some(Self { loads, sigmas })
+        Some(Self {
+            loads,
+            sigmas,
+            are_forces,
+        })
     }
 
     /// Their total (N), and its standard deviation.
@@ -91,9 +109,19 @@ impl Singles {
             (at, of_model.hypot(of_sensors.sqrt()) / difference.abs())
         };
         let (x, y) = (along(0), along(1));
+        let distance = |place: &Vector3<f64>, extent: f64| {
+            let of = |along: (f64, f64), place: f64| (along.0 - place) / along.1.hypot(extent);
+            of(x, place.x).hypot(of(y, place.y))
+        };
+        let tool = machine.load_on_tool();
+        let tool = tool.map(|tool| workspace.point(tool.body, &tool.place));
+        let supports = centres.iter().map(|centre| distance(centre, 0.0));
         Acts {
             at: [x.0, y.0],
             sigma: [x.1, y.1],
+            from_tool: tool.map_or(f64::INFINITY, |tool| distance(&tool, EXTENT_M)),
+            from_support: supports.fold(f64::INFINITY, f64::min),
+            can_be_followed: self.are_forces,
         }
     }
 }

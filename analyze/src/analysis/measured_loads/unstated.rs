@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::singles::Acts;
 use super::total_row::TotalRow;
 
 /// A load that the machine file does not state.
@@ -17,7 +18,16 @@ pub struct UnstatedLoad {
     pub at_m: Option<[f64; 2]>,
     /// Standard deviation of either (m), motion included.
     pub at_sigma_m: Option<[f64; 2]>,
+    /// Whether it acts where the arm carries loads: a payload.
+    pub at_tool: bool,
+    /// Whether it acts at a support: then a wrong sensor of that support explains it as well.
+    pub at_support: bool,
+    /// Whether the loads of these rows follow the measured loads of all supports.
+    pub followed: bool,
 }
+
+/// Places this near to each other (standard deviations) are one.
+const SAME_PLACE: f64 = 3.0;
 
 impl UnstatedLoad {
     /// The mean over some rows; `None` without any.
@@ -31,7 +41,7 @@ impl UnstatedLoad {
         if !mass_kg.is_finite() {
             return None;
         }
-        let acts: Option<Vec<_>> = rows.iter().map(|row| row.acts).collect();
+        let acts: Option<Vec<Acts>> = rows.iter().map(|row| row.acts).collect();
         let along = |axis: usize| {
             let acts = acts.as_ref()?;
             let of = |value: &dyn Fn(usize) -> f64| -> f64 {
@@ -41,6 +51,13 @@ impl UnstatedLoad {
             let spread = of(&|row| (acts[row].at[axis] - at).powi(2)).sqrt();
             Some((at, of(&|row| acts[row].sigma[axis]).hypot(spread)))
         };
+        // in the mean over the rows, for no single one decides
+        let is_near = |distance: &dyn Fn(&Acts) -> f64| {
+            let all = acts.as_ref().filter(|acts| !acts.is_empty());
+            all.is_some_and(|acts| acts.iter().map(distance).sum::<f64>() / count < SAME_PLACE)
+        };
+        let at_support = is_near(&|acts| acts.from_support);
+        let all_forces = |acts: &Vec<Acts>| acts.iter().all(|acts| acts.can_be_followed);
         let at = along(0).zip(along(1));
         let at = at.filter(|(x, y)| (x.0 + x.1 + y.0 + y.1).is_finite());
         Some(Self {
@@ -48,6 +65,9 @@ impl UnstatedLoad {
             mass_sigma_kg: mean(&|row| row.sigma) / gravity,
             at_m: at.map(|(x, y)| [x.0, y.0]),
             at_sigma_m: at.map(|(x, y)| [x.1, y.1]),
+            at_tool: is_near(&|acts| acts.from_tool),
+            at_support,
+            followed: !at_support && acts.as_ref().is_some_and(all_forces),
         })
     }
 }
@@ -70,6 +90,10 @@ impl std::fmt::Display for UnstatedLoad {
                 ", at x = {x:.2} ± {sx:.2} m, y = {y:.2} ± {sy:.2} m,"
             )?;
         }
-        formatter.write_str(" would explain it ([[payload]] in the machine file)")
+        formatter.write_str(match (self.at_tool, self.at_support) {
+            (true, false) => " would explain it: it acts where the arm carries loads ([[payload]] in the machine file)",
+            (_, true) => " would explain it, and so would a wrong sensor of the support where it acts",
+            (false, false) => " would explain it ([[payload]] in the machine file)",
+        })
     }
 }

@@ -43,13 +43,7 @@ fn table(check: &MachineCheck) -> Result<String, std::fmt::Error> {
 
 fn agreement_of_weighings(out: &mut String, agreement: &AgreementRow) -> std::fmt::Result {
     let verdict = match agreement.contradict_each_other {
-        true => format!(
-            "they CONTRADICT each other, most {} in {}: {:+.0} N from what the others say, expected 0 ± {:.0} N",
-            agreement.worst_reading,
-            agreement.worst_weighing,
-            agreement.worst_difference_n,
-            agreement.worst_difference_sigma_n
-        ),
+        true => format!("they CONTRADICT each other, {}", agreement.suspects_text()),
         false => "they agree".into(),
     };
     writeln!(

@@ -52,7 +52,7 @@ impl Guesses {
             if is_known || linkages.iter().any(follows) {
                 continue;
             }
-            match joints::find(&joint.name, &topics.joint_states, log.topics()) {
+            match joints::find(&joint.name, &topics.joint_states, log.topics(), &topics.can) {
                 Some(guess) => joints.push(guess),
                 None => unknown.push(joint.name.clone()),
             }

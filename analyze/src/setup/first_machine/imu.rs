@@ -33,6 +33,14 @@ pub(super) fn section(
     let mut text = Text::default();
     text.gap();
     let Some(topic) = topics.imu() else {
+        if topics.can.has_imu() {
+            open(&mut text, None);
+            return Ok(ImuSection {
+                text: text.finish().trim_end().to_owned(),
+                is_doubtful: false,
+                has_samples: true,
+            });
+        }
         text.comment("No IMU with messages found.");
         return Ok(ImuSection {
             text: text.finish().trim_end().to_owned(),

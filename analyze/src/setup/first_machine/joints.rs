@@ -2,6 +2,7 @@
 
 use tipwatch_ingest::{Topic, number_fields};
 
+use super::can::CanMessages;
 use super::text::quoted;
 use super::words::{own_words, words};
 
@@ -55,8 +56,13 @@ pub(super) struct JointGuess {
 pub(super) type NamedJoints = (String, Vec<String>);
 
 /// Finds a joint under another name: first in joint states, then among the fields of other messages.
-pub(super) fn find(joint: &str, states: &[NamedJoints], topics: &[Topic]) -> Option<JointGuess> {
-    in_joint_states(joint, states).or_else(|| in_fields(joint, topics))
+pub(super) fn find(
+    joint: &str,
+    states: &[NamedJoints],
+    topics: &[Topic],
+    can: &CanMessages,
+) -> Option<JointGuess> {
+    in_joint_states(joint, states).or_else(|| in_fields(joint, topics, can))
 }
 
 fn in_joint_states(joint: &str, states: &[NamedJoints]) -> Option<JointGuess> {
@@ -92,7 +98,7 @@ fn in_joint_states(joint: &str, states: &[NamedJoints]) -> Option<JointGuess> {
     })
 }
 
-fn in_fields(joint: &str, topics: &[Topic]) -> Option<JointGuess> {
+fn in_fields(joint: &str, topics: &[Topic], can: &CanMessages) -> Option<JointGuess> {
     let own = own_words(joint);
     let mut positions = Vec::new();
     let mut rates = Vec::new();
@@ -110,11 +116,17 @@ fn in_fields(joint: &str, topics: &[Topic]) -> Option<JointGuess> {
     let [(topic, field, number)] = &positions[..] else {
         return None;
     };
+    let of_bus = |field: &str| can.field(&topic.name, field);
     let line = |key: &str, field: &str, scale: f64| {
-        let scale = match scale == 1.0 {
+        let named = of_bus(field);
+        let is_si = named.as_ref().is_some_and(|(_, is_si)| *is_si);
+        let scale = match is_si || scale == 1.0 {
             true => String::new(),
             false => format!(", scale = {scale:?}"),
         };
+        if let Some((named, _)) = named {
+            return format!("{key} = {{ {named}{scale} }}");
+        }
         let topic = quoted(&topic.name);
         format!(
             "{key} = {{ topic = {topic}, field = {}{scale} }}",
@@ -126,7 +138,9 @@ fn in_fields(joint: &str, topics: &[Topic]) -> Option<JointGuess> {
     if let [(_, field, number)] = on_topic[..] {
         lines.push(line("velocity", field, number.scale));
     }
+    let is_si = of_bus(field).is_some_and(|(_, is_si)| is_si);
     let unit = match number.unit.is_empty() {
+        _ if is_si => "in SI units by its description: CHECK sign and zero".into(),
         true => "unknown unit: CHECK unit, sign and zero".into(),
         false => format!(
             "in {} according to its name: CHECK sign and zero",

@@ -2,6 +2,7 @@
 //! each guess. Missing parts are commented out, with a note on what is needed.
 
 mod arm;
+mod can;
 mod guesses;
 mod imu;
 mod joints;

@@ -71,6 +71,7 @@ pub(super) fn rendered(
     if let Some(guesses) = guesses {
         write_joints(&mut text, guesses);
     }
+    topics.can.write_weights(&mut text);
     text.gap()
         .comment("Weighed loads, for comparison with the model by `tipwatch check-machine`:")
         .open("[weighed]\nunit = \"kg\"\nsums = [ { name = \"front axle\", wheels = [\"FL\", \"FR\"], load = 0, sigma = 10 } ]");

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use tipwatch_ingest::{Log, SensorKind, Topic, first_frame, joint_names_in};
 
+use super::can::CanMessages;
 use super::joints::NamedJoints;
 use super::text::{Text, array, quoted};
 
@@ -19,6 +20,8 @@ pub(super) struct Topics {
     /// Frames of the IMU and tool wrench messages.
     pub(super) imu_frame: Option<String>,
     pub(super) wrench_frame: Option<String>,
+    /// The messages of CAN buses.
+    pub(super) can: CanMessages,
 }
 
 impl Topics {
@@ -26,7 +29,7 @@ impl Topics {
     ///
     /// # Errors
     /// The log cannot be read.
-    pub(super) fn find(log: &Log) -> Result<Self> {
+    pub(super) fn find(log: &Log, can: CanMessages) -> Result<Self> {
         let of_kind = |kind: SensorKind| {
             let fits = |t: &&Topic| kind.is_type(&t.type_name) && t.message_count != Some(0);
             let mut topics: Vec<&Topic> = log.topics().iter().filter(fits).collect();
@@ -53,6 +56,7 @@ impl Topics {
             imu: named(&imu),
             odometry: named(&odometry),
             tool_wrench: named(&wrench),
+            can,
             ..Self::default()
         };
         for topic in of_kind(SensorKind::JointStates) {
@@ -114,7 +118,13 @@ impl Topics {
             (SensorKind::Odometry, &self.odometry),
             (SensorKind::ToolWrench, &self.tool_wrench),
         ] {
-            write_single(text, kind, topics);
+            match (kind, topics.is_empty()) {
+                (SensorKind::Imu, true) if self.can.has_imu() => self.can.write_imu(text),
+                _ => write_single(text, kind, topics),
+            }
+            if kind == SensorKind::Odometry && topics.is_empty() {
+                self.can.write_speed(text);
+            }
         }
     }
 }

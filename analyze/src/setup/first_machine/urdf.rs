@@ -28,13 +28,18 @@ pub(super) fn find_urdf(log: &Log, given: Option<&Path>, out: &Path) -> Result<O
     let unreadable = || format!("{}: cannot be read", path.display());
     let text = tipwatch_binding::read_text(path).with_context(unreadable)?;
     let absolute = path.canonicalize().with_context(unreadable)?;
-    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok();
-    let beside = folder.and_then(|folder| absolute.strip_prefix(folder).ok().map(Path::to_owned));
-    let line = beside.unwrap_or(absolute).display().to_string();
     Ok(Some(Urdf {
         text,
         name: path.display().to_string(),
-        line: Some(format!("urdf = {}", quoted(&line))),
+        line: Some(format!("urdf = {}", quoted(&beside(&absolute, out)))),
     }))
+}
+
+/// A file as a machine file at `out` names it: relative to its folder if it is in it, else from the root.
+pub(super) fn beside(path: &Path, out: &Path) -> String {
+    let absolute = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok();
+    let within = folder.and_then(|folder| absolute.strip_prefix(folder).ok().map(Path::to_owned));
+    within.unwrap_or(absolute).display().to_string()
 }

@@ -10,12 +10,14 @@ use tipwatch_ingest::{Log, SensorKind};
 use tipwatch_mechanics::MachineSpec;
 use tipwatch_mechanics::machine::Outline;
 
+use super::can::CanMessages;
 use super::guesses::Guesses;
 use super::imu::{self, ImuSection};
 use super::render::rendered;
 use super::signals::Topics;
 use super::urdf::{Urdf, find_urdf};
 use super::write_options::WriteOptions;
+use crate::setup::inspect::Described;
 
 /// Writes a first machine file to `out`, which must not exist; returns what is still missing, if anything.
 ///
@@ -25,11 +27,13 @@ pub fn write(
     log: &Path,
     urdf: Option<&Path>,
     out: &Path,
+    databases: &[Described],
     options: WriteOptions,
 ) -> Result<Option<String>> {
-    let log = Log::open(log)?;
+    let mut log = Log::open(log)?;
+    let can = CanMessages::decode(&mut log, databases, out)?;
     let urdf = find_urdf(&log, urdf, out)?;
-    let (body, missing) = machine_file(&log, urdf.as_ref(), out, options)?;
+    let (body, missing) = machine_file(&log, urdf.as_ref(), can, out, options)?;
     let mut file = OpenOptions::new()
         .write(true)
         .create_new(true)
@@ -49,10 +53,11 @@ pub fn write(
 fn machine_file(
     log: &Log,
     urdf: Option<&Urdf>,
+    can: CanMessages,
     out: &Path,
     options: WriteOptions,
 ) -> Result<(String, Option<String>)> {
-    let topics = Topics::find(log)?;
+    let topics = Topics::find(log, can)?;
     let outline = urdf.map(|urdf| Outline::read(&urdf.text, &urdf.name));
     let outline = outline.transpose()?;
     let mut guesses = outline.map(|outline| Guesses::of(outline, &topics, log));

@@ -7,14 +7,18 @@ use std::path::Path;
 use anyhow::{Error, Result, anyhow};
 use tipwatch_datasheet::Sheet;
 
-use super::files::{NewMachine, create};
+use super::files::{LogOfMachine, NewMachine, create};
 
 /// As [`create`], from the text of a sheet that exists nowhere else. If no machine can be made of it, the text is kept
 /// as `sheet.toml` in the folder.
 ///
 /// # Errors
 /// As [`create`]; the message names the file with the answers, or has them if they cannot be written.
-pub fn create_from_answers(answers: &str, out: &Path, log: Option<&Path>) -> Result<NewMachine> {
+pub fn create_from_answers(
+    answers: &str,
+    out: &Path,
+    log: Option<LogOfMachine<'_>>,
+) -> Result<NewMachine> {
     let made = Sheet::from_toml(answers, "the answers")
         .map_err(Error::from)
         .and_then(|sheet| create(&sheet, out, log, Some(answers)));

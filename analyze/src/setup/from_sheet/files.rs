@@ -10,6 +10,7 @@ use tipwatch_datasheet::Sheet;
 
 use crate::setup::check_machine::{self, MachineCheck};
 use crate::setup::first_machine;
+use crate::setup::inspect::Described;
 
 /// What was written.
 #[derive(Debug)]
@@ -22,6 +23,15 @@ pub struct NewMachine {
     pub files: Vec<PathBuf>,
 }
 
+/// A log of the machine, and the DBC files of its buses.
+#[derive(Debug, Clone, Copy)]
+pub struct LogOfMachine<'a> {
+    /// The log.
+    pub log: &'a Path,
+    /// The files.
+    pub databases: &'a [Described],
+}
+
 /// Writes `machine.toml`, `machine.urdf` and `machine.svg` into a folder; existing files are never overwritten. With
 /// a log, its signals are bound. `answers` is the text of a sheet that exists nowhere else; it is written, too.
 ///
@@ -30,13 +40,22 @@ pub struct NewMachine {
 pub fn create(
     sheet: &Sheet,
     out: &Path,
-    log: Option<&Path>,
+    log: Option<LogOfMachine<'_>>,
     answers: Option<&str>,
 ) -> Result<NewMachine> {
     let machine = sheet.machine()?;
     let urdf = machine.urdf();
     let signals = log
-        .map(|log| first_machine::signals(log, &urdf, "machine.urdf", &machine.constant_joints()))
+        .map(|of| {
+            let out = out.join("machine.toml");
+            first_machine::signals(
+                of.log,
+                of.databases,
+                &out,
+                &urdf,
+                &machine.constant_joints(),
+            )
+        })
         .transpose()?;
     let text = machine.machine_file("machine.urdf", signals.as_deref());
     let picture = machine.picture();

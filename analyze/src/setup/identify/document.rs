@@ -110,11 +110,38 @@ pub struct AgreementRow {
     /// Degrees of freedom of chi-square.
     pub(in crate::setup) redundant_readings: usize,
     pub(in crate::setup) contradict_each_other: bool,
-    pub(in crate::setup) worst_weighing: String,
-    pub(in crate::setup) worst_reading: String,
-    /// That reading minus what the others say of it.
-    pub(in crate::setup) worst_difference_n: f64,
-    pub(in crate::setup) worst_difference_sigma_n: f64,
+    /// The readings that disagree most with all others; several are equally suspect.
+    pub(in crate::setup) suspects: Vec<SuspectRow>,
+}
+
+/// A reading that disagrees with all others.
+#[derive(Debug, Serialize)]
+pub struct SuspectRow {
+    pub(in crate::setup) weighing: String,
+    pub(in crate::setup) reading: String,
+    /// The reading minus what the others say of it.
+    pub(in crate::setup) difference_n: f64,
+    pub(in crate::setup) difference_sigma_n: f64,
+}
+
+impl AgreementRow {
+    /// "most front axle in empty: +1442 N from what the others say, expected 0 ± 170 N".
+    pub(in crate::setup) fn suspects_text(&self) -> String {
+        let each = self.suspects.iter().map(|suspect| {
+            format!(
+                "{} in {} ({:+.0} N from what the others say, expected 0 ± {:.0} N)",
+                suspect.reading, suspect.weighing, suspect.difference_n, suspect.difference_sigma_n
+            )
+        });
+        let each: Vec<String> = each.collect();
+        match each.len() {
+            1 => format!("most {}", each[0]),
+            count => format!(
+                "and one of these {count} is wrong, all equally suspect: {}",
+                each.join("; ")
+            ),
+        }
+    }
 }
 
 impl From<Agreement> for AgreementRow {
@@ -123,10 +150,14 @@ impl From<Agreement> for AgreementRow {
             contradict_each_other: agreement.is_contradicted(),
             chi_square: agreement.chi_square,
             redundant_readings: agreement.redundant,
-            worst_weighing: agreement.worst.weighing,
-            worst_reading: agreement.worst.channel,
-            worst_difference_n: agreement.worst.difference,
-            worst_difference_sigma_n: agreement.worst.sigma,
+            suspects: (agreement.suspects.into_iter())
+                .map(|suspect| SuspectRow {
+                    weighing: suspect.weighing,
+                    reading: suspect.channel,
+                    difference_n: suspect.difference,
+                    difference_sigma_n: suspect.sigma,
+                })
+                .collect(),
         }
     }
 }

@@ -188,8 +188,16 @@ impl BusInspection {
     }
 }
 
-/// The description of an identifier: by the DBC files, else a public parameter group.
 fn description(id: CanId, databases: &[Described]) -> Option<Reading> {
+    let (path, message) = message_of(id, databases)?;
+    Some(Reading::new(
+        &message,
+        path.map_or("SAE J1939".into(), file_name),
+    ))
+}
+
+/// The description of an identifier: by the DBC files, else a public parameter group. With the file, if it is one.
+pub(crate) fn message_of(id: CanId, databases: &[Described]) -> Option<(Option<&Path>, Message)> {
     let group = Identifier::of(id);
     let is_of = |message: &&Message| match (message.addressing, group) {
         (Addressing::Id(of), _) => of == id,
@@ -200,11 +208,10 @@ fn description(id: CanId, databases: &[Described]) -> Option<Reading> {
     };
     for described in databases {
         if let Some(message) = described.database.messages.iter().find(is_of) {
-            return Some(Reading::new(message, file_name(&described.path)));
+            return Some((Some(&described.path), message.clone()));
         }
     }
-    let message = j1939::public_group(group?.pgn)?;
-    Some(Reading::new(&message, "SAE J1939".into()))
+    Some((None, j1939::public_group(group?.pgn)?))
 }
 
 /// Messages that no single frame holds.

@@ -6,6 +6,7 @@ mod contents;
 mod document;
 mod print;
 
+pub(crate) use can::message_of;
 pub use can::{Described, read_databases};
 pub use contents::inspect;
 pub use document::Inspection;

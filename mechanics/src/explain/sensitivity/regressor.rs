@@ -115,7 +115,7 @@ pub(super) struct PayloadMotion<T> {
     place: Vector3<T>,
     /// Specific force there (m/s^2).
     measured: Vector3<T>,
-    /// Share of the mass that is carried.
+    /// Share of the mass that is carried, or of the error of a mass that a signal states.
     share: T,
 }
 
@@ -137,7 +137,12 @@ impl<T: Real> PayloadMotion<T> {
         let spec = &motion.machine.payloads[payload];
         let (body, matrix) = (&motion.motions[spec.body], &place_matrices[spec.body]);
         (self.place, self.measured) = at_com(&spec.inertia, body, matrix);
-        self.share = motion.state.payload_share[payload];
+        let share = motion.state.payload_share[payload];
+        self.share = match spec.is_signalled {
+            // the share is the mass itself, whose error is in kilograms
+            true => T::select(T::zero().lt(share.abs()), T::one(), T::zero()),
+            false => share,
+        };
     }
 
     /// Derivative with respect to the mass.

@@ -15,11 +15,11 @@ impl Checker<'_> {
             .map(|(i, spec)| {
                 let place = format!("payload {}", i + 1);
                 let link = &links[self.link(&format!("{place}: link"), &spec.link)?];
-                let (mass, is_estimated) = self.payload_mass(&place, spec)?;
+                let mass = self.payload_mass(&place, spec)?;
                 let [xx, yy, zz, xy, xz, yz] = spec.inertia;
                 let about_com = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
                 let inertia = Inertia {
-                    mass,
+                    mass: mass.kg,
                     com: spec.com.into(),
                     about_com,
                 };
@@ -42,7 +42,8 @@ impl Checker<'_> {
                     body: link.body,
                     group: link.group,
                     mass_sigma: spec.mass_sigma,
-                    is_estimated,
+                    is_estimated: mass.is_estimated,
+                    is_signalled: mass.is_signalled,
                     moments: MassMoments::from(&inertia),
                     inertia,
                     window_s,
@@ -51,23 +52,57 @@ impl Checker<'_> {
             .collect()
     }
 
-    /// The mass as stated, or zero if it is to be estimated.
-    fn payload_mass(&self, place: &str, spec: &PayloadSpec) -> Result<(f64, bool), MachineError> {
-        match &spec.mass {
-            PayloadMass::Known(mass) => Ok((*mass, false)),
-            PayloadMass::Word(word) if word == "estimate" && spec.inertia == [0.0; 6] => {
-                Ok((0.0, true))
-            }
-            PayloadMass::Word(word) if word == "estimate" => Err(self.value_error(
-                place,
-                "no inertia with mass = \"estimate\": a payload of unknown mass is treated as a point mass",
+    fn payload_mass(&self, place: &str, spec: &PayloadSpec) -> Result<StatedMass, MachineError> {
+        let is_stated = matches!(spec.mass, PayloadMass::Known(_));
+        if !is_stated && spec.inertia != [0.0; 6] {
+            return Err(self.value_error(
+                format!("{place}: inertia"),
+                "none: a payload whose mass is estimated or logged is treated as a point mass",
                 format!("{:?}", spec.inertia),
-            )),
-            PayloadMass::Word(word) => Err(self.value_error(
-                place,
-                "a mass [kg] or \"estimate\"",
-                format!("\"{word}\""),
-            )),
+            ));
+        }
+        match &spec.mass {
+            PayloadMass::Known(mass) => Ok(StatedMass {
+                kg: *mass,
+                is_estimated: false,
+                is_signalled: false,
+            }),
+            PayloadMass::Word(word) if word == "estimate" => Ok(StatedMass {
+                kg: 0.0,
+                is_estimated: true,
+                is_signalled: false,
+            }),
+            PayloadMass::Word(word) => {
+                let expected = "a mass [kg], \"estimate\", or { signal = { topic, field } }";
+                Err(self.value_error(format!("{place}: mass"), expected, format!("\"{word}\"")))
+            }
+            PayloadMass::Signal(mass) => {
+                self.check_field(&format!("{place}: mass.signal"), &mass.signal, true)?;
+                if !(mass.max_age > 0.0) {
+                    let place = format!("{place}: mass.max_age");
+                    return Err(self.value_error(place, "a positive time [s]", mass.max_age));
+                }
+                if !spec.mass_sigma.is_some_and(|sigma| sigma > 0.0) {
+                    return Err(self.value_error(
+                        format!("{place}: mass_sigma"),
+                        "a positive standard deviation of the logged mass [kg], such as 2 % of what the scale can weigh",
+                        spec.mass_sigma.map_or("none".into(), |sigma| sigma.to_string()),
+                    ));
+                }
+                Ok(StatedMass {
+                    kg: 1.0,
+                    is_estimated: false,
+                    is_signalled: true,
+                })
+            }
         }
     }
+}
+
+/// The mass of a payload as the machine file has it.
+struct StatedMass {
+    /// Zero if it is to be estimated, 1 if a signal states it.
+    kg: f64,
+    is_estimated: bool,
+    is_signalled: bool,
 }
