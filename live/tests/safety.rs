@@ -269,7 +269,7 @@ impl Bench {
             let is_good = verdict.reasons == 0 && !has_fault && verdict.utilisation.is_finite();
             self.good_rows = if is_good { self.good_rows + 1 } else { 0 };
         }
-        if verdict.level != Level::Safe as u32 {
+        if !verdict.verdict().level.sees_no_danger() {
             return;
         }
         self.safe += 1;

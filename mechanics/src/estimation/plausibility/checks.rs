@@ -5,7 +5,7 @@ use super::fault::{Finding, Part};
 use super::relations::Relations;
 use super::signals::SignalChecks;
 use super::treatment::{Judgement, RowEffect};
-use crate::machine::Machine;
+use crate::machine::{Machine, Proofs};
 use crate::state::{Sample, SampleError, Sensors};
 
 /// Checks samples, each sensor's in stamp order.
@@ -15,6 +15,7 @@ pub struct Plausibility {
     relations: Relations,
     has_imu: bool,
     findings: Vec<Finding>,
+    is_contradicted: bool,
 }
 
 impl Plausibility {
@@ -26,6 +27,7 @@ impl Plausibility {
             relations: Relations::new(machine, sensors),
             has_imu: sensors.imu,
             findings: room_for_findings(sensors),
+            is_contradicted: false,
         }
     }
 
@@ -41,6 +43,23 @@ impl Plausibility {
         self.relations.evidence()
     }
 
+    /// Whether the mounting, a sign, the order or a scale was ever contradicted: a fault of that kind does not heal by itself.
+    #[must_use]
+    pub fn is_contradicted(&self) -> bool {
+        self.is_contradicted
+    }
+
+    /// It was contradicted before the first sample: in a session before.
+    pub fn remember_contradiction(&mut self) {
+        self.is_contradicted = true;
+    }
+
+    /// What the motion so far has proven of the sensors.
+    #[must_use]
+    pub fn proven(&self) -> Proofs {
+        self.relations.proven()
+    }
+
     /// Whether a value that the estimate requires was not finite in the last sample.
     pub(crate) fn lacks_a_value(&self) -> bool {
         self.findings.iter().any(Finding::lacks_a_value)
@@ -54,6 +73,9 @@ impl Plausibility {
         self.findings.clear();
         let sound = self.signals.step(sample, &mut self.findings)?;
         self.relations.step(sample, sound, &mut self.findings);
+        self.is_contradicted |= self.findings.iter().any(|finding| {
+            finding.casts_doubt(self.has_imu) && finding.explanation.is_some_and(Explanation::lasts)
+        });
         Ok(Judgement::of(&self.findings))
     }
 

@@ -39,7 +39,7 @@ use super::explanation::Explanation;
 use super::fault::{Finding, Part, YawBy};
 use super::notice::{Found, Note, Notice, Rules};
 use super::signals::Sound;
-use crate::machine::Machine;
+use crate::machine::{Machine, Proof, Proofs};
 use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
 pub use excitation::{Excitation, Unshown};
 use lean::LeanRelation;
@@ -76,6 +76,8 @@ pub(in crate::estimation) struct Relations {
     /// By stream: its joints.
     joints: Vec<Vec<usize>>,
     threshold: f64,
+    /// What the windows so far have proven.
+    proven: Proofs,
 }
 
 impl Relations {
@@ -107,6 +109,7 @@ impl Relations {
             lean: LeanRelation::new(machine, has_imu, threshold),
             joints: streams.map(|stream| stream.joints.clone()).collect(),
             threshold,
+            proven: Proofs::NONE,
         }
     }
 
@@ -234,6 +237,7 @@ impl Relations {
         if let Some(lean) = &mut self.lean {
             lean.weigh(start_ns, stamp_ns);
         }
+        self.prove();
     }
 
     /// Reports what stands, with the samples of the sensor that it is about.
@@ -277,6 +281,26 @@ impl Relations {
             add(Part::Lean, &mut lean.evidence());
         }
         (all, self.threshold)
+    }
+}
+
+impl Relations {
+    /// What the motion so far has proven: each alternative about it is refuted. The mounting of the accelerometer is not
+    /// among it: the slope of the ground is unknown.
+    pub(in crate::estimation) fn proven(&self) -> Proofs {
+        self.proven
+    }
+
+    fn prove(&mut self) {
+        let Some(lean) = &self.lean else {
+            return;
+        };
+        let (mut proven, is_gyro_proven) = lean.proven();
+        // An attitude may stand in the same housing: what turns with it proves nothing.
+        if is_gyro_proven && self.turns.iter().any(TurnRelation::is_proven) {
+            proven.add(Proof::AngularVelocity);
+        }
+        self.proven = proven;
     }
 }
 
