@@ -7,7 +7,6 @@ use proptest::prelude::*;
 use tipwatch_live::monitor::Monitor;
 use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
 use tipwatch_live::wire::topics::{EVENT_ROW, Head, Kind, Wire, WireSample, WireVerdict};
-use tipwatch_mechanics::verdict::Level;
 
 use crate::support::feed::{machine, samples};
 

@@ -43,8 +43,8 @@ impl Names {
     /// Name of a joint by its index; its number where there is none.
     #[must_use]
     pub fn joint(&self, index: usize) -> String {
-        let name = self.joints.get(index).cloned();
-        name.unwrap_or_else(|| format!("{index}"))
+        let name = self.joints.get(index).filter(|name| !name.is_empty());
+        name.map_or_else(|| index.to_string(), String::clone)
     }
 
     /// Names of what is not proven.

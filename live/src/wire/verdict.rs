@@ -12,7 +12,8 @@ use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quant
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::name_to_wire;
 use crate::wire::topics::{
-    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_JOINTS, MAX_PLACES, Wire, WireMachine, WireVerdict,
+    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_JOINTS, MAX_PLACES, NAME_BYTES, Wire, WireMachine,
+    WireVerdict,
 };
 
 impl WireVerdict {
@@ -250,10 +251,10 @@ impl WireMachine {
         for (name, wheel) in wire.wheel_names.iter_mut().zip(machine.wheels()) {
             *name = name_to_wire(&wheel.name.to_lowercase())?;
         }
-        // A joint beyond them is named by its number.
+        // A joint beyond them, or with a longer name, is named by its number.
         wire.joint_count = machine.joints().len().min(MAX_JOINTS) as u32;
         for (name, joint) in wire.joint_names.iter_mut().zip(machine.joints()) {
-            *name = name_to_wire(&joint.name)?;
+            *name = name_to_wire(&joint.name).unwrap_or([0; NAME_BYTES]);
         }
         for (name, edge) in wire.edge_names.iter_mut().zip(edges) {
             *name = name_to_wire(&edge.name)?;

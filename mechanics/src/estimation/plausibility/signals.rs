@@ -7,7 +7,6 @@ use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
 use super::notice::{Note, Rules};
 use super::vector::{Slew, VectorWatch};
-use super::weight::WeightWatch;
 use crate::machine::{FaultKind, Machine};
 use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
 
@@ -37,7 +36,6 @@ pub(in crate::estimation) struct SignalChecks {
     turning: VectorWatch,
     attitude: AttitudeWatch,
     gravity: GravityWatch,
-    weight: WeightWatch,
     velocity: VectorWatch,
     odometry_turning: VectorWatch,
     odometry_attitude: AttitudeWatch,
@@ -101,7 +99,6 @@ impl SignalChecks {
             turning: turning(),
             attitude: AttitudeWatch::new(),
             gravity: GravityWatch::new(machine.gravity(), spec.gravity_tolerance),
-            weight: WeightWatch::new(machine.gravity()),
             velocity: VectorWatch::new(spec.speed_max, slew(spec.acceleration_max)),
             odometry_turning: turning(),
             odometry_attitude: AttitudeWatch::new(),
@@ -201,11 +198,6 @@ impl SignalChecks {
         let has_force = self
             .force
             .check(stamp_ns, force, moves, limits, &mut note.of(part));
-        // which of its samples are wrong by themselves does not show in their mean
-        let has_force = has_force
-            && self
-                .weight
-                .check(stamp_ns, force, limits, &mut note.of(part));
         let part = Part::AngularVelocity;
         let has_turning = self
             .turning
