@@ -268,7 +268,10 @@ fn judged(scene: &Scene, wrong: &Wrong, policy: &str) -> Found {
         from_s <= time_s && time_s <= to_s
     });
     let airborne: Vec<usize> = airborne.collect();
-    let is_safe = |row: &&usize| matches!(verdicts[**row].level, Level::Safe | Level::Notice);
+    let is_safe = |row: &&usize| {
+        let level = verdicts[**row].level;
+        level.sees_no_danger() || level == Level::Notice
+    };
     let faulty =
         (0..analysis.rows.len()).find(|&row| analysis.rows.reasons[row].has(Reason::Contradiction));
     let is_doubted = |row: &&usize| analysis.rows.reasons[**row].has(Reason::Contradiction);

@@ -183,7 +183,7 @@ fn without_a_usable_posture_loads_are_known_and_utilisation_is_not() {
     let used = analysis.rows.outcomes.column(Quantity::Utilisation);
     assert!(used.iter().all(|used| used.is_nan()));
     let verdicts = &analysis.rows.verdicts.as_ref().unwrap().verdicts;
-    let is_calm = |level: Level| matches!(level, Level::Safe | Level::Notice);
+    let is_calm = |level: Level| level.sees_no_danger() || level == Level::Notice;
     assert!(!verdicts.iter().any(|verdict| is_calm(verdict.level)));
     // a stated posture that cannot serve is an error
     let stated = "reference_posture = { slew = 0.1 }";

@@ -5,6 +5,7 @@
 mod accuracy; // wheel loads compared with simulated ground truth
 mod advice; // every advised change holds in an independent evaluation
 mod architecture; // dependencies between files, folders and crates
+mod basis; // only what is proven is safe
 mod can; // frames of a CAN bus give the loads of the original log
 mod causal; // batch evaluation equals sample-by-sample evaluation
 mod clocks; // time offsets between topics, estimated from the physics

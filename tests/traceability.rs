@@ -168,6 +168,7 @@ fn of_level(level: Level) -> &'static str {
     match level {
         Level::Unknown => "TW-VERDICT-01",
         Level::Safe => "TW-VERDICT-02",
+        Level::Assumed => "TW-VERDICT-28",
         Level::Notice | Level::Warning | Level::Danger => "TW-VERDICT-03",
         Level::Fault => "TW-VERDICT-08",
     }

@@ -122,7 +122,7 @@ enum { JOINT_COUNT = 10 };
 
 static const char *level_name(enum tipwatch_level level)
 {
-    static const char *const names[] = {"unknown", "safe", "notice", "warning", "danger", "fault"};
+    static const char *const names[] = {"unknown", "safe", "notice", "warning", "danger", "fault", "assumed"};
     return names[level];
 }
 

@@ -253,7 +253,7 @@ static inline enum tipwatch_level tipwatch_level_now(const struct tipwatch_subsc
     const struct tipwatch_transport *transport = subscriber->transport;
     const struct tipwatch_verdict *verdict = &subscriber->verdict;
     if (!subscriber->has_verdict || transport->now_ns(transport->context) > verdict->valid_until_ns ||
-        verdict->latched_level > (uint32_t)TIPWATCH_LEVEL_FAULT) {
+        verdict->latched_level > (uint32_t)TIPWATCH_LEVEL_ASSUMED) {
         return TIPWATCH_LEVEL_FAULT;
     }
     return (enum tipwatch_level)verdict->latched_level;

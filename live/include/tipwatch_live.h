@@ -58,18 +58,19 @@
 #define TIPWATCH_ACKNOWLEDGE_QUEUE UINT64_C(16)
 #define TIPWATCH_PROGRESS_QUEUE UINT64_C(256)
 #define TIPWATCH_ONE_WRITER UINT64_C(1)
-#define TIPWATCH_MAX_READERS UINT64_C(8)
+#define TIPWATCH_MAX_READERS UINT64_C(12)
+#define TIPWATCH_RESERVED_READERS UINT64_C(4)
 #define TIPWATCH_MAX_BORROWED UINT64_C(2)
-#define TIPWATCH_MAX_NODES UINT64_C(24)
+#define TIPWATCH_MAX_NODES UINT64_C(36)
 #define TIPWATCH_MAX_VALUES UINT64_C(128)
 #define TIPWATCH_MAX_JOINTS UINT64_C(64)
 #define TIPWATCH_MAX_PLACES UINT64_C(12)
 #define TIPWATCH_NAME_BYTES UINT64_C(64)
 #define TIPWATCH_TEXT_BYTES UINT64_C(512)
 #define TIPWATCH_SAFE_OVERFLOW UINT64_C(1)
-#define TIPWATCH_EVENT_LISTENERS UINT64_C(8)
-#define TIPWATCH_EVENT_NOTIFIERS UINT64_C(8)
-#define TIPWATCH_EVENT_NODES UINT64_C(24)
+#define TIPWATCH_EVENT_LISTENERS UINT64_C(12)
+#define TIPWATCH_EVENT_NOTIFIERS UINT64_C(12)
+#define TIPWATCH_EVENT_NODES UINT64_C(36)
 #define TIPWATCH_VALIDITY_NS UINT64_C(100000000)
 #define TIPWATCH_HEARTBEAT_NS UINT64_C(20000000)
 #define TIPWATCH_HASH_START UINT64_C(14695981039346656037)
@@ -118,19 +119,19 @@
 #define TIPWATCH_ACKNOWLEDGE_SERVICE "/acknowledge"
 #define TIPWATCH_ACKNOWLEDGE_BUFFER UINT64_C(16)
 #define TIPWATCH_ACKNOWLEDGE_HISTORY UINT64_C(0)
-#define TIPWATCH_ACKNOWLEDGE_WRITERS UINT64_C(8)
+#define TIPWATCH_ACKNOWLEDGE_WRITERS UINT64_C(12)
 #define TIPWATCH_ACKNOWLEDGE_EVENTS UINT64_C(0)
 #define TIPWATCH_PROGRESS_SERVICE "/progress"
 #define TIPWATCH_PROGRESS_BUFFER UINT64_C(256)
 #define TIPWATCH_PROGRESS_HISTORY UINT64_C(0)
-#define TIPWATCH_PROGRESS_WRITERS UINT64_C(8)
+#define TIPWATCH_PROGRESS_WRITERS UINT64_C(12)
 #define TIPWATCH_PROGRESS_EVENTS UINT64_C(0)
 
 /* Numbers: level, latched_level, alarm, inherited_alarm of the verdict; level of the command. */
 enum tipwatch_level {
     /* No statement is possible, or the signals contradict each other: not even that the machine is safe. */
     TIPWATCH_LEVEL_UNKNOWN = 0,
-    /* All inputs are complete and valid, and every wheel carries enough load. */
+    /* All inputs are complete, valid and proven, and every wheel carries enough load. */
     TIPWATCH_LEVEL_SAFE = 1,
     /* The worst wheel has lost much of its load. */
     TIPWATCH_LEVEL_NOTICE = 2,
@@ -140,6 +141,18 @@ enum tipwatch_level {
     TIPWATCH_LEVEL_DANGER = 4,
     /* The input or the computation has failed: the machine is not being monitored. */
     TIPWATCH_LEVEL_FAULT = 5,
+    /* No danger is seen, but the sensors are not proven: every wheel carries enough load if they are right. */
+    TIPWATCH_LEVEL_ASSUMED = 6,
+};
+
+/* Numbers: basis of the verdict. */
+enum tipwatch_basis {
+    /* Signals are missing, have failed or contradict each other, or too little is known. */
+    TIPWATCH_BASIS_DOUBTED = 0,
+    /* Nothing contradicts the signals, but not everything that the loads hang on has been proven. */
+    TIPWATCH_BASIS_ASSUMED = 1,
+    /* A commissioning of this machine file, or the motion of this session, has shown every signal that the loads hang on, and the split of the load does not rest on unknown ground. */
+    TIPWATCH_BASIS_PROVEN = 2,
 };
 
 /* Bits: faults, cautions, held_faults, held_cautions of the verdict.
@@ -473,8 +486,8 @@ struct tipwatch_sample {
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_sample) == 1104, "tipwatch_sample");
 
 /* What a reader of verdicts must know about the machine, and about the monitor that computes them. */
-#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v2"
-#define TIPWATCH_MACHINE_LAYOUT "a87b2fcc38ff5818"
+#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v3"
+#define TIPWATCH_MACHINE_LAYOUT "e734814463dcc446"
 struct tipwatch_machine {
     /* MAGIC */
     uint64_t magic;
@@ -496,12 +509,18 @@ struct tipwatch_machine {
     uint32_t wheel_count;
     /* Number of edges of the support polygon. */
     uint32_t edge_count;
+    /* Number of joints. */
+    uint32_t joint_count;
+    /* Zero. */
+    uint32_t reserved;
     /* Name of the machine. */
     uint8_t name[64];
     /* Names of the wheels, in lower case. */
     uint8_t wheel_names[12][64];
     /* Names of the edges, in lower case. */
     uint8_t edge_names[12][64];
+    /* Names of the joints, in the order of the bits of the verdict's unproven. */
+    uint8_t joint_names[64][64];
     /* Version of the monitor; empty, and all hashes zero, if it did not state what it is. */
     uint8_t version[64];
     /* SHA-256 of the monitor's executable. */
@@ -519,12 +538,12 @@ struct tipwatch_machine {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 2432, "tipwatch_machine");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 6536, "tipwatch_machine");
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
-#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v3"
-#define TIPWATCH_VERDICT_LAYOUT "b530bb2e6e378ba0"
+#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v4"
+#define TIPWATCH_VERDICT_LAYOUT "a0f31528571a9553"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -559,13 +578,20 @@ struct tipwatch_verdict {
     uint64_t alarm_sequence;
     /* The announced session that the monitor refuses; 0 if none. */
     uint64_t refused_session;
+    /* Bits: what the loads hang on that nothing has proven. Bits 0 to 5: specific force, angular velocity,
+     * odometry, tool wrench, actuator forces, ground; bit 8 + k: joint k of the machine. Without any, and without
+     * a doubt, the basis is proven. */
+    uint64_t unproven;
     /* 1 a row; 2 between rows: the numbers are those of the last row. */
     uint32_t event;
-    /* Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault. */
+    /* Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault, 6 assumed: no danger is seen, but
+     * the sensors are not proven. */
     uint32_t level;
     /* Level to act on: danger, and a failure of the model (fault), stay until they are over and were
      * acknowledged, over the end of a session and a restart of the monitor. */
     uint32_t latched_level;
+    /* What the level stands on: 0 doubted, 1 assumed, 2 proven. */
+    uint32_t basis;
     /* Bits: faults of the input since the last row. */
     uint32_t faults;
     /* Bits: cautions of the input since the last row. */
@@ -601,6 +627,9 @@ struct tipwatch_verdict {
      * 4 a sensor is missing, 5 a sensor that the machine does not have, 6 joints, 7 mounting of the IMU,
      * 8 the machine does not suit live use. The service of refusals has the text. */
     uint32_t refusal;
+    /* 1 if the mounting, a sign, the order or a scale of a sensor was contradicted in a session before, and the
+     * machine was not commissioned since: all rows are doubted. */
+    uint32_t inherited_contradiction;
     /* Why nothing is predicted by each assumed motion; 0 if something is: the other fields of the prediction are
      * NaN or meaningless otherwise. Assumed motions: 0 the motion goes on, 1 the platform brakes now, 2 the arm
      * stops now. A prediction never changes the level. */
@@ -614,7 +643,7 @@ struct tipwatch_verdict {
     /* Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s. */
     double time_to_lift_off_s;
     /* Age of the prediction (s): it was made so long before this row, and its times are from then; 0 if it was made
-     * for this row. Only at level Safe and only a prediction by which no wheel may lift is repeated. */
+     * for this row. Only at the levels safe and assumed and only a prediction by which no wheel may lift is repeated. */
     double predicted_age_s;
     /* Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
      * lifts within the horizon of the machine file. */
@@ -673,7 +702,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2920, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2936, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */

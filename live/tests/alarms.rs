@@ -38,7 +38,7 @@ impl Bench {
         let verdict = bench.last();
         assert_eq!(verdict.latched_level, Level::Danger as u32);
         assert!(
-            verdict.level < Level::Danger as u32,
+            verdict.verdict().level < Level::Danger,
             "{:?}",
             verdict.verdict()
         );
@@ -101,7 +101,7 @@ fn alarm_outlives_a_restart_of_the_monitor() {
     let verdict = bench.last();
     assert_ne!(verdict.source, before.source);
     assert_eq!(verdict.latch(), Latch::raised(Level::Danger));
-    assert!(verdict.latched_level >= Level::Danger as u32);
+    assert!(verdict.verdict().latched_level >= Level::Danger);
     // an acknowledgement goes to the monitor that is there
     let mut sender = bench.acknowledger();
     let mut old = WireAcknowledge::of(&before);
@@ -137,7 +137,7 @@ fn alarm_outlives_a_kill() {
     let file = AlarmFile::new(world.state.path(), raised.machine_hash, "hdmm_rigid");
     // the time that a write to the disk takes
     for _ in 0..500 {
-        if file.read().unwrap() != Latch::default() {
+        if file.read().unwrap().latch != Latch::default() {
             break;
         }
         std::thread::sleep(Duration::from_millis(2));
@@ -147,7 +147,7 @@ fn alarm_outlives_a_kill() {
     let _monitor = world.monitor(&machine, &["--quiet", "--stay"]);
     let first = reading.wait_for("a new monitor", |verdict| verdict.source != raised.source);
     assert_eq!(first.alarm, Level::Danger as u32);
-    assert!(first.latched_level >= Level::Danger as u32);
+    assert!(first.verdict().latched_level >= Level::Danger);
     producing.end();
 }
 
@@ -251,7 +251,7 @@ fn damaged_alarm_file_counts_as_an_alarm() {
     drop(producer);
     time.stop_monitor();
     let file = AlarmFile::new(world.state.path(), hash, "hdmm_rigid");
-    for damage in ["", "tipwatch-alarm 1 0000000000000000 none 0 00000000\n"] {
+    for damage in ["", "tipwatch-alarm 2 0000000000000000 none 0 - 00000000\n"] {
         std::fs::write(file.path(), damage).unwrap();
         time.start_monitor();
         let mut next = self::feed(&node, time);
@@ -277,6 +277,6 @@ fn alarm_that_cannot_be_saved_is_a_caution() {
     feed.send(100);
     let verdict = last(&mut feed);
     assert!(verdict.conditions().cautions.has(InputFault::AlarmUnsaved));
-    assert!(verdict.level >= Level::Warning as u32);
+    assert!(verdict.verdict().level >= Level::Warning);
     drop(good);
 }

@@ -49,7 +49,7 @@ fn shift(sample: &mut WireSample, by_ns: i64) {
 
 /// When a level that is not safe was first given, and whether it stayed (s after `from_ns`).
 fn left_safe_after_s(verdicts: &[WireVerdict], from_ns: i64) -> f64 {
-    let is_bad = |verdict: &&WireVerdict| verdict.level >= Level::Warning as u32;
+    let is_bad = |verdict: &&WireVerdict| verdict.verdict().level >= Level::Warning;
     let first = verdicts.iter().find(is_bad).expect("not safe");
     let after = verdicts.iter().filter(|v| v.sequence > first.sequence);
     assert!(after.clone().count() > 0);

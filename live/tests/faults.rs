@@ -260,7 +260,8 @@ fn reports_or_cautions(fault: InputFault) -> impl Fn(&WireVerdict) -> bool {
     move |verdict| {
         let conditions = verdict.conditions();
         let is_fault = conditions.faults.has(fault) && verdict.level == Level::Fault as u32;
-        let is_caution = conditions.cautions.has(fault) && verdict.level >= Level::Warning as u32;
+        let is_caution =
+            conditions.cautions.has(fault) && verdict.verdict().level >= Level::Warning;
         is_fault || is_caution
     }
 }
@@ -288,7 +289,7 @@ fn single_bad_sample_is_left_out() {
     });
     bench.feed.send(12);
     let is_quiet = |v: &WireVerdict| v.conditions() == Conditions::default();
-    let is_fault = |v: &WireVerdict| v.level >= Level::Notice as u32 || !is_quiet(v);
+    let is_fault = |v: &WireVerdict| v.verdict().level >= Level::Notice || !is_quiet(v);
     assert!(bench.feed.find(is_fault).is_none());
     bench.recovers();
 }
@@ -499,7 +500,7 @@ fn alarm_persists_until_acknowledged() {
     bench.feed.send(200);
     assert!(bench.feed.find(latched(Level::Danger)).is_some());
     bench.feed.send(1000);
-    let is_released = |v: &WireVerdict| v.latched_level < Level::Danger as u32 && v.rows > 10;
+    let is_released = |v: &WireVerdict| v.verdict().latched_level < Level::Danger && v.rows > 10;
     assert!(bench.feed.find(is_released).is_none());
     // Where the log begins again its joints jump, which is latched, and then the wheel lifts: one acknowledgement after the
     // wheel has come down is enough.

@@ -64,6 +64,9 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
     let verdict = verdicts.verdicts[row];
     assert_eq!(value["verdict"], verdict.level.name());
     assert_eq!(value["verdict_latched"], verdict.latched_level.name());
+    assert_eq!(value["basis"], verdict.basis.name());
+    let unproven = verdict.unproven.names(&analysis.machine);
+    assert_eq!(value["unproven"], serde_json::json!(unproven));
     let time_to_lift_off_s = verdicts.time_to_lift_off_s[row];
     let number = |quantity| rows.outcomes.column(quantity)[row];
     type OfWheel = fn(usize) -> Quantity;
@@ -205,7 +208,7 @@ fn live_verdicts_equal_offline_verdicts() {
         values.filter(|value| value["event"] == "row").any(lifts)
     };
     assert!(predicts("go_on") && predicts("stop_arm"));
-    for level in ["unknown", "safe", "danger"] {
+    for level in ["unknown", "assumed", "danger"] {
         let key = format!("\"verdict\":\"{level}\"");
         assert!(monitor.out.contains(&key), "{level}");
     }

@@ -33,7 +33,7 @@ mod needs_python_iceoryx2 {
         let monitor = monitor.end();
         assert!(monitor.status.success(), "{}", monitor.err);
         assert!(
-            monitor.out.contains("\"verdict\":\"safe\""),
+            monitor.out.contains("\"verdict\":\"assumed\""),
             "{}",
             monitor.err
         );
@@ -47,7 +47,7 @@ mod needs_python_iceoryx2 {
         let subscriber = subscriber.end();
         assert!(subscriber.status.success(), "{}", subscriber.err);
         let said: Vec<&str> = subscriber.out.lines().collect();
-        assert!(said.contains(&"safe"), "{said:?}");
+        assert!(said.contains(&"assumed"), "{said:?}");
         let last = said.last().unwrap();
         assert!(last.contains(" verdicts, 0 lost, "), "{last}");
         assert!(!last.starts_with("0 "), "{last}");

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
-use tipwatch_live::alarm::AlarmFile;
+use tipwatch_live::alarm::{AlarmFile, Kept};
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::session::machine_hash;
 use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireVerdict};
@@ -180,7 +180,8 @@ fn offline_reproduces_an_inherited_alarm() {
     let (file, urdf) = crate::support::feed::machine("tiny_lift");
     let hash = machine_hash(&file, &urdf);
     let alarm = AlarmFile::new(&world.state_folder, hash, &file.spec.name);
-    alarm.write(Latch::raised(Level::Danger)).unwrap();
+    let kept = Kept::alarm(Latch::raised(Level::Danger));
+    alarm.write(kept).unwrap();
     let rows = faulty_session(&world, folder.path());
     assert_eq!(rows[0].latched_level, Level::Danger as u32);
     let analysis = causal(&session_in(folder.path()), &data("tiny_lift.toml"));

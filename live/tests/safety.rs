@@ -7,7 +7,6 @@ use proptest::prelude::*;
 use tipwatch_live::monitor::Monitor;
 use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
 use tipwatch_live::wire::topics::{EVENT_ROW, Head, Kind, Wire, WireSample, WireVerdict};
-use tipwatch_mechanics::verdict::Level;
 
 use crate::support::feed::{machine, samples};
 
@@ -269,7 +268,7 @@ impl Bench {
             let is_good = verdict.reasons == 0 && !has_fault && verdict.utilisation.is_finite();
             self.good_rows = if is_good { self.good_rows + 1 } else { 0 };
         }
-        if verdict.level != Level::Safe as u32 {
+        if !verdict.verdict().level.sees_no_danger() {
             return;
         }
         self.safe += 1;

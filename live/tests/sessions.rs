@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, Urdf};
-use tipwatch_live::node::{Producer, Receiver, SessionFollower, SessionHost};
+use tipwatch_live::node::{LiveNode, Producer, Receiver, SessionFollower, SessionHost};
 use tipwatch_live::replay::LogSamples;
 use tipwatch_live::wire::opening::{Untimed, open_session};
 use tipwatch_live::wire::refusal::{Refusal, SessionRefused};
@@ -262,4 +262,17 @@ fn producer_that_ends_its_session_while_samples_are_taken_is_not_lost() {
         assert_eq!(progress == Progress::Ended, !is_killed);
         assert_eq!(follower.has_lost_producer(), is_killed);
     }
+}
+
+#[test]
+fn readers_leave_the_places_of_the_monitor() {
+    let world = World::new("places");
+    let node = world.join();
+    let mut held: Vec<Receiver<WireSample>> = Vec::new();
+    held.extend((0..8).map(|_| node.receiver().unwrap()));
+    let refused = node.receiver::<WireSample>().unwrap_err();
+    assert!(format!("{refused:#}").contains("are kept for monitor"));
+    let monitor = LiveNode::new(&world.address(), "tipwatch-monitor").unwrap();
+    held.extend((0..4).map(|_| monitor.receiver().unwrap()));
+    assert!(monitor.receiver::<WireSample>().is_err());
 }

@@ -1,7 +1,9 @@
 //! Where a result comes from.
 
+use std::path::PathBuf;
+
 use anyhow::Result;
-use tipwatch_binding::{MachineFile, NOT_COMMISSIONED, Urdf, commissioning_of};
+use tipwatch_binding::{Commissioning, MachineFile, NOT_COMMISSIONED, Urdf, commissioning_of};
 use tipwatch_ingest::{Log, metadata_records};
 
 use crate::base::clip;
@@ -9,6 +11,21 @@ use crate::base::file_hash::{FileHash, hash_file, hash_of, program};
 use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
 use crate::load::LoadedLog;
+
+/// The commissioning that the machine file names, checked against the machine of the log; `None` if it names none.
+///
+/// # Errors
+/// It cannot be read, is of another machine, or contradicts it.
+pub(super) fn commissioning(
+    file: &MachineFile,
+    loaded: &LoadedLog,
+) -> Result<Option<(PathBuf, Commissioning)>> {
+    let urdf = Urdf {
+        name: loaded.urdf.path.clone(),
+        text: loaded.urdf_text.clone(),
+    };
+    Ok(commissioning_of(file, &urdf)?)
+}
 
 /// The files, the program and the records of the log behind a result.
 ///
@@ -19,20 +36,14 @@ pub(super) fn provenance(
     log_hashes: Vec<FileHash>,
     file: &MachineFile,
     loaded: &LoadedLog,
+    commissioning: Option<&(PathBuf, Commissioning)>,
 ) -> Result<Provenance> {
-    let urdf = Urdf {
-        name: loaded.urdf.path.clone(),
-        text: loaded.urdf_text.clone(),
-    };
-    let commissioning = commissioning_of(file, &urdf)?;
     let records = metadata_records(log)?;
     Ok(Provenance {
         clip_of: clip::origin(&records),
-        commissioning: (commissioning.as_ref())
+        commissioning: commissioning
             .map_or(NOT_COMMISSIONED.into(), |(_, found)| found.statement()),
-        commissioning_file: (commissioning.as_ref())
-            .map(|(path, _)| hash_file(path))
-            .transpose()?,
+        commissioning_file: commissioning.map(|(path, _)| hash_file(path)).transpose()?,
         tipwatch_version: env!("CARGO_PKG_VERSION").into(),
         program: program().map(|file| FileHash {
             path: "tipwatch".into(),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 use tipwatch_binding::MachineFile;
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, Proofs};
 use tipwatch_mechanics::state::{Reason, StreamCounts};
 
 use super::advice::{Hypothesis, SupposedStates, advise, ask_all};
@@ -16,7 +16,7 @@ use super::evaluation::{self, OtherModels};
 use super::folds::gather;
 pub use super::folds::{Prepared, RowSink};
 use super::measured_loads::{Comparison, LoadComparison};
-use super::provenance::provenance;
+use super::provenance::{commissioning, provenance};
 use super::quasi_static::{QuasiStatic, StaticRows, choose};
 use super::{
     health, imu_check, inputs, notes, payload, redundancy, size, supports, unstated_load, verdicts,
@@ -28,7 +28,7 @@ use crate::base::options::{Estimator, Options};
 use crate::base::rows::Rows;
 use crate::base::support_sets::SupportSets;
 use crate::base::table::Table;
-use crate::base::verdicts::MonitorRecord;
+use crate::base::verdicts::{MonitorRecord, ProofRecord};
 use crate::events::{self, Event, FoundRotation, OnSet, ShownBy};
 use crate::load::{LogTimes, MeasuredLoads, Standing, linkage_force, load, recorder_gaps};
 
@@ -211,7 +211,20 @@ fn analyse_with<S: RowSink>(
         true => verdicts::monitor_record(&log)?,
         false => MonitorRecord::default(),
     };
-    let mut table = Table::new(machine, rows, scope, &model, record).rotating(rotating);
+    if record.is_contradicted {
+        let reasons = rows.reasons.iter_mut();
+        reasons.for_each(|reasons| reasons.add(Reason::Contradiction));
+    }
+    let commissioning = commissioning(file, &loaded)?;
+    let commissioned =
+        (commissioning.as_ref()).map_or(Proofs::NONE, |(_, found)| found.proven(&loaded.machine));
+    let needed = loaded.machine.needed_proofs(&loaded.matched.sensors);
+    let mut table = Table::new(machine, rows, scope, &model, record)
+        .rotating(rotating)
+        .resting_on(ProofRecord {
+            unproven: needed.without(commissioned),
+            proven: quality.proven,
+        });
     if let Some((named, sets)) = &on_supports {
         table = table.on_supports(named, SupportSets::clone(sets));
     }
@@ -247,7 +260,7 @@ fn analyse_with<S: RowSink>(
         &mut sink,
     )?;
     drop(sets);
-    let provenance = provenance(&log, log_hashes, file, &loaded)?;
+    let provenance = provenance(&log, log_hashes, file, &loaded, commissioning.as_ref())?;
     table.check()?;
     table.reasons = gathered.found.reasons;
     let mut coverage = Coverage::of(&loaded, &table, &rotations, &options);

@@ -17,6 +17,7 @@ pub(crate) fn monitor_record(log: &Log) -> Result<MonitorRecord> {
     Ok(MonitorRecord {
         conditions: recorded(log)?,
         inherited: inherited_alarm(log)?,
+        is_contradicted: inherited_contradiction(log)?,
     })
 }
 
@@ -55,4 +56,11 @@ fn inherited_alarm(log: &Log) -> Result<Latch> {
         level: level.map(|level| Level::from_number(*level as u32)),
         is_acknowledged: is_acknowledged.values.first().is_some_and(|n| *n != 0.0),
     })
+}
+
+/// Whether the sensors were contradicted in a session before.
+fn inherited_contradiction(log: &Log) -> Result<bool> {
+    let known = monitor_topic::inherited_contradictions(log)?;
+    let first = known.and_then(|[found]| found.values.first().copied());
+    Ok(first.is_some_and(|number| number != 0.0))
 }

@@ -20,7 +20,7 @@ use super::in_order::in_order;
 use super::predicted::Predictions;
 use super::rows::{Rows, Verdicts, row_at};
 use super::support_sets::SupportSets;
-use super::verdicts::{MonitorRecord, RowJudge};
+use super::verdicts::{MonitorRecord, ProofRecord, RowJudge};
 use super::widening::Widening;
 
 /// Rows of a block that is computed at once.
@@ -43,6 +43,7 @@ pub struct Table {
     record: MonitorRecord,
     /// Times, first and last, in which the platform rotates about an edge (ns).
     rotating: Vec<[i64; 2]>,
+    proofs: ProofRecord,
     widening: Option<Arc<dyn Widening>>,
     /// The sets of supports, if they come and go; the machine of `evaluator` then only names the columns.
     supports: Option<Arc<SupportSets>>,
@@ -69,6 +70,7 @@ impl Table {
             evaluator: BatchEvaluator::new(machine, scope, model),
             record,
             rotating: Vec::new(),
+            proofs: ProofRecord::default(),
             widening: None,
             supports: None,
             predicts: false,
@@ -84,6 +86,12 @@ impl Table {
     /// States when the platform rotates about an edge, by gyro and attitude alone: first and last times (ns).
     pub(crate) fn rotating(mut self, rotating: Vec<[i64; 2]>) -> Self {
         self.rotating = rotating;
+        self
+    }
+
+    /// States what the verdicts stand on. Without it nothing is proven.
+    pub(crate) fn resting_on(mut self, proofs: ProofRecord) -> Self {
+        self.proofs = proofs;
         self
     }
 
@@ -121,6 +129,7 @@ impl Table {
             evaluator: BatchEvaluator::new(machine, scope, self.evaluator.model()),
             record: MonitorRecord::default(),
             rotating: self.rotating.clone(),
+            proofs: self.proofs.clone(),
             widening: self.widening.clone(),
             supports: None,
             predicts: false,
@@ -292,6 +301,7 @@ impl Table {
                 evaluator.machine(),
                 &self.record,
                 &self.rotating,
+                &self.proofs,
                 self.supports(),
             );
             match self.predicts {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, Proofs};
 use tipwatch_mechanics::prediction::{PacedPredictor, Prediction, PredictionGap};
 use tipwatch_mechanics::verdict::{
     Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts,
@@ -20,6 +20,38 @@ pub(crate) struct MonitorRecord {
     pub(crate) conditions: BTreeMap<i64, (Conditions, bool)>,
     /// The latched alarm with which the session began.
     pub(crate) inherited: Latch,
+    /// Whether the sensors were contradicted in a session before: all rows are doubted.
+    pub(crate) is_contradicted: bool,
+}
+
+/// What the verdicts of a log stand on.
+#[derive(Debug, Clone)]
+pub(crate) struct ProofRecord {
+    /// What the loads hang on, less what a commissioning has proven.
+    pub(crate) unproven: Proofs,
+    /// What the motion has proven of it, from the row at this time (ns) on, in order.
+    pub(crate) proven: Vec<(i64, Proofs)>,
+}
+
+impl Default for ProofRecord {
+    fn default() -> Self {
+        Self {
+            unproven: Proofs::ALL,
+            proven: Vec::new(),
+        }
+    }
+}
+
+impl ProofRecord {
+    /// What is not proven in the row at this time.
+    fn unproven_at(&self, time_ns: i64) -> Proofs {
+        let later = self
+            .proven
+            .partition_point(|(from_ns, _)| *from_ns <= time_ns);
+        let proven = self.proven[..later].last();
+        self.unproven
+            .without(proven.map_or(Proofs::NONE, |(_, proven)| *proven))
+    }
 }
 
 /// Judges the rows of a log, block by block.
@@ -29,6 +61,7 @@ pub(crate) struct RowJudge<'a> {
     record: &'a MonitorRecord,
     /// Times in which the platform rotates about an edge (ns).
     rotating: &'a [[i64; 2]],
+    proofs: &'a ProofRecord,
     judge: Judge,
     forecast: LiftOffForecast,
     otf: Vec<f64>,
@@ -78,6 +111,7 @@ impl<'a> RowJudge<'a> {
         machine: &'a Machine,
         record: &'a MonitorRecord,
         rotating: &'a [[i64; 2]],
+        proofs: &'a ProofRecord,
         supports: Option<&'a SupportSets>,
     ) -> Self {
         let mut judge = Judge::new(machine.limits());
@@ -86,6 +120,7 @@ impl<'a> RowJudge<'a> {
             machine,
             record,
             rotating,
+            proofs,
             judge,
             forecast: LiftOffForecast::new(machine),
             otf: vec![f64::NAN; machine.wheels().len()],
@@ -145,6 +180,7 @@ impl<'a> RowJudge<'a> {
                 is_wheel_unloaded: self.otf.iter().any(|otf| *otf <= 0.0),
                 rotates: (self.rotating.iter())
                     .any(|[first, last]| (*first..=*last).contains(&time_ns)),
+                unproven: self.proofs.unproven_at(time_ns),
                 conditions,
                 is_acknowledged,
             });

@@ -39,7 +39,7 @@ pub fn samples(
     }
     add_measured(&mut table, machine, rows, precision, measured);
     if let Some(verdicts) = &rows.verdicts {
-        add_verdicts(&mut table, verdicts, &names, precision);
+        add_verdicts(&mut table, machine, verdicts, &names, precision);
     }
     table
 }
@@ -119,6 +119,7 @@ fn add_predictions(
 
 fn add_verdicts(
     table: &mut Table,
+    machine: &Machine,
     verdicts: &Verdicts,
     names_of: &ColumnNames,
     precision: Precision,
@@ -130,6 +131,17 @@ fn add_verdicts(
         None,
         names(|v| v.latched_level),
     );
+    let basis = verdicts.verdicts.iter().map(|v| v.basis.name());
+    table.add(RowColumn::VERDICT_BASIS.name, None, basis);
+    // the same over long stretches
+    let stretches = verdicts.verdicts.chunk_by(|a, b| a.unproven == b.unproven);
+    let stretches: Vec<(usize, Vec<String>)> = stretches
+        .map(|rows| (rows.len(), rows[0].unproven.names(machine)))
+        .collect();
+    let unproven = stretches
+        .iter()
+        .flat_map(|(rows, names)| std::iter::repeat_n(Some(names), *rows));
+    table.add_values(RowColumn::UNPROVEN.name, None, collect::texts(unproven));
     let RowColumn { name, unit, .. } = RowColumn::TIME_TO_LIFT_OFF;
     table.add_known(name, unit, precision, &verdicts.time_to_lift_off_s);
     if let Some(predictions) = &verdicts.predictions {

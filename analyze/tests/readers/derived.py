@@ -23,7 +23,7 @@ except ModuleNotFoundError as missing:
     sys.exit(f"{missing}: pip install mcap mcap-ros2-support polars rerun-sdk")
 
 FLAT = ["loads", "margins", "causes", "indicators"]
-LEVELS = ["unknown", "safe", "notice", "warning", "danger", "fault"]
+LEVELS = ["unknown", "safe", "notice", "warning", "danger", "fault", "assumed"]
 
 
 def check_python(results: Path) -> None:

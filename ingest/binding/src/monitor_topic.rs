@@ -15,6 +15,8 @@ pub const FIELDS: [&str; 4] = ["event", "faults", "cautions", "acknowledged"];
 /// The fields that tell of the latched alarm with which the session began: its level (0: none), and
 /// whether it had been acknowledged. Earlier recordings lack them.
 pub const INHERITED_FIELDS: [&str; 2] = ["inherited_alarm", "inherited_acknowledged"];
+/// The field that tells whether the sensors were contradicted in a session before. Earlier recordings lack it.
+pub const CONTRADICTED_FIELD: &str = "inherited_contradiction";
 /// Value of `event` for a verdict on a row, see [`FIELDS`].
 pub const EVENT_ROW: u32 = 1;
 /// Name of the topic on which the recorder reports what it missed.
@@ -87,17 +89,32 @@ pub fn verdicts(log: &Log) -> Result<Option<[FieldRecording; 4]>, Error> {
 /// # Errors
 /// The log cannot be read.
 pub fn inherited_alarms(log: &Log) -> Result<Option<[FieldRecording; 2]>, Error> {
+    known_columns(log, INHERITED_FIELDS)
+}
+
+/// [`CONTRADICTED_FIELD`] of all recorded verdicts; `None` if the log is not from the monitor's recorder, or from an earlier
+/// version of it.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn inherited_contradictions(log: &Log) -> Result<Option<[FieldRecording; 1]>, Error> {
+    known_columns(log, [CONTRADICTED_FIELD])
+}
+
+/// Fields of the verdicts, if the definition of the topic has them.
+fn known_columns<const N: usize>(
+    log: &Log,
+    fields: [&str; N],
+) -> Result<Option<[FieldRecording; N]>, Error> {
     let mut topics = log.topics().iter().filter(|topic| topic.name == NAME);
     let has_fields = topics.any(|topic| {
         let definition = topic.definition.as_deref().unwrap_or_default();
-        INHERITED_FIELDS
-            .iter()
-            .all(|field| definition.contains(field))
+        fields.iter().all(|field| definition.contains(field))
     });
     if !has_fields {
         return Ok(None);
     }
-    columns(log, NAME, TYPE_NAME, INHERITED_FIELDS)
+    columns(log, NAME, TYPE_NAME, fields)
 }
 
 /// [`GAPS_FIELDS`] of all gaps in the recording; `None` if the log is not from the monitor's

@@ -6,5 +6,5 @@ mod file;
 mod store;
 
 pub use acknowledgement::AlarmSeen;
-pub use file::{AlarmFile, default_folder};
+pub use file::{AlarmFile, Kept, default_folder};
 pub use store::AlarmStore;

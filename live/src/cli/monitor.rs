@@ -79,6 +79,7 @@ pub(super) fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
             Untimed::Refused
         },
         state: &state,
+        commissioning: fingerprint.commissioning_number(),
     };
     let format = if args.json {
         Format::Json
@@ -90,7 +91,8 @@ pub(super) fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
         Housekeeping::start(&address)?,
     )?;
     let mut monitor = MonitorProgram::new(&node, &file, &urdf, &Monotonic, options)?
-        .with_fingerprint(&fingerprint);
+        .with_fingerprint(&fingerprint)
+        .with_commissioning(commissioning.as_ref().map(|(_, found)| found));
     real_time.apply()?;
     let ran = monitor.run(&mut observer);
     let unprinted = observer.finish()?;

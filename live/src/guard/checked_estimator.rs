@@ -62,6 +62,17 @@ impl CheckedEstimator {
         self.estimator.rotation().is_some()
     }
 
+    /// Whether the mounting, a sign, the order or a scale of a sensor was ever contradicted.
+    #[must_use]
+    pub fn is_contradicted(&self) -> bool {
+        self.estimator.is_contradicted()
+    }
+
+    /// It was contradicted in a session before.
+    pub fn remember_contradiction(&mut self) {
+        self.estimator.remember_contradiction();
+    }
+
     /// Takes a message.
     pub fn take(&mut self, machine: &Machine, wire: &WireSample, now_ns: i64) -> Step {
         let admitted = match self.guard.admit(wire, now_ns) {

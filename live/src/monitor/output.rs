@@ -1,13 +1,15 @@
 //! Verdicts as text and JSON.
 //!
-//! With `--json` every row is one line, and so is every change of the verdict between rows. Schema 2:
+//! With `--json` every row is one line, and so is every change of the verdict between rows. Schema 3:
 //!
 //! | key | meaning |
 //! |---|---|
-//! | `schema` | 2 |
+//! | `schema` | 3 |
 //! | `event` | `row`, or `between`: the numbers are then those of the last row |
 //! | `time_ns` | time of the row, by the clock of the joint states |
 //! | `verdict`, `verdict_latched` | the current level, and the level to act on |
+//! | `basis` | what the level stands on: `proven`, `assumed` or `doubted` |
+//! | `unproven` | what the loads hang on that nothing has proven |
 //! | `faults`, `cautions` | problems of the input since the last row |
 //! | `held_faults`, `held_cautions`, `held_reasons` | what the level rests on: a level outlasts its causes |
 //! | `valid`, `reasons` | whether the row is valid, and why not |
@@ -40,7 +42,7 @@ use std::io::{self, Write};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, PredictionGap};
 use tipwatch_mechanics::state::{Reason, Reasons};
-use tipwatch_mechanics::verdict::{InputFault, InputFaults};
+use tipwatch_mechanics::verdict::{Basis, InputFault, InputFaults};
 use tipwatch_mechanics::{Contribution, Quantity};
 
 use crate::wire::names::Names;
@@ -161,6 +163,10 @@ impl<W: Write> Printer<W> {
         for reason in reasons.iter() {
             write!(self.out, "  {}", reason.name())?;
         }
+        if shown.basis == Basis::Assumed {
+            let unproven = self.names.unproven(verdict);
+            write!(self.out, "  not proven: {}", unproven.join(", "))?;
+        }
         for fault in held.faults.iter() {
             write!(self.out, "  fault: {}", fault.name())?;
         }
@@ -195,11 +201,13 @@ impl Serialize for Line<'_> {
             .then(|| self.names.wheels.get(verdict.next_wheel as usize))
             .flatten();
         let mut map = serializer.serialize_map(None)?;
-        map.serialize_entry("schema", &2)?;
+        map.serialize_entry("schema", &3)?;
         map.serialize_entry("event", if is_row { "row" } else { "between" })?;
         map.serialize_entry("time_ns", &verdict.time_ns)?;
         map.serialize_entry("verdict", verdict.verdict().level.name())?;
         map.serialize_entry("verdict_latched", verdict.verdict().latched_level.name())?;
+        map.serialize_entry("basis", verdict.verdict().basis.name())?;
+        map.serialize_entry("unproven", &self.names.unproven(verdict))?;
         map.serialize_entry("faults", &FaultNames(conditions.faults))?;
         map.serialize_entry("cautions", &FaultNames(conditions.cautions))?;
         let held = verdict.verdict().held;

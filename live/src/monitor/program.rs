@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use tipwatch_binding::{MachineFile, Urdf};
+use tipwatch_binding::{Commissioning, MachineFile, Urdf};
+use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::verdict::{
     Conditions, HeldProblems, InputFault, InputFaults, Latch, Level, Verdict,
 };
@@ -36,6 +37,8 @@ pub struct MonitorOptions<'a> {
     pub untimed: Untimed,
     /// The folder for latched alarms.
     pub state: &'a Path,
+    /// The first bytes of the hash of the commissioning that is bound; 0 without one.
+    pub commissioning: u32,
 }
 
 /// Follows sessions and publishes verdicts.
@@ -51,6 +54,8 @@ pub struct MonitorProgram<'a> {
     follower: SessionFollower<Monitor>,
     /// The latched alarm while there is no session.
     latch: Latch,
+    /// Whether the sensors were contradicted, in a session since the last commissioning.
+    is_contradicted: bool,
     store: AlarmStore,
 }
 
@@ -59,6 +64,7 @@ struct Outputs<'a> {
     file: &'a MachineFile,
     urdf: &'a Urdf,
     untimed: Untimed,
+    commissioning: Option<&'a Commissioning>,
     fingerprint: Option<&'a Fingerprint>,
     machines: Sender<WireMachine>,
     refusals: Sender<WireRefusal>,
@@ -80,6 +86,7 @@ struct Cycle<'c, 'a> {
     outputs: &'c mut Outputs<'a>,
     observer: &'c mut dyn Observer,
     latch: Latch,
+    is_contradicted: bool,
 }
 
 impl Cycle<'_, '_> {
@@ -101,6 +108,7 @@ impl Cycle<'_, '_> {
             urdf,
             untimed,
             fingerprint,
+            commissioning,
             ..
         } = *self.outputs;
         let (session, machine, sensors) = open_session(announced, file, urdf, untimed)?;
@@ -110,8 +118,13 @@ impl Cycle<'_, '_> {
         }
         self.outputs.machines.send(&mut message)?;
         let now_ns = self.outputs.verdicts.now_ns();
-        let mut monitor = Monitor::new(machine, &sensors, &session, now_ns);
+        let commissioned = commissioning.map_or(Proofs::NONE, |it| it.proven(&machine));
+        let mut monitor =
+            Monitor::new(machine, &sensors, &session, now_ns).commissioned(commissioned);
         monitor.resume(self.latch);
+        if self.is_contradicted {
+            monitor.remember_contradiction();
+        }
         self.observer.session(&monitor, &session)?;
         Ok(monitor)
     }
@@ -143,6 +156,9 @@ impl SessionHost for Cycle<'_, '_> {
     fn succeed(&mut self, next: &mut Monitor, before: Monitor) -> Result<()> {
         tell_untested(&before);
         next.resume(before.latch());
+        if before.is_contradicted() {
+            next.remember_contradiction();
+        }
         Ok(())
     }
 
@@ -182,7 +198,12 @@ impl<'a> MonitorProgram<'a> {
         let source = new_identity(hash);
         // first of all: of two monitors, one may not touch the other's alarm
         let verdicts = ExpiringSender::new(node, source, hash, clock)?;
-        let (store, latch) = AlarmStore::open(options.state, hash, &file.spec.name)?;
+        let (store, kept) = AlarmStore::open(
+            options.state,
+            hash,
+            &file.spec.identity(),
+            options.commissioning,
+        )?;
         Ok(Self {
             stays: options.running.stays,
             acknowledgements: node.receiver()?,
@@ -192,6 +213,7 @@ impl<'a> MonitorProgram<'a> {
                 file,
                 urdf,
                 untimed: options.untimed,
+                commissioning: None,
                 fingerprint: None,
                 machines: node.sender(source, hash)?,
                 refusals: node.sender(source, hash)?,
@@ -202,7 +224,8 @@ impl<'a> MonitorProgram<'a> {
             idle: Idle::new(clock.now_ns()),
             counts: SampleCounts::default(),
             follower: SessionFollower::new(node)?,
-            latch,
+            latch: kept.latch,
+            is_contradicted: kept.contradiction.is_some(),
             store,
         })
     }
@@ -211,6 +234,13 @@ impl<'a> MonitorProgram<'a> {
     #[must_use]
     pub fn with_fingerprint(mut self, fingerprint: &'a Fingerprint) -> Self {
         self.outputs.fingerprint = Some(fingerprint);
+        self
+    }
+
+    /// Takes what a commissioning of the machine file has proven as proven.
+    #[must_use]
+    pub fn with_commissioning(mut self, commissioning: Option<&'a Commissioning>) -> Self {
+        self.outputs.commissioning = commissioning;
         self
     }
 
@@ -249,6 +279,7 @@ impl<'a> MonitorProgram<'a> {
             outputs: &mut self.outputs,
             observer,
             latch: self.latch,
+            is_contradicted: self.is_contradicted,
         };
         if follower.active.is_none() {
             follower.look_for_session(&mut cycle)?;
@@ -282,10 +313,11 @@ impl<'a> MonitorProgram<'a> {
                 monitor.tick(now_ns, &mut |verdict| cycle.publish(verdict));
                 self.counts = monitor.counts();
                 self.latch = monitor.latch();
+                self.is_contradicted = monitor.is_contradicted();
             }
             None => self.idle.tick(now_ns, self.latch, is_unsaved, &mut cycle),
         }
-        self.store.keep(self.latch);
+        self.store.keep(self.latch, self.is_contradicted);
         cycle.outputs.verdicts.check()?;
         cycle.observer.cycle();
         if let Some(refused) = &self.outputs.refused
@@ -358,6 +390,7 @@ impl Idle {
                 faults: conditions.faults,
                 ..HeldProblems::default()
             },
+            ..Verdict::default()
         };
         let mut message = WireVerdict::unknown();
         message.set_verdict(verdict, conditions, SampleCounts::default());

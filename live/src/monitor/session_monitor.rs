@@ -1,6 +1,7 @@
 //! Verdicts on one session. It does not know where messages come from or go to.
 
 use tipwatch_mechanics::estimation::plausibility::Excitation;
+use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
@@ -26,6 +27,8 @@ pub struct Monitor {
     predictor: PacedPredictor,
     /// What the motion of the session has tested.
     excitation: Excitation,
+    /// What the loads hang on, less what a commissioning has proven.
+    unproven: Proofs,
     is_acknowledged: bool,
     /// Number of alarms raised up to the last verdict published.
     alarms: u64,
@@ -59,7 +62,9 @@ impl Monitor {
         let mut message = WireVerdict::unknown();
         message.session = session.id;
         message.untimed = u32::from(!input.guard.is_timed());
+        let unproven = machine.needed_proofs(sensors);
         Self {
+            unproven,
             session: session.id,
             workspace: Workspace::with_scope(&machine, Scope::ALL),
             judge: Judge::new(machine.limits()),
@@ -76,6 +81,13 @@ impl Monitor {
             published_ns: i64::MIN,
             message,
         }
+    }
+
+    /// A commissioning has proven this.
+    #[must_use]
+    pub fn commissioned(mut self, proven: Proofs) -> Self {
+        self.unproven = self.unproven.without(proven);
+        self
     }
 
     /// What became of the samples so far.
@@ -125,6 +137,18 @@ impl Monitor {
         self.message.inherited_acknowledged = latch.is_acknowledged.into();
     }
 
+    /// Whether the mounting, a sign, the order or a scale of a sensor was contradicted, in this session or before.
+    #[must_use]
+    pub fn is_contradicted(&self) -> bool {
+        self.input.is_contradicted()
+    }
+
+    /// It was contradicted in a session before, and the machine was not commissioned since.
+    pub fn remember_contradiction(&mut self) {
+        self.input.remember_contradiction();
+        self.message.inherited_contradiction = 1;
+    }
+
     /// An operator has acknowledged the latched alarm.
     pub fn acknowledge(&mut self) {
         self.is_acknowledged = true;
@@ -170,6 +194,7 @@ impl Monitor {
             utilisation,
             is_wheel_unloaded: outcome.otf.iter().any(|otf| *otf <= 0.0),
             rotates: estimate.rotates,
+            unproven: self.unproven.without(estimate.proven),
             conditions: row.conditions,
             is_acknowledged,
         });

@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use iceoryx2::prelude::PortFactory as _;
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::AttributeVerifier;
 
@@ -12,11 +13,19 @@ use super::leftovers::{remove_leftovers, remove_unsized, wait_for_sizes};
 use super::port::{Receiver, Sender};
 use crate::system::signals::{self, Interrupted};
 use crate::wire::topics::{
-    LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, SAFE_OVERFLOW, Topic,
+    LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, RESERVED_READERS, SAFE_OVERFLOW, Topic,
 };
 
 /// How long a writer waits for the slot of one that has died.
 const DEAD_WRITER_LIMIT: Duration = Duration::from_secs(1);
+
+/// Roles for which the last places of readers are kept.
+const RESERVED_ROLES: [&str; RESERVED_READERS] = [
+    "tipwatch-monitor",
+    "tipwatch-control",
+    "tipwatch-record",
+    "tipwatch-acknowledge",
+];
 
 /// Names of the services.
 #[derive(Debug, Clone)]
@@ -33,6 +42,8 @@ pub struct ServiceAddress {
 pub struct LiveNode {
     node: Node<ipc::Service>,
     address: ServiceAddress,
+    /// Whether the last places of readers are kept for it.
+    has_place: bool,
 }
 
 impl LiveNode {
@@ -62,6 +73,7 @@ impl LiveNode {
                 .map_err(cause)
                 .context("cannot join the shared memory")?,
             address: address.clone(),
+            has_place: RESERVED_ROLES.contains(&role),
         };
         node.remove_dead_nodes();
         Ok(node)
@@ -102,7 +114,18 @@ impl LiveNode {
     /// # Errors
     /// There are too many readers, or another process uses another version of the messages.
     pub fn receiver<T: Topic>(&self) -> Result<Receiver<T>> {
-        Receiver::new(self.service::<T>()?)
+        let service = self.service::<T>()?;
+        let (readers, free) = (
+            service.dynamic_config().number_of_subscribers(),
+            MAX_READERS - RESERVED_READERS,
+        );
+        ensure!(
+            self.has_place || readers < free,
+            "service \"{}\": expected fewer than {free} readers, found {readers}; the last {RESERVED_READERS} places are kept for \
+             monitor, control, recorder and acknowledgement",
+            self.service_name::<T>()
+        );
+        Receiver::new(service)
     }
 
     /// A notifier for messages of this type.

@@ -58,6 +58,7 @@ fn color(level: Level) -> Color {
     match level {
         Level::Unknown => Color::Gray,
         Level::Safe => Color::Green,
+        Level::Assumed => Color::LightBlue,
         Level::Notice => Color::Cyan,
         Level::Warning => Color::Yellow,
         Level::Danger => Color::Red,
@@ -111,6 +112,9 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
             Style::new().add_modifier(Modifier::BOLD),
         ));
     }
+    if shown.level == Level::Assumed {
+        second.push(Span::from(missing_proof(view, verdict)));
+    }
     let title = format!(" {} ", view.names.machine);
     let ahead = prediction_text(verdict, &view.names.wheels).filter(|_| expired.is_none());
     let text = vec![
@@ -122,6 +126,15 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
         .alignment(Alignment::Center)
         .block(Block::bordered().title(title).border_style(color(level)));
     frame.render_widget(level, area);
+}
+
+/// What is not proven, and what would prove the first of it.
+fn missing_proof(view: &View, verdict: &WireVerdict) -> String {
+    let names = &view.names;
+    let unproven = names.unproven(verdict).join(", ");
+    let mut proofs = verdict.verdict().unproven.iter(names.joints.len());
+    let way = proofs.next().map(|it| it.way(|joint| names.joint(joint)));
+    format!("not proven: {unproven} ({})", way.unwrap_or_default())
 }
 
 fn draw_margin(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
@@ -299,6 +312,7 @@ mod tests {
                 machine: "forwarder-7".into(),
                 wheels: vec!["fl".into(), "rr".into()],
                 edges: vec![],
+                joints: Vec::new(),
             },
             limits: [0.75, 0.9, 1.0],
             verdict: Some(verdict),

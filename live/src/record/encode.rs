@@ -106,6 +106,8 @@ pub(crate) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
         verdict.alarm_acknowledged,
         verdict.inherited_alarm,
         verdict.inherited_acknowledged,
+        verdict.basis,
+        verdict.inherited_contradiction,
     ] {
         cdr.u32(number);
     }
@@ -117,6 +119,7 @@ pub(crate) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
         verdict.lost,
         verdict.refused,
         verdict.repeated,
+        verdict.unproven,
     ] {
         cdr.u64(number);
     }

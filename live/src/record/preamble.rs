@@ -45,6 +45,11 @@ pub(super) fn preamble(
     ]);
     let metadata = BTreeMap::from([
         ("version".into(), env!("CARGO_PKG_VERSION").into()),
+        ("machine".into(), file.spec.name.clone()),
+        (
+            "serial".into(),
+            file.spec.serial.clone().unwrap_or_default(),
+        ),
         ("session".into(), format!("{:016x}", session.id)),
         (
             "machine_hash".into(),

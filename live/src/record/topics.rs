@@ -150,7 +150,7 @@ pub(crate) fn verdict(names: &Names) -> Topic {
 }
 
 /// Fields of a verdict, as on the wire.
-pub(super) const VERDICT_INTEGERS: [&str; 17] = [
+pub(super) const VERDICT_INTEGERS: [&str; 19] = [
     "event",
     "level",
     "latched_level",
@@ -168,8 +168,10 @@ pub(super) const VERDICT_INTEGERS: [&str; 17] = [
     "alarm_acknowledged",
     "inherited_alarm",
     "inherited_acknowledged",
+    "basis",
+    "inherited_contradiction",
 ];
-pub(super) const VERDICT_COUNTS: [&str; 7] = [
+pub(super) const VERDICT_COUNTS: [&str; 8] = [
     "sequence",
     "source",
     "sample_sequence",
@@ -177,6 +179,7 @@ pub(super) const VERDICT_COUNTS: [&str; 7] = [
     "lost",
     "refused",
     "repeated",
+    "unproven",
 ];
 pub(super) const VERDICT_TIMES: [&str; 3] =
     ["published_ns", "valid_until_ns", "sample_published_ns"];

@@ -5,7 +5,7 @@ use strum::{EnumMessage, VariantArray};
 use tipwatch_mechanics::Contribution;
 use tipwatch_mechanics::prediction::{Law, PredictionGap};
 use tipwatch_mechanics::state::Reason;
-use tipwatch_mechanics::verdict::{InputFault, Level};
+use tipwatch_mechanics::verdict::{Basis, InputFault, Level};
 use tipwatch_suspension::Status;
 
 use crate::wire::command::{HoldReason, Mode, status_number};
@@ -83,6 +83,12 @@ pub fn enumerations() -> Vec<Enumeration> {
             "level, latched_level, alarm, inherited_alarm of the verdict; level of the command",
             Number,
             entries(|level: Level| level as u32),
+        ),
+        list(
+            "basis",
+            "basis of the verdict",
+            Number,
+            entries(|basis: Basis| basis as u32),
         ),
         list(
             "fault",

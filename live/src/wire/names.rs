@@ -7,7 +7,7 @@ use tipwatch_mechanics::prediction::{
 use tipwatch_mechanics::{ColumnNames, Quantity, RowColumn};
 
 use crate::wire::session::name_from_wire;
-use crate::wire::topics::{MAX_PLACES, WireMachine, WireVerdict};
+use crate::wire::topics::{WireMachine, WireVerdict};
 
 /// Names of a machine's wheels and edges, in lower case and in the order of the numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -18,6 +18,8 @@ pub struct Names {
     pub wheels: Vec<String>,
     /// Names of the edges of its support polygon.
     pub edges: Vec<String>,
+    /// Names of its joints, as in the URDF.
+    pub joints: Vec<String>,
 }
 
 impl TryFrom<&WireMachine> for Names {
@@ -25,18 +27,34 @@ impl TryFrom<&WireMachine> for Names {
 
     fn try_from(wire: &WireMachine) -> Result<Self> {
         let listed = |names: &[[u8; 64]], count: u32| -> Result<Vec<String>> {
-            let count = (count as usize).min(MAX_PLACES);
+            let count = (count as usize).min(names.len());
             names[..count].iter().map(name_from_wire).collect()
         };
         Ok(Self {
             machine: name_from_wire(&wire.name)?,
             wheels: listed(&wire.wheel_names, wire.wheel_count)?,
             edges: listed(&wire.edge_names, wire.edge_count)?,
+            joints: listed(&wire.joint_names, wire.joint_count)?,
         })
     }
 }
 
 impl Names {
+    /// Name of a joint by its index; its number where there is none.
+    #[must_use]
+    pub fn joint(&self, index: usize) -> String {
+        let name = self.joints.get(index).filter(|name| !name.is_empty());
+        name.map_or_else(|| index.to_string(), String::clone)
+    }
+
+    /// Names of what is not proven.
+    #[must_use]
+    pub fn unproven(&self, verdict: &WireVerdict) -> Vec<String> {
+        let proofs = verdict.verdict().unproven.iter(self.joints.len());
+        let names = proofs.map(|proof| proof.name(|joint| self.joint(joint)));
+        names.collect()
+    }
+
     /// Calls `each` with every number of a verdict, in the order of [`Self::columns`].
     pub fn each_number(&self, verdict: &WireVerdict, mut each: impl FnMut(f64)) {
         WireVerdict::each_quantity(self.wheels.len(), self.edges.len(), |quantity| {

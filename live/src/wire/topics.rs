@@ -61,11 +61,14 @@ pub const PROGRESS_QUEUE: usize = 256;
 /// Writers of a service with a single writer: two would mix their messages.
 pub const ONE_WRITER: usize = 1;
 /// Maximum number of readers of a service, and of writers of one with several.
-pub const MAX_READERS: usize = 8;
+pub const MAX_READERS: usize = 12;
+/// Of these the last are kept for monitor, control, recorder and acknowledgement: whoever else finds no more places than
+/// these is refused, so that a restarted monitor always has one.
+pub const RESERVED_READERS: usize = 4;
 /// Messages that a reader may hold at a time.
 pub const MAX_BORROWED: usize = 2;
 /// Nodes that may have a service open.
-pub const MAX_NODES: usize = 24;
+pub const MAX_NODES: usize = 36;
 /// Whether a full buffer overwrites its oldest message: a writer never waits for a reader.
 pub const SAFE_OVERFLOW: bool = true;
 /// Name of the attribute with the hash of the layout.
@@ -151,7 +154,7 @@ wire! {
 
 wire! {
     /// What a reader of verdicts must know about the machine, and about the monitor that computes them.
-    "tipwatch.Machine.v2"
+    "tipwatch.Machine.v3"
     pub struct WireMachine {
         /// The session that the monitor follows.
         pub session: u64,
@@ -161,12 +164,18 @@ wire! {
         pub wheel_count: u32,
         /// Number of edges of the support polygon.
         pub edge_count: u32,
+        /// Number of joints.
+        pub joint_count: u32,
+        /// Zero.
+        pub reserved: u32,
         /// Name of the machine.
         pub name: [u8; NAME_BYTES],
         /// Names of the wheels, in lower case.
         pub wheel_names: [[u8; NAME_BYTES]; MAX_PLACES],
         /// Names of the edges, in lower case.
         pub edge_names: [[u8; NAME_BYTES]; MAX_PLACES],
+        /// Names of the joints, in the order of the bits of the verdict's unproven.
+        pub joint_names: [[u8; NAME_BYTES]; MAX_JOINTS],
         /// Version of the monitor; empty, and all hashes zero, if it did not state what it is.
         pub version: [u8; NAME_BYTES],
         /// SHA-256 of the monitor's executable.
@@ -196,7 +205,7 @@ macro_rules! verdict_message {
         wire! {
             /// The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
             /// Consumers must treat a verdict past valid_until_ns as a fault.
-            "tipwatch.Verdict.v3"
+            "tipwatch.Verdict.v4"
             pub struct WireVerdict {
                 /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
                 pub valid_until_ns: i64,
@@ -219,13 +228,20 @@ macro_rules! verdict_message {
                 pub alarm_sequence: u64,
                 /// The announced session that the monitor refuses; 0 if none.
                 pub refused_session: u64,
+                /// Bits: what the loads hang on that nothing has proven. Bits 0 to 5: specific force, angular velocity,
+                /// odometry, tool wrench, actuator forces, ground; bit 8 + k: joint k of the machine. Without any, and without
+                /// a doubt, the basis is proven.
+                pub unproven: u64,
                 /// 1 a row; 2 between rows: the numbers are those of the last row.
                 pub event: u32,
-                /// Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault.
+                /// Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault, 6 assumed: no danger is seen, but
+                /// the sensors are not proven.
                 pub level: u32,
                 /// Level to act on: danger, and a failure of the model (fault), stay until they are over and were
                 /// acknowledged, over the end of a session and a restart of the monitor.
                 pub latched_level: u32,
+                /// What the level stands on: 0 doubted, 1 assumed, 2 proven.
+                pub basis: u32,
                 /// Bits: faults of the input since the last row.
                 pub faults: u32,
                 /// Bits: cautions of the input since the last row.
@@ -261,6 +277,9 @@ macro_rules! verdict_message {
                 /// 4 a sensor is missing, 5 a sensor that the machine does not have, 6 joints, 7 mounting of the IMU,
                 /// 8 the machine does not suit live use. The service of refusals has the text.
                 pub refusal: u32,
+                /// 1 if the mounting, a sign, the order or a scale of a sensor was contradicted in a session before, and the
+                /// machine was not commissioned since: all rows are doubted.
+                pub inherited_contradiction: u32,
                 /// Why nothing is predicted by each assumed motion; 0 if something is: the other fields of the prediction are
                 /// NaN or meaningless otherwise. Assumed motions: 0 the motion goes on, 1 the platform brakes now, 2 the arm
                 /// stops now. A prediction never changes the level.
@@ -273,7 +292,7 @@ macro_rules! verdict_message {
                 /// Time until the next wheel lifts if its load keeps falling at its present rate (s); NaN beyond 5 s.
                 pub time_to_lift_off_s: f64,
                 /// Age of the prediction (s): it was made so long before this row, and its times are from then; 0 if it was made
-                /// for this row. Only at level Safe and only a prediction by which no wheel may lift is repeated.
+                /// for this row. Only at the levels safe and assumed and only a prediction by which no wheel may lift is repeated.
                 pub predicted_age_s: f64,
                 /// Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
                 /// lifts within the horizon of the machine file.

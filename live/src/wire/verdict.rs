@@ -1,17 +1,19 @@
 //! Verdicts: conversion between the monitor and the wire.
 
 use anyhow::Result;
+use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap};
 use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::verdict::{
-    Conditions, HeldProblems, InputFaults, Latch, Level, LiftOff, Verdict,
+    Basis, Conditions, HeldProblems, InputFaults, Latch, Level, LiftOff, Verdict,
 };
 use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quantities};
 
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::name_to_wire;
 use crate::wire::topics::{
-    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_PLACES, Wire, WireMachine, WireVerdict,
+    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_JOINTS, MAX_PLACES, NAME_BYTES, Wire, WireMachine,
+    WireVerdict,
 };
 
 impl WireVerdict {
@@ -109,6 +111,8 @@ impl WireVerdict {
     pub fn set_verdict(&mut self, verdict: Verdict, conditions: Conditions, counts: SampleCounts) {
         self.level = verdict.level as u32;
         self.latched_level = verdict.latched_level as u32;
+        self.basis = verdict.basis as u32;
+        self.unproven = verdict.unproven.bits();
         self.faults = conditions.faults.bits();
         self.cautions = conditions.cautions.bits();
         self.held_faults = verdict.held.faults.bits();
@@ -141,6 +145,8 @@ impl WireVerdict {
         Verdict {
             level: Level::from_number(self.level),
             latched_level: Level::from_number(self.latched_level),
+            basis: Basis::from_number(self.basis),
+            unproven: Proofs::from_bits(self.unproven),
             held: HeldProblems {
                 faults: InputFaults::from_bits(self.held_faults),
                 cautions: InputFaults::from_bits(self.held_cautions),
@@ -244,6 +250,11 @@ impl WireMachine {
         };
         for (name, wheel) in wire.wheel_names.iter_mut().zip(machine.wheels()) {
             *name = name_to_wire(&wheel.name.to_lowercase())?;
+        }
+        // A joint beyond them, or with a longer name, is named by its number.
+        wire.joint_count = machine.joints().len().min(MAX_JOINTS) as u32;
+        for (name, joint) in wire.joint_names.iter_mut().zip(machine.joints()) {
+            *name = name_to_wire(&joint.name).unwrap_or([0; NAME_BYTES]);
         }
         for (name, edge) in wire.edge_names.iter_mut().zip(edges) {
             *name = name_to_wire(&edge.name)?;

@@ -224,7 +224,7 @@ impl<T: Time> Feed<T> {
         self.time.wake();
     }
 
-    /// Sends samples until the machine is called safe: after a second and ten good rows.
+    /// Sends samples until no danger is seen: after a second and ten good rows.
     pub fn run_in(&mut self) {
         let from_ns = self.time.now_ns();
         let mut last = None;
@@ -232,14 +232,14 @@ impl<T: Time> Feed<T> {
             self.send(1);
             while let Some(verdict) = self.find(|v| v.session == self.source) {
                 last = Some(verdict);
-                if verdict.level == Level::Safe as u32 {
+                if verdict.verdict().level.sees_no_danger() {
                     return;
                 }
             }
         }
         let last = last.unwrap();
         panic!(
-            "never safe: {:?} {:?} {:?}, utilisation {}, {} rows, {} refused, {} lost",
+            "never without danger: {:?} {:?} {:?}, utilisation {}, {} rows, {} refused, {} lost",
             last.verdict(),
             last.conditions(),
             last.row_reasons().iter().collect::<Vec<_>>(),

@@ -67,6 +67,7 @@ impl Steered {
             },
             untimed: self.untimed,
             state: &self.state,
+            commissioning: 0,
         };
         let started = MonitorProgram::new(&self.node, self.file, self.urdf, self.clock, options);
         self.monitor = Some(started.unwrap());

@@ -95,6 +95,17 @@ impl CausalEstimator {
         self.rotation.spell()
     }
 
+    /// Whether the mounting, a sign, the order or a scale of a sensor was ever contradicted. All rows are doubted since then.
+    #[must_use]
+    pub fn is_contradicted(&self) -> bool {
+        self.plausibility.is_contradicted()
+    }
+
+    /// It was contradicted in a session before, and the machine was not commissioned since.
+    pub fn remember_contradiction(&mut self) {
+        self.plausibility.remember_contradiction();
+    }
+
     /// The last row emitted.
     #[must_use]
     pub fn last(&self) -> &Estimate {
@@ -203,6 +214,10 @@ impl CausalEstimator {
             &mut read,
             &mut self.estimate.state,
         );
+        if self.plausibility.is_contradicted() {
+            self.estimate.reasons.add(Reason::Contradiction);
+        }
+        self.estimate.proven = self.plausibility.proven();
         self.estimate.rotates = self.rotation.spell().is_some();
         if self.estimate.rotates {
             self.estimate.reasons.add(Reason::Tipping);

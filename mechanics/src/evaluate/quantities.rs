@@ -185,6 +185,18 @@ impl RowColumn {
         unit: "",
         meaning: "Level of the monitor: see [Verdicts](services.md#verdicts)",
     };
+    /// What the level stands on.
+    pub const VERDICT_BASIS: Self = Self {
+        name: "verdict_basis",
+        unit: "",
+        meaning: "What the level stands on, `proven`, `assumed` or `doubted`: see [Verdicts](services.md#verdicts)",
+    };
+    /// What is not proven.
+    pub const UNPROVEN: Self = Self {
+        name: "unproven",
+        unit: "",
+        meaning: "What the loads hang on that neither a commissioning nor the motion has proven",
+    };
     /// Latched level.
     pub const VERDICT_LATCHED: Self = Self {
         name: "verdict_latched",
@@ -207,9 +219,11 @@ impl RowColumn {
     /// Those before the quantities.
     pub const BEFORE: [Self; 3] = [Self::TIME, Self::VALID, Self::REASONS];
     /// Those after the quantities.
-    pub const AFTER: [Self; 4] = [
+    pub const AFTER: [Self; 6] = [
         Self::VERDICT,
         Self::VERDICT_LATCHED,
+        Self::VERDICT_BASIS,
+        Self::UNPROVEN,
         Self::TIME_TO_LIFT_OFF,
         Self::INPUT_FAULTS,
     ];

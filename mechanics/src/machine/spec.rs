@@ -22,6 +22,8 @@ use super::{
 pub struct MachineSpec {
     /// Name of the machine.
     pub name: String,
+    /// Serial number, which tells it from others of the same name: alarms are kept by it.
+    pub serial: Option<String>,
     /// Gravitational acceleration (m/s^2).
     #[serde(default = "standard_gravity")]
     pub gravity: f64,
@@ -588,6 +590,15 @@ pub struct SuspensionSpec {
 }
 
 impl MachineSpec {
+    /// What tells it from other machines: its name, and its serial number where the machine file states one.
+    #[must_use]
+    pub fn identity(&self) -> String {
+        match &self.serial {
+            Some(serial) => format!("{} {serial}", self.name),
+            None => self.name.clone(),
+        }
+    }
+
     /// Field of the force of a linkage's actuator: its own key, else the effort of the rod joint.
     #[must_use]
     pub fn force_of<'a>(&'a self, linkage: &'a LinkageSpec) -> Option<&'a FieldSpec> {

@@ -41,7 +41,7 @@ impl PacedPredictor {
         reasons: Reasons,
         level: Level,
     ) -> &Prediction {
-        let can_repeat = level == Level::Safe && reasons.leave_loads();
+        let can_repeat = level.sees_no_danger() && reasons.leave_loads();
         let made_ns = (self.quiet_since_ns)
             .filter(|&made_ns| can_repeat && self.is_same_period(made_ns, time_ns));
         if let Some(made_ns) = made_ns {

@@ -7,6 +7,7 @@ mod closed_form_against_newton_euler;
 pub(crate) mod combination_sigma;
 pub mod load_capacity;
 pub mod monte_carlo;
+mod needed_proofs;
 pub(crate) mod payload_estimate;
 pub(crate) mod placement;
 pub(crate) mod self_equilibrated;

@@ -1,11 +1,12 @@
 //! The judge: turns a sequence of rows into verdicts.
 
 use super::alarm::Alarm;
+use super::basis::Basis;
 use super::input_fault::{InputFault, InputFaults};
 use super::latch::Latch;
 use super::level::Level;
 use super::limits::{GOOD_ROWS, HOLD_NS, PERSISTENT, START_UP_NS};
-use crate::machine::LimitsSpec;
+use crate::machine::{LimitsSpec, Proofs};
 use crate::state::{Reason, Reasons};
 
 /// Input problems found since the preceding row.
@@ -30,6 +31,8 @@ pub struct RowFacts {
     pub is_wheel_unloaded: bool,
     /// Whether the platform rotates about an edge, by gyro and attitude alone: danger, whatever is wrong with the rest.
     pub rotates: bool,
+    /// What the loads hang on that nothing has proven.
+    pub unproven: Proofs,
     /// Input problems since the preceding row.
     pub conditions: Conditions,
     /// Whether the alarm has been acknowledged since the preceding row.
@@ -43,6 +46,10 @@ pub struct Verdict {
     pub level: Level,
     /// Level to act on: Danger and model failures persist until they have ended and have been acknowledged.
     pub latched_level: Level,
+    /// What it stands on.
+    pub basis: Basis,
+    /// What the loads hang on that nothing has proven.
+    pub unproven: Proofs,
     /// Why `level` is a fault, or raised by cautions, or what casts doubt on it. A level outlasts its causes.
     pub held: HeldProblems,
 }
@@ -171,9 +178,15 @@ impl Judge {
         } else {
             self.verdict.level
         };
+        let is_worse = rotates || !conditions.faults.is_empty() || !conditions.cautions.is_empty();
         Verdict {
             level,
             latched_level: level.max(self.verdict.latched_level),
+            basis: match is_worse {
+                true => Basis::Doubted,
+                false => self.verdict.basis,
+            },
+            unproven: self.verdict.unproven,
             held,
         }
     }
@@ -218,13 +231,16 @@ impl Judge {
                 false => 0,
             };
         }
-        let level = self.level(is_ready);
+        let basis = self.basis(is_ready, row.unproven);
+        let level = self.level(is_ready, basis);
         let is_of_inputs = row.reasons.have_gap() || row.reasons.have_signal_fault();
         let model_failed = standing == RowAssessment::Failed && !is_of_inputs;
         self.update_latch(level, model_failed, row.is_acknowledged);
         self.verdict = Verdict {
             level,
             latched_level: self.latch.over(level),
+            basis,
+            unproven: row.unproven,
             held: self.held,
         };
         self.verdict
@@ -314,7 +330,7 @@ impl Judge {
 
     /// Alarms are raised from the first trustworthy row; safe requires several. A doubt takes no alarm away, and nothing is
     /// safe beside it.
-    fn level(&self, is_ready: bool) -> Level {
+    fn level(&self, is_ready: bool, basis: Basis) -> Level {
         let alarm = if self.danger.is_on() {
             Level::Danger
         } else if self.warning.is_on() || self.caution_ns.is_some() {
@@ -323,8 +339,10 @@ impl Judge {
             Level::Unknown
         } else if self.notice.is_on() {
             Level::Notice
-        } else {
+        } else if basis == Basis::Proven {
             Level::Safe
+        } else {
+            Level::Assumed
         };
         if self.rotates {
             Level::Danger
@@ -332,6 +350,17 @@ impl Judge {
             self.fault_level(self.held.faults)
         } else {
             alarm
+        }
+    }
+
+    /// What the verdict stands on. A doubt or a fault is held as long as it keeps the level.
+    fn basis(&self, is_ready: bool, unproven: Proofs) -> Basis {
+        let is_doubtful =
+            self.doubt_ns.is_some() || self.caution_ns.is_some() || self.fault_ns.is_some();
+        match (is_ready && !is_doubtful, unproven.is_empty()) {
+            (false, _) => Basis::Doubted,
+            (true, false) => Basis::Assumed,
+            (true, true) => Basis::Proven,
         }
     }
 
@@ -407,6 +436,7 @@ mod tests {
                 utilisation,
                 is_wheel_unloaded: false,
                 rotates: false,
+                unproven: Proofs::NONE,
                 conditions,
                 is_acknowledged: false,
             };
@@ -428,6 +458,7 @@ mod tests {
                 utilisation,
                 is_wheel_unloaded: false,
                 rotates: false,
+                unproven: Proofs::NONE,
                 conditions: Conditions::default(),
                 is_acknowledged: true,
             })
@@ -460,6 +491,7 @@ mod tests {
             utilisation: 0.05,
             is_wheel_unloaded: true,
             rotates: false,
+            unproven: Proofs::NONE,
             conditions: Conditions::default(),
             is_acknowledged: false,
         };

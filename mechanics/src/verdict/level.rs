@@ -1,14 +1,13 @@
 //! The levels of a verdict.
 
-/// Stability level, in order of urgency; [`Level::Unknown`] is outside that order and never safe.
+/// Stability level. Its order is that of urgency: unknown, safe, assumed, notice, warning, danger, fault; [`Level::Unknown`]
+/// is outside that order and never safe.
 #[derive(
     Debug,
     Clone,
     Copy,
     PartialEq,
     Eq,
-    PartialOrd,
-    Ord,
     Hash,
     Default,
     strum::EnumCount,
@@ -22,7 +21,7 @@ pub enum Level {
     /// No statement is possible, or the signals contradict each other: not even that the machine is safe.
     #[default]
     Unknown = 0,
-    /// All inputs are complete and valid, and every wheel carries enough load.
+    /// All inputs are complete, valid and proven, and every wheel carries enough load.
     Safe = 1,
     /// The worst wheel has lost much of its load.
     Notice = 2,
@@ -32,6 +31,21 @@ pub enum Level {
     Danger = 4,
     /// The input or the computation has failed: the machine is not being monitored.
     Fault = 5,
+    /// No danger is seen, but the sensors are not proven: every wheel carries enough load if they are right.
+    // The number is the last so that a program of before takes it for an unknown one, and not for safe.
+    Assumed = 6,
+}
+
+impl Ord for Level {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.urgency().cmp(&other.urgency())
+    }
+}
+
+impl PartialOrd for Level {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
 }
 
 impl Level {
@@ -45,6 +59,25 @@ impl Level {
     #[must_use]
     pub fn name(self) -> &'static str {
         self.into()
+    }
+
+    /// Place in the order of urgency.
+    fn urgency(self) -> u8 {
+        match self {
+            Self::Unknown => 0,
+            Self::Safe => 1,
+            Self::Assumed => 2,
+            Self::Notice => 3,
+            Self::Warning => 4,
+            Self::Danger => 5,
+            Self::Fault => 6,
+        }
+    }
+
+    /// Whether every wheel carries enough load by what the sensors say, proven or not.
+    #[must_use]
+    pub fn sees_no_danger(self) -> bool {
+        matches!(self, Self::Safe | Self::Assumed)
     }
 
     /// Whether a forecast of lift-off is announced at this level: a wheel has lost load, and the inputs hold.

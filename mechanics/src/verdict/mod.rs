@@ -9,9 +9,11 @@
 //!     notice, warning, limit of [limits] <= U  ->  Notice, Warning, Danger
 //!     released where U stays 0.02 below for 1 s
 //! ```
+//! Safe is earned: where not everything that the loads hang on has been proven ([`Basis`]), the level is Assumed in its stead.
 //! The thresholds are this project's choice, modelled on crane load indicators; no standard prescribes any.
 
 mod alarm;
+mod basis;
 mod input_fault;
 mod judge;
 mod latch;
@@ -21,6 +23,7 @@ pub mod limits;
 #[cfg(test)]
 mod rules;
 
+pub use basis::Basis;
 pub use input_fault::{InputFault, InputFaults};
 pub use judge::{Conditions, HeldProblems, Judge, RowFacts, Verdict};
 pub use latch::Latch;

@@ -1,7 +1,9 @@
 //! Tests of the rules of the verdict, as the book states them, through what a caller sees.
 
-use super::{Conditions, HeldProblems, InputFault, InputFaults, Judge, Latch, Level, RowFacts};
-use crate::machine::LimitsSpec;
+use super::{
+    Basis, Conditions, HeldProblems, InputFault, InputFaults, Judge, Latch, Level, RowFacts,
+};
+use crate::machine::{LimitsSpec, Proof, Proofs};
 use crate::state::{Reason, Reasons};
 
 const PERIOD_NS: i64 = 10_000_000;
@@ -22,6 +24,7 @@ impl Rows {
                 utilisation: 0.1,
                 is_wheel_unloaded: false,
                 rotates: false,
+                unproven: Proofs::NONE,
                 conditions: Conditions::default(),
                 is_acknowledged: false,
             },
@@ -178,6 +181,65 @@ fn a_doubt_takes_no_alarm_away_and_nothing_is_safe_beside_it() {
         row.reasons.add(Reason::Contradiction);
     });
     assert_eq!(rows.latched(), Level::Danger);
+}
+
+// requirement: TW-VERDICT-28
+#[test]
+fn only_what_is_proven_is_safe() {
+    let ground: Proofs = [Proof::Ground].into_iter().collect();
+    let mut rows = Rows::new();
+    rows.next.unproven = ground;
+    assert_eq!(rows.good(500), Level::Assumed);
+    let verdict = rows.judge.verdict();
+    assert_eq!((verdict.basis, verdict.unproven), (Basis::Assumed, ground));
+    // what was seen since proves it
+    rows.next.unproven = Proofs::NONE;
+    assert_eq!(rows.good(1), Level::Safe);
+    assert_eq!(rows.judge.verdict().basis, Basis::Proven);
+    // alarms are alarms, proven or not
+    rows.next.unproven = ground;
+    for (utilisation, level) in [
+        (0.8, Level::Notice),
+        (0.95, Level::Warning),
+        (1.2, Level::Danger),
+    ] {
+        assert_eq!(rows.give(|row| row.utilisation = utilisation), level);
+        assert_eq!(rows.judge.verdict().basis, Basis::Assumed);
+    }
+    // a doubt is more than an assumption
+    let mut rows = Rows::new();
+    rows.next.unproven = ground;
+    rows.good(20);
+    let doubted = |row: &mut RowFacts| row.reasons.add(Reason::Contradiction);
+    assert_eq!(rows.give(doubted), Level::Unknown);
+    assert_eq!(rows.judge.verdict().basis, Basis::Doubted);
+    // and between rows what is found casts doubt on what was proven
+    let rows = Rows::safe();
+    let stale = Conditions {
+        cautions: InputFault::Stale.into(),
+        ..Conditions::default()
+    };
+    let between = rows.judge.between_rows(stale, false);
+    assert_eq!(between.basis, Basis::Doubted);
+}
+
+// requirement: TW-VERDICT-28
+#[test]
+fn levels_are_in_the_order_of_urgency() {
+    let mut sorted = Level::ALL;
+    sorted.sort();
+    use Level::{Assumed, Danger, Fault, Notice, Safe, Unknown, Warning};
+    let urgency = [Unknown, Safe, Assumed, Notice, Warning, Danger, Fault];
+    assert_eq!(sorted, urgency);
+    // an alarm that only was assumed to be over is over once a person has acknowledged it
+    let mut rows = Rows::new();
+    rows.next.unproven = Proofs::ALL;
+    rows.good(20);
+    rows.give(|row| row.utilisation = 1.2);
+    rows.good(200);
+    assert_eq!(rows.latched(), Danger);
+    rows.give(|row| row.is_acknowledged = true);
+    assert_eq!(rows.latched(), Assumed);
 }
 
 // requirement: TW-VERDICT-11
@@ -412,7 +474,7 @@ fn unknown_numbers_are_never_safe() {
     for level in Level::ALL {
         assert_eq!(Level::from_number(level as u32), level);
     }
-    for number in [6, 7, 255, 1 << 20, u32::MAX] {
+    for number in [7, 8, 255, 1 << 20, u32::MAX] {
         assert_eq!(Level::from_number(number), Level::Fault);
     }
     let unknown = InputFaults::from_bits(1 << 31);
@@ -426,10 +488,12 @@ fn unknown_numbers_are_never_safe() {
 // requirement: TW-VERDICT-23
 #[test]
 fn lift_off_is_announced_at_three_levels_only() {
-    let names = ["unknown", "safe", "notice", "warning", "danger", "fault"];
+    let names = [
+        "unknown", "safe", "notice", "warning", "danger", "fault", "assumed",
+    ];
     assert_eq!(Level::ALL.map(Level::name), names);
     let announcing = Level::ALL.map(Level::announces_lift_off);
-    assert_eq!(announcing, [false, false, true, true, true, false]);
+    assert_eq!(announcing, [false, false, true, true, true, false, false]);
 }
 
 #[test]

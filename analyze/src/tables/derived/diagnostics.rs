@@ -142,7 +142,7 @@ fn stability<'a>(machine: &'a Machine, rows: &Rows, row: usize) -> DiagnosticSta
 fn diagnostic_level(level: Level) -> u8 {
     match level {
         Level::Safe => OK,
-        Level::Notice | Level::Warning => WARN,
+        Level::Assumed | Level::Notice | Level::Warning => WARN,
         Level::Danger | Level::Fault => ERROR,
         Level::Unknown => STALE,
     }

@@ -1,4 +1,4 @@
-//! The verdict of each row as numbers: level, latched level, time to lift-off.
+//! The verdict of each row as numbers: level, latched level, what it stands on, time to lift-off.
 
 use anyhow::Result;
 use tipwatch_ingest::{Ros2Writer, WriterTopic};
@@ -11,8 +11,9 @@ use crate::base::options::Precision;
 use crate::base::rows::Rows;
 
 const DEFINITION: &str = "std_msgs/Header header\n\
-    float64 level  # 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault\n\
-    float64 latched_level  # the same, held until acknowledged\n";
+    float64 level  # 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault, 6 assumed\n\
+    float64 latched_level  # the same, held until acknowledged\n\
+    float64 basis  # what the level stands on: 0 doubted, 1 assumed, 2 proven\n";
 
 /// The numbers of the prediction.
 fn predicted() -> impl Iterator<Item = (Law, PredictedNumber)> {
@@ -66,6 +67,7 @@ impl VerdictTopic {
         let mut values = vec![
             f64::from(verdict.level as u8),
             f64::from(verdict.latched_level as u8),
+            f64::from(verdict.basis as u8),
             verdicts.time_to_lift_off_s[row],
         ];
         if let Some(predictions) = &verdicts.predictions {

@@ -4,10 +4,12 @@
 //! is no protection against somebody who computes the seal anew.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use tipwatch_calibration::commissioning::{Assessment, Status};
+use tipwatch_mechanics::machine::{Machine, Proof, Proofs};
 
 use crate::machine_file::{MachineFile, Urdf};
 use crate::text_file::read_text;
@@ -226,6 +228,56 @@ impl Commissioning {
                 },
             }),
         }
+    }
+
+    /// What it has proven of the signals that the loads of the machine hang on, or a person confirmed. A signal of which an
+    /// item is open or missing is not among it.
+    #[must_use]
+    pub fn proven(&self, machine: &Machine) -> Proofs {
+        let is_shown = |item: &CommissioningItem| {
+            let status = Status::from_str(&item.status);
+            matches!(status, Ok(Status::Proven | Status::Confirmed))
+        };
+        let has = |key: &str| self.items.iter().any(|item| item.key == key);
+        let are_shown = |prefix: &str| {
+            let mut items = self.items.iter();
+            items.all(|item| !item.key.starts_with(prefix) || is_shown(item))
+        };
+        // all that it asks about a signal, and at least what shows that it asked
+        let is_proven = |proof: Proof| match proof {
+            Proof::SpecificForce => {
+                has("imu.mounting.up")
+                    && has("imu.specific_force.scale")
+                    && ["imu.mounting.", "imu.specific_force.", "travel."]
+                        .iter()
+                        .all(|prefix| are_shown(prefix))
+            }
+            Proof::AngularVelocity => {
+                has("imu.angular_velocity.yaw")
+                    && has("imu.angular_velocity.roll_pitch")
+                    && are_shown("imu.angular_velocity.")
+            }
+            Proof::Odometry => {
+                has("odometry.velocity") && are_shown("odometry.") && are_shown("travel.")
+            }
+            Proof::ToolWrench => has("tool_wrench") && are_shown("tool_wrench"),
+            Proof::ActuatorForces => {
+                let mut joints = machine.contact().actuated_joints.iter();
+                let key = |name: &str| format!("actuator.{name}");
+                joints.all(|joint| has(&key(joint.name(machine.linkages()))))
+                    && are_shown("actuator.")
+            }
+            // no motion shows the ground that comes
+            Proof::Ground => false,
+            Proof::Joint(joint) => {
+                let prefix = format!("joint.{}.", machine.joints()[joint].name);
+                let asked = ["sign", "steering"].map(|part| has(&format!("{prefix}{part}")));
+                asked.contains(&true) && are_shown(&prefix)
+            }
+        };
+        let joints = (0..machine.joints().len()).map(Proof::Joint);
+        let all = Proof::OTHERS.into_iter().chain(joints);
+        all.filter(|&proof| is_proven(proof)).collect()
     }
 
     /// The items with this status.

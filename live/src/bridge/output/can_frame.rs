@@ -2,7 +2,7 @@
 
 use tipwatch_can::{CanId, Frame};
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::verdict::Level;
+use tipwatch_mechanics::verdict::{Basis, Level};
 
 use super::view::View;
 
@@ -39,6 +39,12 @@ const VALID: Field = field(
     6,
     1,
     "1: a current verdict stands behind this frame; 0: act as on a fault",
+);
+const PROVEN: Field = field(
+    "Proven",
+    7,
+    1,
+    "1: every signal that the loads hang on is proven, and none is doubted; 0: act as if the machine were not known to be safe",
 );
 const COUNTER: Field = field("Counter", 8, 4, "Rises by 1 with every frame");
 const WHEEL: Field = Field {
@@ -93,10 +99,11 @@ const LIFT_OFF: Field = Field {
 const CHECKSUM: Field = field("Checksum", 56, 8, "CRC-8 of SAE J1850 over bytes 0 to 6");
 
 /// All signals of the frame.
-pub(super) const FIELDS: [Field; 9] = [
+pub(super) const FIELDS: [Field; 10] = [
     LEVEL,
     LATCHED,
     VALID,
+    PROVEN,
     COUNTER,
     WHEEL,
     UTILISATION,
@@ -177,6 +184,8 @@ impl CanVerdict {
             f64::from(u8::from(view.verdict.is_some())),
             Rounding::Down,
         );
+        let is_proven = view.basis() == Basis::Proven;
+        put(&PROVEN, f64::from(u8::from(is_proven)), Rounding::Down);
         put(&COUNTER, f64::from(self.counter), Rounding::Down);
         let worst = view.worst_wheel();
         let (wheel, force) =
@@ -237,7 +246,6 @@ mod tests {
             assert_eq!(seen & mask, 0, "{}", field.name);
             seen |= mask;
         }
-        // one bit is spare
-        assert_eq!(seen, !(1 << 7));
+        assert_eq!(seen, u64::MAX);
     }
 }

@@ -257,6 +257,7 @@ mod tests {
                     machine: "m".into(),
                     wheels: vec!["fl".into(), "fr".into()],
                     edges: Vec::new(),
+                    joints: Vec::new(),
                 },
                 now_ns: 0,
             }

@@ -19,7 +19,7 @@ pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
     let status = match level {
         _ if view.verdict.is_none() => STALE,
         Level::Safe => OK,
-        Level::Notice | Level::Warning => WARN,
+        Level::Assumed | Level::Notice | Level::Warning => WARN,
         Level::Danger | Level::Fault => ERROR,
         Level::Unknown => STALE,
     };
@@ -49,6 +49,8 @@ pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
         let held = verdict.verdict().held;
         let faults: Vec<&str> = held.faults.iter().map(InputFault::name).collect();
         let cautions: Vec<&str> = held.cautions.iter().map(InputFault::name).collect();
+        values.push(("basis", verdict.verdict().basis.name().to_owned()));
+        values.push(("unproven", view.names.unproven(verdict).join(" ")));
         values.push(("faults", faults.join(" ")));
         values.push(("cautions", cautions.join(" ")));
         values.push(("samples_lost", verdict.lost.to_string()));

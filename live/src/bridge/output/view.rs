@@ -1,7 +1,7 @@
 //! The verdict as everything outside is to see it.
 
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::verdict::Level;
+use tipwatch_mechanics::verdict::{Basis, Level};
 
 use crate::wire::names::Names;
 use crate::wire::topics::WireVerdict;
@@ -30,6 +30,13 @@ impl View<'_> {
     pub fn momentary(&self) -> Level {
         self.verdict
             .map_or(Level::Fault, |verdict| verdict.verdict().level)
+    }
+
+    /// What it stands on: doubted without a current verdict.
+    #[must_use]
+    pub fn basis(&self) -> Basis {
+        self.verdict
+            .map_or(Basis::Doubted, |verdict| verdict.verdict().basis)
     }
 
     /// A number of the verdict; NaN where it is unknown.

@@ -2,19 +2,24 @@
 
 use super::explanation::Explanation;
 use super::fault::{Finding, Part};
+use super::notice::{Note, Rules};
 use super::relations::Relations;
 use super::signals::SignalChecks;
 use super::treatment::{Judgement, RowEffect};
-use crate::machine::Machine;
-use crate::state::{Sample, SampleError, Sensors};
+use super::weight::WeightWatch;
+use crate::machine::{Machine, Proofs};
+use crate::state::{Sample, SampleError, Sensor, Sensors};
 
 /// Checks samples, each sensor's in stamp order.
 #[derive(Debug, Clone)]
 pub struct Plausibility {
     signals: SignalChecks,
     relations: Relations,
+    weight: WeightWatch,
+    rules: Rules,
     has_imu: bool,
     findings: Vec<Finding>,
+    is_contradicted: bool,
 }
 
 impl Plausibility {
@@ -24,8 +29,11 @@ impl Plausibility {
         Self {
             signals: SignalChecks::new(machine, sensors),
             relations: Relations::new(machine, sensors),
+            weight: WeightWatch::new(machine.gravity()),
+            rules: Rules::of(machine),
             has_imu: sensors.imu,
             findings: room_for_findings(sensors),
+            is_contradicted: false,
         }
     }
 
@@ -41,6 +49,23 @@ impl Plausibility {
         self.relations.evidence()
     }
 
+    /// Whether the mounting, a sign, the order or a scale was ever contradicted: a fault of that kind does not heal by itself.
+    #[must_use]
+    pub fn is_contradicted(&self) -> bool {
+        self.is_contradicted
+    }
+
+    /// It was contradicted before the first sample: in a session before.
+    pub fn remember_contradiction(&mut self) {
+        self.is_contradicted = true;
+    }
+
+    /// What the motion so far has proven of the sensors.
+    #[must_use]
+    pub fn proven(&self) -> Proofs {
+        self.relations.proven()
+    }
+
     /// Whether a value that the estimate requires was not finite in the last sample.
     pub(crate) fn lacks_a_value(&self) -> bool {
         self.findings.iter().any(Finding::lacks_a_value)
@@ -52,8 +77,19 @@ impl Plausibility {
     /// The sensor does not exist, the number of values is wrong, or the stamp is not later than the preceding one.
     pub fn step(&mut self, sample: &Sample<'_>) -> Result<Judgement, SampleError> {
         self.findings.clear();
-        let sound = self.signals.step(sample, &mut self.findings)?;
+        let mut sound = self.signals.step(sample, &mut self.findings)?;
+        if sample.sensor == Sensor::Imu && sound.force {
+            // Which samples are wrong does not show in their mean, so it is asked for where nothing later is known.
+            let Rules { limits, policies } = &self.rules;
+            let mut note = Note::new(&mut self.findings, policies, sample);
+            let mut found = note.of(Part::SpecificForce);
+            let force = &sample.values[..3];
+            sound.force = (self.weight).check(sample.stamp_ns, force, limits, &mut found);
+        }
         self.relations.step(sample, sound, &mut self.findings);
+        self.is_contradicted |= self.findings.iter().any(|finding| {
+            finding.casts_doubt(self.has_imu) && finding.explanation.is_some_and(Explanation::lasts)
+        });
         Ok(Judgement::of(&self.findings))
     }
 

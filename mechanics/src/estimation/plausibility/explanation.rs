@@ -116,6 +116,24 @@ impl Explanation {
         all
     }
 
+    /// Whether it lies in how sensors are mounted, wired or configured: that does not heal by itself.
+    #[must_use]
+    pub fn lasts(self) -> bool {
+        match self {
+            Self::Sign(_)
+            | Self::Signs
+            | Self::Exchanged(..)
+            | Self::QuarterTurn(..)
+            | Self::HalfTurn(_)
+            | Self::Scale(_)
+            | Self::GravityOnly
+            | Self::JointSign(_)
+            | Self::JointScale(..)
+            | Self::JointsExchanged(..) => true,
+            _ => false,
+        }
+    }
+
     /// In words, after "as if".
     #[must_use]
     pub fn text(self, machine: &Machine) -> String {

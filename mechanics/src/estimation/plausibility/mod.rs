@@ -9,6 +9,7 @@
 //! |---|---|---|
 //! | `not_finite` | every signal | NaN or infinity; a velocity or attitude that was never given is absent, not faulty |
 //! | `out_of_range` | vectors | norm beyond the range of such a sensor or machine |
+//! | `out_of_range` | specific force | its mean length over two seconds is that of no machine |
 //! | `joint_limit` | joints | position beyond the URDF's limits and a margin |
 //! | `impossible_rate` | joints, angular velocity, odometry | change since the last credible sample too fast; measured velocity too large |
 //! | `saturated` | vectors | an axis repeats its largest or least value although the other axes are shaken |
@@ -43,6 +44,7 @@ mod signals;
 mod spans;
 mod treatment;
 mod vector;
+mod weight;
 
 pub use checks::Plausibility;
 pub(super) use checks::room_for_findings;

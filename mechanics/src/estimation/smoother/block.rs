@@ -16,7 +16,7 @@ use crate::estimation::rows::RowClock;
 use crate::estimation::shown_noise::ShownNoise;
 use crate::estimation::state_builder::{Filters, Followed, Reading, StateBuilder};
 use crate::estimation::white_jerk::{ChannelState, seconds};
-use crate::machine::Machine;
+use crate::machine::{Machine, Proofs};
 use crate::state::{Reasons, Sensor, Sensors, State, StateColumns, StreamCounts};
 
 /// A usual number of rows in a block.
@@ -37,6 +37,7 @@ pub struct BlockSmoother<S> {
     tracks: Vec<Track>,
     bias: BiasHistory,
     faults: Vec<FaultSpan>,
+    proven: Proofs,
     times_ns: Vec<i64>,
     rows_per_block: usize,
     max_gap_ns: i64,
@@ -103,6 +104,7 @@ impl<S: SampleSource> BlockSmoother<S> {
         };
         let Forward {
             faults,
+            proven,
             bias,
             tracks,
         } = passes.run(run)?;
@@ -112,6 +114,7 @@ impl<S: SampleSource> BlockSmoother<S> {
             tracks,
             bias,
             faults,
+            proven,
             times_ns,
             rows_per_block,
             max_gap_ns,
@@ -158,6 +161,12 @@ impl<S: SampleSource> BlockSmoother<S> {
     #[must_use]
     pub fn faults(&self) -> &[FaultSpan] {
         &self.faults
+    }
+
+    /// What the motion of the whole recording has proven of the sensors.
+    #[must_use]
+    pub fn proven(&self) -> Proofs {
+        self.proven
     }
 
     /// A worker for one thread. `machine` must differ from that of [`BlockSmoother::new`] by its masses at most.

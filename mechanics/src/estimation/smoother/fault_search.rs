@@ -12,11 +12,19 @@ use super::source::SampleSource;
 use crate::estimation::plausibility::{
     FaultSpan, FaultSpans, Finding, Judgement, Relations, SignalChecks, Sound, room_for_findings,
 };
-use crate::machine::Machine;
+use crate::machine::{Machine, Proofs};
 use crate::state::{Sample, Sensor, Sensors};
 
 /// Samples of a batch: some milliseconds of work, beside which it costs little to wake a thread.
 const BATCH: usize = 2048;
+
+/// What the search found.
+pub(super) struct Searched {
+    /// Implausible spans, sorted by start.
+    pub(super) faults: Vec<FaultSpan>,
+    /// What the motion of the whole log has proven of the sensors.
+    pub(super) proven: Proofs,
+}
 
 /// Finds implausible spans, checking all sensors together in stamp order. A sensor is `faulty` where one of them changes
 /// how its samples are treated. `run` runs the parts of the work.
@@ -26,7 +34,7 @@ pub(super) fn find_faults<S: SampleSource>(
     samples: &[SortedSamples<S>],
     faulty: &[AtomicBool],
     run: Run<'_>,
-) -> Result<Vec<FaultSpan>, S::Error> {
+) -> Result<Searched, S::Error> {
     let mut checked = CheckedSamples {
         samples: ByStamp::new(samples.iter().collect()),
         checks: SignalChecks::new(machine, sensors),
@@ -51,7 +59,10 @@ pub(super) fn find_faults<S: SampleSource>(
         filled?;
         batches.rotate_right(1);
         if batches.iter().all(|batch| batch.samples.is_empty()) {
-            return Ok(compared.spans.finish());
+            return Ok(Searched {
+                proven: compared.relations.proven(),
+                faults: compared.spans.finish(),
+            });
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::bias_pass::find_bias;
-use super::fault_search::find_faults;
+use super::fault_search::{Searched, find_faults};
 use super::pass::{Pass, Run};
 use super::sorted_samples::{Chunk, SortedSamples};
 use super::source::SampleSource;
@@ -13,7 +13,7 @@ use crate::estimation::kalman_filter::FilterState;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
 use crate::estimation::shown_noise::ShownNoise;
 use crate::estimation::state_builder::{Filters, Followed};
-use crate::machine::Machine;
+use crate::machine::{Machine, Proofs};
 use crate::state::{Credible, SampleError, Sensor, Sensors, StreamCounts, tilt_is_measured};
 
 /// One sensor and its filters over the whole log.
@@ -58,6 +58,8 @@ impl Track {
 pub(super) struct Forward {
     /// Implausible spans, sorted by start.
     pub(super) faults: Vec<FaultSpan>,
+    /// What the motion has proven of the sensors.
+    pub(super) proven: Proofs,
     pub(super) bias: BiasHistory,
     /// By sensor.
     pub(super) tracks: Vec<Track>,
@@ -94,7 +96,7 @@ impl<S: SampleSource> Passes<'_, S> {
             passes.push(Box::new(move || track.set(follow())));
         }
         run(passes);
-        let faults = found.take_or(|| self.find_faults(&faulty, run))?;
+        let Searched { faults, proven } = found.take_or(|| self.find_faults(&faulty, run))?;
         let of_sensor = |sensor: usize| -> Vec<FaultSpan> {
             faults_of(&faults, self.samples[sensor].sensor())
                 .copied()
@@ -123,12 +125,13 @@ impl<S: SampleSource> Passes<'_, S> {
         let tracks = tracks.collect::<Result<_, _>>()?;
         Ok(Forward {
             faults,
+            proven,
             bias,
             tracks,
         })
     }
 
-    fn find_faults(&self, faulty: &[AtomicBool], run: Run<'_>) -> Result<Vec<FaultSpan>, S::Error> {
+    fn find_faults(&self, faulty: &[AtomicBool], run: Run<'_>) -> Result<Searched, S::Error> {
         find_faults(self.machine, self.sensors, self.samples, faulty, run)
     }
 

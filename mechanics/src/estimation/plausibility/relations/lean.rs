@@ -20,7 +20,7 @@ use super::lean_model::{Lean, LeanModel};
 use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other};
 use super::rolling::{self, Rolled};
 use super::unknowns::Unknowns;
-use crate::machine::Machine;
+use crate::machine::{Machine, Proof, Proofs};
 
 /// Number of unknowns: bias about x and y, compliance about x and y, load, and what is drawn anew in each window.
 const UNKNOWNS: usize = 6;
@@ -83,6 +83,8 @@ pub(super) struct LeanRelation {
     alternatives: Vec<Alternative>,
     threshold: f64,
     mass: f64,
+    /// Joints of the arm.
+    arm: Vec<usize>,
 }
 
 /// End of a window.
@@ -180,6 +182,7 @@ impl LeanRelation {
             alternatives: explanations.into_iter().map(alternative).collect(),
             threshold,
             mass,
+            arm,
         })
     }
 
@@ -416,6 +419,31 @@ impl LeanRelation {
     pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
         let alternatives = self.alternatives.iter();
         alternatives.map(|it| (it.explanation, it.evidence.value))
+    }
+
+    /// What the motion has proven: joints of which it has refuted every alternative, and whether it has those of the gyro about
+    /// x and y.
+    pub(super) fn proven(&self) -> (Proofs, bool) {
+        let mut joints: Proofs = self.arm.iter().copied().map(Proof::Joint).collect();
+        let mut is_gyro_proven = true;
+        for it in (self.alternatives.iter()).filter(|it| !it.evidence.is_refuted()) {
+            match it.explanation {
+                Explanation::JointSign(joint)
+                | Explanation::JointStopped(joint)
+                | Explanation::JointScale(joint, _) => joints.remove(Proof::Joint(joint)),
+                Explanation::JointsExchanged(a, b) => {
+                    joints.remove(Proof::Joint(a));
+                    joints.remove(Proof::Joint(b));
+                }
+                Explanation::Sign(_)
+                | Explanation::HalfTurn(_)
+                | Explanation::Exchanged(..)
+                | Explanation::Stopped => is_gyro_proven = false,
+                // what else there may be is no error of one signal
+                _ => {}
+            }
+        }
+        (joints, is_gyro_proven)
     }
 
     /// The best of the alternatives that stand. A load explains as well as a sensor: the sensor is named only where it explains

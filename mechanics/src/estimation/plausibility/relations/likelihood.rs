@@ -67,6 +67,11 @@ pub(super) struct Evidence {
     /// Since when it grows (ns).
     pub(super) since_ns: i64,
     stands: bool,
+    /// The same for "all sensors are sound" against it, and whether that has exceeded the threshold.
+    against: f64,
+    is_refuted: bool,
+    /// Whether it has ever stood.
+    has_stood: bool,
 }
 
 impl Evidence {
@@ -85,6 +90,14 @@ impl Evidence {
             } else {
                 threshold
             };
+        self.has_stood |= self.stands;
+        self.against = (self.against - ratio).clamp(0.0, LARGEST * threshold);
+        self.is_refuted |= self.against > threshold;
+    }
+
+    /// Whether the windows have refuted it, as surely as they would have to show it, and have never shown it.
+    pub(super) fn is_refuted(&self) -> bool {
+        self.is_refuted && !self.has_stood
     }
 
     /// Whether it exceeds the threshold, or did and has not been refuted since.
@@ -92,10 +105,10 @@ impl Evidence {
         self.stands
     }
 
-    /// What does not stand is forgotten: the signals have a hole.
+    /// What does not stand is forgotten: the signals have a hole. What was refuted before it stays refuted.
     pub(super) fn forget(&mut self) {
         if !self.stands {
-            *self = Self::default();
+            (self.value, self.since_ns) = (0.0, 0);
         }
     }
 }
@@ -148,5 +161,27 @@ mod tests {
         evidence.add(8, f64::NAN, 20.0);
         evidence.forget();
         assert_eq!(evidence.value, 0.0);
+    }
+
+    #[test]
+    fn what_was_refuted_stays_so_unless_it_is_shown() {
+        let mut evidence = Evidence::default();
+        evidence.add(0, -9.0, 20.0);
+        evidence.add(1, 9.0, 20.0);
+        evidence.add(2, f64::NAN, 20.0);
+        (3..5).for_each(|k| evidence.add(k, -9.0, 20.0));
+        assert!(!evidence.is_refuted());
+        evidence.add(5, -9.0, 20.0);
+        assert!(evidence.is_refuted());
+        evidence.forget();
+        (6..8).for_each(|k| evidence.add(k, 9.0, 20.0));
+        assert!(evidence.is_refuted());
+        evidence.add(9, 9.0, 20.0);
+        assert!(!evidence.is_refuted());
+        (10..99).for_each(|k| evidence.add(k, -9.0, 20.0));
+        assert!(
+            !evidence.is_refuted(),
+            "a sensor that was shown to be wrong is not proven"
+        );
     }
 }

@@ -43,7 +43,7 @@ use super::false_alarms;
 use super::fault::{Finding, Part, YawBy};
 use super::notice::{Found, Note, Notice, Rules};
 use super::signals::Sound;
-use crate::machine::Machine;
+use crate::machine::{Machine, Proof, Proofs};
 use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
 pub use excitation::{Excitation, Unshown};
 use lean::LeanRelation;
@@ -82,6 +82,8 @@ pub(in crate::estimation) struct Relations {
     /// By stream: its joints.
     joints: Vec<Vec<usize>>,
     threshold: f64,
+    /// What the windows so far have proven.
+    proven: Proofs,
 }
 
 impl Relations {
@@ -114,6 +116,7 @@ impl Relations {
             offsets: Offsets::default(),
             joints: streams.map(|stream| stream.joints.clone()).collect(),
             threshold,
+            proven: Proofs::NONE,
         }
     }
 
@@ -243,6 +246,7 @@ impl Relations {
             lean.weigh(start_ns, stamp_ns);
             self.offsets.end_refuted(lean);
         }
+        self.prove();
     }
 
     /// Reports what stands, with the samples of the sensor that it is about.
@@ -293,6 +297,26 @@ impl Relations {
             add(Part::Lean, &mut lean.evidence());
         }
         (all, self.threshold)
+    }
+}
+
+impl Relations {
+    /// What the motion so far has proven: each alternative about it is refuted. The mounting of the accelerometer is not
+    /// among it: the slope of the ground is unknown.
+    pub(in crate::estimation) fn proven(&self) -> Proofs {
+        self.proven
+    }
+
+    fn prove(&mut self) {
+        let Some(lean) = &self.lean else {
+            return;
+        };
+        let (mut proven, is_gyro_proven) = lean.proven();
+        // An attitude may stand in the same housing: what turns with it proves nothing.
+        if is_gyro_proven && self.turns.iter().any(TurnRelation::is_proven) {
+            proven.add(Proof::AngularVelocity);
+        }
+        self.proven = proven;
     }
 }
 

@@ -84,6 +84,11 @@ impl TurnRelation {
         }
     }
 
+    /// Whether the turns have refuted that one of the two has the other sign or does not follow.
+    pub(super) fn is_proven(&self) -> bool {
+        self.alternatives.iter().all(|(_, it)| it.is_refuted())
+    }
+
     pub(super) fn evidence(&self) -> impl Iterator<Item = (Explanation, f64)> {
         let alternatives = self.alternatives.iter();
         alternatives.map(|(explanation, it)| (*explanation, it.value))

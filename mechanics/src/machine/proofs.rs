@@ -1,0 +1,197 @@
+//! What the loads hang on and what a commissioning or a motion can prove of it: signals, and the ground under the wheels.
+
+use super::checked::Machine;
+
+/// Something that the loads hang on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Proof {
+    /// Mounting, axes, signs and scale of the specific force.
+    SpecificForce,
+    /// Axes, signs and scale of the angular velocity.
+    AngularVelocity,
+    /// Axes, signs and scale of the odometry, where it replaces the inertial measurement unit.
+    Odometry,
+    /// Axes, signs and scale of the wrench on the tool.
+    ToolWrench,
+    /// Signs and scale of the forces of actuators.
+    ActuatorForces,
+    /// How the ground lies under a frame that equilibrium leaves open: it is unknown, so the split of the load is assumed.
+    Ground,
+    /// Sign, order and scale of the joint with this index, and that its encoder follows it.
+    Joint(usize),
+}
+
+/// Number of proofs that are not of a joint, and places that are kept for them.
+const OTHERS: usize = 6;
+const FIRST_JOINT: u32 = 8;
+/// The place of all joints that have none of their own.
+const LAST_PLACE: u32 = u64::BITS - 1;
+
+impl Proof {
+    /// All proofs that are not of a joint, in order.
+    pub const OTHERS: [Self; OTHERS] = [
+        Self::SpecificForce,
+        Self::AngularVelocity,
+        Self::Odometry,
+        Self::ToolWrench,
+        Self::ActuatorForces,
+        Self::Ground,
+    ];
+
+    /// The number of its bit in messages and files. All joints from the 56th on share the last.
+    #[must_use]
+    pub fn place(self) -> u32 {
+        match self {
+            Self::SpecificForce => 0,
+            Self::AngularVelocity => 1,
+            Self::Odometry => 2,
+            Self::ToolWrench => 3,
+            Self::ActuatorForces => 4,
+            Self::Ground => 5,
+            Self::Joint(joint) => {
+                let place = u32::try_from(joint).ok();
+                let place = place.and_then(|joint| joint.checked_add(FIRST_JOINT));
+                place.unwrap_or(LAST_PLACE).min(LAST_PLACE)
+            }
+        }
+    }
+
+    /// Its name in tables and messages; `joint` names a joint by its index.
+    #[must_use]
+    pub fn name(self, joint: impl Fn(usize) -> String) -> String {
+        match self {
+            Self::SpecificForce => "imu.specific_force".into(),
+            Self::AngularVelocity => "imu.angular_velocity".into(),
+            Self::Odometry => "odometry".into(),
+            Self::ToolWrench => "tool_wrench".into(),
+            Self::ActuatorForces => "actuator_forces".into(),
+            Self::Ground => "ground".into(),
+            Self::Joint(index) => format!("joint.{}", joint(index)),
+        }
+    }
+
+    /// What would prove it, for people; `joint` names a joint by its index.
+    #[must_use]
+    pub fn way(self, joint: impl Fn(usize) -> String) -> String {
+        match self {
+            Self::SpecificForce => {
+                "stand still, then drive forward and brake firmly, and drive circles".into()
+            }
+            Self::AngularVelocity => {
+                "drive a circle; stand, and move single joints that lean the machine sideways and lengthways".into()
+            }
+            Self::Odometry => "drive forward and brake firmly, and drive circles".into(),
+            Self::ToolWrench => "take a known load with the tool (commission)".into(),
+            Self::ActuatorForces => "compare with weighed wheels or a known load (commission)".into(),
+            Self::Ground => {
+                "state contact.ground = \"plane\" in the machine file where it is, or measure loads".into()
+            }
+            Self::Joint(index) => format!(
+                "stand, and move {} alone by a good part of its range",
+                joint(index)
+            ),
+        }
+    }
+}
+
+/// A set of proofs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub struct Proofs(u64);
+
+impl Proofs {
+    /// The empty set.
+    pub const NONE: Self = Self(0);
+    /// The set of everything: what is said where it is not known what the loads hang on.
+    pub const ALL: Self = Self(u64::MAX);
+
+    /// Adds a proof.
+    pub fn add(&mut self, proof: Proof) {
+        self.0 |= 1 << proof.place();
+    }
+
+    /// Removes a proof.
+    pub fn remove(&mut self, proof: Proof) {
+        self.0 &= !(1 << proof.place());
+    }
+
+    /// Adds every proof of another set.
+    pub fn add_all(&mut self, others: Self) {
+        self.0 |= others.0;
+    }
+
+    /// The set without every proof of another one.
+    #[must_use]
+    pub fn without(self, others: Self) -> Self {
+        Self(self.0 & !others.0)
+    }
+
+    /// Whether the set contains it.
+    #[must_use]
+    pub fn has(self, proof: Proof) -> bool {
+        self.0 >> proof.place() & 1 == 1
+    }
+
+    /// Whether the set is empty.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The proofs about a machine with so many joints, in order.
+    pub fn iter(self, joints: usize) -> impl Iterator<Item = Proof> {
+        let of_joints = (0..joints).map(Proof::Joint);
+        let all = Proof::OTHERS.into_iter().chain(of_joints);
+        all.filter(move |&proof| self.has(proof))
+    }
+
+    /// The set as bits, for messages and files; see [`Self::from_bits`].
+    #[must_use]
+    pub fn bits(self) -> u64 {
+        self.0
+    }
+
+    /// The set with these bits. Unknown bits are kept: something that only a newer program knows is still not proven.
+    #[must_use]
+    pub fn from_bits(bits: u64) -> Self {
+        Self(bits)
+    }
+
+    /// The names of the proofs about a machine, in order.
+    #[must_use]
+    pub fn names(self, machine: &Machine) -> Vec<String> {
+        let joints = machine.joints();
+        let name = |joint: usize| joints[joint].name.clone();
+        let all = self.iter(joints.len());
+        all.map(|proof| proof.name(name)).collect()
+    }
+}
+
+impl FromIterator<Proof> for Proofs {
+    fn from_iter<I: IntoIterator<Item = Proof>>(proofs: I) -> Self {
+        let mut set = Self::NONE;
+        proofs.into_iter().for_each(|proof| set.add(proof));
+        set
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_hold_what_was_added_and_joints_without_a_place_share_one() {
+        let mut set: Proofs = [Proof::Ground, Proof::Joint(3)].into_iter().collect();
+        assert!(set.has(Proof::Ground) && set.has(Proof::Joint(3)));
+        assert!(!set.has(Proof::SpecificForce) && !set.has(Proof::Joint(2)));
+        let found: Vec<Proof> = set.iter(8).collect();
+        assert_eq!(found, [Proof::Ground, Proof::Joint(3)]);
+        assert_eq!(Proofs::from_bits(set.bits()), set);
+        set.add(Proof::Joint(usize::MAX));
+        assert!(set.has(Proof::Joint(70)), "never proven by omission");
+        assert!(set.without(set).is_empty());
+        let mut places: Vec<u32> = Proof::OTHERS.map(Proof::place).into();
+        places.dedup();
+        assert_eq!(places.len(), OTHERS);
+        assert!(places.iter().all(|&place| place < FIRST_JOINT));
+    }
+}
