@@ -134,7 +134,11 @@ impl Scene {
             }
             let end = match event.end_ns {
                 Some(end_ns) if end_ns > event.start_ns => {
-                    format!(" to {:.2} s", self.seconds(end_ns))
+                    let later = match event.end_bound {
+                        Bound::At | Bound::AtOrBefore => "",
+                        Bound::AtOrAfter => " or later",
+                    };
+                    format!(" to {:.2} s{later}", self.seconds(end_ns))
                 }
                 _ => String::new(),
             };
