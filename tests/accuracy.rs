@@ -72,7 +72,9 @@ fn val_accelerometer_bias_does_not_set_the_error() {
         let error = Truth::of(&source, &WHEELS).error_share(&analysis);
         eprintln!("{name} with a bias of {bias:?}: {error:.5}");
         assert!(error < bound, "{name}: {error}");
-        let is_told = |note: &String| note.starts_with("Bias of the accelerometer, estimated");
+        let is_told = |note: &tipwatch_mechanics::machine::Note| {
+            note.starts_with("Bias of the accelerometer, estimated")
+        };
         assert!(analysis.notes.iter().any(is_told), "{:?}", analysis.notes);
     }
 }

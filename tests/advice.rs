@@ -414,7 +414,7 @@ fn without_a_change_that_holds_the_finding_says_so() {
             .any(|finding| finding.headline.contains(said)),
         "{findings:#?}"
     );
-    let page = report::render(&analysis, report::PlotLibrary::Beside("plots.js"));
+    let page = report::render(&analysis);
     assert!(page.contains("No single change within limits"));
 }
 

@@ -178,7 +178,9 @@ fn without_a_usable_posture_loads_are_known_and_utilisation_is_not() {
     // an arm that cannot stand at zero: its payload counts always
     let always = "\n[[payload]]\nlink = \"tool\"\nmass = 8000.0\n";
     let analysis = analysed_as("assumed.toml", "", always).unwrap();
-    let is_noted = |note: &String| note.starts_with("Utilisation is unknown: static load of wheel");
+    let is_noted = |note: &tipwatch_mechanics::machine::Note| {
+        note.starts_with("Utilisation is unknown: static load of wheel")
+    };
     assert!(analysis.notes.iter().any(is_noted), "{:?}", analysis.notes);
     let used = analysis.rows.outcomes.column(Quantity::Utilisation);
     assert!(used.iter().all(|used| used.is_nan()));

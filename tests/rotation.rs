@@ -59,7 +59,7 @@ impl Stated {
 
 /// Whether `--fail-on tip_over` is met.
 fn fail_on(analysis: &Analysis) -> bool {
-    let facts = LogFacts::of(analysis);
+    let facts = LogFacts::of(analysis, &findings(analysis));
     let policy = Policy::without(&[EventKind::TipOver]);
     let judgement = policy.judge(&facts, &event_facts(analysis), 0.0);
     judgement.is_broken_by_evidence()

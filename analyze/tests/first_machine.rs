@@ -414,8 +414,9 @@ fn a_joint_without_messages_takes_a_constant() {
     for (a, b) in measured.iter().zip(mean_loads(&analysis)) {
         assert!((a - b).abs() < 0.03 * 8700.0, "{measured:?} {b}");
     }
-    let is_noted =
-        |note: &String| note.contains("joint turret") && note.contains("is in no message");
+    let is_noted = |note: &tipwatch_mechanics::machine::Note| {
+        note.contains("joint turret") && note.contains("is in no message")
+    };
     assert_eq!(
         analysis.notes.iter().filter(|note| is_noted(note)).count(),
         1

@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
-use tipwatch_analyze::analysis::imu_check::FAULT;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::{Note, NoteKind};
 
 use super::support::data;
 
@@ -90,8 +90,11 @@ fn loads(analysis: &Analysis) -> Vec<&[f64]> {
     (0..4).map(column).collect()
 }
 
-fn fault(analysis: &Analysis) -> Option<&String> {
-    analysis.notes.iter().find(|note| note.starts_with(FAULT))
+fn fault(analysis: &Analysis) -> Option<&Note> {
+    analysis
+        .notes
+        .iter()
+        .find(|note| note.kind == NoteKind::InputFault)
 }
 
 #[test]
@@ -134,7 +137,7 @@ fn a_wrong_imu_mounting_is_reported_but_not_corrected() {
             messages.contains(explained) && messages.contains("Nothing was corrected"),
             "{messages}"
         );
-        assert!(turned.notes[0].starts_with(FAULT));
+        assert!(turned.notes[0].kind == NoteKind::InputFault);
         // the loads follow the wrong mounting in the machine file
         assert_ne!(
             loads(&right)[0][20].to_bits(),

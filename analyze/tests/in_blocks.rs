@@ -5,6 +5,7 @@ use tipwatch_analyze::analysis::run::{analyse, analyse_into};
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::output::{self, OutputOptions, Outputs, Sinks};
 use tipwatch_analyze::policy::facts::LogFacts;
+use tipwatch_analyze::report;
 use tipwatch_binding::MachineFile;
 
 use crate::support::data;
@@ -34,7 +35,7 @@ fn no_output_needs_the_whole_table() {
             },
         )
         .unwrap();
-        let facts = LogFacts::of(&analysis);
+        let facts = LogFacts::of(&analysis, &report::findings(&analysis));
         assert!(facts.rows > 0 && facts.worst.is_some());
         let written = output::finish(&analysis, sinks, &out).unwrap();
         assert!(written.files.iter().all(|file| out.join(file).is_file()));

@@ -177,8 +177,7 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
     assert_eq!(reports[row("/calm.mcap")], None);
     let report = reports[row("/lift.mcap")].as_ref().unwrap();
     let page = fs::read_to_string(out.join(report)).unwrap();
-    assert!(page.len() < 1_500_000 && page.contains("<script src=\"../plots.js\">"));
-    assert!(fs::metadata(out.join("reports/plots.js")).unwrap().len() > 1_000_000);
+    assert!(page.len() < 600_000, "{}", page.len());
     let fleet = fs::read_to_string(out.join("fleet.html")).unwrap();
     assert!(fleet.contains(report.as_str()) && fleet.contains("photo.mcap"));
     // the one address is the name of a namespace

@@ -249,7 +249,10 @@ fn monitor_of_another_machine_refuses_to_run() {
     let text = std::fs::read_to_string(data("tiny.toml")).unwrap();
     std::fs::write(
         &machine,
-        text.replace("front_share = 0.5", "front_share = 0.4"),
+        text.replace(
+            "roll_moment_distribution = 0.5",
+            "roll_moment_distribution = 0.4",
+        ),
     )
     .unwrap();
     std::fs::copy(data("tiny.urdf"), folder.path().join("tiny.urdf")).unwrap();

@@ -154,7 +154,8 @@ fn offline_reproduces_a_faulty_session() {
     let analysis = causal(&session_in(folder.path()), &data("tiny_lift.toml"));
     assert_reproduced(&rows, &analysis);
     // 118 were left out and 6 torn
-    let reports = |note: &String| note.contains(" 124 samples and 0 verdicts");
+    let reports =
+        |note: &tipwatch_mechanics::machine::Note| note.contains(" 124 samples and 0 verdicts");
     assert!(analysis.notes.iter().any(reports), "{:?}", analysis.notes);
     for fault in [
         InputFault::Lost,

@@ -330,8 +330,8 @@ fn accepted_inertias_are_replaced_noted_and_uncertain() {
         assert!((sigma - 26.0 / 30.0).abs() < 1e-12, "{element:?}: {sigma}");
     }
     let noted = |link: &str| {
-        let is_noted = |note: &&String| note.contains("accepted") && note.contains(link);
-        found.notes().iter().any(|note| is_noted(&note))
+        let is_noted = |note: &str| note.contains("accepted") && note.contains(link);
+        found.notes().iter().any(|note| is_noted(note))
     };
     assert!(
         ["turned", "negative", "none", "huge"]

@@ -36,7 +36,7 @@ Software of others in Tipwatch
 The programs and the Python module consist of the crates below, each under the licence that its author chose; where
 there is a choice (\"OR\"), the texts of all of them that the crate brings are given. Crates with the
 same text are listed together. The standard library of Rust (MIT OR Apache-2.0, https://www.rust-lang.org) is part of
-every program. SQLite is in the public domain. Reports contain plotly.js (MIT, https://plotly.com).
+every program. SQLite is in the public domain.
 ";
 
 /// All licences as one text. The same crates give the same text.

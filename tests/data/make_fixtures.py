@@ -9,11 +9,13 @@ LAB is the folder of the simulation laboratory (model.py, simulate.py, writelog.
     NAME.toml, NAME.urdf  the machine file and the machine
     NAME.truth.parquet    the true wheel loads at 500 Hz: t_ns, load_fl, load_fr, load_rl, load_rr [N]
 
-demo       12 s. A forwarder-like machine with 60 kg in its grapple crawls along a side slope of 6 degrees (left wheels uphill) and
-           stops. Its arm slews to the downhill side and reaches out. The uphill rear wheel, RL, goes light, lifts for a second and a
-           half, and comes down again when the operator draws the arm in.
+demo       18 s. A forwarder-like machine with 180 kg in its grapple crawls along a side slope of 6 degrees (left wheels uphill) and
+           stops. Its arm slews to the downhill side and reaches out a little: it comes close, and no wheel lifts. It draws in and then
+           reaches out farther. The uphill rear wheel, RL, lifts, until the operator draws the arm in and it comes down again. Flat ground, and
+           wheels and tyres that were measured: the machine file states both.
 tiny       3 s. Level ground, standing, the arm moves a little. All wheels carry load.
-tiny_lift  4 s. The part of the demo around the lift, with a clock that starts at zero.
+tiny_lift  4 s. With 60 kg on the same slope: the arm reaches out to the downhill side, and RL goes light, lifts for a second and a half
+           and comes down again; the part of that manoeuvre around the lift, with a clock that starts at zero.
 
 The wheel loads are contact forces of MuJoCo. The seeds are fixed, so one version of the packages on one kind of processor gives the
 same files again; another version may differ in the last digits.
@@ -21,13 +23,19 @@ same files again; another version may differ in the last digits.
 import dataclasses
 import math
 
-from fixture_tools import DEGREE, arm_pose, cut, lab_arguments, run, say, smooth, standing, thinned, typestore, write_mcap
+from fixture_tools import DEGREE, arm_pose, cut, lab_arguments, run, say, smooth, standing, thinned, typestore, via, write_mcap
 
 IMU_EVERY = 2                        # of the laboratory's 250 Hz: 125 Hz keeps the files small
-LIFT_FROM_S, LIFT_TO_S = 5.2, 9.2    # the part of the demo that tiny_lift keeps
+LIFT_FROM_S, LIFT_TO_S = 5.2, 9.2    # the part of the manoeuvre that tiny_lift keeps
 
 
 def demo_arm(t):
+    slew = -60 * smooth(t, 1.6, 4.6) + 60 * smooth(t, 14.4, 17.4)
+    reach = via(t, (1.0, 0), (3.0, -0.3), (4.4, -0.3), (6.4, 0.2), (6.9, 0.2), (8.4, -0.1), (8.8, -0.1), (11.4, 1.5), (12.2, 1.5), (14.2, -0.2))
+    return arm_pose(48 - 15 * reach, -98 + 38 * reach, 0.05 + 0.15 * reach, slew)
+
+
+def lift_arm(t):
     slew = -65 * smooth(t, 1.6, 5.2) + 65 * smooth(t, 8.6, 11.9)
     reach = smooth(t, 3.8, 7.2) - smooth(t, 6.8, 9.0)
     return arm_pose(48 - 15 * reach, -98 + 38 * reach, 0.05 + 0.15 * reach, slew)
@@ -47,7 +55,8 @@ def scenarios():
     import model
     from simulate import Scenario
     return {
-        "demo": Scenario("demo", model.rigid(yaw0=0.0, payload=60.0), 12.0, demo_arm, demo_drive, slope=(6 * DEGREE, 0.0), clear=3.0, seed=7),
+        "demo": Scenario("demo", model.rigid(yaw0=0.0, payload=180.0), 18.0, demo_arm, demo_drive, slope=(6 * DEGREE, 0.0), clear=3.0, seed=7),
+        "lift": Scenario("lift", model.rigid(yaw0=0.0, payload=60.0), 12.0, lift_arm, demo_drive, slope=(6 * DEGREE, 0.0), clear=3.0, seed=7),
         "tiny": Scenario("tiny", model.rigid(yaw0=0.0), 3.0, tiny_arm, standing, clear=2.0, seed=8),
     }
 
@@ -67,7 +76,7 @@ def main():
     known = scenarios()
     runs = {}
     for name in arguments.names:
-        source = "demo" if name == "tiny_lift" else name
+        source = "lift" if name == "tiny_lift" else name
         if source not in runs:
             runs[source] = run(known[source])
         mujoco_model, rows = runs[source]

@@ -194,7 +194,7 @@ fn run(
         events: events::events(&analysis.events),
         sensitivity: studies::sensitivity(&analysis),
         summary: serde_json::to_string(&summary)?,
-        notes: analysis.notes.clone(),
+        notes: analysis.notes.iter().map(ToString::to_string).collect(),
         valid_share: analysis.coverage.valid_share,
         files,
     })

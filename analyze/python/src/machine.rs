@@ -241,7 +241,9 @@ impl Machine {
     /// Peculiarities that are not errors, one sentence each.
     #[getter]
     fn notes(&self) -> Vec<String> {
-        self.machine.notes().to_vec()
+        (self.machine.notes().iter())
+            .map(ToString::to_string)
+            .collect()
     }
 
     /// Names of the parameters that ``changed`` takes, as "boom.mass".

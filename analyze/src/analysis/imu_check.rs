@@ -5,11 +5,9 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, Note, NoteKind};
 use tipwatch_mechanics::{BatchWorkspace, Model, Scope, State, StateColumns, ground_forces};
 
-/// Prefix of notes on inputs that contradict the machine file.
-pub const FAULT: &str = "input_fault";
 /// Larger than the slopes on which such machines work (degrees).
 const SUSPICIOUS_DEG: f64 = 20.0;
 /// Largest angular velocity of a steady row (rad/s).
@@ -25,12 +23,12 @@ const ROWS_AT_ONCE: usize = 64;
 
 /// A note if the IMU's specific force does not point away from the ground.
 #[must_use]
-pub(crate) fn note(machine: &Machine, found: &MountingCheck) -> Option<String> {
+pub(crate) fn note(machine: &Machine, found: &MountingCheck) -> Option<Note> {
     let (direction, steady_rows) = found.mean_direction()?;
     let tilt = direction.z.clamp(-1.0, 1.0).acos().to_degrees();
-    (tilt > SUSPICIOUS_DEG).then(|| {
+    let text = || {
         format!(
-            "{FAULT}: imu: the specific force of {steady_rows} steady rows deviates from the normal of the contact plane by {tilt:.0} degrees; expected less than {SUSPICIOUS_DEG:.0}. Mean direction: ({:.2}, {:.2}, {:.2}) forward, left and up. Mounting: \
+            "Input fault: the specific force of {steady_rows} steady rows deviates from the normal of the contact plane by {tilt:.0} degrees; expected less than {SUSPICIOUS_DEG:.0}. Mean direction: ({:.2}, {:.2}, {:.2}) forward, left and up. Mounting: \
              {}. {} Nothing was corrected: loads and findings hold only if the mounting is right.",
             direction.x,
             direction.y,
@@ -38,7 +36,8 @@ pub(crate) fn note(machine: &Machine, found: &MountingCheck) -> Option<String> {
             machine.imu().source,
             explanation(machine, &direction)
         )
-    })
+    };
+    (tilt > SUSPICIOUS_DEG).then(|| Note::new(NoteKind::InputFault, text()))
 }
 
 /// Directions of the specific force in steady rows, evenly spread.

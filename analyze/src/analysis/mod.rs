@@ -9,7 +9,7 @@ mod estimate;
 mod evaluation;
 mod folds;
 pub mod health;
-pub mod imu_check;
+mod imu_check;
 pub mod inputs;
 mod kept_blocks;
 pub mod margin;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::estimation::plausibility::Excitation;
-use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
+use tipwatch_mechanics::machine::{Axis, Machine, Note, Parameter};
 use tipwatch_mechanics::state::{Reason, Sensor};
 use tipwatch_mechanics::{Quantity, State};
 
@@ -134,8 +134,8 @@ pub(crate) fn of(
     clock_findings: &[TopicsFinding],
     clock: &ClockOffsets,
     seen: &Seen,
-) -> Vec<String> {
-    let mut notes = Vec::new();
+) -> Vec<Note> {
+    let mut notes: Vec<Note> = Vec::new();
     let sensors = &loaded.matched.sensors;
     if !sensors.imu && sensors.odometry {
         notes.push(
@@ -146,28 +146,33 @@ pub(crate) fn of(
         notes.push("The log has neither IMU nor odometry: wheel loads cannot be computed.".into());
     }
     if loaded.machine.imu().source.starts_with("assumed") {
-        notes.push(format!(
+        notes.push(Note::from(format!(
             "Position and orientation of the IMU: {}.",
             loaded.machine.imu().source
-        ));
+        )));
     }
-    notes.extend(reference_posture(&loaded.machine));
+    notes.extend(reference_posture(&loaded.machine).map(Note::from));
     notes.extend(loaded.machine.notes().iter().cloned());
-    notes.extend(missing_wheel_joints(loaded));
-    notes.extend(loaded.notes.iter().cloned());
-    notes.extend(measured_torques(loaded, seen));
-    notes.extend(accelerometer_bias(loaded, seen));
-    notes.extend((seen.excitation).statement(&loaded.machine, "this log"));
-    notes.extend(seen.ahead.note(&loaded.machine));
-    notes.extend(without_value(loaded));
+    let found = missing_wheel_joints(loaded)
+        .into_iter()
+        .chain(loaded.notes.iter().cloned())
+        .chain(measured_torques(loaded, seen))
+        .chain(accelerometer_bias(loaded, seen))
+        .chain((seen.excitation).statement(&loaded.machine, "this log"))
+        .chain(seen.ahead.note(&loaded.machine))
+        .chain(without_value(loaded));
+    notes.extend(found.map(Note::from));
     for signal in loaded.signals.iter() {
         if signal.recording.stamps_ns.is_empty() && !matches!(signal.sensor, Sensor::Joints(_)) {
-            notes.push(format!("{}: no readable message.", signal.topic));
+            notes.push(Note::from(format!(
+                "{}: no readable message.",
+                signal.topic
+            )));
         }
     }
-    notes.extend(clock_findings.iter().map(|finding| format!("{finding}.")));
-    notes.extend(clock::text::notes(clock));
-    notes.extend(payloads.iter().map(|found| {
+    let clocks = clock_findings.iter().map(|finding| format!("{finding}."));
+    let clocks = clocks.chain(clock::text::notes(clock));
+    let payloads = payloads.iter().map(|found| {
         format!(
             "Payload {}: its mass was estimated as {:.0} kg (standard deviation {:.0} kg), from the force of linkage {}.",
             found.payload + 1,
@@ -175,16 +180,15 @@ pub(crate) fn of(
             found.estimate.sigma,
             found.linkage
         )
-    }));
-    notes.extend(loaded.losses.notes.iter().cloned());
-    notes.extend(skipped_chunks(loaded.losses.integrity.chunks_passed_over));
-    notes.extend(
-        loaded
-            .losses
-            .integrity
-            .note()
-            .map(|note| format!("{note}; implausible values are flagged instead.")),
-    );
+    });
+    let integrity = &loaded.losses.integrity;
+    let losses = (loaded.losses.notes.iter().cloned())
+        .chain(skipped_chunks(integrity.chunks_passed_over))
+        .chain(
+            (integrity.note())
+                .map(|note| format!("{note}; implausible values are flagged instead.")),
+        );
+    notes.extend(clocks.chain(payloads).chain(losses).map(Note::from));
     notes
 }
 

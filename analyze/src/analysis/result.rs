@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use tipwatch_ingest::{FileTransfer, Losses, StampCorrection, TopicTiming};
 use tipwatch_mechanics::estimation::ShownNoise;
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, Note};
 use tipwatch_mechanics::state::StreamCounts;
 
 use super::advice::Advice;
@@ -45,7 +45,7 @@ pub struct Analysis {
     /// The health of each sensor, in the order of `inputs`.
     pub health: Vec<SensorHealth>,
     /// What a reader must know: assumptions, missing signals, anomalies.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Parts of the log that were lost.
     pub losses: Losses,
     /// What in the inputs is grossly wrong. While there is any, no row is valid and nothing is concluded.

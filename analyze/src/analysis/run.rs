@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Result, bail};
 use rayon::prelude::*;
 use tipwatch_binding::MachineFile;
-use tipwatch_mechanics::machine::{Machine, Proofs};
+use tipwatch_mechanics::machine::{Machine, Note, Proofs};
 use tipwatch_mechanics::state::{Reason, StreamCounts};
 
 use super::advice::{Hypothesis, SupposedStates, advise, ask_all};
@@ -297,14 +297,11 @@ fn analyse_with<S: RowSink>(
     };
     let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = notes::of(&loaded, &payloads, &clock_findings, &clock, &gathered.seen);
-    notes.extend(notes::of_noise(&quality.noise));
-    notes.splice(0..0, notes_on_static_rows);
-    notes.splice(0..0, note_on_slope);
-    notes.extend(notes::of_measured_loads(
-        &measured_loads,
-        &load_comparison,
-        table.times_ns[0],
-    ));
+    notes.extend(notes::of_noise(&quality.noise).map(Note::from));
+    notes.splice(0..0, notes_on_static_rows.into_iter().map(Note::from));
+    notes.splice(0..0, note_on_slope.into_iter().map(Note::from));
+    let on_loads = notes::of_measured_loads(&measured_loads, &load_comparison, table.times_ns[0]);
+    notes.extend(on_loads.into_iter().map(Note::from));
     if loaded.matched.sensors.imu && is_recorded {
         notes.splice(0..0, imu_check::note(machine, &gathered.seen.mounting));
     }

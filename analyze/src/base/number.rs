@@ -50,7 +50,17 @@ pub(crate) fn probability(value: f64) -> String {
     match 100.0 * value {
         percent if percent > 99.9 => "above 99.9 %".into(),
         percent if percent < 0.1 => "below 0.1 %".into(),
+        // never a whole "100 %" or "0 %"
+        percent if !(0.5..99.5).contains(&percent) => format!("{percent:.1} %"),
         percent => format!("{percent:.0} %"),
+    }
+}
+
+/// A number with its unit; "-" stands for none.
+pub(crate) fn with_unit(value: f64, unit: &str) -> String {
+    match unit {
+        "-" => number(value),
+        unit => format!("{} {unit}", number(value)),
     }
 }
 

@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
-use tipwatch_mechanics::machine::UNCONFIRMED;
+use tipwatch_mechanics::machine::NoteKind;
 
 use super::exit::{Ending, Exit, Terminal, Usage};
 use super::machine_file::MachineFileArgs;
 use super::options::{AnalysisArgs, CaseArgs, PolicyArgs, seconds};
 use crate::analysis::Analysis;
-use crate::analysis::imu_check::FAULT;
 use crate::analysis::run;
 use crate::base::error_text::{error_text, without_path};
 use crate::base::file_hash::{self, FileHash};
@@ -260,8 +259,10 @@ fn analyze_one(
         written.push(output::PDF);
     }
     analysis.rows.check()?;
-    let judgement = policy
-        .map(|policy| policy.judge(&LogFacts::of(&analysis), &event_facts(&analysis), min_valid));
+    let judgement = policy.map(|policy| {
+        let facts = LogFacts::of(&analysis, &report::findings(&analysis));
+        policy.judge(&facts, &event_facts(&analysis), min_valid)
+    });
     // only a policy file gets a result file; --fail-on is on the command line
     if let Some(judgement) = judgement.as_ref().filter(|j| j.policy_sha256.is_some()) {
         output::write_judgement(judgement, out)?;
@@ -299,18 +300,18 @@ fn analyze_one(
 
 /// What is found first, as lines: all of it if the user asked for much.
 fn findings(analysis: &Analysis, terminal: Terminal) -> Vec<String> {
-    let gross = analysis.gross_inputs.len();
-    let shown = if terminal.verbose {
-        usize::MAX
-    } else {
-        gross.max(3)
+    let shown = match terminal.verbose {
+        true => usize::MAX,
+        // what is lost comes first
+        false => analysis.gross_inputs.len().max(3) + usize::from(!analysis.losses.is_empty()),
     };
     let found = report::findings(analysis);
-    let is_shown = |note: &&String| note.starts_with(FAULT) || note.starts_with(UNCONFIRMED);
-    let faults = analysis.notes.iter().filter(is_shown);
+    let is_shown = |kind: NoteKind| matches!(kind, NoteKind::InputFault | NoteKind::Unconfirmed);
+    let faults = analysis.notes.iter().filter(|note| is_shown(note.kind));
     let shown = found.iter().take(shown);
     let mut lines: Vec<String> = shown.map(|finding| format!("- {finding}")).collect();
     lines.extend(faults.map(|fault| format!("- {fault}")));
+    lines.push(report::BANDS.into());
     lines.extend((analysis.clips.as_ref()).map(|clips| format!("clips: {}", clips.len())));
     lines
 }

@@ -10,8 +10,8 @@ use super::analyze::AnalyzeArgs;
 use super::exit::{Exit, Terminal, Usage};
 use super::reading::ReadingArgs;
 use super::{
-    analyze, chart, check_machine, compare, demo, identify, inspect, machine, query, recover, screen,
-    stabilise, validate, verify, whatif,
+    analyze, chart, check_machine, compare, demo, identify, inspect, machine, query, recover,
+    screen, stabilise, validate, verify, whatif,
 };
 use crate::base::stdout::to_stdout;
 use crate::output::custody::Custody;

@@ -1,8 +1,9 @@
 //! `tipwatch demo`: analyses a small log that comes with the program.
 //!
-//! A forwarder-like machine crawls onto a side slope, slews its loaded arm downhill and reaches out; the
-//! uphill rear wheel goes light, lifts, and comes down again when the arm is retracted. Simulated with
-//! contact physics by `tests/data/make_fixtures.py`.
+//! A forwarder-like machine crawls onto a side slope, slews its loaded arm downhill and reaches out: it comes close, draws in,
+//! and reaches out farther. The uphill rear wheel lifts, and comes down again when the arm is drawn in. Ground and tyres are
+//! stated, so nothing of this depends on an assumed split of the load. Simulated with contact physics by
+//! `tests/data/make_fixtures.py`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -73,18 +74,23 @@ fn analyse(folder: &Path) -> Result<Analysis> {
     )
 }
 
-/// Prints the three most important findings and where the report is.
+/// Prints what happened, the gravest finding, where the report is and how to go on.
 #[expect(
     clippy::print_stdout,
     reason = "the findings are the output of the demo"
 )]
 fn print_findings(analysis: &Analysis, out: &Path) {
-    for finding in report::findings(analysis).iter().take(3) {
+    for sentence in report::story(analysis) {
+        println!("{sentence}");
+    }
+    for finding in report::findings(analysis).iter().take(1) {
         println!("- {finding}");
     }
+    println!("{}", report::BANDS);
     let report = out.join("report.html");
     println!(
         "report: {}",
         report.canonicalize().unwrap_or(report).display()
     );
+    println!("next: tipwatch inspect YOUR.mcap --write-machine machine.toml");
 }

@@ -8,21 +8,61 @@ use crate::base::rows::Rows;
 /// Ranges of a load up to this share of the weight count as none.
 const NO_RANGE_SHARE: f64 = 1e-3;
 
-/// The split rule of a machine, to follow "under the ".
+/// The split rule of a machine, to follow "if".
 #[must_use]
 pub(crate) fn split_rule(machine: &Machine) -> String {
     let contact = machine.contact();
     let stiffness = |wheel: usize| machine.wheels()[wheel].stiffness;
     let are_equal = (1..machine.wheels().len()).all(|wheel| stiffness(wheel) == stiffness(0));
     let rule = match &contact.split {
-        Split::RollMomentDistribution { share, .. } => format!("split by front_share {share}"),
-        Split::Springs if are_equal => "equal-stiffness split".to_string(),
-        Split::Springs => "split by tyre stiffness".to_string(),
+        Split::RollMomentDistribution { share, .. } => format!(
+            "the front axle takes {} of the difference between the sides",
+            share_in_words(*share)
+        ),
+        Split::Springs if are_equal => {
+            "all wheels are springs of the same stiffness under a rigid frame".to_string()
+        }
+        Split::Springs => {
+            "the wheels are springs of the tyres' stiffness under a rigid frame".to_string()
+        }
     };
     match contact.ground {
-        Ground::Plane if contact.mean_stiffness.is_some() => format!("{rule} on plane ground"),
+        Ground::Plane if contact.mean_stiffness.is_some() => format!("{rule}, on flat ground"),
         _ => rule,
     }
+}
+
+fn share_in_words(share: f64) -> String {
+    match share {
+        0.0 => "nothing".into(),
+        0.5 => "half".into(),
+        1.0 => "all".into(),
+        share => {
+            format!("{:.3}", 100.0 * share)
+                .trim_end_matches('0')
+                .trim_end_matches('.')
+                .to_owned()
+                + " %"
+        }
+    }
+}
+
+/// What equilibrium leaves open, to follow "how the".
+#[must_use]
+pub(crate) fn sharing(machine: &Machine) -> &'static str {
+    match machine.contact().split {
+        Split::RollMomentDistribution { .. } => "axles share the load",
+        Split::Springs => "wheels share the load",
+    }
+}
+
+/// Whether the machine file states what determines the split: flat ground and the stiffness of the tyres. Their
+/// uncertainties are in every band.
+#[must_use]
+pub(crate) fn is_stated(machine: &Machine) -> bool {
+    let contact = machine.contact();
+    let is_plane = contact.ground == Ground::Plane;
+    is_plane && contact.mean_stiffness.is_some() && matches!(contact.split, Split::Springs)
 }
 
 /// Measurements that would decide how the load is split, as one sentence without a period.
@@ -34,7 +74,9 @@ pub(crate) fn deciding_measurements(machine: &Machine) -> String {
         ways.push("logging the pressures of the cylinders that carry the wheels".into());
     }
     if contact.mean_stiffness.is_none() {
-        ways.push("ground = \"plane\" with tyre_stiffness, if the ground was flat".into());
+        ways.push(
+            "stating flat ground and the stiffness of the tyres in the machine file, if the ground was flat".into(),
+        );
     }
     format!("To decide it: {}", ways.join("; or "))
 }
@@ -44,4 +86,15 @@ pub(crate) fn is_open(rows: &Rows, wheel: usize, row: usize) -> bool {
     let at = |quantity| rows.outcomes.column(quantity)[row];
     let range = at(Quantity::LoadLargest(wheel)) - at(Quantity::LoadLeast(wheel));
     range > NO_RANGE_SHARE * at(Quantity::NormalForce)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_words_or_per_cent() {
+        let words = [0.5, 1.0, 0.58, 0.405].map(share_in_words);
+        assert_eq!(words, ["half", "all", "58 %", "40.5 %"]);
+    }
 }

@@ -17,7 +17,7 @@ use crate::base::options::Precision;
 use crate::events::Event;
 use crate::policy::Judgement;
 use crate::report;
-use crate::report::{PlotLibrary, Sketch};
+use crate::report::Sketch;
 use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
 use crate::tables::summary::Summary;
 use crate::tables::{events, parquet, studies};
@@ -147,7 +147,7 @@ fn write_report(analysis: &Analysis, sketch: &Sketch, folder: &Path) -> Result<S
     let summary = Summary::of(analysis, report::main_findings(analysis));
     let text = serde_json::to_string_pretty(&summary)?;
     write_text(&folder.join(SUMMARY), &text)?;
-    let page = report::render_sketch(analysis, sketch, PlotLibrary::Inside);
+    let page = report::render_sketch(analysis, sketch);
     write_text(&folder.join(REPORT), &page)?;
     Ok(page)
 }

@@ -1,14 +1,10 @@
 //! A figure of curves over time.
 
-use plotly::Traces;
-
 use super::column::Columns;
 use super::decimate::rows_to_draw;
-use super::figure::{Figure, MOST_POINTS, layout, line, plain};
+use super::figure::{Figure, MOST_POINTS, Trace};
 
-const HEIGHT: usize = 300;
-/// Room above the plot (pixels).
-const ABOVE: usize = 24;
+const HEIGHT: usize = 240;
 
 /// A named curve with one value per row.
 pub(crate) struct Curve {
@@ -34,19 +30,13 @@ pub(crate) fn chart(
     curves: &[Curve],
 ) -> Figure {
     let last = seconds.last().copied().unwrap_or(0.0);
-    let mut traces = Traces::new();
+    let mut figure = Figure::new(title, unit, HEIGHT, last);
     for (index, curve) in curves.iter().enumerate() {
-        let name = plain(&curve.name);
         let rows = rows_to_draw(&curve.values, MOST_POINTS);
         let of_rows =
             |column: &[f64]| -> Vec<f64> { rows.iter().map(|&row| column[row]).collect() };
-        traces.push(line(
-            columns,
-            index,
-            &name,
-            &of_rows(seconds),
-            &of_rows(&curve.values),
-        ));
+        let (times, values) = (of_rows(seconds), of_rows(&curve.values));
+        figure.add(Trace::line(columns, index, &curve.name, &times, &values));
     }
-    Figure::new(title, traces, layout(unit, HEIGHT, ABOVE, last))
+    figure
 }

@@ -2,19 +2,14 @@
 
 use std::cell::{Ref, RefCell};
 
-use plotly::Scatter;
 use serde::Serialize;
-
-/// A curve of the plot library with one [`Column`] for times and one for values.
-pub(crate) type ColumnScatter = Scatter<Column, Column>;
 
 /// The numbers of all curves of a page, column after column. Of a column, the first bytes of all its numbers come
 /// first, then the second ones, and so on: those of a kind compress together.
 #[derive(Debug, Default)]
 pub(crate) struct Columns(RefCell<Vec<u8>>);
 
-/// A whole column, as `type:first byte:number of numbers`. It is the only element where the library expects a list of
-/// numbers; the page's script replaces it with them.
+/// A whole column, as `type:first byte:number of numbers`; the page's script reads it.
 #[derive(Debug, Clone, Serialize)]
 #[serde(transparent)]
 pub(crate) struct Column(String);
@@ -29,9 +24,9 @@ impl Columns {
         Self(RefCell::new(Vec::with_capacity(points * 8)))
     }
 
-    /// A curve of values over times (s from the first row). Times are 32-bit ticks up to five days, each less the one
+    /// The columns of values over times (s from the first row). Times are 32-bit ticks up to five days, each less the one
     /// before, and 64-bit numbers beyond; values are 32-bit numbers. A value that is not finite breaks the line.
-    pub(crate) fn scatter(&self, times: &[f64], values: &[f64]) -> Box<ColumnScatter> {
+    pub(crate) fn curve(&self, times: &[f64], values: &[f64]) -> (Column, Column) {
         let last_s = f64::from(u32::MAX) * TICK_S;
         let times = if times.iter().all(|time| (0.0..=last_s).contains(time)) {
             let ticks = times.iter().map(|time| (time / TICK_S).round() as u32);
@@ -49,7 +44,7 @@ impl Columns {
             }
         };
         let values = self.add("f32", values.iter().map(drawn).map(f32::to_le_bytes));
-        Scatter::new(vec![times], vec![values])
+        (times, values)
     }
 
     fn add<const N: usize>(
@@ -76,14 +71,11 @@ impl Columns {
 mod tests {
     use super::*;
 
-    /// The column of the first number that the curve has, with its bytes.
-    fn column(columns: &Columns, curve: &ColumnScatter, axis: &str) -> (String, Vec<u8>) {
-        let json = serde_json::to_value(curve).unwrap_or_default();
-        assert_eq!(json[axis].as_array().map(Vec::len), Some(1));
-        let text = json[axis][0].as_str().unwrap_or_default().to_owned();
-        let parts: Vec<&str> = text.split(':').collect();
+    /// The type of a column, and its bytes in order.
+    fn read(columns: &Columns, column: &Column) -> (String, Vec<u8>) {
+        let parts: Vec<&str> = column.0.split(':').collect();
         let [type_name, first, count] = parts[..] else {
-            panic!("{text}");
+            panic!("{column:?}");
         };
         let [first, count] = [first, count].map(|part| part.parse::<usize>().unwrap_or(0));
         let width = if type_name == "f64" { 8 } else { 4 };
@@ -96,22 +88,22 @@ mod tests {
     #[test]
     fn times_are_ticks_and_values_have_seven_digits() {
         let columns = Columns::default();
-        columns.scatter(&[1.0], &[2.0]);
-        let curve = columns.scatter(&[360_000.1, 0.0123], &[12_345.678_912, f64::INFINITY]);
+        columns.curve(&[1.0], &[2.0]);
+        let (times, values) = columns.curve(&[360_000.1, 0.0123], &[12_345.678_912, f64::INFINITY]);
         let ticks = [3_600_001_000, 123_u32.wrapping_sub(3_600_001_000)];
         let ticks = ticks.map(u32::to_le_bytes).concat();
-        assert_eq!(column(&columns, &curve, "x"), ("ticks".into(), ticks));
-        let values = [12_345.679_f32, f32::NAN].map(f32::to_le_bytes).concat();
-        assert_eq!(column(&columns, &curve, "y"), ("f32".into(), values));
+        assert_eq!(read(&columns, &times), ("ticks".into(), ticks));
+        let expected = [12_345.679_f32, f32::NAN].map(f32::to_le_bytes).concat();
+        assert_eq!(read(&columns, &values), ("f32".into(), expected));
     }
 
     #[test]
     fn times_beyond_the_ticks_keep_all_digits() {
         for times in [[0.0, 500_000.0], [-1.0, 0.0]] {
             let columns = Columns::default();
-            let curve = columns.scatter(&times, &[1.0, 2.0]);
+            let (stamps, _) = columns.curve(&times, &[1.0, 2.0]);
             let whole = times.map(f64::to_le_bytes).concat();
-            assert_eq!(column(&columns, &curve, "x"), ("f64".into(), whole));
+            assert_eq!(read(&columns, &stamps), ("f64".into(), whole));
         }
     }
 }

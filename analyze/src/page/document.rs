@@ -7,10 +7,10 @@ use super::column::Columns;
 use super::figure::Figure;
 use super::glossary::glossary;
 use super::packed::{packed_bytes, packed_json, small_json};
-use super::plot_library::PlotLibrary;
 
 const STYLE: &str = include_str!("style.css");
 const UNPACK_SCRIPT: &str = include_str!("unpack.js");
+const PAGE_SCRIPT: &str = include_str!("page.js");
 const FIGURES_SCRIPT: &str = include_str!("figures.js");
 
 /// The frame of a page.
@@ -26,7 +26,6 @@ pub(crate) struct Document<'a> {
 
 /// The figures of a page, and what draws them.
 pub(crate) struct Plots<'a> {
-    pub(crate) library: PlotLibrary<'a>,
     pub(crate) figures: &'a [Figure],
     /// The numbers of their curves.
     pub(crate) columns: &'a Columns,
@@ -48,18 +47,25 @@ impl Document<'_> {
             html lang="en" {
                 head {
                     meta charset="utf-8";
-                    meta http-equiv="Content-Security-Policy" content=(self.policy(program.is_some()));
+                    meta http-equiv="Content-Security-Policy" content=(self.policy());
                     meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
                     title { (self.title) }
                     style { (PreEscaped(STYLE)) @for style in self.styles { (PreEscaped(style)) } }
                 }
                 body {
-                    h1 { (self.title) }
-                    p.subtitle { (self.subtitle) }
-                    (content)
-                    (glossary(content))
+                    header {
+                        button.screen type="button" id="theme" hidden { "Dark" }
+                        h1 { (self.title) }
+                        p.subtitle { (self.subtitle) }
+                    }
+                    main {
+                        (content)
+                        (glossary(content))
+                    }
                     @if let Some(plots) = &self.plots { (plots) }
                     @if let Some(program) = program { (program) }
+                    script { (PreEscaped(PAGE_SCRIPT)) }
                 }
             }
         };
@@ -67,17 +73,12 @@ impl Document<'_> {
     }
 
     /// A page loads nothing from elsewhere, whatever the names in the log contain.
-    fn policy(&self, has_program: bool) -> String {
-        let scripts = match self.plots.as_ref().map(|plots| plots.library) {
-            None if has_program => "; script-src 'unsafe-inline'",
+    fn policy(&self) -> String {
+        let data = match self.plots {
             None => "",
-            Some(PlotLibrary::Inside) => "; script-src 'unsafe-inline'; img-src data: blob:",
-            // opened as a file, a page has no 'self'
-            Some(PlotLibrary::Beside(_)) => {
-                "; script-src 'unsafe-inline' 'self' file:; img-src data: blob:"
-            }
+            Some(_) => "; img-src data: blob:",
         };
-        format!("default-src 'none'; style-src 'unsafe-inline'{scripts}")
+        format!("default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'{data}")
     }
 }
 
@@ -116,20 +117,10 @@ impl Render for Program {
 /// The scripts and their data.
 impl Render for Plots<'_> {
     fn render_to(&self, page: &mut String) {
-        let (library, columns) = (self.library, self.columns.bytes());
-        let columns: &[u8] = &columns;
-        // nearly all of the page is here: it moves once
-        page.reserve(self.library.length() + self.data.0.len() + columns.len());
-        let (packed, ()) = rayon::join(
-            || {
-                let mut packed = String::with_capacity(columns.len());
-                packed_bytes(&mut packed, "columns", columns);
-                packed
-            },
-            || library.render_to(page),
-        );
+        let columns = self.columns.bytes();
+        page.reserve(self.data.0.len() + columns.len());
         packed_json(page, "figures", &self.figures);
-        page.push_str(&packed);
+        packed_bytes(page, "columns", &columns);
         self.data.render_to(page);
         for script in [self.script, UNPACK_SCRIPT, FIGURES_SCRIPT] {
             html! { script { (PreEscaped(script)) } }.render_to(page);

@@ -6,10 +6,17 @@ pub(crate) fn section(title: &str, content: impl Render) -> Markup {
     html! { section { h2 { (title) } (content) } }
 }
 
-/// A table; wide ones scroll sideways on narrow screens.
+/// A part of a page that a reader can fold, with a name for links.
+pub(crate) fn part(id: &str, title: &str, open: bool, content: impl Render) -> Markup {
+    html! {
+        details.part id=(id) open[open] { summary { h2 { (title) } } (content) }
+    }
+}
+
+/// A table; wide ones scroll sideways on narrow screens, with the keyboard, too.
 pub(crate) fn table<C: Render>(head: &[impl Render], rows: &[Vec<C>]) -> Markup {
     html! {
-        div.wide {
+        div.wide tabindex="0" {
             table {
                 thead { tr { @for cell in head { th scope="col" { (cell) } } } }
                 tbody { @for row in rows { tr { @for cell in row { td { (cell) } } } } }

@@ -1,166 +1,211 @@
-//! Figures: what they look like, and their places on the page.
+//! Figures: curves, areas and points over time, and their places on the page. `figures.js` draws them.
 
 use maud::{Markup, html};
-use plotly::color::Rgba;
-use plotly::common::{Anchor, DashType, Line, Mode, Orientation};
-use plotly::configuration::DisplayModeBar;
-use plotly::layout::{Axis, HoverMode, Legend, Margin};
-use plotly::{Configuration, Layout, Traces};
 use serde::Serialize;
 
-use super::column::{ColumnScatter, Columns};
+use super::column::{Column, Columns};
 
-/// Height of the ticks below a plot (pixels).
-const BELOW: usize = 32;
 /// Points of a curve; a screen has fewer columns.
 pub(crate) const MOST_POINTS: usize = 3000;
-/// Colours that people with any colour vision can distinguish on white (Okabe and Ito), as red, green, blue.
-const COLOURS: [[u8; 3]; 7] = [
-    [0, 114, 178],
-    [213, 94, 0],
-    [0, 158, 115],
-    [204, 121, 167],
-    [0, 0, 0],
-    [86, 180, 233],
-    [230, 159, 0],
-];
-/// Six dash patterns and seven colours: a pair repeats only after 42 curves.
-const DASHES: [DashType; 6] = [
-    DashType::Solid,
-    DashType::Dash,
-    DashType::Dot,
-    DashType::DashDot,
-    DashType::LongDash,
-    DashType::LongDashDot,
-];
 
-/// A figure as the plot library reads it.
-#[derive(Serialize)]
+/// A figure over the common time axis of a page.
+#[derive(Debug, Serialize)]
 pub(crate) struct Figure {
     /// Its heading on the page.
+    pub(crate) title: String,
+    /// The part of the page that shows it.
     #[serde(skip)]
-    title: String,
-    #[serde(rename = "data")]
-    traces: Traces,
-    pub(crate) layout: Layout,
-    config: Configuration,
+    pub(crate) part: &'static str,
+    /// What the vertical axis shows, with its unit.
+    unit: String,
+    /// Height of the plot without its legend (pixels).
+    height: usize,
+    /// Start and end of the time axis (s).
+    span: [f64; 2],
+    traces: Vec<Trace>,
+    /// Shaded times.
+    bands: Vec<Band>,
+    /// Horizontal lines.
+    limits: Vec<Limit>,
+    /// Names of lanes, the first on top; with lanes there is no vertical axis.
+    lanes: Vec<String>,
+}
+
+/// What is drawn of a trace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Look {
+    Line,
+    /// The shape within a closed line.
+    Area,
+    /// A pale shape, behind everything else.
+    Envelope,
+    Points,
+    /// A thick line along a lane.
+    Bar,
+}
+
+/// One curve, area or set of points.
+#[derive(Debug, Serialize)]
+pub(crate) struct Trace {
+    name: String,
+    look: Look,
+    /// Index into the palette of the page.
+    colour: usize,
+    /// Index of the dash pattern; 0 is solid.
+    dash: usize,
+    /// Whether it is hidden until a reader asks for it.
+    hidden: bool,
+    /// Whether it has a place in the legend.
+    named: bool,
+    /// Whether areas carry a pattern, so that they can be told apart without colour.
+    hatched: bool,
+    x: Column,
+    y: Column,
+}
+
+#[derive(Debug, Serialize)]
+struct Band {
+    from: f64,
+    to: f64,
+    kind: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct Limit {
+    at: f64,
+    name: String,
 }
 
 impl Figure {
-    pub(crate) fn new(title: &str, traces: Traces, layout: Layout) -> Self {
+    /// An empty figure over the time up to the last second.
+    pub(crate) fn new(title: &str, unit: &str, height: usize, last_s: f64) -> Self {
         Self {
             title: title.into(),
-            traces,
-            layout,
-            config: config(),
+            part: "",
+            unit: unit.into(),
+            height,
+            span: [0.0, last_s.max(1e-3)],
+            traces: Vec::new(),
+            bands: Vec::new(),
+            limits: Vec::new(),
+            lanes: Vec::new(),
+        }
+    }
+
+    pub(crate) fn add(&mut self, trace: Trace) {
+        self.traces.push(trace);
+    }
+
+    /// Shades a time; `kind` is a class of the style sheet.
+    pub(crate) fn shade(&mut self, [from, to]: [f64; 2], kind: &'static str) {
+        self.bands.push(Band { from, to, kind });
+    }
+
+    /// A horizontal line at a value.
+    pub(crate) fn limit(&mut self, at: f64, name: &str) {
+        self.limits.push(Limit {
+            at,
+            name: name.into(),
+        });
+    }
+
+    pub(crate) fn lane(&mut self, name: &str) {
+        self.lanes.push(name.into());
+    }
+
+    pub(crate) fn has_traces(&self) -> bool {
+        !self.traces.is_empty()
+    }
+}
+
+impl Trace {
+    /// A curve over times (s).
+    pub(crate) fn line(
+        columns: &Columns,
+        index: usize,
+        name: &str,
+        seconds: &[f64],
+        values: &[f64],
+    ) -> Self {
+        Self::new(columns, Look::Line, index, name, seconds, values)
+    }
+
+    pub(crate) fn new(
+        columns: &Columns,
+        look: Look,
+        colour: usize,
+        name: &str,
+        seconds: &[f64],
+        values: &[f64],
+    ) -> Self {
+        let (x, y) = columns.curve(seconds, values);
+        Self {
+            name: name.into(),
+            look,
+            colour,
+            dash: if look == Look::Line { colour } else { 0 },
+            hidden: false,
+            named: true,
+            hatched: false,
+            x,
+            y,
+        }
+    }
+
+    /// Without a dash pattern.
+    pub(crate) fn solid(self) -> Self {
+        Self { dash: 0, ..self }
+    }
+
+    /// Hidden until a reader asks for it.
+    pub(crate) fn hidden(self, hidden: bool) -> Self {
+        Self { hidden, ..self }
+    }
+
+    /// Without a place in the legend: the trace before it of the same name has it.
+    pub(crate) fn unnamed(self) -> Self {
+        Self {
+            named: false,
+            ..self
+        }
+    }
+
+    pub(crate) fn hatched(self) -> Self {
+        Self {
+            hatched: true,
+            ..self
         }
     }
 }
 
-/// The places of the figures on the page; a script draws them there.
-pub(crate) fn figures(figures: &[Figure]) -> Markup {
+/// The places of the figures of a part of the page; a script draws them there.
+pub(crate) fn figures(figures: &[Figure], part: &str) -> Markup {
+    let shown = figures
+        .iter()
+        .enumerate()
+        .filter(|(_, figure)| figure.part == part);
+    html! {
+        div.plots {
+            @for (index, figure) in shown {
+                figure.plot-frame {
+                    figcaption id=(format_args!("plot-title-{index}")) { (figure.title) }
+                    div.plot id=(format_args!("plot-{index}")) tabindex="0" role="img"
+                        aria-labelledby=(format_args!("plot-title-{index}"))
+                        style=(format_args!("min-height:{}px", figure.height)) {}
+                }
+            }
+        }
+    }
+}
+
+/// How the figures are used, once for a page.
+pub(crate) fn figures_help() -> Markup {
     html! {
         p.hint.screen {
-            "Drag to zoom, double-click to reset; all plots share the time axis. "
-            "Click a name below a plot to show or hide its curve."
-        }
-        @for (index, figure) in figures.iter().enumerate() {
-            h3 { (figure.title) }
-            div.plot id=(format_args!("plot-{index}")) {}
+            "Drag in a plot to zoom, double-click to see all; all plots share the time axis. With the keyboard: arrows move, "
+            "+ and - zoom, 0 shows all. A name below a plot shows or hides its curve."
         }
         noscript { p { "The plots need JavaScript; the rest of this page does not." } }
-    }
-}
-
-/// A curve over times (s).
-pub(crate) fn line(
-    columns: &Columns,
-    index: usize,
-    name: &str,
-    seconds: &[f64],
-    values: &[f64],
-) -> Box<ColumnScatter> {
-    columns
-        .scatter(seconds, values)
-        .name(name)
-        .mode(Mode::Lines)
-        .connect_gaps(false)
-        .line(
-            Line::new()
-                .width(1.8)
-                .color(colour(index, 1.0))
-                .dash(DASHES[index % DASHES.len()].clone()),
-        )
-}
-
-/// Axes, margins and legend of every figure: of a height and with so much room above (pixels), up to the
-/// last second.
-pub(crate) fn layout(unit: &str, height: usize, above: usize, last: f64) -> Layout {
-    Layout::new()
-        .height(height)
-        .auto_size(true)
-        .margin(Margin::new().left(64).right(16).top(above).bottom(BELOW))
-        .hover_mode(HoverMode::XUnified)
-        .show_legend(true)
-        .legend(legend(height - above - BELOW))
-        .x_axis(
-            Axis::new()
-                .tick_suffix(" s")
-                .range(vec![0.0, last.max(1e-3)])
-                .grid_color("#e6e6e6")
-                .zero_line(false)
-                .hover_format(".3f"),
-        )
-        .y_axis(
-            Axis::new()
-                .title(unit)
-                .grid_color("#e6e6e6")
-                .zero_line_color("#999")
-                .hover_format(".4~g"),
-        )
-        .plot_background_color("#fff")
-}
-
-/// Below the ticks of a plot of this height (pixels); the page makes room for its lines.
-fn legend(plot_height: usize) -> Legend {
-    let below = 24.0 / plot_height as f64;
-    Legend::new()
-        .orientation(Orientation::Horizontal)
-        .x(0.0)
-        .y(-below)
-        .y_anchor(Anchor::Top)
-        .x_anchor(Anchor::Left)
-}
-
-fn config() -> Configuration {
-    Configuration::new()
-        .responsive(true)
-        .display_logo(false)
-        .display_mode_bar(DisplayModeBar::Hover)
-        .typeset_math(false)
-        .show_link(false)
-        .plotly_server_url("")
-}
-
-/// A name without the markup that the plot library would read in it.
-pub(crate) fn plain(name: &str) -> String {
-    name.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace("%{", "% {")
-}
-
-pub(crate) fn colour(index: usize, opacity: f64) -> Rgba {
-    let [red, green, blue] = COLOURS[index % COLOURS.len()];
-    Rgba::new(red, green, blue, opacity)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_carry_no_markup() {
-        assert_eq!(plain("<a href='x'>&"), "&lt;a href='x'&gt;&amp;");
     }
 }

@@ -8,18 +8,16 @@ mod elements;
 mod figure;
 mod glossary;
 mod packed;
-mod plot_library;
 pub(crate) mod svg;
 
 pub(crate) use chart::{Curve, chart};
-pub(crate) use column::{ColumnScatter, Columns};
+pub(crate) use column::Columns;
 pub(crate) use decimate::rows_to_draw;
 pub(crate) use document::{Document, Plots, Program, json_script};
-pub(crate) use elements::{Bar, bars, facts, list, section, table};
-pub(crate) use figure::{Figure, MOST_POINTS, colour, figures, layout, line, plain};
+pub(crate) use elements::{Bar, bars, facts, list, part, section, table};
+pub(crate) use figure::{Figure, Look, MOST_POINTS, Trace, figures, figures_help};
 pub(crate) use glossary::glossary;
-pub use plot_library::{PlotLibrary, plot_library_script};
 
 pub(crate) use crate::base::number::{
-    number, or_dash, percent, probability, readable, short, time,
+    number, or_dash, percent, probability, readable, short, time, with_unit,
 };

@@ -11,6 +11,8 @@ const LEFT: f64 = 44.0;
 const RIGHT: f64 = 8.0;
 const TOP: f64 = 8.0;
 const BOTTOM: f64 = 34.0;
+/// Height of a name of a line.
+const NAME_HEIGHT: f64 = 11.0;
 /// The right end and the floor of the drawing area.
 const END: f64 = WIDTH - RIGHT;
 const FLOOR: f64 = HEIGHT - BOTTOM;
@@ -89,6 +91,27 @@ impl Chart {
     pub(crate) fn guide_up(&mut self, x: f64) {
         let x = self.at_x(x);
         self.segment("guide", [x, TOP], [x, FLOOR]);
+    }
+
+    /// A dashed vertical line of a class at a value.
+    pub(crate) fn mark_up(&mut self, x: f64, class: &str) {
+        let x = self.at_x(x);
+        self.segment(class, [x, TOP], [x, FLOOR]);
+    }
+
+    /// Names of lines at their right ends, with their values there: one above the other where they are close.
+    pub(crate) fn names(&mut self, mut names: Vec<(f64, &str, &str)>) {
+        names.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut free = TOP + 8.0;
+        let below = NAME_HEIGHT * names.len() as f64;
+        for (place, (value, name, class)) in names.into_iter().enumerate() {
+            // those that follow need room, too
+            let lowest = FLOOR - below + NAME_HEIGHT * (place as f64 + 1.0) - 2.0;
+            let y = (self.at_y(value) - 3.0).min(lowest).max(free);
+            free = y + NAME_HEIGHT;
+            self.segment(class, [END - 4.0, y - 3.5], [END + 6.0, y - 3.5]);
+            self.text([END - 7.0, y], "end", name);
+        }
     }
 
     fn segment(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {

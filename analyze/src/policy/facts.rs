@@ -8,8 +8,7 @@ use tipwatch_ingest::{Losses, LostRange};
 
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
-use crate::events::EventKind;
-use crate::report;
+use crate::events::{EventKind, Finding};
 
 pub use crate::analysis::margin::{
     EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, Moment, WorstMargin,
@@ -123,16 +122,14 @@ pub struct EventFacts {
 }
 
 impl LogFacts {
-    /// The facts of an analysis.
+    /// The facts of an analysis, and the headlines of its findings.
     #[must_use]
-    pub fn of(analysis: &Analysis) -> Self {
+    pub fn of(analysis: &Analysis, findings: &[Finding]) -> Self {
         let rows = &analysis.rows;
         let (start_ns, end_ns) = (rows.times_ns[0], rows.times_ns[rows.len() - 1]);
         let losses = &analysis.losses;
         let gaps = analysis.events.iter();
         let gaps = gaps.filter(|event| event.kind == EventKind::InputGap);
-        let findings = report::findings(analysis).into_iter();
-        let findings = findings.map(|finding| finding.headline).take(MOST_FINDINGS);
         Self {
             start_ns,
             end_ns,
@@ -156,8 +153,10 @@ impl LogFacts {
             lost_bytes: losses.bytes_lost(),
             missing_messages: missing_messages(losses),
             undecodable_messages: losses.undecodable_messages.values().sum(),
-            findings: findings.collect(),
-            notes: analysis.notes.clone(),
+            findings: (findings.iter().take(MOST_FINDINGS))
+                .map(|finding| finding.headline.clone())
+                .collect(),
+            notes: analysis.notes.iter().map(ToString::to_string).collect(),
         }
     }
 

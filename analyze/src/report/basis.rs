@@ -92,7 +92,7 @@ fn validation_table() -> Vec<&'static str> {
 pub(super) fn limitations(analysis: &Analysis) -> Markup {
     let mut sentences = of_model(analysis);
     sentences.extend(of_log(analysis));
-    let findings: Vec<_> = analysis.notes.clone();
+    let findings: Vec<&str> = analysis.notes.iter().map(|note| &**note).collect();
     let losses = &analysis.losses;
     let lost: Vec<String> = losses.lines().take(MOST_LISTED).collect();
     html! {

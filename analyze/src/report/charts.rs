@@ -10,17 +10,15 @@ use crate::page::svg::{Chart, round_up};
 /// A chart for each wheel: its load with its band, its envelope and its limit.
 pub(super) fn section(analysis: &Analysis, sketch: &Sketch) -> Markup {
     let wheels = 0..analysis.machine.wheels().len();
-    let highest = wheels
-        .clone()
-        .map(|wheel| highest(sketch.points(Curve::OnPaper(wheel))));
-    let end = round_up(highest.fold(1.0, f64::max));
+    // each wheel on its own scale
+    let end = |wheel| round_up(highest(sketch.points(Curve::OnPaper(wheel))).max(1.0));
     html! {
         p {
             "Loads over time, in seconds from the first row. Line: load under the stated split; dark area: two standard deviations on \
             either side (± 2 σ); pale area: the envelope, the range over all splits that equilibrium allows; dashed: load limit. Curves \
             break where loads cannot be computed."
         }
-        div.grid { @for wheel in wheels { (chart(analysis, wheel, sketch, end)) } }
+        div.grid { @for wheel in wheels { (chart(analysis, wheel, sketch, end(wheel))) } }
     }
 }
 

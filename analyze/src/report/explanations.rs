@@ -17,7 +17,7 @@ const LEAST_PERCENT: f64 = 0.5;
 pub(super) fn causes(analysis: &Analysis) -> Markup {
     let scene = Scene::of(analysis);
     let mut rows = Vec::new();
-    let (mut events, left_out) = worst_of_each_kind(&analysis.events, MOST_OF_KIND);
+    let (mut events, left_out) = worst_of_each_kind(analysis.events.iter(), MOST_OF_KIND);
     events.sort_by_key(|event| event.start_ns);
     for event in events {
         let Some(causes) = &event.causes else {
@@ -88,7 +88,7 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     let cells = rows.iter().take(MOST_PARAMETERS).map(|row| {
         vec![
             row.parameter.name(machine),
-            row.parameter.unit(machine).into(),
+            row.parameter.unit(machine).trim_start_matches('-').into(),
             optional(row.nominal),
             short(row.sigma),
             short(row.derivative),

@@ -4,7 +4,7 @@ use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
 
 use crate::events::{Event, InputFault};
-use crate::page::number;
+use crate::page::{number, with_unit};
 
 /// Ending of the names of orientation signals.
 const ATTITUDE: &str = ".attitude";
@@ -14,9 +14,9 @@ const JOINTS: &str = "joint_states.";
 /// The fault and its size, the number of samples, and the effect on the loads.
 pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
     let limit = fault.limit.map_or(String::new(), |limit| {
-        format!(" (limit {} {})", number(limit), event.unit)
+        format!(" (limit {})", with_unit(limit, event.unit))
     });
-    let worst = format!("up to {} {}{limit}", number(event.worst), event.unit);
+    let worst = format!("up to {}{limit}", with_unit(event.worst, event.unit));
     let is_of_gravity = fault.kind == FaultKind::Disagreement && event.subject.ends_with(ATTITUDE);
     let description = match fault.kind {
         FaultKind::NotFinite => "NaN or infinite values".to_string(),

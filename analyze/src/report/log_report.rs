@@ -5,33 +5,32 @@ use maud::{Markup, html};
 
 use super::findings::{finding_list, findings};
 use super::moment::Moments;
-use super::plots::{self, MOST_EVENTS};
+use super::plots::{self, MOST_EVENTS, Part};
 use super::sketch::Sketch;
 use super::when::Calendar;
 use super::{
-    basis, charts, clocks, conclusion, explanations, health, measured_loads, moment, path, pdf,
-    prevention, tables, unstated_load, worst,
+    basis, charts, clocks, explanations, health, machine_view, measured_loads, moment, path, pdf,
+    prevention, sheet, tables, unstated_load,
 };
 use crate::analysis::Analysis;
-use crate::page::{
-    self, Columns, Document, Figure, MOST_POINTS, PlotLibrary, Plots, json_script, section,
-};
+use crate::page::svg::CHART_STYLE;
+use crate::page::{self, Columns, Document, MOST_POINTS, Plots, json_script, part};
 
 const MOMENT_SCRIPT: &str = include_str!("moment.js");
 /// Findings at the top of the page; the table of events has all.
 const MOST_FINDINGS: usize = 12;
 
-/// The report on a log, as an HTML page with everything it needs inside, or the plot library beside it.
+/// The report on a log, as an HTML page with everything it needs inside.
 ///
 /// The same analysis gives the same bytes.
 #[must_use]
-pub fn render(analysis: &Analysis, library: PlotLibrary<'_>) -> String {
-    render_sketch(analysis, &Sketch::of(analysis), library)
+pub fn render(analysis: &Analysis) -> String {
+    render_sketch(analysis, &Sketch::of(analysis))
 }
 
 /// The same, with a sketch that was made while the rows were computed.
 #[must_use]
-pub fn render_sketch(analysis: &Analysis, sketch: &Sketch, library: PlotLibrary<'_>) -> String {
+pub fn render_sketch(analysis: &Analysis, sketch: &Sketch) -> String {
     let columns = Columns::with_room(sketch.points_drawn());
     let moments = || {
         let moments = Moments::of(analysis, &sketch.instants);
@@ -43,20 +42,30 @@ pub fn render_sketch(analysis: &Analysis, sketch: &Sketch, library: PlotLibrary<
         plots::figures(analysis, sketch, &columns)
     });
     let (moments_data, moments) = meanwhile.unwrap_or_else(moments);
-    let path = path::section(analysis, sketch.path.as_ref());
+    let drawn = Drawn {
+        of: &|part| page::figures(&figures, part.name()),
+        loads: html! { (how_to_read(analysis)) (page::figures(&figures, Part::Loads.name())) },
+        posture: moment::section(&moments),
+        path: path::section(analysis, sketch.path.as_ref()),
+        has_study: figures
+            .iter()
+            .any(|figure| figure.part == Part::Study.name()),
+    };
+    let parts = parts(analysis, &drawn);
     let content = html! {
-        (opening(analysis))
-        (section("The machine over time", moment::section(&moments)))
-        @if let Some(path) = &path { (section("Path on the ground", path)) }
-        (section("Time histories", time_histories(analysis, &figures)))
-        (closing(analysis))
+        (sheet::section(analysis))
+        nav.contents aria-label="Contents" {
+            h2 { "For experts" }
+            ol { @for one in &parts { li { a href=(format_args!("#{}", one.id)) { (one.title) } } } }
+            button.screen type="button" id="open-all" hidden { "Open all parts" }
+        }
+        @for (place, one) in parts.iter().enumerate() { (part(one.id, one.title, place == 0, &one.content)) }
     };
     Document {
         title: &title(analysis),
         subtitle: &subtitle(analysis),
-        styles: &[],
+        styles: &[CHART_STYLE],
         plots: Some(Plots {
-            library,
             figures: &figures,
             columns: &columns,
             script: MOMENT_SCRIPT,
@@ -79,17 +88,128 @@ pub fn render_pdf(analysis: &Analysis) -> Result<Vec<u8>> {
 /// # Errors
 /// It cannot be written as PDF/A.
 pub fn render_sketch_as_pdf(analysis: &Analysis, sketch: &Sketch) -> Result<Vec<u8>> {
-    let path = path::section(analysis, sketch.path.as_ref());
+    let drawn = Drawn {
+        of: &|_| html! {},
+        loads: charts::section(analysis, sketch),
+        posture: html! {},
+        path: path::section(analysis, sketch.path.as_ref()),
+        has_study: false,
+    };
     let content = html! {
-        (opening(analysis))
-        @if let Some(path) = &path { (section("Path on the ground", path)) }
-        (section("Time histories", charts::section(analysis, sketch)))
-        (closing(analysis))
+        (sheet::section(analysis))
+        @for one in parts(analysis, &drawn) { section { h2 { (one.title) } (one.content) } }
     };
     let content = html! { (content) (page::glossary(&content)) };
     let last_ns = analysis.rows.times_ns.last().copied().unwrap_or(0);
     let date = Calendar::of(analysis).instant(last_ns).unwrap_or_default();
     pdf::render(&title(analysis), &subtitle(analysis), date, &content)
+}
+
+/// What is drawn, on a screen or on paper.
+struct Drawn<'a> {
+    /// The figures of a part.
+    of: &'a dyn Fn(Part) -> Markup,
+    loads: Markup,
+    posture: Markup,
+    path: Option<Markup>,
+    has_study: bool,
+}
+
+/// A part for experts.
+struct ExpertPart {
+    id: &'static str,
+    title: &'static str,
+    content: Markup,
+}
+
+fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
+    let part = |id, title, content| ExpertPart { id, title, content };
+    let figures = |part| (drawn.of)(part);
+    let loads_at_onset = sheet::row(analysis).map(|row| {
+        html! {
+            h3 { "At t = " (format_args!("{:.2}", analysis.rows.seconds(row))) " s" }
+            (machine_view::loads(analysis, row))
+        }
+    });
+    let mut all = vec![
+        part(
+            "events",
+            "Events",
+            html! {
+                (top_findings(analysis)) (figures(Part::Events)) (tables::events(analysis))
+            },
+        ),
+        part(
+            "loads",
+            "Wheel loads",
+            html! {
+                @if let Some(loads) = loads_at_onset { (loads) }
+                (drawn.loads)
+                @if let Some(measured) = measured_loads::section(analysis) { h3 { "Measured loads" } (measured) }
+            },
+        ),
+        part(
+            "causes",
+            "What caused the unloading",
+            html! {
+                (explanations::causes(analysis)) (figures(Part::Causes))
+                @if let Some(explained) = unstated_load::section(analysis) {
+                    h3 { "What explains the rotation about an edge" } (explained)
+                }
+            },
+        ),
+        part(
+            "prevention",
+            "What would have prevented it",
+            prevention::section(analysis),
+        ),
+        part(
+            "indicators",
+            "Stability indicators",
+            figures(Part::Indicators),
+        ),
+        part(
+            "posture",
+            "Posture and path",
+            html! {
+                (drawn.posture)
+                @if let Some(path) = &drawn.path { h3 { "Path on the ground" } (path) }
+            },
+        ),
+        part(
+            "inputs",
+            "Inputs and clocks",
+            html! {
+                (tables::inputs(analysis)) (figures(Part::Inputs))
+                h3 { "Health of the sensors" } (health::section(analysis))
+            h3 { "Clocks" } (clocks::clocks(analysis))
+            },
+        ),
+        part(
+            "model",
+            "Sensitivity, models and uncertainty",
+            html! {
+                (explanations::sensitivity(analysis))
+                (explanations::models(analysis))
+                @if drawn.has_study { h3 { "Random machines" } (figures(Part::Study)) }
+            },
+        ),
+        part(
+            "methods",
+            "Methods and assumptions",
+            basis::methods(analysis),
+        ),
+        part("validation", "Validation", basis::validation()),
+        part("limitations", "Limitations", basis::limitations(analysis)),
+        part(
+            "custody",
+            "Custody and provenance",
+            tables::provenance(analysis),
+        ),
+    ];
+    // on paper some parts have nothing
+    all.retain(|one| !one.content.0.is_empty());
+    all
 }
 
 fn title(analysis: &Analysis) -> String {
@@ -115,39 +235,6 @@ fn subtitle(analysis: &Analysis) -> String {
     )
 }
 
-/// What happened.
-fn opening(analysis: &Analysis) -> Markup {
-    html! {
-        (section("Conclusion", conclusion::section(analysis)))
-        (section("Findings", top_findings(analysis)))
-        (section("Worst moment", worst::section(analysis)))
-        (section("Events", tables::events(analysis)))
-        (section("What caused the unloading", explanations::causes(analysis)))
-    }
-}
-
-/// What it rests on.
-fn closing(analysis: &Analysis) -> Markup {
-    html! {
-        @if let Some(explained) = unstated_load::section(analysis) {
-            (section("What explains the rotation about an edge", explained))
-        }
-        (section("What would have prevented it", prevention::section(analysis)))
-        (section("Sensitivity", explanations::sensitivity(analysis)))
-        @if let Some(measured) = measured_loads::section(analysis) {
-            (section("Measured loads", measured))
-        }
-        (section("Models and uncertainty", explanations::models(analysis)))
-        (section("Inputs", tables::inputs(analysis)))
-        (section("Health of the sensors", health::section(analysis)))
-        (section("Clocks", clocks::clocks(analysis)))
-        (section("Methods and assumptions", basis::methods(analysis)))
-        (section("Validation", basis::validation()))
-        (section("Limitations", basis::limitations(analysis)))
-        (section("Custody and provenance", tables::provenance(analysis)))
-    }
-}
-
 /// What happened to the machine; faults and gaps of inputs are grouped in the table of events.
 fn top_findings(analysis: &Analysis) -> Markup {
     let findings = findings(analysis);
@@ -165,15 +252,15 @@ fn top_findings(analysis: &Analysis) -> Markup {
     }
 }
 
-fn time_histories(analysis: &Analysis, figures: &[Figure]) -> Markup {
+/// How the figures are read.
+fn how_to_read(analysis: &Analysis) -> Markup {
     html! {
+        (page::figures_help())
         p.hint {
-            "Time is in seconds from the first row. Curves break where loads cannot be computed. "
-            "They continue while the machine tips over, but are not accurate there. Events are shaded. "
-            "OTF (overturning force) is the load a wheel would carry if every wheel were held to the ground; "
-            "it is negative where the wheel would have to be pulled down. "
-            "The wide, pale areas are envelopes: the range of loads that equilibrium allows, for any split of the load between the wheels. "
-            "The narrow ones are bands of two standard deviations under the stated split."
+            "Curves break where loads cannot be computed. They continue while the machine tips over, but are not accurate there. Events \
+             are shaded. OTF (overturning force) is the load a wheel would carry if every wheel were held to the ground; it is negative \
+             where the wheel would have to be pulled down. Pale areas are envelopes: the range of loads that equilibrium allows, for any \
+             split of the load between the wheels. Darker ones are bands of two standard deviations under the stated split."
         }
         @if analysis.rows.len() > MOST_POINTS {
             p.hint {
@@ -184,6 +271,5 @@ fn time_histories(analysis: &Analysis, figures: &[Figure]) -> Markup {
         @if analysis.events.len() > MOST_EVENTS {
             p.hint { "Only the " (MOST_EVENTS) " most important events are shaded." }
         }
-        (page::figures(figures))
     }
 }

@@ -74,24 +74,24 @@
     });
   }
 
-  function slope(svg, instant, size) {
+  function gravity(svg, instant, size) {
     const corner = [unit * 3, size.height - unit * 3];
-    if (!known(instant.downhill) || instant.slope === null) {
-      add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit }, 'slope unknown');
+    if (!known(instant.gravity) || instant.tilt === null) {
+      add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit }, 'direction of gravity unknown');
       return;
     }
     add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit },
-      'slope ' + instant.slope.toFixed(1) + '°' + (instant.slope >= 0.5 ? ', downhill:' : ''));
-    if (instant.slope < 0.5) { return; }
-    const length = Math.hypot(instant.downhill[0], instant.downhill[1]);
-    const along = [-instant.downhill[1] / length, -instant.downhill[0] / length];
-    const from = [corner[0] + unit * 42, corner[1] - unit * 1];
+      'gravity leans ' + instant.tilt.toFixed(1) + '°' + (instant.tilt >= 0.5 ? ', to:' : ''));
+    if (instant.tilt < 0.5) { return; }
+    const length = Math.hypot(instant.gravity[0], instant.gravity[1]);
+    const along = [-instant.gravity[1] / length, -instant.gravity[0] / length];
+    const from = [corner[0] + unit * 50, corner[1] - unit * 1];
     const r = unit * 5;
     const tip = [from[0] + along[0] * r, from[1] + along[1] * r];
-    line(svg, 'downhill', [from[0] - along[0] * r, from[1] - along[1] * r], tip, unit * 0.8);
+    line(svg, 'gravity', [from[0] - along[0] * r, from[1] - along[1] * r], tip, unit * 0.8);
     [0.6, -0.6].forEach(function (side) {
       const c = Math.cos(Math.PI - side), s = Math.sin(Math.PI - side);
-      line(svg, 'downhill', tip, [tip[0] + (along[0] * c - along[1] * s) * r * 0.5,
+      line(svg, 'gravity', tip, [tip[0] + (along[0] * c - along[1] * s) * r * 0.5,
         tip[1] + (along[0] * s + along[1] * c) * r * 0.5], unit * 0.8);
     });
   }
@@ -131,7 +131,7 @@
     moments.wheels.forEach(function (facts, w) {
       if (known(instant.wheels[w].slice(0, 2))) { label(svg, facts, instant.wheels[w]); }
     });
-    slope(svg, instant, size);
+    gravity(svg, instant, size);
   }
 
   // From the right: forward is to the right, heights count from the contact plane.
@@ -141,7 +141,7 @@
     const to = function (x, z) { return [x - box.rear + 1.2, box.high + 0.8 - z]; };
     svg.setAttribute('viewBox', '0 0 ' + size.width + ' ' + size.height);
     svg.replaceChildren();
-    line(svg, 'downhill', to(box.rear - 1, 0), to(box.front + 1, 0), unit * 0.4);
+    line(svg, 'ground', to(box.rear - 1, 0), to(box.front + 1, 0), unit * 0.4);
     moments.wheels.forEach(function (facts, w) {
       if (!known(instant.wheels[w].slice(0, 2))) { return; }
       const centre = to(instant.wheels[w][0], facts.radius);
@@ -154,10 +154,10 @@
       add(svg, 'circle', { 'class': 'com', cx: c[0], cy: c[1], r: r, 'stroke-width': unit * 0.4 });
       line(svg, 'com', [c[0] - r, c[1]], [c[0] + r, c[1]], unit * 0.4);
       line(svg, 'com', [c[0], c[1] - r], [c[0], c[1] + r], unit * 0.4);
-      if (known(instant.downhill) && instant.slope !== null) {
-        const down = Math.cos(instant.slope * Math.PI / 180), length = Math.hypot(instant.downhill[0], down) || 1;
+      if (known(instant.gravity) && instant.tilt !== null) {
+        const down = Math.cos(instant.tilt * Math.PI / 180), length = Math.hypot(instant.gravity[0], down) || 1;
         const reach = unit * 14;
-        line(svg, 'downhill', c, [c[0] + instant.downhill[0] / length * reach, c[1] + down / length * reach], unit * 0.5);
+        line(svg, 'gravity', c, [c[0] + instant.gravity[0] / length * reach, c[1] + down / length * reach], unit * 0.5);
       }
     }
     if (instant.zmp[0] !== null) {

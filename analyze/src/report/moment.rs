@@ -9,7 +9,7 @@ use serde::Serialize;
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::findings::{Scene, rank};
-use super::worst;
+use super::sheet;
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
@@ -89,10 +89,11 @@ struct Instant {
     zmp: [Option<f64>; 2],
     /// Centre of mass: x, y, height above the plane.
     com: [Option<f64>; 3],
-    /// Component of gravity along the plane: downhill direction and steepness.
-    downhill: [Option<f64>; 2],
-    /// Angle between gravity and the plane's normal (degrees).
-    slope: Option<f64>,
+    /// Component of gravity along the contact plane: its direction, and the sine of its angle.
+    gravity: [Option<f64>; 2],
+    /// Angle between gravity and the normal of the contact plane (degrees): the slope of the ground while all wheels stand
+    /// on it, more while the machine tips.
+    tilt: Option<f64>,
     /// By segment: x, y, height at either end.
     arm: Vec<[Option<f64>; 6]>,
     /// Why the row is invalid; empty if it is valid.
@@ -149,7 +150,7 @@ impl Moments {
         important.truncate(MOST_EVENTS);
         let mut shown = spread.indices.clone();
         shown.extend(important.iter().map(|event| rows.at(event.worst_ns)));
-        shown.extend(worst::row(analysis));
+        shown.extend(sheet::row(analysis));
         shown.extend(rows.len().checked_sub(1));
         shown.sort_unstable();
         shown.dedup();
@@ -174,7 +175,7 @@ impl Moments {
             edges: (machine.polygon().edges().iter())
                 .map(|edge| [edge.from, edge.to])
                 .collect(),
-            first: worst::row(analysis)
+            first: sheet::row(analysis)
                 .map_or(0, |row| shown.partition_point(|&other| other < row)),
             pictures: by_time.iter().enumerate().filter_map(pictured).collect(),
             events: events.collect(),
@@ -245,7 +246,7 @@ fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Inst
             let [x, y] = place(point);
             [x, y, known(placement.normal.dot(point) - ground, 1e3)]
         };
-        let (downhill, slope) = slope(&placement, &state.base.up);
+        let (gravity, tilt) = gravity(&placement, &state.base.up);
         instants.push(Instant {
             t: known(table.seconds(row), 1e3).unwrap_or_default(),
             wheels: placement.contacts.iter().enumerate().map(wheel).collect(),
@@ -254,8 +255,8 @@ fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Inst
                 known(value(Quantity::ZmpY), 1e3),
             ],
             com: in_space(&placement.centre_of_mass),
-            downhill,
-            slope,
+            gravity,
+            tilt,
             arm: (placement.arm_segments.iter())
                 .map(|[from, to]| {
                     let ([a, b, c], [d, e, f]) = (in_space(from), in_space(to));
@@ -268,8 +269,9 @@ fn instants(analysis: &Analysis, spread: &Instants, shown: &[usize]) -> Vec<Inst
     instants
 }
 
-/// Direction of gravity along the plane (its length is the sine of the slope), and the slope in degrees.
-fn slope(placement: &Placement<'_>, up: &Vector3<f64>) -> ([Option<f64>; 2], Option<f64>) {
+/// Direction of gravity along the contact plane (its length is the sine of the angle), and the angle to its normal in
+/// degrees.
+fn gravity(placement: &Placement<'_>, up: &Vector3<f64>) -> ([Option<f64>; 2], Option<f64>) {
     let down = -placement.on_plane(up);
     let cosine = placement.normal.dot(up).clamp(-1.0, 1.0);
     let angle = known(cosine.acos().to_degrees(), 1e2);

@@ -6,7 +6,7 @@ use tipwatch_mechanics::{Quantity, State};
 
 use super::drawing::{Anchor, Drawing, Point};
 use super::findings::Scene;
-use super::worst;
+use super::sheet;
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::page::number;
@@ -65,7 +65,7 @@ pub(super) fn section(analysis: &Analysis, path: Option<&Path>) -> Option<Markup
     drawing.text(first.at, [5.0, 4.0], Anchor::Start, "start");
     drawing.circle("load", last.at, r);
     drawing.text(last.at, [5.0, -10.0], Anchor::Start, "end");
-    if let Some(worst) = worst::row(analysis)
+    if let Some(worst) = sheet::row(analysis)
         && let Some(place) = (path.pieces.iter().map(|piece| piece.first))
             .min_by_key(|place| place.row.abs_diff(worst))
     {

@@ -61,6 +61,27 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     }
 }
 
+/// The smallest changes, for the first page.
+pub(super) fn brief(analysis: &Analysis) -> Markup {
+    let changes = analysis.advice.iter().flat_map(|advice| &advice.changes);
+    let rows = changes.take(MOST_IN_FINDING).map(|change| {
+        let otf = format!("{}{}", number(change.least_otf_n), sigma(change));
+        vec![change.statement.clone(), otf]
+    });
+    let rows: Vec<Vec<String>> = rows.collect();
+    html! {
+        div {
+            h3 { "What would have kept every wheel at its limit" }
+            @if rows.is_empty() {
+                p { (analysis.advice.as_ref().map_or_else(|| without_advice(analysis).to_owned(), conclusion)) }
+            } @else {
+                (table(&["Change, alone", "Smallest OTF [N]"], &rows))
+                p.hint { "Simulated over the whole incident; just enough, so an even chance. Everything else as logged." }
+            }
+        }
+    }
+}
+
 /// The finding, if a wheel fell below its limit in an event.
 pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
     let advice = analysis.advice.as_ref()?;
@@ -136,7 +157,7 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
         "Change",
         "First order",
         "Minimum OTF [N]",
-        "σ [N]",
+        "± 2 σ [N]",
         "Chance",
         "Every wheel, minimum OTF [N]",
         "ZMP margin [m]",
@@ -159,8 +180,8 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
                 format!("{}{}", signed(first), unit(change))
             }),
             number(change.least_otf_n),
-            change.otf_sigma_n.map_or("–".into(), number),
-            change.chance.map_or("–".into(), probability),
+            (change.otf_sigma_n).map_or("unknown".into(), |sigma| number(2.0 * sigma)),
+            change.chance.map_or("unknown".into(), probability),
             wheels.collect::<Vec<_>>().join(", "),
             from_to(change.zmp_margin_m, ""),
             from_to(change.overturning_moment_nm, ""),
@@ -215,7 +236,9 @@ fn others_least(advice: &Advice, change: &SimulatedChange) -> f64 {
 
 fn sigma(change: &SimulatedChange) -> String {
     let sigma = change.otf_sigma_n;
-    sigma.map_or(String::new(), |sigma| format!(", σ {} N", number(sigma)))
+    sigma.map_or(String::new(), |sigma| {
+        format!(" ± {} N", number(2.0 * sigma))
+    })
 }
 
 fn from_to(of: BeforeAfter, unit: &str) -> String {

@@ -7,7 +7,7 @@ use super::when::Calendar;
 use crate::analysis::{Analysis, Input};
 use crate::base::file_hash::FileHash;
 use crate::events::{Event, EventKind};
-use crate::page::{facts, number, or_dash, probability, readable, table};
+use crate::page::{facts, number, or_dash, probability, readable, table, with_unit};
 
 /// Most events listed; the output tables have all.
 const MOST_LISTED: usize = 500;
@@ -87,9 +87,7 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
             format!("{total:.2}"),
             seconds(first),
             seconds(last),
-            worst.map_or("–".into(), |event| {
-                format!("{} {}", number(event.worst), event.unit)
-            }),
+            worst.map_or("–".into(), |event| with_unit(event.worst, event.unit)),
         ]
     });
     let head = [
@@ -109,7 +107,7 @@ fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> Vec<String> {
     let worst = match event.kind {
         _ if !event.worst.is_finite() => number(event.worst),
         EventKind::TipOver => format!("{:.1}°", event.worst.to_degrees()),
-        _ => format!("{} {}", number(event.worst), event.unit),
+        _ => with_unit(event.worst, event.unit),
     };
     let end = event.end_ns.map(seconds);
     let split = match (event.split_dependent, event.load_range_n) {

@@ -51,7 +51,7 @@ fn of_fall(analysis: &Analysis, fall: &ExplainedFall) -> Markup {
                 (fall.rows) " rows of the rotation up to " (format_args!("{:.1}", fall.rotation_rad.to_degrees()))
                 "°, " (fall.lean_rows) " rows before the lift."
             }
-            (table(&["Explanation", "Probability", "Log evidence", "Amounts ± σ"], &cells.collect::<Vec<_>>()))
+            (table(&["Explanation", "Probability", "Log evidence", "Amounts ± 2 σ"], &cells.collect::<Vec<_>>()))
             @if let Some(load) = &fall.load { (of_load(load)) }
         }
     }
@@ -158,11 +158,11 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         ];
         let ways = ways.iter().filter_map(|(way, estimate)| {
             let MassEstimate { mass_kg, sigma_kg } = (*estimate)?;
-            Some(format!("{way} {mass_kg:.0} ± {sigma_kg:.0} kg"))
+            Some(format!("{way} {mass_kg:.0} ± {:.0} kg", 2.0 * sigma_kg))
         });
         let ways: Vec<String> = ways.collect();
         evidence.push(format!(
-            "Mass on the tool beyond the stated one (± one standard deviation): {}. {}",
+            "Mass on the tool beyond the stated one: {}. {}",
             ways.join(", "),
             agreement(load)
         ));
@@ -190,7 +190,7 @@ fn with_amounts(explanation: &Explanation) -> String {
 
 fn amounts(explanation: &Explanation) -> String {
     let amounts = explanation.amounts.iter().map(|amount| {
-        let [value, sigma] = [amount.value, amount.sigma].map(short);
+        let [value, sigma] = [amount.value, 2.0 * amount.sigma].map(short);
         format!("{} {value} ± {sigma} {}", amount.name, amount.unit)
     });
     amounts.collect::<Vec<_>>().join(", ")

@@ -5,8 +5,7 @@ use tipwatch_suspension::replay::Track;
 
 use super::findings::finding_list;
 use crate::page::{
-    self, Columns, Curve, Document, Figure, PlotLibrary, Plots, chart, list, readable, section,
-    table,
+    self, Columns, Curve, Document, Figure, Plots, chart, list, readable, section, table,
 };
 use crate::suspension::{CAVEATS, Summary, SuspensionMode, WhatIf, findings, rod_names};
 
@@ -23,7 +22,7 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
         (section("Time histories", time_histories(&figures)))
         (section("Actuators and their limits", actuators(&summary)))
         (section("What a replay cannot show", list(CAVEATS)))
-        (section("Data limitations", list(&analysis.notes)))
+        (section("Data limitations", list(analysis.notes.iter().map(ToString::to_string))))
         (section("Provenance", super::tables::provenance(analysis)))
     };
     Document {
@@ -34,7 +33,6 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
         ),
         styles: &[],
         plots: Some(Plots {
-            library: PlotLibrary::Inside,
             figures: &figures,
             columns: &columns,
             script: "",
@@ -142,7 +140,8 @@ fn time_histories(figures: &[Figure]) -> Markup {
             "Time is in seconds from the first row. Curves break where nothing can be computed. "
             "The limits apply to command and reference, not to the cylinder itself."
         }
-        (page::figures(figures))
+        (page::figures_help())
+        (page::figures(figures, ""))
     }
 }
 

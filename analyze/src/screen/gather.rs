@@ -23,7 +23,6 @@ use super::{data_set, page};
 use crate::base::file_hash::hash_file;
 use crate::base::files::write_atomically;
 use crate::policy::Judgement;
-use crate::report;
 
 /// Builds data set and page from the records of a place.
 ///
@@ -92,8 +91,6 @@ pub fn gather(
 pub(super) const PAGE: &str = "fleet.html";
 /// Counts; written last.
 const TOTALS: &str = "screen.json";
-/// Path of the shared plot library within the output folder.
-const PLOT_LIBRARY: &str = "reports/plots.js";
 
 /// What was built.
 pub(super) struct Finished {
@@ -173,8 +170,6 @@ pub(super) fn finish(
 /// Builds data set and page in a local folder; returns the totals as text, which are written last.
 fn build(rows: &[LogRow], out: &Path, gate: Gate<'_>) -> Result<(Finished, String)> {
     data_set::write(rows, out)?;
-    let library = report::plot_library_script()?;
-    write_atomically(&out.join(PLOT_LIBRARY), library.as_bytes())?;
     let judgements = gate.judge(rows);
     write_policy(rows, &judgements, gate.policy, gate.min_valid, out)?;
     let totals = Totals::of(rows, &judgements, gate.min_valid);

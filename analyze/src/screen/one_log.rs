@@ -27,7 +27,7 @@ use crate::base::file_hash::FileHash;
 use crate::base::lock::lock;
 use crate::base::options::Options;
 use crate::policy::facts::{LogFacts, event_facts};
-use crate::report::{self, LateSketch, PlotLibrary, Sketch};
+use crate::report::{self, LateSketch, Sketch};
 use crate::tables::events::events;
 use crate::tables::parquet;
 use crate::tables::summary::Summary;
@@ -213,7 +213,7 @@ impl Screening<'_> {
             );
             return Err(FailureKind::Changed.error(text));
         }
-        let facts = LogFacts::of(&analysis);
+        let facts = LogFacts::of(&analysis, &report::findings(&analysis));
         let has_report = self.is_reported(&facts);
         let folder = report_folder(&identity.id, &machine.spec.name);
         if has_report {
@@ -263,7 +263,7 @@ fn write_report(analysis: &Analysis, sketch: &Sketch, place: &Place, folder: &st
     parquet::write(&table, &analysis.provenance, unfinished.path())?;
     let table = std::fs::read(unfinished.path()).context("a temporary file cannot be read")?;
     place.put(&format!("{folder}/events.parquet"), &table)?;
-    let page = report::render_sketch(analysis, sketch, PlotLibrary::Beside("../plots.js"));
+    let page = report::render_sketch(analysis, sketch);
     place.put(&format!("{folder}/{REPORT_PAGE}"), page.as_bytes())
 }
 

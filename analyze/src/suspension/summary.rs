@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use tipwatch_mechanics::machine::Note;
 use tipwatch_suspension::replay::{RodTrack, Track};
 
 use super::findings::findings;
@@ -46,7 +47,7 @@ pub struct Summary<'a> {
     /// What a replay cannot show.
     pub caveats: [&'static str; 5],
     /// Notes on the log.
-    pub notes: &'a [String],
+    pub notes: &'a [Note],
     /// Files, versions and hashes.
     pub provenance: &'a Provenance,
 }

@@ -75,6 +75,10 @@ impl Suppositions {
                 PayloadMass::Word(word) => bail!(
                     "{place}: expected a payload of stated mass for --payload, found mass = \"{word}\""
                 ),
+                PayloadMass::Signal(mass) => bail!(
+                    "{place}: expected a payload of stated mass for --payload, found one from the signal {}",
+                    mass.signal.topic
+                ),
             },
             None if more_kg < 0.0 => bail!(
                 "{place}: expected a [[payload]] from which --payload {more_kg} takes, found none"

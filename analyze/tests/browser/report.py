@@ -3,8 +3,8 @@
     pip install websocket-client
     python analyze/tests/browser/report.py REPORT.html [FOLDER]
 
-Fails if the page has an error, asks for anything but itself, does not paint within two seconds, or if zoom
-or time slider do not work. FOLDER receives pictures at three window widths and the printed page.
+Fails if the page has an error, asks for anything but itself, does not paint within two seconds, if zoom or time slider do
+not work, if anything overflows, collides, is blank or has no name, or if the summary is longer than a sheet of paper. FOLDER receives pictures at three window widths and the printed page.
 """
 
 import base64
@@ -78,7 +78,7 @@ def check(browser, page):
         browser.ask(f"{domain}.enable")
     browser.ask("Page.navigate", url=page.as_uri())
     browser.wait_for("Page.loadEventFired")
-    drawn = "document.querySelectorAll('div[id^=plot-]').length === document.querySelectorAll('.js-plotly-plot').length"
+    drawn = "Number(document.documentElement.dataset.plots) === document.querySelectorAll('div[id^=plot-]').length"
     started = time.monotonic()
     while not browser.run(drawn) and time.monotonic() - started < SLOWEST_FIGURES_S:
         time.sleep(0.1)
@@ -88,18 +88,31 @@ def check(browser, page):
     print(f"first paint after {paint:.0f} ms")
     assert paint < SLOWEST_PAINT_MS
 
-    # every plot follows the one that is zoomed, and comes back
-    ranges = "[...document.querySelectorAll('.js-plotly-plot')].map(p => p.layout.xaxis.range.map(Number))"
-    whole = browser.run(ranges)
-    assert whole, "no plots"
-    low, high = whole[0]
-    part = [low + 0.4 * (high - low), low + 0.6 * (high - low)]
-    zoom = "Plotly.relayout(document.querySelector('.js-plotly-plot'), {}).then(() => new Promise(r => setTimeout(r, 1500)))"
-    browser.run(zoom.replace("{}", json.dumps({"xaxis.range[0]": part[0], "xaxis.range[1]": part[1]})))
-    for found in browser.run(ranges):
-        assert all(abs(a - b) < 1e-6 * (high - low) for a, b in zip(found, part)), f"{found} of {part}"
-    browser.run(zoom.replace("{}", '{"xaxis.autorange": true}'))
-    print(f"{len(whole)} plots share zoom")
+    # every part opens, and every plot draws something
+    browser.run("document.querySelectorAll('details').forEach(d => { d.open = true })")
+    browser.run("new Promise(done => setTimeout(() => { drawPlots(); done() }, 500))")
+    blank = browser.run("""[...document.querySelectorAll('.plot canvas')].filter(canvas => {
+        const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+        const colours = new Set();
+        for (let k = 0; k < data.length; k += 4) { colours.add(data[k] << 16 | data[k + 1] << 8 | data[k + 2]); }
+        return colours.size < 8; }).map(canvas => canvas.parentElement.id)""")
+    assert not blank, f"nothing is drawn in {blank}"
+
+    # all plots share the time axis: the keyboard zooms and shows all again
+    low, high = browser.run("plotView()")
+    key = "(k => document.querySelector('.plot').dispatchEvent(new KeyboardEvent('keydown', { key: k })))"
+    browser.run(key + "('+')")
+    zoomed = browser.run("plotView()")
+    assert abs((zoomed[1] - zoomed[0]) / (high - low) - 0.5) < 1e-6, zoomed
+    browser.run(key + "('0')")
+    assert browser.run("plotView()") == [low, high]
+    print("plots share zoom")
+
+    # a name in a legend hides its curve
+    pressed = "document.querySelector('.legend button').getAttribute('aria-pressed')"
+    before = browser.run(pressed)
+    browser.run("document.querySelector('.legend button').click()")
+    assert browser.run(pressed) != before
 
     # the slider moves the picture, the buttons step from event to event
     picture = "document.getElementById('moment').innerHTML + document.getElementById('moment-text').textContent"
@@ -122,6 +135,12 @@ def check(browser, page):
         assert browser.run(space) != before, "dragging does not turn the bodies"
         print("dragging turns the bodies")
     collisions(browser)
+    for theme in ("light", "dark"):
+        contrast(browser, theme)
+    for width in WIDTHS:
+        overflow(browser, width)
+    names(browser)
+    first_sheet(browser)
 
     for event in browser.events:
         kind, parameters = event.get("method"), event.get("params", {})
@@ -143,6 +162,73 @@ def collisions(browser):
             .map(([other]) => (svg.id || svg.getAttribute('aria-label')) + ': ' + name + ' / ' + other)); })""")
     assert not found, found
     print("no labels collide")
+
+
+def contrast(browser, theme):
+    """Text stands out from its background in both themes (WCAG: 4.5 to 1)."""
+    found = browser.run("""(theme => { document.documentElement.dataset.theme = theme;
+        const light = rgb => { const [r, g, b] = rgb.map(v => v / 255).map(v => v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+            return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+        const parse = text => text.match(/[\\d.]+/g).map(Number);
+        const behind = e => { for (; e; e = e.parentElement) { const c = parse(getComputedStyle(e).backgroundColor);
+            if (c.length < 4 || c[3] > 0) { return c.slice(0, 3); } } return [255, 255, 255]; };
+        const faults = new Set();
+        document.querySelectorAll('h1, h2, h3, p, li, th, td, button, summary, a').forEach(e => {
+            if (!e.textContent.trim() || e.getAttribute('aria-pressed') === 'false') { return; }
+            const a = light(parse(getComputedStyle(e).color).slice(0, 3)), b = light(behind(e));
+            const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+            if (ratio < 4.5) { faults.add(e.tagName + ' ' + e.className + ' ' + ratio.toFixed(1)); } });
+        delete document.documentElement.dataset.theme; return [...faults]; })""" + f"('{theme}')")
+    assert not found, f"{theme}: {found}"
+    print(f"contrast in {theme} colours")
+
+
+def overflow(browser, width):
+    """Nothing is wider than the window but what scrolls in itself, and no text is cut off or missing."""
+    browser.ask("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=width < 600)
+    time.sleep(0.8)
+    found = browser.run("""(() => { const wide = document.documentElement.clientWidth, faults = [];
+        if (document.documentElement.scrollWidth > wide) { faults.push('page ' + document.documentElement.scrollWidth); }
+        document.querySelectorAll('main *').forEach(e => {
+            if (e.closest('.wide') && !e.matches('.wide') || e.closest('svg')) { return; }
+            const box = e.getBoundingClientRect();
+            if (box.width && (box.right > wide + 1 || box.left < -1)) { faults.push(e.tagName + '.' + e.className + ' ' + Math.round(box.right)); }
+            if (!e.matches('.wide') && e.scrollWidth > e.clientWidth + 2 && getComputedStyle(e).overflowX === 'hidden') {
+                faults.push('cut ' + e.tagName + '.' + e.className); } });
+        return faults.slice(0, 10); })()""")
+    browser.ask("Emulation.clearDeviceMetricsOverride")
+    assert not found, f"at a width of {width}: {found}"
+    print(f"nothing overflows at a width of {width}")
+
+
+def names(browser):
+    """What a screen reader needs: every picture, plot, button and slider has a name, headings go down one level at a time."""
+    found = browser.run("""(() => { const faults = [];
+        document.querySelectorAll('svg[role=img], .plot, button, input').forEach(e => {
+            const by = e.getAttribute('aria-labelledby');
+            const name = e.getAttribute('aria-label') || (by && document.getElementById(by).textContent) || e.textContent
+                || (e.labels && e.labels.length && e.labels[0].textContent);
+            if (!name || !name.trim()) { faults.push(e.tagName + '#' + e.id); } });
+        let level = 1;
+        document.querySelectorAll('h1, h2, h3, h4').forEach(h => { const next = Number(h.tagName[1]);
+            if (next > level + 1) { faults.push('heading ' + h.textContent); } level = next; });
+        const ids = [...document.querySelectorAll('[id]')].map(e => e.id);
+        ids.filter((id, k) => ids.indexOf(id) !== k).forEach(id => faults.push('id ' + id));
+        return faults; })()""")
+    assert not found, found
+    print("everything has a name")
+
+
+def first_sheet(browser):
+    """The summary is one sheet of A4: with the margins of print, 186 by 273 mm at 96 dots per inch."""
+    browser.ask("Emulation.setEmulatedMedia", media="print")
+    browser.ask("Emulation.setDeviceMetricsOverride", width=703, height=1032, deviceScaleFactor=1, mobile=False)
+    time.sleep(0.5)
+    height = browser.run("document.querySelector('.sheet').getBoundingClientRect().bottom")
+    browser.ask("Emulation.clearDeviceMetricsOverride")
+    browser.ask("Emulation.setEmulatedMedia", media="")
+    assert height <= 1032, f"the summary is {height:.0f} of 1032 dots high"
+    print(f"the summary takes {height:.0f} of 1032 dots")
 
 
 def pictures(browser, folder):

@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use tipwatch_binding::{MachineFile, Urdf};
 use tipwatch_mechanics::Machine;
-use tipwatch_mechanics::machine::{IMU_CONFLICT, LogFacts, MachineError, QuasiStaticMode};
+use tipwatch_mechanics::machine::{LogFacts, MachineError, NoteKind, QuasiStaticMode};
 use tipwatch_mechanics::state::{JointStream, MatchedSensors, OtherSensors, Sensors};
 
 use crate::wire::refusal::{Refusal, SessionRefused};
@@ -158,7 +158,7 @@ impl Session {
             return Ok(());
         }
         let mut notes = machine.notes().iter();
-        if let Some(conflict) = notes.find(|note| note.starts_with(IMU_CONFLICT)) {
+        if let Some(conflict) = notes.find(|note| note.kind == NoteKind::ImuMountingConflict) {
             return Err(Refusal::ImuMounting.because(format!("session: {conflict}")));
         }
         let frame = self.imu_frame.as_deref().unwrap_or("");

@@ -8,6 +8,7 @@ use super::contact::Contact;
 use super::identified::{Identified, SensorCorrections};
 use super::linkage::{Linkage, LinkageInput};
 use super::load_sensor::LoadSensor;
+use super::note::Note;
 use super::plausibility_spec::PlausibilitySpec;
 use super::prediction_spec::PredictionSpec;
 use super::quasi_static::QuasiStaticSpec;
@@ -38,7 +39,7 @@ pub struct Machine {
     pub(crate) polygon: SupportPolygon,
     pub(crate) contact: Contact,
     pub(crate) imu: Mount,
-    pub(crate) notes: Vec<String>,
+    pub(crate) notes: Vec<Note>,
     pub(crate) replaced_inertias: Vec<ImpossibleInertia>,
     pub(crate) tool: Option<Mount>,
     /// The link of the tool, if the machine file names it.
@@ -129,9 +130,9 @@ impl Machine {
         &self.imu
     }
 
-    /// Peculiarities that are not errors, as plain sentences.
+    /// Peculiarities that are not errors.
     #[must_use]
-    pub fn notes(&self) -> &[String] {
+    pub fn notes(&self) -> &[Note] {
         &self.notes
     }
 

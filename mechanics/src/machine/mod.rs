@@ -25,6 +25,7 @@ mod load_on_tool;
 mod load_sensor;
 mod motion_bounds;
 mod nominal;
+mod note;
 mod one_of;
 mod outline;
 mod parameter;
@@ -67,7 +68,7 @@ pub use actuated_joint::{ActuatedJoint, ActuatorSignal, ForceSource, TorqueJoint
 pub use body::{
     Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Mounting, Payload,
 };
-pub use check::{IMU_CONFLICT, LogFacts, UNCONFIRMED};
+pub use check::LogFacts;
 pub use checked::Machine;
 pub use contact::Contact;
 pub use error::MachineError;
@@ -82,6 +83,7 @@ pub use linkage::{Linkage, LinkageBodies, LinkageInput, LinkageMotion};
 pub use load_on_tool::LoadOnTool;
 pub use load_sensor::LoadSensor;
 pub use motion_bounds::JointBounds;
+pub use note::{Note, NoteKind};
 pub use one_of::{OneOf, one_of};
 pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
 pub use parameter::{Axis, InertiaElement, Parameter};

@@ -94,7 +94,7 @@ impl Parameter {
             Self::ArmPosition(axis) => format!("arm.position_{}", axis.name()),
             Self::ImuPosition(axis) => format!("imu.position_{}", axis.name()),
             Self::ImuRotation(axis) => format!("imu.rotation_{}", axis.name()),
-            Self::RollMomentDistribution => "contact.front_share".into(),
+            Self::RollMomentDistribution => "contact.roll_moment_distribution".into(),
             Self::TyreStiffness(w) => format!("wheel_{}.stiffness_share", wheel(w)),
             Self::BaseMotion(travel) => format!("base.{}", travel.name()),
         }

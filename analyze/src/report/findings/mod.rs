@@ -1,11 +1,16 @@
 //! Findings: what happened, and the evidence for it.
 
+mod headline;
+mod incident;
 mod of_event;
+mod rank;
 mod scene;
 mod without_event;
 
 use maud::{Markup, html};
 
+pub(super) use incident::{Incident, incidents, is_fact};
+pub(super) use rank::rank;
 pub(super) use scene::Scene;
 pub(super) use without_event::reason_counts;
 
@@ -15,8 +20,12 @@ use crate::analysis::inputs::GrossInput;
 use crate::events::{Event, EventKind, Finding};
 use crate::page::list;
 
+/// What ± means in every finding.
+pub const BANDS: &str = "±: two standard deviations";
 /// Most events of a kind among the main findings.
 pub(super) const MOST_OF_KIND: usize = 20;
+/// Most losses told in their finding.
+const MOST_LOST: usize = 3;
 
 /// The findings, the most important first. Times are seconds from the first row.
 ///
@@ -26,7 +35,7 @@ pub fn findings(analysis: &Analysis) -> Vec<Finding> {
     findings_of(analysis, usize::MAX)
 }
 
-/// The same, but of each kind of event only the worst ones. The last findings state how many were left out.
+/// The same, but only the gravest incidents, and of each other kind of event the worst ones. The last findings state how many were left out.
 #[must_use]
 pub fn main_findings(analysis: &Analysis) -> Vec<Finding> {
     findings_of(analysis, MOST_OF_KIND)
@@ -34,35 +43,54 @@ pub fn main_findings(analysis: &Analysis) -> Vec<Finding> {
 
 fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
     let scene = Scene::of(analysis);
-    let (mut events, left_out) = worst_of_each_kind(&analysis.events, most_of_kind);
+    let incidents = incidents(&analysis.events);
+    let others = analysis
+        .events
+        .iter()
+        .filter(|event| !event.kind.is_observed());
+    let (mut events, left_out) = worst_of_each_kind(others, most_of_kind);
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let of_input = events.iter().position(|event| !event.kind.is_stability());
-    let (stability, of_input) = events.split_at(of_input.unwrap_or(events.len()));
+    let (not_excluded, of_input) = events.split_at(of_input.unwrap_or(events.len()));
     let open = open_split::wheels(analysis);
     let may_conclude = analysis.gross_inputs.is_empty();
-    let has_event = stability.iter().any(|event| event.kind.is_observed());
+    let has_event = !incidents.is_empty();
     let calm = (!has_event && may_conclude).then(|| scene.without_event(&open, analysis));
-    let others = has_event.then(|| scene.other_wheels(stability, &open));
+    let other_wheels = has_event.then(|| scene.other_wheels(&incidents, &open));
     let partly = has_event.then(|| without_event::partly_known(analysis));
     let finding = |event: &&Event| scene.finding(event);
     (analysis.gross_inputs.iter().map(gross_finding))
-        .chain((analysis.losses.end_is_lost()).then(|| lost_end(analysis)))
+        .chain(losses(analysis))
         .chain(calm)
-        .chain(stability.iter().map(finding))
+        .chain((incidents.iter().take(most_of_kind)).map(|it| scene.of_incident(it)))
+        .chain(not_excluded.iter().map(finding))
         .chain(unstated_load::findings(analysis))
-        .chain(others.flatten())
+        .chain(other_wheels.flatten())
         .chain(partly.flatten().map(|known| unknown_rest(&known)))
         .chain(prevention::finding(analysis))
         .chain(of_input.iter().map(finding))
+        .chain((incidents.len() > most_of_kind).then(|| more(incidents.len() - most_of_kind)))
         .chain(left_out)
         .collect()
 }
 
+fn more(incidents: usize) -> Finding {
+    Finding {
+        headline: format!("{incidents} more incidents, none of them graver, are in events.parquet"),
+        evidence: Vec::new(),
+    }
+}
+
 /// At most so many events of each kind, the worst ones, and a finding for each kind with more.
-pub(super) fn worst_of_each_kind(events: &[Event], most: usize) -> (Vec<&Event>, Vec<Finding>) {
+pub(super) fn worst_of_each_kind<'a>(
+    events: impl Iterator<Item = &'a Event>,
+    most: usize,
+) -> (Vec<&'a Event>, Vec<Finding>) {
+    let all: Vec<&Event> = events.collect();
     let (mut kept, mut left_out) = (Vec::new(), Vec::new());
     for &kind in EventKind::all() {
-        let mut of_kind: Vec<&Event> = events.iter().filter(|e| e.kind == kind).collect();
+        let of_kind = all.iter().copied().filter(|event| event.kind == kind);
+        let mut of_kind: Vec<&Event> = of_kind.collect();
         if let Some(more) = of_kind.len().checked_sub(most).filter(|&more| more > 0) {
             of_kind.sort_by(|a, b| b.severity().total_cmp(&a.severity()));
             of_kind.truncate(most);
@@ -87,20 +115,29 @@ fn unknown_rest(known: &str) -> Finding {
     }
 }
 
-/// What stands in the way of every conclusion.
-/// The end of the log is lost: whatever is said of it holds up to its last row.
-fn lost_end(analysis: &Analysis) -> Finding {
-    let last_s = analysis.rows.seconds(analysis.rows.len() - 1);
-    let ranges = analysis.losses.ranges.iter();
-    let lost = ranges.filter(|range| range.last_time_ns.is_none());
-    Finding {
-        headline: format!(
+/// What is lost of the log, and what that leaves open.
+fn losses(analysis: &Analysis) -> Option<Finding> {
+    let losses = &analysis.losses;
+    if losses.is_empty() {
+        return None;
+    }
+    let last_s = (analysis.rows.len().checked_sub(1)).map(|last| analysis.rows.seconds(last));
+    let headline = match last_s.filter(|_| losses.end_is_lost()) {
+        Some(last_s) => format!(
             "The end of the log is lost: all findings hold up to t = {last_s:.2} s, and what happened afterwards is not known"
         ),
-        evidence: lost.map(ToString::to_string).collect(),
-    }
+        None => "A part of the log is lost, and what happened in it is not known".into(),
+    };
+    let lines: Vec<String> = losses.lines().take(MOST_LOST + 1).collect();
+    let more = (lines.len() > MOST_LOST).then(|| "More are in summary.json".to_string());
+    let evidence = lines.into_iter().take(MOST_LOST).chain(more);
+    Some(Finding {
+        headline,
+        evidence: evidence.collect(),
+    })
 }
 
+/// What stands in the way of every conclusion.
 fn gross_finding(input: &GrossInput) -> Finding {
     let fix = format!("Likely correction: {}", input.fix);
     Finding {
@@ -117,34 +154,5 @@ pub(super) fn finding_list(findings: &[Finding]) -> Markup {
                 li { strong { (finding.headline) } (list(&finding.evidence)) }
             }
         }
-    }
-}
-
-/// The smaller, the more important.
-pub(super) fn rank(kind: EventKind) -> usize {
-    match kind {
-        EventKind::TipOver => 0,
-        EventKind::EdgeTipping => 1,
-        EventKind::WheelLift => 2,
-        EventKind::WheelLight => 3,
-        EventKind::LiftNotExcluded => 4,
-        EventKind::InputGap => 5,
-        EventKind::InputFault => 6,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_worst_kind_comes_first() {
-        use EventKind::{EdgeTipping, InputGap, TipOver, WheelLift, WheelLight};
-        let mut kinds = [InputGap, WheelLight, TipOver, WheelLift, EdgeTipping];
-        kinds.sort_by_key(|&kind| rank(kind));
-        assert_eq!(
-            kinds,
-            [TipOver, EdgeTipping, WheelLift, WheelLight, InputGap]
-        );
     }
 }

@@ -1,98 +1,22 @@
-//! What a finding says of an event, and its evidence.
+//! The evidence for what a finding says of an event.
 
-use super::scene::Scene;
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 
+use super::headline::is_undecided;
+use super::scene::Scene;
 use crate::events::{
-    Answer, Bound, Counterfactual, Event, EventCauses, EventKind, Finding, MeasuredRotation,
-    ShownBy, Supposition, TIP_OVER_RAD,
+    Answer, Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
 };
-use crate::page::{number, probability, readable};
+use crate::page::{number, probability, readable, with_unit};
 use crate::report::faults;
 
 /// Causes with a smaller share of the lost load are summed up as others (%).
 const LEAST_PERCENT: f64 = 2.0;
 /// Most causes that a finding names.
 const MOST_CAUSES: usize = 4;
-/// A finding below this confidence under any split is called not certain.
-const LEAST_CONFIDENCE: f64 = 0.5;
 
 impl Scene {
-    pub(super) fn finding(&self, event: &Event) -> Finding {
-        let confidence = event.certainty.map_or(String::new(), |certainty| {
-            format!(" (confidence {})", probability(certainty))
-        });
-        let start = self.seconds(event.start_ns);
-        let sigma = event.start_sigma_s.map_or(String::new(), |sigma_s| {
-            format!(" ± {:.2}", sigma_s.max(0.01))
-        });
-        let earlier = match event.start_bound {
-            Bound::At | Bound::AtOrAfter => "",
-            Bound::AtOrBefore => " or earlier",
-        };
-        let [under, any] = self.split_clauses(event);
-        let duration = match is_undecided(event) {
-            true => "on".to_string(),
-            // nothing shows how long it lasted before and after its only row
-            false if self.is_sparse && event.end_ns == Some(event.start_ns) => {
-                "(one row; how long is unknown)".to_string()
-            }
-            false => duration(event),
-        };
-        Finding {
-            headline: format!(
-                "{} from t = {start:.2}{sigma} s{earlier} {duration}{under}{confidence}{any}",
-                self.statement(event),
-            ),
-            evidence: self.evidence(event),
-        }
-    }
-
-    /// The assumption about the split that a finding rests on, and what holds without it.
-    fn split_clauses(&self, event: &Event) -> [String; 2] {
-        let under = format!(" under the {}", self.split_rule);
-        if let Some(any_split_ns) = event.any_split_ns {
-            let since_s = self.seconds(any_split_ns);
-            return [
-                under,
-                format!("; under any split of the load from t = {since_s:.2} s on"),
-            ];
-        }
-        if event.split_dependent != Some(true) {
-            return [String::new(), String::new()];
-        }
-        let certain = event.certainty_any_split.filter(|&p| p >= LEAST_CONFIDENCE);
-        let any = certain.map_or("not certain".to_string(), |certainty| {
-            format!("confidence {}", probability(certainty))
-        });
-        let range = (event.load_range_n).map_or(String::new(), |[least_n, largest_n]| {
-            format!(" ({} to {} N)", number(least_n), number(largest_n))
-        });
-        [
-            under,
-            format!("; under any split of the load: {any}{range}"),
-        ]
-    }
-
-    fn statement(&self, event: &Event) -> String {
-        let subject = self.subject(event);
-        match event.kind {
-            EventKind::TipOver => format!("The machine tipped over about the {subject} edge"),
-            EventKind::EdgeTipping if is_undecided(event) => {
-                format!("The machine was tipping about the {subject} edge when the log ended,")
-            }
-            EventKind::EdgeTipping => format!("The machine was tipping about the {subject} edge"),
-            EventKind::WheelLift => format!("Wheel {subject} was off the ground"),
-            EventKind::WheelLight => format!("Wheel {subject} was below its load limit"),
-            EventKind::LiftNotExcluded => {
-                format!("Between rows, a lift of wheel {subject} cannot be excluded")
-            }
-            EventKind::InputGap => format!("Input {subject} had no data"),
-            EventKind::InputFault => format!("Input {subject} was implausible"),
-        }
-    }
-
-    fn evidence(&self, event: &Event) -> Vec<String> {
+    pub(super) fn evidence(&self, event: &Event) -> Vec<String> {
         if let Some(fault) = &event.fault {
             return faults::evidence(event, fault);
         }
@@ -119,9 +43,8 @@ impl Scene {
         }
         if event.split_dependent == Some(true) {
             evidence.push(self.split_evidence(event));
-            evidence.push(self.deciding.clone());
-        }
-        if event.any_split_ns.is_some() {
+            evidence.extend((!self.is_split_stated).then(|| self.deciding.clone()));
+        } else if event.any_split_ns.is_some() && !self.is_split_stated {
             evidence.push(format!(
                 "Before that, equilibrium leaves the split of the load between the wheels open. {}",
                 self.deciding
@@ -165,7 +88,7 @@ impl Scene {
         }
         if let Some(no_return) = &measured.no_return {
             let sigma = no_return.sigma_rad.map_or(String::new(), |sigma| {
-                format!(" ± {:.1}", sigma.to_degrees())
+                format!(" ± {:.1}", 2.0 * sigma.to_degrees())
             });
             let passed = no_return.at_ns.map_or("not passed".to_string(), |at_ns| {
                 format!("passed at t = {:.2} s", self.seconds(at_ns))
@@ -183,7 +106,13 @@ impl Scene {
     }
 
     fn split_evidence(&self, event: &Event) -> String {
-        let open = "Equilibrium leaves the split of the load between the wheels open";
+        let open = match self.is_split_stated {
+            true => format!(
+                "Rests on this, as the machine file states: {}. Without it equilibrium leaves the load open",
+                self.split_rule
+            ),
+            false => "Equilibrium leaves the split of the load between the wheels open".into(),
+        };
         match (event.load_range_n, event.judged_ns) {
             (Some([least_n, largest_n]), Some(judged_ns)) => format!(
                 "{open}: {} to {} N on this wheel, at t = {:.2} s",
@@ -191,14 +120,14 @@ impl Scene {
                 number(largest_n),
                 self.seconds(judged_ns)
             ),
-            _ => open.to_string(),
+            _ => open,
         }
     }
 
-    fn worst(&self, event: &Event) -> String {
+    pub(super) fn worst(&self, event: &Event) -> String {
         let worst = match event.kind {
             _ if !event.worst.is_finite() => "not computable".to_string(),
-            _ => format!("{} {}", number(event.worst), event.unit),
+            _ => with_unit(event.worst, event.unit),
         };
         let at = format!("at t = {:.2} s", self.seconds(event.worst_ns));
         match event.kind {
@@ -230,7 +159,7 @@ impl Scene {
     }
 
     /// How much load was lost since when, and the largest causes.
-    fn causes(&self, causes: &EventCauses) -> Vec<String> {
+    pub(super) fn causes(&self, causes: &EventCauses) -> Vec<String> {
         let lost_n = causes.otf_before_n - causes.otf_n;
         if !(lost_n > 0.0) {
             return Vec::new();
@@ -264,7 +193,7 @@ impl Scene {
         (!answers.is_empty()).then(|| format!("Would it have {happened} {}", answers.join("; ")))
     }
 
-    fn supposed(&self, answer: &Counterfactual) -> String {
+    pub(in crate::report) fn supposed(&self, answer: &Counterfactual) -> String {
         match (answer.supposed, answer.posture_ns) {
             (Supposition::LevelGround, _) => "on level ground".into(),
             (Supposition::HalfSpeed, _) => "at half the speed".into(),
@@ -291,7 +220,11 @@ impl Scene {
 fn answered(answer: &Counterfactual) -> String {
     let otf = match (answer.otf_n, answer.sigma_n) {
         (Some(otf_n), Some(sigma_n)) => {
-            format!("minimum OTF {} ± {} N", number(otf_n), number(sigma_n))
+            format!(
+                "minimum OTF {} ± {} N",
+                number(otf_n),
+                number(2.0 * sigma_n)
+            )
         }
         _ => answer.why_not.unwrap_or("unknown").into(),
     };
@@ -333,24 +266,6 @@ fn shares_in_words(causes: &EventCauses) -> String {
     all.join(", ")
 }
 
-/// Whether the log ends while the machine tips about an edge, before it has tipped over.
-fn is_undecided(event: &Event) -> bool {
-    let rotation = event.rotation_rad.unwrap_or(0.0);
-    event.kind == EventKind::EdgeTipping && event.end_ns.is_none() && rotation < TIP_OVER_RAD
-}
-
-fn duration(event: &Event) -> String {
-    match event.end_ns {
-        Some(end_ns) => {
-            let is_least = [event.start_bound, event.end_bound] != [Bound::At; 2];
-            let least = if is_least { "at least " } else { "" };
-            let lasted_s = end_ns.saturating_sub(event.start_ns) as f64 * 1e-9;
-            format!("for {least}{lasted_s:.2} s")
-        }
-        None => "until the end of the log".to_string(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -366,7 +281,9 @@ mod tests {
         Scene {
             start_ns: 1_000_000_000_000,
             wheels: vec![wheel("FL"), wheel("RL")],
-            split_rule: "equal-stiffness split".into(),
+            split_rule: "all wheels are springs of the same stiffness under a rigid frame".into(),
+            sharing: "wheels share the load",
+            is_split_stated: false,
             deciding: "To decide it: weighing".into(),
             is_sparse: false,
         }
@@ -411,8 +328,9 @@ mod tests {
         let finding = scene().finding(&doubtful);
         assert_eq!(
             finding.headline,
-            "Wheel RL was off the ground from t = 2.50 ± 0.04 s for 0.50 s under the equal-stiffness split \
-             (confidence 98 %); under any split of the load: not certain (0 to 5300 N)"
+            "Wheel RL was off the ground from t = 2.50 ± 0.08 s for 0.50 s (confidence 98 %), if all wheels are springs \
+             of the same stiffness under a rigid frame; it cannot be shown without knowing how the wheels share the load \
+             (0 to 5300 N)"
         );
         assert_eq!(
             finding.evidence,

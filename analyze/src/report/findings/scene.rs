@@ -1,7 +1,7 @@
 //! The facts of an analysis that findings use besides the event.
 
 use crate::analysis::Analysis;
-use crate::events::split_rule::{deciding_measurements, split_rule};
+use crate::events::split_rule::{deciding_measurements, is_stated, sharing, split_rule};
 use crate::events::{Event, EventKind};
 use crate::page::percent;
 
@@ -9,7 +9,12 @@ use crate::page::percent;
 pub(in crate::report) struct Scene {
     pub(super) start_ns: i64,
     pub(super) wheels: Vec<WheelFacts>,
+    /// To follow "if".
     pub(super) split_rule: String,
+    /// To follow "how the".
+    pub(super) sharing: &'static str,
+    /// Whether the machine file states what determines the split: flat ground and the tyres' stiffness.
+    pub(super) is_split_stated: bool,
     pub(super) deciding: String,
     pub(super) is_sparse: bool,
 }
@@ -34,6 +39,8 @@ impl Scene {
             start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
             wheels: wheels.collect(),
             split_rule: split_rule(machine),
+            sharing: sharing(machine),
+            is_split_stated: is_stated(machine),
             deciding: deciding_measurements(machine),
             is_sparse: analysis.coverage.between_rows.is_some(),
         }

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use tipwatch_mechanics::state::Reason;
 
+use super::incident::Incident;
 use super::scene::Scene;
 use crate::analysis::Analysis;
-use crate::events::{Event, Finding};
+use crate::events::Finding;
 use crate::page::{number, readable};
 use crate::report::open_split::{self, OpenWheel};
 
@@ -43,13 +44,17 @@ impl Scene {
             None => format!("No {claim}"),
         };
         let split = match (open.is_empty(), lowest.is_split_open) {
+            _ if self.is_split_stated => String::new(),
             (false, _) => format!(
-                " under the {}; another split that equilibrium allows could have unloaded {}",
+                ", if {}; without knowing how the {} it cannot be excluded that {} lost its load",
                 self.split_rule,
+                self.sharing,
                 self.names(open)
             ),
-            (true, true) if open_split::is_known(analysis) => " under any split of the load".into(),
-            (true, true) => format!(" under the {}", self.split_rule),
+            (true, true) if open_split::is_known(analysis) => {
+                format!(", however the {}", self.sharing)
+            }
+            (true, true) => format!(", if {}", self.split_rule),
             (true, false) => String::new(),
         };
         let between = match (coverage.between_rows, coverage.lift_not_excluded_s()) {
@@ -58,7 +63,8 @@ impl Scene {
                 coverage.covered_s
             ),
             (Some(_), None) => {
-                "; between them the stated greatest rates and accelerations exclude a lift under that split".into()
+                "; between them the stated greatest rates and accelerations exclude a lift, too"
+                    .into()
             }
             (None, None) => String::new(),
         };
@@ -83,15 +89,21 @@ impl Scene {
     }
 
     /// The wheels without an event of their own that another split could have unloaded.
-    pub(super) fn other_wheels(&self, events: &[&Event], open: &[OpenWheel]) -> Option<Finding> {
+    pub(super) fn other_wheels(
+        &self,
+        incidents: &[Incident<'_>],
+        open: &[OpenWheel],
+    ) -> Option<Finding> {
         let has_event = |open: &OpenWheel| {
             let name = self.wheels[open.wheel].name.to_lowercase();
-            events.iter().any(|event| event.subject == name)
+            let mut events = incidents.iter().flat_map(|incident| &incident.events);
+            events.any(|event| event.subject == name)
         };
         let others: Vec<OpenWheel> = open.iter().filter(|w| !has_event(w)).copied().collect();
-        (!others.is_empty()).then(|| Finding {
+        (!others.is_empty() && !self.is_split_stated).then(|| Finding {
             headline: format!(
-                "Another split that equilibrium allows could also have unloaded {}",
+                "Without knowing how the {} it cannot be excluded that {} lost its load, too",
+                self.sharing,
                 self.names(&others)
             ),
             evidence: self.ranges(&others),
@@ -102,18 +114,14 @@ impl Scene {
         let names: Vec<&str> = (open.iter())
             .map(|open| self.wheels[open.wheel].name.as_str())
             .collect();
-        format!(
-            "wheel{} {}",
-            if names.len() == 1 { "" } else { "s" },
-            names.join(", ")
-        )
+        format!("wheel {}", names.join(" or "))
     }
 
     /// What equilibrium allows each of these wheels, and what would decide it.
     fn ranges(&self, open: &[OpenWheel]) -> Vec<String> {
         let range = |open: &OpenWheel| {
             format!(
-                "Wheel {}: {} N under the {}, {} to {} N under any split, at t = {:.2} s",
+                "Wheel {}: {} N if {}, {} to {} N by equilibrium alone, at t = {:.2} s",
                 self.wheels[open.wheel].name,
                 number(open.load_n),
                 self.split_rule,

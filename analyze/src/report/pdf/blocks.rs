@@ -11,8 +11,13 @@ pub(super) enum Block<'a> {
     /// An entry of a list: how deep, and its text.
     Item(usize, String),
     Table(Table),
-    /// Pictures side by side: each an SVG element and its caption.
-    Pictures(Vec<(Node<'a, 'a>, String)>),
+    /// Pictures side by side: each an SVG element and its caption; on the first page they are small.
+    Pictures {
+        pictures: Vec<(Node<'a, 'a>, String)>,
+        small: bool,
+    },
+    /// What follows begins on a page of its own.
+    PageBreak,
 }
 
 /// The cells of a table.
@@ -54,14 +59,22 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
             }
         }
         "table" => blocks.push(Block::Table(table(node))),
-        "figure" => blocks.extend(picture(node).map(|one| Block::Pictures(vec![one]))),
+        "figure" => blocks.extend(picture(node).map(|one| side_by_side(node, vec![one]))),
         "div" if has_class(node, "pictures") || has_class(node, "grid") => {
             let figures = node.children().filter(|child| child.has_tag_name("figure"));
             let pictures: Vec<_> = figures.filter_map(picture).collect();
+            let places = if has_class(node, "three") { 3 } else { 2 };
             let mut pictures = pictures.into_iter().peekable();
             while pictures.peek().is_some() {
-                blocks.push(Block::Pictures(pictures.by_ref().take(2).collect()));
+                let row = pictures.by_ref().take(places).collect();
+                blocks.push(side_by_side(node, row));
             }
+        }
+        "section" if has_class(node, "sheet") => {
+            for child in node.children().filter(Node::is_element) {
+                add(child, depth, blocks);
+            }
+            blocks.push(Block::PageBreak);
         }
         "script" | "noscript" | "svg" => {}
         _ => {
@@ -70,6 +83,11 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
             }
         }
     }
+}
+
+fn side_by_side<'a>(node: Node<'a, 'a>, pictures: Vec<(Node<'a, 'a>, String)>) -> Block<'a> {
+    let small = node.ancestors().any(|outer| has_class(outer, "sheet"));
+    Block::Pictures { pictures, small }
 }
 
 fn picture<'a>(figure: Node<'a, 'a>) -> Option<(Node<'a, 'a>, String)> {

@@ -119,6 +119,11 @@ impl<'d> Flow<'d> {
         }
     }
 
+    /// Begins a new page unless this one is empty.
+    pub(super) fn break_page(&mut self) {
+        self.room(PAGE[1]);
+    }
+
     /// A text at a place from the left margin and from the top of the page.
     pub(super) fn text(&mut self, [x, y]: [f32; 2], size: f32, bold: bool, text: &str) {
         self.mark(Mark::Text {

@@ -54,7 +54,8 @@ pub(super) fn render(
             Block::Paragraph(text) => flow.plain(text),
             Block::Item(depth, text) => flow.item(*depth, text),
             Block::Table(cells) => table::add(&mut flow, cells),
-            Block::Pictures(pictures) => picture::add(&mut flow, pictures),
+            Block::Pictures { pictures, small } => picture::add(&mut flow, pictures, *small),
+            Block::PageBreak => flow.break_page(),
         }
     }
     flow.finish();

@@ -10,6 +10,7 @@ const CAPTION: f32 = 8.0;
 const BETWEEN: f32 = 10.0;
 /// Largest height of a picture (points).
 const TALLEST: f32 = 330.0;
+const TALLEST_OF_SMALL: f32 = 138.0;
 /// Control points of a quarter circle.
 const QUARTER: f32 = 0.552_284_8;
 
@@ -45,7 +46,7 @@ fn style(class: &str) -> Style {
             Some(([255, 255, 255], 0.6, false)),
         ),
         "com" => (None, Some(([0, 0, 0], 1.0, false))),
-        "downhill" => (None, Some(([51, 51, 51], 1.6, false))),
+        "gravity" => (None, Some(([51, 51, 51], 1.6, false))),
         "ground" => (None, Some(([120, 90, 60], 1.6, false))),
         "guide" => (None, Some(([150, 150, 150], 0.6, true))),
         "dimension" | "axis" => (None, Some(([80, 80, 80], 0.8, false))),
@@ -59,6 +60,14 @@ fn style(class: &str) -> Style {
         "band" => (Some(([0, 114, 178], 0.35)), None),
         "limit" => (None, Some(([170, 0, 0], 0.9, true))),
         "line-b" => (None, Some(([0, 114, 178], 1.2, true))),
+        "line-c" => (None, Some(([213, 94, 0], 1.2, false))),
+        "line-d" => (None, Some(([0, 158, 115], 1.2, true))),
+        "event" => (None, Some(([160, 0, 0], 0.8, true))),
+        "step-steady" => (Some(([0, 158, 115], 1.0)), None),
+        "step-light" => (Some(([230, 159, 0], 1.0)), None),
+        "step-lift" => (Some(([213, 94, 0], 1.0)), None),
+        "step-tip" => (Some(([150, 0, 0], 1.0)), None),
+        "step-band" => (None, Some(([26, 26, 26], 1.2, false))),
         _ => (None, Some(([26, 26, 26], 1.0, false))),
     };
     Style { fill, stroke }
@@ -78,11 +87,20 @@ impl Frame {
     }
 }
 
-/// Draws pictures side by side, with their captions below.
-pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)]) {
-    let places = pictures.len().max(2) as f32;
+/// Draws pictures side by side, with their captions below; small ones where much must stand on a page.
+pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)], small: bool) {
+    let tallest = if small { TALLEST_OF_SMALL } else { TALLEST };
+    // a wide picture alone takes the whole width
+    let least = match pictures {
+        [(svg, _)] if size(*svg, WIDTH, TALLEST).0 < 1.0 => 1,
+        _ => 2,
+    };
+    let places = pictures.len().max(least) as f32;
     let room = (WIDTH - (places - 1.0) * BETWEEN) / places;
-    let sizes: Vec<(f32, f32, f32)> = pictures.iter().map(|(svg, _)| size(*svg, room)).collect();
+    let sizes: Vec<(f32, f32, f32)> = pictures
+        .iter()
+        .map(|(svg, _)| size(*svg, room, tallest))
+        .collect();
     let highest = sizes.iter().map(|size| size.2).fold(0.0, f32::max);
     let captions: Vec<Vec<String>> = (pictures.iter())
         .map(|(_, caption)| flow.letters.lines(caption, CAPTION, room))
@@ -110,7 +128,7 @@ pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)]) {
 }
 
 /// Scale, width and height of a picture in so much room.
-fn size(svg: Node<'_, '_>, room: f32) -> (f32, f32, f32) {
+fn size(svg: Node<'_, '_>, room: f32, tallest: f32) -> (f32, f32, f32) {
     let view = svg.attribute("viewBox").unwrap_or_default();
     let numbers: Vec<f32> = view
         .split_whitespace()
@@ -120,7 +138,7 @@ fn size(svg: Node<'_, '_>, room: f32) -> (f32, f32, f32) {
         [_, _, width, height] if width > 0.0 && height > 0.0 => (width, height),
         _ => (100.0, 1.0),
     };
-    let scale = (room / width).min(TALLEST / height);
+    let scale = (room / width).min(tallest / height);
     (scale, width * scale, height * scale)
 }
 

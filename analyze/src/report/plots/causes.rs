@@ -1,43 +1,77 @@
-//! The contributions to the load of each wheel over time.
+//! The contributions to the load of the wheels that matter over time.
 
-use plotly::Traces;
 use tipwatch_mechanics::Quantity;
 
-use super::plotter::{Plotter, axis};
-use crate::page::{Figure, colour, readable};
+use super::plotter::{Part, Plotter, axis};
+use crate::page::{Figure, Look, readable};
+use crate::report::findings::incidents;
 use crate::report::sketch::{Curve, Point};
 
+/// Most wheels whose contributions are drawn.
+const MOST_WHEELS: usize = 3;
+/// Height of the figure of a wheel (pixels).
+const HEIGHT: usize = 260;
+/// Black, or white on a dark page.
+const INK: usize = 4;
+
 impl Plotter<'_> {
-    /// For each wheel the stacked contributions, negative ones below zero; their sum is the OTF.
+    /// For the wheels of the gravest incidents the stacked contributions, negative ones below zero; their sum is the OTF.
     pub(super) fn causes(&self) -> Vec<Figure> {
         let names = self.wheel_names();
-        (0..names.len())
+        let wheels = self.wheels_that_matter(&names).into_iter();
+        wheels
             .filter(|&wheel| !self.sketch.layers(wheel).is_empty())
             .map(|wheel| self.causes_of(wheel, &names[wheel]))
             .collect()
     }
 
-    fn causes_of(&self, wheel: usize, name: &str) -> Figure {
-        let mut traces = Traces::new();
-        for layer in self.sketch.layers(wheel) {
-            if !layer.matters {
-                continue;
+    /// The wheels with events, in the order of their gravity; without one, the wheel that came closest to lifting.
+    fn wheels_that_matter(&self, names: &[String]) -> Vec<usize> {
+        let mut found = Vec::new();
+        for incident in incidents(&self.analysis.events) {
+            for event in &incident.events {
+                let wheel = names
+                    .iter()
+                    .position(|name| name.to_lowercase() == event.subject);
+                if let Some(wheel) = wheel.filter(|wheel| !found.contains(wheel)) {
+                    found.push(wheel);
+                }
             }
+        }
+        if found.is_empty() {
+            found.extend(self.analysis.digest.lightest.map(|(_, wheel)| wheel));
+        }
+        found.truncate(MOST_WHEELS);
+        found
+    }
+
+    fn causes_of(&self, wheel: usize, name: &str) -> Figure {
+        let otf = Quantity::Otf(wheel);
+        let title = format!("Wheel {name}: contributions to its overturning force (OTF)");
+        let unit = axis("Contribution", otf);
+        let mut figure = self.figure(Part::Causes, &title, &unit, HEIGHT);
+        for layer in self
+            .sketch
+            .layers(wheel)
+            .iter()
+            .filter(|layer| layer.matters)
+        {
             let label = readable(layer.cause.name());
-            let fill = colour(layer.cause as usize, 0.55);
             let between = |points: &[Point]| {
                 let between = points
                     .iter()
                     .map(|point| (point.row(), point.values()[0], point.values()[1]));
-                self.between(&label, between, fill).legend_group(&label)
+                let area = self.between(Look::Area, layer.cause as usize, &label, between);
+                area.hatched()
             };
-            traces.push(between(&layer.above));
-            traces.push(between(&layer.below).show_legend(false));
+            figure.add(between(&layer.above));
+            figure.add(between(&layer.below).unnamed());
         }
-        let otf = Quantity::Otf(wheel);
-        // the fifth colour is black
-        traces.push(self.curve(4, otf.kind().label, Curve::Result(otf)));
-        let title = format!("Wheel {name}: contributions to its overturning force (OTF)");
-        self.figure(&title, &axis("Contribution", otf), 340, traces)
+        figure.add(
+            self.curve(INK, otf.kind().label, Curve::Result(otf))
+                .solid(),
+        );
+        figure.limit(0.0, "lifts below");
+        figure
     }
 }

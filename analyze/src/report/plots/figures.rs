@@ -17,8 +17,8 @@ pub(in crate::report) fn figures(
         columns,
     };
     let mut figures: Vec<Figure> = plotter.timeline().into_iter().collect();
-    figures.extend([plotter.loads(), plotter.stability()]);
-    figures.extend(plotter.edges());
+    figures.extend(plotter.loads());
+    figures.extend(plotter.indicators());
     figures.extend(plotter.causes());
     figures.extend(plotter.drawn_machines());
     figures.extend(plotter.inputs());

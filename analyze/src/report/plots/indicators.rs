@@ -1,66 +1,58 @@
-//! Stability indicators over time: zero moment point, overturning moments and angles about each edge.
+//! Stability indicators over time, one figure each: zero moment point, overturning moments and angles about each edge.
 
-use plotly::Traces;
-use plotly::common::Visible;
 use tipwatch_mechanics::Quantity;
 
-use super::plotter::{Plotter, axis};
-use crate::page::{Figure, plain};
+use super::plotter::{Part, Plotter, axis};
+use crate::page::Figure;
 use crate::report::sketch::Curve;
+
+/// Height of the figure of an indicator (pixels).
+const HEIGHT: usize = 170;
 
 /// An indicator: its quantity for each edge.
 type OfEdge = fn(usize) -> Quantity;
 
 impl Plotter<'_> {
-    pub(super) fn stability(&self) -> Figure {
-        let mut traces = Traces::new();
-        let margin = Quantity::ZmpMargin;
-        traces.push(self.curve(0, margin.kind().label, Curve::Result(margin)));
-        let title =
-            "Distance of the zero moment point (ZMP) from the nearest edge, positive inside";
-        self.figure(title, &axis("Margin", margin), 300, traces)
-    }
-
-    /// Overturning moments and angles about each edge.
-    pub(super) fn edges(&self) -> Vec<Figure> {
-        let moments: [OfEdge; 4] = [
-            Quantity::ItomFull,
-            Quantity::Itom,
-            Quantity::Tom,
-            Quantity::Mhs,
+    /// Each indicator with its limit.
+    pub(super) fn indicators(&self) -> Vec<Figure> {
+        let edges: [(OfEdge, &str, &str); 6] = [
+            (Quantity::ItomFull, "Moment", "tips above"),
+            (Quantity::Itom, "Moment", "tips above"),
+            (Quantity::Tom, "Moment", "tips above"),
+            (Quantity::Mhs, "Moment", "tips above"),
+            (Quantity::ForceAngle, "Angle", "tips below"),
+            (Quantity::StabilityAngle, "Angle", "tips below"),
         ];
-        let angles: [OfEdge; 2] = [Quantity::ForceAngle, Quantity::StabilityAngle];
-        vec![
-            self.by_edge(
-                "Overturning moments about the edges of the support polygon (ITOM, TOM, MHS), negative is stable",
-                "Moment",
-                &moments,
-            ),
-            self.by_edge(
-                "Stability angles about the edges, positive is stable",
-                "Angle",
-                &angles,
-            ),
-        ]
+        let edges = edges.map(|(kind, what, limit)| self.by_edge(kind, what, limit));
+        let found = [self.margin()].into_iter().chain(edges);
+        found.filter(Figure::has_traces).collect()
     }
 
-    /// The first kind is shown; the others are hidden at first.
-    fn by_edge(&self, title: &str, what: &str, kinds: &[OfEdge]) -> Figure {
-        let mut traces = Traces::new();
-        for (place, kind) in kinds.iter().enumerate() {
-            for (index, edge) in self.analysis.machine.polygon().edges().iter().enumerate() {
-                let curve = Curve::Result(kind(index));
-                if !self.is_known(curve) {
-                    continue;
-                }
-                let name = format!("{} {}", kind(index).kind().label, plain(&edge.name));
-                let curve = self.curve(index, &name, curve);
-                traces.push(match place {
-                    0 => curve,
-                    _ => curve.visible(Visible::LegendOnly),
-                });
+    fn margin(&self) -> Figure {
+        let margin = Quantity::ZmpMargin;
+        let title = "Distance of the zero moment point (ZMP) from the nearest edge";
+        let mut figure = self.figure(Part::Indicators, title, &axis("Margin", margin), HEIGHT);
+        if self.is_known(Curve::Result(margin)) {
+            let curve = self.curve(0, margin.kind().label, Curve::Result(margin));
+            figure.add(curve.unnamed());
+            figure.limit(0.0, "tips below");
+        }
+        figure
+    }
+
+    /// An indicator about every edge of the support polygon.
+    fn by_edge(&self, kind: OfEdge, what: &str, limit: &str) -> Figure {
+        let title = format!("{} about each edge", kind(0).kind().label);
+        let mut figure = self.figure(Part::Indicators, &title, &axis(what, kind(0)), HEIGHT);
+        for (index, edge) in self.analysis.machine.polygon().edges().iter().enumerate() {
+            let curve = Curve::Result(kind(index));
+            if self.is_known(curve) {
+                figure.add(self.curve(index, &edge.name, curve));
             }
         }
-        self.figure(title, &axis(what, kinds[0](0)), 320, traces)
+        if figure.has_traces() {
+            figure.limit(0.0, limit);
+        }
+        figure
     }
 }

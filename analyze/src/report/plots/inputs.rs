@@ -1,10 +1,7 @@
 //! The inputs over time: joints and IMU.
 
-use plotly::Traces;
-use plotly::common::Visible;
-
-use super::plotter::Plotter;
-use crate::page::{Figure, plain};
+use super::plotter::{Part, Plotter};
+use crate::page::Figure;
 use crate::report::sketch::Curve;
 
 /// A curve with its name.
@@ -35,16 +32,12 @@ impl Plotter<'_> {
         .into_iter()
         .filter(|(_, _, curves)| !curves.is_empty())
         .map(|(title, unit, curves)| {
-            let mut traces = Traces::new();
+            let mut figure = self.figure(Part::Inputs, title, unit, 220);
             for (index, curve) in curves.iter().enumerate() {
-                let trace = self.curve(index, &plain(&curve.name), curve.curve);
-                traces.push(if curve.hidden {
-                    trace.visible(Visible::LegendOnly)
-                } else {
-                    trace
-                });
+                let trace = self.curve(index, &curve.name, curve.curve);
+                figure.add(trace.hidden(curve.hidden));
             }
-            self.figure(title, unit, 300, traces)
+            figure
         })
         .collect()
     }

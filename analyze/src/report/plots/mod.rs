@@ -11,4 +11,4 @@ mod timeline;
 mod uncertainty;
 
 pub(super) use figures::figures;
-pub(super) use plotter::MOST_EVENTS;
+pub(super) use plotter::{MOST_EVENTS, Part};

@@ -1,22 +1,33 @@
 //! What all figures share: the time axis, curves, and shaded events.
 
-use plotly::Traces;
-use plotly::color::Rgba;
-use plotly::common::{Fill, HoverInfo, Line, Mode};
-use plotly::layout::{Shape, ShapeLayer, ShapeLine, ShapeType};
 use tipwatch_mechanics::Quantity;
 
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
-use crate::page::{ColumnScatter, Columns, Figure, layout, line, plain};
+use crate::page::{Columns, Figure, Look, Trace};
 use crate::report::findings::{Scene, rank};
 use crate::report::sketch::{Curve, Sketch};
 
 /// Most events shown in a figure, the most important ones.
 pub(in crate::report) const MOST_EVENTS: usize = 100;
 
-/// Room above a plot (pixels).
-const ABOVE: usize = 32;
+/// The parts of the page that have figures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
+pub(in crate::report) enum Part {
+    Events,
+    Loads,
+    Causes,
+    Indicators,
+    Inputs,
+    Study,
+}
+
+impl Part {
+    pub(in crate::report) fn name(self) -> &'static str {
+        self.into()
+    }
+}
 
 /// Draws the curves of one analysis.
 pub(super) struct Plotter<'a> {
@@ -36,11 +47,11 @@ impl Plotter<'_> {
         (self.analysis.rows.seconds(row) * 1e6).round() / 1e6
     }
 
-    pub(super) fn curve(&self, index: usize, name: &str, curve: Curve) -> Box<ColumnScatter> {
+    pub(super) fn curve(&self, index: usize, name: &str, curve: Curve) -> Trace {
         let points = self.sketch.points(curve);
         let times: Vec<f64> = points.iter().map(|p| self.seconds(p.row())).collect();
         let values: Vec<f64> = points.iter().map(|p| p.values()[0]).collect();
-        line(self.columns, index, name, &times, &values)
+        Trace::line(self.columns, index, name, &times, &values)
     }
 
     /// Whether a curve has any value.
@@ -50,22 +61,20 @@ impl Plotter<'_> {
     }
 
     /// The area between the two values of a curve, as a filled shape.
-    pub(super) fn area(&self, name: &str, curve: Curve, fill: Rgba) -> Box<ColumnScatter> {
+    pub(super) fn area(&self, look: Look, index: usize, name: &str, curve: Curve) -> Trace {
         let points = self.sketch.points(curve).iter();
-        self.between(
-            name,
-            points.map(|p| (p.row(), p.values()[0], p.values()[1])),
-            fill,
-        )
+        let points = points.map(|p| (p.row(), p.values()[0], p.values()[1]));
+        self.between(look, index, name, points)
     }
 
     /// The area between two curves, as a filled shape: rows with the value below and the one above.
     pub(super) fn between(
         &self,
+        look: Look,
+        index: usize,
         name: &str,
         points: impl Iterator<Item = (usize, f64, f64)>,
-        fill: Rgba,
-    ) -> Box<ColumnScatter> {
+    ) -> Trace {
         let points: Vec<(usize, f64, f64)> = points.collect();
         let (mut times, mut values) = (Vec::new(), Vec::new());
         for run in points
@@ -81,14 +90,7 @@ impl Plotter<'_> {
             times.push(self.seconds(run[run.len() - 1].0));
             values.push(f64::NAN);
         }
-        (self.columns)
-            .scatter(&times, &values)
-            .name(name)
-            .mode(Mode::Lines)
-            .fill(Fill::ToSelf)
-            .fill_color(fill)
-            .line(Line::new().width(0.0))
-            .hover_info(HoverInfo::Skip)
+        Trace::new(self.columns, look, index, name, &times, &values)
     }
 
     /// Whether the chosen model computes a quantity.
@@ -98,14 +100,18 @@ impl Plotter<'_> {
 
     pub(super) fn wheel_names(&self) -> Vec<String> {
         let wheels = self.analysis.machine.wheels().iter();
-        wheels.map(|wheel| plain(&wheel.name)).collect()
+        wheels.map(|wheel| wheel.name.clone()).collect()
     }
 
-    pub(super) fn figure(&self, title: &str, unit: &str, height: usize, traces: Traces) -> Figure {
-        let events = shown(&self.analysis.events);
-        let layout = layout(unit, height, ABOVE, self.last_second())
-            .shapes(events.iter().map(|event| self.band(event)).collect());
-        Figure::new(title, traces, layout)
+    /// An empty figure of a part of the page, with the times of the events shaded.
+    pub(super) fn figure(&self, part: Part, title: &str, unit: &str, height: usize) -> Figure {
+        let mut figure = Figure::new(title, unit, height, self.last_second());
+        figure.part = part.name();
+        for event in shown(&self.analysis.events) {
+            let (start, end) = self.span(event);
+            figure.shade([start, end], tint(event.kind));
+        }
+        figure
     }
 
     pub(super) fn last_second(&self) -> f64 {
@@ -120,26 +126,6 @@ impl Plotter<'_> {
             event.end_ns.map_or(last, |end_ns| scene.seconds(end_ns)),
         )
     }
-
-    pub(super) fn band(&self, event: &Event) -> Shape {
-        let (start, end) = self.span(event);
-        let [red, green, blue] = tint(event.kind);
-        Shape::new()
-            .shape_type(ShapeType::Rect)
-            .layer(ShapeLayer::Below)
-            .x_ref("x")
-            .y_ref("paper")
-            .x0(start)
-            .x1(end)
-            .y0(0.0)
-            .y1(1.0)
-            .fill_color(Rgba::new(red, green, blue, 0.18))
-            .line(
-                ShapeLine::new()
-                    .width(1.0)
-                    .color(Rgba::new(red, green, blue, 0.6)),
-            )
-    }
 }
 
 /// The most important events, by time.
@@ -151,14 +137,12 @@ fn shown(events: &[Event]) -> Vec<&Event> {
     shown
 }
 
-fn tint(kind: EventKind) -> [u8; 3] {
+/// Class of the shade of a kind.
+fn tint(kind: EventKind) -> &'static str {
     match kind {
-        EventKind::TipOver => [150, 0, 0],
-        EventKind::EdgeTipping => [213, 60, 0],
-        EventKind::WheelLift => [230, 159, 0],
-        EventKind::WheelLight => [240, 200, 60],
-        EventKind::InputGap => [120, 120, 120],
-        EventKind::InputFault => [120, 60, 160],
-        EventKind::LiftNotExcluded => [170, 170, 120],
+        EventKind::TipOver | EventKind::EdgeTipping => "tip",
+        EventKind::WheelLift => "lift",
+        EventKind::WheelLight => "light",
+        EventKind::InputGap | EventKind::InputFault | EventKind::LiftNotExcluded => "input",
     }
 }

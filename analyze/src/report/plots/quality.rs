@@ -3,13 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use plotly::Traces;
-use plotly::common::{Anchor, Font, HoverInfo, Line, Mode};
-use plotly::layout::Annotation;
-
-use super::plotter::Plotter;
+use super::plotter::{Part, Plotter};
 use crate::events::EventKind;
-use crate::page::{ColumnScatter, Figure, colour, plain, readable};
+use crate::page::{Figure, Look, Trace, readable};
 
 /// Height of a lane (pixels).
 const LANE: usize = 34;
@@ -37,56 +33,35 @@ impl Plotter<'_> {
         lanes.extend(self.implausible());
         lanes.extend(self.invalid());
         let title = "Input quality: signals present, implausible signals, invalid rows";
-        self.lanes(title, &lanes)
+        self.lanes(Part::Inputs, title, &lanes)
     }
 
     /// A figure of lanes, each under its name.
-    pub(super) fn lanes(&self, title: &str, lanes: &[Lane]) -> Figure {
-        let mut traces = Traces::new();
+    pub(super) fn lanes(&self, part: Part, title: &str, lanes: &[Lane]) -> Figure {
+        let mut figure = self.figure(part, title, "", 34 + LANE * lanes.len());
         for (place, lane) in lanes.iter().enumerate() {
-            traces.push(self.bar(place, lane));
+            figure.lane(&lane.name);
+            figure.add(self.bar(place, lane));
         }
-        let mut figure = self.figure(title, "", 64 + LANE * lanes.len(), traces);
-        let label = |(place, lane): (usize, &Lane)| {
-            Annotation::new()
-                .text(&lane.name)
-                .x_ref("paper")
-                .x(0.0)
-                .y_ref("y")
-                .y(height(place))
-                .y_shift(5.0)
-                .x_anchor(Anchor::Left)
-                .y_anchor(Anchor::Bottom)
-                .show_arrow(false)
-                .font(Font::new().size(12).color("#333"))
-        };
-        let axis = plotly::layout::Axis::new()
-            .range(vec![height(lanes.len()) + 0.3, 0.9])
-            .show_tick_labels(false)
-            .show_grid(false)
-            .zero_line(false)
-            .fixed_range(true);
-        figure.layout = (figure.layout)
-            .show_legend(false)
-            .y_axis(axis)
-            .annotations(lanes.iter().enumerate().map(label).collect());
         figure
     }
 
-    fn bar(&self, place: usize, lane: &Lane) -> Box<ColumnScatter> {
+    fn bar(&self, place: usize, lane: &Lane) -> Trace {
         let least = self.last_second() * SHORTEST;
         let (mut times, mut values) = (Vec::new(), Vec::new());
         for &(start, end) in &lane.spans {
             times.extend([start, end.max(start + least), end]);
             values.extend([height(place), height(place), f64::NAN]);
         }
-        (self.columns)
-            .scatter(&times, &values)
-            .name(&lane.name)
-            .mode(Mode::Lines)
-            .connect_gaps(false)
-            .hover_info(HoverInfo::Name)
-            .line(Line::new().width(9.0).color(colour(lane.colour, 0.9)))
+        let bar = Trace::new(
+            self.columns,
+            Look::Bar,
+            lane.colour,
+            &lane.name,
+            &times,
+            &values,
+        );
+        bar.unnamed()
     }
 
     /// The inputs without their gaps.
@@ -110,7 +85,7 @@ impl Plotter<'_> {
                 spans.push((from, last));
             }
             Lane {
-                name: plain(&format!("{}: {}", input.signal, input.topic)),
+                name: format!("{}: {}", readable(input.signal), input.topic),
                 colour: PRESENT,
                 spans,
             }
@@ -127,7 +102,7 @@ impl Plotter<'_> {
             }
         }
         let lane = |(name, spans): (String, _)| Lane {
-            name: plain(&name),
+            name,
             colour: IMPLAUSIBLE,
             spans,
         };

@@ -1,9 +1,9 @@
 //! The events over time: a lane for each kind of event of each wheel or edge.
 
-use super::plotter::Plotter;
+use super::plotter::{Part, Plotter};
 use super::quality::Lane;
 use crate::events::EventKind;
-use crate::page::{Figure, plain, readable};
+use crate::page::{Figure, readable};
 use crate::report::findings::{Scene, rank};
 
 /// Most lanes: those of inputs are in another figure.
@@ -17,7 +17,7 @@ impl Plotter<'_> {
         let events = self.analysis.events.iter();
         for event in events.filter(|event| event.kind.is_stability()) {
             let subject = scene.subject(event);
-            let name = plain(&format!("{} {subject}", readable(event.kind.name())));
+            let name = format!("{} {subject}", readable(event.kind.name()));
             let span = self.span(event);
             match lanes.iter_mut().find(|(_, lane)| lane.name == name) {
                 Some((_, lane)) => lane.spans.push(span),
@@ -35,7 +35,7 @@ impl Plotter<'_> {
         lanes.sort_by_key(|(rank, _)| *rank);
         lanes.truncate(MOST_LANES);
         let lanes: Vec<Lane> = lanes.into_iter().map(|(_, lane)| lane).collect();
-        (!lanes.is_empty()).then(|| self.lanes("Events of the machine", &lanes))
+        (!lanes.is_empty()).then(|| self.lanes(Part::Events, "Events of the machine", &lanes))
     }
 }
 

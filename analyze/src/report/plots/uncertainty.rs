@@ -1,13 +1,12 @@
 //! The Monte Carlo study: how far the loads and the wrench of the arm spread, as in Figs. 13 and 14 of the
 //! first paper.
 
-use plotly::Traces;
 use tipwatch_mechanics::machine::Axis;
 use tipwatch_mechanics::studies::monte_carlo::Band;
 use tipwatch_mechanics::{ColumnNames, Quantity};
 
-use super::plotter::{Plotter, axis};
-use crate::page::{Figure, colour, plain, rows_to_draw};
+use super::plotter::{Part, Plotter, axis};
+use crate::page::{Figure, Look, rows_to_draw};
 use crate::report::sketch::{Curve, FEWER_POINTS};
 
 /// What is plotted, the title of its axis, and one of the quantities that belong to it.
@@ -53,17 +52,17 @@ impl Plotter<'_> {
     }
 
     fn spread<'b>(&self, title: &str, unit: &str, bands: impl Iterator<Item = &'b Band>) -> Figure {
-        let mut traces = Traces::new();
+        let mut figure = self.figure(Part::Study, title, unit, 260);
         let names = ColumnNames::of(&self.analysis.machine);
         for (index, band) in bands.enumerate() {
-            let name = plain(&band.quantity.column(&names));
-            let shape = self.between(&name, thinned(band), colour(index, 0.25));
-            traces.push(shape.show_legend(false));
+            let name = band.quantity.column(&names);
+            let shape = self.between(Look::Area, index, &name, thinned(band));
+            figure.add(shape.unnamed());
             if self.has(band.quantity) {
-                traces.push(self.curve(index, &name, Curve::Result(band.quantity)));
+                figure.add(self.curve(index, &name, Curve::Result(band.quantity)));
             }
         }
-        self.figure(title, unit, 340, traces)
+        figure
     }
 }
 

@@ -45,7 +45,7 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
     };
     let standing = RestingMachine::new(&machine, &positions);
     let posture = posture(&machine, &positions, source);
-    notes.extend(machine.notes().iter().cloned());
+    notes.extend(machine.notes().iter().map(ToString::to_string));
     notes.extend(anomalies(&machine, &standing));
     let weighed = file.spec.weighed.as_ref();
     let mut scales = Data::default();

@@ -116,7 +116,7 @@ pub struct AgreementRow {
 
 /// A reading that disagrees with all others.
 #[derive(Debug, Serialize)]
-pub struct SuspectRow {
+pub(in crate::setup) struct SuspectRow {
     pub(in crate::setup) weighing: String,
     pub(in crate::setup) reading: String,
     /// The reading minus what the others say of it.

@@ -48,7 +48,7 @@ const MOST_EXCESS: f64 = 3.0;
 #[derive(Debug, Clone, PartialEq)]
 pub enum NoResult {
     /// The weighings contradict each other, whatever the machine weighs.
-    WeighingsDisagree(Disagreement),
+    WeighingsDisagree(Vec<Disagreement>),
     /// The residuals are beyond what was stated.
     BeyondStated {
         /// How many times as large as stated they are.
@@ -63,17 +63,26 @@ pub enum NoResult {
 impl std::fmt::Display for NoResult {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::WeighingsDisagree(Disagreement {
-                weighing,
-                channel,
-                difference,
-                sigma,
-            }) => write!(
-                formatter,
-                "the weighings contradict each other: {channel} in {weighing} differs by {difference:+.0} N from what the \
-                 others say, expected 0 ± {sigma:.0} N. Correct the reading, state its true standard deviation in [weighed], \
-                 or widen all by --widen-sigmas FACTOR"
-            ),
+            Self::WeighingsDisagree(suspects) => {
+                let suspects = suspects.iter().map(|suspect| {
+                    let Disagreement {
+                        weighing,
+                        channel,
+                        difference,
+                        sigma,
+                    } = suspect;
+                    format!(
+                        "{channel} in {weighing} differs by {difference:+.0} N from what the others say, expected 0 ± {sigma:.0} N"
+                    )
+                });
+                let suspects: Vec<String> = suspects.collect();
+                write!(
+                    formatter,
+                    "the weighings contradict each other: {}. Correct the reading, state its true standard deviation in \
+                     [weighed], or widen all by --widen-sigmas FACTOR",
+                    suspects.join(", or ")
+                )
+            }
             Self::BeyondStated { excess, wanted } => write!(
                 formatter,
                 "the residuals of the loads are {excess:.1} times as large as stated, expected at most {MOST_EXCESS}. \
@@ -98,7 +107,7 @@ impl Identified {
     #[must_use]
     pub fn refusal(&self) -> Option<NoResult> {
         if let Some(agreement) = self.agreement.as_ref().filter(|a| a.is_contradicted()) {
-            return Some(NoResult::WeighingsDisagree(agreement.worst.clone()));
+            return Some(NoResult::WeighingsDisagree(agreement.suspects.clone()));
         }
         let factor = self.result.identified.sigma_factor.unwrap_or(1.0);
         let beyond = |bands: &&BandCheck| !(bands.excess <= MOST_EXCESS);

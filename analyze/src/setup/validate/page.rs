@@ -1,18 +1,11 @@
 //! The comparison as a page: measured and computed loads over time, and the differences.
 
 use maud::{Markup, html};
-use plotly::Traces;
-use plotly::common::{Fill, Line, Mode};
 
 use super::run::{LogValidation, Validation};
-use crate::page::{
-    self, Columns, Document, Figure, PlotLibrary, Plots, colour, layout, line, plain, section,
-    table,
-};
+use crate::page::{self, Columns, Document, Figure, Look, Plots, Trace, section, table};
 
-const HEIGHT: usize = 360;
-/// Room above a plot (pixels).
-const ABOVE: usize = 24;
+const HEIGHT: usize = 300;
 
 /// The page. The same validation gives the same bytes.
 #[must_use]
@@ -23,14 +16,13 @@ pub fn page(found: &Validation) -> String {
     let content = html! {
         (section("Result", result(found)))
         @for log in &found.logs { (section(&log.log, of_log(log))) }
-        (section("Over time", page::figures(&figures)))
+        (section("Over time", html! { (page::figures_help()) (page::figures(&figures, "")) }))
     };
     Document {
         title: "Computed against measured wheel loads",
         subtitle: &format!("Machine file {}", found.machine_file),
         styles: &[],
         plots: Some(Plots {
-            library: PlotLibrary::Inside,
             figures: &figures,
             columns: &columns,
             script: "",
@@ -96,56 +88,33 @@ fn figures(log: &LogValidation, columns: &Columns) -> [Figure; 2] {
         .collect();
     let last = seconds.last().copied().unwrap_or(0.0);
     let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..rows.len()).map(of).collect() };
-    let (mut loads, mut differences) = (Traces::new(), Traces::new());
+    let title = format!(
+        "{}: loads, with bands of two standard deviations of computed and measured load together",
+        log.log
+    );
+    let mut loads = Figure::new(&title, "Load [N]", HEIGHT, last);
+    let title = format!("{}: measured minus computed load", log.log);
+    let mut differences = Figure::new(&title, "Difference [N]", HEIGHT, last);
     for (k, sensor) in log.sensors.iter().enumerate() {
-        let name = plain(&sensor.sensor);
+        let name = &sensor.sensor;
         let sigma = |row: usize| rows[row].sigma[k].hypot(sensor.sensor_sigma_n);
         let low = column(&|row| rows[row].computed[k] - 2.0 * sigma(row));
         let high = column(&|row| rows[row].computed[k] + 2.0 * sigma(row));
         let times = seconds.iter().chain(seconds.iter().rev()).copied();
         let edges = high.iter().chain(low.iter().rev()).copied();
         let (times, edges): (Vec<f64>, Vec<f64>) = (times.collect(), edges.collect());
-        loads.push(
-            columns
-                .scatter(&times, &edges)
-                .name(format!("{name} ± 2 σ"))
-                .mode(Mode::Lines)
-                .fill(Fill::ToSelf)
-                .fill_color(colour(k, 0.14))
-                .show_legend(false)
-                .line(Line::new().width(0.0)),
-        );
-        loads.push(line(
-            columns,
-            k,
-            &format!("{name} computed"),
-            &seconds,
-            &column(&|row| rows[row].computed[k]),
-        ));
-        loads.push(
-            columns
-                .scatter(&seconds, &column(&|row| rows[row].measured[k]))
-                .name(format!("{name} measured"))
-                .mode(Mode::Markers)
-                .marker(plotly::common::Marker::new().size(3).color(colour(k, 0.9))),
-        );
+        let band = format!("{name} ± 2 σ");
+        let band = Trace::new(columns, Look::Area, k, &band, &times, &edges);
+        loads.add(band.unnamed());
+        let computed = column(&|row| rows[row].computed[k]);
+        let label = format!("{name} computed");
+        loads.add(Trace::line(columns, k, &label, &seconds, &computed));
+        let measured = column(&|row| rows[row].measured[k]);
+        let label = format!("{name} measured");
+        let points = Trace::new(columns, Look::Points, k, &label, &seconds, &measured);
+        loads.add(points);
         let difference = column(&|row| rows[row].measured[k] - rows[row].computed[k]);
-        differences.push(line(columns, k, &name, &seconds, &difference));
+        differences.add(Trace::line(columns, k, name, &seconds, &difference));
     }
-    let axes = |unit: &str| layout(unit, HEIGHT, ABOVE, last);
-    [
-        Figure::new(
-            &format!(
-                "{}: loads, with bands of two standard deviations of computed and measured load together",
-                log.log
-            ),
-            loads,
-            axes("Load [N]"),
-        ),
-        Figure::new(
-            &format!("{}: measured minus computed load", log.log),
-            differences,
-            axes("Difference [N]"),
-        ),
-    ]
+    [loads, differences]
 }

@@ -47,7 +47,7 @@ impl<'a> Summary<'a> {
                 findings: &analysis.clock_findings,
                 offsets: &analysis.clock,
             },
-            notes: &analysis.notes,
+            notes: analysis.notes.iter().map(|note| &**note).collect(),
             losses: &analysis.losses,
             model: model_summary(analysis),
             sensitivity: sensitivity_summary(analysis),
@@ -191,7 +191,7 @@ fn sensitivity_summary(analysis: &Analysis) -> Option<SensitivitySummary> {
 fn uncertainty_by_key(analysis: &Analysis) -> BTreeMap<&'static str, f64> {
     let spec = analysis.machine.uncertainty();
     let mut by_key = BTreeMap::from(spec.by_key());
-    by_key.insert("front_share", spec.roll_moment_distribution);
+    by_key.insert("roll_moment_distribution", spec.roll_moment_distribution);
     by_key
 }
 

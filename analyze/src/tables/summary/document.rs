@@ -58,7 +58,7 @@ pub struct Summary<'a> {
     /// The clocks: anomalies, and offsets between topics.
     pub clock: ClockSummary<'a>,
     /// Notes: assumptions, missing signals, anomalies.
-    pub notes: &'a [String],
+    pub notes: Vec<&'a str>,
     /// Parts of the log that were lost.
     pub losses: &'a Losses,
     /// The model of the loads, and how other models differ.

@@ -13,7 +13,7 @@ use crate::machine::tree::{Tree, TreeBody, TreeJoint};
 use crate::machine::urdf::Urdf;
 use crate::machine::{
     Body, ImpossibleInertia, JointCoupling, JointKind, Link, LinkGroup, Machine, MachineError,
-    MachineSpec, MassMoments, Mount, Mounting, StaticTransform, SupportKind, Wheel,
+    MachineSpec, MassMoments, Mount, Mounting, Note, StaticTransform, SupportKind, Wheel,
 };
 
 /// Facts about a log against which a machine is checked.
@@ -97,7 +97,7 @@ impl Checker<'_> {
         let supports =
             self.supports(&wheels, &contact, &driving.joints, &reference.optimal_load)?;
         let (imu, mut notes) = self.imu()?;
-        notes.extend(inertias.notes);
+        notes.extend(inertias.notes.into_iter().map(Note::from));
         let arm_root = spec
             .arm
             .as_ref()

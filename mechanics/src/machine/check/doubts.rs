@@ -2,10 +2,8 @@
 //! wide standard deviation and a note.
 
 use super::checker::Checker;
-use crate::machine::{Machine, MachineError};
+use crate::machine::{Machine, MachineError, Note, NoteKind};
 
-/// First word of a note on a doubtful value.
-pub const UNCONFIRMED: &str = "Unconfirmed";
 /// Standard deviation of an unconfirmed radius, as a share of it.
 const RADIUS_SHARE: f64 = 0.25;
 /// Standard deviation of an unconfirmed joint position: unit, sign and zero are guesses (rad or m).
@@ -26,10 +24,10 @@ impl Checker<'_> {
             machine.joints[joint].position_sigma = Some(sigma);
             let name = &machine.joints[joint].name;
             let carried = self.carried_mass(name);
-            machine.notes.push(format!(
-                "{UNCONFIRMED}: joint {name}, which {carried}, is in no message; its position is the constant {position} \
+            machine.notes.push(unconfirmed(format!(
+                "joint {name}, which {carried}, is in no message; its position is the constant {position} \
                  {unit} of the machine file, with a standard deviation of {sigma} {unit}."
-            ));
+            )));
         }
         for key in &self.spec.unconfirmed {
             self.add_doubt(key, machine)?;
@@ -82,9 +80,9 @@ impl Checker<'_> {
             }
             _ => return Err(self.unknown_doubt(key)),
         };
-        machine.notes.push(format!(
-            "{UNCONFIRMED}: {about}. Check it, then remove \"{key}\" from `unconfirmed` in the machine file."
-        ));
+        machine.notes.push(unconfirmed(format!(
+            "{about}. Check it, then remove \"{key}\" from `unconfirmed` in the machine file."
+        )));
         Ok(())
     }
 
@@ -95,6 +93,11 @@ impl Checker<'_> {
             format!("\"{key}\""),
         )
     }
+}
+
+/// A note on a value that nobody has confirmed.
+fn unconfirmed(what: String) -> Note {
+    Note::new(NoteKind::Unconfirmed, format!("Unconfirmed: {what}"))
 }
 
 /// The standard deviation for the kind of joint, and its unit.

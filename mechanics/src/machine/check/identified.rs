@@ -1,6 +1,6 @@
 //! Checks that identified parameters are those of this machine, and applies them.
 
-use crate::machine::{Identified, Machine, MachineError, MachineSpec, Unknown};
+use crate::machine::{Identified, Machine, MachineError, MachineSpec, Note, Unknown};
 
 /// Largest relative difference of numbers that must agree.
 const SAME: f64 = 1e-6;
@@ -12,11 +12,11 @@ impl MachineSpec {
             Some(identified) => {
                 let mut machine = machine.with_identified(identified);
                 let from = self.identified.as_ref().map_or(&[][..], |spec| &spec.from);
-                machine.notes.push(format!(
+                machine.notes.push(Note::from(format!(
                     "Parameters of the machine were identified from {}. Their joint uncertainty replaces that of \
                      [uncertainty].",
                     if from.is_empty() { "data that are not named".into() } else { from.join(", ") }
-                ));
+                )));
                 Ok(machine)
             }
             None => Ok(machine),

@@ -5,19 +5,16 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::checker::Checker;
 use crate::machine::static_transform::ancestors;
-use crate::machine::{MachineError, Mount};
+use crate::machine::{MachineError, Mount, Note, NoteKind};
 
 /// Distance between two sources of the mounting pose beyond which they conflict (m).
 const CONFLICT_M: f64 = 1e-3;
 /// Angle between them beyond which they conflict (rad).
 const CONFLICT_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
-/// Beginning of every note on conflicting mounting poses of the IMU. Live programs refuse them.
-pub const IMU_CONFLICT: &str = "Conflicting mounting poses of the IMU";
-
 impl Checker<'_> {
     /// The mounting of the IMU, and descriptions of conflicts between its sources.
-    pub(super) fn imu(&self) -> Result<(Mount, Vec<String>), MachineError> {
+    pub(super) fn imu(&self) -> Result<(Mount, Vec<Note>), MachineError> {
         let none = |source: String| self.mount(self.base(), Isometry3::identity(), source);
         if self.log.lacks_imu {
             let source = "no IMU: computed at the base origin from odometry";
@@ -83,7 +80,7 @@ impl Checker<'_> {
 }
 
 /// Describes the conflict between the mounting in use and another source.
-fn conflict(used: &Mount, other: &Mount) -> Option<String> {
+fn conflict(used: &Mount, other: &Mount) -> Option<Note> {
     let apart = used.body_from_mount.inverse() * other.body_from_mount;
     let (distance, angle) = (apart.translation.vector.norm(), apart.rotation.angle());
     let how = if used.body != other.body {
@@ -94,8 +91,9 @@ fn conflict(used: &Mount, other: &Mount) -> Option<String> {
     } else {
         return None;
     };
-    Some(format!(
-        "{IMU_CONFLICT}: used {}; {} places it {how}.",
+    let text = format!(
+        "Conflicting mounting poses of the IMU: used {}; {} places it {how}.",
         used.source, other.source
-    ))
+    );
+    Some(Note::new(NoteKind::ImuMountingConflict, text))
 }

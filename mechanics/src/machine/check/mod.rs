@@ -26,5 +26,3 @@ mod wheel_side;
 mod wheels;
 
 pub use checker::LogFacts;
-pub use doubts::UNCONFIRMED;
-pub use imu_mount::IMU_CONFLICT;

@@ -1,30 +1,36 @@
-//! The first lines of the report: did it tip over, which wheels left the ground, how sure, under which
-//! assumptions, when.
+//! The questions that an expert asks first, and their answers.
 
-use maud::Markup;
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::machine::{Ground, Split};
+use tipwatch_mechanics::machine::{Ground, NoteKind};
 
-use super::findings::{Scene, rank};
-use super::when::Calendar;
 use crate::analysis::Analysis;
-use crate::analysis::imu_check::FAULT;
+use crate::events::split_rule::{is_stated, sharing, split_rule};
 use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
-use crate::page::{facts, number, probability};
+use crate::page::{number, probability, short};
+use crate::report::findings::{Incident, Scene, is_fact};
+use crate::report::when::Calendar;
 
-/// Question and answer, five of them, in the order of their importance.
-pub(crate) fn conclusion(analysis: &Analysis) -> [(&'static str, String); 5] {
-    [
+/// Most losses told.
+const MOST_LOST: usize = 2;
+
+/// Question and answer, in the order of their importance.
+pub(super) fn answers(
+    analysis: &Analysis,
+    incidents: &[Incident<'_>],
+) -> Vec<(&'static str, String)> {
+    let mut all = vec![
         ("Did it tip over?", tipped_over(analysis)),
         ("Which wheels left the ground?", lifted(analysis)),
-        ("How sure is this?", certainty(analysis)),
+        ("When was it?", when(analysis, incidents)),
+        ("How sure is this?", certainty(analysis, incidents)),
+    ];
+    all.extend(hangs_on(analysis, incidents).map(|text| ("On what does it hang most?", text)));
+    all.extend([
         ("Under which assumptions?", assumptions(analysis)),
-        ("When was it?", when(analysis)),
-    ]
-}
-
-pub(super) fn section(analysis: &Analysis) -> Markup {
-    facts(&conclusion(analysis))
+        ("What is lost of the log?", lost(analysis)),
+        ("Is the machine known?", readiness(analysis)),
+    ]);
+    all
 }
 
 /// Why nothing is known of the machine's stability; `None` if something is.
@@ -37,7 +43,7 @@ fn nothing_known(analysis: &Analysis) -> Option<String> {
 }
 
 /// "in this log", or in the part of its time that is known.
-fn scope(analysis: &Analysis) -> String {
+pub(super) fn scope(analysis: &Analysis) -> String {
     let coverage = &analysis.coverage;
     match (coverage.lift_not_excluded_s(), coverage.between_rows) {
         (Some(seconds), _) => {
@@ -71,9 +77,9 @@ fn of_kind(analysis: &Analysis, kind: EventKind) -> impl Iterator<Item = &Event>
 
 fn tipped_over(analysis: &Analysis) -> String {
     let scene = Scene::of(analysis);
-    let at = |event: &Event| format!("from t = {:.2} s", scene.seconds(event.start_ns));
+    let at = |event: &Event| format!("from {}", scene.start(event));
     // what is measured directly holds whatever is wrong with the loads
-    if let Some(event) = of_kind(analysis, EventKind::TipOver).next()
+    if let Some(event) = of_kind(analysis, EventKind::TipOver).find(|event| is_fact(event))
         && (event.measured_rotation.is_some() || nothing_known(analysis).is_none())
     {
         let (edge, at) = (scene.subject(event), at(event));
@@ -88,7 +94,8 @@ fn tipped_over(analysis: &Analysis) -> String {
         return unknown;
     }
     let scope = scope(analysis);
-    let mut tipping: Vec<&Event> = of_kind(analysis, EventKind::EdgeTipping).collect();
+    let tipping = of_kind(analysis, EventKind::EdgeTipping);
+    let mut tipping: Vec<&Event> = tipping.filter(|event| is_fact(event)).collect();
     tipping.sort_by_key(|event| event.end_ns.is_some());
     match tipping.first() {
         Some(event) if event.end_ns.is_none() => format!(
@@ -111,8 +118,9 @@ fn lifted(analysis: &Analysis) -> String {
         return "Unknown.".into();
     }
     let scene = Scene::of(analysis);
-    let mut events: Vec<&Event> = of_kind(analysis, EventKind::WheelLift).collect();
-    events.sort_by_key(|event| (event.start_ns, rank(event.kind)));
+    let lifts = of_kind(analysis, EventKind::WheelLift);
+    let mut events: Vec<&Event> = lifts.filter(|event| is_fact(event)).collect();
+    events.sort_by_key(|event| event.start_ns);
     let mut wheels: Vec<(String, f64, usize, bool)> = Vec::new();
     for event in events {
         let name = scene.subject(event);
@@ -134,26 +142,27 @@ fn lifted(analysis: &Analysis) -> String {
             .collect()
     };
     let (sure, by_rule) = (of(false), of(true));
+    let is_stated = is_stated(&analysis.machine);
     let mut sentences = Vec::new();
     if !sure.is_empty() {
-        sentences.push(format!(
-            "Under any load split that equilibrium allows: {}.",
-            sure.join(", ")
-        ));
+        sentences.push(format!("{}.", sure.join(", ")));
     }
     if !by_rule.is_empty() {
-        sentences.push(format!(
-            "Under the stated load split, but not under every one that equilibrium allows: {}.",
-            by_rule.join(", ")
-        ));
+        sentences.push(match is_stated {
+            true => format!("{}.", by_rule.join(", ")),
+            false => format!(
+                "If {}: {}.",
+                split_rule(&analysis.machine),
+                by_rule.join(", ")
+            ),
+        });
     }
     if wheels.is_empty() {
-        sentences.push(format!(
-            "None under the stated load split {}.",
-            scope(analysis)
-        ));
+        sentences.push(format!("None {}.", scope(analysis)));
     }
-    sentences.extend(could_have_lifted(analysis, &wheels));
+    if !is_stated {
+        sentences.extend(could_have_lifted(analysis, &wheels));
+    }
     sentences.join(" ")
 }
 
@@ -167,14 +176,17 @@ fn could_have_lifted(analysis: &Analysis, lifted: &[(String, f64, usize, bool)])
         .map(|(_, facts)| facts.name.as_str())
         .collect();
     match names.is_empty() {
-        true if lifted.is_empty() => Some(
-            "No split that equilibrium allows unloads a wheel, tolerances of the inputs aside."
-                .into(),
-        ),
+        true if lifted.is_empty() => {
+            let sharing = sharing(&analysis.machine);
+            Some(format!(
+                "This holds however the {sharing}, tolerances of the inputs aside."
+            ))
+        }
         true => None,
         false => Some(format!(
-            "Another split that equilibrium allows would leave {} without load at some time; {} would decide.",
-            names.join(", "),
+            "Without knowing how the {} a lift of {} cannot be excluded; {} would decide.",
+            sharing(&analysis.machine),
+            names.join(" or "),
             what_would_decide(analysis)
         )),
     }
@@ -192,25 +204,17 @@ fn what_would_decide(analysis: &Analysis) -> &'static str {
     }
 }
 
-fn certainty(analysis: &Analysis) -> String {
+fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
     let scene = Scene::of(analysis);
     let mut sentences = Vec::new();
-    let mut events: Vec<&Event> = (analysis.events.iter())
-        .filter(|event| event.kind.is_observed())
-        .collect();
-    events.sort_by_key(|event| (rank(event.kind), event.start_ns));
-    match events.first() {
+    match incidents.first().map(Incident::gravest) {
         Some(event) => {
-            let what = format!(
-                "{} {}",
-                crate::page::readable(event.kind.name()),
-                scene.subject(event)
-            );
+            let what = scene.step(event);
             sentences.push(match event.certainty {
                 Some(certainty) => format!(
-                    "Confidence in \"{what}\": {}, from the stated uncertainties, under the stated load split and the assumptions below; under any split: {}.",
+                    "Confidence in \"{what}\": {}, from the stated uncertainties{}.",
                     probability(certainty),
-                    (event.certainty_any_split).map_or("not known".into(), probability)
+                    scene.split_in_certainty(event)
                 ),
                 None => format!("No confidence could be computed for \"{what}\"."),
             });
@@ -218,20 +222,100 @@ fn certainty(analysis: &Analysis) -> String {
         None => sentences
             .extend((analysis.digest.lightest).map(|(row, wheel)| smallest(analysis, row, wheel))),
     }
-    if !analysis.coverage.is_whole() {
-        sentences.push(format!(
-            "Wheel loads are known in {} of the log.",
-            analysis.coverage
-        ));
-    }
-    let faults = analysis.notes.iter().filter(|note| note.starts_with(FAULT));
-    let faults = faults.count();
-    if faults > 0 {
+    let faults = analysis
+        .notes
+        .iter()
+        .filter(|note| note.kind == NoteKind::InputFault);
+    if faults.count() > 0 {
         sentences.push(
             "An input contradicts the machine file (see Limitations): do not rely on this.".into(),
         );
     }
     sentences.join(" ")
+}
+
+/// The assumption that moves the result most.
+fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
+    let found = analysis.sensitivity.as_ref()?;
+    let machine = &analysis.machine;
+    let rows = found
+        .rows
+        .iter()
+        .filter(|row| row.wheel == found.worst_wheel);
+    let known = rows.filter(|row| row.derivative.is_finite() && row.variance_share.is_finite());
+    let first = known.max_by(|a, b| a.variance_share.total_cmp(&b.variance_share))?;
+    let two_sigma = 2.0 * first.sigma;
+    let change_n = (two_sigma * first.derivative).abs();
+    let wheel = &machine.wheels()[found.worst_wheel].name;
+    // how fast the load fell before the lift tells how much earlier or later it would have been zero
+    let lift = incidents
+        .iter()
+        .flat_map(|it| &it.events)
+        .find(|event| event.kind == EventKind::WheelLift && event.subject == wheel.to_lowercase());
+    let limit_n = analysis
+        .min_loads_n
+        .as_ref()
+        .map(|limits| limits[found.worst_wheel]);
+    let shift = lift.and_then(|event| event.lead_s).zip(limit_n);
+    let shift = shift.map_or(String::new(), |(lead_s, limit_n)| {
+        format!(
+            ", and its lift by about {:.2} s",
+            change_n * lead_s / limit_n
+        )
+    });
+    Some(format!(
+        "{}, known to ± {} {}: that alone moves the load of wheel {wheel} by ± {} N{shift}.",
+        first.parameter.name(machine),
+        short(two_sigma),
+        first.parameter.unit(machine).trim_start_matches('-'),
+        number(change_n)
+    ))
+}
+
+/// What is missing of the log.
+fn lost(analysis: &Analysis) -> String {
+    let mut sentences = Vec::new();
+    let losses = &analysis.losses;
+    if losses.end_is_lost() {
+        let last = analysis.rows.len().saturating_sub(1);
+        let last_s = analysis.rows.seconds(last);
+        sentences.push(format!(
+            "The end of the log: nothing is known after t = {last_s:.2} s."
+        ));
+    }
+    match losses.is_empty() {
+        true => sentences.push("No damage was found in what was read.".into()),
+        false => sentences.extend(
+            losses
+                .lines()
+                .take(MOST_LOST)
+                .map(|line| format!("{line}.")),
+        ),
+    }
+    let gaps = analysis
+        .events
+        .iter()
+        .filter(|event| event.kind == EventKind::InputGap);
+    match gaps.count() {
+        0 => {}
+        1 => sentences.push("One signal has a gap.".into()),
+        count => sentences.push(format!("Signals have {count} gaps.")),
+    }
+    sentences.push(format!(
+        "Wheel loads are known in {} of the log.",
+        analysis.coverage
+    ));
+    sentences.join(" ")
+}
+
+/// Whether sensors were commissioned and the machine was weighed.
+fn readiness(analysis: &Analysis) -> String {
+    let commissioned = &analysis.provenance.commissioning;
+    let weighed = match analysis.machine.identified() {
+        Some(_) => "its parameters were identified from measurements (see Limitations)",
+        None => "its masses are those of the machine file and were not weighed with this program",
+    };
+    format!("Commissioning: {commissioned}; {weighed}.")
 }
 
 /// The load of a wheel at a row, with its band.
@@ -241,23 +325,15 @@ fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
     let name = &analysis.machine.wheels()[wheel].name;
     let sigma = Some(found.value(Quantity::LoadSigma(wheel), 0));
     let band = match sigma.filter(|sigma| sigma.is_finite()) {
-        Some(sigma) => format!("± {} N (two standard deviations)", number(2.0 * sigma)),
+        Some(sigma) => format!("± {} N", number(2.0 * sigma)),
         None => "N, of unknown uncertainty".into(),
     };
-    format!(
-        "The smallest load compared with that at rest was {load} {band} on wheel {name}, given the assumptions below."
-    )
+    format!("The smallest load compared with that at rest was {load} {band} on wheel {name}.")
 }
 
 fn assumptions(analysis: &Analysis) -> String {
     let contact = analysis.machine.contact();
-    let split = match &contact.split {
-        Split::RollMomentDistribution { share, .. } => format!(
-            "the front axle takes {:.0} % of the load difference between the sides",
-            100.0 * share
-        ),
-        Split::Springs => "the wheels are springs under a rigid frame".into(),
-    };
+    let split = split_rule(&analysis.machine);
     let ground = match contact.ground {
         Ground::Unknown => {
             "the wheels' points of contact lie where the model puts them (the shape of the ground is unknown)"
@@ -269,7 +345,7 @@ fn assumptions(analysis: &Analysis) -> String {
     )
 }
 
-fn when(analysis: &Analysis) -> String {
+fn when(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
     let scene = Scene::of(analysis);
     let calendar = Calendar::of(analysis);
     let times = &analysis.rows.times_ns;
@@ -279,18 +355,17 @@ fn when(analysis: &Analysis) -> String {
     ) else {
         return format!("Unknown: {}.", calendar.source());
     };
-    let mut events: Vec<&Event> = (analysis.events.iter())
-        .filter(|event| event.kind.is_observed())
-        .collect();
-    events.sort_by_key(|event| (rank(event.kind), event.start_ns));
-    let event = events.first().and_then(|event| {
-        let mut what = crate::page::readable(event.kind.name());
-        what[..1].make_ascii_uppercase();
+    let event = incidents.first().map(Incident::gravest).and_then(|event| {
+        let what = scene.step(event);
         let start = calendar.utc(event.start_ns)?;
-        Some(format!("{what} {} at {start}. ", scene.subject(event)))
+        Some(format!(
+            "{}{} at {start}. ",
+            what[..1].to_uppercase(),
+            &what[1..]
+        ))
     });
     format!(
-        "{}Rows from {first} to {last}, {}.",
+        "{}The log covers {first} to {last}, {}.",
         event.unwrap_or_default(),
         calendar.source()
     )

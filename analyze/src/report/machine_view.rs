@@ -1,48 +1,19 @@
-//! The worst moment of the log: from above and from the side, to scale, with its loads and their bands.
+//! The machine at one row: from above and from the side, to scale, with its loads and their bands.
 
 use maud::{Markup, html};
 use nalgebra::Vector3;
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::drawing::{Anchor, Drawing, Point};
-use super::findings::{Scene, rank};
-use super::when::Calendar;
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
-use crate::events::{Event, EventKind};
-use crate::page::{number, readable, table};
+use crate::page::{number, table};
 
 /// Radius (m) of the disc of the largest load at rest.
 const LARGEST_DISC_M: f64 = 0.42;
 
-/// The row of the worst moment: of the gravest event, or of the smallest load compared with its load at rest.
-/// `None` if no row has loads.
-pub(super) fn row(analysis: &Analysis) -> Option<usize> {
-    gravest(analysis)
-        .map(|event| analysis.rows.at(event.worst_ns))
-        .or_else(|| analysis.digest.lightest.map(|(row, _)| row))
-}
-
-fn gravest(analysis: &Analysis) -> Option<&Event> {
-    let events = analysis
-        .events
-        .iter()
-        .filter(|event| event.kind.is_observed());
-    events.min_by(|a, b| {
-        let by_rank = rank(a.kind).cmp(&rank(b.kind));
-        // of a kind, the least load or the largest moment or tilt
-        let worse = match a.kind {
-            EventKind::WheelLift | EventKind::WheelLight => a.worst.total_cmp(&b.worst),
-            _ => b.worst.total_cmp(&a.worst),
-        };
-        by_rank.then(worse)
-    })
-}
-
-pub(super) fn section(analysis: &Analysis) -> Markup {
-    let Some(row) = row(analysis) else {
-        return html! { p { "Loads cannot be computed in any row." } };
-    };
+/// The machine at a row, from above and from the side, with its loads.
+pub(super) fn pictures(analysis: &Analysis, row: usize) -> Markup {
     let mut state = State::zero(&analysis.machine);
     let found = analysis.rows.window(row..row + 1);
     found.states.get(0, &mut state);
@@ -54,33 +25,11 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
         rows: &found,
     };
     html! {
-        p { (title(analysis, row)) }
         div.pictures.two {
             @if let Some(picture) = view.view_from_above() { (picture) }
             @if let Some(picture) = view.view_from_the_side(&state) { (picture) }
         }
-        (loads(analysis, row))
-        p.hint {
-            "Disc: load of a wheel by area; dashed ring: its load at rest; cross: no load. Diamond: zero moment point (ZMP). Ring with a \
-             cross: centre of mass. Grey lines: arm. Heights count from the contact plane, at right angles to it."
-        }
     }
-}
-
-fn title(analysis: &Analysis, row: usize) -> String {
-    let scene = Scene::of(analysis);
-    let what = gravest(analysis).map_or(
-        "Smallest load compared with the load at rest".into(),
-        |event| {
-            let subject = scene.subject(event);
-            let mut what = format!("{} {subject}, its worst value", readable(event.kind.name()));
-            what[..1].make_ascii_uppercase();
-            what
-        },
-    );
-    let time = Calendar::of(analysis).utc(analysis.rows.times_ns[row]);
-    let time = time.map_or(String::new(), |utc| format!(" ({utc})"));
-    format!("{what}, at t = {:.2} s{time}.", analysis.rows.seconds(row))
 }
 
 /// The loads at a row, with their bands and the range over all splits.
@@ -240,7 +189,7 @@ impl View<'_> {
             let rear = contacts.iter().map(|c| c[1]).fold(f64::INFINITY, f64::min) - radius;
             drawing.width([left, rear], [right, rear], 14.0, "track");
         }
-        Some(drawing.finish("From above, forward is up", true))
+        Some(drawing.finish("From above, forward is up; disc: load, dashed: at rest, cross: no load, diamond: zero moment point", true))
     }
 
     /// Sideways coordinates of the pair of wheels that stand farthest apart.
@@ -309,9 +258,12 @@ impl View<'_> {
                 centre[0] + along / length * r,
                 centre[1] + into / length * r,
             ];
-            drawing.line("downhill", centre, tip);
+            drawing.line("gravity", centre, tip);
         }
-        Some(drawing.finish("From the right, forward is to the right; line at the centre of mass: direction of gravity, if known", true))
+        Some(drawing.finish(
+            "From the right, forward is to the right; thin line from the centre of mass: gravity",
+            true,
+        ))
     }
 
     fn arm(&self, project: fn(&Self, &Vector3<f64>) -> Point) -> Vec<[Point; 2]> {

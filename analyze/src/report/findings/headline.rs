@@ -1,0 +1,304 @@
+//! What a finding says of an incident or an event in its first line.
+
+use super::incident::{Incident, is_fact};
+use super::rank::rank;
+use super::scene::Scene;
+use crate::events::{Bound, Event, EventKind, Finding, TIP_OVER_RAD};
+use crate::page::{number, probability, readable};
+
+/// Below this confidence under any split, a finding is not shown without knowing the split.
+const LEAST_CONFIDENCE: f64 = 0.5;
+/// Shorter durations are told as such (ns).
+const SHORTEST_NS: i64 = 10_000_000;
+/// Most wheels or edges of an incident that are told one by one.
+const MOST_NAMED: usize = 4;
+/// Most steps of an incident's course.
+const MOST_STEPS: usize = 8;
+
+impl Scene {
+    /// One finding for all events of an incident.
+    pub(super) fn of_incident(&self, incident: &Incident<'_>) -> Finding {
+        let gravest = incident.gravest();
+        let alike: Vec<&Event> = incident.like_the_gravest().collect();
+        let mut evidence: Vec<String> = Vec::new();
+        if incident.events.len() > 1 {
+            evidence.push(self.course(incident));
+        }
+        evidence.extend(self.evidence(gravest));
+        let others = alike
+            .iter()
+            .filter(|event| event.subject != gravest.subject);
+        let others = others.take(MOST_NAMED);
+        evidence
+            .extend(others.map(|event| format!("{}: {}", self.subject(event), self.worst(event))));
+        if gravest.causes.is_none()
+            && let Some(causes) = incident
+                .with_causes()
+                .and_then(|event| event.causes.as_ref())
+        {
+            evidence.extend(self.causes(causes));
+        }
+        evidence.extend(self.not_facts(incident));
+        Finding {
+            headline: self.headline(gravest, &alike),
+            evidence,
+        }
+    }
+
+    /// What a single event tells.
+    pub(super) fn finding(&self, event: &Event) -> Finding {
+        Finding {
+            headline: self.headline(event, &[event]),
+            evidence: self.evidence(event),
+        }
+    }
+
+    fn headline(&self, gravest: &Event, alike: &[&Event]) -> String {
+        let least = alike.iter().filter_map(|event| event.certainty);
+        let least = least.reduce(f64::min);
+        let confidence = match least {
+            Some(certainty) if is_fact(gravest) => {
+                format!(" (confidence {})", probability(certainty))
+            }
+            _ => String::new(),
+        };
+        let [under, any] = self.split_clauses(gravest);
+        let statement = format!(
+            "{} {}{confidence}{under}{any}",
+            self.statement(gravest, alike),
+            self.when(gravest, alike)
+        );
+        match gravest.certainty.filter(|_| !is_fact(gravest)) {
+            Some(certainty) => format!(
+                "Less likely than not (probability {}): {}{}",
+                probability(certainty),
+                statement[..1].to_lowercase(),
+                &statement[1..]
+            ),
+            None => statement,
+        }
+    }
+
+    /// Start and duration of the gravest event, the first of several alike.
+    fn when(&self, gravest: &Event, alike: &[&Event]) -> String {
+        let start = self.start(gravest);
+        let of_subject = alike
+            .iter()
+            .filter(|it| it.subject == gravest.subject)
+            .count();
+        match of_subject {
+            1 if alike.len() == 1 => format!("from {start} {}", self.lasting(gravest)),
+            1 => format!("from {start}, when {} began", self.subject(gravest)),
+            times => format!(
+                "{times} times, first from {start} {}",
+                self.lasting(gravest)
+            ),
+        }
+    }
+
+    /// The onset of an event with its band, and whether it may have been earlier.
+    pub(in crate::report) fn start(&self, event: &Event) -> String {
+        let band = event.start_sigma_s.map_or(String::new(), |sigma_s| {
+            format!(" ± {:.2}", (2.0 * sigma_s).max(0.01))
+        });
+        let earlier = match event.start_bound {
+            Bound::At | Bound::AtOrAfter => "",
+            Bound::AtOrBefore => " or earlier",
+        };
+        format!("t = {:.2}{band} s{earlier}", self.seconds(event.start_ns))
+    }
+
+    fn lasting(&self, event: &Event) -> String {
+        match is_undecided(event) {
+            true => "on".to_string(),
+            // nothing shows how long it lasted before and after its only row
+            false if self.is_sparse && event.end_ns == Some(event.start_ns) => {
+                "(one row; how long is unknown)".to_string()
+            }
+            false => duration(event),
+        }
+    }
+
+    /// The events of an incident in order of time, each wheel or edge once for each kind.
+    fn course(&self, incident: &Incident<'_>) -> String {
+        let mut told: Vec<(EventKind, &str)> = Vec::new();
+        let mut steps = Vec::new();
+        for event in incident.events.iter().filter(|event| is_fact(event)) {
+            let key = (event.kind, event.subject.as_str());
+            if told.contains(&key) {
+                continue;
+            }
+            told.push(key);
+            if told.len() > MOST_STEPS {
+                continue;
+            }
+            let end = match event.end_ns {
+                Some(end_ns) if end_ns > event.start_ns => {
+                    let later = match event.end_bound {
+                        Bound::At | Bound::AtOrBefore => "",
+                        Bound::AtOrAfter => " or later",
+                    };
+                    format!(" to {:.2} s{later}", self.seconds(end_ns))
+                }
+                _ => String::new(),
+            };
+            steps.push(format!(
+                "{} from {}{end}",
+                self.step(event),
+                self.start(event)
+            ));
+        }
+        let more = told.len().saturating_sub(MOST_STEPS);
+        if more > 0 {
+            steps.push(format!("and {more} more"));
+        }
+        format!("Course: {}", steps.join("; "))
+    }
+
+    /// An event as a step of its incident's course.
+    pub(in crate::report) fn step(&self, event: &Event) -> String {
+        let subject = self.subject(event);
+        match event.kind {
+            EventKind::WheelLight => format!("wheel {subject} light"),
+            EventKind::WheelLift => format!("wheel {subject} off the ground"),
+            EventKind::EdgeTipping => format!("tipping about the {subject} edge"),
+            EventKind::TipOver => format!("tipping over about the {subject} edge"),
+            EventKind::LiftNotExcluded | EventKind::InputGap | EventKind::InputFault => {
+                readable(event.kind.name())
+            }
+        }
+    }
+
+    /// What the incident could be, too, but less likely than not.
+    fn not_facts(&self, incident: &Incident<'_>) -> Option<String> {
+        let gravest = incident.gravest();
+        let unlikely = incident.events.iter();
+        let unlikely = unlikely.filter(|event| is_fact(gravest) && !is_fact(event));
+        let graver = unlikely.filter(|event| rank(event.kind) <= rank(gravest.kind));
+        let texts = graver.take(MOST_NAMED).map(|event| {
+            let chance = event.certainty.map_or("unknown".into(), probability);
+            format!("{} from {} ({chance})", self.step(event), self.start(event))
+        });
+        let texts: Vec<String> = texts.collect();
+        (!texts.is_empty()).then(|| format!("Less likely than not: {}", texts.join("; ")))
+    }
+
+    /// The assumption about the split that a finding rests on, and what holds without it.
+    fn split_clauses(&self, event: &Event) -> [String; 2] {
+        if self.is_split_stated {
+            return [String::new(), String::new()];
+        }
+        let under = format!(", if {}", self.split_rule);
+        if let Some(any_split_ns) = event.any_split_ns {
+            let since_s = self.seconds(any_split_ns);
+            return [
+                under,
+                format!("; from t = {since_s:.2} s on however the {}", self.sharing),
+            ];
+        }
+        if event.split_dependent != Some(true) {
+            return [String::new(), String::new()];
+        }
+        let range = (event.load_range_n).map_or(String::new(), |[least_n, largest_n]| {
+            format!(" ({} to {} N)", number(least_n), number(largest_n))
+        });
+        let without = match event.certainty_any_split.filter(|&p| p >= LEAST_CONFIDENCE) {
+            Some(certainty) => format!(
+                "; confidence {} however the {}{range}",
+                probability(certainty),
+                self.sharing
+            ),
+            None => format!(
+                "; it cannot be shown without knowing how the {}{range}",
+                self.sharing
+            ),
+        };
+        [under, without]
+    }
+
+    /// What a confidence rests on besides the stated uncertainties.
+    pub(in crate::report) fn split_in_certainty(&self, event: &Event) -> String {
+        if self.is_split_stated || event.split_dependent != Some(true) {
+            return String::new();
+        }
+        let without = match event.certainty_any_split.filter(|&p| p >= LEAST_CONFIDENCE) {
+            Some(certainty) => format!("{} however the {}", probability(certainty), self.sharing),
+            None => format!(
+                "it cannot be shown without knowing how the {}",
+                self.sharing
+            ),
+        };
+        format!(", if {}; {without}", self.split_rule)
+    }
+
+    fn statement(&self, event: &Event, alike: &[&Event]) -> String {
+        let subjects = self.subjects(alike);
+        let (wheels, were, edges) = match subjects.len() {
+            1 => ("Wheel", "was", "edge"),
+            _ => ("Wheels", "were", "edges"),
+        };
+        let subject = enumerated(&subjects);
+        match event.kind {
+            EventKind::TipOver => format!("The machine tipped over about the {subject} {edges}"),
+            EventKind::EdgeTipping if is_undecided(event) => {
+                format!("The machine was tipping about the {subject} {edges} when the log ended,")
+            }
+            EventKind::EdgeTipping => {
+                format!("The machine was tipping about the {subject} {edges}")
+            }
+            EventKind::WheelLift => format!("{wheels} {subject} {were} off the ground"),
+            EventKind::WheelLight if subjects.len() > 1 => {
+                format!("{wheels} {subject} {were} below their load limits")
+            }
+            EventKind::WheelLight => format!("Wheel {subject} was below its load limit"),
+            EventKind::LiftNotExcluded => {
+                format!("Between rows, a lift of wheel {subject} cannot be excluded")
+            }
+            EventKind::InputGap => format!("Input {subject} had no data"),
+            EventKind::InputFault => format!("Input {subject} was implausible"),
+        }
+    }
+
+    /// The wheels or edges of some events, each once.
+    fn subjects(&self, events: &[&Event]) -> Vec<String> {
+        let mut subjects: Vec<String> = Vec::new();
+        for event in events {
+            let subject = self.subject(event);
+            if !subjects.contains(&subject) {
+                subjects.push(subject);
+            }
+        }
+        subjects
+    }
+}
+
+/// Whether the log ends while the machine tips about an edge, before it has tipped over.
+pub(super) fn is_undecided(event: &Event) -> bool {
+    let rotation = event.rotation_rad.unwrap_or(0.0);
+    event.kind == EventKind::EdgeTipping && event.end_ns.is_none() && rotation < TIP_OVER_RAD
+}
+
+/// "a", "a and b", "a, b and c".
+fn enumerated(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [only] => only.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+fn duration(event: &Event) -> String {
+    match event.end_ns {
+        // an onset can lie after the last row of a short event, within its band
+        Some(end_ns) if end_ns.saturating_sub(event.start_ns) < SHORTEST_NS => {
+            "for less than 0.01 s".to_string()
+        }
+        Some(end_ns) => {
+            let is_least = [event.start_bound, event.end_bound] != [Bound::At; 2];
+            let least = if is_least { "at least " } else { "" };
+            let lasted_s = end_ns.saturating_sub(event.start_ns) as f64 * 1e-9;
+            format!("for {least}{lasted_s:.2} s")
+        }
+        None => "until the end of the log".to_string(),
+    }
+}

@@ -1,0 +1,138 @@
+//! Events that are one story: a wheel grows light, lifts, and the machine tips; or several wheels at once.
+
+use super::rank::rank;
+use crate::events::{Event, EventKind};
+
+/// Events this close in time are one incident (ns).
+const MERGED_NS: i64 = 500_000_000;
+/// An event that is less probable than this is no statement of fact.
+const LEAST_PROBABILITY: f64 = 0.5;
+
+/// Events of the machine that overlap in time, or nearly.
+#[derive(Debug, Clone)]
+pub(in crate::report) struct Incident<'a> {
+    /// In order of their start.
+    pub(in crate::report) events: Vec<&'a Event>,
+}
+
+/// The incidents of a log, the gravest first, of equal ones the earliest.
+pub(in crate::report) fn incidents(events: &[Event]) -> Vec<Incident<'_>> {
+    let mut observed: Vec<&Event> = events.iter().filter(|it| it.kind.is_observed()).collect();
+    observed.sort_by_key(|event| (event.start_ns, rank(event.kind)));
+    let mut found: Vec<Incident<'_>> = Vec::new();
+    let mut end_ns = i64::MIN;
+    for event in observed {
+        let ends_ns = event.end_ns.unwrap_or(i64::MAX);
+        match found.last_mut() {
+            Some(incident) if event.start_ns <= end_ns.saturating_add(MERGED_NS) => {
+                incident.events.push(event);
+                end_ns = end_ns.max(ends_ns);
+            }
+            _ => {
+                found.push(Incident {
+                    events: vec![event],
+                });
+                end_ns = ends_ns;
+            }
+        }
+    }
+    found.sort_by_key(|incident| (rank(incident.gravest().kind), incident.start_ns()));
+    found
+}
+
+/// Whether an event is more probable than not; one without a probability rests on what was measured.
+pub(in crate::report) fn is_fact(event: &Event) -> bool {
+    event.certainty.is_none_or(|p| p >= LEAST_PROBABILITY)
+}
+
+impl<'a> Incident<'a> {
+    /// The event that the incident is named after: the gravest that is a fact, or of all if none is.
+    pub(in crate::report) fn gravest(&self) -> &'a Event {
+        let order = |event: &&&Event| (!is_fact(event), rank(event.kind), event.start_ns);
+        match self.events.iter().min_by_key(order) {
+            Some(event) => event,
+            None => unreachable!("an incident has an event"),
+        }
+    }
+
+    pub(in crate::report) fn start_ns(&self) -> i64 {
+        self.events.first().map_or(i64::MIN, |event| event.start_ns)
+    }
+
+    /// The events like the gravest, in order of their start.
+    pub(in crate::report) fn like_the_gravest(&self) -> impl Iterator<Item = &'a Event> {
+        let (kind, is_stated) = (self.gravest().kind, is_fact(self.gravest()));
+        let alike = move |event: &&Event| event.kind == kind && is_fact(event) == is_stated;
+        self.events.iter().copied().filter(alike)
+    }
+
+    /// The first event of a kind that is a fact.
+    pub(in crate::report) fn first(&self, kind: EventKind) -> Option<&'a Event> {
+        let of_kind = |event: &&&Event| event.kind == kind && is_fact(event);
+        self.events.iter().find(of_kind).copied()
+    }
+
+    /// The event with causes that leads here: that of the gravest, else of the next.
+    pub(in crate::report) fn with_causes(&self) -> Option<&'a Event> {
+        let known = self.events.iter().filter(|event| event.causes.is_some());
+        known
+            .min_by_key(|event| (!is_fact(event), rank(event.kind), event.start_ns))
+            .copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(kind: EventKind, subject: &str, span_s: [i64; 2]) -> Event {
+        Event {
+            end_ns: Some(span_s[1] * 1_000_000_000),
+            ..Event::blank(kind, span_s[0] * 1_000_000_000, subject.into())
+        }
+    }
+
+    #[test]
+    fn light_lift_and_tip_are_one_story_and_a_later_one_is_another() {
+        let events = [
+            event(EventKind::TipOver, "left", [4, 9]),
+            event(EventKind::WheelLight, "rl", [20, 21]),
+            event(EventKind::WheelLift, "fr", [3, 9]),
+            event(EventKind::WheelLight, "fr", [2, 9]),
+            event(EventKind::InputGap, "imu", [2, 3]),
+        ];
+        let found = incidents(&events);
+        let kinds = |incident: &Incident<'_>| -> Vec<EventKind> {
+            incident.events.iter().map(|event| event.kind).collect()
+        };
+        assert_eq!(found.len(), 2);
+        assert_eq!(
+            kinds(&found[0]),
+            [
+                EventKind::WheelLight,
+                EventKind::WheelLift,
+                EventKind::TipOver
+            ]
+        );
+        assert_eq!(found[0].gravest().kind, EventKind::TipOver);
+        assert_eq!(kinds(&found[1]), [EventKind::WheelLight]);
+    }
+
+    #[test]
+    fn what_is_less_likely_than_not_names_no_incident() {
+        let events = [
+            event(EventKind::WheelLight, "fr", [2, 9]),
+            Event {
+                certainty: Some(0.3),
+                ..event(EventKind::WheelLift, "fr", [3, 4])
+            },
+        ];
+        let found = incidents(&events);
+        assert_eq!(found[0].gravest().kind, EventKind::WheelLight);
+        assert!(found[0].first(EventKind::WheelLift).is_none());
+        assert_eq!(
+            incidents(&events[1..])[0].gravest().kind,
+            EventKind::WheelLift
+        );
+    }
+}

@@ -1,0 +1,179 @@
+//! Loads, attitude and motion over the seconds around an incident.
+
+use maud::{Markup, html};
+use tipwatch_mechanics::{Placement, Quantity, State};
+
+use crate::analysis::Analysis;
+use crate::base::rows::Rows;
+use crate::page::number;
+use crate::page::svg::{Chart, round_up};
+use crate::report::findings::Incident;
+
+/// Time before and after the incident, and the longest time that is drawn (s).
+const BEFORE_S: f64 = 2.0;
+const AFTER_S: f64 = 1.5;
+const LONGEST_S: f64 = 30.0;
+/// Points of a curve.
+const POINTS: usize = 260;
+/// Classes of lines that can be told apart in black and white.
+const LINES: [&str; 4] = ["line-a", "line-b", "line-c", "line-d"];
+/// Most curves in a chart: the wheels of the incident first.
+const MOST_WHEELS: usize = 4;
+
+/// A named curve: time (s), value, half of its band.
+type Named = (String, Vec<(f64, f64, f64)>);
+
+pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
+    let rows = &analysis.rows;
+    let last_s = rows.seconds(rows.len().saturating_sub(1));
+    let first_ns = rows.times_ns[0];
+    let seconds = |time_ns: i64| time_ns.saturating_sub(first_ns) as f64 * 1e-9;
+    let gravest = incident.gravest();
+    let from_s = (seconds(incident.start_ns()) - BEFORE_S).max(0.0);
+    let ends = incident
+        .events
+        .iter()
+        .map(|event| event.end_ns.map_or(last_s, seconds));
+    let to_s = ends.fold(0.0, f64::max) + AFTER_S;
+    // of a long incident the onset of what was gravest
+    let from_s = from_s.max(seconds(gravest.start_ns) - 0.5 * LONGEST_S);
+    let to_s = to_s.min(last_s).min(from_s + LONGEST_S);
+    let at = |s: f64| rows.at(first_ns.saturating_add((s * 1e9) as i64));
+    let (first, end) = (at(from_s), at(to_s) + 1);
+    let window = rows.window(first..end.min(rows.len()));
+    let curves = Curves::of(analysis, &window, incident);
+    let onset_s = seconds(gravest.start_ns);
+    let span = (from_s, to_s.max(from_s + 0.1));
+    html! {
+        div.grid.three {
+            (chart("Wheel loads ± 2 σ [N]", &curves.loads, span, onset_s, true))
+            (chart("Roll and pitch [°]", &curves.attitude, span, onset_s, false))
+            (chart("Speed [m/s] and yaw rate [°/s]", &curves.motion, span, onset_s, false))
+        }
+    }
+}
+
+struct Curves {
+    loads: Vec<Named>,
+    attitude: Vec<Named>,
+    motion: Vec<Named>,
+}
+
+impl Curves {
+    fn of(analysis: &Analysis, rows: &Rows, incident: &Incident<'_>) -> Self {
+        let machine = &analysis.machine;
+        let wheels = wheels(analysis, incident);
+        let has_sigma = analysis.rows.has(Quantity::LoadSigma(0));
+        let named = |name: &str| (name.to_owned(), Vec::new());
+        let mut found = Self {
+            loads: wheels
+                .iter()
+                .map(|&wheel| named(&machine.wheels()[wheel].name))
+                .collect(),
+            attitude: vec![named("roll"), named("pitch")],
+            motion: vec![named("speed"), named("yaw rate")],
+        };
+        let mut placement = Placement::new(machine);
+        let mut state = State::zero(machine);
+        let step = rows.len().div_ceil(POINTS).max(1);
+        for row in (0..rows.len()).step_by(step) {
+            let time_s = analysis.rows.seconds(rows.first + row);
+            let is_known = rows.reasons[row].leave_loads();
+            for (curve, &wheel) in found.loads.iter_mut().zip(&wheels) {
+                let value = |quantity| {
+                    if is_known {
+                        rows.value(quantity, row)
+                    } else {
+                        f64::NAN
+                    }
+                };
+                let sigma = if has_sigma {
+                    value(Quantity::LoadSigma(wheel))
+                } else {
+                    f64::NAN
+                };
+                curve
+                    .1
+                    .push((time_s, value(Quantity::Load(wheel)), 2.0 * sigma));
+            }
+            rows.states.get(row, &mut state);
+            placement.place(&state);
+            let up = &state.base.up;
+            let roll = up.y.atan2(up.z).to_degrees();
+            let pitch = (-up.x).atan2(up.y.hypot(up.z)).to_degrees();
+            let yaw = placement
+                .normal
+                .dot(&placement.angular_velocity)
+                .to_degrees();
+            let values = [roll, pitch, state.base.velocity.x, yaw];
+            let curves = found.attitude.iter_mut().chain(&mut found.motion);
+            for (curve, value) in curves.zip(values) {
+                curve.1.push((time_s, value, f64::NAN));
+            }
+        }
+        found
+    }
+}
+
+/// The wheels of the incident, and then others, so many as a chart shows.
+fn wheels(analysis: &Analysis, incident: &Incident<'_>) -> Vec<usize> {
+    let all = analysis.machine.wheels();
+    let of_event = |subject: &str| {
+        all.iter()
+            .position(|wheel| wheel.name.to_lowercase() == subject)
+    };
+    let mut chosen: Vec<usize> = Vec::new();
+    let own = incident
+        .events
+        .iter()
+        .filter_map(|event| of_event(&event.subject));
+    for wheel in own.chain(0..all.len()) {
+        if !chosen.contains(&wheel) && chosen.len() < MOST_WHEELS {
+            chosen.push(wheel);
+        }
+    }
+    chosen
+}
+
+fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zero: bool) -> Markup {
+    let values = || {
+        let points = curves.iter().flat_map(|(_, points)| points);
+        points
+            .map(|point| point.1)
+            .filter(|value| value.is_finite())
+    };
+    let (Some(low), Some(high)) = (values().reduce(f64::min), values().reduce(f64::max)) else {
+        return html! {};
+    };
+    let (low, high) = match from_zero {
+        true => (0.0, round_up(high)),
+        false => (-round_up(-low.min(-0.5)), round_up(high.max(0.5))),
+    };
+    let mut chart = Chart::new(title, span, (low, high));
+    for (_, points) in curves {
+        let band = points
+            .iter()
+            .map(|&(t, value, half)| (t, (value - half).max(low), value + half));
+        chart.area(&band.collect::<Vec<_>>(), "band");
+    }
+    chart.mark_up(onset_s, "event");
+    let mut names: Vec<(f64, &str, &str)> = Vec::new();
+    for (index, (name, points)) in curves.iter().enumerate() {
+        let class = LINES[index % LINES.len()];
+        let line: Vec<(f64, f64)> = points.iter().map(|&(t, value, _)| (t, value)).collect();
+        chart.line(&line, class);
+        let known = line.iter().rev().find(|(_, value)| value.is_finite());
+        names.extend(known.map(|&(_, value)| (value, name.as_str(), class)));
+    }
+    chart.names(names);
+    for share in [0.0, 0.5, 1.0] {
+        let (value, time) = (
+            low + share * (high - low),
+            span.0 + share * (span.1 - span.0),
+        );
+        chart.label_y(value, &number(value));
+        chart.label_x(time, &format!("{time:.1}"));
+    }
+    chart.caption_x("t [s]; dashed upright: onset");
+    chart.finish()
+}

@@ -1,0 +1,161 @@
+//! The first page: what happened, how sure it is and what it rests on, on one sheet of paper.
+
+mod answers;
+mod around;
+mod course;
+mod witness;
+
+use maud::{Markup, html};
+
+use super::findings::{BANDS, Incident, Scene, incidents, rank};
+use super::when::Calendar;
+use super::{machine_view, prevention};
+use crate::analysis::Analysis;
+use crate::base::file_hash::FileHash;
+use crate::events::{Event, EventCauses};
+use crate::page::{facts, number, probability, readable, table};
+
+/// Causes on the sheet.
+const MOST_CAUSES: usize = 3;
+
+/// What happened, in at most three sentences in the order in which a witness would tell it.
+#[must_use]
+pub fn story(analysis: &Analysis) -> Vec<String> {
+    witness::sentences(analysis, &incidents(&analysis.events))
+}
+
+/// The sheet.
+pub(super) fn section(analysis: &Analysis) -> Markup {
+    let incidents = incidents(&analysis.events);
+    let gravest = incidents.first();
+    html! {
+        section.sheet id="summary" {
+            h2 { "Summary" }
+            @for sentence in witness::sentences(analysis, &incidents) { p.lead { (sentence) } }
+            (facts(&answers::answers(analysis, &incidents)))
+            (machine(analysis, gravest))
+            @if let Some(incident) = gravest {
+                (course::figure(analysis, incident))
+                (around::figures(analysis, incident))
+                div.columns { (causes(analysis, incident)) (otherwise(analysis, incident)) (prevention::brief(analysis)) }
+            }
+            (signature(analysis))
+            p.hint { (BANDS) ". t counts seconds from the first row." }
+        }
+    }
+}
+
+/// The row of the sheet's drawing: the onset of the gravest incident, else that of the smallest load compared with its load
+/// at rest; `None` if no row has loads.
+pub(super) fn row(analysis: &Analysis) -> Option<usize> {
+    let incidents = incidents(&analysis.events);
+    let onset = incidents
+        .first()
+        .map(|it| analysis.rows.at(it.gravest().start_ns));
+    onset.or_else(|| analysis.digest.lightest.map(|(row, _)| row))
+}
+
+fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
+    let Some(row) = row(analysis) else {
+        return html! {};
+    };
+    let what = match gravest.map(Incident::gravest) {
+        Some(event) => format!("at the onset: {}", Scene::of(analysis).step(event)),
+        None => "when a wheel carried least compared with its load at rest".into(),
+    };
+    let time = Calendar::of(analysis).utc(analysis.rows.times_ns[row]);
+    let time = time.map_or(String::new(), |utc| format!(" ({utc})"));
+    html! {
+        h3 { "The machine " (what) ", t = " (format_args!("{:.2} s", analysis.rows.seconds(row))) (time) }
+        (machine_view::pictures(analysis, row))
+    }
+}
+
+/// What took the load away, in newtons.
+fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
+    let Some((event, causes)) = incident
+        .with_causes()
+        .and_then(|event| Some((event, event.causes.as_ref()?)))
+    else {
+        return html! { div { h3 { "Causes" } p { "The chosen model does not tell causes." } } };
+    };
+    let scene = Scene::of(analysis);
+    let title = format!("What took the load: {}", scene.step(event));
+    html! {
+        div {
+            h3 { (title) }
+            (table(&["Cause", "Load taken [N]"], &largest(causes)))
+            p.hint {
+                "From t = " (format_args!("{:.2}", scene.seconds(causes.since_ns))) " s"
+                @if causes.since_is_steady { " (steady)" }
+                " to " (format_args!("{:.2}", scene.seconds(causes.at_ns))) " s the load fell from "
+                (number(causes.otf_before_n)) " to " (number(causes.otf_n)) " N."
+            }
+        }
+    }
+}
+
+/// Whether it would have happened otherwise: yes, no or open, with its probability.
+fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
+    let asked = |event: &&&Event| !event.counterfactuals.is_empty();
+    let events = incident.events.iter().filter(asked);
+    let Some(event) = events.min_by_key(|event| rank(event.kind)) else {
+        return html! {};
+    };
+    let scene = Scene::of(analysis);
+    let rows = event.counterfactuals.iter().map(|answer| {
+        let chance = match (answer.probability, answer.why_not) {
+            (Some(p), _) => probability(p),
+            (None, why) => why.unwrap_or("unknown").into(),
+        };
+        vec![scene.supposed(answer), answer.answer.name().into(), chance]
+    });
+    html! {
+        div {
+            h3 { "Would it have happened otherwise: " (scene.step(event)) }
+            (table(&["Supposed", "Answer", "Probability"], &rows.collect::<Vec<_>>()))
+        }
+    }
+}
+
+fn largest(causes: &EventCauses) -> Vec<Vec<String>> {
+    let mut shares: Vec<_> = causes.shares.iter().collect();
+    shares.sort_by(|a, b| b.taken_n.abs().total_cmp(&a.taken_n.abs()));
+    let shares = shares.into_iter().take(MOST_CAUSES);
+    shares
+        .map(|share| vec![readable(share.cause), number(share.taken_n)])
+        .collect()
+}
+
+fn signature(analysis: &Analysis) -> Markup {
+    let from = &analysis.provenance;
+    let blank = || "________________".to_string();
+    let hash = |file: &FileHash| format!("{}: SHA-256 {}", file.path, file.hash_text());
+    let files = from.log.iter().map(|file| ("Log", hash(file)));
+    let program = from.program.as_ref().map_or("hash unknown".into(), |file| {
+        format!("SHA-256 {}", file.hash_text())
+    });
+    let rows = [
+        ("Case", from.case.clone().unwrap_or_else(blank)),
+        ("Examiner", from.examiner.clone().unwrap_or_else(blank)),
+        (
+            "Date of the analysis, signature",
+            format!("{}  {}", blank(), blank()),
+        ),
+    ];
+    let hashes = [
+        ("Machine file", hash(&from.machine_file)),
+        ("URDF", hash(&from.urdf)),
+        (
+            "Program",
+            format!("tipwatch {}: {program}", from.tipwatch_version),
+        ),
+    ];
+    facts(
+        &rows
+            .into_iter()
+            .chain(files)
+            .chain(hashes)
+            .collect::<Vec<_>>(),
+    )
+}

@@ -1,0 +1,138 @@
+//! What happened, in the order in which a witness would tell it.
+
+use super::answers;
+use crate::analysis::Analysis;
+use crate::events::{Event, EventKind, ShownBy};
+use crate::page::number;
+use crate::report::findings::{Incident, Scene, findings, is_fact};
+
+/// At most three sentences on the gravest incident, or one on a log without any.
+pub(super) fn sentences(analysis: &Analysis, incidents: &[Incident<'_>]) -> Vec<String> {
+    let scene = Scene::of(analysis);
+    let Some(incident) = incidents.iter().find(|it| is_fact(it.gravest())) else {
+        let first = findings(analysis).into_iter().next();
+        return first
+            .map(|finding| format!("{}.", finding.headline))
+            .into_iter()
+            .collect();
+    };
+    let mut told: Vec<String> = before(&scene, incident, incidents).into_iter().collect();
+    told.push(course(&scene, incident));
+    told.push(outcome(analysis, &scene, incident));
+    told
+}
+
+/// How the machine was before, and whether it had come close already.
+fn before(scene: &Scene, incident: &Incident<'_>, incidents: &[Incident<'_>]) -> Option<String> {
+    let earlier = incidents
+        .iter()
+        .filter(|it| it.start_ns() < incident.start_ns());
+    let earlier = earlier.filter(|it| is_fact(it.gravest()));
+    let earlier = earlier.min_by_key(|it| it.start_ns()).map(|it| {
+        let event = it.gravest();
+        let at_s = scene.seconds(event.start_ns);
+        format!(
+            "At t = {at_s:.2} s it had come close ({}). ",
+            scene.step(event)
+        )
+    });
+    let earlier = earlier.unwrap_or_default();
+    let event = incident.with_causes()?;
+    let causes = event.causes.as_ref()?;
+    let at_s = scene.seconds(causes.since_ns);
+    let load = match event.kind {
+        EventKind::WheelLight | EventKind::WheelLift => format!(
+            ", and wheel {} carried {} N",
+            scene.subject(event),
+            number(causes.otf_before_n)
+        ),
+        _ => String::new(),
+    };
+    Some(match causes.since_is_steady {
+        true => format!("{earlier}At t = {at_s:.2} s the machine was steady{load}."),
+        false => format!(
+            "{earlier}The machine moved throughout; what follows counts from t = {at_s:.2} s{load}."
+        ),
+    })
+}
+
+/// What happened then, step by step.
+fn course(scene: &Scene, incident: &Incident<'_>) -> String {
+    let steps = [
+        EventKind::WheelLight,
+        EventKind::WheelLift,
+        EventKind::EdgeTipping,
+        EventKind::TipOver,
+    ];
+    let mut last = String::new();
+    let step = |kind| {
+        let event = incident.first(kind)?;
+        let start = scene.start(event);
+        let subject = scene.subject(event);
+        // the same wheel is not named twice
+        let wheel = match subject == last {
+            true => String::new(),
+            false => format!("wheel {subject} "),
+        };
+        last.clone_from(&subject);
+        Some(match kind {
+            EventKind::WheelLight => format!("{wheel}fell below its load limit at {start}"),
+            EventKind::WheelLift => format!("{wheel}left the ground at {start}"),
+            _ => format!("the machine tipped about the {subject} edge from {start}"),
+        })
+    };
+    // a tip-over is an edge tipping that went on
+    let steps = steps.into_iter().filter(|kind| match kind {
+        EventKind::TipOver => incident.first(EventKind::EdgeTipping).is_none(),
+        _ => true,
+    });
+    let steps: Vec<String> = steps.filter_map(step).collect();
+    let text = match &steps[..] {
+        [] => "nothing is more likely than not".to_string(),
+        [only] => only.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    };
+    format!("{}{}.", text[..1].to_uppercase(), &text[1..])
+}
+
+/// How it ended.
+fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> String {
+    if let Some(event) = incident.first(EventKind::TipOver) {
+        return tipped(scene, event);
+    }
+    let ends = incident.events.iter().map(|event| event.end_ns);
+    let end_ns = ends.fold(Some(i64::MIN), |last, end| Some(last?.max(end?)));
+    match (incident.first(EventKind::EdgeTipping), end_ns) {
+        (Some(tipping), None) if tipping.end_ns.is_none() => {
+            "It was still tipping when the log ends; what happened then is not in it.".into()
+        }
+        (_, None) => "It was still so when the log ends; what happened then is not in it.".into(),
+        (_, Some(end_ns)) => format!(
+            "At t = {:.2} s every wheel carried load again; no tip-over {}.",
+            scene.seconds(end_ns),
+            answers::scope(analysis)
+        ),
+    }
+}
+
+fn tipped(scene: &Scene, event: &Event) -> String {
+    let edge = scene.subject(event);
+    let by = match event.shown_by {
+        Some(ShownBy::Rotation) => ", which the computed loads do not show",
+        _ => "",
+    };
+    let rest = event
+        .measured_rotation
+        .as_ref()
+        .and_then(|it| it.at_rest_ns);
+    let rest = rest.map_or(String::new(), |at_ns| {
+        format!(
+            ", and it lay at rest on its side from t = {:.2} s",
+            scene.seconds(at_ns)
+        )
+    });
+    format!(
+        "It tipped over about the {edge} edge, by {:.0}°{by}{rest}.",
+        event.worst.to_degrees()
+    )
+}
