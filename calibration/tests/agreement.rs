@@ -288,7 +288,6 @@ fn only_what_the_split_cannot_explain_is_excess() {
     // load on one diagonal and off the other, as uneven ground does
     let uneven = bands([900.0, -900.0, -900.0, 900.0]);
     assert!(uneven.excess < 1.3, "{uneven:?}");
-    assert_eq!(uneven.model_share, uneven.stated_share, "{uneven:?}");
     // the same on each scale, which is weight
     let weight = bands([900.0; 4]);
     assert!(weight.excess > 3.0, "{weight:?}");
@@ -297,10 +296,9 @@ fn only_what_the_split_cannot_explain_is_excess() {
 #[test]
 fn residuals_that_hide_in_the_open_split_widen_the_bands() {
     let truth = machine("");
-    // less than what uneven ground may do to each wheel, and yet of the weight, which no ground changes
+    // of the weight, which no ground changes
     let data = off_by_turns(&truth, [250.0; 4], &mut Noise::new(83));
     let bands = identify(&truth, None, &data).unwrap().bands.unwrap();
-    assert!(bands.inside_two_sigma > 0.95, "{bands:?}");
     assert!(bands.excess > 1.5, "{bands:?}");
     assert!(bands.model_share > 1.5 * bands.stated_share, "{bands:?}");
 }

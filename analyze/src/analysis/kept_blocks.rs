@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use tipwatch_mechanics::StateColumns;
 use tipwatch_mechanics::state::Reasons;
 
-use crate::base::estimated::EstimatedStates;
 use crate::base::scratch_file::ScratchFile;
+use crate::base::state_source::EstimatedStates;
 
 /// The blocks that were smoothed so far. Without a file, none are kept.
 #[derive(Debug)]

@@ -22,10 +22,11 @@ use super::{
     health, imu_check, inputs, notes, payload, redundancy, size, supports, unstated_load, verdicts,
 };
 use crate::analysis::{Analysis, Coverage, Input, Sources};
-use crate::base::estimated::{EstimatedRows, StateSource};
+use crate::base::estimated::EstimatedRows;
 use crate::base::file_hash::LogHashes;
 use crate::base::options::{Estimator, Options};
 use crate::base::rows::Rows;
+use crate::base::state_source::StateSource;
 use crate::base::support_sets::SupportSets;
 use crate::base::table::Table;
 use crate::base::verdicts::{MonitorRecord, ProofRecord};

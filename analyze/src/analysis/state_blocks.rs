@@ -12,8 +12,8 @@ use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::{State, StateColumns};
 
 use super::kept_blocks::KeptBlocks;
-use crate::base::estimated::{EstimatedStates, StateSource};
 use crate::base::lock::lock;
+use crate::base::state_source::{EstimatedStates, StateSource};
 use crate::base::table::BLOCK_ROWS;
 use crate::load::SharedSignal;
 

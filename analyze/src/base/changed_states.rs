@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use tipwatch_mechanics::State;
 
-use super::estimated::{EstimatedStates, StateSource};
+use super::state_source::{EstimatedStates, StateSource};
 
 /// Changes the state of a row.
 pub(crate) type Change = dyn Fn(usize, &mut State<f64>) + Send + Sync;

@@ -19,6 +19,7 @@ pub mod provenance;
 pub mod recovered;
 pub mod rows;
 pub(crate) mod scratch_file;
+pub(crate) mod state_source;
 pub(crate) mod stdout;
 pub(crate) mod support_sets;
 pub mod table;

@@ -15,10 +15,11 @@ use tipwatch_mechanics::{
     BatchEvaluator, Model, OutcomeColumns, Quantity, Scope, State, StateColumns,
 };
 
-use super::estimated::{EstimatedRows, StateSource};
+use super::estimated::EstimatedRows;
 use super::in_order::in_order;
 use super::predicted::Predictions;
 use super::rows::{Rows, Verdicts, row_at};
+use super::state_source::StateSource;
 use super::support_sets::SupportSets;
 use super::verdicts::{MonitorRecord, ProofRecord, RowJudge};
 use super::widening::Widening;

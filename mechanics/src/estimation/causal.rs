@@ -1,10 +1,11 @@
 //! The causal estimator: it uses past samples only, live and to reproduce a live run offline.
 
 use super::bias::BiasEstimator;
+use super::followed::Followed;
 use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
-use super::state_builder::{FilterStatus, Filters, Followed, Reading, StateBuilder};
+use super::state_builder::{FilterStatus, Filters, Reading, StateBuilder};
 use super::white_jerk::{ChannelState, seconds};
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect};
 use crate::machine::Machine;

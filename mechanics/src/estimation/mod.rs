@@ -13,6 +13,7 @@
 mod adaptation;
 mod bias;
 mod causal;
+mod followed;
 mod held;
 mod history;
 mod kalman_filter;

@@ -1,7 +1,7 @@
 //! The noise of the signals as their samples show it, beside what the machine file states.
 
 use super::adaptation::Factors;
-use super::state_builder::Followed;
+use super::followed::Followed;
 use crate::machine::EstimatorSpec;
 use crate::state::Sensor;
 

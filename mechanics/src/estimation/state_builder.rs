@@ -3,6 +3,7 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::adaptation::Adaptation;
+use super::followed::Followed;
 use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
 use super::shown_noise::ShownNoise;
 use super::turns::Turns;
@@ -17,46 +18,6 @@ use crate::state::{
 
 /// A quaternion whose norm differs from one by more than this is not an orientation.
 const QUATERNION_NORM_TOLERANCE: f64 = 0.1;
-
-/// The quantity that a filter estimates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Followed {
-    Joints(usize),
-    SpecificForce,
-    AngularVelocity,
-    Up,
-    Velocity,
-    ToolWrench,
-    Actuator(usize),
-}
-
-impl Followed {
-    /// Whether samples of this sensor update its filter; `imu`: whether there is an IMU.
-    pub(super) fn is_fed_by(self, sensor: Sensor, imu: bool) -> bool {
-        match self {
-            Self::Joints(stream) => sensor == Sensor::Joints(stream),
-            Self::SpecificForce => sensor == Sensor::Imu,
-            Self::AngularVelocity | Self::Up if imu => sensor == Sensor::Imu,
-            Self::AngularVelocity | Self::Up | Self::Velocity => sensor == Sensor::Odometry,
-            Self::ToolWrench => sensor == Sensor::ToolWrench,
-            Self::Actuator(signal) => sensor == Sensor::Actuator(signal),
-        }
-    }
-
-    /// Why a row is invalid during a gap of this filter; `None` where rows are valid without it.
-    pub(super) fn gap(self, imu: bool) -> Option<Reason> {
-        match self {
-            Self::Joints(_) => Some(Reason::JointsGap),
-            Self::SpecificForce | Self::AngularVelocity if imu => Some(Reason::ImuGap),
-            Self::SpecificForce => None,
-            Self::AngularVelocity => Some(Reason::OdometryGap),
-            Self::Up | Self::Velocity if imu => None,
-            Self::Up | Self::Velocity => Some(Reason::OdometryGap),
-            Self::ToolWrench => Some(Reason::ToolWrenchGap),
-            Self::Actuator(_) => None,
-        }
-    }
-}
 
 /// Whether a filter's estimate is valid at a given time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,33 +69,31 @@ impl Filters {
         let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
         let mut list = Vec::new();
-        let adapts = e.noise_from_log;
-        let mut add = |followed, model, counts: Vec<bool>| {
-            let filter = KalmanFilter::new(model, counts.len(), keeps_history);
-            let filter = match adapts {
-                true => filter.adapting(Adaptation::new(counts.into_iter())),
-                false => filter,
-            };
-            list.push((followed, filter));
-        };
+        let filter = |model, channels| KalmanFilter::new(model, channels, keeps_history);
         for (stream, spec) in sensors.joints.iter().enumerate() {
             // What the ground does to a wheel is not how fast the arm moves, and hardly acts on loads.
             let is_of_body = |&joint: &usize| machine.joints()[joint].spins_wheel.is_none();
             let counts = spec.joints.iter().map(is_of_body);
-            add(Followed::Joints(stream), joints, counts.collect());
+            let mut of_joints = filter(joints, spec.joints.len());
+            if e.noise_from_log {
+                of_joints = of_joints.adapting(Adaptation::new(counts));
+            }
+            list.push((Followed::Joints(stream), of_joints));
         }
+        // The force at the centre of mass follows from specific force, angular velocity and its derivative together: if one
+        // of them were followed faster than the others, what the tyres shake would no longer cancel.
         if sensors.imu {
-            add(Followed::SpecificForce, accelerometer, vec![true; 3]);
+            list.push((Followed::SpecificForce, filter(accelerometer, 3)));
         }
         if sensors.imu || sensors.odometry {
-            add(Followed::AngularVelocity, gyro, vec![true; 3]);
-            add(Followed::Up, attitude, vec![true; 3]);
+            list.push((Followed::AngularVelocity, filter(gyro, 3)));
+            list.push((Followed::Up, filter(attitude, 3)));
         }
         if sensors.odometry {
-            add(Followed::Velocity, odometry, vec![true; 3]);
+            list.push((Followed::Velocity, filter(odometry, 3)));
         }
         if sensors.tool_wrench {
-            add(Followed::ToolWrench, tool, vec![true; 6]);
+            list.push((Followed::ToolWrench, filter(tool, 6)));
         }
         for (k, signal) in sensors.actuators.iter().enumerate() {
             // Each of several signals gets a sigma that makes the sum as uncertain as the force is stated to be.
@@ -143,8 +102,7 @@ impl Filters {
             let noise = joint.force_sigma.max(1.0) / (unit * (joint.signals.len() as f64).sqrt());
             let force = model(noise, 0.0, e.actuator_force_agility / unit);
             // What is stated is the error of a force, friction included, of which noise is the least part.
-            let filter = KalmanFilter::new(force, 1, keeps_history);
-            list.push((Followed::Actuator(k), filter));
+            list.push((Followed::Actuator(k), filter(force, 1)));
         }
         Self {
             list,

@@ -12,53 +12,10 @@ use nalgebra::Vector2;
 
 use super::actuated::Actuation;
 use super::equilibrium::{Equations, GroundForce};
+use super::measured_supports::MeasuredSupports;
 use super::response::Response;
 use crate::machine::{MAX_WHEELS, Machine};
 use crate::number::{Mask, Real};
-
-/// The measured loads of all supports on the ground.
-#[derive(Debug)]
-pub(super) struct BySupports<T> {
-    /// 1 where they are followed, else 0.
-    follows: T,
-    /// Variance of each (N^2).
-    variance: [T; MAX_WHEELS],
-}
-
-impl<T: Real> BySupports<T> {
-    pub(super) fn nowhere() -> Self {
-        Self {
-            follows: T::zero(),
-            variance: [T::zero(); MAX_WHEELS],
-        }
-    }
-
-    /// Where they are followed.
-    pub(super) fn follows(&self) -> T::Mask {
-        T::zero().lt(self.follows)
-    }
-
-    /// Whether they are followed in any sample.
-    pub(super) fn follows_any(&self) -> bool {
-        self.follows().any()
-    }
-
-    /// These variances of loads, or those of the measured loads where they are followed.
-    pub(super) fn or_measured(&self, mut variances: [T; MAX_WHEELS]) -> [T; MAX_WHEELS] {
-        for (variance, measured) in variances.iter_mut().zip(&self.variance) {
-            *variance = T::select(self.follows(), *measured, *variance);
-        }
-        variances
-    }
-
-    /// Variance of a weighted sum of the loads, where they are followed (N^2).
-    pub(super) fn variance_of(&self, factors: &[T]) -> T {
-        let pairs = factors.iter().zip(&self.variance);
-        pairs.fold(T::zero(), |sum, (&factor, &variance)| {
-            sum + factor * factor * variance
-        })
-    }
-}
 
 impl<T: Real> Equations<T> {
     /// A(5) where it is `wanted` (1) and the loads of all supports are measured; else the computed force.
@@ -70,7 +27,7 @@ impl<T: Real> Equations<T> {
         contacts: &[Vector2<T>],
         computed: GroundForce<T>,
     ) -> GroundForce<T> {
-        self.by_supports = BySupports::nowhere();
+        self.by_supports = MeasuredSupports::nowhere();
         if !T::zero().lt(wanted).any() {
             return computed;
         }

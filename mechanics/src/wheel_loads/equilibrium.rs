@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::by_supports::BySupports;
+use super::measured_supports::MeasuredSupports;
 use crate::dynamics::kinematics::BodyMotion;
 use crate::dynamics::newton_euler;
 use crate::geometry::contact_plane::ContactPlane;
@@ -86,7 +86,7 @@ pub struct Equations<T> {
     /// Whether any of them can differ from zero.
     pub(super) has_offsets: bool,
     /// Where the measured loads of all supports replace the computed ground force, A(5).
-    pub(super) by_supports: BySupports<T>,
+    pub(super) by_supports: MeasuredSupports<T>,
 }
 
 impl<T: Real> Equations<T> {
@@ -111,7 +111,7 @@ impl<T: Real> Equations<T> {
             aside: [vec![T::zero(); rows], vec![T::zero(); rows]],
             offset: [T::zero(); MAX_WHEELS],
             has_offsets: machine.contact.mean_stiffness.is_some() && machine.contact.warp.is_none(),
-            by_supports: BySupports::nowhere(),
+            by_supports: MeasuredSupports::nowhere(),
         };
         equations.forget_measured();
         equations.factor[0] = [T::one(); MAX_WHEELS];

@@ -20,6 +20,7 @@ mod envelope;
 mod equilibrium;
 mod least_energy;
 mod loads;
+mod measured_supports;
 mod response;
 mod unilateral;
 

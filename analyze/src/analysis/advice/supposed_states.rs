@@ -9,7 +9,7 @@ use tipwatch_mechanics::machine::Machine;
 
 use super::hypothesis::{Hypothesis, Supposed};
 use super::to_base::ToBase;
-use crate::base::estimated::{EstimatedStates, StateSource};
+use crate::base::state_source::{EstimatedStates, StateSource};
 
 /// States whose sensor is at the base frame, changed by hypotheses in their order. Measured forces of actuators are unknown.
 pub(crate) struct SupposedStates {

@@ -9,10 +9,11 @@ use super::pass::{Pass, Run};
 use super::sorted_samples::{Chunk, SortedSamples};
 use super::source::SampleSource;
 use crate::estimation::bias::{BiasEstimator, BiasHistory};
+use crate::estimation::followed::Followed;
 use crate::estimation::kalman_filter::FilterState;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
 use crate::estimation::shown_noise::ShownNoise;
-use crate::estimation::state_builder::{Filters, Followed};
+use crate::estimation::state_builder::Filters;
 use crate::machine::{Machine, Proofs};
 use crate::state::{Credible, SampleError, Sensor, Sensors, StreamCounts, tilt_is_measured};
 
