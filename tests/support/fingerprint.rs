@@ -6,14 +6,13 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use serde_json::Value;
 use tipwatch_analyze::tables::table::Column;
 use tipwatch_analyze::tables::{cell, parquet};
-use tipwatch_ingest::{Log, Topic, TopicId};
+use tipwatch_ingest::{FieldRequest, Log, Topic, number_fields, record_fields};
 
 use crate::digest::{Digest, Item};
 
@@ -124,49 +123,36 @@ fn add(digest: &mut Digest, value: cell::Value) {
     }
 }
 
-/// Two lines for each topic: times of its messages, and all numbers in them. Messages are JSON.
+/// A line for each topic: number of messages, and all numbers in them.
 fn topics(path: &Path) -> Result<Vec<String>> {
     let log = Log::open(path)?;
-    let topics = log.topics().iter();
-    let counted: Vec<&Topic> = topics
-        .filter(|topic| !LEFT_OUT_TOPICS.contains(&topic.name.as_str()))
-        .collect();
-    let ids: Vec<TopicId> = counted.iter().map(|topic| topic.id).collect();
-    let mut found: BTreeMap<usize, [Digest; 2]> = BTreeMap::new();
-    let mut wrong = None;
-    log.read(&ids, &mut |message| {
-        let [times, values] = found.entry(message.topic.index()).or_default();
-        times.add(Item::Integer(message.log_time_ns.into()));
-        match serde_json::from_slice(message.data) {
-            Ok(document) => numbers(&document, values),
-            Err(error) => wrong = Some(error),
-        }
-        ControlFlow::Continue(())
-    })?;
-    if let Some(error) = wrong {
-        return Err(error).context("a message that is not JSON");
-    }
+    let counted = |topic: &&Topic| !LEFT_OUT_TOPICS.contains(&topic.name.as_str());
     let mut lines = Vec::new();
-    for topic in counted {
-        if let Some([times, values]) = found.get(&topic.id.index()) {
-            lines.push(format!("{} times = {times}", topic.name));
-            lines.push(format!("{} numbers = {values}", topic.name));
+    for topic in log.topics().iter().filter(counted) {
+        let fields = number_fields(topic);
+        let requests: Vec<FieldRequest> = (fields.iter())
+            .map(|field| FieldRequest::raw(&topic.name, field))
+            .collect();
+        let recordings = match record_fields(&log, &requests, None) {
+            Ok((recordings, _)) => recordings,
+            // some field has no number in any message
+            Err(_) => (requests.iter())
+                .filter_map(|request| record_fields(&log, std::slice::from_ref(request), None).ok())
+                .flat_map(|(recordings, _)| recordings)
+                .collect(),
+        };
+        let mut digest = Digest::default();
+        // the last column first: the line ends with the last value of the first field
+        for recording in recordings.iter().rev() {
+            for &value in &recording.values {
+                digest.add(Item::Number(value));
+            }
         }
+        let count = topic.message_count.unwrap_or_default();
+        lines.push(format!("{} {count} messages = {digest}", topic.name));
     }
     lines.sort();
     Ok(lines)
-}
-
-/// Adds the numbers of a document in the order of its keys.
-fn numbers(document: &Value, digest: &mut Digest) {
-    match document {
-        Value::Number(number) => {
-            digest.add(Item::Number(number.as_f64().unwrap_or(f64::NAN)));
-        }
-        Value::Array(values) => values.iter().for_each(|value| numbers(value, digest)),
-        Value::Object(values) => values.values().for_each(|value| numbers(value, digest)),
-        Value::Null | Value::Bool(_) | Value::String(_) => {}
-    }
 }
 
 /// A line for each path of keys with its values. Elements of a list share a path, and so do documents.

@@ -71,9 +71,11 @@ impl Filters {
         let mut list = Vec::new();
         let filter = |model, channels| KalmanFilter::new(model, channels, keeps_history);
         for (stream, spec) in sensors.joints.iter().enumerate() {
-            // What the ground does to a wheel is not how fast the arm moves, and hardly acts on loads.
-            let is_of_body = |&joint: &usize| machine.joints()[joint].spins_wheel.is_none();
-            let counts = spec.joints.iter().map(is_of_body);
+            // How fast wheels spin and are steered says nothing of the arm, and hardly acts on loads.
+            let is_of_arm = |&joint: &usize| {
+                machine.joints()[joint].spins_wheel.is_none() && !machine.is_steering(joint)
+            };
+            let counts = spec.joints.iter().map(is_of_arm);
             let mut of_joints = filter(joints, spec.joints.len());
             if e.noise_from_log {
                 of_joints = of_joints.adapting(Adaptation::new(counts));

@@ -42,6 +42,7 @@ mod spec;
 mod split;
 mod stated_sigma;
 mod static_transform;
+mod steering;
 mod structure;
 mod support_id;
 mod support_polygon;

@@ -395,7 +395,7 @@ pub struct ClockSpec {
     pub offset: BTreeMap<String, f64>,
 }
 
-/// `[estimator]`: noise model of the signals, where an estimator begins; the samples correct it. The
+/// `[estimator]`: noise model of the signals, where an estimator begins; the samples may correct those of joints. The
 /// machine-file reference describes the trade-off of each value.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -458,7 +458,7 @@ impl Default for EstimatorSpec {
             tool_force_noise: 20.0,
             tool_force_agility: 1e5,
             actuator_force_agility: 1e6,
-            noise_from_log: true,
+            noise_from_log: false,
             settle: 0.3,
         }
     }

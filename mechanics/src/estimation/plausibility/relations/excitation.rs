@@ -13,7 +13,6 @@ use super::band::Band;
 use super::leaky::LeakyIntegral;
 use super::lean_model::LeanModel;
 use super::low_pass::left;
-use super::rolling;
 use crate::machine::Machine;
 use crate::state::State;
 
@@ -74,7 +73,7 @@ impl Excitation {
         let joints = machine.joints().iter().enumerate();
         // Steering leans nothing: turns show it.
         let of_arm = joints.filter(|(joint, it)| {
-            it.spins_wheel.is_none() && it.logged && !rolling::steers(machine, *joint)
+            it.spins_wheel.is_none() && it.logged && !machine.is_steering(*joint)
         });
         Self {
             model: LeanModel::new(machine),

@@ -18,7 +18,7 @@ use super::super::notice::Limits;
 use super::gyro::Gyro;
 use super::lean_model::{Lean, LeanModel};
 use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other};
-use super::rolling::{self, Rolled};
+use super::rolling::Rolled;
 use super::unknowns::Unknowns;
 use crate::machine::{Machine, Proof, Proofs};
 
@@ -128,7 +128,7 @@ impl LeanRelation {
         };
         let arm: Vec<usize> = (machine.joints().iter().enumerate())
             .filter(|(joint, it)| {
-                it.spins_wheel.is_none() && it.logged && !rolling::steers(machine, *joint)
+                it.spins_wheel.is_none() && it.logged && !machine.is_steering(*joint)
             })
             .map(|(joint, _)| joint)
             .collect();

@@ -97,7 +97,7 @@ impl Relations {
             3600.0 / WINDOW_S,
             ALTERNATIVES,
         );
-        let skids = rolling::skids(machine);
+        let skids = machine.skids();
         let turn = |by| TurnRelation::new(by, skids && by != YawBy::Steering, threshold);
         let streams = sensors.joints.iter();
         Self {

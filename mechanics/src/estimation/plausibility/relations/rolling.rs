@@ -8,16 +8,14 @@
 //! The speeds of the wheels give vx and w by least squares of the first with vy = 0; where wheels are steered, the second
 //! with this vx gives vy and w.
 
-use nalgebra::{Matrix2, Matrix3, Vector2};
+use nalgebra::{Matrix2, Vector2};
 
 use crate::dynamics::kinematics::BodyMotion;
 use crate::geometry::spatial::z_axis;
-use crate::machine::{Body, JointCoupling, JointKind, Machine, Wheel};
+use crate::machine::{Body, JointCoupling, Machine};
 
 /// Smallest distance between left and right wheels, and between axles, that shows a turn (m).
 const SPREAD: f64 = 0.1;
-/// Largest vertical part of the axis of a joint that does not steer.
-const STEERS: f64 = 0.7;
 
 /// The wheels that a log contains.
 #[derive(Debug, Clone)]
@@ -67,9 +65,7 @@ impl Rolling {
             })
         };
         let wheels: Vec<_> = machine.bodies.iter().enumerate().filter_map(spin).collect();
-        let is_steered = wheels
-            .iter()
-            .any(|wheel| is_steered(machine, wheel.body, wheel.body));
+        let is_steered = wheels.iter().any(|wheel| machine.is_steered(wheel.body));
         Self { wheels, is_steered }
     }
 
@@ -138,51 +134,4 @@ fn placed(motion: &BodyMotion<f64>) -> Option<(Vector2<f64>, Vector2<f64>)> {
     let axle = z_axis(&motion.rotation);
     let axle = axle.xy().try_normalize(0.1)?;
     Some((motion.origin.xy(), axle))
-}
-
-/// Whether a joint steers a wheel: it turns one about the vertical, and neither spins nor lifts it.
-pub(super) fn steers(machine: &Machine, joint: usize) -> bool {
-    let is_moved = |body: usize| matches!(machine.bodies[body].coupling, JointCoupling::Measured(j) if j == joint);
-    let is_above = |wheel: &Wheel| {
-        let mut body = wheel.body;
-        while body != 0 && !is_moved(body) {
-            body = machine.bodies[body].parent;
-        }
-        body != 0 && body != wheel.body && is_steered(machine, wheel.body, body)
-    };
-    machine.wheels().iter().any(is_above)
-}
-
-/// Whether the machine turns by the speeds of its wheels, which slip sideways: no wheel of it is steered.
-pub(in super::super) fn skids(machine: &Machine) -> bool {
-    let spins = |body: usize| match machine.bodies[body].coupling {
-        JointCoupling::Measured(joint) => machine.joints()[joint].spins_wheel.is_some(),
-        _ => false,
-    };
-    // A wheel that does not turn by itself may be fixed to the part that steers it.
-    let steers =
-        |body: usize| is_steered(machine, if spins(body) { body } else { usize::MAX }, body);
-    !machine.wheels().iter().any(|wheel| steers(wheel.body))
-}
-
-/// Whether a joint between the base and this carrier of a wheel, other than that of the `spinning` body, turns it about the
-/// vertical.
-fn is_steered(machine: &Machine, spinning: usize, carrier: usize) -> bool {
-    let mut chain = vec![carrier];
-    while let Some(&body) = chain.last()
-        && body != 0
-    {
-        chain.push(machine.bodies[body].parent);
-    }
-    let mut rotation = Matrix3::<f64>::identity();
-    let mut steps = chain
-        .into_iter()
-        .rev()
-        .filter(|&body| body != 0 && body != spinning);
-    steps.any(|index| {
-        let body = &machine.bodies[index];
-        rotation *= body.parent_from_joint;
-        let is_measured = matches!(body.coupling, JointCoupling::Measured(_));
-        is_measured && body.kind == JointKind::Revolute && rotation[(2, 2)].abs() > STEERS
-    })
 }

@@ -1,7 +1,7 @@
 //! The motion by the wheels on machines that roll without slip.
 
 use super::super::lean_model::LeanModel;
-use super::super::rolling::{Rolled, skids, steers};
+use super::super::rolling::Rolled;
 use super::{bogies, joint, posture, steered};
 use crate::machine::Machine;
 
@@ -84,7 +84,7 @@ fn machine_without_steering_turns_by_the_difference_of_its_sides() {
         }
     });
     let rolled = rolled.unwrap();
-    assert!(skids(&machine) && !skids(&steered()));
+    assert!(machine.skids() && !steered().skids());
     assert!(rolled.by_steering.is_none());
     assert!((rolled.speed - speed).abs() < 1e-3, "{rolled:?}");
     assert!(
@@ -96,7 +96,7 @@ fn machine_without_steering_turns_by_the_difference_of_its_sides() {
 #[test]
 fn joints_that_steer_are_known() {
     let machine = steered();
-    let found = (0..machine.joints().len()).filter(|&joint| steers(&machine, joint));
+    let found = (0..machine.joints().len()).filter(|&joint| machine.is_steering(joint));
     let names: Vec<&str> = found
         .map(|joint| machine.joints()[joint].name.as_str())
         .collect();
@@ -106,7 +106,7 @@ fn joints_that_steer_are_known() {
         "{names:?}"
     );
     let machine = bogies();
-    assert!((0..machine.joints().len()).all(|joint| !steers(&machine, joint)));
+    assert!((0..machine.joints().len()).all(|joint| !machine.is_steering(joint)));
 }
 
 #[test]
