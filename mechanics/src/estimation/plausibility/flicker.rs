@@ -3,6 +3,8 @@
 //! A position at rest may repeat for hours. But one that is finer than its own noise hardly ever repeats, in any posture: of the
 //! samples at rest the share p. So many repeats on end while the machine works say with the log likelihood ratio `-ln p` each
 //! that the position is not measured any more.
+//!
+//! Only a change back counts as flicker: a joint that moves slowly and has no noise changes in one direction, and may rest then.
 
 use super::notice::Limits;
 
@@ -22,6 +24,8 @@ const FEWEST_REPEATS: u32 = 10;
 pub(super) struct Flicker {
     threshold: f64,
     last: f64,
+    /// The last change of the position.
+    step: f64,
     resolution: f64,
     /// Mean change at rest, before the present run.
     change: f64,
@@ -38,6 +42,7 @@ impl Flicker {
         Self {
             threshold,
             last: f64::NAN,
+            step: 0.0,
             resolution: f64::INFINITY,
             change: 0.0,
             changed: 0.0,
@@ -58,7 +63,8 @@ impl Flicker {
         moves_elsewhere: bool,
         limits: &Limits,
     ) -> Option<i64> {
-        let change = (position - self.last).abs();
+        let step = position - self.last;
+        let change = step.abs();
         self.last = position;
         // NaN: the first one
         if change == 0.0 {
@@ -68,7 +74,8 @@ impl Flicker {
             if change > 0.0 {
                 self.resolution = self.resolution.min(change);
             }
-            if rests && change.is_finite() {
+            let turns_back = step * std::mem::replace(&mut self.step, step) < 0.0;
+            if rests && turns_back {
                 self.kept += f64::from(self.run);
                 self.changed += 1.0;
                 let kept = (1.0 - CHANGE_WEIGHT).powi(self.run.min(10_000) as i32);
@@ -114,6 +121,17 @@ mod tests {
         assert_eq!(stopped_s(1e-4, true, stops), Some(6.0));
         assert_eq!(stopped_s(1e-4, false, stops), None);
         assert_eq!(stopped_s(1e-4, true, |k| 1e-3 * noise(k)), None);
+    }
+
+    #[test]
+    fn a_joint_without_noise_may_creep_and_rest() {
+        for pace in [5e-5, 2e-4, 1.5e-3] {
+            let creeps = |k: usize| pace * k.min(600) as f64;
+            assert_eq!(stopped_s(1e-4, true, creeps), None, "{pace}");
+            // there and back, some times
+            let swings = |k: usize| 100.0 * pace * (k.min(1200) as f64 * 0.02).sin();
+            assert_eq!(stopped_s(1e-4, true, swings), None, "{pace}");
+        }
     }
 
     #[test]
