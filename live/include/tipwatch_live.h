@@ -151,7 +151,7 @@ enum tipwatch_basis {
     TIPWATCH_BASIS_DOUBTED = 0,
     /* Nothing contradicts the signals, but not everything that the loads hang on has been proven. */
     TIPWATCH_BASIS_ASSUMED = 1,
-    /* A commissioning of this machine file, or the motion of this session, has shown every signal that the loads hang on, and the split of the load does not rest on unknown ground. */
+    /* A commissioning of this machine file, or the motion of this session, has shown every signal that the loads hang on, and the split of the load does not rest on unknown ground.  */
     TIPWATCH_BASIS_PROVEN = 2,
 };
 
@@ -207,7 +207,7 @@ enum tipwatch_reason {
     TIPWATCH_REASON_IMU_GAP = 1 << 1,
     /* No odometry close enough in time, where it replaces another sensor. */
     TIPWATCH_REASON_ODOMETRY_GAP = 1 << 2,
-    /* No tool wrench close enough in time. */
+    /* No tool wrench, or no mass of a payload that a signal states, close enough in time. */
     TIPWATCH_REASON_TOOL_WRENCH_GAP = 1 << 3,
     /* Implausible joint states. */
     TIPWATCH_REASON_JOINTS_FAULT = 1 << 4,

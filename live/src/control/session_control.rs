@@ -6,7 +6,8 @@
 //! ```
 //! Valves follow only while rows are valid, the verdict is fresh and neither unknown nor a fault, and the
 //! rods obey. On any doubt the valves close at [`CLOSING_RATE`] and stay closed: with counterbalance
-//! valves that holds the platform. Danger does not stop the control: that is when it helps.
+//! valves that holds the platform. Danger does not stop the control: that is when it helps. Nor does Assumed: nothing speaks
+//! against the sensors then, and the load guard leaves every wheel at least what locked rods would leave it.
 //!
 //! [`CLOSING_RATE`]: crate::safety_limits::CLOSING_RATE
 

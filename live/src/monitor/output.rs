@@ -66,6 +66,8 @@ pub enum Format {
 pub struct Printer<W: Write> {
     format: Format,
     names: Names,
+    /// The session that the times belong to.
+    session: u64,
     first_ns: Option<i64>,
     last_ns: Option<i64>,
     levels: Option<[u32; 2]>,
@@ -79,6 +81,7 @@ impl<W: Write> Printer<W> {
         Self {
             format,
             names,
+            session: 0,
             first_ns: None,
             last_ns: None,
             levels: None,
@@ -114,7 +117,11 @@ impl<W: Write> Printer<W> {
         self.out.flush()
     }
 
+    /// Times count from the first row of the session; without one there is none.
     fn text(&mut self, verdict: &WireVerdict, is_row: bool, is_new: bool) -> io::Result<()> {
+        if std::mem::replace(&mut self.session, verdict.session) != verdict.session {
+            (self.first_ns, self.last_ns) = (None, None);
+        }
         let is_early = |last: i64| verdict.time_ns.abs_diff(last) < LINE_PERIOD_NS;
         if !is_new && (!is_row || self.last_ns.is_some_and(is_early)) {
             return Ok(());
@@ -352,5 +359,37 @@ struct FaultNames(InputFaults);
 impl Serialize for FaultNames {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(self.0.iter().map(InputFault::name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::topics::EVENT_BETWEEN;
+
+    #[test]
+    fn times_are_those_of_the_session() {
+        let mut printed = Vec::new();
+        let mut printer = Printer::new(Format::Text, Names::default(), &mut printed);
+        let stamp_ns = 1_795_648_666_000_000_000;
+        let row = |session: u64, time_ns: i64, level: u32| {
+            let mut verdict = WireVerdict::unknown();
+            (verdict.session, verdict.time_ns, verdict.level) = (session, time_ns, level);
+            verdict.event = EVENT_ROW;
+            verdict
+        };
+        let mut idle = row(0, 0, 5);
+        idle.event = EVENT_BETWEEN;
+        for verdict in [
+            row(1, stamp_ns, 0),
+            row(1, stamp_ns + 2_000_000_000, 6),
+            idle,
+            row(2, stamp_ns - 9_000_000_000, 0),
+        ] {
+            printer.print(&verdict).unwrap();
+        }
+        let text = String::from_utf8(printed).unwrap();
+        let times = text.lines().map(|line| line.split_whitespace().next().unwrap());
+        assert_eq!(times.collect::<Vec<_>>(), ["0.00", "2.00", "0.00", "0.00"]);
     }
 }

@@ -2,14 +2,15 @@
 
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::PortFactory as _;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::event::PortFactory;
 
 use super::iceoryx::cause;
-use crate::wire::topics::{MAX_NODES, MAX_READERS};
+use crate::wire::topics::{MAX_NODES, MAX_READERS, RESERVED_READERS};
 
 type Events = PortFactory<ipc::Service>;
 
@@ -44,7 +45,6 @@ impl EventNotifier {
     /// Wakes all listeners; almost free if there are none. A listener that misses it wakes up by itself after
     /// [`MAX_WAIT`](crate::safety_limits::MAX_WAIT).
     pub fn notify(&self) {
-        use iceoryx2::prelude::PortFactory as _;
         if self.events.dynamic_config().number_of_listeners() > 0 {
             let _ = self.notifier.notify();
         }
@@ -59,8 +59,16 @@ pub struct EventListener {
 }
 
 impl EventListener {
-    pub(super) fn new(node: &Node<ipc::Service>, name: &str) -> Result<Self> {
+    /// `has_place`: the last places are kept for it.
+    pub(super) fn new(node: &Node<ipc::Service>, name: &str, has_place: bool) -> Result<Self> {
         let events = events(node, name)?;
+        let listeners = events.dynamic_config().number_of_listeners();
+        let free = MAX_READERS - RESERVED_READERS;
+        ensure!(
+            has_place || listeners < free,
+            "events \"{name}\": expected fewer than {free} listeners, found {listeners}; the last {RESERVED_READERS} places are \
+             kept for monitor, control, recorder and acknowledgement"
+        );
         let listener = events.listener_builder().create().map_err(cause)?;
         Ok(Self {
             listener,

@@ -143,7 +143,7 @@ impl LiveNode {
     /// There are too many listeners.
     pub fn event_listener<T: Topic>(&self) -> Result<EventListener> {
         const { assert!(T::HAS_EVENTS) };
-        EventListener::new(&self.node, &self.service_name::<T>())
+        EventListener::new(&self.node, &self.service_name::<T>(), self.has_place)
     }
 
     fn service_name<T: Topic>(&self) -> String {
