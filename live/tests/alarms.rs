@@ -3,10 +3,13 @@
 
 use std::time::Duration;
 
-use tipwatch_live::alarm::AlarmFile;
+use tipwatch_binding::MachineFile;
+use tipwatch_live::alarm::{AlarmFile, AlarmStore, Kept};
 use tipwatch_live::node::{LiveNode, Sender};
-use tipwatch_live::wire::topics::{Head, Wire, WireAcknowledge, WireVerdict};
-use tipwatch_mechanics::verdict::{InputFault, Latch, Level};
+use tipwatch_live::wire::session::machine_hash;
+use tipwatch_live::wire::topics::{EVENT_ROW, Head, Kind, Wire, WireAcknowledge, WireVerdict};
+use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::verdict::{Basis, InputFault, Latch, Level};
 
 use crate::support::World;
 use crate::support::feed::{Feed, Time};
@@ -56,7 +59,11 @@ impl Bench {
 }
 
 fn feed(node: &LiveNode, time: Steered) -> Feed<Steered> {
-    let mut feed = Feed::new(node, MACHINE, time);
+    feed_of(node, MACHINE, time)
+}
+
+fn feed_of(node: &LiveNode, machine: &str, time: Steered) -> Feed<Steered> {
+    let mut feed = Feed::new(node, machine, time);
     feed.wait_for_monitor();
     feed
 }
@@ -279,4 +286,134 @@ fn alarm_that_cannot_be_saved_is_a_caution() {
     assert!(verdict.conditions().cautions.has(InputFault::AlarmUnsaved));
     assert!(verdict.verdict().level >= Level::Warning);
     drop(good);
+}
+
+/// A drive that moves all joints and the platform.
+const DRIVE: &str = "commissioning";
+/// Samples of a part of it that turns the machine.
+const TURNS: usize = 6000;
+
+/// Sends samples of a session; returns its verdicts on rows.
+fn rows(feed: &mut Feed<Steered>, samples: usize) -> Vec<WireVerdict> {
+    let mut rows = Vec::new();
+    for _ in 0..samples / 20 {
+        feed.send(20);
+        while let Some(verdict) = feed.verdicts.receive(|v| *v).unwrap() {
+            let is_ours = verdict.session == feed.source;
+            rows.extend((is_ours && verdict.event == EVENT_ROW).then_some(verdict));
+        }
+    }
+    rows
+}
+
+/// Ends a session without its monitor.
+fn ended(mut feed: Feed<Steered>) -> Steered {
+    feed.end();
+    feed.time
+}
+
+fn is_doubted(verdict: &WireVerdict) -> bool {
+    let it = verdict.verdict();
+    let may_be_so = matches!(it.level, Level::Safe | Level::Assumed | Level::Notice);
+    it.basis == Basis::Doubted
+        && !may_be_so
+        && verdict
+            .row_reasons()
+            .iter()
+            .any(|r| r == Reason::Contradiction)
+}
+
+/// An IMU that is mounted the other way round is found by the motion, and is found from then on: when the motion that showed
+/// it is over, in the next session, and by the next monitor, until another commissioning.
+// requirement: TW-VERDICT-29
+#[test]
+fn contradiction_stays_until_another_commissioning() {
+    let world = World::new("turned");
+    let node = world.join();
+    let mut wrong = feed_of(&node, DRIVE, Steered::monitor(&world, DRIVE));
+    for sample in &mut wrong.samples {
+        if sample.kind == Kind::Imu as u32 {
+            for at in [0, 1, 3, 4] {
+                sample.values[at] = -sample.values[at];
+            }
+        }
+    }
+    let found = rows(&mut wrong, TURNS);
+    let first = found.iter().position(is_doubted).unwrap();
+    assert!(found[first..].iter().all(is_doubted), "from row {first} on");
+    let hash = wrong.hash;
+    let file = AlarmFile::new(world.state.path(), hash, "hdmm_rigid");
+
+    // the next session, whose sensors show nothing
+    let mut next = feed_of(&node, DRIVE, ended(wrong));
+    let inherited = rows(&mut next, 400);
+    assert!(inherited.len() > 50);
+    assert!(inherited.iter().all(is_doubted));
+    assert!(inherited.iter().all(|row| row.inherited_contradiction == 1));
+
+    // the next monitor, and an acknowledgement of its alarm
+    next.time.stop_monitor();
+    assert_eq!(file.read().unwrap().contradiction, Some(0));
+    next.time.start_monitor();
+    next.wait_for_monitor();
+    let seen = last(&mut next);
+    let mut acknowledger: Sender<WireAcknowledge> = node.sender(0, 0).unwrap();
+    let mut message = WireAcknowledge::of(&seen);
+    acknowledger.send_for(hash, &mut message).unwrap();
+    assert!(rows(&mut next, 400).iter().all(is_doubted));
+
+    // a commissioning ends it, and is no other the second time
+    let mut time = ended(next);
+    for commissioning in [7, 7, 0] {
+        time.stop_monitor();
+        time.commissioning = commissioning;
+        time.start_monitor();
+        let mut good = feed_of(&node, DRIVE, time);
+        let judged = rows(&mut good, 400);
+        assert!(judged.iter().all(|row| row.inherited_contradiction == 0));
+        let is_calm = |row: &WireVerdict| row.verdict().level.sees_no_danger();
+        assert!(judged.iter().any(is_calm));
+        time = ended(good);
+    }
+    time.stop_monitor();
+    assert_eq!(file.read().unwrap().contradiction, None);
+}
+
+/// The machine of the tests with this serial number: its hash and its identity.
+fn with_serial(folder: &std::path::Path, serial: &str, comment: &str) -> (u64, String) {
+    let text = std::fs::read_to_string(crate::support::data("tiny_lift.toml")).unwrap();
+    std::fs::copy(
+        crate::support::data("tiny_lift.urdf"),
+        folder.join("tiny_lift.urdf"),
+    )
+    .unwrap();
+    let path = folder.join("machine.toml");
+    std::fs::write(&path, format!("{comment}\nserial = \"{serial}\"\n{text}")).unwrap();
+    let file = MachineFile::read(&path).unwrap();
+    let urdf = file.urdf(None, None).unwrap();
+    (machine_hash(&file, &urdf), file.spec.identity())
+}
+
+/// Two machines of one name share neither an alarm nor a contradiction; one whose file was edited keeps both.
+// requirement: TW-VERDICT-20
+#[test]
+fn serial_number_tells_machines_of_one_name_apart() {
+    let (folder, files) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let open = |serial: &str, comment: &str| {
+        let (hash, identity) = with_serial(files.path(), serial, comment);
+        AlarmStore::open(folder.path(), hash, &identity, 0).unwrap()
+    };
+    let raised = Kept {
+        latch: Latch::raised(Level::Danger),
+        contradiction: Some(0),
+    };
+    let (mut first, _) = open("A-1", "");
+    first.keep(raised.latch, true);
+    drop(first);
+    assert_eq!(open("A-2", "").1, Kept::default());
+    assert_eq!(open("A-1", "").1, raised);
+    assert_eq!(open("A-1", "# edited").1, raised);
+    // taken over: it is not there twice
+    assert_eq!(open("A-1", "").1, Kept::default());
+    assert_eq!(open("A-2", "# edited").1, Kept::default());
 }

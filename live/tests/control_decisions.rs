@@ -234,6 +234,7 @@ fn motion_is_permitted_by_known_levels_without_a_latched_fault() {
     for (level, latched, permits) in [
         (Level::Safe, Level::Safe, true),
         (Level::Danger, Level::Danger, true),
+        (Level::Assumed, Level::Assumed, true),
         (Level::Unknown, Level::Safe, false),
         (Level::Unknown, Level::Fault, false),
         (Level::Fault, Level::Safe, false),

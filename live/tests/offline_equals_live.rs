@@ -55,7 +55,7 @@ fn assert_same(json: &str, number: f64, place: &str) {
 fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
     let rows = &analysis.rows;
     let value: serde_json::Value = serde_json::from_str(line).unwrap();
-    assert_eq!(value["schema"], 2);
+    assert_eq!(value["schema"], 3);
     assert_eq!(value["time_ns"], rows.times_ns[row]);
     assert_eq!(value["valid"], rows.reasons[row].is_empty());
     let reasons: Vec<&str> = rows.reasons[row].iter().map(Reason::name).collect();

@@ -40,6 +40,8 @@ mod long_run;
 mod number_signals;
 /// Offline analysis gives the same bits.
 mod offline_equals_live;
+/// Places of readers that are kept.
+mod places;
 /// The producer and the subscriber in Python.
 mod producer;
 /// Recordings, and their reproduction offline.

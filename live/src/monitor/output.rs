@@ -389,7 +389,9 @@ mod tests {
             printer.print(&verdict).unwrap();
         }
         let text = String::from_utf8(printed).unwrap();
-        let times = text.lines().map(|line| line.split_whitespace().next().unwrap());
+        let times = text
+            .lines()
+            .map(|line| line.split_whitespace().next().unwrap());
         assert_eq!(times.collect::<Vec<_>>(), ["0.00", "2.00", "0.00", "0.00"]);
     }
 }

@@ -37,6 +37,8 @@ pub struct Steered {
     pub hang: bool,
     /// Of a monitor that is started next.
     pub untimed: Untimed,
+    /// The number of the commissioning that a monitor is bound to which is started next; 0 without one.
+    pub commissioning: u32,
 }
 
 impl Steered {
@@ -54,6 +56,7 @@ impl Steered {
             control: None,
             hang: false,
             untimed: Untimed::Refused,
+            commissioning: 0,
         };
         steered.start_monitor();
         steered
@@ -67,7 +70,7 @@ impl Steered {
             },
             untimed: self.untimed,
             state: &self.state,
-            commissioning: 0,
+            commissioning: self.commissioning,
         };
         let started = MonitorProgram::new(&self.node, self.file, self.urdf, self.clock, options);
         self.monitor = Some(started.unwrap());
