@@ -53,6 +53,39 @@ fn section<'a>(page: &'a str, title: &str) -> &'a str {
     behind.split("<h2>").next().unwrap()
 }
 
+/// The sliders are the derivatives that the tables have, and what was simulated lies beside them.
+#[test]
+fn the_sliders_begin_at_the_log() {
+    let analysis = analysis("swing_lift");
+    let found = tipwatch_analyze::report::sliders(&analysis).unwrap();
+    let table = analysis.sensitivity.as_ref().unwrap();
+    let rows = || {
+        table
+            .rows
+            .iter()
+            .filter(|row| row.wheel == table.worst_wheel)
+    };
+    assert_eq!(found.otf_n, rows().next().unwrap().worst_otf_n);
+    assert_eq!(
+        found.wheel,
+        analysis.machine.wheels()[table.worst_wheel].name
+    );
+    for change in &found.changes {
+        let [least, logged, most] = change.range;
+        assert!(least < logged && logged < most && change.per_unit_n.is_finite());
+    }
+    let joint = found
+        .changes
+        .iter()
+        .find(|it| it.name.starts_with("Joint "));
+    let joint = joint.unwrap();
+    let name = format!("{}.position", joint.name.trim_start_matches("Joint "));
+    let row = rows().find(|row| row.parameter.name(&analysis.machine) == name);
+    let row = row.unwrap();
+    assert_eq!(joint.per_unit_n, row.derivative);
+    assert_eq!(joint.range[1], row.nominal.unwrap());
+}
+
 #[test]
 fn the_first_page_answers_what_an_expert_asks() {
     let analysis = analysis("swing_lift");
@@ -267,7 +300,15 @@ mod needs_browser {
     #[ignore = "needs Chromium and Python with websocket-client"]
     fn the_report_works_in_a_browser() {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/report.py");
-        for name in ["swing_lift", "forwarder6_bump"] {
+        // lifts, a tip-over, feet beside raised wheels, a fall that the log ends in, nothing that happened
+        for name in [
+            "swing_lift",
+            "forwarder6_bump",
+            "tip_over",
+            "crane",
+            "forklift",
+            "side_reach",
+        ] {
             let out = TempDir::new().unwrap();
             let (log, machine) = (data(&format!("{name}.mcap")), data(&format!("{name}.toml")));
             let arguments = ["analyze", text(&log), "--machine", text(&machine)];

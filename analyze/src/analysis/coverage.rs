@@ -94,7 +94,8 @@ impl Coverage {
 }
 
 impl std::fmt::Display for Coverage {
-    /// "7.3 of 20.0 s (36.5 %)", and "on its wheels" where it lay on its side, too; rounded down, so that only a whole log reads 100 %.
+    /// "7.3 of 20.0 s (36.5 %)", and "before it lay on its side" where it did; rounded down, so that only a whole log reads
+    /// 100 %.
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (computable_s, on_wheels_s) = (self.computable_s, self.covered_s - self.on_side_s);
         write!(formatter, "{computable_s:.1} of {on_wheels_s:.1} s")?;

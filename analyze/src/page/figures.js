@@ -110,6 +110,18 @@
     return context.createPattern(tile, 'repeat');
   }
 
+  // Bands of one kind that overlap are one: their colours would add up.
+  function once(bands) {
+    const found = [];
+    bands.slice().sort(function (a, b) { return a.from - b.from; }).forEach(function (band) {
+      const last = found.filter(function (other) { return other.kind === band.kind; }).pop();
+      if (last && band.from <= last.to) { last.to = Math.max(last.to, band.to); } else {
+        found.push({ from: band.from, to: band.to, kind: band.kind });
+      }
+    });
+    return found;
+  }
+
   function draw(plot) {
     const figure = plot.figure, canvas = plot.canvas, width = plot.holder.clientWidth;
     if (width < 50) { return; }
@@ -132,7 +144,7 @@
 
     c.save();
     c.beginPath(); c.rect(left, TOP, right - left, floor - TOP); c.clip();
-    figure.bands.forEach(function (band) {
+    once(figure.bands).forEach(function (band) {
       const from = atX(band.from), to = Math.max(atX(band.to), from + 1);
       c.fillStyle = look.shade[band.kind]; c.fillRect(from, TOP, to - from, floor - TOP);
     });

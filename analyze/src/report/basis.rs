@@ -6,7 +6,7 @@ use tipwatch_mechanics::machine::{Ground, Split};
 use super::findings::reason_counts;
 use crate::analysis::Analysis;
 use crate::base::options::{Estimator, ModelKind};
-use crate::page::{list, number, percent, readable, table};
+use crate::page::{list, percent, readable, table};
 
 /// The measured accuracy stands in one place, where a test keeps it true.
 const README: &str = include_str!("../../../README.md");
@@ -60,7 +60,7 @@ pub(super) fn validation() -> Markup {
     let lines = validation_table();
     let cells = |line: &&str| -> Vec<String> {
         let cells = line.trim_matches('|').split('|');
-        cells.map(|cell| cell.trim().to_string()).collect()
+        cells.map(|cell| without_links(cell.trim())).collect()
     };
     let rows: Vec<Vec<String>> = lines.iter().map(cells).collect();
     let (head, rows) = rows
@@ -76,6 +76,21 @@ pub(super) fn validation() -> Markup {
         }
         (table(&head, &rows))
     }
+}
+
+/// "[text](address)" as its text: the addresses of the README lead nowhere from a report.
+fn without_links(cell: &str) -> String {
+    let mut text = String::new();
+    let mut rest = cell;
+    while let Some((before, (name, after))) = rest.split_once('[').and_then(|(before, after)| {
+        let (name, after) = after.split_once("](")?;
+        Some((before, (name, after.split_once(')')?.1)))
+    }) {
+        text += before;
+        text += name;
+        rest = after;
+    }
+    text + rest
 }
 
 /// Lines of the table of accuracy: head, rule, rows.
@@ -177,10 +192,7 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
         .map(|input| input.counts.implausible)
         .sum();
     if unused > 0 {
-        found.push(format!(
-            "{} samples were implausible.",
-            number(unused as f64)
-        ));
+        found.push(format!("{unused} samples were implausible."));
     }
     found
 }
@@ -195,5 +207,12 @@ mod tests {
         assert!(lines.len() >= 6, "{lines:?}");
         assert!(lines[0].contains("manoeuvre") && lines[1].starts_with("|-"));
         assert!(lines[2..].iter().all(|line| line.contains('%')));
+    }
+
+    #[test]
+    fn a_link_of_the_readme_is_its_text() {
+        assert_eq!(without_links("[a](b/c.md), one; [d](e)"), "a, one; d");
+        assert_eq!(without_links("no [link"), "no [link");
+        assert!(!validation().into_string().contains("]("));
     }
 }

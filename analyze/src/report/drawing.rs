@@ -147,15 +147,18 @@ impl Drawing {
         self.circle("dimension-end", end, r);
     }
 
-    /// The scale as a bar of 1 m in the lower left corner.
+    /// The scale as a bar in the lower left corner: 1 m where it fits.
     pub(super) fn finish(mut self, title: &str, bar: bool) -> Markup {
         let [width, height] = self.size;
         if bar {
-            let length = self.scale;
+            let metres = [10.0, 1.0, 0.1, 0.01];
+            let fits = |metres: &f64| metres * self.scale <= 0.4 * WIDTH;
+            let metres = metres.into_iter().find(fits).unwrap_or(0.01);
+            let length = metres * self.scale;
             let y = tenth(height - 8.0);
             self.body.push(html! {
                 line class="dimension" x1="8" y1=(y) x2=(tenth(8.0 + length)) y2=(y) {}
-                text x="8" y=(tenth(height - 12.0)) font-size=(tenth(LETTERS)) text-anchor="start" { "1 m" }
+                text x="8" y=(tenth(height - 12.0)) font-size=(tenth(LETTERS)) text-anchor="start" { (metres) " m" }
             });
         }
         html! {
@@ -185,7 +188,7 @@ mod tests {
         assert!((c - a - (b - f)).abs() < 1e-9 && b == d && a == e);
         drawing.width([0.0, 0.0], [4.0, 0.0], 10.0, "wheelbase");
         let text = drawing.finish("side", true).into_string();
-        assert!(text.contains("wheelbase 4.00 m") && text.contains("1 m"));
+        assert!(text.contains("wheelbase 4.00 m") && text.contains("1 m<"));
         assert!(Drawing::around(&[[f64::NAN, 0.0]]).is_none());
     }
 }

@@ -6,6 +6,7 @@ use super::findings::{MOST_OF_KIND, Scene, worst_of_each_kind};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::analysis::sensitivity::{SensitivityRow, SensitivityTable};
+use crate::events::EventCauses;
 use crate::page::{number, readable, short, table};
 
 /// Most parameters listed.
@@ -16,28 +17,39 @@ const LEAST_PERCENT: f64 = 0.5;
 /// For each event of a wheel or an edge, what took the load away; of many events, for the worst of each kind.
 pub(super) fn causes(analysis: &Analysis) -> Markup {
     let scene = Scene::of(analysis);
-    let mut rows = Vec::new();
     let (mut events, left_out) = worst_of_each_kind(analysis.events.iter(), MOST_OF_KIND);
     events.sort_by_key(|event| event.start_ns);
+    // events of the same wheel at the same time have the same causes: a lift, and the tipping that begins with it
+    let mut groups: Vec<(Vec<String>, &EventCauses)> = Vec::new();
     for event in events {
         let Some(causes) = &event.causes else {
             continue;
         };
+        let name = format!("{} {}", readable(event.kind.name()), scene.subject(event));
+        let is_same = |other: &EventCauses| {
+            (other.since_ns, other.at_ns) == (causes.since_ns, causes.at_ns)
+                && other.otf_n.to_bits() == causes.otf_n.to_bits()
+        };
+        match groups.iter_mut().find(|(_, other)| is_same(other)) {
+            Some((names, _)) => names.push(name),
+            None => groups.push((vec![name], causes)),
+        }
+    }
+    let mut rows = Vec::new();
+    for (names, causes) in groups {
         let shares = causes.shares.iter();
-        rows.extend(
-            shares
-                .filter(|share| share.percent.abs() >= LEAST_PERCENT)
-                .map(|share| {
-                    vec![
-                        format!("{} {}", readable(event.kind.name()), scene.subject(event)),
-                        format!("{:.2}", scene.seconds(causes.since_ns)),
-                        format!("{:.2}", scene.seconds(causes.at_ns)),
-                        readable(share.cause),
-                        number(share.taken_n),
-                        format!("{:.0}", share.percent),
-                    ]
-                }),
-        );
+        let listed = shares.filter(|share| share.percent.abs() >= LEAST_PERCENT);
+        rows.extend(listed.enumerate().map(|(place, share)| {
+            let once = |text: String| if place == 0 { text } else { String::new() };
+            vec![
+                once(names.join(", ")),
+                once(format!("{:.2}", scene.seconds(causes.since_ns))),
+                once(format!("{:.2}", scene.seconds(causes.at_ns))),
+                readable(share.cause),
+                number(share.taken_n),
+                format!("{:.0}", share.percent),
+            ]
+        }));
     }
     let head = [
         "Event",

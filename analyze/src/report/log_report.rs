@@ -10,13 +10,13 @@ use super::sketch::Sketch;
 use super::when::Calendar;
 use super::{
     basis, charts, clocks, explanations, health, machine_view, measured_loads, moment, path, pdf,
-    prevention, sheet, tables, unstated_load,
+    prevention, sheet, sliders, tables, unstated_load,
 };
 use crate::analysis::Analysis;
 use crate::page::svg::CHART_STYLE;
 use crate::page::{self, Columns, Document, MOST_POINTS, Plots, json_script, part};
 
-const MOMENT_SCRIPT: &str = include_str!("moment.js");
+const SCRIPT: &str = concat!(include_str!("moment.js"), "\n", include_str!("sliders.js"));
 /// Findings at the top of the page; the table of events has all.
 const MOST_FINDINGS: usize = 12;
 
@@ -46,6 +46,7 @@ pub fn render_sketch(analysis: &Analysis, sketch: &Sketch) -> String {
         of: &|part| page::figures(&figures, part.name()),
         loads: html! { (how_to_read(analysis)) (page::figures(&figures, Part::Loads.name())) },
         posture: moment::section(&moments),
+        sliders: sliders::section(analysis),
         path: path::section(analysis, sketch.path.as_ref()),
         has_study: figures
             .iter()
@@ -68,7 +69,7 @@ pub fn render_sketch(analysis: &Analysis, sketch: &Sketch) -> String {
         plots: Some(Plots {
             figures: &figures,
             columns: &columns,
-            script: MOMENT_SCRIPT,
+            script: SCRIPT,
             data: &moments_data,
         }),
     }
@@ -92,6 +93,7 @@ pub fn render_sketch_as_pdf(analysis: &Analysis, sketch: &Sketch) -> Result<Vec<
         of: &|_| html! {},
         loads: charts::section(analysis, sketch),
         posture: html! {},
+        sliders: html! {},
         path: path::section(analysis, sketch.path.as_ref()),
         has_study: false,
     };
@@ -111,6 +113,7 @@ struct Drawn<'a> {
     of: &'a dyn Fn(Part) -> Markup,
     loads: Markup,
     posture: Markup,
+    sliders: Markup,
     path: Option<Markup>,
     has_study: bool,
 }
@@ -161,7 +164,7 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
         part(
             "prevention",
             "What would have prevented it",
-            prevention::section(analysis),
+            html! { (prevention::section(analysis)) (drawn.sliders) },
         ),
         part(
             "indicators",

@@ -9,8 +9,8 @@ use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::page::{number, table};
 
-/// Radius (m) of the disc of the largest load at rest.
-const LARGEST_DISC_M: f64 = 0.42;
+/// Radius of the disc of the largest load at rest, as a share of the smaller distance between wheels.
+const LARGEST_DISC: f64 = 0.24;
 
 /// The machine at a row, from above and from the side, with its loads.
 pub(super) fn pictures(analysis: &Analysis, row: usize) -> Markup {
@@ -129,11 +129,14 @@ impl View<'_> {
         let arm: Vec<[Point; 2]> = self.arm(Self::above);
         all.extend(arm.iter().flatten());
         let mut drawing = Drawing::around(&all)?;
-        let edges = machine.polygon().edges().iter();
-        let corners: Vec<Point> = edges.map(|edge| contacts[edge.from]).collect();
+        let carries = self.carrying();
+        let corners: Vec<Point> = (around_their_middle(&contacts, &carries).into_iter())
+            .map(|wheel| contacts[wheel])
+            .collect();
         drawing.polygon("support", &corners);
         let at_rest = &machine.reference().static_load;
         let largest = at_rest.iter().copied().fold(1.0, f64::max);
+        let largest_disc_m = LARGEST_DISC * smaller_span(&contacts);
         for (wheel, (facts, &[x, y])) in machine.wheels().iter().zip(&contacts).enumerate() {
             let (half, r) = (0.35 * facts.radius, facts.radius);
             let tyre = [
@@ -143,8 +146,8 @@ impl View<'_> {
                 [x - half, y + r],
             ];
             drawing.polygon("tyre", &tyre);
-            let disc = |load: f64| LARGEST_DISC_M * (load / largest).sqrt();
-            if at_rest[wheel] > 0.0 {
+            let disc = |load: f64| largest_disc_m * (load / largest).sqrt();
+            if carries[wheel] && at_rest[wheel] > 0.0 {
                 drawing.circle("at-rest", [x, y], disc(at_rest[wheel]));
             }
             let load = self.load(wheel);
@@ -171,16 +174,22 @@ impl View<'_> {
             drawing.polygon("zmp", &[[x, y + r], [x + r, y], [x, y - r], [x - r, y]]);
         }
         for (wheel, (facts, at)) in machine.wheels().iter().zip(&contacts).enumerate() {
+            if !carries[wheel] {
+                continue;
+            }
             let load = self.load(wheel);
             let is_left = at[0] < corners.iter().map(|c| c[0]).sum::<f64>() / corners.len() as f64;
-            let disc = LARGEST_DISC_M * (load.max(at_rest[wheel]) / largest).sqrt();
+            let disc = largest_disc_m * (load.max(at_rest[wheel]) / largest).sqrt();
             let outside = disc.max(0.8 * facts.radius);
             let beside = drawing_shift(&drawing, outside, is_left);
             let anchor = if is_left { Anchor::End } else { Anchor::Start };
             drawing.text(*at, [beside, 2.0], anchor, &facts.name);
             let load = match load.is_finite() {
                 // plus zero: no sign before zero
-                true => format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0),
+                true if largest >= 1000.0 => {
+                    format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0)
+                }
+                true => format!("{:.1} N", (load * 10.0).round() / 10.0 + 0.0),
                 false => "unknown".into(),
             };
             drawing.text(*at, [beside, -10.0], anchor, &load);
@@ -190,6 +199,17 @@ impl View<'_> {
             drawing.width([left, rear], [right, rear], 14.0, "track");
         }
         Some(drawing.finish("From above, forward is up; disc: load, dashed: at rest, cross: no load, diamond: zero moment point", true))
+    }
+
+    /// The wheels and feet that the machine stands on or would stand on: those with loads, all of them where none is known.
+    fn carrying(&self) -> Vec<bool> {
+        let known: Vec<bool> = (0..self.analysis.machine.wheels().len())
+            .map(|wheel| self.load(wheel).is_finite())
+            .collect();
+        match known.contains(&true) {
+            true => known,
+            false => vec![true; known.len()],
+        }
     }
 
     /// Sideways coordinates of the pair of wheels that stand farthest apart.
@@ -285,6 +305,45 @@ impl View<'_> {
     }
 }
 
+/// The smaller of length and width of the rectangle around the points (m), of those that are no line.
+fn smaller_span(points: &[Point]) -> f64 {
+    let span = |axis: usize| {
+        let along = || points.iter().map(|point| point[axis]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    let spans = [span(0), span(1)].into_iter().filter(|span| *span > 0.01);
+    spans.reduce(f64::min).unwrap_or(1.0)
+}
+
+/// The corners of the polygon around the chosen points, in turn: those inside it and on its edges are left out.
+fn around_their_middle(points: &[Point], chosen: &[bool]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..points.len()).filter(|&k| chosen[k]).collect();
+    let compare = |a: &usize, b: &usize| {
+        let ([ax, ay], [bx, by]) = (points[*a], points[*b]);
+        ax.total_cmp(&bx).then(ay.total_cmp(&by))
+    };
+    order.sort_by(compare);
+    // Andrew's monotone chain: the lower side from left to right, then the upper side back
+    let side = |order: &mut dyn Iterator<Item = usize>| {
+        let mut chain: Vec<usize> = Vec::new();
+        for next in order {
+            while let [.., a, b] = chain[..] {
+                let ([ax, ay], [bx, by], [cx, cy]) = (points[a], points[b], points[next]);
+                if (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) > 1e-9 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(next);
+        }
+        chain.pop();
+        chain
+    };
+    let mut corners = side(&mut order.iter().copied());
+    corners.extend(side(&mut order.iter().rev().copied()));
+    corners
+}
+
 /// Where the label of a wheel begins: beyond its disc, in the picture's own units.
 fn drawing_shift(drawing: &Drawing, outside_m: f64, is_left: bool) -> f64 {
     let outside = outside_m / drawing.metres(1.0) + 4.0;
@@ -294,4 +353,20 @@ fn drawing_shift(drawing: &Drawing, outside_m: f64, is_left: bool) -> f64 {
 /// Distance from a point to beyond the right end, in the picture's own units.
 fn drawing_room(drawing: &Drawing, from: f64, end: f64) -> f64 {
     (end - from) / drawing.metres(1.0) + 6.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_polygon_goes_around_the_feet_and_leaves_the_raised_wheels_out() {
+        let wheels = [[-1.0, 2.0], [1.0, 2.0], [-1.0, -2.0], [1.0, -2.0]];
+        let feet = [[-2.0, 2.5], [2.0, 2.5], [-2.0, -2.5], [2.0, -2.5]];
+        let points = [wheels, feet].concat();
+        assert_eq!(around_their_middle(&points, &[true; 8]), [6, 7, 5, 4]);
+        let front_foot_up = [false, false, false, false, true, false, true, true];
+        assert_eq!(around_their_middle(&points, &front_foot_up), [6, 7, 4]);
+        assert_eq!(around_their_middle(&points[..4], &[true; 4]), [2, 3, 1, 0]);
+    }
 }

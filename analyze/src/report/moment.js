@@ -5,6 +5,7 @@
   if (!moments || moments.instants.length === 0) { return; }
   const NAMESPACE = 'http://www.w3.org/2000/svg';
   const TRACE_S = 2;
+  const DISC_SHARE = 0.24;
   const known = function (values) { return values.every(function (v) { return v !== null; }); };
 
   // One scale for all pictures, at which everything fits.
@@ -19,6 +20,21 @@
     return box;
   }, { front: -Infinity, rear: Infinity, left: -Infinity, right: Infinity, high: 1 });
   if (!isFinite(box.front)) { return; }
+  // The smaller of length and width of the rectangle around the wheels (m).
+  function apart(instants) {
+    let least = Infinity;
+    instants.slice(0, 1).forEach(function (instant) {
+      [0, 1].forEach(function (axis) {
+        const along = instant.wheels.map(function (w) { return w[axis]; }).filter(function (v) { return v !== null; });
+        const width = Math.max.apply(null, along) - Math.min.apply(null, along);
+        if (width > 0.01) { least = Math.min(least, width); }
+      });
+    });
+    return isFinite(least) ? least : 1.75;
+  }
+  const sideways = moments.instants[0].wheels.map(function (w) { return w[1]; });
+  const middleOfWheels = (Math.max.apply(null, sideways) + Math.min.apply(null, sideways)) / 2;
+  const isLarge = moments.wheels.some(function (w) { return w.at_rest >= 1000; });
   // Room beside the wheels for their labels: names and loads never cover another wheel.
   const letters = Math.max.apply(null, moments.wheels.map(function (w) { return w.name.length; })) + 1;
   const span = Math.max(box.left - box.right, box.front - box.rear) + 2.4;
@@ -26,10 +42,34 @@
   const margin = Math.max(1.2, 0.6 + Math.max(letters, 8) * 2.1 * unit);
   const widest = { width: box.left - box.right + 2 * margin, height: box.front - box.rear + 2.4 };
   const atRest = moments.wheels.map(function (w) { return w.at_rest || 0; });
-  // Radius of a disc (m) per square root of a load; that of the largest load at rest is 0.42 m.
-  const disc = 0.42 / Math.sqrt(Math.max.apply(null, atRest.concat([1])));
+  // Radius of a disc (m) per square root of a load: that of the largest load at rest is a share of the smaller distance
+  // between wheels.
+  const disc = DISC_SHARE * apart(moments.instants) / Math.sqrt(Math.max.apply(null, atRest.concat([1])));
   // Coordinates in the picture: right and down.
   const at = function (x, y) { return [box.left + margin - y, box.front + 1.2 - x]; };
+
+  // What the machine stands on or would stand on: the wheels and feet with loads, all of them where none is known.
+  function standing(instant) {
+    const loads = instant.wheels.map(function (w) { return w[2] !== null; });
+    return loads.some(Boolean) ? loads : loads.map(function () { return true; });
+  }
+  // The corners around some points, in turn (Andrew's monotone chain).
+  function hull(points) {
+    const sorted = points.slice().sort(function (a, b) { return a[0] - b[0] || a[1] - b[1]; });
+    const side = function (all) {
+      const chain = [];
+      all.forEach(function (c) {
+        while (chain.length > 1) {
+          const a = chain[chain.length - 2], b = chain[chain.length - 1];
+          if ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 1e-9) { break; }
+          chain.pop();
+        }
+        chain.push(c);
+      });
+      return chain.slice(0, -1);
+    };
+    return side(sorted).concat(side(sorted.reverse()));
+  }
 
   function add(parent, name, attributes, text) {
     const element = document.createElementNS(NAMESPACE, name);
@@ -65,9 +105,10 @@
 
   function label(svg, facts, value) {
     const place = at(value[0], value[1]), load = value[2];
-    const isLeft = value[1] > (box.left + box.right) / 2;
+    const isLeft = value[1] > middleOfWheels;
     const beside = Math.max(facts.radius * 0.4, disc * Math.sqrt(Math.max(load || 0, facts.at_rest || 0))) + unit;
-    const texts = [facts.name, load === null ? '?' : (Math.round(load / 100) / 10 + 0).toFixed(1) + ' kN'];
+    const texts = [facts.name, load === null ? '?' : isLarge ? (Math.round(load / 100) / 10 + 0).toFixed(1) + ' kN'
+      : (Math.round(load * 10) / 10 + 0).toFixed(1) + ' N'];
     texts.forEach(function (text, line) {
       add(svg, 'text', { x: place[0] + (isLeft ? -beside : beside), y: place[1] + unit * (line * 3.6 - 0.4),
         'font-size': unit * 3.4, 'stroke-width': unit, 'text-anchor': isLeft ? 'end' : 'start' }, text);
@@ -101,8 +142,10 @@
     const size = { width: widest.width, height: widest.height };
     svg.setAttribute('viewBox', '0 0 ' + size.width + ' ' + size.height);
     svg.replaceChildren();
-    const corners = moments.edges.map(function (edge) { return instant.wheels[edge[0]].slice(0, 2); });
-    if (corners.every(known)) {
+    const stands = standing(instant);
+    const corners = hull(instant.wheels.filter(function (w, k) { return stands[k]; })
+      .map(function (w) { return w.slice(0, 2); }).filter(known));
+    if (corners.length > 2) {
       add(svg, 'polygon', { 'class': 'support', 'stroke-width': unit * 0.5,
         points: corners.map(function (c) { return at(c[0], c[1]).join(','); }).join(' ') });
     }
@@ -129,7 +172,7 @@
         points: [[0, -r], [r, 0], [0, r], [-r, 0]].map(function (d) { return [z[0] + d[0], z[1] + d[1]].join(','); }).join(' ') });
     }
     moments.wheels.forEach(function (facts, w) {
-      if (known(instant.wheels[w].slice(0, 2))) { label(svg, facts, instant.wheels[w]); }
+      if (stands[w] && known(instant.wheels[w].slice(0, 2))) { label(svg, facts, instant.wheels[w]); }
     });
     gravity(svg, instant, size);
   }
@@ -187,8 +230,9 @@
         points: points.map(function (p) { return project(p[0], p[1], p[2]).join(','); }).join(' ') });
     };
     const there = instant.wheels.map(function (w) { return known(w.slice(0, 2)); });
-    const corners = moments.edges.filter(function (edge) { return there[edge[0]]; })
-      .map(function (edge) { return instant.wheels[edge[0]]; });
+    const stands = standing(instant);
+    const corners = hull(instant.wheels.filter(function (w, k) { return there[k] && stands[k]; })
+      .map(function (w) { return w.slice(0, 2); }));
     shape('support', corners.map(function (c) { return [c[0], c[1], 0]; }), unit * 0.4);
     moments.wheels.forEach(function (facts, w) {
       if (!there[w]) { return; }
@@ -198,10 +242,8 @@
       }
       shape('tyre', ring, unit * 0.3);
     });
-    shape('ghost', moments.edges.filter(function (edge) { return there[edge[0]]; }).map(function (edge) {
-      const wheel = instant.wheels[edge[0]];
-      return [wheel[0], wheel[1], moments.wheels[edge[0]].radius];
-    }), unit * 0.8);
+    const radius = Math.max.apply(null, moments.wheels.map(function (w) { return w.radius; }));
+    shape('ghost', corners.map(function (c) { return [c[0], c[1], radius]; }), unit * 0.8);
     instant.arm.filter(known).forEach(function (s) {
       line(svg, 'arm', project(s[0], s[1], s[2]), project(s[3], s[4], s[5]), unit * 1.6);
     });

@@ -13,7 +13,7 @@ use super::sheet;
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
-use crate::events::Event;
+use crate::events::{Event, EventKind};
 use crate::page::readable;
 
 /// Instants under the slider, those of events not counted.
@@ -27,8 +27,6 @@ const MOST_PICTURES: usize = 6;
 #[derive(Debug, Serialize)]
 pub(super) struct Moments {
     wheels: Vec<WheelFacts>,
-    /// Pairs of wheels: the edges of the support polygon.
-    edges: Vec<[usize; 2]>,
     instants: Vec<Instant>,
     /// The instants of the slider's marks in order of time, with their labels.
     events: Vec<Mark>,
@@ -142,45 +140,58 @@ pub(super) fn section(moments: &Moments) -> Markup {
 
 impl Moments {
     pub(super) fn of(analysis: &Analysis, spread: &Instants) -> Self {
-        let (machine, rows) = (&analysis.machine, &analysis.rows);
+        let rows = &analysis.rows;
         let mut important: Vec<&Event> = (analysis.events.iter())
             .filter(|event| event.kind.is_observed())
             .collect();
         important.sort_by_key(|event| (rank(event.kind), event.start_ns));
         important.truncate(MOST_EVENTS);
         let mut shown = spread.indices.clone();
-        shown.extend(important.iter().map(|event| rows.at(event.worst_ns)));
+        shown.extend(important.iter().map(|event| rows.at(shown_ns(event))));
         shown.extend(sheet::row(analysis));
         shown.extend(rows.len().checked_sub(1));
         shown.sort_unstable();
         shown.dedup();
-        let instant = |event: &Event| shown.partition_point(|&row| row < rows.at(event.worst_ns));
+        let instant = |event: &Event| shown.partition_point(|&row| row < rows.at(shown_ns(event)));
         let scene = Scene::of(analysis);
         let mut by_time: Vec<(usize, &Event)> = important.iter().copied().enumerate().collect();
-        by_time.sort_by_key(|(_, event)| event.worst_ns);
+        by_time.sort_by_key(|(_, event)| shown_ns(event));
         let events = by_time.iter().map(|(_, event)| Mark {
             instant: instant(event),
             label: format!(
                 "{} {}, t = {:.2} s",
                 readable(event.kind.name()),
                 scene.subject(event),
-                scene.seconds(event.worst_ns)
+                scene.seconds(shown_ns(event))
             ),
         });
-        let pictured = |(place, (importance, _)): (usize, &(usize, &Event))| {
-            (*importance < MOST_PICTURES).then_some(place)
-        };
+        // the gravest of the events at one instant
+        let mut pictured_rows = Vec::new();
+        let mut pictures = Vec::new();
+        for (importance, event) in important.iter().enumerate() {
+            let row = rows.at(shown_ns(event));
+            if pictures.len() < MOST_PICTURES && !pictured_rows.contains(&row) {
+                pictured_rows.push(row);
+                pictures.extend(by_time.iter().position(|(other, _)| *other == importance));
+            }
+        }
+        pictures.sort_unstable();
         Self {
             wheels: wheel_facts(analysis),
-            edges: (machine.polygon().edges().iter())
-                .map(|edge| [edge.from, edge.to])
-                .collect(),
             first: sheet::row(analysis)
                 .map_or(0, |row| shown.partition_point(|&other| other < row)),
-            pictures: by_time.iter().enumerate().filter_map(pictured).collect(),
+            pictures,
             events: events.collect(),
             instants: instants(analysis, spread, &shown),
         }
+    }
+}
+
+/// When an event is shown: a lift and a tipping at their onset, for what follows is a fall; a light wheel at its worst.
+fn shown_ns(event: &Event) -> i64 {
+    match event.kind {
+        EventKind::WheelLift | EventKind::EdgeTipping | EventKind::TipOver => event.start_ns,
+        _ => event.worst_ns,
     }
 }
 

@@ -6,7 +6,7 @@ use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
 use crate::base::number::number;
 use crate::events::Finding;
-use crate::page::{Bar, bars, list, probability, short, table};
+use crate::page::{Bar, bars, list, probability, readable, short, table};
 
 /// Most changes shown in the chart and the table.
 const MOST_SHOWN: usize = 8;
@@ -20,15 +20,9 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     };
     let shown: Vec<&SimulatedChange> = advice.changes.iter().take(MOST_SHOWN).collect();
     let bar = |change: &&SimulatedChange| Bar {
-        label: change.name.clone(),
+        label: change.statement.clone(),
         share: change.effort,
-        text: format!(
-            "{}{} ({:.0} % of {})",
-            signed(change.change),
-            unit(change),
-            100.0 * change.effort,
-            change.effort_of
-        ),
+        text: format!("{:.0} % of {}", 100.0 * change.effort, change.effort_of),
     };
     let seconds = |time_ns: i64| time_ns.saturating_sub(analysis.rows.times_ns[0]) as f64 * 1e-9;
     html! {
@@ -51,7 +45,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
         @if !advice.rejected.is_empty() {
             details {
                 summary { "Changes that were tried and do not hold (" (advice.rejected.len()) ")" }
-                (list(advice.rejected.iter().map(|tried| format!("{}: {}", tried.name, tried.reason))))
+                (list(advice.rejected.iter().map(|tried| format!("{}: {}", tried_in_words(&tried.name), tried.reason))))
             }
         }
         details {
@@ -65,8 +59,13 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
 pub(super) fn brief(analysis: &Analysis) -> Markup {
     let changes = analysis.advice.iter().flat_map(|advice| &advice.changes);
     let rows = changes.take(MOST_IN_FINDING).map(|change| {
-        let otf = format!("{}{}", number(change.least_otf_n), sigma(change));
-        vec![change.statement.clone(), otf]
+        let otf = format!(
+            "{}{}",
+            number(change.least_otf_n),
+            sigma(change).trim_end_matches(" N")
+        );
+        let chance = change.chance.map_or("unknown".into(), probability);
+        vec![change.statement.clone(), otf, chance]
     });
     let rows: Vec<Vec<String>> = rows.collect();
     html! {
@@ -75,10 +74,28 @@ pub(super) fn brief(analysis: &Analysis) -> Markup {
             @if rows.is_empty() {
                 p { (analysis.advice.as_ref().map_or_else(|| without_advice(analysis).to_owned(), conclusion)) }
             } @else {
-                (table(&["Change, alone", "Smallest OTF [N]"], &rows))
-                p.hint { "Simulated over the whole incident; just enough, so an even chance. Everything else as logged." }
+                (table(&["Change, alone", "Smallest OTF [N]", "Chance"], &rows))
+                p.hint { "Simulated over the whole incident, everything else as logged. Chance: that every wheel keeps its limit." }
             }
         }
+    }
+}
+
+/// The stable name of a change in words.
+fn tried_in_words(name: &str) -> String {
+    match name {
+        "arm.speed" => return "A slower arm".into(),
+        "manoeuvre.speed" => return "Machine and arm slower".into(),
+        "base.forward_acceleration" => return "Less braking and accelerating".into(),
+        "base.yaw_rate" => return "A wider curve".into(),
+        "tool.wrench" => return "Less force on the tool".into(),
+        _ => {}
+    }
+    match name.rsplit_once('.') {
+        Some((joint, "position (higher)")) => format!("Joint {joint} higher"),
+        Some((joint, "position (lower)")) => format!("Joint {joint} lower"),
+        Some((of, "mass")) => format!("Less mass of {}", readable(of)),
+        _ => name.into(),
     }
 }
 

@@ -3,6 +3,7 @@
 
 use maud::{Markup, html};
 
+use super::findings::LEAST_OF_A_FACT;
 use crate::analysis::Analysis;
 use crate::analysis::unstated_load::{ExplainedFall, Explanation, LoadEstimates, MassEstimate};
 use crate::base::number::number;
@@ -88,18 +89,25 @@ fn agreement(load: &LoadEstimates) -> String {
     match (&load.agreement, load.combined) {
         (None, _) => "There is one estimate only.".into(),
         (Some(agreement), Some(_)) => format!(
-            "The estimates agree (chi-square {} with {} degrees of freedom, probability of more {}).",
+            "The estimates agree (chi-square {} with {}, probability of more {}).",
             short(agreement.chi_square),
-            agreement.degrees,
+            degrees_of_freedom(agreement.degrees),
             probability(agreement.probability)
         ),
         (Some(agreement), None) => format!(
-            "The estimates contradict each other (chi-square {} with {} degrees of freedom, probability of more {}), so they \
+            "The estimates contradict each other (chi-square {} with {}, probability of more {}), so they \
              are not combined: a load on the tool alone does not explain the log.",
             short(agreement.chi_square),
-            agreement.degrees,
+            degrees_of_freedom(agreement.degrees),
             probability(agreement.probability)
         ),
+    }
+}
+
+fn degrees_of_freedom(count: usize) -> String {
+    match count {
+        1 => "one degree of freedom".into(),
+        count => format!("{count} degrees of freedom"),
     }
 }
 
@@ -122,6 +130,14 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
     );
     let load = fall.load.as_ref().and_then(|load| load.combined);
     let headline = match (best.kind, load) {
+        // one explanation among several is no statement of fact
+        ("stated_machine", _) if best.probability < LEAST_OF_A_FACT => {
+            format!("{about} does not contradict the machine as stated {chance}")
+        }
+        (kind, _) if best.probability < LEAST_OF_A_FACT && kind != "none_of_these" => format!(
+            "{about}: the log does not tell between several explanations; the most probable: {} {chance}",
+            with_amounts(best)
+        ),
         ("stated_machine", _) => {
             format!("{about} is explained by the machine as stated {chance}")
         }

@@ -15,7 +15,7 @@ use super::solve::{Bounds, Solution, solve};
 use super::window::{FARTHEST_REST_NS, LONGEST_TIPPING_NS, MARGIN_NS, Window, event_around};
 use crate::base::number::{known, percent, short};
 use crate::base::table::Table;
-use crate::events::{Event, LowestOtf, normal_distribution};
+use crate::events::{Event, EventKind, LowestOtf, normal_distribution};
 
 /// Share of an event's rows whose state may be unknown.
 const MOST_LEFT_OUT: f64 = 0.1;
@@ -38,7 +38,7 @@ pub(crate) fn advise(
     let sensitivity = sensitivity?;
     let limit = |wheel: usize| min_loads_n.map_or(0.0, |limits| limits[wheel]);
     let worst = worst?;
-    let event = event_around(events, rows, worst.row)?;
+    let event = on_its_wheels(events, rows, event_around(events, rows, worst.row)?);
     let too_long = too_long(rows, event);
     let window = match too_long {
         None => event,
@@ -117,6 +117,23 @@ pub(crate) fn advise(
     }
     (advice.changes).sort_by(|a, b| a.effort.total_cmp(&b.effort));
     Some(advice)
+}
+
+/// Of an event in which the machine tips over, the time in which its wheels carry it: what follows is the fall, which no change
+/// of a machine on its side could prevent.
+fn on_its_wheels(events: &[Event], rows: &Table, event: [i64; 2]) -> [i64; 2] {
+    let tips_over = events.iter().any(|other| {
+        other.kind == EventKind::TipOver && (event[0]..=event[1]).contains(&other.start_ns)
+    });
+    let (first, last) = (rows.at(event[0]), rows.at(event[1]));
+    let carried = (first..=last).rev();
+    let carried = carried
+        .into_iter()
+        .find(|&row| rows.reasons[row].leave_loads());
+    match carried.filter(|_| tips_over) {
+        Some(row) => [event[0], rows.times_ns[row]],
+        None => event,
+    }
 }
 
 /// Why an event is not simulated if its states would not fit into memory, and each of many candidates would take long.

@@ -6,7 +6,7 @@ use crate::events::{Event, EventKind};
 /// Events this close in time are one incident (ns).
 const MERGED_NS: i64 = 500_000_000;
 /// An event that is less probable than this is no statement of fact.
-const LEAST_PROBABILITY: f64 = 0.5;
+pub(in crate::report) const LEAST_PROBABILITY: f64 = 0.5;
 
 /// Events of the machine that overlap in time, or nearly.
 #[derive(Debug, Clone)]

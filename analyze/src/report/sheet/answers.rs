@@ -6,8 +6,9 @@ use tipwatch_mechanics::machine::{Ground, NoteKind};
 use crate::analysis::Analysis;
 use crate::events::split_rule::{is_stated, sharing, split_rule};
 use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
-use crate::page::{number, probability, short};
+use crate::page::{number, percent, probability, short};
 use crate::report::findings::{Incident, Scene, is_fact};
+use crate::report::parameter_words::in_words;
 use crate::report::when::Calendar;
 
 /// Most losses told.
@@ -88,7 +89,9 @@ fn tipped_over(analysis: &Analysis) -> String {
             Some(ShownBy::Rotation) => " The computed loads do not show it.",
             _ => "",
         };
-        return format!("Yes, about the {edge} edge, {at}: its tilt grew by {tilt:.1}°.{unseen}");
+        return format!(
+            "Yes, about the {edge} edge, {at}: its tilt grew by at least {tilt:.0}°.{unseen}"
+        );
     }
     if let Some(unknown) = nothing_known(analysis) {
         return unknown;
@@ -264,12 +267,26 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         )
     });
     Some(format!(
-        "{}, known to ± {} {}: that alone moves the load of wheel {wheel} by ± {} N{shift}.",
-        first.parameter.name(machine),
-        short(two_sigma),
-        first.parameter.unit(machine).trim_start_matches('-'),
+        "{}, known to ± {}: that alone moves the load of wheel {wheel} by ± {} N{shift}.",
+        capital(&in_words(first.parameter, machine)),
+        amount(two_sigma, first.parameter.unit(machine)),
         number(change_n)
     ))
+}
+
+/// A number with its unit; what has none is a share.
+fn amount(value: f64, unit: &str) -> String {
+    match unit {
+        "-" => percent(value),
+        unit => format!("{} {unit}", short(value)),
+    }
+}
+
+/// The text with a large first letter.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
 }
 
 /// What is missing of the log.
@@ -301,10 +318,10 @@ fn lost(analysis: &Analysis) -> String {
         1 => sentences.push("One signal has a gap.".into()),
         count => sentences.push(format!("Signals have {count} gaps.")),
     }
-    sentences.push(format!(
-        "Wheel loads are known in {} of the log.",
-        analysis.coverage
-    ));
+    sentences.push(match analysis.coverage.on_side_s > 0.0 {
+        true => format!("Wheel loads are known in {}.", analysis.coverage),
+        false => format!("Wheel loads are known in {} of the log.", analysis.coverage),
+    });
     sentences.join(" ")
 }
 
@@ -358,11 +375,7 @@ fn when(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
     let event = incidents.first().map(Incident::gravest).and_then(|event| {
         let what = scene.step(event);
         let start = calendar.utc(event.start_ns)?;
-        Some(format!(
-            "{}{} at {start}. ",
-            what[..1].to_uppercase(),
-            &what[1..]
-        ))
+        Some(format!("{} at {start}. ", capital(&what)))
     });
     format!(
         "{}The log covers {first} to {last}, {}.",

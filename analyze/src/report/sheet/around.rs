@@ -5,7 +5,7 @@ use tipwatch_mechanics::{Placement, Quantity, State};
 
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
-use crate::page::number;
+use crate::events::EventKind;
 use crate::page::svg::{Chart, round_up};
 use crate::report::findings::Incident;
 
@@ -13,6 +13,8 @@ use crate::report::findings::Incident;
 const BEFORE_S: f64 = 2.0;
 const AFTER_S: f64 = 1.5;
 const LONGEST_S: f64 = 30.0;
+/// Of a tip-over, time that is drawn after its onset (s): what follows is the impact.
+const FALL_S: f64 = 5.0;
 /// Points of a curve.
 const POINTS: usize = 260;
 /// Classes of lines that can be told apart in black and white.
@@ -38,6 +40,10 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     // of a long incident the onset of what was gravest
     let from_s = from_s.max(seconds(gravest.start_ns) - 0.5 * LONGEST_S);
     let to_s = to_s.min(last_s).min(from_s + LONGEST_S);
+    let to_s = match gravest.kind {
+        EventKind::TipOver => to_s.min(seconds(gravest.start_ns) + FALL_S),
+        _ => to_s,
+    };
     let at = |s: f64| rows.at(first_ns.saturating_add((s * 1e9) as i64));
     let (first, end) = (at(from_s), at(to_s) + 1);
     let window = rows.window(first..end.min(rows.len()));
@@ -99,7 +105,13 @@ impl Curves {
             rows.states.get(row, &mut state);
             placement.place(&state);
             let up = &state.base.up;
+            // beyond half a turn it goes on
             let roll = up.y.atan2(up.z).to_degrees();
+            let before = found.attitude[0].1.iter().rev().map(|point| point.1);
+            let roll = match before.into_iter().find(|value| value.is_finite()) {
+                Some(before) => roll + 360.0 * ((before - roll) / 360.0).round(),
+                None => roll,
+            };
             let pitch = (-up.x).atan2(up.y.hypot(up.z)).to_degrees();
             let yaw = placement
                 .normal
@@ -167,12 +179,14 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
     }
     chart.names(names);
     for share in [0.0, 0.5, 1.0] {
-        let (value, time) = (
-            low + share * (high - low),
-            span.0 + share * (span.1 - span.0),
-        );
-        chart.label_y(value, &number(value));
+        let time = span.0 + share * (span.1 - span.0);
         chart.label_x(time, &format!("{time:.1}"));
+    }
+    for value in [low, 0.0, high] {
+        // ends that are close to zero would cover its label
+        if value == 0.0 || value.abs() > 0.12 * (high - low) {
+            chart.label_y(value, &value.to_string());
+        }
     }
     chart.caption_x("t [s]; dashed upright: onset");
     chart.finish()

@@ -6,11 +6,13 @@ use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
 use crate::report::findings::{Incident, Scene, is_fact};
 
-/// Sizes in the picture's own units.
-const WIDTH: f64 = 720.0;
-const LABELS: f64 = 210.0;
-const LANE: f64 = 20.0;
-const RIGHT: f64 = 12.0;
+/// Sizes in the picture's own units: narrow, so that its letters can be read on a telephone.
+const WIDTH: f64 = 440.0;
+const BORDER: f64 = 4.0;
+/// A lane: a line of text, and its bar below.
+const LANE: f64 = 24.0;
+const TEXT: f64 = 10.0;
+const BAR: f64 = 7.0;
 const LETTERS: f64 = 11.0;
 /// Most lanes.
 const MOST_LANES: usize = 7;
@@ -35,8 +37,8 @@ pub(super) fn figure(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         return html! {};
     };
     let span = (to - from).max(0.1);
-    let at = |s: f64| LABELS + (s - from) / span * (WIDTH - LABELS - RIGHT);
-    let height = LANE * (steps.len() as f64 + 1.0) + 4.0;
+    let at = |s: f64| BORDER + (s - from) / span * (WIDTH - 2.0 * BORDER);
+    let height = LANE * steps.len() as f64 + 18.0;
     let told: Vec<String> = steps
         .iter()
         .map(|step| format!("{} {}", step.label, step.note))
@@ -46,40 +48,29 @@ pub(super) fn figure(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         figure.timeline {
             svg.chart viewBox=(format_args!("0 0 {WIDTH} {height:.0}")) role="img" aria-label=(format_args!("{title}: {}", told.join("; "))) {
                 @for (lane, step) in steps.iter().enumerate() {
-                    @let top = LANE * lane as f64 + 4.0;
+                    @let top = LANE * lane as f64;
                     @let (left, right) = (at(step.from_s), at(step.to_s).max(at(step.from_s) + 2.0));
-                    text x="2" y=(tenth(top + 11.0)) font-size=(LETTERS) text-anchor="start" { (step.label) }
-                    rect class=(step.class) x=(tenth(left)) y=(tenth(top + 2.0)) width=(tenth(right - left)) height="11" {}
+                    @let middle = top + TEXT + 3.0 + BAR / 2.0;
+                    text x=(tenth(BORDER)) y=(tenth(top + TEXT)) font-size=(LETTERS) text-anchor="start" {
+                        (step.label) ": " (step.note)
+                    }
+                    rect class=(step.class) x=(tenth(left)) y=(tenth(top + TEXT + 3.0)) width=(tenth(right - left)) height=(tenth(BAR)) {}
                     @if let Some(band_s) = step.band_s {
                         @let (low, high) = (at((step.from_s - band_s).max(from)), at((step.from_s + band_s).min(to)));
-                        line class="step-band" x1=(tenth(low)) y1=(tenth(top + 7.5)) x2=(tenth(high)) y2=(tenth(top + 7.5)) {}
+                        line class="step-band" x1=(tenth(low)) y1=(tenth(middle)) x2=(tenth(high)) y2=(tenth(middle)) {}
                     }
-                    @let (x, anchor) = note_place(left, right, &step.note);
-                    text x=(tenth(x)) y=(tenth(top + 11.0)) font-size=(LETTERS) text-anchor=(anchor) { (step.note) }
                 }
-                @let floor = LANE * steps.len() as f64 + 4.0;
-                line class="axis" x1=(tenth(LABELS)) y1=(tenth(floor)) x2=(tenth(WIDTH - RIGHT)) y2=(tenth(floor)) {}
+                @let floor = LANE * steps.len() as f64 + 3.0;
+                line class="axis" x1=(tenth(at(from))) y1=(tenth(floor)) x2=(tenth(at(from + span))) y2=(tenth(floor)) {}
                 @for share in [0.0, 0.5, 1.0] {
                     @let anchor = ["start", "middle", "end"][(2.0 * share) as usize];
-                    text x=(tenth(at(from + share * span))) y=(tenth(floor + 13.0)) font-size=(LETTERS) text-anchor=(anchor) {
+                    text x=(tenth(at(from + share * span))) y=(tenth(floor + 12.0)) font-size=(LETTERS) text-anchor=(anchor) {
                         (format_args!("{:.1} s", from + share * span))
                     }
                 }
             }
             figcaption { (title) }
         }
-    }
-}
-
-/// A note stands behind its bar, or before it where there is no room.
-fn note_place(left: f64, right: f64, note: &str) -> (f64, &'static str) {
-    let width = 5.6 * note.chars().count() as f64;
-    if right + 4.0 + width < WIDTH {
-        (right + 4.0, "start")
-    } else if left - 4.0 - width > LABELS {
-        (left - 4.0, "end")
-    } else {
-        (WIDTH - RIGHT, "end")
     }
 }
 
@@ -99,10 +90,22 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
             from_s,
             to_s: scene.seconds(causes.since_ns),
             band_s: None,
-            note: format!("{:.2} s before", first_s - scene.seconds(causes.since_ns)),
+            note: format!(
+                "until t = {:.2} s, {:.2} s before the first step",
+                scene.seconds(causes.since_ns),
+                first_s - scene.seconds(causes.since_ns)
+            ),
         });
     }
+    // a tip-over is an edge tipping that went on
+    let tip_overs: Vec<&str> = (incident.events.iter())
+        .filter(|event| event.kind == EventKind::TipOver && is_fact(event))
+        .map(|event| event.subject.as_str())
+        .collect();
     for event in incident.events.iter().filter(|event| is_fact(event)) {
+        if event.kind == EventKind::EdgeTipping && tip_overs.contains(&event.subject.as_str()) {
+            continue;
+        }
         let key = (event.kind, event.subject.as_str());
         if told.contains(&key) || steps.len() >= MOST_LANES {
             continue;
@@ -130,7 +133,7 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
             from_s: scene.seconds(at_ns),
             to_s: last_s,
             band_s: None,
-            note: format!("{:.2} s", scene.seconds(at_ns)),
+            note: format!("from t = {:.2} s", scene.seconds(at_ns)),
         });
     }
     steps
@@ -139,10 +142,9 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
 /// Start, band and lead time.
 fn note(scene: &Scene, event: &Event) -> String {
     let start = scene.start(event);
-    let start = start.trim_start_matches("t = ");
     match event.lead_s {
-        Some(lead_s) => format!("{start}, lead {lead_s:.2} s"),
-        None => start.to_owned(),
+        Some(lead_s) => format!("from {start}, lead time {lead_s:.2} s"),
+        None => format!("from {start}"),
     }
 }
 

@@ -113,7 +113,7 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     html! {
         div {
             h3 { "Would it have happened otherwise: " (scene.step(event)) }
-            (table(&["Supposed", "Answer", "Probability"], &rows.collect::<Vec<_>>()))
+            (table(&["Supposed", "Would it?", "Chance that it would"], &rows.collect::<Vec<_>>()))
         }
     }
 }

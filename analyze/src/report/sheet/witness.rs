@@ -3,8 +3,11 @@
 use super::answers;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind, ShownBy};
-use crate::page::number;
+use crate::page::{number, probability};
 use crate::report::findings::{Incident, Scene, findings, is_fact};
+
+/// From this probability on a step is told without it.
+const SURE: f64 = 0.95;
 
 /// At most three sentences on the gravest incident, or one on a log without any.
 pub(super) fn sentences(analysis: &Analysis, incidents: &[Incident<'_>]) -> Vec<String> {
@@ -77,8 +80,11 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
         last.clone_from(&subject);
         Some(match kind {
             EventKind::WheelLight => format!("{wheel}fell below its load limit at {start}"),
-            EventKind::WheelLift => format!("{wheel}left the ground at {start}"),
-            _ => format!("the machine tipped about the {subject} edge from {start}"),
+            EventKind::WheelLift => format!("{wheel}left the ground at {start}{}", doubt(event)),
+            _ => format!(
+                "the machine tipped about the {subject} edge from {start}{}",
+                doubt(event)
+            ),
         })
     };
     // a tip-over is an edge tipping that went on
@@ -115,6 +121,14 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
     }
 }
 
+/// How sure a step is where a reader would take it for surer than it is.
+fn doubt(event: &Event) -> String {
+    let doubtful = event.certainty.filter(|certainty| *certainty < SURE);
+    doubtful.map_or(String::new(), |certainty| {
+        format!(" (confidence {})", probability(certainty))
+    })
+}
+
 fn tipped(scene: &Scene, event: &Event) -> String {
     let edge = scene.subject(event);
     let by = match event.shown_by {
@@ -132,7 +146,7 @@ fn tipped(scene: &Scene, event: &Event) -> String {
         )
     });
     format!(
-        "It tipped over about the {edge} edge, by {:.0}°{by}{rest}.",
+        "It tipped over about the {edge} edge, by at least {:.0}°{by}{rest}.",
         event.worst.to_degrees()
     )
 }
