@@ -83,11 +83,19 @@ fn named(text: String) -> String {
     format!("commissioning = \"commissioning.json\"\n{text}")
 }
 
+/// Flat ground is stated, and wheels and tyres were measured, so that the loads are determined.
 fn on_plane_ground(text: String) -> String {
-    match text.contains("ground = \"plane\"") {
-        true => text,
-        false => text.replace("[contact]\n", "[contact]\nground = \"plane\"\n"),
+    let plane = "ground = \"plane\"";
+    if text.contains(plane) {
+        return text;
     }
+    let measured = "[uncertainty]\nwheel_radius = 0.001\nwheel_position = 0.001\ntyre_stiffness_share = 0.05\n";
+    let text = text.replace("roll_moment_distribution = 0.5", plane);
+    assert!(
+        text.contains(plane) && !text.contains("[uncertainty]"),
+        "{text}"
+    );
+    format!("{text}\n{measured}")
 }
 
 fn causal(log: &str, machine: &Path) -> Analysis {

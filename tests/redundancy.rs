@@ -19,8 +19,8 @@ struct Scene {
     airborne_s: [f64; 2],
 }
 
-const DEMO: Scene = Scene {
-    log: "../../analyze/demo/demo.mcap",
+const LIFT: Scene = Scene {
+    log: "lift.mcap",
     airborne_s: [6.10, 7.65],
 };
 const SWING: Scene = Scene {
@@ -347,7 +347,7 @@ fn doubted(scene: &Scene, found: &[&str]) {
 #[test]
 fn wrong_sensors_that_the_motion_shows_are_doubted() {
     doubted(
-        &DEMO,
+        &LIFT,
         &[
             "IMU turned by 180 degrees",
             "sign of the slew",
@@ -491,7 +491,7 @@ fn good_logs_contradict_nothing() {
     let mut logs: Vec<_> = logs
         .filter(|path| path.extension().is_some_and(|e| e == "mcap"))
         .collect();
-    logs.push(data(DEMO.log));
+    logs.push(data(LIFT.log));
     logs.sort();
     assert!(logs.len() > 35);
     for log in logs {

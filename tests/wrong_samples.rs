@@ -1,5 +1,5 @@
 //! Samples that are wrong by themselves, as loggers really write them: joints set anew, saturated and frozen axes, outliers,
-//! angles that wrap. Each is injected into the log of the demo, in which a wheel lifts at 6.1 s.
+//! angles that wrap. Each is injected into the log `lift`, in which a wheel lifts at 6.1 s.
 
 use std::path::Path;
 
@@ -13,15 +13,15 @@ use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::Level;
 use tipwatch_tests::{Values, analysed_with, data, write_edited};
 
-const DEMO: &str = "../../analyze/demo/demo.mcap";
+const LIFT: &str = "lift.mcap";
 const BOTH: [Estimator; 2] = [Estimator::Smoother, Estimator::Causal];
 
-/// The demo with changed messages: topic, values, seconds since the first message.
+/// The log with changed messages: topic, values, seconds since the first message.
 fn with(estimator: Estimator, edit: &mut dyn FnMut(&str, &mut Values<'_>, f64)) -> Analysis {
     let folder = TempDir::new().unwrap();
     let log = folder.path().join("changed.mcap");
     let mut start_ns = None;
-    write_edited(&data(DEMO), &log, &mut |topic, values| {
+    write_edited(&data(LIFT), &log, &mut |topic, values| {
         let start_ns = *start_ns.get_or_insert(values.stamp_ns);
         edit(topic, values, (values.stamp_ns - start_ns) as f64 * 1e-9);
     });
@@ -33,11 +33,11 @@ fn analysed(log: &Path, estimator: Estimator) -> Analysis {
         estimator,
         ..Options::default()
     };
-    analysed_with(log, &data(DEMO).with_extension("toml"), options)
+    analysed_with(log, &data(LIFT).with_extension("toml"), options)
 }
 
 fn unchanged(estimator: Estimator) -> Analysis {
-    analysed(&data(DEMO), estimator)
+    analysed(&data(LIFT), estimator)
 }
 
 fn faults(analysis: &Analysis) -> Vec<&Event> {

@@ -47,6 +47,8 @@ fn too_many_readers_are_refused_and_a_monitor_starts_again() {
     let _events = fill_events(&node);
     let mut verdicts = fill::<WireVerdict>(&node);
     let reading = Reading(verdicts.pop().unwrap());
+    // the producer reads verdicts, too
+    drop(verdicts.pop());
     let machine = data(&format!("{MACHINE}.toml"));
     let producing = Producing::start(&world.address(), MACHINE);
     let mut before = 0;

@@ -5,6 +5,7 @@ mod charts;
 mod clocks;
 mod drawing;
 mod explanations;
+mod fact;
 mod faults;
 mod findings;
 mod health;

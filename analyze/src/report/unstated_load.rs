@@ -3,7 +3,7 @@
 
 use maud::{Markup, html};
 
-use super::findings::LEAST_OF_A_FACT;
+use super::fact::LEAST_OF_A_FACT;
 use crate::analysis::Analysis;
 use crate::analysis::unstated_load::{ExplainedFall, Explanation, LoadEstimates, MassEstimate};
 use crate::base::number::number;

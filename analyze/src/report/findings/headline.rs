@@ -1,10 +1,11 @@
 //! What a finding says of an incident or an event in its first line.
 
-use super::incident::{Incident, is_fact};
+use super::incident::Incident;
 use super::rank::rank;
 use super::scene::Scene;
 use crate::events::{Bound, Event, EventKind, Finding, TIP_OVER_RAD};
 use crate::page::{number, probability, readable};
+use crate::report::fact::is_fact;
 
 /// Below this confidence under any split, a finding is not shown without knowing the split.
 const LEAST_CONFIDENCE: f64 = 0.5;

@@ -2,11 +2,10 @@
 
 use super::rank::rank;
 use crate::events::{Event, EventKind};
+use crate::report::fact::is_fact;
 
 /// Events this close in time are one incident (ns).
 const MERGED_NS: i64 = 500_000_000;
-/// An event that is less probable than this is no statement of fact.
-pub(in crate::report) const LEAST_PROBABILITY: f64 = 0.5;
 
 /// Events of the machine that overlap in time, or nearly.
 #[derive(Debug, Clone)]
@@ -38,11 +37,6 @@ pub(in crate::report) fn incidents(events: &[Event]) -> Vec<Incident<'_>> {
     }
     found.sort_by_key(|incident| (rank(incident.gravest().kind), incident.start_ns()));
     found
-}
-
-/// Whether an event is more probable than not; one without a probability rests on what was measured.
-pub(in crate::report) fn is_fact(event: &Event) -> bool {
-    event.certainty.is_none_or(|p| p >= LEAST_PROBABILITY)
 }
 
 impl<'a> Incident<'a> {

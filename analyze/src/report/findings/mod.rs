@@ -9,7 +9,7 @@ mod without_event;
 
 use maud::{Markup, html};
 
-pub(super) use incident::{Incident, LEAST_PROBABILITY as LEAST_OF_A_FACT, incidents, is_fact};
+pub(super) use incident::{Incident, incidents};
 pub(super) use rank::rank;
 pub(super) use scene::Scene;
 pub(super) use without_event::reason_counts;

@@ -7,7 +7,8 @@ use crate::analysis::Analysis;
 use crate::events::split_rule::{is_stated, sharing, split_rule};
 use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
 use crate::page::{number, percent, probability, short};
-use crate::report::findings::{Incident, Scene, is_fact};
+use crate::report::fact::is_fact;
+use crate::report::findings::{Incident, Scene};
 use crate::report::parameter_words::in_words;
 use crate::report::when::Calendar;
 

@@ -4,7 +4,8 @@ use maud::{Markup, html};
 
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
-use crate::report::findings::{Incident, Scene, is_fact};
+use crate::report::fact::is_fact;
+use crate::report::findings::{Incident, Scene};
 
 /// Sizes in the picture's own units: narrow, so that its letters can be read on a telephone.
 const WIDTH: f64 = 440.0;

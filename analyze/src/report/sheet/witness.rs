@@ -4,7 +4,8 @@ use super::answers;
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind, ShownBy};
 use crate::page::{number, probability};
-use crate::report::findings::{Incident, Scene, findings, is_fact};
+use crate::report::fact::is_fact;
+use crate::report::findings::{Incident, Scene, findings};
 
 /// From this probability on a step is told without it.
 const SURE: f64 = 0.95;

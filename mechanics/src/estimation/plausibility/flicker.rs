@@ -4,7 +4,8 @@
 //! samples at rest the share p. So many repeats on end while the machine works say with the log likelihood ratio `-ln p` each
 //! that the position is not measured any more.
 //!
-//! Only a change back counts as flicker: a joint that moves slowly and has no noise changes in one direction, and may rest then.
+//! Only a change back counts as flicker, and only where most changes go back, as two of three do of noise: a joint that moves slowly
+//! and has no noise, to and fro perhaps, goes on in its direction for some samples, and may rest then.
 
 use super::notice::Limits;
 
@@ -13,6 +14,8 @@ const CHANGE_WEIGHT: f64 = 1.0 / 64.0;
 /// The noise is resolved where the mean change is so many times the least one. A position between two steps of a coarse
 /// encoder flickers by one of them, and rests in another posture.
 const RESOLVED: f64 = 1.5;
+/// Of the changes of noise two in three go back, of those of a motion few.
+const LEAST_BACK: f64 = 0.5;
 /// Fewest changes at rest from which it is known how seldom the position repeats.
 const FEWEST_CHANGES: f64 = 50.0;
 /// A run of fewer samples than usual counts where it lasts so long (s), with at least so many samples.
@@ -29,6 +32,8 @@ pub(super) struct Flicker {
     resolution: f64,
     /// Mean change at rest, before the present run.
     change: f64,
+    /// Changes at rest, and those that went back.
+    changes: f64,
     changed: f64,
     kept: f64,
     run: u32,
@@ -45,6 +50,7 @@ impl Flicker {
             step: 0.0,
             resolution: f64::INFINITY,
             change: 0.0,
+            changes: 0.0,
             changed: 0.0,
             kept: 0.0,
             run: 0,
@@ -74,6 +80,7 @@ impl Flicker {
             if change > 0.0 {
                 self.resolution = self.resolution.min(change);
             }
+            self.changes += f64::from(u8::from(rests));
             let turns_back = step * std::mem::replace(&mut self.step, step) < 0.0;
             if rests && turns_back {
                 self.kept += f64::from(self.run);
@@ -86,7 +93,9 @@ impl Flicker {
         let lasted_s = limits.elapsed_s(self.run_since_ns, stamp_ns);
         let is_long =
             self.run >= limits.frozen_samples || (self.run >= FEWEST_REPEATS && lasted_s >= LONG_S);
-        let is_fine = self.changed >= FEWEST_CHANGES && self.change >= RESOLVED * self.resolution;
+        let is_fine = self.changed >= FEWEST_CHANGES
+            && self.changed >= LEAST_BACK * self.changes
+            && self.change >= RESOLVED * self.resolution;
         let per_repeat = ((self.changed + self.kept + 2.0) / (self.kept + 1.0)).ln();
         let is_proven = f64::from(self.run) * per_repeat >= self.threshold;
         let is_asked = self.moving >= self.run / 2;
