@@ -123,7 +123,7 @@ fn a_scale_tells_the_payload() {
 
 #[test]
 fn a_scale_that_falls_silent_leaves_the_loads_unknown() {
-    let analysis = weighed(|time_s| (time_s < 3.0).then_some(TRUE_MASS_KG)).unwrap();
+    let analysis = weighed(|time_s| (time_s < 2.9).then_some(TRUE_MASS_KG)).unwrap();
     let rows = &analysis.rows;
     for row in 0..rows.len() {
         // the last sample is of 2.8 s and holds for 2 s

@@ -25,8 +25,8 @@ const LEAST_NS: i64 = 40_000_000;
 const PROCESS_GAIN: f64 = 0.3;
 /// The same of a measurement's variance, for each unit that c exceeds 1: some seconds until it fits.
 const MEASUREMENT_GAIN: f64 = 0.05;
-/// Agreement that chance gives: the process noise grows only by what exceeds it. Without it, a process noise that may not
-/// fall below the stated one drifts away from there, by chance alone.
+/// Agreement that chance gives beside the stated process noise, which is the least: without it, it drifts away from there by
+/// chance alone. Where it has grown, chance takes as much as it gives.
 const CHANCE: f64 = 0.3;
 /// Memory of the agreement of innovations: weight of the last block.
 const MEMORY: f64 = 0.2;
@@ -230,7 +230,8 @@ impl Adaptation {
         self.lag += MEMORY * (agreement.min(2.0) - self.lag);
         let log = &mut self.logarithms;
         let [least, most] = PROCESS_RANGE;
-        log.density += PROCESS_GAIN * (agreement - CHANCE).min(MOST_AGREEMENT);
+        let chance = CHANCE * (-log.density).exp();
+        log.density += PROCESS_GAIN * (agreement - chance).min(MOST_AGREEMENT);
         log.density = log.density.clamp(least, most);
         if self.lag < LAGGING {
             let [least, most] = MEASUREMENT_RANGE;

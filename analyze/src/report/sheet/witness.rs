@@ -107,8 +107,8 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
     if let Some(event) = incident.first(EventKind::TipOver) {
         return tipped(scene, event);
     }
-    let ends = incident.events.iter().map(|event| event.end_ns);
-    let end_ns = ends.fold(Some(i64::MIN), |last, end| Some(last?.max(end?)));
+    let mut ends = incident.events.iter().map(|event| event.end_ns);
+    let end_ns = ends.try_fold(i64::MIN, |last, end| Some(last.max(end?)));
     match (incident.first(EventKind::EdgeTipping), end_ns) {
         (Some(tipping), None) if tipping.end_ns.is_none() => {
             "It was still tipping when the log ends; what happened then is not in it.".into()

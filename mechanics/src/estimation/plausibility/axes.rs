@@ -117,7 +117,9 @@ impl AxesWatch {
         moves_elsewhere: bool,
         limits: &Limits,
     ) -> Option<Notice> {
-        let is_shaken = self.axes.map(|axis| axis.is_shaken());
+        // a sample that all axes repeat says nothing of one of them
+        let is_new = [0, 1, 2].map(|k: usize| values[k].to_bits() != self.axes[k].last.to_bits());
+        let is_shaken = [0, 1, 2].map(|k: usize| is_new[k] && self.axes[k].is_shaken());
         let threshold = self.threshold;
         let mut worst = None;
         for (i, axis) in self.axes.iter_mut().enumerate() {

@@ -119,19 +119,19 @@ impl Explanation {
     /// Whether it lies in how sensors are mounted, wired or configured: that does not heal by itself.
     #[must_use]
     pub fn lasts(self) -> bool {
-        match self {
+        matches!(
+            self,
             Self::Sign(_)
-            | Self::Signs
-            | Self::Exchanged(..)
-            | Self::QuarterTurn(..)
-            | Self::HalfTurn(_)
-            | Self::Scale(_)
-            | Self::GravityOnly
-            | Self::JointSign(_)
-            | Self::JointScale(..)
-            | Self::JointsExchanged(..) => true,
-            _ => false,
-        }
+                | Self::Signs
+                | Self::Exchanged(..)
+                | Self::QuarterTurn(..)
+                | Self::HalfTurn(_)
+                | Self::Scale(_)
+                | Self::GravityOnly
+                | Self::JointSign(_)
+                | Self::JointScale(..)
+                | Self::JointsExchanged(..)
+        )
     }
 
     /// In words, after "as if".
