@@ -21,9 +21,9 @@ mod trigger {
     pub(crate) enum Trigger {}
 }
 
-#[path = "../../live/src/alarm/exchange.rs"]
+#[path = "../../../live/src/alarm/exchange.rs"]
 mod exchange;
-#[path = "../../live/src/record/pending.rs"]
+#[path = "../../../live/src/record/pending.rs"]
 mod pending;
 
 #[cfg(test)]
