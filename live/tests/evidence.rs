@@ -7,9 +7,9 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use sha2::{Digest, Sha256};
+use tipwatch_binding::hex;
 use tipwatch_live::node::{Housekeeping, Receiver};
 use tipwatch_live::system::supervisor::Supervisor;
-use tipwatch_live::wire::fingerprint::hex;
 use tipwatch_live::wire::topics::{Wire, WireMachine, WireVerdict};
 
 use crate::support::killing::files;

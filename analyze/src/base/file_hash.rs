@@ -1,6 +1,5 @@
 //! Hashes of files, and of the program's own.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
@@ -9,7 +8,7 @@ use std::time::SystemTime;
 use anyhow::{Context, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
+use tipwatch_binding::{hex, sha256};
 use tipwatch_ingest::Log;
 use tipwatch_storage::Location;
 
@@ -128,35 +127,19 @@ fn versions(log: &Log) -> Option<Vec<Version>> {
 pub(crate) fn hash_of(path: String, bytes: &[u8]) -> FileHash {
     FileHash {
         path,
-        sha256: Some(sha256_of(bytes)),
+        sha256: Some(sha256(bytes)),
         e_tag: None,
         bytes: bytes.len() as u64,
     }
 }
 
-/// SHA-256 of bytes, hexadecimal.
-pub(crate) fn sha256_of(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
-/// Hashes a file block by block.
+/// Hashes a file.
 pub(crate) fn hash_file(path: &Path) -> Result<FileHash> {
-    let mut file =
-        std::fs::File::open(path).with_context(|| format!("{}: cannot be read", path.display()))?;
-    let (mut hasher, mut buffer, mut bytes) = (Sha256::new(), vec![0; 1 << 18], 0);
-    loop {
-        let read = file
-            .read(&mut buffer)
-            .with_context(|| format!("{}: cannot be read", path.display()))?;
-        if read == 0 {
-            break;
-        }
-        hasher.update(&buffer[..read]);
-        bytes += read as u64;
-    }
+    let (hash, bytes) = tipwatch_binding::hash_file(path)
+        .with_context(|| format!("{}: cannot be read", path.display()))?;
     Ok(FileHash {
         path: path.display().to_string(),
-        sha256: Some(hex(&hasher.finalize())),
+        sha256: Some(hex(&hash)),
         e_tag: None,
         bytes,
     })
@@ -189,10 +172,6 @@ fn running() -> Option<PathBuf> {
         return Some(linux.into());
     }
     std::env::current_exe().ok()
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

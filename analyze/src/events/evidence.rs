@@ -12,11 +12,15 @@ use tipwatch_mechanics::{Placement, Quantity, Scope, State};
 
 use super::episodes::Episode;
 use super::normal::normal_distribution;
+use super::onset::STATED_SIGMAS;
 use super::pages::Pages;
 use super::tipping::{Tipping, distances};
 
 /// Time within which the error of a computed load counts as constant (ns).
 pub(super) const CONSTANT_ERROR_NS: u64 = 30_000_000_000;
+/// Standard deviation of the computed load off an edge while the platform rotates about it, beside what the machine's
+/// parameters explain: of its motion, as a share of the weight.
+const ROTATING_SHARE: f64 = 0.005;
 /// How far a sum of OTF may differ from the envelope to count as its end, as a share of the weight.
 const SAME_SHARE: f64 = 1e-3;
 
@@ -91,9 +95,10 @@ impl<'a> Evidence<'a> {
     /// The error of the OTF of a wheel around `row` from the level that the load off an edge kept while the
     /// machine rotated about it, when it was zero in truth:
     /// ```text
-    ///     E[error of w | level] = cov(w, edge) / var(edge) level,
-    ///     var(w | level) = var(w) - cov(w, edge)^2 / var(edge)
+    ///     E[error of w | level] = cov(w, edge) / (var(edge) + m^2) level,
+    ///     var(w | level) = var(w) - cov(w, edge)^2 / (var(edge) + m^2)
     /// ```
+    /// with m the error of the level that comes of the motion. A level that the parameters do not explain says nothing of them.
     pub(super) fn known_error(&self, wheel: usize, row: usize) -> KnownError {
         if !self.scope.sensitivities {
             return KnownError::NONE;
@@ -120,9 +125,11 @@ impl<'a> Evidence<'a> {
             let (plus, minus) = (sigma(1.0, 1.0)?, sigma(1.0, -1.0)?);
             let (own, edge) = (sigma(1.0, 0.0)?, sigma(0.0, 1.0)?);
             let covariance = 0.25 * (plus * plus - minus * minus);
-            Some(KnownError {
-                mean_n: covariance / (edge * edge) * level_n,
-                variance_share: (1.0 - (covariance / (own * edge)).powi(2)).max(0.0),
+            let motion = ROTATING_SHARE * self.at(Quantity::NormalForce, tipping.episode.first);
+            let level = edge.hypot(motion);
+            (level_n.abs() <= STATED_SIGMAS * level).then_some(KnownError {
+                mean_n: covariance / (level * level) * level_n,
+                variance_share: (1.0 - (covariance / (own * level)).powi(2)).max(0.0),
             })
         });
         found.unwrap_or(KnownError::NONE)

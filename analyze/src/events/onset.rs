@@ -34,6 +34,8 @@ const ROCKING_RATES: [f64; 6] = [0.001, 0.003, 0.008, 0.02, 0.05, 0.12];
 const ROCKING_S: [f64; 2] = [0.1, 0.3];
 /// A rotation is no rocking from so many standard deviations of its rate on.
 const CLEAR_ROCKING: f64 = 3.0;
+/// How fast a fall grows by itself (1/s): the square root of weight times height over inertia about the edge.
+const FALL_GROWTHS: [f64; 4] = [0.5, 1.5, 2.5, 4.0];
 /// Least variance of the white noise of an averaged rate (rad^2/s^2).
 const LEAST_WHITE: f64 = 1e-9;
 /// Prior standard deviations of w, u, v (rad/s, rad/s^3, rad/s^4).
@@ -93,14 +95,35 @@ impl Curve {
         binned
     }
 
+    /// The times at which the load falls through a level (s).
+    fn falls_through(&self, level_n: f64) -> impl DoubleEndedIterator<Item = f64> {
+        let pairs = self.loads_n.windows(2).zip(self.times_s.windows(2));
+        let falls = pairs.filter(move |(loads, _)| loads[0] > level_n && loads[1] <= level_n);
+        falls.map(move |(loads, times)| {
+            times[0] + (times[1] - times[0]) * (loads[0] - level_n) / (loads[0] - loads[1])
+        })
+    }
+
     /// The time nearest to `near_s` at which the load falls to zero (s).
     fn falls_to_zero(&self, near_s: f64) -> Option<f64> {
-        let pairs = self.loads_n.windows(2).zip(self.times_s.windows(2));
-        let falls = pairs.filter(|(loads, _)| loads[0] > 0.0 && loads[1] <= 0.0);
-        let at_s = falls.map(|(loads, times)| {
-            times[0] + (times[1] - times[0]) * loads[0] / (loads[0] - loads[1])
-        });
-        at_s.min_by(|a, b| (a - near_s).abs().total_cmp(&(b - near_s).abs()))
+        self.falls_through(0.0)
+            .min_by(|a, b| (a - near_s).abs().total_cmp(&(b - near_s).abs()))
+    }
+
+    /// How long before a time the load was last above `level_n`, and how long after it is first below minus that, or else
+    /// lowest before it rises to zero again: the longer one (s).
+    fn within_s(&self, at_s: f64, level_n: f64) -> f64 {
+        let first_s = self.falls_through(level_n).rfind(|t| *t < at_s);
+        let first_s = first_s.or(self.times_s.first().copied()).unwrap_or(at_s);
+        let after = self.times_s.partition_point(|t| *t <= at_s);
+        let falls = self.times_s.iter().zip(&self.loads_n).skip(after);
+        let lowest = falls
+            .take_while(|(_, load)| **load <= 0.0)
+            .min_by(|a, b| a.1.total_cmp(b.1));
+        let lowest_s = lowest.map_or(at_s, |(t, _)| *t);
+        let last_s = self.falls_through(-level_n).find(|t| *t > at_s);
+        let last_s = last_s.map_or(lowest_s, |t| t.min(lowest_s));
+        (at_s - first_s).max(last_s - at_s)
     }
 
     fn between(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
@@ -114,10 +137,12 @@ impl Curve {
 /// The passage of a falling load through zero near `near_s`, if it has one.
 ///
 /// ```text
-///     load = c0 + c1 t + c2 t^2 near it,    var t = (var c0 + sigma^2) / (d load / dt)^2
+///     load = c0 + c1 t + c2 t^2 near it,    var t = var c0 / (d load / dt)^2 + d^2
 /// ```
-/// with `sigma_n` the standard deviation of the load's error, which is constant over the fit. The parabola is fitted around
-/// the sample at which the load falls to zero: farther away it has roots at which the load is large.
+/// with d the time in which the load is within `sigma_n`, the standard deviation of its error, of zero: the longer one of
+/// that before and that after, which ends where the load is lowest. Once a wheel has lifted, its overturning force falls at another rate than its load did, and
+/// one that is too large by its error passes through zero long after the load. The parabola is fitted around the sample at
+/// which the load falls to zero: farther away it has roots at which the load is large.
 pub(super) fn passage(curve: &Curve, near_s: f64, sigma_n: f64) -> Option<Onset> {
     let around_s = curve.falls_to_zero(near_s)?;
     let shape = |t: f64| SVector::from([1.0, t, t * t]);
@@ -132,10 +157,13 @@ pub(super) fn passage(curve: &Curve, near_s: f64, sigma_n: f64) -> Option<Onset>
             false => (-c1 - root) / (2.0 * c2),
         };
         let slope = -root;
-        let variance_n2 = fit.noise_n2 / fit.count as f64 + sigma_n.powi(2);
+        let variance_n2 = fit.noise_n2 / fit.count as f64;
+        let at_s = around_s + t;
+        let within_s = curve.within_s(at_s, sigma_n);
+        let variance_s2 = variance_n2 / (slope * slope) + within_s * within_s;
         let onset = Onset {
-            at_s: around_s + t,
-            sigma_s: (variance_n2 / (slope * slope) + PASSAGE_S * PASSAGE_S).sqrt(),
+            at_s,
+            sigma_s: (variance_s2 + PASSAGE_S * PASSAGE_S).sqrt(),
             level_n: None,
         };
         let is_inside = t.abs() <= 0.5 * half_s && onset.sigma_s.is_finite();
@@ -252,14 +280,16 @@ pub(super) fn corner(
 /// When a rotation began, by its rate alone, between the ends of the curve.
 ///
 /// ```text
-///     rate = w + g + e before t0,      rate = w + g + e + u (t - t0)^2 + v (t - t0)^3 from t0 on, u >= 0
+///     rate = w + g + e before t0
+///     rate = w + g + e + u 2 (cosh(l (t - t0)) - 1) / l^2 + v (t - t0)^3 from t0 on, u >= 0
 ///     g' = -g / T + white noise,       variance of g: s^2
 /// ```
-/// for the moment that turns the machine grows from zero, and grows with the rotation. g is what a platform on its wheels
-/// does: it leans on its tyres under a moving arm and rocks from one diagonal to the other. How much, s and T, follows from
-/// the rates themselves: each candidate is weighed by its marginal likelihood, summed over them. The time in which the fall is
-/// not faster than that adds to the standard deviation. `angle` is the rotation at
-/// a time since the platform stood on all wheels, of standard deviation `lean_rad` at the onset; infinite where unknown.
+/// for the moment that turns the machine grows from zero in proportion to time, and with the rotation: a pendulum that
+/// stands on its head. g is what a platform on its wheels does: it leans on its tyres under a moving arm and rocks from one
+/// diagonal to the other. How much, s and T, and how fast the fall grows, l, follow from the rates themselves: each
+/// candidate is weighed by its marginal likelihood, summed over them. The time in which the fall is not faster than the
+/// platform rocks adds to the standard deviation. `angle` is the rotation at a time since the platform stood on all wheels,
+/// of standard deviation `lean_rad` at the onset; infinite where unknown.
 pub(super) fn of_rates(rates: &Curve, angle: impl Fn(f64) -> f64, lean_rad: f64) -> Option<Onset> {
     let binned = rates.binned(RATE_BIN_S);
     let (first, last) = (*binned.times_s.first()?, *binned.times_s.last()?);
@@ -279,21 +309,27 @@ pub(super) fn of_rates(rates: &Curve, angle: impl Fn(f64) -> f64, lean_rad: f64)
         .collect();
     let mut weighed: Vec<(f64, f64, f64)> = Vec::new();
     for t0 in candidates(first, last, RATE_STEP_S) {
-        let of_power = |power: i32| -> Vec<f64> {
+        let since = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
             let times = binned.times_s.iter();
-            times.map(|t| (t - t0).max(0.0).powi(power)).collect()
+            times.map(|t| of((t - t0).max(0.0))).collect()
         };
-        let powers = [of_power(2), of_power(3)];
+        let cube = since(&|t| t.powi(3));
+        let falls = FALL_GROWTHS
+            .map(|growth| since(&|t| 2.0 * ((growth * t).cosh() - 1.0) / (growth * growth)));
         let leant = angle(t0) / lean_rad;
         for (sigma, whitener, y, constant) in &rocking {
-            let [square, cube] = [0, 1].map(|place: usize| whitener.apply(&powers[place]));
-            let Some((coefficients, log_evidence)) = evidence(y, [constant, &square, &cube]) else {
-                continue;
-            };
-            let [_, u, v] = coefficients;
-            if u >= 0.0 && u + v * (last - t0) > 0.0 {
-                let log = log_evidence + whitener.log_density - 0.5 * leant * leant;
-                weighed.push((t0, *sigma, log));
+            let cube = whitener.apply(&cube);
+            for fall in &falls {
+                let fall = whitener.apply(fall);
+                let Some((coefficients, log_evidence)) = evidence(y, [constant, &fall, &cube])
+                else {
+                    continue;
+                };
+                let [_, u, v] = coefficients;
+                if u >= 0.0 && u + v * (last - t0) > 0.0 {
+                    let log = log_evidence + whitener.log_density - 0.5 * leant * leant;
+                    weighed.push((t0, *sigma, log));
+                }
             }
         }
     }
@@ -545,6 +581,33 @@ mod tests {
         }
         assert!(steady.sigma_s < 0.2, "{steady:?}");
         assert!(rocks.sigma_s > 1.2 * steady.sigma_s, "{rocks:?} {steady:?}");
+    }
+
+    /// A fall whose moment grows with its rotation is faster than any power of time.
+    #[test]
+    fn a_slow_fall_is_not_dated_early() {
+        let mut rates = Curve::default();
+        for k in 0..1200 {
+            let t = f64::from(k) * 0.005;
+            let fall = 0.018 * ((1.5 * (t - 2.0).max(0.0)).cosh() - 1.0);
+            rates.push(t, fall + 1e-3 * (91.0 * t).sin());
+        }
+        let onset = of_rates(&rates, |_| 0.0, f64::INFINITY).unwrap();
+        assert!((onset.at_s - 2.0).abs() < 0.15, "{onset:?}");
+        assert!((onset.at_s - 2.0).abs() < 2.0 * onset.sigma_s, "{onset:?}");
+    }
+
+    /// Off the ground the OTF falls ten times as fast as the load did: one that is 100 N too large passes zero 0.1 s late.
+    #[test]
+    fn a_passage_is_as_uncertain_as_the_load_before_it() {
+        let mut curve = Curve::default();
+        (0..300).for_each(|k| {
+            let t = f64::from(k) * 0.01;
+            let before = 1000.0 * (1.0 - t).max(0.0);
+            curve.push(t, 100.0 + before - 1e4 * (t - 1.1).max(0.0));
+        });
+        let onset = passage(&curve, 1.1, 100.0).unwrap();
+        assert!((onset.at_s - 1.0).abs() < 2.0 * onset.sigma_s, "{onset:?}");
     }
 
     #[test]

@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use tipwatch_binding::sha256;
 use tipwatch_ingest::FileTransfer;
 use tipwatch_storage::{Location, Object};
 
 use crate::analysis::Analysis;
-use crate::base::file_hash::{FileHash, hash_file, program, sha256_of};
+use crate::base::file_hash::{FileHash, hash_file, program};
 use crate::base::files::write_atomically;
 use crate::base::provenance::Provenance;
 use crate::base::recovered::RecoveredFrom;
@@ -152,7 +153,7 @@ pub fn write(from: &Provenance, files: Files<'_>, folder: &Path) -> Result<Strin
     };
     let text = serde_json::to_string_pretty(&record)?;
     write_atomically(&folder.join(RECORD), text.as_bytes())?;
-    Ok(sha256_of(text.as_bytes()))
+    Ok(sha256(text.as_bytes()))
 }
 
 /// The program's own file, with its folder.

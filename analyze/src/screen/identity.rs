@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use anyhow::Result;
+use tipwatch_binding::sha256;
 use tipwatch_ingest::Log;
 use tipwatch_storage::Location;
 
-use crate::base::file_hash::{FileHash, hash_file, hash_log, sha256_of};
+use crate::base::file_hash::{FileHash, hash_file, hash_log};
 
 /// Hashes of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,7 +35,7 @@ pub(super) fn identify(path: &Path) -> Result<Identity> {
             // the metadata of a rosbag2 folder is part of the log
             let metadata =
                 hash_file(&path.join("metadata.yaml")).map_or(String::new(), |h| h.identity());
-            sha256_of(format!("{}\n{metadata}", files.join("\n")).as_bytes())
+            sha256(format!("{}\n{metadata}", files.join("\n")).as_bytes())
         }
     };
     Ok(Identity {

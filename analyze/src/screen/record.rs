@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use tipwatch_binding::sha256;
 
 use super::failure::FailureKind;
-use crate::base::file_hash::sha256_of;
 use crate::policy::facts::{EventFacts, LogFacts};
 use crate::tables::frame::Day;
 
@@ -163,7 +163,7 @@ pub(super) fn content_key(log_id: &str, version: &str) -> String {
 
 /// The part of a record's name that its path determines.
 pub(super) fn path_key(path: &str) -> String {
-    let mut key = sha256_of(path.as_bytes());
+    let mut key = sha256(path.as_bytes());
     key.truncate(DIGITS);
     key
 }
@@ -179,7 +179,7 @@ const FIRST_WITH_MACHINE: u32 = 4;
 /// Folder of a log's report within the output folder: one content may be analysed with two machines before that is found to be
 /// a mistake.
 pub(super) fn report_folder(log_id: &str, machine: &str) -> String {
-    let machine = sha256_of(machine.as_bytes());
+    let machine = sha256(machine.as_bytes());
     format!(
         "reports/{}{}",
         log_id.get(..DIGITS - 4).unwrap_or(log_id),

@@ -2,11 +2,11 @@
 
 use anyhow::Result;
 use serde::Serialize;
-use tipwatch_binding::MachineFile;
+use tipwatch_binding::{MachineFile, sha256};
 use tipwatch_ingest::{ReadOptions, read_options};
 
 use super::record::RECORD_SCHEMA;
-use crate::base::file_hash::{FileHash, hash_file, sha256_of};
+use crate::base::file_hash::{FileHash, hash_file};
 use crate::base::options::Options;
 use crate::tables::summary;
 
@@ -49,7 +49,7 @@ pub(super) fn analysis_version(
         reading: Some(read_options()).filter(|stated| *stated != ReadOptions::default()),
     };
     let text = serde_json::to_string(&ingredients)?;
-    let mut hash = sha256_of(text.as_bytes());
+    let mut hash = sha256(text.as_bytes());
     hash.truncate(16);
     Ok(hash)
 }
@@ -64,5 +64,5 @@ pub(super) fn urdf_hash(machine: &MachineFile) -> Result<Option<FileHash>> {
 
 /// SHA-256 of a machine file.
 pub(super) fn machine_sha256(machine: &MachineFile) -> String {
-    sha256_of(machine.effective_text().as_bytes())
+    sha256(machine.effective_text().as_bytes())
 }

@@ -14,6 +14,7 @@ mod bound_log;
 mod can;
 mod commissioning;
 mod error;
+mod hash;
 mod machine_file;
 pub mod monitor_topic;
 mod number_signals;
@@ -28,9 +29,10 @@ pub use bound_log::{BoundLog, BoundSensor};
 pub use can::read_dbc;
 pub use commissioning::{
     Commissioning, CommissioningError, CommissioningItem, CommissioningSource, NOT_COMMISSIONED,
-    commissioning_of, commissioning_text, sha256,
+    commissioning_of, commissioning_text,
 };
 pub use error::{BindError, CanError};
+pub use hash::{Hash, hash, hash_file, hex, sha256};
 pub use machine_file::{MachineFile, MachineFileError, Urdf};
 pub use number_signals::number_field;
 pub use text_file::read_text;

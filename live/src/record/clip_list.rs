@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
+use tipwatch_binding::{hash_file, hex};
 
 use super::clip_file::{FinishedClip, UNFINISHED, partial};
 use super::repair::repair;
@@ -137,11 +137,11 @@ fn blank(is_complete: bool) -> Line {
 
 /// Adds a line with path and hash of the file. The clip does not depend on it.
 fn list(root: &Path, path: &Path, line: Line) {
-    let added = hash(path).and_then(|(sha256, bytes)| {
+    let added = hash_file(path).and_then(|(hash, bytes)| {
         let file = relative(root, path);
         let line = Line {
             file,
-            sha256,
+            sha256: hex(&hash),
             bytes,
             ..line
         };
@@ -168,24 +168,4 @@ fn relative(root: &Path, path: &Path) -> String {
         .unwrap_or(path)
         .display()
         .to_string()
-}
-
-/// SHA-256 and length of a file.
-fn hash(path: &Path) -> io::Result<(String, u64)> {
-    let mut file = File::open(path)?;
-    let (mut hasher, mut buffer, mut bytes) = (Sha256::new(), vec![0; 1 << 16], 0);
-    loop {
-        let read = file.read(&mut buffer)?;
-        if read == 0 {
-            break;
-        }
-        hasher.update(&buffer[..read]);
-        bytes += read as u64;
-    }
-    let digits = hasher
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
-    Ok((digits, bytes))
 }

@@ -1,11 +1,11 @@
 //! Samples, verdicts and commands as ROS 2 messages, bit for bit.
 
+use tipwatch_binding::hex;
 use tipwatch_mechanics::state::{Sample, Sensor};
 use tipwatch_suspension::MAX_ACTUATORS;
 
 use super::cdr::Cdr;
 use super::pending::{Dropped, Encoded, Kind};
-use crate::wire::fingerprint::hex;
 use crate::wire::names::Names;
 use crate::wire::topics::{WireCommand, WireMachine, WireVerdict};
 

@@ -1,20 +1,13 @@
 //! What runs: SHA-256 of the executable, its options and the files that it reads. A recorded number can be traced to
 //! them.
 
-use std::fmt::Write;
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use sha2::{Digest, Sha256};
-use tipwatch_binding::{MachineFile, Urdf};
+use tipwatch_binding::{Hash, MachineFile, Urdf, hash, hash_file, hex};
 
 use crate::wire::session::name_to_wire;
 use crate::wire::topics::{TEXT_BYTES, WireMachine};
-
-/// A SHA-256.
-pub type Hash = [u8; 32];
 
 /// What a program is, and what it was given.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,9 +38,11 @@ impl Fingerprint {
     ) -> Result<Self> {
         let mut arguments = tipwatch_storage::recorded_arguments();
         arguments.drain(..arguments.len().min(1));
-        let program = hash_file(&running()?).context("cannot hash the program itself")?;
+        let (program, _) = hash_file(&running()?).context("cannot hash the program itself")?;
         let bound = commissioning.map(|path| {
-            hash_file(path).with_context(|| format!("{}: cannot read it", path.display()))
+            let found =
+                hash_file(path).with_context(|| format!("{}: cannot read it", path.display()));
+            found.map(|(hash, _)| hash)
         });
         Ok(Self {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -123,34 +118,6 @@ impl Fingerprint {
     }
 }
 
-/// Hexadecimal text.
-#[must_use]
-pub fn hex(bytes: &[u8]) -> String {
-    let mut text = String::with_capacity(2 * bytes.len());
-    for byte in bytes {
-        // writing to a string does not fail
-        let _ = write!(text, "{byte:02x}");
-    }
-    text
-}
-
-fn hash(bytes: &[u8]) -> Hash {
-    Sha256::digest(bytes).into()
-}
-
-fn hash_file(path: &Path) -> io::Result<Hash> {
-    let mut file = File::open(path)?;
-    let (mut sha256, mut block) = (Sha256::new(), vec![0; 1 << 20]);
-    loop {
-        match file.read(&mut block) {
-            Ok(0) => return Ok(sha256.finalize().into()),
-            Ok(count) => sha256.update(&block[..count]),
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-}
-
 /// The file that runs, even if it was replaced since the start.
 fn running() -> Result<std::path::PathBuf> {
     let linux = Path::new("/proc/self/exe");
@@ -174,17 +141,6 @@ mod tests {
             urdf: [3; 32],
             commissioning: None,
         }
-    }
-
-    #[test]
-    fn val_hash_of_a_file_is_sha_256() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("abc");
-        std::fs::write(&path, "abc").unwrap();
-        // FIPS 180-2, example B.1
-        let expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(hex(&hash_file(&path).unwrap()), expected);
-        assert_eq!(hex(&hash(b"abc")), expected);
     }
 
     #[test]

@@ -42,12 +42,12 @@ pub const FIGURES: [Figure; 9] = [
     Figure {
         name: "whole-log-samples-vs-stream",
         heading: "a long log, `samples.parquet`, against the stream of `mcap`",
-        needs: None,
+        needs: Some("instructions of the processor for SHA-256"),
     },
     Figure {
         name: "whole-log-all-vs-stream",
         heading: "a long log, all files, against the stream of `mcap`",
-        needs: None,
+        needs: Some("instructions of the processor for SHA-256"),
     },
     Figure {
         name: "samples-vs-python",

@@ -7,5 +7,5 @@ mod table;
 
 pub use attempts::{Attempts, Judgement};
 pub use figure::{FIGURES, Figure, Measured};
-pub use processors::Processors;
+pub use processors::{Processors, have_sha256};
 pub use table::Table;

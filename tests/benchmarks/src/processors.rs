@@ -38,6 +38,19 @@ impl Processors {
     }
 }
 
+/// Whether the processors have instructions for SHA-256, as those had on which the ratios of whole logs were recorded. Every
+/// analysis hashes its log and the program's own file: without them that is half of the time of a short log.
+#[must_use]
+pub fn have_sha256() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    let have = std::arch::is_x86_feature_detected!("sha");
+    #[cfg(target_arch = "aarch64")]
+    let have = std::arch::is_aarch64_feature_detected!("sha2");
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    let have = false;
+    have
+}
+
 /// The work of several threads, relative to that of as many that each do what one does alone.
 fn share(alone: f64, together: &[f64]) -> f64 {
     let expected = alone * together.len() as f64;

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use tipwatch_calibration::commissioning::{Assessment, Status};
 use tipwatch_mechanics::machine::{Machine, Proof, Proofs};
 
+use crate::hash::sha256;
 use crate::machine_file::{MachineFile, Urdf};
 use crate::text_file::read_text;
 
@@ -349,13 +349,4 @@ pub fn commissioning_of(
     let found = Commissioning::read(&path)?;
     found.check(&path, file, urdf)?;
     Ok(Some((path, found)))
-}
-
-/// SHA-256 as hexadecimal text.
-#[must_use]
-pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
 }

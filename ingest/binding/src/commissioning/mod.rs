@@ -5,6 +5,6 @@ mod text;
 
 pub use file::{
     Commissioning, CommissioningError, CommissioningItem, CommissioningSource, NOT_COMMISSIONED,
-    commissioning_of, sha256,
+    commissioning_of,
 };
 pub use text::commissioning_text;
