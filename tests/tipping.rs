@@ -44,7 +44,7 @@ fn val_onsets_of_a_tip_over_are_found_within_a_tenth_of_a_second() {
         let sigma_s = lift.start_sigma_s.unwrap();
         assert!(error_s.abs() < 0.10, "{wheel}: {error_s} s");
         assert!(
-            sigma_s < 0.12 && error_s.abs() < 3.0 * sigma_s,
+            sigma_s < 0.2 && error_s.abs() < 3.0 * sigma_s,
             "{wheel}: {error_s} +- {sigma_s} s"
         );
         assert!(lift.certainty.unwrap() > 0.99, "{lift:?}");

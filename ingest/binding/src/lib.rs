@@ -14,13 +14,12 @@ mod bound_log;
 mod can;
 mod commissioning;
 mod error;
-mod hash;
+mod files;
 mod machine_file;
 pub mod monitor_topic;
 mod number_signals;
 mod record;
 mod sources;
-mod text_file;
 mod transforms;
 
 pub use arrivals::arrivals;
@@ -32,8 +31,7 @@ pub use commissioning::{
     commissioning_of, commissioning_text,
 };
 pub use error::{BindError, CanError};
-pub use hash::{Hash, hash, hash_file, hex, sha256};
+pub use files::{Hash, hash, hash_file, hex, read_text, sha256};
 pub use machine_file::{MachineFile, MachineFileError, Urdf};
 pub use number_signals::number_field;
-pub use text_file::read_text;
 pub use transforms::static_transforms;

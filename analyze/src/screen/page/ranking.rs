@@ -16,7 +16,8 @@ pub(super) enum Group {
     WheelLift,
     /// Too little time is computable, or between the rows of a sparse log a lift cannot be excluded.
     Undecided,
-    /// Under another split of the load a wheel was off the ground.
+    /// By the stated split of the load no wheel lifted. By another one a wheel carried nothing, as on every rigid machine with
+    /// four wheels on ground that is not known.
     LiftUnderAnotherSplit,
     /// No wheel lifted.
     NoLift,
@@ -28,7 +29,7 @@ impl Group {
         (Self::EdgeTipping, "tipped about an edge"),
         (Self::WheelLift, "a wheel lifted"),
         (Self::Undecided, "not decided"),
-        (Self::LiftUnderAnotherSplit, "a wheel may have lifted"),
+        (Self::LiftUnderAnotherSplit, "no lift by the stated split"),
         (Self::NoLift, "no wheel lifted"),
     ];
 

@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 use tipwatch_calibration::commissioning::{Assessment, Status};
 use tipwatch_mechanics::machine::{Machine, Proof, Proofs};
 
-use crate::hash::sha256;
+use crate::files::read_text;
+use crate::files::sha256;
 use crate::machine_file::{MachineFile, Urdf};
-use crate::text_file::read_text;
 
 /// Version of the file.
 const SCHEMA: u32 = 1;

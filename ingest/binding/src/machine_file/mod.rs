@@ -10,7 +10,7 @@ use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 
 use crate::error::CanError;
-use crate::text_file::read_text;
+use crate::files::read_text;
 use descriptions::{mass_text, other_mass};
 
 /// A machine file as read.

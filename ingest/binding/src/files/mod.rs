@@ -1,0 +1,7 @@
+//! Files that are read whole: their text, and what they are known by.
+
+mod hash;
+mod text;
+
+pub use hash::{Hash, hash, hash_file, hex, sha256};
+pub use text::read_text;
