@@ -8,7 +8,7 @@ pub(crate) fn python() -> Command {
     Command::new(std::env::var("TIPWATCH_PYTHON").unwrap_or_else(|_| "python3".into()))
 }
 
-mod needs_python_iceoryx2 {
+mod needs_long {
     use crate::support::data;
 
     const CLIENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/independent/client.py");
@@ -23,13 +23,7 @@ mod needs_python_iceoryx2 {
         "swing_lift: extension: sign flipped",
     ];
 
-    #[test]
-    #[ignore = "needs Python with the packages iceoryx2 and polars; TIPWATCH_PYTHON names the interpreter"]
-    fn client_that_knows_only_the_header_is_not_fooled() {
-        run(&["swing_lift.mcap", "tiny_lift.mcap"], "--short");
-    }
-
-    pub(super) fn run(logs: &[&str], form: &str) {
+    fn run(logs: &[&str], form: &str) {
         let ran = super::python()
             .args([CLIENT, env!("CARGO_BIN_EXE_tipwatch-live")])
             .args(logs.iter().map(|log| data(log)))
@@ -45,15 +39,16 @@ mod needs_python_iceoryx2 {
         assert!(ran.status.success(), "{out}{err}");
         assert!(out.contains(" 0 failures"), "{out}{err}");
     }
-}
 
-mod needs_long {
+    #[test]
+    #[ignore = "takes a minute of processors that are free, and needs Python with the packages iceoryx2 and polars"]
+    fn client_that_knows_only_the_header_is_not_fooled() {
+        run(&["swing_lift.mcap", "tiny_lift.mcap"], "--short");
+    }
+
     #[test]
     #[ignore = "takes four minutes, and needs Python with the packages iceoryx2 and polars"]
     fn client_is_fooled_by_no_wrong_sensor_that_the_motion_excites() {
-        super::needs_python_iceoryx2::run(
-            &["swing_lift.mcap", "side_reach.mcap"],
-            "--sensors-only",
-        );
+        run(&["swing_lift.mcap", "side_reach.mcap"], "--sensors-only");
     }
 }

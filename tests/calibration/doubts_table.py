@@ -1,4 +1,4 @@
-"""Write what the matrix found into a page of the book: false alarms on sound logs, and detection of wrong sensors.
+"""Write what the matrix found into a page of the book: false alarms on sound logs, detection of wrong sensors, and the spread of onsets.
 
     .venv/bin/python doubts_table.py LOGS TABLE.csv PAGE.md [--set held]
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from matrix import ESTIMATORS, family, found_after, groups, is_found, kind_of, number, standing_doubts, table, tips_at
+from matrix import ESTIMATORS, family, found_after, groups, is_found, kind_of, number, spread, standing_doubts, table, tips_at
 
 BEGIN, END = "<!-- begin: doubts -->", "<!-- end: doubts -->"
 
@@ -47,6 +47,8 @@ def text(rows, which):
     counts = [[name.replace("-", " ", 1), *of_estimators(part, found), *of_estimators(part, delay), of_estimators(part, unseen_and_harmful)[0]]
               for name, part in sorted(groups(wrong, lambda row: family(row["variant"])).items())]
     lines += [table(["wrong sensor", "found", "causal", "after [s], median", "causal", "not found though loads are wrong"], counts)]
+    for estimator in ESTIMATORS:
+        lines += [f"Onsets by the {estimator}, in the logs of sound sensors:\n", spread([row for row in sound if row["estimator"] == estimator])]
     return "\n".join(lines)
 
 

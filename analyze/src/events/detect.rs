@@ -13,6 +13,8 @@ use super::tipping::Tipping;
 
 /// Time before a rotation about an edge at which the wheel that lifts last is told from the others (s).
 const BEFORE_S: f64 = 0.1;
+/// Shortest time before an onset that rows must show (s).
+const SEEN_S: f64 = 0.1;
 
 /// Finds the events of the machine in some rows around which nothing happens.
 pub(super) struct Finder<'a> {
@@ -216,9 +218,34 @@ impl Finder<'_> {
     fn start(&self, event: &mut Event, episode: Episode, onset: Option<Onset>) {
         event.start_ns = self.start_of(episode, onset);
         event.start_sigma_s = onset.map(|onset| onset.sigma_s);
-        if onset.is_some() {
-            event.start_bound = Bound::At;
+        if let Some(onset) = onset {
+            let is_shown = self.is_known_before(onset);
+            event.start_bound = if is_shown {
+                Bound::At
+            } else {
+                Bound::AtOrBefore
+            };
         }
+    }
+
+    /// Whether the rows show the time before an onset: what falls must have been seen to fall.
+    fn is_known_before(&self, onset: Onset) -> bool {
+        let seconds = |row: usize| self.rows.seconds(row);
+        let from_s = onset.at_s - onset.sigma_s.max(SEEN_S);
+        let mut row = (self.rows.times_ns)
+            .partition_point(|&t| ((t - self.rows.times_ns[0]) as f64) * 1e-9 <= onset.at_s);
+        while let Some(before) = row.checked_sub(1) {
+            let is_gap = row < self.rows.len()
+                && self.rows.times_ns[row] - self.rows.times_ns[before] > MERGED_NS;
+            if is_gap || !self.rows.is_meaningful(before) {
+                return false;
+            }
+            if seconds(before) <= from_s {
+                return true;
+            }
+            row = before;
+        }
+        false
     }
 
     fn add_confidence(&self, event: &mut Event, wheel: usize, limit_n: f64, episode: Episode) {

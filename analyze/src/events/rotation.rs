@@ -15,7 +15,7 @@ const AFTER_NS: i64 = 20_000_000_000;
 const FITTED_RAD: f64 = 6.0 * std::f64::consts::PI / 180.0;
 /// An onset this close to the first sample is not in the log (s).
 const FIRST_S: f64 = 0.1;
-/// A platform stood before a rotation if it rotated by less than this for so long (rad, s).
+/// A platform stood if it rotated by less than this for so long (rad, s).
 const STOOD_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
 const STOOD_S: f64 = 0.4;
 /// Samples farther apart leave unknown what was between them (s).
@@ -212,11 +212,14 @@ impl RotationTrace {
         } else {
             spell.sigma
         };
-        // without a reference it must be seen that the platform stood before
+        // without a reference it must be seen that the platform stood at first; until the onset it may lean under a moving arm,
+        // or on fewer wheels
         let stood = |onset: &Onset| {
+            let since_first = |at_s: f64| (angle_at(at_s) - angle_at(first_s)).abs();
             !spell.is_from_start
                 || (onset.at_s - first_s > STOOD_S
-                    && (angle_at(onset.at_s) - angle_at(first_s)).abs() < STOOD_RAD)
+                    && since_first(first_s + STOOD_S) < STOOD_RAD
+                    && since_first(onset.at_s) < FITTED_RAD)
         };
         let onset: Option<Onset> = (!has_gap)
             .then(|| onset::of_rates(&rates, angle_at, lean_rad))

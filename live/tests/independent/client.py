@@ -130,7 +130,8 @@ class Bench:
                 if before and LEVELS[before[-1].level] in CALM:
                     break
             else:
-                self.report.expect(False, f"{fault.name}: the verdict was not Safe before it")
+                found = [LEVELS[before[-1].level], *sorted(findings(before[-1]))] if before else ["none"]
+                self.report.expect(False, f"{fault.name}: expected a verdict without danger before it, found {' '.join(found)}")
                 continue
             if ended is None:
                 self.report.expect(False, f"{fault.name}: not found in {fault.limit_s + 1.0} s")
