@@ -46,7 +46,8 @@ def text(rows, which):
     lines += [table(["sound logs", "doubted or faulty", "causal"], counts)]
     counts = [[name.replace("-", " ", 1), *of_estimators(part, found), *of_estimators(part, delay), of_estimators(part, unseen_and_harmful)[0]]
               for name, part in sorted(groups(wrong, lambda row: family(row["variant"])).items())]
-    lines += [table(["wrong sensor", "found", "causal", "after [s], median", "causal", "not found though loads are wrong"], counts)]
+    if counts:
+        lines += [table(["wrong sensor", "found", "causal", "after [s], median", "causal", "not found though loads are wrong"], counts)]
     for estimator in ESTIMATORS:
         lines += [f"Onsets by the {estimator}, in the logs of sound sensors:\n", spread([row for row in sound if row["estimator"] == estimator])]
     return "\n".join(lines)
