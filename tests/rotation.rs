@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::{Estimator, Options};
-use tipwatch_analyze::events::{Event, EventKind, ShownBy};
+use tipwatch_analyze::events::{Bound, Event, EventKind, ShownBy};
 use tipwatch_analyze::policy::Policy;
 use tipwatch_analyze::policy::facts::{LogFacts, event_facts};
 use tipwatch_analyze::report::findings;
@@ -161,6 +161,59 @@ fn missing_rows_do_not_hide_a_tip_over() {
         assert_onset(over);
         let broken = fail_on(&analysis);
         assert!(broken, "a rule on tip_over holds");
+    }
+}
+
+#[test]
+fn a_knock_at_the_start_of_the_log_does_not_move_the_fall() {
+    let stated = Stated::lighter();
+    let log = stated.log("knock.mcap");
+    let mut first_ns = None;
+    write_edited(&data("tip_over.mcap"), &log, &mut |topic, values| {
+        if topic != "/imu/data" {
+            return;
+        }
+        let first_ns = *first_ns.get_or_insert(values.stamp_ns);
+        if values.stamp_ns - first_ns < 10_000_000 {
+            for (axis, knock) in [("x", 18.0), ("y", -15.0), ("z", 18.0)] {
+                let name = format!("force.{axis}");
+                values.set(&name, values.get(&name) + knock);
+            }
+        }
+    });
+    for machine in [&stated.machine, &data("tip_over.toml")] {
+        for estimator in [Estimator::Smoother, Estimator::Causal] {
+            let options = Options {
+                estimator,
+                ..Options::default()
+            };
+            let analysis = analysed_with(&log, machine, options);
+            let over = tip_over(&analysis);
+            assert_eq!(over.start_bound, Bound::At, "{over:?}");
+            assert_onset(over);
+        }
+    }
+}
+
+#[test]
+fn an_onset_behind_a_hole_is_not_dated_at_the_end_of_the_hole() {
+    let stated = Stated::lighter();
+    let log = stated.log("hole.mcap");
+    for (from_s, to_s) in [(-1.2, 0.1), (-0.8, 0.3), (-1.5, -0.1)] {
+        let at = |seconds: f64| true_onset_ns() + (seconds * 1e9) as i64;
+        let hole = at(from_s)..at(to_s);
+        write_kept(&data("tip_over.mcap"), &log, &|topic, time_ns| {
+            topic != "/imu/data" || !hole.contains(&time_ns)
+        });
+        let analysis = stated.analysed(&log);
+        let over = tip_over(&analysis);
+        let error_s = (over.start_ns - true_onset_ns()) as f64 * 1e-9;
+        let within_s = (2.0 * over.start_sigma_s.unwrap_or(0.0)).max(0.1);
+        let holds = match over.start_bound {
+            Bound::AtOrBefore => error_s > -within_s,
+            _ => error_s.abs() < within_s,
+        };
+        assert!(holds, "{from_s} to {to_s} s: {error_s} s, {over:?}");
     }
 }
 

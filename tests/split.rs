@@ -1,9 +1,54 @@
 //! What is said about wheels whose load equilibrium leaves open.
 
+use std::fs;
+
+use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::events::EventKind;
 use tipwatch_analyze::report::findings;
+use tipwatch_binding::MachineFile;
 use tipwatch_tests::{analysed, data};
+
+/// The log whose wheel lifts, if the front axle takes this share of the difference between the sides.
+fn lift_with(share: f64) -> Analysis {
+    let path = data("tiny_lift.toml");
+    let stated = "roll_moment_distribution = 0.5";
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.contains(stated));
+    let text = text.replace(stated, &format!("roll_moment_distribution = {share}"));
+    let file = MachineFile::from_text(&path, &text).unwrap();
+    analyse(
+        &data("tiny_lift.mcap"),
+        &file,
+        Options::default(),
+        &mut |_| {},
+    )
+    .unwrap()
+}
+
+#[test]
+fn a_lift_names_the_split_at_which_the_wheel_would_have_stayed_down() {
+    let lifts = |analysis: &Analysis| -> Vec<(String, Option<f64>)> {
+        let lifts = analysis.events.iter();
+        let lifts = lifts.filter(|event| event.kind == EventKind::WheelLift);
+        lifts
+            .map(|event| (event.subject.clone(), event.split_flips_at))
+            .collect()
+    };
+    let as_stated = lift_with(0.5);
+    let (wheel, share) = lifts(&as_stated)[0].clone();
+    let share = share.expect("a share at which it flips");
+    let says = findings(&as_stated)[0].to_string();
+    assert!(
+        says.contains("it would just have stayed on the ground"),
+        "{says}"
+    );
+    let lifts_with = |share: f64| lifts(&lift_with(share)).iter().any(|lift| lift.0 == wheel);
+    let toward = (0.5 - share).signum();
+    assert!(lifts_with(share + 0.01 * toward), "{share}");
+    assert!(!lifts_with(share - 0.01 * toward), "{share}");
+}
 
 #[test]
 fn a_lift_that_depends_on_the_split_is_not_certain_without_it() {

@@ -2,8 +2,12 @@
 
 use std::path::Path;
 
+use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::Options;
-use tipwatch_analyze::suspension::{Summary, SuspensionMode, WhatIf, WhatIfOptions, what_if};
+use tipwatch_analyze::events::{Event, EventKind, Supposition};
+use tipwatch_analyze::suspension::{
+    Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, suppose, what_if,
+};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_tests::data;
@@ -261,4 +265,66 @@ fn output_files_contain_both_motions_and_the_caveats() {
     // the page loads nothing from elsewhere
     assert!(!page.contains("<script src") && !page.contains("<link"));
     assert!(out.path().join("whatif.parquet").metadata().unwrap().len() > 10_000);
+}
+
+/// A log as recorded, and as supposed.
+fn supposed(suppositions: &Suppositions) -> [Analysis; 2] {
+    let file = MachineFile::read(&data("tiny_lift.toml")).unwrap();
+    let log = data("tiny_lift.mcap");
+    suppose(&log, &file, Options::default(), suppositions).unwrap()
+}
+
+fn lift(analysis: &Analysis) -> Option<&Event> {
+    let mut events = analysis.events.iter();
+    events.find(|event| event.kind == EventKind::WheelLift && event.subject == "rl")
+}
+
+fn least_otf(analysis: &Analysis) -> f64 {
+    let found = &analysis.digest.wheels[2];
+    assert_eq!(analysis.machine.wheels()[2].name, "RL");
+    found.least_otf.unwrap().1
+}
+
+#[test]
+fn a_supposition_is_the_counterfactual_of_the_lift() {
+    let cases = [
+        (
+            Supposition::LevelGround,
+            Suppositions {
+                level: true,
+                ..Suppositions::default()
+            },
+        ),
+        (
+            Supposition::HalfSpeed,
+            Suppositions {
+                speed: Some(0.5),
+                ..Suppositions::default()
+            },
+        ),
+    ];
+    for (asked, suppositions) in cases {
+        let [recorded, supposed] = supposed(&suppositions);
+        let answers = &lift(&recorded).unwrap().counterfactuals;
+        let answer = answers.iter().find(|it| it.supposed == asked).unwrap();
+        let (answered, found) = (answer.otf_n.unwrap(), least_otf(&supposed));
+        assert!(
+            (answered - found).abs() < 20.0,
+            "{asked:?}: {answered} {found}"
+        );
+    }
+}
+
+#[test]
+fn more_load_than_the_machine_can_hold_in_its_reference_posture_may_be_supposed() {
+    for more_kg in [100.0, 300.0] {
+        let [recorded, supposed] = supposed(&Suppositions {
+            payload_kg: Some(more_kg),
+            ..Suppositions::default()
+        });
+        assert!(least_otf(&supposed) < least_otf(&recorded) - more_kg);
+        // limits stay those of the machine as recorded
+        let loads = |analysis: &Analysis| analysis.machine.reference().static_load.clone();
+        assert_eq!(loads(&supposed), loads(&recorded));
+    }
 }

@@ -14,7 +14,7 @@ use tipwatch_mechanics::{
     evaluate as evaluate_state, evaluate_into, machine,
 };
 
-use crate::call::error::exception;
+use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, interruptible};
 use crate::inputs::{Given, Inputs, Varying};
 
@@ -274,9 +274,9 @@ fn request(what: &[String]) -> Result<Request> {
                     ..Scope::ALL
                 }
             }
-            _ => bail!(
+            _ => bail!(Mistake(format!(
                 "expected loads, indicators, causes, sigma, parts, gradient or all in what, found {word:?}"
-            ),
+            ))),
         }
     }
     Ok(Request { scope, gradient })
@@ -298,7 +298,9 @@ pub(crate) fn evaluate(
         }
         "imu" => machine,
         _ => {
-            let error = anyhow!("expected frame \"base\" or \"imu\", found {frame:?}");
+            let error = anyhow!(Mistake(format!(
+                "expected frame \"base\" or \"imu\", found {frame:?}"
+            )));
             return Err(exception(&error));
         }
     };

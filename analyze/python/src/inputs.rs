@@ -7,6 +7,8 @@ use anyhow::{Result, bail};
 use numpy::{AllowTypeChange, PyArrayLikeDyn};
 use tipwatch_mechanics::{State, StateColumns, machine};
 
+use crate::call::error::Mistake;
+
 /// An array of numbers, or what NumPy makes one of: a tuple, a list, whole numbers.
 pub(crate) type Numbers<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 
@@ -89,10 +91,10 @@ impl<'a> Input<'a> {
         let view = array.as_array();
         let is_constant = view.ndim() == 1;
         if !matches!(view.ndim(), 1 | 2) || view.shape().last() != Some(&width) {
-            bail!(
+            bail!(Mistake(format!(
                 "expected {name} of shape ({width},) or (rows, {width}), found {:?}",
                 view.shape()
-            );
+            )));
         }
         Ok(Self {
             values: match view.to_slice() {
@@ -156,7 +158,9 @@ impl Inputs<'_> {
             match (first, input.rows()) {
                 (None, Some(rows)) => first = Some((name, rows)),
                 (Some((other, expected)), Some(rows)) if rows != expected => {
-                    bail!("expected {expected} rows of {name} as of {other}, found {rows}")
+                    bail!(Mistake(format!(
+                        "expected {expected} rows of {name} as of {other}, found {rows}"
+                    )))
                 }
                 _ => {}
             }

@@ -428,7 +428,7 @@ impl Machine {
     ///     rad/s and rad/s^2; zero if not given.
     /// tool_force, tool_moment : arrays like specific_force, optional
     ///     Of the surroundings on the tool, in the axes of the tool frame (N, N m); zero if not given.
-    /// what : sequence of str
+    /// what : str, or sequence of str
     ///     "loads" (always), "indicators", "causes", "sigma", "parts", "gradient"; "all" is the first four.
     /// frame : "base" or "imu"
     ///     Where specific force and angular motion are given: in the origin and axes of the base frame, or as the
@@ -461,7 +461,7 @@ impl Machine {
         angular_acceleration: Option<Numbers<'_>>,
         tool_force: Option<Numbers<'_>>,
         tool_moment: Option<Numbers<'_>>,
-        what: Option<Vec<String>>,
+        what: Option<Words>,
         frame: &str,
     ) -> PyResult<Evaluation> {
         let given = Given {
@@ -475,7 +475,8 @@ impl Machine {
             tool_force,
             tool_moment,
         };
-        evaluate(py, &self.machine, &given, &what.unwrap_or_default(), frame)
+        let what = what.map_or_else(Vec::new, Words::list);
+        evaluate(py, &self.machine, &given, &what, frame)
     }
 
     fn __repr__(&self) -> String {
@@ -486,6 +487,24 @@ impl Machine {
             self.machine.joints().len(),
             self.machine.wheels().len()
         )
+    }
+}
+
+/// One word, or a list of them.
+#[derive(FromPyObject)]
+enum Words {
+    #[pyo3(transparent, annotation = "str")]
+    One(String),
+    #[pyo3(transparent, annotation = "list of str")]
+    Many(Vec<String>),
+}
+
+impl Words {
+    fn list(self) -> Vec<String> {
+        match self {
+            Self::One(word) => vec![word],
+            Self::Many(words) => words,
+        }
     }
 }
 

@@ -119,8 +119,16 @@ def test_wrong_shapes_are_refused(machine):
         machine.evaluate(np.zeros((3, joints + 1)))
     with pytest.raises(tw.TipwatchError, match="expected 3 rows of specific_force"):
         machine.evaluate(np.zeros((3, joints)), specific_force=np.zeros((2, 3)))
-    with pytest.raises(tw.TipwatchError, match="expected loads, indicators"):
-        machine.evaluate(np.zeros((3, joints)), what=["everything"])
+    for what in (["everything"], "everything"):
+        with pytest.raises(tw.TipwatchError, match="expected loads, indicators") as raised:
+            machine.evaluate(np.zeros((3, joints)), what=what)
+        assert raised.value.kind == "value" and isinstance(raised.value, ValueError)
+
+
+def test_one_word_says_what_is_wanted(machine):
+    posture = postures_of(machine, 1)
+    names = machine.evaluate(posture, what="indicators").names
+    assert names == machine.evaluate(posture, what=["indicators"]).names != machine.evaluate(posture).names
 
 
 def test_other_threads_run_meanwhile(machine):

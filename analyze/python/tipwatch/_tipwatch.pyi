@@ -125,7 +125,7 @@ class Machine:
         angular_acceleration: ArrayLike | None = None,
         tool_force: ArrayLike | None = None,
         tool_moment: ArrayLike | None = None,
-        what: Sequence[_What] | None = None,
+        what: _What | Sequence[_What] | None = None,
         frame: Literal["base", "imu"] = "base",
     ) -> Evaluation: ...
 

@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use anyhow::{Context, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use tipwatch_binding::{hex, sha256};
+use tipwatch_binding::{hex, running_file, sha256};
 use tipwatch_ingest::Log;
 use tipwatch_storage::Location;
 
@@ -149,7 +149,9 @@ static PROGRAM: OnceLock<Option<FileHash>> = OnceLock::new();
 
 /// The program's own file and its hash, computed once; `None` if it cannot be read.
 pub(crate) fn program() -> Option<FileHash> {
-    PROGRAM.get_or_init(|| hash_file(&running()?).ok()).clone()
+    PROGRAM
+        .get_or_init(|| hash_file(&running_file().ok()?).ok())
+        .clone()
 }
 
 /// States which file holds this code, where it is not the one that runs: a library that an interpreter loaded. To be
@@ -163,15 +165,6 @@ pub fn set_program(file: &Path) {
 pub(crate) fn begin_program() {
     // it only saves time
     let _ = std::thread::Builder::new().spawn(program);
-}
-
-/// The file that runs, even if it was replaced since the start.
-fn running() -> Option<PathBuf> {
-    let linux = Path::new("/proc/self/exe");
-    if linux.exists() {
-        return Some(linux.into());
-    }
-    std::env::current_exe().ok()
 }
 
 #[cfg(test)]
@@ -198,13 +191,17 @@ mod tests {
             (b"M", SeekFrom::Start(100)),
         ];
         let mut found = Vec::new();
+        let mut changed = SystemTime::now();
         for (bytes, place) in changes {
             let log = Arc::new(Log::open(&path).unwrap());
             let hashes = LogHashes::begin(&log);
-            // longer than the clock of any file system takes for a step
-            std::thread::sleep(Duration::from_millis(50));
             file.seek(place).unwrap();
             file.write_all(bytes).unwrap();
+            if !bytes.is_empty() {
+                // a later change than any clock of a file system can tell from now
+                changed += Duration::from_secs(10);
+                file.set_modified(changed).unwrap();
+            }
             let hashes = hashes.finish().unwrap();
             assert_eq!(hashes, [hash_file(&path).unwrap()]);
             found.extend(hashes);

@@ -21,6 +21,7 @@ pub mod rows;
 pub(crate) mod scratch_file;
 pub(crate) mod state_source;
 pub(crate) mod stdout;
+pub mod storage_error;
 pub(crate) mod support_sets;
 pub mod table;
 pub(crate) mod transfer_text;

@@ -13,6 +13,8 @@ use super::tipping::Tipping;
 
 /// Time before a rotation about an edge at which the wheel that lifts last is told from the others (s).
 const BEFORE_S: f64 = 0.1;
+/// Time over which its load is averaged then (s).
+const AVERAGED_S: f64 = 0.3;
 /// Shortest time before an onset that rows must show (s).
 const SEEN_S: f64 = 0.1;
 
@@ -139,7 +141,9 @@ impl Finder<'_> {
             self.add_confidence(&mut event, wheel, 0.0, episode);
             let overlaps =
                 |t: &&Tipping| t.episode.first <= episode.last && episode.first <= t.episode.last;
-            let rotation = self.rotations_off(wheel).find(overlaps);
+            // a machine that falls on its side and then on its roof rotates about more than one edge: the first lifted the wheel
+            let rotation = (self.rotations_off(wheel).filter(overlaps))
+                .min_by_key(|tipping| tipping.episode.first);
             if rotation.is_some() {
                 event.split_dependent = Some(false);
             }
@@ -178,11 +182,12 @@ impl Finder<'_> {
             Some(onset) => onset.at_s,
             None => self.rows.seconds(tipping.episode.first),
         };
-        let row = (self.rows.times_ns)
-            .partition_point(|&t| ((t - self.rows.times_ns[0]) as f64) * 1e-9 < onset_s - BEFORE_S);
+        let [first, last] = [BEFORE_S + AVERAGED_S, BEFORE_S]
+            .map(|before_s| self.rows.row_from(onset_s - before_s));
+        // one row alone may be one in which the platform rocks
         let load = |wheel: usize| {
-            let row = row.min(self.rows.len() - 1);
-            self.rows.value(Quantity::Load(wheel), row)
+            let loads = (first..=last).map(|row| self.rows.value(Quantity::Load(wheel), row));
+            loads.filter(|load| load.is_finite()).sum::<f64>()
         };
         let off = (0..self.machine.wheels().len()).filter(|&other| tipping.factors[other] > 0.0);
         let heaviest = off.max_by(|&a, &b| load(a).total_cmp(&load(b)));
@@ -210,7 +215,7 @@ impl Finder<'_> {
 
     fn start_of(&self, episode: Episode, onset: Option<Onset>) -> i64 {
         match onset {
-            Some(onset) => self.rows.times_ns[0] + (onset.at_s * 1e9).round() as i64,
+            Some(onset) => self.rows.time_ns(onset.at_s),
             None => self.rows.times_ns[episode.first],
         }
     }
@@ -232,8 +237,7 @@ impl Finder<'_> {
     fn is_known_before(&self, onset: Onset) -> bool {
         let seconds = |row: usize| self.rows.seconds(row);
         let from_s = onset.at_s - onset.sigma_s.max(SEEN_S);
-        let mut row = (self.rows.times_ns)
-            .partition_point(|&t| ((t - self.rows.times_ns[0]) as f64) * 1e-9 <= onset.at_s);
+        let mut row = self.rows.row_from(onset.at_s);
         while let Some(before) = row.checked_sub(1) {
             let is_gap = row < self.rows.len()
                 && self.rows.times_ns[row] - self.rows.times_ns[before] > MERGED_NS;

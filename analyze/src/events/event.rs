@@ -43,6 +43,10 @@ pub struct Event {
     pub certainty_any_split: Option<f64>,
     /// Whether the finding would disappear under another statically admissible load split.
     pub split_dependent: Option<bool>,
+    /// For a wheel that lifted, the front axle's share of the roll moment, 0 to 1, at which it would just have stayed on the
+    /// ground: the nearest to the stated one. `None` where no share would have kept it there, and where no share
+    /// determines the split.
+    pub split_flips_at: Option<f64>,
     /// For a wheel, the smallest and the largest load (N) that equilibrium allows at `judged_ns`.
     pub load_range_n: Option<[f64; 2]>,
     /// Time of the row on which the confidence rests (ns).
@@ -249,6 +253,7 @@ impl Event {
             certainty: None,
             certainty_any_split: None,
             split_dependent: None,
+            split_flips_at: None,
             load_range_n: None,
             judged_ns: None,
             rotation_rad: None,

@@ -93,6 +93,16 @@ impl<'a> Pages<'a> {
         self.table.seconds(row)
     }
 
+    /// A time (s) after the first row of the log, in ns.
+    pub(super) fn time_ns(&self, at_s: f64) -> i64 {
+        self.times_ns[0] + (at_s * 1e9).round() as i64
+    }
+
+    /// The row at such a time, or the next one.
+    pub(super) fn row_from(&self, at_s: f64) -> usize {
+        self.at(self.time_ns(at_s))
+    }
+
     /// The row at a time, or the next one.
     pub(super) fn at(&self, time_ns: i64) -> usize {
         self.table.at(time_ns)

@@ -227,20 +227,13 @@ impl RotationTrace {
             .filter(|onset| onset.at_s > first_s + FIRST_S && stood(onset));
         let start_ns = match onset {
             Some(onset) => from_ns + (onset.at_s * 1e9).round() as i64,
-            None if has_gap => {
-                let last = rates
-                    .times_s
-                    .windows(2)
-                    .position(|pair| pair[1] - pair[0] > GAP_S);
-                shown[last.unwrap_or(fit_end - 1)].0
-            }
-            None if spell.is_from_start => self.first_ns.unwrap_or(spell.left_ns),
+            None if spell.is_from_start && !has_gap => self.first_ns.unwrap_or(spell.left_ns),
             None => spell.left_ns,
         };
         let begins = shown.partition_point(|(at_ns, _)| *at_ns < start_ns);
         let since = &shown[begins.min(shown.len())..];
-        // a rotation that began before the log is counted from its reference
-        let offset = match (since.first(), onset.is_none() && !has_gap) {
+        // one that began before the log, or in a gap, is counted from its reference
+        let offset = match (since.first(), onset.is_none()) {
             (Some(_), true) => {
                 let last = since.iter().rfind(|(at_ns, _)| *at_ns <= spell.largest_ns);
                 let up = since.first().map(|(_, [up, _])| *up);

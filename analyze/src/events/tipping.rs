@@ -221,9 +221,9 @@ impl OfEdge<'_, '_> {
         let near = rotation.onset(rows.times_ns[0]);
         let onset = near.and_then(|near| {
             let margin_s = onset::NEAR_SIGMAS * near.sigma_s;
-            let first = self.row_from((near.at_s - margin_s).max(0.0));
+            let first = self.rows.row_from((near.at_s - margin_s).max(0.0));
             let rotated_ns = rotation.reached(FITTED_RAD).unwrap_or(i64::MAX);
-            let until = self.row_from(near.at_s + margin_s + FITTED_S);
+            let until = self.rows.row_from(near.at_s + margin_s + FITTED_S);
             let rotated = rows.at(rotated_ns).min(until).min(last);
             let curve = self.curve(first, rotated, &load);
             let axis = self.axis(begins)?;
@@ -237,7 +237,7 @@ impl OfEdge<'_, '_> {
         let limit_n = (onset::STATED_SIGMAS * sigma_n)
             .max(NEAR_SHARE * rows.value(Quantity::NormalForce, begins));
         let onset = onset.or(near);
-        let begins = onset.map_or(begins, |onset| self.row_from(onset.at_s).min(last));
+        let begins = onset.map_or(begins, |onset| self.rows.row_from(onset.at_s).min(last));
         let (largest_rad, largest_ns) = rotation.largest();
         Some(Tipping {
             edge,
@@ -309,7 +309,7 @@ impl OfEdge<'_, '_> {
         let curve = self.curve(first, rotated, load);
         let rates = self.rates(&axis, &curve);
         let onset = onset::corner(&curve, &rates, blank.sigma_n, None);
-        let begins = onset.map_or(first, |onset| self.row_from(onset.at_s).min(last));
+        let begins = onset.map_or(first, |onset| self.rows.row_from(onset.at_s).min(last));
         let until = rotation.len() - 1 + first;
         let since_onset = self.rotations(&axis, begins, until);
         let rotation = self::largest(&since_onset, begins);
@@ -402,16 +402,11 @@ impl OfEdge<'_, '_> {
         let mut state = State::zero(self.machine);
         let mut rates = Curve::default();
         for &time_s in &of.times_s {
-            self.rows.state(self.row_from(time_s), &mut state);
+            self.rows.state(self.rows.row_from(time_s), &mut state);
             self.placement.place(&state);
             rates.push(time_s, axis.dot(&self.placement.angular_velocity));
         }
         rates
-    }
-
-    fn row_from(&self, at_s: f64) -> usize {
-        let start_ns = self.rows.times_ns[0] + (at_s * 1e9).round() as i64;
-        self.rows.at(start_ns)
     }
 
     /// Rotation about an axis of the base since row `first`, outwards positive (rad), row by row: from the

@@ -55,7 +55,7 @@ const TERMS: [(&str, &str); 16] = [
     ),
     (
         "Static load",
-        "load of a wheel at rest on level ground, in the posture of the first valid row",
+        "load of a wheel at rest on level ground, in the reference posture that the machine file states, else in that of the first valid row",
     ),
     ("TOM", "tip-over moment: MHS plus the weight of the chassis"),
     (

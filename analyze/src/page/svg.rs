@@ -165,13 +165,13 @@ fn segment(class: &str, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) -> Markup {
     html! { line class=(class) x1=(tenth(x1)) y1=(tenth(y1)) x2=(tenth(x2)) y2=(tenth(y2)) {} }
 }
 
-/// The next number of the series 1, 2, 5, 10, 20, ... for the end of an axis.
+/// The next number of the series 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 15, ... for the end of an axis: a curve takes at least two thirds of it.
 pub(crate) fn round_up(value: f64) -> f64 {
     if !(value > 0.0) {
         return 1.0;
     }
     let power = 10f64.powf(value.log10().floor());
-    let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * power);
+    let steps = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0].map(|step| step * power);
     steps
         .into_iter()
         .find(|&step| step >= value)

@@ -250,7 +250,12 @@ fn top_findings(analysis: &Analysis) -> Markup {
             p { (count - MOST_FINDINGS) " more are in the table of events." }
         }
         @if of_inputs > 0 {
-            p { (of_inputs) " faults and gaps of inputs are grouped in the table of input faults below the events." }
+            p {
+                @match of_inputs {
+                    1 => { "One fault or gap of an input is in the table of input faults below the events." }
+                    count => { (count) " faults and gaps of inputs are grouped in the table of input faults below the events." }
+                }
+            }
         }
     }
 }

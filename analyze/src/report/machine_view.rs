@@ -126,6 +126,18 @@ impl View<'_> {
             ]
         };
         let mut all: Vec<Point> = contacts.iter().flat_map(around).collect();
+        // names and loads stand beside the wheels
+        let across = || contacts.iter().map(|contact| contact[0]);
+        let (low, high) = (
+            across().fold(f64::INFINITY, f64::min),
+            across().fold(f64::NEG_INFINITY, f64::max),
+        );
+        let beside = 0.45 * (high - low);
+        all.extend(
+            contacts
+                .iter()
+                .flat_map(|&[x, y]| [[x - beside, y], [x + beside, y]]),
+        );
         let arm: Vec<[Point; 2]> = self.arm(Self::above);
         all.extend(arm.iter().flatten());
         let mut drawing = Drawing::around(&all)?;

@@ -27,7 +27,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     let seconds = |time_ns: i64| time_ns.saturating_sub(analysis.rows.times_ns[0]) as f64 * 1e-9;
     html! {
         p {
-            "Wheel " (display(analysis, &advice.wheel)) " came closest to lifting: its overturning force (OTF) was "
+            "Wheel " (display(analysis, &advice.wheel)) " carried least: its overturning force (OTF) was "
             (number(advice.worst_otf_n)) " N at t = " (format_args!("{:.2}", seconds(advice.worst_ns))) " s, its limit is "
             (number(advice.limit_n)) " N. " (conclusion(advice))
         }
@@ -163,7 +163,7 @@ fn conclusion(advice: &Advice) -> String {
             "No single change within limits would have kept every wheel at its limit.".into()
         }
         (None, false) => {
-            "In a simulation, each of these changes alone would have kept every wheel at its limit."
+            "In a simulation, each of these changes alone kept every wheel at its limit; the table has the chance that it would have."
                 .into()
         }
     }

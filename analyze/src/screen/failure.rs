@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 use strum::{Display, EnumString};
 use tipwatch_storage::ErrorKind;
 
+use crate::base::storage_error::storage_error;
+
 /// What failed.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, Display, EnumString,
@@ -54,19 +56,6 @@ impl FailureKind {
     pub(super) fn error(self, text: String) -> anyhow::Error {
         Marked { kind: self, text }.into()
     }
-}
-
-/// The error of a bucket or server behind an error.
-fn storage_error(error: &anyhow::Error) -> Option<&tipwatch_storage::Error> {
-    error.chain().find_map(|cause| {
-        let of_reading = || {
-            cause
-                .downcast_ref::<std::io::Error>()?
-                .get_ref()?
-                .downcast_ref()
-        };
-        cause.downcast_ref().or_else(of_reading)
-    })
 }
 
 /// An error whose kind is not [`FailureKind::Log`].

@@ -35,13 +35,15 @@ pub fn gather(
 ) -> Result<Screen> {
     let (place, out) = (Place::at(asked.records)?, Place::at(asked.out)?);
     let store = Store::of(&place);
-    if store.index()?.is_empty() {
+    // a list of all names is a request for a thousand of them, one after the other
+    let names = store.names()?;
+    if names.is_empty() {
         bail!("{place}: expected the records of an earlier run, found none");
     }
     let _lock = lock(&out, false)?;
     let mut missing = Vec::new();
     let mut found = None;
-    let (records, unusable) = store.load()?;
+    let (records, unusable) = store.load(&names)?;
     unusable
         .into_iter()
         .for_each(|note| notify(Update::Note(note)));

@@ -106,7 +106,7 @@ pub fn screen(
         let totals = Totals::of(&rows, &gate.judge(&rows), gate.min_valid);
         (totals, gate.undecided(&rows), None)
     } else {
-        let (records, unusable) = screening.store.load()?;
+        let (records, unusable) = screening.store.load(&screening.store.names()?)?;
         unusable
             .into_iter()
             .for_each(|note| notify(Update::Note(note)));

@@ -157,13 +157,17 @@ impl Store {
         Ok(records.into_iter().find(is_it))
     }
 
-    /// All records, and a note on each that is not valid: its log counts as not analysed.
-    pub(super) fn load(&self) -> Result<(Vec<Record>, Vec<String>)> {
+    /// The objects that hold records.
+    pub(super) fn names(&self) -> Result<Vec<String>> {
         let names = self.place.list(FOLDER)?.into_iter();
         let names = names.filter(|name| name.ends_with(ENDING));
-        let names: Vec<String> = names.map(|name| format!("{FOLDER}/{name}")).collect();
+        Ok(names.map(|name| format!("{FOLDER}/{name}")).collect())
+    }
+
+    /// All records of these objects, and a note on each that is not valid: its log counts as not analysed.
+    pub(super) fn load(&self, names: &[String]) -> Result<(Vec<Record>, Vec<String>)> {
         let read: Vec<Result<Record>> =
-            (self.place).in_parallel(&names, |name| Ok(self.read(name)))?;
+            (self.place).in_parallel(names, |name| Ok(self.read(name)))?;
         let mut records = Vec::with_capacity(read.len());
         let mut unusable = Vec::new();
         for (name, read) in names.iter().zip(read) {

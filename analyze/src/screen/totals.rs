@@ -21,7 +21,8 @@ pub struct Totals {
     pub failed: usize,
     /// Logs with losses.
     pub with_losses: usize,
-    /// Logs with a report.
+    /// Logs with an event of a wheel or an edge, or with a load within two standard deviations of zero, whether or not they have
+    /// a report.
     pub with_findings: usize,
     /// Analysed logs that decide nothing: no row, or too little time, is computable.
     pub undecided: usize,
@@ -40,9 +41,7 @@ impl Totals {
         let facts = || rows.iter().filter_map(|row| Some(row.record.analysed()?.0));
         let lost = facts().filter(|facts| facts.has_losses());
         let undecided = facts().filter(|facts| facts.undecided(min_valid).is_some());
-        let reports = rows
-            .iter()
-            .filter(|row| row.record.report_folder().is_some());
+        let with_findings = facts().filter(|facts| facts.has_findings());
         let broken = || {
             let judged = judgements.iter().flatten();
             judged.filter(|judgement| !judgement.passed)
@@ -60,7 +59,7 @@ impl Totals {
             analysed: facts().count(),
             failed: rows.iter().filter(|row| row.record.is_failed()).count(),
             with_losses: lost.count(),
-            with_findings: reports.count(),
+            with_findings: with_findings.count(),
             undecided: undecided.count(),
             breaking_policy: broken().count(),
             breaking_by_evidence: by_evidence.count(),

@@ -66,12 +66,16 @@ impl Suppositions {
         let Some(more_kg) = self.payload_kg else {
             return Ok(supposed);
         };
-        match supposed.spec.payload.first_mut() {
+        let more = match supposed.spec.payload.first_mut() {
             Some(payload) => match &mut payload.mass {
-                PayloadMass::Known(mass) if *mass + more_kg >= 0.0 => *mass += more_kg,
-                PayloadMass::Known(mass) => bail!(
+                PayloadMass::Known(mass) if *mass + more_kg < 0.0 => bail!(
                     "{place}: expected a payload that stays positive, found {mass} kg and {more_kg} kg more (--payload)"
                 ),
+                PayloadMass::Known(mass) if more_kg < 0.0 => {
+                    *mass += more_kg;
+                    return Ok(supposed);
+                }
+                PayloadMass::Known(_) => payload.clone(),
                 PayloadMass::Word(word) => bail!(
                     "{place}: expected a payload of stated mass for --payload, found mass = \"{word}\""
                 ),
@@ -90,17 +94,26 @@ impl Suppositions {
                         "{place}: expected [arm] tool or a [[payload]] for --payload, found neither"
                     )
                 })?;
-                supposed.spec.payload.push(PayloadSpec {
+                PayloadSpec {
                     link: tool,
-                    mass: PayloadMass::Known(more_kg),
-                    mass_sigma: Some(0.0),
+                    mass: PayloadMass::Known(0.0),
+                    mass_sigma: None,
                     com: [0.0; 3],
                     inertia: [0.0; 6],
                     from: None,
                     to: None,
-                });
+                }
             }
-        }
+        };
+        // With a begin it is no part of the reference: the limits stay those of the machine as recorded, also where it would
+        // not stand in its reference posture with so much more.
+        supposed.spec.payload.push(PayloadSpec {
+            mass: PayloadMass::Known(more_kg),
+            mass_sigma: Some(0.0),
+            inertia: [0.0; 6],
+            from: more.from.or(Some(0.0)),
+            ..more
+        });
         Ok(supposed)
     }
 }

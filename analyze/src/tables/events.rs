@@ -27,6 +27,8 @@ pub fn events(events: &[Event]) -> Table {
     table.add("start_bound", None, bound);
     table.add("end_bound", None, all().map(|e| e.end_bound.name()));
     let end = |of: usize| all().map(move |e| e.load_range_n.map(|n| n[of]));
+    let flips_at = all().map(|e| e.split_flips_at);
+    table.add("split_flips_at", Some("-"), flips_at);
     table.add("load_min", Some("N"), end(0));
     table.add("load_max", Some("N"), end(1));
     table.add("judged_ns", Some("ns"), all().map(|e| e.judged_ns));

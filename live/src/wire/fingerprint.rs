@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use tipwatch_binding::{Hash, MachineFile, Urdf, hash, hash_file, hex};
+use tipwatch_binding::{Hash, MachineFile, Urdf, hash, hash_file, hex, running_file};
 
 use crate::wire::session::name_to_wire;
 use crate::wire::topics::{TEXT_BYTES, WireMachine};
@@ -38,7 +38,7 @@ impl Fingerprint {
     ) -> Result<Self> {
         let mut arguments = tipwatch_storage::recorded_arguments();
         arguments.drain(..arguments.len().min(1));
-        let (program, _) = hash_file(&running()?).context("cannot hash the program itself")?;
+        let (program, _) = hash_file(&running_file()?).context("cannot hash the program itself")?;
         let bound = commissioning.map(|path| {
             let found =
                 hash_file(path).with_context(|| format!("{}: cannot read it", path.display()));
@@ -116,15 +116,6 @@ impl Fingerprint {
         wire.options[..end].copy_from_slice(&self.options.as_bytes()[..end]);
         Ok(())
     }
-}
-
-/// The file that runs, even if it was replaced since the start.
-fn running() -> Result<std::path::PathBuf> {
-    let linux = Path::new("/proc/self/exe");
-    if linux.exists() {
-        return Ok(linux.into());
-    }
-    std::env::current_exe().context("cannot find the program itself")
 }
 
 #[cfg(test)]

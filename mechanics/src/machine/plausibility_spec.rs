@@ -92,9 +92,6 @@ pub struct PlausibilitySpec {
     /// Tolerance between gravity according to the IMU's attitude and the mean specific force of ten seconds
     /// (m/s^2).
     pub gravity_tolerance: f64,
-    /// Tolerance between the mean specific force of a second and that by attitude, angular velocity and odometry
-    /// (m/s^2).
-    pub specific_force_tolerance: f64,
     /// Tolerance between the inclinations by the attitudes of IMU and odometry (rad).
     pub tilt_tolerance: f64,
     /// Rate at which relations between sound sensors may contradict each other by chance (1/h): the thresholds follow.
@@ -133,7 +130,6 @@ impl Default for PlausibilitySpec {
             rate_tolerance_linear: 0.05,
             rate_tolerance_share: 0.2,
             gravity_tolerance: 3.0,
-            specific_force_tolerance: 0.8,
             tilt_tolerance: 0.07,
             false_alarms_per_hour: 1e-4,
         }
@@ -161,7 +157,7 @@ impl PlausibilitySpec {
     }
 
     /// Limits by key, if stated or with a default.
-    pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 22] {
+    pub(super) fn limits_by_key(&self) -> [(&'static str, Option<f64>); 21] {
         [
             ("specific_force_max", Some(self.specific_force_max)),
             ("angular_velocity_max", Some(self.angular_velocity_max)),
@@ -185,10 +181,6 @@ impl PlausibilitySpec {
             ("rate_tolerance_linear", Some(self.rate_tolerance_linear)),
             ("rate_tolerance_share", Some(self.rate_tolerance_share)),
             ("gravity_tolerance", Some(self.gravity_tolerance)),
-            (
-                "specific_force_tolerance",
-                Some(self.specific_force_tolerance),
-            ),
             ("tilt_tolerance", Some(self.tilt_tolerance)),
             ("false_alarms_per_hour", Some(self.false_alarms_per_hour)),
         ]

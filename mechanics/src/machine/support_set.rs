@@ -195,12 +195,16 @@ impl Machine {
         }
         let mut reference = self.reference.clone();
         let of_sets = |load: fn(&Self) -> &Vec<f64>| -> Vec<f64> {
-            let first = |support: SupportId| {
-                (sets.iter()).find_map(|set| Some(load(set)[set.place_of(support)?]))
+            // while a machine goes from its wheels to its outriggers it stands on both for a moment, and each carries half
+            let of_fewest = |support: SupportId| {
+                let loads = sets.iter().filter_map(|set| {
+                    Some((set.stands_on.len(), load(set)[set.place_of(support)?]))
+                });
+                loads.min_by_key(|(supports, _)| *supports)
             };
             supports
                 .ids()
-                .map(|support| first(support).unwrap_or(f64::NAN))
+                .map(|support| of_fewest(support).map_or(f64::NAN, |(_, load)| load))
                 .collect()
         };
         reference.static_load = of_sets(|set| &set.reference.static_load);

@@ -5,6 +5,7 @@ use std::io;
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
+use tipwatch_analyze::base::storage_error::storage_error;
 use tipwatch_storage::{ErrorKind, redact};
 
 create_exception!(
@@ -46,22 +47,22 @@ fn kind_of(error: &anyhow::Error) -> &'static str {
         if cause.is::<Mistake>() {
             return Some("value");
         }
-        let of_storage = cause.downcast_ref::<tipwatch_storage::Error>();
-        let of_storage = of_storage.and_then(|error| match error.kind {
-            ErrorKind::NotFound => Some("not_found"),
-            ErrorKind::PermissionDenied => Some("permission"),
-            ErrorKind::TimedOut
-            | ErrorKind::Unavailable
-            | ErrorKind::Incomplete
-            | ErrorKind::Refused => Some("storage"),
-            _ => None,
-        });
         let of_file = || match cause.downcast_ref::<io::Error>()?.kind() {
             io::ErrorKind::NotFound => Some("not_found"),
             io::ErrorKind::PermissionDenied => Some("permission"),
             _ => None,
         };
-        of_storage.or_else(of_file)
+        of_file()
     };
-    error.chain().find_map(of_cause).unwrap_or("error")
+    let of_storage = storage_error(error).and_then(|error| match error.kind {
+        ErrorKind::NotFound => Some("not_found"),
+        ErrorKind::PermissionDenied => Some("permission"),
+        ErrorKind::TimedOut
+        | ErrorKind::Unavailable
+        | ErrorKind::Incomplete
+        | ErrorKind::Refused => Some("storage"),
+        _ => None,
+    });
+    let of_causes = || error.chain().find_map(of_cause);
+    of_storage.or_else(of_causes).unwrap_or("error")
 }

@@ -67,7 +67,7 @@ pub(crate) fn advise(
         return Some(advice);
     }
     if window.may_measure_split() {
-        let by_rule = otf_by_rule(&window);
+        let by_rule = otf_by_rule(&window, &window.evaluator);
         window.keep_measured_split(rows, &by_rule);
     }
     let logged = as_logged(&window);

@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{Machine, Parameter, Split};
 use tipwatch_mechanics::{
-    Placement, Scope, State, StateColumns, Workspace, combination_sigma, evaluate,
+    BatchEvaluator, Placement, Scope, State, StateColumns, Workspace, combination_sigma, evaluate,
 };
 
 use super::candidates::base_rests;
@@ -32,6 +32,8 @@ const STEADIER: f64 = 0.01;
 const MOST_ROWS_BACK: usize = 500;
 /// Forces on the tool up to this are none (N).
 const SMALLEST_FORCE: f64 = 1.0;
+/// Change of the front axle's share of the roll moment by which its effect on the loads is computed.
+const SHARE_STEP: f64 = 0.1;
 
 const DERIVATIVES: Scope = Scope {
     sensitivities: true,
@@ -66,11 +68,14 @@ pub(crate) fn ask_all(machine: &Machine, rows: &Table, events: &mut [Event]) {
                 && other.subject == event.subject
                 && other.start_ns == event.start_ns
         });
-        let answers = match same {
-            Some(&other) => events[other].counterfactuals.clone(),
-            None => Question::of(machine, rows, event).map_or(Vec::new(), |asks| asks.answers()),
+        let (answers, split_flips_at) = match same {
+            Some(&other) => (events[other].counterfactuals.clone(), None),
+            None => Question::of(machine, rows, event).map_or((Vec::new(), None), |asks| {
+                (asks.answers(), asks.split_flips_at())
+            }),
         };
         events[place].counterfactuals = answers;
+        events[place].split_flips_at = split_flips_at;
         answered.push(place);
     }
 }
@@ -95,7 +100,7 @@ impl<'a> Question<'a> {
             return None;
         }
         if window.may_measure_split() {
-            let by_rule = otf_by_rule(&window);
+            let by_rule = otf_by_rule(&window, &window.evaluator);
             window.keep_measured_split(rows, &by_rule);
         }
         if window.rows.len() > MOST_ROWS {
@@ -114,9 +119,24 @@ impl<'a> Question<'a> {
 
     fn answers(&self) -> Vec<Counterfactual> {
         let recorded = least_sum(&self.window, &self.factors);
+        let chance = recorded.and_then(|(otf_n, place)| {
+            let sigma_n = sigma(&self.window, place, &self.factors)?;
+            Some(normal_distribution(-otf_n / sigma_n))
+        });
+        // what the stated machine does not do as recorded, it tells nothing about otherwise: a load that nobody stated
+        // would have tipped it at half the speed, too
+        let is_shown = Answer::of(chance) != Answer::No;
         let all = Supposition::all().iter();
-        all.filter_map(|&supposed| self.answer(supposed, recorded.and_then(|(n, _)| known(n))))
-            .collect()
+        let answers = all.filter_map(|&supposed| {
+            let mut answer = self.answer(supposed, recorded.and_then(|(n, _)| known(n)))?;
+            if !is_shown {
+                answer.answer = Answer::Open;
+                (answer.probability, answer.sigma_n) = (None, None);
+                answer.why_not = Some("the machine as stated does not do it as recorded either");
+            }
+            Some(answer)
+        });
+        answers.collect()
     }
 
     /// `None` where the supposition is what was recorded.
@@ -164,6 +184,47 @@ impl<'a> Question<'a> {
             answer.why_not = Some("the uncertainty of the loads cannot be computed");
         }
         Some(answer)
+    }
+
+    /// The front axle's share of the roll moment, nearest to the stated one, at which the wheel would just have stayed on the
+    /// ground in every row. OTF are linear in the share:
+    ///
+    /// ```text
+    ///     OTF(share) = OTF + (share - stated) dOTF/dshare >= 0
+    /// ```
+    /// `None` where no share from 0 to 1 does that, or another rule or measured forces determine the split.
+    fn split_flips_at(&self) -> Option<f64> {
+        let machine = self.window.machine();
+        let Split::RollMomentDistribution { share: stated, .. } = machine.contact().split else {
+            return None;
+        };
+        let is_open = self.event.split_dependent == Some(true) && !self.window.may_measure_split();
+        if self.event.kind != EventKind::WheelLift || !is_open {
+            return None;
+        }
+        let is_own = |factor: &f64| *factor > 0.0;
+        let wheel = self.factors.iter().position(is_own)?;
+        let changed = machine.changed(&[(Parameter::RollMomentDistribution, SHARE_STEP)]);
+        let otf =
+            |evaluator: &BatchEvaluator| otf_by_rule(&self.window, evaluator).swap_remove(wheel);
+        let (by_stated, by_other) = (
+            otf(&self.window.evaluator),
+            otf(&Window::evaluator(&changed)),
+        );
+        let (mut least, mut most) = (0.0_f64, 1.0_f64);
+        for (otf, other) in by_stated.into_iter().zip(by_other) {
+            let slope = (other - otf) / SHARE_STEP;
+            let zero = stated - otf / slope;
+            match slope {
+                _ if !otf.is_finite() || !slope.is_finite() => {}
+                slope if slope > 0.0 => least = least.max(zero),
+                slope if slope < 0.0 => most = most.min(zero),
+                _ if otf < 0.0 => return None,
+                _ => {}
+            }
+        }
+        let is_outside = stated < least || most < stated;
+        (least <= most && is_outside).then(|| stated.clamp(least, most))
     }
 
     /// Whether there is a payload or a force on the tool at some time.

@@ -36,15 +36,16 @@ pub(super) fn simulate(window: &Window, change: Change, amount: f64) -> Margins 
     margins(window, &window.evaluator, &changed)
 }
 
-/// OTF as logged under the stated split, by wheel and row (N), without the part that measured actuator forces determine.
-pub(super) fn otf_by_rule(window: &Window) -> Vec<Vec<f64>> {
+/// OTF under the split rule of an evaluator's machine, by wheel and row (N), without the part that measured actuator forces
+/// determine.
+pub(super) fn otf_by_rule(window: &Window, evaluator: &BatchEvaluator) -> Vec<Vec<f64>> {
     let of_block = |outcomes: &OutcomeColumns, _| -> Vec<Vec<f64>> {
         let wheels = 0..window.machine().wheels().len();
         wheels
             .map(|wheel| outcomes.column(Quantity::Otf(wheel)).to_vec())
             .collect()
     };
-    let blocks = blocks(window, &window.evaluator, &|_| {}, of_block);
+    let blocks = blocks(window, evaluator, &|_| {}, of_block);
     let joined = |mut all: Vec<Vec<f64>>, block: Vec<Vec<f64>>| {
         for (column, more) in all.iter_mut().zip(block) {
             column.extend(more);

@@ -7,7 +7,7 @@ use super::scene::Scene;
 use crate::events::{
     Answer, Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
 };
-use crate::page::{number, probability, readable, with_unit};
+use crate::page::{number, percent, probability, readable, with_unit};
 use crate::report::faults;
 
 /// Causes with a smaller share of the lost load are summed up as others (%).
@@ -43,6 +43,12 @@ impl Scene {
         }
         if event.split_dependent == Some(true) {
             evidence.push(self.split_evidence(event));
+            evidence.extend(event.split_flips_at.map(|share| {
+                format!(
+                    "With {} of the difference between the sides on the front axle it would just have stayed on the ground",
+                    percent(share)
+                )
+            }));
             evidence.extend((!self.is_split_stated).then(|| self.deciding.clone()));
         } else if event.any_split_ns.is_some() && !self.is_split_stated {
             evidence.push(format!(

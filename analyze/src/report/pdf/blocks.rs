@@ -50,6 +50,10 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
     match node.tag_name().name() {
         "h2" => blocks.push(Block::Heading(2, text(node))),
         "h3" => blocks.push(Block::Heading(3, text(node))),
+        // the head of a list that folds on the page; that of a part is a heading of its own
+        "summary" if !node.children().any(|child| child.has_tag_name("h2")) => {
+            blocks.push(Block::Heading(3, text(node)));
+        }
         "p" => blocks.push(Block::Paragraph(text(node))),
         "ul" => {
             for item in node.children().filter(Node::is_element) {

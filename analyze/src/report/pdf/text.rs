@@ -25,14 +25,20 @@ impl Letters {
 
     /// The text with every letter that the font lacks replaced.
     pub(super) fn known(&self, text: &str) -> String {
-        let known = |letter: char| match letter {
-            _ if self.face.glyph_index(letter).is_some() && !letter.is_control() => letter,
-            '→' => '>',
-            '◀' => '<',
-            '▶' => '>',
-            _ => '?',
-        };
-        text.chars().map(known).collect()
+        let mut known = String::with_capacity(text.len());
+        for letter in text.chars() {
+            match letter {
+                _ if self.face.glyph_index(letter).is_some() && !letter.is_control() => {
+                    known.push(letter);
+                }
+                // ">" would read as a comparison: "-104 > 2767"
+                '→' => known.push_str("to"),
+                '◀' => known.push('<'),
+                '▶' => known.push('>'),
+                _ => known.push('?'),
+            }
+        }
+        known
     }
 
     pub(super) fn width(&self, text: &str, size: f32) -> f32 {

@@ -4,12 +4,14 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{Ground, NoteKind};
 
 use crate::analysis::Analysis;
+use crate::analysis::unstated_load::ExplainedFall;
 use crate::events::split_rule::{is_stated, sharing, split_rule};
 use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
 use crate::page::{number, percent, probability, short};
 use crate::report::fact::is_fact;
 use crate::report::findings::{Incident, Scene};
 use crate::report::parameter_words::in_words;
+use crate::report::unstated_load;
 use crate::report::when::Calendar;
 
 /// Most losses told.
@@ -26,6 +28,15 @@ pub(super) fn answers(
         ("When was it?", when(analysis, incidents)),
         ("How sure is this?", certainty(analysis, incidents)),
     ];
+    // without it the loads and causes of a fall that the stated machine does not explain read as facts
+    let is_as_stated = |fall: &ExplainedFall| match fall.explanations.first() {
+        Some(best) => best.kind == "stated_machine",
+        None => true,
+    };
+    if !analysis.explained_falls.iter().all(is_as_stated) {
+        let explained = unstated_load::findings(analysis).into_iter();
+        all.extend(explained.map(|it| ("What explains the fall?", format!("{}.", it.headline))));
+    }
     all.extend(hangs_on(analysis, incidents).map(|text| ("On what does it hang most?", text)));
     all.extend([
         ("Under which assumptions?", assumptions(analysis)),
@@ -125,18 +136,18 @@ fn lifted(analysis: &Analysis) -> String {
     let lifts = of_kind(analysis, EventKind::WheelLift);
     let mut events: Vec<&Event> = lifts.filter(|event| is_fact(event)).collect();
     events.sort_by_key(|event| event.start_ns);
-    let mut wheels: Vec<(String, f64, usize, bool)> = Vec::new();
+    let mut wheels: Vec<(String, String, usize, bool)> = Vec::new();
     for event in events {
         let name = scene.subject(event);
         let depends = event.split_dependent != Some(false);
         match wheels.iter_mut().find(|wheel| wheel.0 == name) {
             Some(wheel) => (wheel.2, wheel.3) = (wheel.2 + 1, wheel.3 && depends),
-            None => wheels.push((name, scene.seconds(event.start_ns), 1, depends)),
+            None => wheels.push((name, scene.start(event), 1, depends)),
         }
     }
-    let text = |(name, start, times, _): &(String, f64, usize, bool)| match times {
-        1 => format!("{name} (from t = {start:.2} s)"),
-        times => format!("{name} ({times} times, first from t = {start:.2} s)"),
+    let text = |(name, start, times, _): &(String, String, usize, bool)| match times {
+        1 => format!("{name} (from {start})"),
+        times => format!("{name} ({times} times, first from {start})"),
     };
     let of = |depends: bool| -> Vec<String> {
         wheels
@@ -171,7 +182,10 @@ fn lifted(analysis: &Analysis) -> String {
 }
 
 /// Other wheels that carry no load under some split.
-fn could_have_lifted(analysis: &Analysis, lifted: &[(String, f64, usize, bool)]) -> Option<String> {
+fn could_have_lifted(
+    analysis: &Analysis,
+    lifted: &[(String, String, usize, bool)],
+) -> Option<String> {
     let names: Vec<&str> = (analysis.machine.wheels().iter().enumerate())
         .filter(|(wheel, facts)| {
             let could_unload = analysis.digest.wheels[*wheel].could_unload;

@@ -34,7 +34,7 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
         ),
         ("Logs with lost data".into(), totals.with_losses.to_string()),
         (
-            "Logs with findings (with a report)".into(),
+            "Logs with findings".into(),
             totals.with_findings.to_string(),
         ),
     ];

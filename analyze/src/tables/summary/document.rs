@@ -124,6 +124,9 @@ pub struct EventSummary<'a> {
     /// Probability that it is true whatever the split of the load.
     pub(super) certainty_any_split: Option<f64>,
     pub(super) split_dependent: Option<bool>,
+    /// For a wheel that lifted, the front axle's share of the roll moment at which it would just have stayed on the ground;
+    /// null where no share would have kept it there, and where no share determines the split.
+    pub(super) split_flips_at: Option<f64>,
     /// Smallest and largest load that equilibrium allows the wheel at `judged_ns`; null for edges and inputs.
     pub(super) load_range_n: Option<[f64; 2]>,
     /// Time of the row on which the certainty rests.

@@ -39,6 +39,7 @@ fn summary(event: &Event, first_ns: i64) -> EventSummary<'_> {
         certainty: event.certainty,
         certainty_any_split: event.certainty_any_split,
         split_dependent: event.split_dependent,
+        split_flips_at: event.split_flips_at,
         load_range_n: event.load_range_n,
         judged_ns: event.judged_ns,
         any_split_ns: event.any_split_ns,

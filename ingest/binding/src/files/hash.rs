@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ring::digest::{Context, Digest, SHA256, digest};
 
@@ -38,6 +38,18 @@ pub fn hash_file(path: &Path) -> io::Result<(Hash, u64)> {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) => return Err(error),
         }
+    }
+}
+
+/// The file that runs, even if it was replaced since the start.
+///
+/// # Errors
+/// The system does not tell it.
+pub fn running_file() -> io::Result<PathBuf> {
+    let linux = Path::new("/proc/self/exe");
+    match linux.exists() {
+        true => Ok(linux.into()),
+        false => std::env::current_exe(),
     }
 }
 

@@ -20,8 +20,9 @@ use nalgebra::{Cholesky, Matrix3, Vector3};
 use super::difference_filter::Difference;
 use crate::state::AccelerometerBias;
 
-/// A larger difference, in standard deviations, shows that the attitude, gravity or the scale of the accelerometer is worse
-/// than stated: E is enlarged until the difference has this size.
+/// A larger difference, in standard deviations, shows that one of the sensors is worse than stated. E is enlarged until the
+/// difference has this size, so that the accelerometer is corrected as if the attitude, gravity or its own scale were to
+/// blame; what is unexplained widens its variance, in proportion to the probability B / (B + E) that it is to blame itself.
 const LARGEST_SIGMAS: f64 = 1.75;
 /// How far an attitude that is levelled by the same accelerometer deviates from it (m/s^2). Such an attitude has the
 /// accelerometer's bias itself, so a small difference does not show that the bias is small.
@@ -62,6 +63,14 @@ pub(super) fn divided(
         enlarged(along, stated.gravity, along_noise),
     );
     let b = stated.bias * stated.bias;
+    let unexplained = |size: f64, stated_error: f64, noise: f64| {
+        let own = stated_error * stated_error;
+        let beyond = size.abs() - LARGEST_SIGMAS * (b + own + noise).sqrt();
+        b / (b + own) * beyond.max(0.0).powi(2)
+    };
+    let aside = (s - up * along).try_normalize(0.0).unwrap_or_default();
+    let open = aside * aside.transpose() * unexplained(across, stated.tilt, across_noise)
+        + up * up.transpose() * unexplained(along, stated.gravity, along_noise);
     let sum =
         covariance + Matrix3::identity() * (b + tilt) + up * up.transpose() * (gravity - tilt);
     let Some(factor) = Cholesky::new(sum) else {
@@ -75,7 +84,7 @@ pub(super) fn divided(
     );
     let upwards = up * up.transpose();
     let kept = (Matrix3::identity() - upwards) * independent.sqrt() + upwards;
-    let change = kept * q * kept * (-b * b);
+    let change = kept * q * kept * (-b * b) + open;
     AccelerometerBias {
         removed: q * s * b,
         covariance_change: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]
@@ -147,6 +156,20 @@ mod tests {
     fn unmeasured_difference_changes_nothing() {
         let found = estimate([0.05, 0.0, 0.02], 1e3);
         assert!(found.removed.norm() < 1e-9 && found.covariance_change[0].abs() < 1e-9);
+    }
+
+    #[test]
+    fn difference_that_nothing_explains_is_in_the_band() {
+        for (s, place) in [([1.0, 0.0, 0.0], 0), ([0.0, 0.0, -0.8], 2)] {
+            let sigma = estimate(s, 0.01).covariance_change[place].sqrt();
+            let size = Vector3::from(s).norm();
+            assert!((0.4 * size..size).contains(&sigma), "{s:?}: {sigma}");
+        }
+        let explained = estimate([0.06, 0.0, 0.0], 0.01).covariance_change;
+        assert!(
+            explained.iter().all(|&change| change <= 0.0),
+            "{explained:?}"
+        );
     }
 
     #[test]

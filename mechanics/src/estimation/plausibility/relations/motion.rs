@@ -136,9 +136,9 @@ pub(super) struct SpecificForceRelation {
     uses_wheels: bool,
 }
 
-/// Bias of an accelerometer and of an attitude, as a share of the tolerance of the machine file, and how fast it changes
-/// (m/s^2 in a window).
-const BIAS_SHARE: f64 = 0.25;
+/// Difference of a sound accelerometer and a sound attitude that does not change: so many times as large as their stated
+/// standard deviations together; and how fast it changes (m/s^2 in a window).
+const BIAS_SPREAD: f64 = 3.0;
 const FORCE_BIAS_DRIFT: f64 = 0.01;
 /// Mean specific force that has other causes (m/s^2).
 const LEAST_FORCE: f64 = 0.08;
@@ -159,7 +159,9 @@ impl SpecificForceRelation {
             all
         };
         let turned = vec![Explanation::HalfTurn(Axis::Z)];
-        let bias = BIAS_SHARE * machine.plausibility().specific_force_tolerance;
+        let stated = machine.uncertainty();
+        let tilt = stated.attitude_bias * machine.gravity();
+        let bias = BIAS_SPREAD * stated.accelerometer_bias.hypot(tilt);
         Self {
             gravity: machine.gravity(),
             position: machine.imu().body_from_mount.translation.vector,

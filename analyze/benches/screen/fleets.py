@@ -1,0 +1,71 @@
+"""How often a fleet in which nothing changed raises an alarm, and how often a machine that falls is found:
+`fleets.py TIPWATCH PATTERN.json [FLEETS]`.
+
+PATTERN is the record of a real log, `state/*.json` of a screen; a fleet is copies of it with other machines, days and margins, which
+`tipwatch screen --gather` compares. Three kinds of fleets without a change: normal margins, and skewed ones with days without work,
+as machines have them. A machine that falls goes from 50 to 5 % for its last five days.
+"""
+
+import collections
+import copy
+import json
+import random
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+DAY_NS = 86_400_000_000_000
+program, pattern = sys.argv[1], json.loads(Path(sys.argv[2]).read_text())
+fleets = int(sys.argv[3]) if len(sys.argv) > 3 else 200
+
+
+def outliers(logs):
+    """What the page of these logs (machine, day, margin, share of the time below the notice level, seconds) tells."""
+    with tempfile.TemporaryDirectory() as place:
+        state = Path(place, "state")
+        state.mkdir()
+        for number, (machine, day, margin, exposed, duration_s) in enumerate(logs):
+            record = copy.deepcopy(pattern)
+            record.update(path=f"/logs/{number:06}.mcap", log_id=f"{number:064x}")
+            record["machine"]["name"] = f"fw-{machine:03}"
+            facts = record["result"]["facts"]
+            facts["start_ns"] = (20_000 + day) * DAY_NS
+            facts["worst"].update(margin=margin, sigma=0.01)
+            facts["exposure"]["exposed_s"] = exposed * duration_s
+            facts["coverage"].update(covered_s=duration_s, computable_s=duration_s, valid_share=1.0)
+            (state / f"{number:06}-x-y.json").write_text(json.dumps(record))
+        subprocess.run([program, "screen", "--gather", "--out", place, "-q"], check=True)
+        return [c for c in json.loads(Path(place, "outliers.json").read_text()) if c["verdict"] == "outlier"]
+
+
+def usual(machines, days, chance, is_skewed):
+    logs = []
+    for machine in range(machines):
+        own = chance.gauss(0, 0.03)
+        for day in range(days):
+            if not is_skewed:
+                logs.append((machine, day, 0.5 + own + chance.gauss(0, 0.03), max(0.0, chance.gauss(0.02, 0.002)), 600))
+            elif chance.random() > 0.3:
+                margin = 0.5 + own + 0.05 * chance.random() - min(0.6, chance.expovariate(1 / 0.07))
+                exposed = 0.0 if chance.random() < 0.7 else min(0.5, chance.expovariate(20))
+                logs.append((machine, day, margin, exposed, 600 * chance.uniform(0.7, 1.3)))
+    return logs
+
+
+def fallen(machines, days, at, chance):
+    level = lambda machine, day: 0.05 if machine == 2 and day >= at else 0.5
+    return [(m, d, level(m, d) + chance.gauss(0, 0.02), 0.02, 600) for m in range(machines) for d in range(days)]
+
+
+for is_skewed, machines, days in [(False, 20, 24), (True, 20, 40), (True, 5, 60)]:
+    found = [outliers(usual(machines, days, random.Random(31 * seed + machines), is_skewed)) for seed in range(fleets)]
+    kinds = collections.Counter((c["against"]["with"], c["quantity"]) for told in found for c in told)
+    print(f"no change, {'skewed' if is_skewed else 'normal'}, {machines} machines, {days} days: "
+          f"{sum(map(bool, found))} of {fleets} fleets with an alarm {dict(kinds)}", flush=True)
+for machines, days in [(5, 18), (20, 18), (100, 18), (5, 60), (20, 60), (100, 60)]:
+    runs = 5 if machines == 100 else 10
+    found = [outliers(fallen(machines, days, days - 5, random.Random(900 + seed))) for seed in range(runs)]
+    is_it = lambda c: c["machine"] == "fw-002" and c["against"]["with"] == "history"
+    print(f"one fell, {machines} machines, {days} days: found {sum(any(map(is_it, told)) for told in found)} of {runs}, "
+          f"others {sum(any(c['machine'] != 'fw-002' for c in told) for told in found)}", flush=True)
