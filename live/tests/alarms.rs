@@ -394,6 +394,26 @@ fn with_serial(folder: &std::path::Path, serial: &str, comment: &str) -> (u64, S
     (machine_hash(&file, &urdf), file.spec.identity())
 }
 
+// requirement: TW-VERDICT-20
+#[test]
+fn what_is_name_and_what_is_serial_number_is_part_of_the_identity() {
+    let mut spec = MachineFile::read(&crate::support::data("tiny_lift.toml"))
+        .unwrap()
+        .spec;
+    let mut identity = |name: &str, serial: Option<&str>| {
+        spec.name = name.into();
+        spec.serial = serial.map(Into::into);
+        spec.identity()
+    };
+    assert_ne!(
+        identity("crane 1", Some("2")),
+        identity("crane", Some("1 2"))
+    );
+    assert_ne!(identity("crane 1", None), identity("crane", Some("1")));
+    // as it was kept before there were serial numbers
+    assert_eq!(identity("crane", None), "crane");
+}
+
 /// Two machines of one name share neither an alarm nor a contradiction; one whose file was edited keeps both.
 // requirement: TW-VERDICT-20
 #[test]

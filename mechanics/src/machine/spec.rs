@@ -590,11 +590,12 @@ pub struct SuspensionSpec {
 }
 
 impl MachineSpec {
-    /// What tells it from other machines: its name, and its serial number where the machine file states one.
+    /// What tells it from other machines: its name, and its serial number where the machine file states one. Both are quoted then, so
+    /// that it is seen where the one ends and the other begins.
     #[must_use]
     pub fn identity(&self) -> String {
         match &self.serial {
-            Some(serial) => format!("{} {serial}", self.name),
+            Some(serial) => format!("{:?} {serial:?}", self.name),
             None => self.name.clone(),
         }
     }

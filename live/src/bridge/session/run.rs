@@ -4,6 +4,7 @@ use anyhow::Result;
 use tipwatch_mechanics::state::{Sample, Sensor};
 
 use super::assembly::Assembly;
+use super::clock::StepWatch;
 use super::publishers::{Admission, Publishers, Refused};
 use crate::bridge::input::{Arrival, Lane, Teller};
 use crate::node::{LiveNode, Producer};
@@ -67,8 +68,8 @@ pub struct SessionRun {
     lanes: Vec<Lane>,
     teller: Teller,
     clock: StampClock,
-    /// The last stamp of each sensor (ns).
-    stamps: Vec<(Sensor, i64)>,
+    /// The latest stamp of each sensor (ns), and what its clock does.
+    stamps: Vec<(Sensor, i64, StepWatch)>,
     /// What became of the messages.
     pub counts: SessionCounts,
 }
@@ -246,21 +247,20 @@ impl SessionRun {
 
 /// Whether the clock of a sensor was set, or its log begins again.
 fn began_anew(
-    stamps: &mut Vec<(Sensor, i64)>,
+    stamps: &mut Vec<(Sensor, i64, StepWatch)>,
     clock: StampClock,
     sensor: Sensor,
     stamp_ns: i64,
     host_ns: i64,
 ) -> Option<Ending> {
-    let known = stamps.iter_mut().find(|(of, _)| *of == sensor);
-    let last = match known {
-        Some((_, last)) => std::mem::replace(last, (*last).max(stamp_ns)),
-        None => {
-            stamps.push((sensor, stamp_ns));
-            stamp_ns
-        }
-    };
-    let back_ns = last.saturating_sub(stamp_ns);
+    let place = stamps.iter().position(|(of, ..)| *of == sensor);
+    let place = place.unwrap_or_else(|| {
+        stamps.push((sensor, stamp_ns, StepWatch::default()));
+        stamps.len() - 1
+    });
+    let (_, latest, watch) = &mut stamps[place];
+    let back_ns = latest.saturating_sub(stamp_ns).max(0);
+    *latest = stamp_ns.max(*latest);
     if back_ns > BACK_NS {
         let back_s = back_ns as f64 * 1e-9;
         return Some(Ending::Restart(format!(
@@ -268,10 +268,72 @@ fn began_anew(
         )));
     }
     let moved_ns = clock.measured_ns(stamp_ns, 1.0).saturating_sub(host_ns);
-    (moved_ns.unsigned_abs() > MOVED_NS.unsigned_abs()).then(|| {
+    if moved_ns.unsigned_abs() > MOVED_NS.unsigned_abs() {
         let moved_s = moved_ns as f64 * 1e-9;
-        Ending::Restart(format!(
+        return Some(Ending::Restart(format!(
             "{sensor:?}: stamps are {moved_s:.1} s away from where their clock stood at the start"
-        ))
-    })
+        )));
+    }
+    let step_ns = watch.take(host_ns, moved_ns.saturating_neg(), back_ns)?;
+    let (step_s, way) = (step_ns.unsigned_abs() as f64 * 1e-9, step_ns < 0);
+    Some(Ending::Restart(format!(
+        "{sensor:?}: the clock of the stamps was set {} by {step_s:.2} s",
+        if way { "forward" } else { "back" }
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: i64 = 1_000_000;
+    const STAMPS_AHEAD: i64 = 1_700_000_000_000 * MS;
+
+    /// Why a session ends whose stamps move by so much 5.5 s after its begin, and when (ms); `host_skips` by how much the arrival moves.
+    fn ending(stamp_moves_ms: i64, host_skips_ms: i64) -> Option<(String, i64)> {
+        let clock = StampClock {
+            stamp_ns: STAMPS_AHEAD,
+            host_ns: 0,
+        };
+        let mut stamps = Vec::new();
+        (0..1500).find_map(|sample| {
+            let at_ms = sample * 10;
+            let moved = i64::from(at_ms >= 5500);
+            let stamp = STAMPS_AHEAD + (at_ms + moved * stamp_moves_ms) * MS;
+            let host = (at_ms + moved * host_skips_ms) * MS;
+            let sensor = if sample % 2 == 0 {
+                Sensor::Imu
+            } else {
+                Sensor::Odometry
+            };
+            match began_anew(&mut stamps, clock, sensor, stamp, host)? {
+                Ending::Restart(why) => Some((why, at_ms)),
+                other => panic!("{other:?}"),
+            }
+        })
+    }
+
+    #[test]
+    fn a_set_clock_of_the_stamps_ends_the_session_when_it_is_stable() {
+        for (step_ms, told) in [
+            (2000, "set forward by 2.00 s"),
+            (100, "set forward by 0.10 s"),
+            (-100, "set back by 0.10 s"),
+            (-900, "set back by 0.90 s"),
+        ] {
+            let (why, at_ms) = ending(step_ms, 0).unwrap();
+            assert!(why.contains(told), "{step_ms} ms: {why}");
+            assert!((6500..9100).contains(&at_ms), "{step_ms} ms: {at_ms} ms");
+        }
+        let (why, at_ms) = ending(-2000, 0).unwrap();
+        assert!(why.contains("go back by 2.0 s") && at_ms == 5500, "{why}");
+    }
+
+    #[test]
+    fn late_messages_are_no_reason_for_a_new_session() {
+        assert_eq!(ending(0, 0), None);
+        assert_eq!(ending(0, 300), None);
+        // a pause of the sensor
+        assert_eq!(ending(3000, 3000), None);
+    }
 }
