@@ -660,3 +660,43 @@ fn a_first_machine_file_binds_joints_and_imu_of_a_bus() {
     let text = std::fs::read_to_string(&out).unwrap();
     assert!(text.contains("dbc = \"can_machine.dbc\""), "{text}");
 }
+
+/// A first machine file of the bus, with the description changed.
+fn first_machine_of(described: impl Fn(String) -> String) -> String {
+    let folder = folder();
+    let log = folder.path().join("bus.log");
+    std::fs::write(&log, candump(&frames())).unwrap();
+    let [urdf, dbc, out] =
+        ["tiny.urdf", "can_machine.dbc", "first.toml"].map(|name| folder.path().join(name));
+    let text = described(std::fs::read_to_string(&dbc).unwrap());
+    std::fs::write(&dbc, text).unwrap();
+    let databases = read_databases(&[dbc], None).unwrap();
+    let options = first_machine::WriteOptions::default();
+    first_machine::write(&log, Some(&urdf), &out, &databases, options).unwrap();
+    std::fs::read_to_string(&out).unwrap()
+}
+
+#[test]
+fn a_joint_of_another_name_is_proposed_by_unit_and_motion() {
+    let text = first_machine_of(|dbc| dbc.replace("Joint_lift", "Sensor7"));
+    let line =
+        "# position = { dbc = \"can_machine.dbc\", message = \"Sensor7\", signal = \"Position\" }";
+    assert!(
+        text.contains(&format!("# [signals.joints.lift]\n{line}")),
+        "{text}"
+    );
+    // rates and what is bound are no candidates
+    let others = text
+        .lines()
+        .filter(|line| line.starts_with("# By unit and motion"));
+    assert_eq!(others.count(), 1, "{text}");
+    assert!(!text.contains("Sensor7\", signal = \"Velocity\""), "{text}");
+    // another word for the same motion is enough
+    let text = first_machine_of(|dbc| dbc.replace("Joint_extension", "Telescope"));
+    let line =
+        "position = { dbc = \"can_machine.dbc\", message = \"Telescope\", signal = \"Position\" }";
+    assert!(
+        text.contains(&format!("[signals.joints.extension]\n{line}")),
+        "{text}"
+    );
+}

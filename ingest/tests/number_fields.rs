@@ -3,7 +3,7 @@ use std::{collections::BTreeMap, io::Cursor};
 use mcap::{WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{
     FieldRequest, Log, NumberField, SampleSpec, SensorKind, SensorRequest, ValueSource,
-    record_fields, record_sensors,
+    record_fields, record_sensors, topic_contents,
 };
 
 use crate::sensor_blocks::blocks_and_columns;
@@ -136,6 +136,26 @@ fn self_describing_messages_are_read() {
         said.contains("angel") && said.contains("2 messages"),
         "{said}"
     );
+}
+
+#[test]
+fn numbers_in_lists_of_lists_are_listed_and_read() {
+    let message =
+        |i: u32| format!(r#"{{"m": [[], [{i}, 2], [3]], "t": [[null, [{i}]]]}}"#).into_bytes();
+    let messages: Vec<Vec<u8>> = (0..3).map(message).collect();
+    let file = log("json", ("jsonschema", "{}"), &messages);
+    let expected = (vec![-1.0, 9.0, 19.0], 0);
+    assert_eq!(values(&file, "m[1][0]", None).unwrap(), expected);
+    assert_eq!(values(&file, "t[0][1][0]", None).unwrap(), expected);
+    let log = Log::open(&file.path).unwrap();
+    let (contents, _) = topic_contents(&log).unwrap();
+    let fields: Vec<&str> = contents[0]
+        .fields
+        .iter()
+        .map(|field| field.field.as_str())
+        .collect();
+    assert_eq!(fields, ["m[1][0]", "m[1][1]", "m[2][0]", "t[0][1][0]"]);
+    assert!(values(&binary(), "cells[0][1]", None).is_err());
 }
 
 /// Two sensors on one topic, one of which has only some of its values there.

@@ -108,6 +108,39 @@ fn json_numbers_are_read_exactly_in_every_notation() {
     }
 }
 
+#[test]
+fn json_numbers_are_found_in_lists_of_lists() {
+    let paths = [
+        "m[1][2]",
+        "m[0][0]",
+        "m[2][0]",
+        "deep[0][1][0]",
+        "mixed[0]",
+        "mixed[1][1].x",
+        "rows[][1]",
+        "m[1][0]",
+    ];
+    let paths: Vec<FieldPath> = paths.map(|path| path.parse().unwrap()).to_vec();
+    let layout = Layout::of_topic(&json_topic(), &paths).unwrap();
+    let mut fields = Fields::new();
+    let json = br#"{"m": [[1, 2, 3], [4, "5", 6.5]], "deep": [[[0], [-7, 8]]],
+        "mixed": [9, [0, {"x": 10}]], "rows": [[1, 2], [3], [4, 5, 6]], "": [1]}"#;
+    layout.decode(json, &mut fields).unwrap();
+    let of = |fields: &Fields, at: usize| fields.number(at);
+    assert_eq!(of(&fields, 0), 6.5);
+    assert_eq!(of(&fields, 1), 1.0);
+    assert!(of(&fields, 2).is_nan());
+    assert_eq!(of(&fields, 3), -7.0);
+    assert_eq!((of(&fields, 4), of(&fields, 5)), (9.0, 10.0));
+    assert_eq!(fields.numbers(6), [2.0, 5.0]);
+    assert_eq!(of(&fields, 7), 4.0);
+    // a list that a message lacks is no number, and costs no other one
+    let json = br#"{"m": [null, [1, 2, 3]], "deep": [5], "mixed": [9, 1]}"#;
+    layout.decode(json, &mut fields).unwrap();
+    assert_eq!((of(&fields, 0), of(&fields, 4)), (3.0, 9.0));
+    assert!([1, 3, 5].iter().all(|&at| of(&fields, at).is_nan()));
+}
+
 fn json_topic() -> Topic {
     let file = log_of("json", ("own/Type", "jsonschema", b"{}"), &[b"{}".to_vec()]);
     Log::open(&file.path).unwrap().topics()[0].clone()

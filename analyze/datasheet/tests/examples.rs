@@ -194,6 +194,32 @@ fn a_crane_whose_sheet_says_that_its_outriggers_are_set_stands_on_them() {
     assert!(loads.iter().all(|(_, load)| *load > 0.0), "{loads:?}");
 }
 
+/// Stabilisers in front of a telehandler lift its front wheels, not the rear ones.
+#[test]
+fn one_pair_of_outriggers_lifts_the_axle_next_to_it() {
+    let machine = |set: &str| {
+        let pair = format!("\n[[outriggers]]\nbehind = -0.3\nbase = 2.2\n{set}");
+        let text = Template::Telehandler.example().to_owned() + &pair;
+        Sheet::from_toml(&text, "telehandler.toml")
+            .unwrap()
+            .machine()
+            .unwrap()
+    };
+    let stands = machine("set = true\n");
+    let file = stands.machine_file("machine.urdf", None);
+    let spec = MachineSpec::from_toml(&file, "machine.toml").unwrap();
+    let checked = spec
+        .check(&stands.urdf(), "machine.urdf", LogFacts::default())
+        .unwrap();
+    let names: Vec<&str> = checked.wheels().iter().map(|it| it.name.as_str()).collect();
+    assert_eq!(names, ["RL", "RR", "OUTRIGGER_FL", "OUTRIGGER_FR"]);
+    let open = machine("").machine_file("machine.urdf", None);
+    assert!(
+        open.contains("in [wheels.FL] and [wheels.FR]: raised_by"),
+        "{open}"
+    );
+}
+
 #[test]
 fn signals_of_outriggers_become_supports_that_come_and_go() {
     let text = Template::MobileCrane.example();

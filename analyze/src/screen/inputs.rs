@@ -20,7 +20,9 @@ use tipwatch_storage::{Folder, Location, expand};
 /// File extensions of logs; logs given by name may have any.
 const LOG_ENDINGS: [&str; 6] = [".mcap", ".bag", ".db3", ".bag.active", ".blf", ".mf4"];
 /// File extensions of texts that are traces of a CAN bus if their content says so.
-const TRACE_ENDINGS: [&str; 3] = [".asc", ".log", ".candump"];
+const TRACE_ENDINGS: [&str; 4] = [".asc", ".trc", ".log", ".candump"];
+/// Those that say so themselves, also where the content is packed or in a bucket.
+const SURE_TRACE_ENDINGS: [&str; 2] = [".asc", ".trc"];
 /// File extensions of tables. A folder has others than those of logs, such as results.
 const TABLE_ENDINGS: [&str; 4] = [".csv", ".tsv", ".parquet", ".pq"];
 /// Enough to see a trace in a text.
@@ -36,7 +38,7 @@ const ROSBAG2_METADATA: &str = "metadata.yaml";
 pub(super) struct Found {
     /// All logs, each once, sorted by path; those in the output folder are skipped.
     pub(super) logs: Vec<PathBuf>,
-    /// Tables in folders, which are not logs unless they are named.
+    /// Tables and packed texts in folders, which are not logs unless they are named.
     left_out: Vec<PathBuf>,
     /// Folders and patterns that were searched.
     searched: Vec<PathBuf>,
@@ -69,7 +71,7 @@ impl Found {
         let ending = first.extension().unwrap_or_default().to_string_lossy();
         let folder = first.parent().unwrap_or(first).display();
         Some(format!(
-            "{} tables in folders were left out, because tables need not be logs, the first {}: name them to include \
+            "{} tables or packed texts in folders were left out, because they need not be logs, the first {}: name them to include \
              them, for example \"{folder}/*.{ending}\"",
             self.left_out.len(),
             first.display()
@@ -103,7 +105,7 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
         let names: Vec<_> = requested.iter().map(|p| p.display().to_string()).collect();
         let left_out = found.note().map(|note| format!("; {note}"));
         bail!(
-            "{}: expected logs (*.mcap, *.bag, *.db3, rosbag2 folders, CAN traces: *.blf, *.asc, *.mf4, candump *.log), \
+            "{}: expected logs (*.mcap, *.bag, *.db3, rosbag2 folders, CAN traces: *.blf, *.asc, *.trc, *.mf4, candump *.log), \
              found none{}",
             names.join(", "),
             left_out.unwrap_or_default()
@@ -229,7 +231,10 @@ impl Finder {
             .map(folder_of)
             .collect();
         // a text in a bucket is not fetched to see whether it is a trace
-        let is_named = |key: &str| is_log(Path::new(key)) || key.to_lowercase().ends_with(".asc");
+        let is_named = |key: &str| {
+            let path = Path::new(key);
+            is_log(path) || ends_packed(path, &SURE_TRACE_ENDINGS)
+        };
         for key in keys().filter(|key| is_named(key) || is_metadata(key)) {
             let bag = bags.iter().find(|bag| {
                 bag.is_empty()
@@ -246,7 +251,7 @@ impl Finder {
                 self.logs.insert(log);
             }
         }
-        for key in keys().filter(|key| is_table(Path::new(key))) {
+        for key in keys().filter(|key| is_left_out(Path::new(key))) {
             self.tables
                 .insert(folder.location().join(key)?.path().into());
         }
@@ -279,7 +284,7 @@ impl Finder {
                 self.add_folder(&path, above);
             } else if is_log(&path) || is_trace(&path) {
                 self.logs.insert(path);
-            } else if is_table(&path) {
+            } else if is_left_out(&path) {
                 self.tables.insert(path);
             }
         }
@@ -310,32 +315,44 @@ fn is_pattern(path: &Path) -> bool {
 }
 
 fn is_log(path: &Path) -> bool {
-    PACKED_ENDINGS.iter().any(|packed| {
-        let name = name_of(path);
-        let bare = name.strip_suffix(packed).unwrap_or("");
-        LOG_ENDINGS.iter().any(|ending| bare.ends_with(ending))
-    })
+    ends_packed(path, &LOG_ENDINGS)
 }
 
 fn is_table(path: &Path) -> bool {
+    ends_packed(path, &TABLE_ENDINGS)
+}
+
+/// A table, or a packed text that may be a trace.
+fn is_left_out(path: &Path) -> bool {
+    let is_packed_text = || {
+        ends_packed(path, &TRACE_ENDINGS)
+            && !ends_with_any(path, &TRACE_ENDINGS)
+            && !ends_packed(path, &SURE_TRACE_ENDINGS)
+    };
+    is_table(path) || is_packed_text()
+}
+
+/// Whether a name ends so, packed or not.
+fn ends_packed(path: &Path, endings: &[&str]) -> bool {
+    let name = name_of(path);
     PACKED_ENDINGS.iter().any(|packed| {
-        let name = name_of(path);
         let bare = name.strip_suffix(packed).unwrap_or("");
-        TABLE_ENDINGS.iter().any(|ending| bare.ends_with(ending))
+        endings.iter().any(|ending| bare.ends_with(ending))
     })
 }
 
 /// Whether a text has frames of a CAN bus.
 fn is_trace(path: &Path) -> bool {
+    if !ends_with_any(path, &TRACE_ENDINGS) {
+        return ends_packed(path, &SURE_TRACE_ENDINGS);
+    }
     let mut beginning = Vec::new();
     let mut read = || {
         fs::File::open(path)?
             .take(BEGINNING_BYTES)
             .read_to_end(&mut beginning)
     };
-    ends_with_any(path, &TRACE_ENDINGS)
-        && read().is_ok()
-        && ContainerFormat::of(&beginning).is_some()
+    read().is_ok() && ContainerFormat::of(&beginning).is_some()
 }
 
 fn ends_with_any(path: &Path, endings: &[&str]) -> bool {
@@ -377,12 +394,16 @@ mod tests {
             "a/4.db3.zstd",
             "a/7.blf",
             "a/8.log",
+            "a/a.trc",
+            "a/b.ASC.gz",
             "a/bag2",
             "a/deep/5.bag",
         ];
         let others = [
             "a/notes.md",
             "a/recorder.log",
+            "a/recorder.trc",
+            "a/old.log.gz",
             "a/9.csv",
             "a/deep/9.parquet",
             "a/bag2/metadata.yaml",
@@ -399,11 +420,12 @@ mod tests {
         let manifest = "\u{feff}# the first shift\n../a/1.mcap\n\n  ../a/deep/missing.mcap \r\n";
         fs::write(at("sets/shift.txt"), manifest).unwrap();
         fs::write(at("a/8.log"), "(1700000000.000000) can0 101#F049\n").unwrap();
+        fs::write(at("a/a.trc"), ";$FILEVERSION=1.1\n;$STARTTIME=45244.5\n").unwrap();
         assert_eq!(found(&folder, &[""]), logs);
         // tables must be named
         let note = find(&[at("a")], &at("out")).unwrap().note().unwrap();
         assert!(
-            note.starts_with("2 tables") && note.contains("a/*.csv"),
+            note.starts_with("3 tables") && note.contains("a/*.csv"),
             "{note}"
         );
         assert_eq!(found(&folder, &["a/*.csv"]), ["a/9.csv"]);

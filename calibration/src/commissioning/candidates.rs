@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::correction::{Correction, right_angles, signed_permutations};
+use super::correction::{Correction, JointSet, right_angles, signed_permutations};
 use super::estimate::{Estimate, Relation};
 use super::evidence::Evidence;
 use super::question::Setting;
@@ -28,6 +28,7 @@ pub(super) fn candidates(setting: &Setting<'_>, base: &Evidence) -> Vec<Correcti
     let degrees = 180.0 / std::f64::consts::PI;
     all.extend([-1.0, 1.0 / degrees, degrees, 0.5, 2.0].map(Correction::ScaleGyro));
     all.extend([-1.0, 9.806_65, 1.0 / 9.806_65, 0.5, 2.0].map(Correction::ScaleForce));
+    all.extend(signed_permutations().into_iter().map(Correction::ForceAxes));
     all.extend([0.5, 2.0, 1.0 / 3.6, 3.6, 0.001, 1000.0].map(Correction::ScaleOdometry));
     let movable = setting
         .measured
@@ -43,6 +44,9 @@ pub(super) fn candidates(setting: &Setting<'_>, base: &Evidence) -> Vec<Correcti
                 .map(|&other| Correction::SwapJoints(joint.min(other), joint.max(other))),
         );
     }
+    let is_steer = |joint: &usize| matches!(setting.roles.of(*joint), Role::Steer { .. });
+    let steered: Vec<usize> = movable.iter().copied().filter(is_steer).collect();
+    all.extend(JointSet::of(&steered).map(Correction::FlipJoints));
     all.extend(
         [(-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(r, p)| Correction::AttitudeSigns(r, p)),
     );

@@ -13,6 +13,8 @@ pub(super) enum Correction {
     TurnImu(Matrix3<f64>),
     /// The axes of the gyroscope alone are in another order or of another sign (base axes).
     GyroAxes(Matrix3<f64>),
+    /// The axes of the accelerometer alone are in another order or of another sign (base axes).
+    ForceAxes(Matrix3<f64>),
     /// The angular velocity is multiplied by this factor.
     ScaleGyro(f64),
     /// The specific force is multiplied by this factor.
@@ -23,6 +25,8 @@ pub(super) enum Correction {
     ScaleOdometry(f64),
     /// Positions and velocities of a joint are multiplied by this factor.
     ScaleJoint(usize, f64),
+    /// Positions and velocities of several joints are of the opposite sign.
+    FlipJoints(JointSet),
     /// Two joints change places.
     SwapJoints(usize, usize),
     /// Forward is backward for odometry, wheels and IMU alike.
@@ -33,6 +37,28 @@ pub(super) enum Correction {
     WithoutAttitude,
     /// The signs of roll and pitch of the attitude.
     AttitudeSigns(f64, f64),
+}
+
+/// Several joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct JointSet(u128);
+
+impl JointSet {
+    /// `None` for fewer than two joints, and beyond the first 128.
+    pub(super) fn of(joints: &[usize]) -> Option<Self> {
+        let bits = joints.iter().try_fold(0, |bits: u128, &joint| {
+            Some(bits | 1_u128.checked_shl(u32::try_from(joint).ok()?)?)
+        });
+        bits.filter(|bits| bits.count_ones() > 1).map(Self)
+    }
+
+    pub(super) fn joints(self) -> impl Iterator<Item = usize> {
+        (0..u128::BITS as usize).filter(move |joint| self.0 >> joint & 1 == 1)
+    }
+
+    pub(super) fn contains(self, joint: usize) -> bool {
+        self.joints().any(|other| other == joint)
+    }
 }
 
 /// The sensor whose signal a correction changes.
@@ -102,7 +128,8 @@ impl Correction {
             Self::None => Vec::new(),
             Self::TurnImu(_) => vec![Subject::Mounting],
             Self::GyroAxes(_) | Self::ScaleGyro(_) => vec![Subject::Gyro],
-            Self::ScaleForce(_) => vec![Subject::Force],
+            Self::ScaleForce(_) | Self::ForceAxes(_) => vec![Subject::Force],
+            Self::FlipJoints(set) => set.joints().map(Subject::Joint).collect(),
             Self::TurnOdometry(_) | Self::ScaleOdometry(_) => vec![Subject::Odometry],
             Self::ScaleJoint(joint, _) => vec![Subject::Joint(joint)],
             Self::SwapJoints(a, b) => vec![Subject::Joint(a), Subject::Joint(b)],
@@ -119,6 +146,12 @@ impl Correction {
             Self::None => "nothing is wrong".into(),
             Self::TurnImu(turn) => format!("the IMU is mounted turned by {}", turn_text(&turn)),
             Self::GyroAxes(axes) => format!("the gyroscope's {}", axes_text(&axes)),
+            Self::ForceAxes(axes) => format!("the accelerometer's {}", axes_text(&axes)),
+            Self::FlipJoints(set) => {
+                let names = set.joints().map(|joint| format!("\"{}\"", name(joint)));
+                let names: Vec<String> = names.collect();
+                format!("joints {} are of the opposite sign", names.join(" and "))
+            }
             Self::ScaleGyro(factor) => format!("the angular velocity is {}", factor_text(1.0 / factor)),
             Self::ScaleForce(factor) => format!("the specific force is {}", factor_text(1.0 / factor)),
             Self::TurnOdometry(2) => "the odometry's velocity is of the opposite sign".into(),
@@ -241,6 +274,16 @@ mod tests {
         let half = Matrix3::from_diagonal(&Vector3::new(-1.0, -1.0, 1.0));
         assert!(right_angles().contains(&half));
         assert_eq!(turn_text(&half), "180 degrees about z of the machine");
+    }
+
+    #[test]
+    fn a_set_holds_its_joints() {
+        let set = JointSet::of(&[3, 127]).unwrap();
+        assert_eq!(set.joints().collect::<Vec<_>>(), [3, 127]);
+        assert!(set.contains(3) && !set.contains(4));
+        for joints in [&[][..], &[5], &[1, 128]] {
+            assert_eq!(JointSet::of(joints), None);
+        }
     }
 
     #[test]

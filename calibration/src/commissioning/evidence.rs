@@ -164,7 +164,7 @@ impl<'a> Comparison<'a> {
     ) -> Vec<Estimate> {
         let turns_force = matches!(
             correction,
-            Correction::TurnImu(_) | Correction::ScaleForce(_)
+            Correction::TurnImu(_) | Correction::ForceAxes(_) | Correction::ScaleForce(_)
         );
         let anew =
             (changes_readings || turns_force).then(|| self.platform.predict(view, &self.moved));
@@ -209,6 +209,7 @@ impl<'a> Comparison<'a> {
             Correction::None => none,
             Correction::TurnImu(_)
             | Correction::GyroAxes(_)
+            | Correction::ForceAxes(_)
             | Correction::ScaleGyro(_)
             | Correction::ScaleForce(_)
             | Correction::Reverse => Parts {
@@ -224,6 +225,9 @@ impl<'a> Comparison<'a> {
                 ..none
             },
             Correction::ScaleJoint(joint, _) => of_joint(joint),
+            Correction::FlipJoints(set) => set
+                .joints()
+                .fold(none, |parts, joint| parts.and(of_joint(joint))),
             Correction::SwapJoints(a, b) => of_joint(a).and(of_joint(b)),
         }
     }

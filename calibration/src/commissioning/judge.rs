@@ -138,9 +138,17 @@ impl<'a> Judge<'a> {
         for correction in candidates(setting, &self.base) {
             let is_of_joint = matches!(
                 correction,
-                Correction::ScaleJoint(..) | Correction::SwapJoints(..)
+                Correction::ScaleJoint(..) | Correction::FlipJoints(_) | Correction::SwapJoints(..)
             );
             if !has_contradiction && !is_of_joint {
+                continue;
+            }
+            // Axes of the accelerometer alone that are turned, where a turn of the whole IMU explains it.
+            let is_turned = |e: &Explanation| matches!(e.correction, Correction::TurnImu(_));
+            if let Correction::ForceAxes(axes) = correction
+                && axes.determinant() > 0.0
+                && found.iter().any(is_turned)
+            {
                 continue;
             }
             let Some(evidence) = self.without_contradiction(&correction) else {

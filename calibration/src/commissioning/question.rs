@@ -164,6 +164,25 @@ fn imu(setting: &Setting<'_>) -> Vec<Question> {
             "stand still for two seconds",
         ),
         question(
+            "imu.specific_force.axes",
+            "signs and axes of the specific force",
+            Subject::Force,
+            vec![
+                vec![Relation::Up],
+                vec![Relation::DriveDirection],
+                vec![
+                    Relation::Drive(1, 1),
+                    Relation::AttitudeTilt(0),
+                    Relation::AttitudeTilt(1),
+                ],
+            ],
+            signed_permutations()
+                .into_iter()
+                .map(Correction::ForceAxes)
+                .collect(),
+            "drive forward and brake firmly, several times, then a circle to the left and to the right",
+        ),
+        question(
             "imu.mounting.up",
             "mounting: which axis points up",
             Subject::Mounting,

@@ -134,13 +134,14 @@ impl Signals {
     pub(super) fn view(&self, machine: &Machine, correction: &Correction) -> View {
         let mount = machine.imu().rotation_in_body();
         let mut turn_all = Matrix3::identity();
-        let (mut turn_gyro, mut scale_force) = (Matrix3::identity(), 1.0);
+        let (mut turn_gyro, mut turn_force) = (Matrix3::identity(), Matrix3::identity());
         let mut turn_odometry = Matrix3::identity();
         match *correction {
             Correction::TurnImu(back) => turn_all = back,
             Correction::GyroAxes(axes) => turn_gyro = axes,
             Correction::ScaleGyro(factor) => turn_gyro *= factor,
-            Correction::ScaleForce(factor) => scale_force = factor,
+            Correction::ForceAxes(axes) => turn_force = axes,
+            Correction::ScaleForce(factor) => turn_force *= factor,
             Correction::TurnOdometry(quarters) => turn_odometry = quarter_turns(quarters),
             Correction::ScaleOdometry(factor) => turn_odometry *= factor,
             Correction::Reverse => {
@@ -151,13 +152,14 @@ impl Signals {
         }
         let in_imu = |turn: Matrix3<f64>| mount.transpose() * turn * mount;
         let (all, gyro) = (in_imu(turn_all), in_imu(turn_all * turn_gyro));
+        let accelerometer = in_imu(turn_all * turn_force);
         let [force, turning, up, attitude_turning] = &self.imu;
         let joints = self.joints(machine, correction);
         let turn = |vectors: &[Vector3<f64>], by: Matrix3<f64>| -> Vec<Vector3<f64>> {
             vectors.iter().map(|v| by * v).collect()
         };
         let imu = [
-            turn(force, all * scale_force),
+            turn(force, accelerometer),
             turn(turning, gyro),
             turn(up, all),
             turn(attitude_turning, all),
@@ -196,6 +198,7 @@ impl Signals {
         let column = |joint: usize| {
             let (from, factor) = match *correction {
                 Correction::ScaleJoint(changed, factor) if changed == joint => (joint, factor),
+                Correction::FlipJoints(set) if set.contains(joint) => (joint, -1.0),
                 Correction::SwapJoints(a, b) if a == joint => (b, 1.0),
                 Correction::SwapJoints(a, b) if b == joint => (a, 1.0),
                 Correction::Reverse if machine.joints()[joint].spins_wheel.is_some() => {

@@ -375,6 +375,60 @@ fn wrong_odometry_and_gyroscopes_are_named() {
     }
 }
 
+#[test]
+fn axes_of_the_accelerometer_alone_are_named() {
+    type Edit = fn(&mut [f64]);
+    let cases: [(Edit, &str); 6] = [
+        (
+            |v| v[0] = -v[0],
+            "accelerometer's x axis is of the opposite sign",
+        ),
+        (
+            |v| v[1] = -v[1],
+            "accelerometer's y axis is of the opposite sign",
+        ),
+        (
+            |v| v[2] = -v[2],
+            "accelerometer's z axis is of the opposite sign",
+        ),
+        (
+            |v| v.swap(0, 1),
+            "accelerometer's x axis is delivered as y, its y axis is delivered as x",
+        ),
+        (|v| v.swap(0, 2), "accelerometer's x axis is delivered as z"),
+        (|v| v.swap(1, 2), "accelerometer's y axis is delivered as z"),
+    ];
+    for drive in [&*STEERED, &*BOGIE] {
+        for (edit, says) in cases {
+            let found = assessed(drive, &mut |_, sensor, values| {
+                if sensor == Sensor::Imu {
+                    edit(values);
+                }
+                true
+            });
+            assert_contradicted(&found, &["imu.specific_force.axes"], says);
+            assert_eq!(found.explanations.len(), 1, "{says}\n{}", told(&found));
+        }
+    }
+}
+
+#[test]
+fn steering_angles_that_are_all_of_the_opposite_sign_are_named() {
+    let found = assessed(&STEERED, &mut |at, sensor, values| {
+        if matches!(sensor, Sensor::Joints(_)) {
+            for column in STEER.map(|name| at.column(name)) {
+                values[column] = -values[column];
+                values[at.joints() + column] = -values[at.joints() + column];
+            }
+        }
+        true
+    });
+    let keys = STEER.map(sign);
+    let says = "\"steer_fr\" and \"steer_fl\" are of the opposite sign";
+    assert_contradicted(&found, &[&keys[0], &keys[1]], says);
+    assert_eq!(found.count(Status::Contradicted), 2, "{}", told(&found));
+}
+
 /// The orientation shows which is which. Without one, only the lean by the arm does, on which its encoders rest, too.
 #[test]
 fn exchanged_roll_and_pitch_rates_are_contradicted() {

@@ -246,8 +246,8 @@ fn listed(texts: impl Iterator<Item = String>) -> String {
 /// Only log times are available.
 pub(super) fn only_log_times(clock: &StampDecision) -> ClockFinding {
     let seen = format!("log time is used: {}", clock.reason);
-    let done =
-        "no signal has a better one; the transport delay of each message is an error of its time";
+    let done = "no signal has a better one; the transport delay of each message is an error of its time, and a clock that is set \
+         forward looks like a hole in the data: what follows is dated late by it";
     ClockFinding::reported(Kind::NoHeaderStamp, seen, done)
 }
 

@@ -4,10 +4,16 @@ use std::fmt;
 
 use serde::{
     Deserialize as _,
-    de::{DeserializeSeed, Deserializer as _, IgnoredAny, MapAccess, SeqAccess, Visitor},
+    de::{
+        DeserializeSeed, Deserializer as _, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor,
+    },
 };
 
-use super::{error::DecodeError, fields::Fields, path_collector::Collector};
+use super::{
+    error::DecodeError,
+    fields::Fields,
+    path_collector::{Collector, MOST_PARTS},
+};
 use crate::schema::{Branch, PathTree};
 
 /// Reads one message. Fields that it lacks keep their values.
@@ -55,24 +61,42 @@ fn collect(
         match value {
             Number(_) | Bool(_) => found.number(path),
             Object(part) => collect(part, &format!("{path}."), depth + 1, found),
-            Array(elements) => {
-                let count = u32::try_from(elements.len()).unwrap_or(u32::MAX);
-                match elements.first() {
-                    Some(Number(_) | Bool(_)) => found.numbers(&path, Some(count)),
-                    Some(Object(part)) => {
-                        for prefix in Collector::parts(&path, Some(count)) {
-                            collect(part, &prefix, depth + 1, found);
-                        }
-                    }
-                    _ => {}
-                }
-            }
+            Array(elements) => collect_elements(elements, &path, depth, found),
             _ => {}
         }
     }
 }
 
-/// Reads an object into the slots of its fields.
+fn collect_elements(
+    elements: &[serde_json::Value],
+    path: &str,
+    depth: usize,
+    found: &mut Collector,
+) {
+    use serde_json::Value::{Array, Bool, Number, Object};
+    let count = u32::try_from(elements.len()).unwrap_or(u32::MAX);
+    let first = elements.iter().find(|element| !element.is_null());
+    match first {
+        Some(Number(_) | Bool(_)) => found.numbers(path, Some(count)),
+        Some(Object(part)) => {
+            for prefix in Collector::parts(path, Some(count)) {
+                collect(part, &prefix, depth + 1, found);
+            }
+        }
+        Some(Array(_)) => {
+            for (index, element) in elements.iter().take(MOST_PARTS as usize).enumerate() {
+                if let Array(inner) = element
+                    && !found.is_full(depth)
+                {
+                    collect_elements(inner, &format!("{path}[{index}]"), depth + 1, found);
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Reads an object into the slots of its fields, or a list that is an element of another.
 struct MessageVisitor<'t, 'f> {
     tree: &'t PathTree,
     fields: &'f mut Fields,
@@ -100,6 +124,18 @@ impl<'de> Visitor<'de> for MessageVisitor<'_, '_> {
             }
         }
         Ok(())
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, sequence: A) -> Result<(), A::Error> {
+        let Some(branch) = self.tree.branch("") else {
+            return Err(serde::de::Error::invalid_type(Unexpected::Seq, &self));
+        };
+        let list = Value {
+            branch,
+            fields: self.fields,
+            is_in_array: self.is_in_array,
+        };
+        list.visit_seq(sequence)
     }
 }
 
@@ -137,25 +173,6 @@ struct Value<'t, 'f> {
 }
 
 impl Value<'_, '_> {
-    /// An array of messages of which some are wanted for themselves.
-    fn picked<'de, A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
-        let mut index = 0;
-        loop {
-            let picks = self.branch.picks.iter();
-            let pick = picks.clone().find(|(at, _)| *at == index);
-            let element = Picked {
-                all: self.branch.parts.as_ref(),
-                pick: pick.map(|(_, tree)| tree),
-                is_in_array: self.is_in_array,
-                fields: &mut *self.fields,
-            };
-            if sequence.next_element_seed(element)?.is_none() {
-                return Ok(());
-            }
-            index += 1;
-        }
-    }
-
     fn number(self, value: f64) {
         if let Some(slot) = self.branch.single {
             self.fields.take_number(slot, value, self.is_in_array);
@@ -218,23 +235,13 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
-        if !self.branch.picks.is_empty() {
-            return self.picked(sequence);
-        }
-        if let Some(tree) = &self.branch.parts {
-            loop {
-                let fields = &mut *self.fields;
-                if sequence.next_element_seed(Part { tree, fields })?.is_none() {
-                    return Ok(());
-                }
-            }
-        }
         let mut index = 0;
         loop {
             let element = Element {
                 branch: self.branch,
                 fields: &mut *self.fields,
                 index,
+                is_in_array: self.is_in_array,
             };
             if sequence.next_element_seed(element)?.is_none() {
                 return Ok(());
@@ -254,95 +261,98 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
     }
 }
 
-/// One message of an array, of which what all have and what it alone has may be wanted.
-struct Picked<'t, 'f> {
-    all: Option<&'t PathTree>,
-    pick: Option<&'t PathTree>,
-    is_in_array: bool,
-    fields: &'f mut Fields,
-}
-
-impl<'de> DeserializeSeed<'de> for Picked<'_, '_> {
-    type Value = ();
-
-    fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        let Some(tree) = self.pick else {
-            return match self.all {
-                Some(tree) => Part {
-                    tree,
-                    fields: self.fields,
-                }
-                .deserialize(deserializer),
-                None => IgnoredAny::deserialize(deserializer).map(|_| ()),
-            };
-        };
-        // read twice
-        let element = serde_json::Value::deserialize(deserializer)?;
-        let fields = self.fields;
-        if let Some(tree) = self.all {
-            let fields = &mut *fields;
-            let _ = Part { tree, fields }.deserialize(&element);
-        }
-        let message = MessageVisitor {
-            tree,
-            fields,
-            is_in_array: self.is_in_array,
-        };
-        if element.is_object() {
-            let _ = element.deserialize_map(message);
-        }
-        Ok(())
-    }
-}
-
-/// One message of an array.
+/// One message or list of an array.
 struct Part<'t, 'f> {
     tree: &'t PathTree,
     fields: &'f mut Fields,
+    is_in_array: bool,
 }
 
 impl<'de> DeserializeSeed<'de> for Part<'_, '_> {
     type Value = ();
 
     fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        deserializer.deserialize_map(MessageVisitor {
+        deserializer.deserialize_any(MessageVisitor {
             tree: self.tree,
             fields: self.fields,
-            is_in_array: true,
+            is_in_array: self.is_in_array,
         })
     }
 }
 
-/// One number or string of an array.
+/// One element of an array, of which what all have and what it alone has may be wanted.
 struct Element<'t, 'f> {
     branch: &'t Branch,
     fields: &'f mut Fields,
     index: usize,
+    is_in_array: bool,
+}
+
+impl Element<'_, '_> {
+    /// The slot of an element that is a number or string, and whether it holds those of all elements.
+    fn slot(&self) -> Option<(usize, bool)> {
+        let mut places = self.branch.elements.iter();
+        let own = places.find(|(index, _)| *index == self.index);
+        match self.branch.all {
+            Some(slot) => Some((slot, true)),
+            None => own.map(|(_, slot)| (*slot, self.is_in_array)),
+        }
+    }
 }
 
 impl<'de> DeserializeSeed<'de> for Element<'_, '_> {
     type Value = ();
 
     fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        // Each element is read like a single field.
-        let mut places = self.branch.elements.iter();
-        let at_index = places.find(|(index, _)| *index == self.index);
-        let single = |slot| Branch {
-            single: Some(slot),
-            ..Branch::default()
-        };
-        match (self.branch.all, at_index) {
-            (Some(slot), _) => deserializer.deserialize_any(Value {
-                branch: &single(slot),
-                fields: self.fields,
-                is_in_array: true,
-            }),
-            (None, Some((_, slot))) => deserializer.deserialize_any(Value {
-                branch: &single(*slot),
-                fields: self.fields,
-                is_in_array: false,
-            }),
-            (None, None) => deserializer.deserialize_ignored_any(IgnoredAny).map(|_| ()),
+        let slot = self.slot();
+        let mut picks = self.branch.picks.iter();
+        let pick = picks.find(|(at, _)| *at == self.index);
+        let pick = pick.map(|(_, tree)| (tree, self.is_in_array));
+        let all = self.branch.parts.as_ref().map(|tree| (tree, true));
+        let fields = self.fields;
+        match (slot, pick, all) {
+            (None, None, None) => deserializer.deserialize_ignored_any(IgnoredAny).map(|_| ()),
+            (Some(slot), None, None) => read_single(slot, fields, deserializer),
+            (None, None, Some((tree, is_in_array))) => Part {
+                tree,
+                fields,
+                is_in_array,
+            }
+            .deserialize(deserializer),
+            // read several times
+            _ => {
+                let element = serde_json::Value::deserialize(deserializer)?;
+                for (tree, is_in_array) in pick.into_iter().chain(all) {
+                    let fields = &mut *fields;
+                    let part = Part {
+                        tree,
+                        fields,
+                        is_in_array,
+                    };
+                    let _ = part.deserialize(&element);
+                }
+                if let Some(slot) = slot {
+                    let _ = read_single(slot, fields, &element);
+                }
+                Ok(())
+            }
         }
     }
+}
+
+/// Reads a number or string of an array like a single field.
+fn read_single<'de, D: serde::Deserializer<'de>>(
+    (slot, is_in_array): (usize, bool),
+    fields: &mut Fields,
+    deserializer: D,
+) -> Result<(), D::Error> {
+    let branch = Branch {
+        single: Some(slot),
+        ..Branch::default()
+    };
+    deserializer.deserialize_any(Value {
+        branch: &branch,
+        fields,
+        is_in_array,
+    })
 }

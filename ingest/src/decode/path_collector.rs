@@ -13,7 +13,7 @@ const MAX_DEPTH: usize = 8;
 /// Elements that are looked for in an array whose length only a message states.
 const MOST_NUMBERS: u32 = 64;
 /// The same for an array of messages.
-const MOST_PARTS: u32 = 8;
+pub(super) const MOST_PARTS: u32 = 8;
 
 /// Collects paths.
 #[derive(Default)]

@@ -5,8 +5,8 @@ use std::{fmt, str::FromStr};
 use super::error::SchemaError;
 
 /// The path to a field, such as `linear_acceleration.x`, `position[]` (all of an array),
-/// `position[3]` (one element) or `transforms[].transform.translation.x` (one value from each
-/// message of an array).
+/// `position[3]` (one element), `transforms[].transform.translation.x` (one value from each
+/// message of an array) or `matrix[1][2]` (one element of a list of lists, as JSON has them).
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct FieldPath {
     pub(crate) steps: Vec<PathStep>,
@@ -14,6 +14,7 @@ pub struct FieldPath {
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) struct PathStep {
+    /// Empty for the elements of a list that is itself an element.
     pub(crate) name: String,
     pub(crate) elements: Elements,
 }
@@ -31,32 +32,49 @@ impl FromStr for FieldPath {
     type Err = SchemaError;
 
     fn from_str(text: &str) -> Result<Self, SchemaError> {
-        let steps: Option<Vec<PathStep>> = text.split('.').map(parse_step).collect();
-        let steps = steps.ok_or_else(|| SchemaError::BadPath {
-            path: text.to_owned(),
-        })?;
+        let mut steps = Vec::new();
+        for field in text.split('.') {
+            add_steps(field, &mut steps).ok_or_else(|| SchemaError::BadPath {
+                path: text.to_owned(),
+            })?;
+        }
         Ok(Self { steps })
     }
 }
 
-fn parse_step(text: &str) -> Option<PathStep> {
-    let (name, elements) = match text.strip_suffix(']').map(|open| open.split_once('[')) {
-        None => (text, Elements::None),
-        Some(None) => return None,
-        Some(Some((name, ""))) => (name, Elements::All),
-        Some(Some((name, index))) => (name, Elements::At(index.parse().ok()?)),
-    };
+/// Adds the step of a field, and one for each list that is an element of another.
+fn add_steps(text: &str, steps: &mut Vec<PathStep>) -> Option<()> {
+    let (name, lists) = text.split_at(text.find('[').unwrap_or(text.len()));
     let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    is_name.then(|| PathStep {
-        name: name.to_owned(),
-        elements,
-    })
+    if !is_name {
+        return None;
+    }
+    let mut step = |name: &str, elements| {
+        steps.push(PathStep {
+            name: name.to_owned(),
+            elements,
+        });
+    };
+    if lists.is_empty() {
+        step(name, Elements::None);
+        return Some(());
+    }
+    let lists = lists.strip_prefix('[')?.strip_suffix(']')?;
+    for (depth, index) in lists.split("][").enumerate() {
+        let elements = match index {
+            "" => Elements::All,
+            index => Elements::At(index.parse().ok()?),
+        };
+        step(if depth == 0 { name } else { "" }, elements);
+    }
+    Some(())
 }
 
 impl fmt::Display for FieldPath {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, step) in self.steps.iter().enumerate() {
-            let dot = if index == 0 { "" } else { "." };
+            let is_inside = index == 0 || step.name.is_empty();
+            let dot = if is_inside { "" } else { "." };
             write!(formatter, "{dot}{}", step.name)?;
             match step.elements {
                 Elements::None => {}
@@ -80,6 +98,8 @@ mod tests {
             "position[]",
             "position[3]",
             "transforms[].header.frame_id",
+            "matrix[1][2]",
+            "a.b[0][][3].c",
         ] {
             assert_eq!(text.parse::<FieldPath>().unwrap().to_string(), text);
         }
@@ -93,6 +113,12 @@ mod tests {
             "a[b]",
             "a[99999999999]",
             "a b",
+            "[0]",
+            "a[0]b",
+            "a[0]b[1]",
+            "a[0][",
+            "a[0]]",
+            "a[[0]",
         ] {
             assert!(text.parse::<FieldPath>().is_err(), "{text}");
         }

@@ -19,7 +19,7 @@ use iceoryx2::prelude::*;
 const MIN_AGE: Duration = Duration::from_secs(2);
 
 /// Where Linux keeps the shared memory that has a name.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// Waits until all shared memory of this prefix has a size or is removed: at most as long as it counts as young.
 pub(super) fn wait_for_sizes(config: &Config) {
@@ -95,7 +95,7 @@ fn is_young(file: &Metadata) -> bool {
 }
 
 /// The files in a folder whose names begin so.
-fn files(folder: &Path, beginning: &str) -> Vec<PathBuf> {
+pub(super) fn files(folder: &Path, beginning: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let named = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(beginning));
     named

@@ -10,6 +10,7 @@ use iceoryx2::service::attribute::AttributeVerifier;
 use super::event::{EventListener, EventNotifier};
 use super::iceoryx::{Service, cause};
 use super::leftovers::{remove_leftovers, remove_unsized, wait_for_sizes};
+use super::other_user::explained;
 use super::port::{Receiver, Sender};
 use crate::system::signals::{self, Interrupted};
 use crate::wire::topics::{
@@ -70,7 +71,7 @@ impl LiveNode {
             .create::<ipc::Service>();
         let node = Self {
             node: node
-                .map_err(cause)
+                .map_err(|error| explained(cause(error), &config))
                 .context("cannot join the shared memory")?,
             address: address.clone(),
             has_place: RESERVED_ROLES.contains(&role),
@@ -171,7 +172,7 @@ impl LiveNode {
             .max_subscribers(MAX_READERS)
             .max_nodes(MAX_NODES)
             .open_or_create_with_attributes(&verifier.map_err(cause)?)
-            .map_err(cause)
+            .map_err(|error| explained(cause(error), self.node.config()))
             .with_context(|| format!("service \"{name}\": cannot open it"))
     }
 }

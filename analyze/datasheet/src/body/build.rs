@@ -475,7 +475,9 @@ impl Build<'_> {
                 let inner = sign * 0.3 * self.size.width;
                 let beam = Solid::Box([0.16, (y - inner).abs().max(0.05), 0.16]);
                 self.draw(link, beam, [x, 0.5 * (y + inner), height], GREY);
-                self.machine.outriggers.push(Outrigger { link: name, set });
+                self.machine
+                    .outriggers
+                    .push(Outrigger { link: name, x, set });
             }
         }
         if count > 0 {

@@ -50,6 +50,8 @@ pub struct Machine {
 pub(crate) struct Outrigger {
     /// Its link.
     pub(crate) link: String,
+    /// Place (m).
+    pub(crate) x: f64,
     /// When it stands on the ground; `None` if the sheet does not say.
     pub(crate) set: Option<PadSet>,
 }

@@ -66,7 +66,6 @@ impl Machine {
     }
 
     fn write_wheels(&self, out: &mut String) {
-        let raised_by = supports::raised_by_pads(self);
         for wheel in &self.wheels {
             let _ = writeln!(
                 out,
@@ -75,7 +74,7 @@ impl Machine {
                 quoted(&self.links[wheel.link].name),
                 float(wheel.radius)
             );
-            if let Some(raised_by) = &raised_by {
+            if let Some(raised_by) = supports::raised_by_pads(self, Some(wheel)) {
                 let _ = writeln!(out, "{raised_by}");
             }
         }

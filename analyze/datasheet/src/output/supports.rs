@@ -13,7 +13,7 @@ pub(super) fn write_tracks(out: &mut String, machine: &Machine) {
         "Tracks. Their points are supports that are springs alike. Between the points the ground may bear anywhere; the polygon \
          of support is the same.",
     );
-    let raised_by = raised_by_pads(machine);
+    let raised_by = raised_by_pads(machine, None);
     // the name of a point is that of its track and its number, from rear to front
     let mut points: Vec<(&str, &Wheel)> = Vec::new();
     for point in &machine.wheels {
@@ -62,29 +62,44 @@ pub(super) fn write(out: &mut String, machine: &Machine) {
         "This file describes the machine without the pads below, because the sheet does not say when they stand on the ground. \
          Needed, for a log with them set: `set` as a constant or a signal, and that the wheels are then off the ground:",
     );
-    let table = if machine.has_tracks {
-        "tracks"
-    } else {
-        "wheels"
-    };
     for pad in &open {
         for line in support(machine, pad).lines() {
             let _ = writeln!(out, "# {line}");
         }
     }
-    comment(
-        out,
-        &format!("and in each [{table}.NAME]: {}", raised_by(&open)),
-    );
+    let wheels = machine.wheels.iter();
+    let raised = wheels.filter(|wheel| raises(machine, &open, Some(wheel)));
+    let raised: Vec<String> = raised
+        .map(|wheel| format!("[wheels.{}]", wheel.name))
+        .collect();
+    let which = match machine.has_tracks {
+        true if raises(machine, &open, None) => "each [tracks.NAME]".to_owned(),
+        true => return,
+        false if raised.len() == machine.wheels.len() => "each [wheels.NAME]".to_owned(),
+        false => raised.join(" and "),
+    };
+    comment(out, &format!("and in {which}: {}", raised_by(&open)));
 }
 
-/// What holds wheels and tracks off the ground: the pads that may be set, while all of them are. `None` if there are
-/// none.
-pub(super) fn raised_by_pads(machine: &Machine) -> Option<String> {
+/// What holds a wheel, or else the tracks, off the ground: the pads that may be set, while all of them are. `None` if
+/// nothing does.
+pub(super) fn raised_by_pads(machine: &Machine, wheel: Option<&Wheel>) -> Option<String> {
     let pads: Vec<&Outrigger> = (machine.outriggers.iter())
         .filter(|pad| pad.may_be_set())
         .collect();
-    (!pads.is_empty()).then(|| raised_by(&pads))
+    raises(machine, &pads, wheel).then(|| raised_by(&pads))
+}
+
+/// Whether pads hold a wheel, or else the tracks, off the ground: those of two pairs hold the whole machine, those of one
+/// pair only the axle next to them.
+fn raises(machine: &Machine, pads: &[&Outrigger], wheel: Option<&Wheel>) -> bool {
+    let [pad, ..] = pads else { return false };
+    if pads.iter().any(|other| other.x != pad.x) {
+        return true;
+    }
+    let away = |axle: usize| (machine.axles[axle].x - pad.x).abs();
+    let nearest = (0..machine.axles.len()).min_by(|&a, &b| away(a).total_cmp(&away(b)));
+    wheel.is_some_and(|wheel| nearest == Some(wheel.axle))
 }
 
 fn raised_by(pads: &[&Outrigger]) -> String {

@@ -118,5 +118,7 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
         };
         pairs.push(Pair::new(&force.topic, &joints.topic, by, find));
     }
+    // the signals of one topic share its clock
+    pairs.retain(|pair| pair.topic != pair.against);
     pairs
 }

@@ -9,9 +9,10 @@ use tipwatch_can::j1939::Identifier;
 use tipwatch_ingest::{CanTopic, Log};
 use tipwatch_mechanics::machine::{CanMessageSpec, CanSpec};
 
+use super::joints::is_no_position;
 use super::text::{Text, quoted};
 use super::urdf::beside;
-use crate::setup::inspect::{Described, message_of};
+use crate::setup::inspect::{Described, Reading, message_of, reading_of};
 
 /// The public parameter groups of an inertial measurement unit: acceleration and angular rate.
 const ACCELERATION: u32 = 61485;
@@ -21,6 +22,8 @@ const WHEEL_BASED_SPEED: u32 = 65265;
 const VEHICLE_WEIGHT: u32 = 65258;
 /// Buses have some hundreds of identifiers.
 const MOST_IDS: usize = 2048;
+/// A signal that changes less does not show a joint that moves (rad or m).
+const LEAST_MOTION: f64 = 0.01;
 
 /// The described messages of the buses of a log, which are topics now.
 #[derive(Debug, Default)]
@@ -37,6 +40,27 @@ struct CanMessage {
     source: Option<u8>,
     /// Signals whose values are in SI units by their description.
     converted: BTreeSet<String>,
+    /// Those of them of a DBC file that change.
+    moving: Vec<Moving>,
+}
+
+/// A signal that changes.
+#[derive(Debug)]
+struct Moving {
+    signal: String,
+    unit: String,
+    /// Its least and its greatest number.
+    span: [f64; 2],
+}
+
+/// A signal that may be the position of a joint, by unit and motion.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Candidate {
+    /// The table of its keys.
+    pub(super) text: String,
+    pub(super) signal: String,
+    /// Its least and its greatest number (rad or m).
+    pub(super) span: [f64; 2],
 }
 
 impl CanMessages {
@@ -53,14 +77,18 @@ impl CanMessages {
         let mut found = Self::default();
         let mut topics = Vec::new();
         for (id, name) in &buses {
-            let mut seen: BTreeSet<CanId> = BTreeSet::new();
+            let mut seen: BTreeMap<CanId, Option<Reading>> = BTreeMap::new();
             log.read_can_frames(*id, &mut |frame| {
                 if seen.len() < MOST_IDS {
-                    seen.insert(frame.id);
+                    seen.entry(frame.id)
+                        .or_insert_with(|| reading_of(frame.id, databases));
+                }
+                if let Some(Some(reading)) = seen.get_mut(&frame.id) {
+                    reading.take(frame);
                 }
             })?;
             let bus = (buses.len() > 1).then(|| name.clone());
-            for id in seen {
+            for (id, reading) in seen {
                 let Some((path, message)) = message_of(id, databases) else {
                     continue;
                 };
@@ -83,12 +111,18 @@ impl CanMessages {
                 if found.by_topic.contains_key(&topic) {
                     continue;
                 }
+                let of_file = reading.iter().filter(|_| path.is_some());
+                let moving = of_file
+                    .flat_map(Reading::spans)
+                    .filter_map(moving)
+                    .collect();
                 let converted = message.signals.iter().filter(|signal| signal.is_converted);
                 let known = CanMessage {
                     keys: keys(&spec),
                     pgn: message.pgn(),
                     source: spec.source,
                     converted: converted.map(|signal| signal.name.clone()).collect(),
+                    moving,
                 };
                 found.by_topic.insert(topic.clone(), known);
                 topics.push(CanTopic {
@@ -110,6 +144,19 @@ impl CanMessages {
         let message = self.by_topic.get(topic)?;
         let text = format!("{}, signal = {}", message.keys, quoted(field));
         Some((text, message.converted.contains(field)))
+    }
+
+    /// The signals of this unit that change, but for rates and forces by their names.
+    pub(super) fn candidates(&self, unit: &str) -> Vec<Candidate> {
+        let all = self.by_topic.values().flat_map(|message| {
+            let moving = message.moving.iter().filter(|it| it.unit == unit);
+            moving.map(|it| Candidate {
+                text: format!("{{ {}, signal = {} }}", message.keys, quoted(&it.signal)),
+                signal: it.signal.clone(),
+                span: it.span,
+            })
+        });
+        all.filter(|it| !is_no_position(&it.signal)).collect()
     }
 
     fn of_group(&self, pgn: u32) -> impl Iterator<Item = &CanMessage> {
@@ -187,6 +234,14 @@ impl CanMessages {
             "[[signals.load_sums]]\nwheels = [\"FL\", \"FR\"]\nload = {{ {keys}, signal = \"axle_1_weight\", scale = 9.80665 }}"
         ));
     }
+}
+
+fn moving((signal, unit, span): (&str, &str, [f64; 2])) -> Option<Moving> {
+    (span[1] - span[0] >= LEAST_MOTION).then(|| Moving {
+        signal: signal.to_owned(),
+        unit: unit.to_owned(),
+        span,
+    })
 }
 
 fn keys(spec: &CanSpec) -> String {

@@ -1,9 +1,12 @@
 //! Guesses about a machine, from its URDF and the log.
 
+use std::collections::BTreeMap;
+
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::machine::{Outline, OutlineLink};
+use tipwatch_mechanics::machine::{JointMotion, Outline, OutlineLink};
 
 use super::arm;
+use super::can::Candidate;
 use super::joints::{self, JointGuess};
 use super::linkages::{self, LinkageGuess};
 use super::signals::Topics;
@@ -18,6 +21,8 @@ pub(super) struct Guesses {
     pub(super) joints: Vec<JointGuess>,
     /// Moving joints without a known position.
     pub(super) unknown: Vec<String>,
+    /// The signals that may be the position of one of those, by unit and motion.
+    pub(super) candidates: BTreeMap<String, Vec<Candidate>>,
     /// Those that are held still on request, and the joints of cylinders that drive a measured joint.
     pub(super) frozen: Vec<String>,
     pub(super) arm: Option<arm::Guess>,
@@ -67,7 +72,17 @@ impl Guesses {
             })
             .collect();
         unknown.retain(|name| !redundant.contains(&name));
+        let candidates = unknown.iter().map(|joint| {
+            let mut fitting = fitting(&outline, joint, topics);
+            let is_bound = |it: &Candidate| {
+                let mut lines = joints.iter().flat_map(|guess| &guess.lines);
+                lines.any(|line| line.contains(it.text.trim_end_matches(" }")))
+            };
+            fitting.retain(|it| !is_bound(it));
+            (joint.clone(), fitting)
+        });
         Self {
+            candidates: candidates.collect(),
             arm,
             tool,
             wheels,
@@ -120,4 +135,22 @@ impl Guesses {
         let limits = joints.find(|j| j.name == joint).and_then(|j| j.limits);
         limits.map_or(0.0, |[least, most]| 0.0_f64.clamp(least, most))
     }
+}
+
+/// The signals that may be the position of a joint, by unit and motion.
+fn fitting(outline: &Outline, joint: &str, topics: &Topics) -> Vec<Candidate> {
+    let mut joints = outline.links.iter().filter_map(|link| link.joint.as_ref());
+    let Some(joint) = joints.find(|it| it.name == joint) else {
+        return Vec::new();
+    };
+    let unit = match joint.motion {
+        JointMotion::Prismatic => "m",
+        _ => "rad",
+    };
+    let mut found = topics.can.candidates(unit);
+    // zero and sign may differ, not the way
+    if let Some([least, most]) = joint.limits {
+        found.retain(|it| it.span[1] - it.span[0] <= 1.05 * (most - least));
+    }
+    found
 }

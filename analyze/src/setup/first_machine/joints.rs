@@ -41,6 +41,15 @@ const OTHER: [&str; 10] = [
     "temperature",
 ];
 
+/// Whether a name says that it is no position of a joint.
+pub(super) fn is_no_position(name: &str) -> bool {
+    let is_other = |word: &String| {
+        let word = word.as_str();
+        OTHER.contains(&word) || VELOCITY.contains(&word)
+    };
+    words(name).iter().any(is_other)
+}
+
 /// Fields for a joint that has another name in the log.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct JointGuess {
@@ -186,7 +195,7 @@ impl Named {
         }
         let is_about = |words: &[String]| !words.is_empty() && words == own;
         let mut with_topic = rest.clone();
-        with_topic.extend(words(topic.rsplit('/').next().unwrap_or(topic)));
+        with_topic.extend(own_words(topic.rsplit('/').next().unwrap_or(topic)));
         with_topic.sort();
         with_topic.retain(|word| own.contains(word) || rest.contains(word));
         let (unit, scale) = unit.unwrap_or((String::new(), 1.0));

@@ -227,8 +227,26 @@ pub(super) fn write_joints(text: &mut Text, guesses: &Guesses) {
              mass: a field, or a constant if it never moves, such as position = 0.0 (--freeze-passive writes that).",
             100.0 * share
         ));
+        let candidates = guesses
+            .candidates
+            .get(joint)
+            .map(Vec::as_slice)
+            .unwrap_or_default();
+        let position = match candidates.first() {
+            None => r#"{ topic = "/topic", field = "field", scale = 1.0, offset = 0.0 }"#,
+            Some(first) => {
+                let all = candidates
+                    .iter()
+                    .map(|it| format!("{} ({:.3} to {:.3})", it.signal, it.span[0], it.span[1]));
+                text.comment(&format!(
+                    "By unit and motion it may be: {}. CHECK which, its sign and its zero.",
+                    all.collect::<Vec<_>>().join(", ")
+                ));
+                &first.text
+            }
+        };
         text.open(&format!(
-            "[signals.joints.{}]\nposition = {{ topic = \"/topic\", field = \"field\", scale = 1.0, offset = 0.0 }}",
+            "[signals.joints.{}]\nposition = {position}",
             key(joint)
         ));
     }

@@ -36,8 +36,14 @@ pub(super) fn own_words(name: &str) -> Vec<String> {
     const COMMON: [&str; 9] = [
         "joint", "link", "jnt", "state", "states", "sensor", "encoder", "actual", "measured",
     ];
+    const TELESCOPE: [&str; 5] = ["telescope", "telescopic", "tele", "extend", "extender"];
     let mut own = words(name);
     own.retain(|word| !COMMON.contains(&word.as_str()));
+    for word in &mut own {
+        if TELESCOPE.contains(&word.as_str()) {
+            *word = "extension".into();
+        }
+    }
     own.sort();
     own
 }
@@ -53,6 +59,7 @@ mod tests {
         assert!(has_word("leftwheel", &["wheel"]) && has_word("wheel_fl", &["wheel"]));
         assert!(has_word("tire", &["tire"]) && !has_word("entire", &["tire"]));
         assert_eq!(own_words("boom_joint"), own_words("Boom"));
+        assert_eq!(own_words("BoomTelescope"), own_words("boom_extension"));
         assert!(words("").is_empty() && words("//__").is_empty());
     }
 }

@@ -117,7 +117,7 @@ struct Seen {
 }
 
 /// The signals of a message.
-struct Reading {
+pub(crate) struct Reading {
     decoder: Decoder,
     described_by: String,
     numbers: Vec<Numbers>,
@@ -177,7 +177,7 @@ impl BusInspection {
             frames: 0,
             first_ns: frame.time_ns,
             last_ns: frame.time_ns,
-            decoder: description(frame.id, databases),
+            decoder: reading_of(frame.id, databases),
         });
         seen.frames += 1;
         seen.first_ns = seen.first_ns.min(frame.time_ns);
@@ -188,7 +188,8 @@ impl BusInspection {
     }
 }
 
-fn description(id: CanId, databases: &[Described]) -> Option<Reading> {
+/// Reads the signals of a described identifier.
+pub(crate) fn reading_of(id: CanId, databases: &[Described]) -> Option<Reading> {
     let (path, message) = message_of(id, databases)?;
     Some(Reading::new(
         &message,
@@ -241,7 +242,7 @@ impl Reading {
         }
     }
 
-    fn take(&mut self, frame: &Frame) {
+    pub(crate) fn take(&mut self, frame: &Frame) {
         let numbers = &mut self.numbers;
         self.decoder.decode(frame, &mut |_, values| {
             for (numbers, value) in numbers.iter_mut().zip(values) {
@@ -257,6 +258,17 @@ impl Reading {
             .selections()
             .next()
             .map(|selection| &selection.message)
+    }
+
+    /// Name, unit, least and greatest number of the signals that are in SI units by their description.
+    pub(crate) fn spans(&self) -> impl Iterator<Item = (&str, &str, [f64; 2])> {
+        let signals = self.message().map(|message| message.signals.as_slice());
+        let both = signals.unwrap_or_default().iter().zip(&self.numbers);
+        let known = both.filter(|(signal, numbers)| signal.is_converted && numbers.count > 0);
+        known.map(|(signal, numbers)| {
+            let span = [numbers.least, numbers.greatest];
+            (signal.name.as_str(), signal.si.symbol, span)
+        })
     }
 
     fn signals(&self) -> Vec<CanSignalInspection> {

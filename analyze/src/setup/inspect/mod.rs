@@ -6,8 +6,8 @@ mod contents;
 mod document;
 mod print;
 
-pub(crate) use can::message_of;
 pub use can::{Described, read_databases};
+pub(crate) use can::{Reading, message_of, reading_of};
 pub use contents::inspect;
 pub use document::Inspection;
 pub use print::print;

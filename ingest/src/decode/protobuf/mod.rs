@@ -248,7 +248,8 @@ impl Compiler<'_> {
             }
             (FieldKind::Text, false) => branch.single.map(Take::Text).ok_or_else(wrong),
             (FieldKind::Number(number), true) => {
-                if branch.all.is_none() && branch.elements.is_empty() {
+                let has_parts = branch.parts.is_some() || !branch.picks.is_empty();
+                if has_parts || branch.all.is_none() && branch.elements.is_empty() {
                     return Err(wrong());
                 }
                 Ok(Take::Numbers {
