@@ -96,7 +96,7 @@ mod tests {
         let (root, memory) = (TempDir::new().unwrap(), TempDir::new().unwrap());
         let owner = root.path().metadata().unwrap().uid();
         let other = owner + 1000;
-        let told = |by: u32, prefix: &str| super::told(by, root.path(), memory.path(), prefix);
+        let told = |by: u32, prefix: &str| told(by, root.path(), memory.path(), prefix);
         allow(root.path(), 0o750);
         let text = told(other, "iox_").unwrap();
         assert!(
