@@ -212,7 +212,7 @@ fn one_pair_of_outriggers_lifts_the_axle_next_to_it() {
         .check(&stands.urdf(), "machine.urdf", LogFacts::default())
         .unwrap();
     let names: Vec<&str> = checked.wheels().iter().map(|it| it.name.as_str()).collect();
-    assert_eq!(names, ["RL", "RR", "OUTRIGGER_FL", "OUTRIGGER_FR"]);
+    assert_eq!(names, ["OUTRIGGER_FL", "OUTRIGGER_FR", "RL", "RR"]);
     let open = machine("").machine_file("machine.urdf", None);
     assert!(
         open.contains("in [wheels.FL] and [wheels.FR]: raised_by"),
