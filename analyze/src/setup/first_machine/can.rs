@@ -9,9 +9,9 @@ use tipwatch_can::j1939::Identifier;
 use tipwatch_ingest::{CanTopic, Log};
 use tipwatch_mechanics::machine::{CanMessageSpec, CanSpec};
 
-use super::joints::is_no_position;
 use super::text::{Text, quoted};
 use super::urdf::beside;
+use super::words::is_no_position;
 use crate::setup::inspect::{Described, Reading, message_of, reading_of};
 
 /// The public parameter groups of an inertial measurement unit: acceleration and angular rate.

@@ -4,7 +4,7 @@ use tipwatch_ingest::{Topic, number_fields};
 
 use super::can::CanMessages;
 use super::text::quoted;
-use super::words::{own_words, words};
+use super::words::{OTHER, VELOCITY, own_words};
 
 /// Units by word in a field name, with the factor to SI.
 const UNITS: [(&str, f64); 8] = [
@@ -26,30 +26,6 @@ const POSITION: [&str; 7] = [
     "extension",
     "value",
 ];
-const VELOCITY: [&str; 4] = ["velocity", "vel", "rate", "speed"];
-/// Words that exclude a joint position.
-const OTHER: [&str; 10] = [
-    "effort",
-    "torque",
-    "force",
-    "pressure",
-    "command",
-    "target",
-    "setpoint",
-    "current",
-    "acceleration",
-    "temperature",
-];
-
-/// Whether a name says that it is no position of a joint.
-pub(super) fn is_no_position(name: &str) -> bool {
-    let is_other = |word: &String| {
-        let word = word.as_str();
-        OTHER.contains(&word) || VELOCITY.contains(&word)
-    };
-    words(name).iter().any(is_other)
-}
-
 /// Fields for a joint that has another name in the log.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct JointGuess {

@@ -1,5 +1,21 @@
 //! Splits names into words.
 
+/// Words for the rate of a position.
+pub(super) const VELOCITY: [&str; 4] = ["velocity", "vel", "rate", "speed"];
+/// Words that exclude a joint position.
+pub(super) const OTHER: [&str; 10] = [
+    "effort",
+    "torque",
+    "force",
+    "pressure",
+    "command",
+    "target",
+    "setpoint",
+    "current",
+    "acceleration",
+    "temperature",
+];
+
 /// The words of a name in lower case, split where the kind of character changes: `frontWheel_2` gives
 /// front, wheel, 2.
 pub(super) fn words(name: &str) -> Vec<String> {
@@ -29,6 +45,15 @@ pub(super) fn has_word(name: &str, wanted: &[&str]) -> bool {
         wanted.contains(&word.as_str()) || long.into_iter().any(|w| word.contains(w))
     };
     words(name).iter().any(has)
+}
+
+/// Whether a name says that it is no position of a joint.
+pub(super) fn is_no_position(name: &str) -> bool {
+    let is_other = |word: &String| {
+        let word = word.as_str();
+        OTHER.contains(&word) || VELOCITY.contains(&word)
+    };
+    words(name).iter().any(is_other)
 }
 
 /// The distinctive words of a joint, without those that any joint may have.
