@@ -430,7 +430,12 @@ mod tests {
         );
         assert_eq!(found(&folder, &["a/*.csv"]), ["a/9.csv"]);
         let named = find(
-            &[at("a"), at("a/9.csv"), at("a/deep/*.parquet")],
+            &[
+                at("a"),
+                at("a/9.csv"),
+                at("a/deep/*.parquet"),
+                at("a/old.log.gz"),
+            ],
             &at("out"),
         );
         assert_eq!(named.unwrap().note(), None);
