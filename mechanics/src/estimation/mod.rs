@@ -17,7 +17,6 @@ mod followed;
 mod held;
 mod history;
 mod kalman_filter;
-mod lag;
 pub mod plausibility;
 pub mod quasi_static;
 pub mod rotation;

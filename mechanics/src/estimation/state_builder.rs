@@ -75,12 +75,11 @@ impl Filters {
             let is_of_arm = |&joint: &usize| {
                 machine.joints()[joint].spins_wheel.is_none() && !machine.is_steering(joint)
             };
-            let counts: Vec<bool> = spec.joints.iter().map(is_of_arm).collect();
+            let counts = spec.joints.iter().map(is_of_arm);
             let mut of_joints = filter(joints, spec.joints.len());
             if e.noise_from_log {
-                of_joints = of_joints.adapting(Adaptation::new(counts.iter().copied()));
+                of_joints = of_joints.adapting(Adaptation::new(counts));
             }
-            let of_joints = of_joints.lagging_by(counts);
             list.push((Followed::Joints(stream), of_joints));
         }
         // The force at the centre of mass follows from specific force, angular velocity and its derivative together: if one
