@@ -108,8 +108,9 @@ fn run(hours: f64, most_lost: f64) {
         "60",
         "--keep",
         "16",
+        // at fifty times real time 8 MiB are full before a disk that other tests use, too, has answered
         "--ring",
-        "8",
+        "64",
     ];
     let recorder = world.record(&machine, folder.path(), &options);
     let node = world.join();
@@ -209,8 +210,7 @@ fn run(hours: f64, most_lost: f64) {
 
 #[test]
 fn a_quarter_of_an_hour_leaves_nothing_behind() {
-    // at some fifty times real time, beside other tests, the disk decides how much; what is lost is told to the sample
-    run(0.25, 0.5);
+    run(0.25, 0.0);
 }
 
 mod needs_long {
