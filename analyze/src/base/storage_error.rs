@@ -11,7 +11,11 @@ pub fn storage_error(error: &anyhow::Error) -> Option<&tipwatch_storage::Error> 
                 .get_ref()?
                 .downcast_ref()
         };
-        let of_log = || cause.downcast_ref::<tipwatch_ingest::Error>()?.of_storage();
+        // an error that only passes another on is not in its own chain of causes
+        let of_log = || match cause.downcast_ref()? {
+            tipwatch_ingest::Error::Storage(error) => Some(error),
+            _ => None,
+        };
         (cause.downcast_ref().or_else(of_reading)).or_else(of_log)
     })
 }

@@ -107,16 +107,6 @@ pub enum Error {
 }
 
 impl Error {
-    /// The error of the bucket or server, if it is one. An error that only passes another on is not in its own chain of
-    /// causes: who looks there does not find it.
-    #[must_use]
-    pub fn of_storage(&self) -> Option<&tipwatch_storage::Error> {
-        match self {
-            Self::Storage(error) => Some(error),
-            _ => None,
-        }
-    }
-
     pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Error {
         move |source| Error::Io {
             path: path.to_path_buf(),

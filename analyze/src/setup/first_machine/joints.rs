@@ -26,6 +26,7 @@ const POSITION: [&str; 7] = [
     "extension",
     "value",
 ];
+
 /// Fields for a joint that has another name in the log.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct JointGuess {
