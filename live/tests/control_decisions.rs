@@ -11,7 +11,7 @@ use tipwatch_live::wire::session::{Progress, Session};
 use tipwatch_live::wire::topics::{
     EVENT_BETWEEN, EVENT_ROW, Head, Kind, Wire, WireCommand, WireSample, WireVerdict,
 };
-use tipwatch_mechanics::verdict::Level;
+use tipwatch_mechanics::verdict::{InputFault, InputFaults, Level};
 
 use crate::support::standing::{
     SESSION, START, follows, move_rods, seal_sample, seal_verdict, standing, verdict,
@@ -231,20 +231,23 @@ fn references_and_valves_move_within_their_limits() {
 // requirement: TW-CONTROL-04
 #[test]
 fn motion_is_permitted_by_known_levels_without_a_latched_fault() {
-    for (level, latched, permits) in [
-        (Level::Safe, Level::Safe, true),
-        (Level::Danger, Level::Danger, true),
-        (Level::Assumed, Level::Assumed, true),
-        (Level::Unknown, Level::Safe, false),
-        (Level::Unknown, Level::Fault, false),
-        (Level::Fault, Level::Safe, false),
-        (Level::Safe, Level::Fault, false),
+    let (none, values) = (InputFaults::NONE, InputFault::NotFinite.into());
+    for (level, latched, faults, permits) in [
+        (Level::Safe, Level::Safe, none, true),
+        (Level::Danger, Level::Danger, none, true),
+        (Level::Danger, Level::Danger, values, false),
+        (Level::Assumed, Level::Assumed, none, true),
+        (Level::Unknown, Level::Safe, none, false),
+        (Level::Unknown, Level::Fault, none, false),
+        (Level::Fault, Level::Safe, values, false),
+        (Level::Safe, Level::Fault, none, false),
     ] {
         let mut bench = Bench::new();
         bench.runs_in(0.0);
         bench.is_judged = false;
         let mut verdict = bench.verdict(level);
         verdict.latched_level = latched as u32;
+        verdict.held_faults = faults.bits();
         seal_verdict(&mut verdict, standing().session.machine_hash);
         bench.control.verdict(&verdict);
         let command = bench.row();

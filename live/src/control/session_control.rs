@@ -4,7 +4,7 @@
 //!     samples -> guard -> estimator -> optimiser, once per step -> valve law, every row -> openings
 //!     verdicts ----------------------> may valves follow? no: close them slowly and hold
 //! ```
-//! Valves follow only while rows are valid, the verdict is fresh and neither unknown nor a fault, and the
+//! Valves follow only while rows are valid, the verdict is fresh, without a fault and not unknown, and the
 //! rods obey. On any doubt the valves close at [`CLOSING_RATE`] and stay closed: with counterbalance
 //! valves that holds the platform. Danger does not stop the control: that is when it helps. Nor does Assumed: nothing speaks
 //! against the sensors then, and the load guard leaves every wheel at least what locked rods would leave it.
@@ -152,8 +152,10 @@ impl Control {
         }
         let verdict = wire.verdict();
         let is_known = !matches!(verdict.level, Level::Unknown | Level::Fault);
+        // Danger outranks faults of values in the level, but valves do not move by them.
+        let has_faults = !verdict.held.faults.is_empty();
         self.verdict = Some(SeenVerdict {
-            permits_motion: is_known && verdict.latched_level != Level::Fault,
+            permits_motion: is_known && !has_faults && verdict.latched_level != Level::Fault,
             valid_until_ns: wire.valid_until_ns,
         });
         self.message.verdict_sequence = wire.sequence;

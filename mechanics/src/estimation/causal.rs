@@ -198,7 +198,7 @@ impl CausalEstimator {
                 } else {
                     FilterStatus::Settling
                 },
-                covariance: filter.covariance_at(time_ns),
+                covariance: filter.covariance_with_lag_at(time_ns),
             }
         };
         let elapsed_s = seconds(time_ns.saturating_sub(self.first_row_ns.unwrap_or(time_ns)));

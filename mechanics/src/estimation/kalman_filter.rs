@@ -12,6 +12,7 @@
 
 use super::adaptation::{Adaptation, Factors};
 use super::history::History;
+use super::lag::Lag;
 use super::white_jerk::{ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric};
 use crate::state::SampleError;
 
@@ -44,6 +45,8 @@ pub(crate) struct KalmanFilter {
     model: FilterModel,
     state: FilterState,
     history: Option<History>,
+    /// How far it is behind; `None` where a smoother takes the lag away.
+    lag: Option<Lag>,
 }
 
 /// What the filter knows after a sample: from it, later samples continue to the bit.
@@ -83,7 +86,14 @@ impl KalmanFilter {
                 adaptation: None,
             },
             history: keeps_history.then(|| History::new(channels)),
+            lag: (!keeps_history).then(|| Lag::new(vec![true; channels])),
         }
+    }
+
+    /// The same filter, whose lag is that of these channels only.
+    pub(super) fn lagging_by(mut self, counts: Vec<bool>) -> Self {
+        self.lag = self.lag.map(|_| Lag::new(counts));
+        self
     }
 
     /// The same filter, whose noise is corrected by what its innovations show.
@@ -199,6 +209,12 @@ impl KalmanFilter {
         predicted(&self.state.covariance, seconds(ahead), self.density())
     }
 
+    /// The same, with how far the estimates are behind a motion that changes fast.
+    pub(super) fn covariance_with_lag_at(&self, stamp_ns: i64) -> Matrix {
+        let covariance = self.covariance_at(stamp_ns);
+        (self.lag.as_ref()).map_or(covariance, |lag| lag.widen(&covariance))
+    }
+
     /// State of a channel extrapolated to a stamp close to the last sample, by its Taylor series.
     pub(crate) fn at(&self, channel: usize, stamp_ns: i64) -> ChannelState {
         let last = self.state.last_ns.unwrap_or(stamp_ns);
@@ -218,6 +234,9 @@ impl KalmanFilter {
         self.state.started_ns = stamp_ns;
         if let Some(adaptation) = &mut self.state.adaptation {
             adaptation.restart();
+        }
+        if let Some(lag) = &mut self.lag {
+            lag.restart();
         }
         let factors = self.state.factors();
         let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.density();
@@ -260,6 +279,9 @@ impl KalmanFilter {
         if let Some(rates) = rates {
             let variance = self.model.rate_variance * factors.rate;
             self.update::<1>(variance, doubt.rate_variance, rates);
+        }
+        if let Some(lag) = &mut self.lag {
+            lag.step(&self.state.jets, &self.state.covariance, density, dt);
         }
     }
 

@@ -17,6 +17,7 @@ mod followed;
 mod held;
 mod history;
 mod kalman_filter;
+mod lag;
 pub mod plausibility;
 pub mod quasi_static;
 pub mod rotation;

@@ -75,10 +75,13 @@ impl Filters {
             let is_of_arm = |&joint: &usize| {
                 machine.joints()[joint].spins_wheel.is_none() && !machine.is_steering(joint)
             };
-            let counts = spec.joints.iter().map(is_of_arm);
-            let mut of_joints = filter(joints, spec.joints.len());
+            let of_arm = spec.joints.iter().map(is_of_arm);
+            // Rods of a suspension and bogies jerk with the ground and the control, not with the load that the arm swings.
+            let lags = |joint: &usize| is_of_arm(joint) && !machine.joint_carries_wheel(*joint);
+            let mut of_joints = filter(joints, spec.joints.len())
+                .lagging_by(spec.joints.iter().map(lags).collect());
             if e.noise_from_log {
-                of_joints = of_joints.adapting(Adaptation::new(counts));
+                of_joints = of_joints.adapting(Adaptation::new(of_arm));
             }
             list.push((Followed::Joints(stream), of_joints));
         }
