@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::estimation::plausibility::Excitation;
-use tipwatch_mechanics::machine::{Axis, Machine, Note, Parameter};
+use tipwatch_mechanics::machine::{Axis, Machine, MountSource, Note, Parameter};
 use tipwatch_mechanics::state::{Reason, Sensor};
 use tipwatch_mechanics::{Quantity, State};
 
@@ -145,11 +145,9 @@ pub(crate) fn of(
     } else if !sensors.imu {
         notes.push("The log has neither IMU nor odometry: wheel loads cannot be computed.".into());
     }
-    if loaded.machine.imu().source.starts_with("assumed") {
-        notes.push(Note::from(format!(
-            "Position and orientation of the IMU: {}.",
-            loaded.machine.imu().source
-        )));
+    if let source @ MountSource::Assumed { .. } = &loaded.machine.imu().source {
+        let text = format!("Position and orientation of the IMU: {source}.");
+        notes.push(Note::from(text));
     }
     notes.extend(reference_posture(&loaded.machine).map(Note::from));
     notes.extend(loaded.machine.notes().iter().cloned());

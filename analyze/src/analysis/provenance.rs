@@ -65,6 +65,6 @@ pub(super) fn provenance(
         replaced_inertias: (loaded.machine.replaced_inertias().iter())
             .map(Into::into)
             .collect(),
-        imu_mounting: loaded.machine.imu().source.clone(),
+        imu_mounting: loaded.machine.imu().source.to_string(),
     })
 }

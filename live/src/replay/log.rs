@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use tipwatch_binding::{BoundLog, MachineFile, Urdf, arrivals, bind};
 use tipwatch_ingest::{Losses, SensorRecording};
+use tipwatch_mechanics::machine::MountSource;
 use tipwatch_mechanics::state::{Sample, Sensor};
 
 use crate::wire::identity::new_identity;
@@ -83,7 +84,7 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
     let (machine, matched) = (&bound.machine, &bound.matched);
     // a monitor does not see /tf_static and would assume another mounting
     ensure!(
-        !machine.imu().source.starts_with("/tf_static"),
+        !matches!(machine.imu().source, MountSource::StaticTransform { .. }),
         "{}: the IMU's mounting is known only from {}; expected [imu] in the machine file for live use",
         file.path.display(),
         machine.imu().source

@@ -1,5 +1,7 @@
 //! The bodies of a machine, the links that they are made of, and what is fixed to them.
 
+use std::fmt;
+
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::inertia::{Inertia, MassMoments};
@@ -127,8 +129,68 @@ pub struct Mount {
     pub body: usize,
     /// Its pose in the body's frame.
     pub body_from_mount: Isometry3<f64>,
-    /// Source of the pose, for the report.
-    pub source: String,
+    /// Where its pose is from.
+    pub source: MountSource,
+}
+
+/// Where the pose of a mount is from. Shown as it stands in reports.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MountSource {
+    /// A table or key of the machine file.
+    MachineFile {
+        /// Its name there.
+        key: &'static str,
+    },
+    /// A link of the URDF with the name that the messages of the sensor give as their frame.
+    MessageFrame {
+        /// The frame.
+        frame: String,
+    },
+    /// A static transform of the log.
+    StaticTransform {
+        /// The frame of the messages.
+        frame: String,
+        /// The link of the URDF that it is placed in.
+        parent: String,
+    },
+    /// Nothing says where it is: at the base.
+    Assumed {
+        /// The base link.
+        base: String,
+        /// The frame of the messages, which is nowhere known, if they have one.
+        frame: Option<String>,
+    },
+    /// The base frame itself: what is computed there and was not measured.
+    Base,
+}
+
+impl fmt::Display for MountSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::MachineFile { key } => write!(f, "{key} of the machine file"),
+            Self::MessageFrame { frame } => {
+                write!(
+                    f,
+                    "link \"{frame}\" of the URDF, the frame of the IMU's messages"
+                )
+            }
+            Self::StaticTransform { frame, parent } => {
+                write!(
+                    f,
+                    "/tf_static of the log: frame \"{frame}\" in link \"{parent}\""
+                )
+            }
+            Self::Assumed { base, frame: None } => write!(f, "assumed at {base}"),
+            Self::Assumed {
+                base,
+                frame: Some(frame),
+            } => write!(
+                f,
+                "assumed at {base}: neither the URDF nor /tf_static of the log contains \"{frame}\", the frame of the IMU's messages"
+            ),
+            Self::Base => f.write_str("no IMU: computed at the base origin from odometry"),
+        }
+    }
 }
 
 impl Mount {

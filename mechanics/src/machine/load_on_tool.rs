@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::{Inertia, LinkGroup, Machine, MassMoments, Mount, Payload};
+use super::{Inertia, LinkGroup, Machine, MassMoments, Mount, MountSource, Payload};
 
 /// Where a load on the tool is carried.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,7 +75,7 @@ impl Machine {
         machine.tool = Some(Mount {
             body: 0,
             body_from_mount: Isometry3::identity(),
-            source: "the base frame".into(),
+            source: MountSource::Base,
         });
         machine
     }

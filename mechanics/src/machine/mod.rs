@@ -67,7 +67,8 @@ mod wheel;
 
 pub use actuated_joint::{ActuatedJoint, ActuatorSignal, ForceSource, TorqueJoint};
 pub use body::{
-    Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, Mounting, Payload,
+    Body, JointCoupling, JointKind, Link, LinkGroup, MeasuredJoint, Mount, MountSource, Mounting,
+    Payload,
 };
 pub use check::LogFacts;
 pub use checked::Machine;

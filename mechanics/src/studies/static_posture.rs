@@ -7,7 +7,7 @@ use crate::evaluate::outcome::Outcome;
 use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
 use crate::geometry::coordinate::Motion;
-use crate::machine::{Machine, Mount, Parameter, UncertaintySpec, Unknown};
+use crate::machine::{Machine, Mount, MountSource, Parameter, UncertaintySpec, Unknown};
 use crate::state::Reasons;
 use crate::state::State;
 
@@ -202,7 +202,7 @@ impl Machine {
         let imu = Mount {
             body: 0,
             body_from_mount: Isometry3::identity(),
-            source: "base frame".into(),
+            source: MountSource::Base,
         };
         Self {
             imu,

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use tipwatch_binding::MachineFile;
 use tipwatch_calibration::identification::{Data, agreement};
-use tipwatch_mechanics::machine::{Machine, Wheel};
+use tipwatch_mechanics::machine::{Machine, MountSource, Wheel};
 use tipwatch_mechanics::{MassShare, RestingMachine};
 
 use super::document::{MachineCheck, PartMass, SCHEMA, WheelCheck, posture, triple};
@@ -78,11 +78,12 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
 
 /// Without a log the frames of the messages are unknown.
 fn imu_mounting(machine: &Machine, has_log: bool) -> String {
-    let source = &machine.imu().source;
-    if has_log || !source.starts_with("assumed") {
-        return source.clone();
+    match &machine.imu().source {
+        MountSource::Assumed { .. } if !has_log => {
+            "not in the machine file; taken from frame_id of the log".into()
+        }
+        source => source.to_string(),
     }
-    "not in the machine file; taken from frame_id of the log".into()
 }
 
 fn masses(standing: &RestingMachine) -> Vec<PartMass> {

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use tipwatch_binding::static_transforms;
 use tipwatch_ingest::{Log, SensorKind, SensorRequest, record_sensors};
 use tipwatch_mechanics::MachineSpec;
-use tipwatch_mechanics::machine::{LogFacts, Machine, Outline};
+use tipwatch_mechanics::machine::{LogFacts, Machine, MountSource, Outline};
 
 use super::signals::Topics;
 use super::text::{Text, quoted, triple};
@@ -54,7 +54,9 @@ pub(super) fn section(
         ..LogFacts::default()
     };
     let machine = urdf.and_then(|urdf| spec.check(&urdf.text, &urdf.name, facts).ok());
-    let machine = machine.filter(|machine| !machine.imu().source.starts_with("assumed"));
+    let is_assumed =
+        |machine: &Machine| matches!(machine.imu().source, MountSource::Assumed { .. });
+    let machine = machine.filter(|machine| !is_assumed(machine));
     let is_doubtful = !matches!((&machine, &topics.imu_frame), (Some(_), Some(_)));
     match (&machine, topics.imu_frame.as_deref()) {
         (Some(machine), Some(frame)) => known(&mut text, machine, frame),
@@ -87,7 +89,7 @@ pub(super) fn section(
 fn known(text: &mut Text, machine: &Machine, frame: &str) {
     let mount = machine.imu();
     text.comment(&format!("From {}.", mount.source));
-    if mount.source.starts_with("link") {
+    if matches!(mount.source, MountSource::MessageFrame { .. }) {
         text.line(&format!("[imu]\nlink = {}", quoted(frame)));
         return;
     }

@@ -13,7 +13,8 @@ use crate::machine::tree::{Tree, TreeBody, TreeJoint};
 use crate::machine::urdf::Urdf;
 use crate::machine::{
     Body, ImpossibleInertia, JointCoupling, JointKind, Link, LinkGroup, Machine, MachineError,
-    MachineSpec, MassMoments, Mount, Mounting, Note, StaticTransform, SupportKind, Wheel,
+    MachineSpec, MassMoments, Mount, MountSource, Mounting, Note, StaticTransform, SupportKind,
+    Wheel,
 };
 
 /// Facts about a log against which a machine is checked.
@@ -107,8 +108,13 @@ impl Checker<'_> {
             .and_then(|arm| arm.tool.as_ref())
             .map(|tool| self.link("arm.tool", tool))
             .transpose()?;
-        let tool = tool_link
-            .map(|link| self.mount(link, Isometry3::identity(), "arm.tool of the machine file"));
+        let tool = tool_link.map(|link| {
+            self.mount(
+                link,
+                Isometry3::identity(),
+                MountSource::MachineFile { key: "arm.tool" },
+            )
+        });
         let links: Vec<Link> = (0..self.tree.links.len())
             .map(|i| Link {
                 inertia_sigma: sigma_of(&inertias.replaced, &self.tree.links[i].name),
@@ -122,7 +128,11 @@ impl Checker<'_> {
             bodies: machine_bodies(self.tree, &driving.couplings, &links),
             arm_mounting: arm_root.map(|root| self.mounting(root)),
             arm_root: arm_root.map(|root| {
-                self.mount(root, Isometry3::identity(), "arm.root of the machine file")
+                self.mount(
+                    root,
+                    Isometry3::identity(),
+                    MountSource::MachineFile { key: "arm.root" },
+                )
             }),
             reference,
             linkages: driving.linkages,
@@ -268,13 +278,13 @@ impl Checker<'_> {
         &self,
         link: usize,
         link_from_mount: Isometry3<f64>,
-        source: impl Into<String>,
+        source: MountSource,
     ) -> Mount {
         let link = &self.tree.links[link];
         Mount {
             body: link.body,
             body_from_mount: link.body_from_link * link_from_mount,
-            source: source.into(),
+            source,
         }
     }
 

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::checker::Checker;
 use crate::machine::static_transform::ancestors;
-use crate::machine::{MachineError, Mount, Note, NoteKind};
+use crate::machine::{MachineError, Mount, MountSource, Note, NoteKind};
 
 /// Distance between two sources of the mounting pose beyond which they conflict (m).
 const CONFLICT_M: f64 = 1e-3;
@@ -15,10 +15,9 @@ const CONFLICT_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 impl Checker<'_> {
     /// The mounting of the IMU, and descriptions of conflicts between its sources.
     pub(super) fn imu(&self) -> Result<(Mount, Vec<Note>), MachineError> {
-        let none = |source: String| self.mount(self.base(), Isometry3::identity(), source);
+        let at_base = |source| self.mount(self.base(), Isometry3::identity(), source);
         if self.log.lacks_imu {
-            let source = "no IMU: computed at the base origin from odometry";
-            return Ok((none(source.into()), Vec::new()));
+            return Ok((at_base(MountSource::Base), Vec::new()));
         }
         let frame = self.log.imu_frame.map(|f| f.trim_start_matches('/'));
         let frame = frame.filter(|frame| !frame.is_empty());
@@ -28,16 +27,11 @@ impl Checker<'_> {
             sources.extend(self.transformed_imus(frame));
         }
         if sources.is_empty() {
-            let base = &self.tree.base_link;
-            return Ok((
-                none(frame.map_or(format!("assumed at {base}"), |frame| {
-                    format!(
-                        "assumed at {base}: neither the URDF nor /tf_static of the log contains \"{frame}\", the frame of the \
-                         IMU's messages"
-                    )
-                })),
-                Vec::new(),
-            ));
+            let assumed = MountSource::Assumed {
+                base: self.tree.base_link.clone(),
+                frame: frame.map(str::to_owned),
+            };
+            return Ok((at_base(assumed), Vec::new()));
         }
         let notes = sources[1..].iter().filter_map(|m| conflict(&sources[0], m));
         let notes = notes.take(1).collect();
@@ -59,12 +53,15 @@ impl Checker<'_> {
         let [roll, pitch, yaw] = imu.rpy;
         let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
         let pose = Isometry3::from_parts(Translation3::from(Vector3::from(imu.xyz)), rotation);
-        Ok(Some(self.mount(link, pose, "[imu] of the machine file")))
+        let source = MountSource::MachineFile { key: "[imu]" };
+        Ok(Some(self.mount(link, pose, source)))
     }
 
     fn imu_link(&self, frame: &str) -> Option<Mount> {
-        let source = format!("link \"{frame}\" of the URDF, the frame of the IMU's messages");
         let link = self.tree.link(frame)?;
+        let source = MountSource::MessageFrame {
+            frame: frame.into(),
+        };
         Some(self.mount(link, Isometry3::identity(), source))
     }
 
@@ -72,7 +69,10 @@ impl Checker<'_> {
     fn transformed_imus(&self, frame: &str) -> Vec<Mount> {
         let in_links = ancestors(self.log.static_transforms, frame).into_iter();
         let mount = |(parent, pose): (&str, _)| {
-            let source = format!("/tf_static of the log: frame \"{frame}\" in link \"{parent}\"");
+            let source = MountSource::StaticTransform {
+                frame: frame.into(),
+                parent: parent.into(),
+            };
             Some(self.mount(self.tree.link(parent)?, pose, source))
         };
         in_links.filter_map(mount).collect()
