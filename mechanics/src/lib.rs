@@ -62,7 +62,7 @@ pub use machine::{
 };
 pub use number::{Dual, Gradient, Jet, Lanes, Real};
 pub use state::{
-    AccelerometerBias, BaseState, ImuState, JetCovariance, SignalNoise, State, StateColumns,
+    AccelerometerBias, BaseState, ImuState, JetCovariance, Lag, SignalNoise, State, StateColumns,
 };
 pub use studies::actuator_force::{actuator_force, carries_payload};
 pub use studies::actuator_force_sigma::actuator_force_sigma;

@@ -5,8 +5,8 @@ use super::followed::Followed;
 use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
-use super::state_builder::{FilterStatus, Filters, Reading, StateBuilder};
-use super::white_jerk::{ChannelState, seconds};
+use super::state_builder::{Channel, FilterStatus, Filters, Reading, StateBuilder};
+use super::white_jerk::seconds;
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect};
 use crate::machine::Machine;
 use crate::state::{Credible, Reason, Sample, SampleError, Sensor, Sensors, StreamCounts};
@@ -178,7 +178,7 @@ impl CausalEstimator {
 
     fn give_row(&mut self, machine: &Machine, time_ns: i64, row: &mut dyn FnMut(&Estimate)) {
         let (filters, settle_ns, max_gap_ns) = (&self.filters, self.settle_ns, self.max_gap_ns);
-        let mut read = |followed: Followed, jets: &mut [ChannelState]| {
+        let mut read = |followed: Followed, channels: &mut [Channel]| {
             let Some(filter) = filters.get(followed) else {
                 return Reading::NOTHING;
             };
@@ -188,8 +188,12 @@ impl CausalEstimator {
             if !near {
                 return Reading::NOTHING;
             }
-            for (channel, jet) in jets.iter_mut().enumerate().take(filter.channels()) {
-                *jet = filter.at(channel, time_ns);
+            let covariance = filter.covariance_at(time_ns);
+            for (k, channel) in channels.iter_mut().enumerate().take(filter.channels()) {
+                *channel = Channel {
+                    jet: filter.at(k, time_ns),
+                    lag: filter.lag(k, &covariance),
+                };
             }
             let settled = time_ns.saturating_sub(filter.started_ns()) >= settle_ns;
             Reading {
@@ -198,7 +202,7 @@ impl CausalEstimator {
                 } else {
                     FilterStatus::Settling
                 },
-                covariance: filter.covariance_with_lag_at(time_ns),
+                covariance,
             }
         };
         let elapsed_s = seconds(time_ns.saturating_sub(self.first_row_ns.unwrap_or(time_ns)));

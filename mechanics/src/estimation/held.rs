@@ -1,8 +1,7 @@
 //! The last known value of a filter, held at rest.
 
 use crate::estimation::history::History;
-use crate::estimation::state_builder::{FilterStatus, Reading};
-use crate::estimation::white_jerk::ChannelState;
+use crate::estimation::state_builder::{Channel, FilterStatus, Reading};
 
 /// Whether samples around a time are close enough to show motion: those on both sides of it, or those up to it if it
 /// is that of a sample. `before` is the last sample up to the time.
@@ -28,15 +27,15 @@ pub(in crate::estimation) fn held(
     before: usize,
     time_ns: i64,
     hold_ns: i64,
-    jets: &mut [ChannelState],
+    channels: &mut [Channel],
 ) -> Reading {
     let age_ns = time_ns.saturating_sub(history.stamps_ns()[before]);
     if age_ns > hold_ns {
         return Reading::NOTHING;
     }
-    for (jet, &[value, rate, _]) in jets.iter_mut().zip(history.jets(before)) {
+    for (channel, &[value, rate, _]) in channels.iter_mut().zip(history.jets(before)) {
         let rate = if age_ns == 0 { rate } else { 0.0 };
-        *jet = [value, rate, 0.0];
+        channel.jet = [value, rate, 0.0];
     }
     let mut covariance = [[0.0; 3]; 3];
     covariance[0][0] = history.covariance(before)[0][0];

@@ -86,14 +86,8 @@ impl KalmanFilter {
                 adaptation: None,
             },
             history: keeps_history.then(|| History::new(channels)),
-            lag: (!keeps_history).then(|| Lag::new(vec![true; channels])),
+            lag: (!keeps_history).then(|| Lag::new(channels)),
         }
-    }
-
-    /// The same filter, whose lag is that of these channels only.
-    pub(super) fn lagging_by(mut self, counts: Vec<bool>) -> Self {
-        self.lag = self.lag.map(|_| Lag::new(counts));
-        self
     }
 
     /// The same filter, whose noise is corrected by what its innovations show.
@@ -209,10 +203,12 @@ impl KalmanFilter {
         predicted(&self.state.covariance, seconds(ahead), self.density())
     }
 
-    /// The same, with how far the estimates are behind a motion that changes fast.
-    pub(super) fn covariance_with_lag_at(&self, stamp_ns: i64) -> Matrix {
-        let covariance = self.covariance_at(stamp_ns);
-        (self.lag.as_ref()).map_or(covariance, |lag| lag.widen(&covariance))
+    /// How far the second derivative of a channel is behind a motion that changes fast, beside this covariance.
+    pub(super) fn lag(&self, channel: usize, covariance: &Matrix) -> f64 {
+        let acceleration = self.state.jets[channel][2];
+        (self.lag.as_ref()).map_or(0.0, |lag| {
+            lag.acceleration(channel, acceleration, covariance)
+        })
     }
 
     /// State of a channel extrapolated to a stamp close to the last sample, by its Taylor series.

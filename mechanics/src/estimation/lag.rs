@@ -8,37 +8,34 @@
 //! (In continuous time e solves (F - K H) e + g J = 0, with g = (0, 0, 1). By the Riccati equation of P, and as F' g = 0,
 //! P g J / q does.) J tau is how far the acceleration changes within tau, so it is seen in the estimates themselves: as
 //! the distance of the acceleration from its own mean over the last tau. White jerk of density q alone gives distances of
-//! about P[2][2]; what is more is added to the covariance:
+//! about P[2][2]; what is more is lag:
 //!
 //! ```text
-//!     P + P[:, 2] P[2, :] (d^2 - P[2][2]) / P[2][2]^2
+//!     l = sign(d) sqrt(d^2 - P[2][2]),    e = P[:, 2] l / P[2][2]
 //! ```
-//! A smoother also knows what comes after, and has no lag.
+//! Its sign is known: the lags of one motion in several channels add up or cancel in a load as they do in truth. A smoother
+//! also knows what comes after, and has no lag.
 
-use super::white_jerk::{ChannelState, Matrix, symmetric};
+use nalgebra::Vector3;
 
-/// Accelerations of the channels that count, averaged over the filter's own delay.
+use super::white_jerk::{ChannelState, Matrix};
+
+/// Accelerations of the channels, averaged over the filter's own delay.
 #[derive(Debug, Clone)]
 pub(super) struct Lag {
     mean_accelerations: Vec<f64>,
-    /// By channel: whether its motion says how far the estimates are behind.
-    counts: Vec<bool>,
-    largest_distance: f64,
 }
 
 impl Lag {
-    pub(super) fn new(counts: Vec<bool>) -> Self {
+    pub(super) fn new(channels: usize) -> Self {
         Self {
-            mean_accelerations: vec![0.0; counts.len()],
-            counts,
-            largest_distance: 0.0,
+            mean_accelerations: vec![0.0; channels],
         }
     }
 
     /// The filter started anew.
     pub(super) fn restart(&mut self) {
         self.mean_accelerations.fill(0.0);
-        self.largest_distance = 0.0;
     }
 
     /// Takes the estimates `dt` seconds after the ones before, with their covariance and the density of the jerk.
@@ -51,27 +48,26 @@ impl Lag {
     ) {
         let delay_s = covariance[2][2] / density;
         let renewed = dt / (dt + delay_s);
-        let mut largest = 0.0_f64;
-        let means = self.mean_accelerations.iter_mut().zip(&self.counts);
-        for ((mean, &counts), jet) in means.zip(jets) {
+        for (mean, jet) in self.mean_accelerations.iter_mut().zip(jets) {
             *mean += renewed * (jet[2] - *mean);
-            if counts {
-                largest = largest.max((jet[2] - *mean).abs());
-            }
         }
-        self.largest_distance = largest;
     }
 
-    /// The covariance with the lag in it.
-    pub(super) fn widen(&self, p: &Matrix) -> Matrix {
-        let variance = p[2][2];
-        let excess = self.largest_distance * self.largest_distance - variance;
-        if excess <= 0.0 || variance <= 0.0 {
-            return *p;
-        }
-        let share = excess / (variance * variance);
-        symmetric(|i, j| p[i][j] + share * p[i][2] * p[j][2])
+    /// The lag of the acceleration of a channel; zero within its noise.
+    pub(super) fn acceleration(&self, channel: usize, acceleration: f64, p: &Matrix) -> f64 {
+        let distance = acceleration - self.mean_accelerations[channel];
+        let excess = (distance * distance - p[2][2]).max(0.0);
+        excess.sqrt().copysign(distance)
     }
+}
+
+/// The lags of the values and of the rates of channels, from those of their accelerations.
+pub(super) fn of_derivatives(p: &Matrix, accelerations: [f64; 3]) -> [Vector3<f64>; 2] {
+    let lags = Vector3::from(accelerations);
+    [0, 1].map(|i| match p[2][2] > 0.0 {
+        true => lags * (p[i][2] / p[2][2]),
+        false => Vector3::zeros(),
+    })
 }
 
 #[cfg(test)]
@@ -117,13 +113,13 @@ mod tests {
             let (errors, filter) = followed(jerk, has_rates);
             let stamp_ns = filter.last_ns().unwrap();
             let p = filter.covariance_at(stamp_ns);
-            let widened = filter.covariance_with_lag_at(stamp_ns);
+            let lag = filter.lag(0, &p);
             for i in 0..3 {
                 // The equation is that of continuous time: it is coarse where the delay has few samples.
                 let stated = jerk * p[i][2] / DENSITY;
                 assert!((errors[i] / stated - 1.0).abs() < 0.4, "{i}: {errors:?}");
-                let z = errors[i] / widened[i][i].sqrt();
-                assert!((0.6..1.3).contains(&z), "{i}: {z}");
+                let found = errors[i] / (p[i][2] / p[2][2] * lag);
+                assert!((0.6..1.4).contains(&found), "{i}: {found}");
                 assert!(errors[i] > 3.0 * p[i][i].sqrt());
             }
         }
@@ -134,6 +130,6 @@ mod tests {
         let (_, filter) = followed(0.0, true);
         let stamp_ns = filter.last_ns().unwrap();
         let p = filter.covariance_at(stamp_ns);
-        assert_eq!(filter.covariance_with_lag_at(stamp_ns), p);
+        assert_eq!(filter.lag(0, &p), 0.0);
     }
 }

@@ -5,6 +5,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::adaptation::Adaptation;
 use super::followed::Followed;
 use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
+use super::lag;
 use super::shown_noise::ShownNoise;
 use super::turns::Turns;
 use super::white_jerk::{ChannelState, Matrix};
@@ -75,13 +76,10 @@ impl Filters {
             let is_of_arm = |&joint: &usize| {
                 machine.joints()[joint].spins_wheel.is_none() && !machine.is_steering(joint)
             };
-            let of_arm = spec.joints.iter().map(is_of_arm);
-            // Rods of a suspension and bogies jerk with the ground and the control, not with the load that the arm swings.
-            let lags = |joint: &usize| is_of_arm(joint) && !machine.joint_carries_wheel(*joint);
-            let mut of_joints = filter(joints, spec.joints.len())
-                .lagging_by(spec.joints.iter().map(lags).collect());
+            let counts = spec.joints.iter().map(is_of_arm);
+            let mut of_joints = filter(joints, spec.joints.len());
             if e.noise_from_log {
-                of_joints = of_joints.adapting(Adaptation::new(of_arm));
+                of_joints = of_joints.adapting(Adaptation::new(counts));
             }
             list.push((Followed::Joints(stream), of_joints));
         }
@@ -244,8 +242,19 @@ impl Filters {
 pub(super) struct StateBuilder {
     sensors: Sensors,
     rolling: Vec<RollingWheel>,
-    jets: Vec<ChannelState>,
+    channels: Vec<Channel>,
 }
+
+/// A filter's estimate of a channel at a given time.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Channel {
+    pub(super) jet: ChannelState,
+    /// How far the second derivative is behind, beside its noise: see [`lag`](super::lag).
+    pub(super) lag: f64,
+}
+
+/// Writes a filter's channels and returns their validity.
+pub(super) type Read<'a> = dyn FnMut(Followed, &mut [Channel]) -> Reading + 'a;
 
 /// A wheel without a joint state: its velocity follows from rolling without slip.
 #[derive(Debug, Clone)]
@@ -278,7 +287,7 @@ impl StateBuilder {
         Self {
             sensors: sensors.clone(),
             rolling: rolling.collect(),
-            jets: vec![[0.0; 3]; machine.joints().len().max(6)],
+            channels: vec![Channel::default(); machine.joints().len().max(6)],
         }
     }
 
@@ -291,7 +300,7 @@ impl StateBuilder {
         elapsed_s: f64,
         effect: &RowEffect,
         bias: &AccelerometerBias<f64>,
-        read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
+        read: &mut Read<'_>,
         state: &mut State<f64>,
     ) -> Reasons {
         // Quantities without a sensor must return to zero after a row that was unknown.
@@ -302,8 +311,8 @@ impl StateBuilder {
             reasons.add(Reason::ImuGap);
         }
         for (stream, spec) in self.sensors.joints.iter().enumerate() {
-            let jets = &mut self.jets[..spec.joints.len()];
-            let reading = read(Followed::Joints(stream), jets);
+            let channels = &mut self.channels[..spec.joints.len()];
+            let reading = read(Followed::Joints(stream), channels);
             note(
                 &mut reasons,
                 Followed::Joints(stream),
@@ -311,12 +320,14 @@ impl StateBuilder {
                 self.sensors.imu,
             );
             state.noise.allow_for_joints(&reading.covariance);
-            for (&joint, &[position, rate, acceleration]) in spec.joints.iter().zip(jets.iter()) {
+            for (&joint, channel) in spec.joints.iter().zip(channels.iter()) {
+                let [position, rate, acceleration] = channel.jet;
                 state.joints[joint] = Motion {
                     position,
                     rate,
                     acceleration,
                 };
+                state.lag.joints[joint] = channel.lag;
             }
         }
         let imu = self.sensors.imu;
@@ -347,6 +358,7 @@ impl StateBuilder {
         state.imu.angular_velocity = w;
         state.imu.angular_acceleration = alpha;
         state.noise.turning = turning.value_and_rate_covariance();
+        [state.lag.angular_velocity, state.lag.angular_acceleration] = turning.lag;
         if let Some(up) = up_in_base {
             state.base.up = up;
         }
@@ -359,6 +371,7 @@ impl StateBuilder {
             state.imu.specific_force =
                 machine.correct_specific_force(&measured.value) - bias.removed;
             state.noise.specific_force = measured.covariance[0][0];
+            state.lag.specific_force = measured.lag[0];
             state.noise.accelerometer_bias = *bias;
         } else if let Some(base_velocity) = &velocity {
             // f = dv/dt + w x v + g up
@@ -370,14 +383,16 @@ impl StateBuilder {
             state.imu.specific_force =
                 base_velocity.rate + w.cross(&base_velocity.value) + up * machine.gravity();
             state.noise.specific_force = base_velocity.covariance[1][1];
+            state.lag.specific_force = base_velocity.lag[1];
         }
         if self.sensors.tool_wrench {
-            let jets = &mut self.jets[..6];
-            let reading = read(Followed::ToolWrench, jets);
+            let channels = &mut self.channels[..6];
+            let reading = read(Followed::ToolWrench, channels);
             note(&mut reasons, Followed::ToolWrench, reading.standing, imu);
             state.noise.tool_wrench = reading.covariance[0][0];
-            state.tool_wrench.force = Vector3::new(jets[0][0], jets[1][0], jets[2][0]);
-            state.tool_wrench.moment = Vector3::new(jets[3][0], jets[4][0], jets[5][0]);
+            let value = |k: usize| channels[k].jet[0];
+            state.tool_wrench.force = Vector3::new(value(0), value(1), value(2));
+            state.tool_wrench.moment = Vector3::new(value(3), value(4), value(5));
         }
         self.read_actuators(machine, read, state);
         for (joint, spec) in machine.joints().iter().enumerate() {
@@ -408,21 +423,16 @@ impl StateBuilder {
 
 impl StateBuilder {
     /// Assembles the forces of actuated joints whose signals are all available.
-    fn read_actuators(
-        &self,
-        machine: &Machine,
-        read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
-        state: &mut State<f64>,
-    ) {
+    fn read_actuators(&self, machine: &Machine, read: &mut Read<'_>, state: &mut State<f64>) {
         let joints = machine.contact.actuated_joints.iter().enumerate();
         for ((joint, spec), force) in joints.zip(&mut state.actuator_force) {
             let (mut sum, mut found) = (0.0, 0);
             for (k, signal) in self.sensors.actuators.iter().enumerate() {
-                let mut jets = [[0.0; 3]];
+                let mut channels = [Channel::default()];
                 if signal.joint == joint
-                    && read(Followed::Actuator(k), &mut jets).standing != FilterStatus::Unknown
+                    && read(Followed::Actuator(k), &mut channels).standing != FilterStatus::Unknown
                 {
-                    sum += spec.signals[signal.signal] * jets[0][0];
+                    sum += spec.signals[signal.signal] * channels[0].jet[0];
                     found += 1;
                 }
             }
@@ -488,6 +498,8 @@ struct Triple {
     value: Vector3<f64>,
     rate: Vector3<f64>,
     covariance: Matrix,
+    /// How far values and rates are behind.
+    lag: [Vector3<f64>; 2],
 }
 
 impl Triple {
@@ -499,18 +511,19 @@ impl Triple {
 
 fn vectors(
     followed: Followed,
-    read: &mut dyn FnMut(Followed, &mut [ChannelState]) -> Reading,
+    read: &mut Read<'_>,
     reasons: &mut Reasons,
     imu: bool,
 ) -> Option<Triple> {
-    let mut jets = [[0.0; 3]; 3];
-    let reading = read(followed, &mut jets);
+    let mut channels = [Channel::default(); 3];
+    let reading = read(followed, &mut channels);
     note(reasons, followed, reading.standing, imu);
-    let [x, y, z] = jets;
+    let [x, y, z] = channels.map(|channel| channel.jet);
     (reading.standing != FilterStatus::Unknown).then(|| Triple {
         value: Vector3::new(x[0], y[0], z[0]),
         rate: Vector3::new(x[1], y[1], z[1]),
         covariance: reading.covariance,
+        lag: lag::of_derivatives(&reading.covariance, channels.map(|channel| channel.lag)),
     })
 }
 

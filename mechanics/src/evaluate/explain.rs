@@ -74,8 +74,7 @@ fn derive<T: Real>(it: &Explained<'_, T>, w: &mut Workspace<T>) {
     let measured = w.solver.measured_variances(&w.equations);
     let out = &mut w.outcome;
     let (otf, loads) = (&out.otf, (out.normal_force, &out.load[..]));
-    let noise = &it.state.noise;
-    let sigmas = LoadSigmas::new(it.machine, &w.sigmas, noise, loads, measured);
+    let sigmas = LoadSigmas::new(it.machine, &w.sigmas, it.state, loads, measured);
     let (out, squares) = (&mut out.uncertainty, &mut w.squares);
     w.sensitivity.fill(&motion, &w.adjoints, |derivatives| {
         let load_sigma = sigmas.fill(derivatives, out);

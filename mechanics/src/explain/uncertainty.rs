@@ -13,7 +13,7 @@
 use crate::explain::sensitivity::GroupDerivatives;
 use crate::machine::{Identified, InertiaElement, MAX_WHEELS, Machine, Parameter, Unknown};
 use crate::number::{Real, Wheels};
-use crate::state::SignalNoise;
+use crate::state::State;
 
 /// Standard deviations of the loads at one instant.
 #[derive(Debug, Clone)]
@@ -207,7 +207,7 @@ fn add_squares<T: Real, const N: usize>(
 /// What the standard deviations of the loads depend on besides the derivatives.
 pub(crate) struct LoadSigmas<'a, T: Real> {
     sigmas: &'a ParameterSigmas,
-    noise: &'a SignalNoise<T>,
+    state: &'a State<T>,
     signals: SignalPlaces,
     /// Of the model (N^2).
     model: T,
@@ -221,7 +221,7 @@ impl<'a, T: Real> LoadSigmas<'a, T> {
     pub(crate) fn new(
         machine: &Machine,
         sigmas: &'a ParameterSigmas,
-        noise: &'a SignalNoise<T>,
+        state: &'a State<T>,
         (normal_force, load): (T, &'a [T]),
         measured_variances: [[T; MAX_WHEELS]; 2],
     ) -> Self {
@@ -229,7 +229,7 @@ impl<'a, T: Real> LoadSigmas<'a, T> {
         let mean_load = normal_force * T::constant(sigmas.model_share / wheels);
         Self {
             sigmas,
-            noise,
+            state,
             signals: SignalPlaces::of(machine),
             model: mean_load * mean_load,
             load,
@@ -266,7 +266,7 @@ impl<'a, T: Real> LoadSigmas<'a, T> {
 
     fn of(&self, derivatives: &[T::Wheels], measured: &[T]) -> T::Wheels {
         let variance = self.sigmas.variance(derivatives)
-            + self.signals.variance(derivatives, self.noise)
+            + self.signals.variance(derivatives, self.state)
             + T::Wheels::each(self.model)
             + T::Wheels::of(measured);
         variance.sqrt()
@@ -299,13 +299,14 @@ impl SignalPlaces {
         }
     }
 
-    /// Variance due to the noise of the signals, and the change of that due to the accelerometer's bias where signals
-    /// have narrowed it down.
+    /// Variance due to the noise of the signals and their lag, and the change of that due to the accelerometer's bias where
+    /// signals have narrowed it down. All that lags belongs to one motion: its errors add up with their signs.
     pub(crate) fn variance<T: Real>(
         &self,
         derivatives: &[T::Wheels],
-        noise: &SignalNoise<T>,
+        state: &State<T>,
     ) -> T::Wheels {
+        let (noise, lag) = (&state.noise, &state.lag);
         let each = T::Wheels::each;
         let two = T::Wheels::constant(2.0);
         let (joints, rest) = derivatives.split_at(3 * self.joints);
@@ -313,8 +314,12 @@ impl SignalPlaces {
         let [p00, p01, p02] = noise.joint.value.map(each);
         let [p11, p12] = noise.joint.first.map(each);
         let p22 = each(noise.joint.second);
-        for by in joints.chunks_exact(3) {
+        let is_noisy = T::zero().lt(noise.joint.second);
+        let mut behind = T::Wheels::constant(0.0);
+        for (by, &lag) in joints.chunks_exact(3).zip(&lag.joints) {
             let (g0, g1, g2) = (by[0], by[1], by[2]);
+            let share = T::select(is_noisy, lag / noise.joint.second, T::zero());
+            behind += (g0 * p02 + g1 * p12 + g2 * p22) * each(share);
             variance += g0 * g0 * p00
                 + g1 * g1 * p11
                 + g2 * g2 * p22
@@ -324,11 +329,15 @@ impl SignalPlaces {
         let specific_force = each(noise.specific_force);
         for axis in 0..3 {
             let (f, by_w, by_alpha) = (rest[axis], rest[3 + axis], rest[6 + axis]);
+            behind += f * each(lag.specific_force[axis])
+                + by_w * each(lag.angular_velocity[axis])
+                + by_alpha * each(lag.angular_acceleration[axis]);
             variance += f * f * specific_force
                 + by_w * by_w * w
                 + by_alpha * by_alpha * alpha
                 + two * by_w * by_alpha * w_alpha;
         }
+        variance += behind * behind;
         let (x, y, z) = (rest[0], rest[1], rest[2]);
         let [xx, yy, zz, xy, xz, yz] = noise.accelerometer_bias.covariance_change.map(each);
         variance +=

@@ -17,7 +17,7 @@ use crate::explain::attribution::Contribution;
 use crate::explain::uncertainty::utilisation;
 use crate::geometry::coordinate::Coordinate;
 use crate::machine::{MAX_WHEELS, Machine};
-use crate::state::{JetCovariance, Reason, Reasons, SignalNoise, State, StateColumns};
+use crate::state::{JetCovariance, Reason, Reasons, State, StateColumns};
 use crate::verdict::Level;
 
 /// Number of standard deviations of the band around the time of lift-off.
@@ -223,7 +223,7 @@ impl Predictor {
             self.prediction.ahead[law as usize].gap = lacks;
             let instant = worst.explained.unwrap_or(worst.instant);
             self.set_then(machine, &platform, law, instant);
-            propagate(&mut self.then.noise, &self.instants[instant]);
+            propagate(&mut self.then, &self.instants[instant]);
             self.chosen.set(1 + law as usize, &mut self.then);
             worst
         });
@@ -267,6 +267,7 @@ impl Predictor {
         self.then.imu = sensor_frame.measured(&course.base);
         self.then.base = course.known;
         self.then.noise = self.now.noise;
+        self.then.lag.copy_from(&self.now.lag);
     }
 
     /// Finds the first instant with a lifted wheel, else the one at which a wheel has the least of its static load; returns
@@ -435,7 +436,8 @@ fn rows_of(law: Law, instants: usize) -> std::ops::Range<usize> {
 ///         | 0  1  i |
 ///         | 0  0  e |
 /// ```
-fn propagate(noise: &mut SignalNoise<f64>, instant: &Instant) {
+fn propagate(state: &mut State<f64>, instant: &Instant) {
+    let (noise, lag) = (&mut state.noise, &mut state.lag);
     let JetCovariance {
         value: [p00, p01, p02],
         first: [p11, p12],
@@ -460,4 +462,7 @@ fn propagate(noise: &mut SignalNoise<f64>, instant: &Instant) {
     let e = instant.shake.e;
     let [w, w_alpha, alpha] = noise.turning;
     noise.turning = [w, w_alpha * e, alpha * e * e];
+    // With the last column of P', which is e F P[:, 2], a lag of e l gives the error F P[:, 2] l / P[2][2].
+    lag.joints.iter_mut().for_each(|lag| *lag *= decay.e);
+    lag.angular_acceleration *= e;
 }

@@ -30,6 +30,23 @@ pub struct State<T> {
     pub base: BaseState<T>,
     /// Covariance of the numbers above due to signal noise.
     pub noise: SignalNoise<T>,
+    /// How far the numbers above may be behind a motion that changes fast; zero where later samples are known, too.
+    pub lag: Lag<T>,
+}
+
+/// What the estimates of a filter that knows only the past may lack of a motion that changes fast, beside their noise. The
+/// errors belong together: they have the signs of one motion.
+#[derive(Debug, Clone)]
+pub struct Lag<T> {
+    /// By joint, of its acceleration (rad/s^2 or m/s^2). Position and velocity lack in proportion, as the last column of
+    /// the covariance of a joint's noise says.
+    pub joints: Vec<T>,
+    /// Of the specific force (m/s^2).
+    pub specific_force: Vector3<T>,
+    /// Of the angular velocity (rad/s).
+    pub angular_velocity: Vector3<T>,
+    /// Of the angular acceleration (rad/s^2).
+    pub angular_acceleration: Vector3<T>,
 }
 
 /// Attitude and velocity of the base, in base axes; NaN where unknown.
@@ -118,6 +135,12 @@ impl<T: Real> State<T> {
             follows_supports: T::zero(),
             base: BaseState::unknown(),
             noise: SignalNoise::zero(),
+            lag: Lag {
+                joints: vec![T::zero(); machine.joints().len()],
+                specific_force: Vector3::zeros(),
+                angular_velocity: Vector3::zeros(),
+                angular_acceleration: Vector3::zeros(),
+            },
         }
     }
 
@@ -125,7 +148,7 @@ impl<T: Real> State<T> {
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
         let (joints, actuated) = (machine.joints.len(), machine.contact.actuated_joints.len());
-        3 * joints + 9 + 6 + actuated + machine.payloads.len() + 1 + 9 + 20
+        4 * joints + 9 + 6 + actuated + machine.payloads.len() + 1 + 9 + 20 + 9
     }
 
     /// The same state in another number type.
@@ -169,6 +192,12 @@ impl<T: Real> State<T> {
                 turning: self.noise.turning.map(&convert),
                 tool_wrench: convert(self.noise.tool_wrench),
             },
+            lag: Lag {
+                joints: self.lag.joints.iter().map(|&l| convert(l)).collect(),
+                specific_force: vector(&self.lag.specific_force),
+                angular_velocity: vector(&self.lag.angular_velocity),
+                angular_acceleration: vector(&self.lag.angular_acceleration),
+            },
         }
     }
 
@@ -182,6 +211,7 @@ impl<T: Real> State<T> {
         self.follows_supports = other.follows_supports;
         self.base = other.base;
         self.noise = other.noise;
+        self.lag.copy_from(&other.lag);
     }
 
     /// Adds an amount to a signal. Machine parameters are not part of a state and are ignored; for them see
@@ -240,7 +270,7 @@ impl<T: Real> State<T> {
 
     /// Visits all values in their fixed order: joints (position, velocity, acceleration each), specific force,
     /// angular velocity, angular acceleration, tool force, tool moment, actuator forces, payload shares,
-    /// whether the measured loads of the supports are followed, up, velocity and its derivative, noise.
+    /// whether the measured loads of the supports are followed, up, velocity and its derivative, noise, lag.
     pub(crate) fn for_each_value(&mut self, mut visit: impl FnMut(&mut T)) {
         for joint in &mut self.joints {
             visit(&mut joint.position);
@@ -269,6 +299,21 @@ impl<T: Real> State<T> {
         bias.covariance_change.iter_mut().for_each(&mut visit);
         noise.turning.iter_mut().for_each(&mut visit);
         visit(&mut noise.tool_wrench);
+        let lag = &mut self.lag;
+        lag.joints.iter_mut().for_each(&mut visit);
+        lag.specific_force.iter_mut().for_each(&mut visit);
+        lag.angular_velocity.iter_mut().for_each(&mut visit);
+        lag.angular_acceleration.iter_mut().for_each(&mut visit);
+    }
+}
+
+impl<T: Real> Lag<T> {
+    /// Copies another one of the same machine. Does not allocate.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.joints.copy_from_slice(&other.joints);
+        self.specific_force = other.specific_force;
+        self.angular_velocity = other.angular_velocity;
+        self.angular_acceleration = other.angular_acceleration;
     }
 }
 

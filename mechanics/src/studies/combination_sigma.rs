@@ -30,9 +30,7 @@ pub fn combination_sigma(
         .map(|factor| (factor * mean_load).powi(2))
         .sum();
     let each: Vec<Lanes> = derivatives.iter().map(|&by| Lanes::constant(by)).collect();
-    let signals: f64 = SignalPlaces::of(machine)
-        .variance(&each, &state.noise)
-        .wheel(0);
+    let signals: f64 = SignalPlaces::of(machine).variance(&each, state).wheel(0);
     let split = workspace.measured_split_variance(factors);
     (sigmas.variance::<f64>(&derivatives) + signals + model + split).sqrt()
 }

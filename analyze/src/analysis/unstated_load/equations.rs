@@ -199,15 +199,18 @@ impl Equations {
         };
         for axis in Axis::ALL {
             add(Parameter::AngularAcceleration(axis), &|row| {
-                row.state.noise.turning[2]
+                let lag = row.state.lag.angular_acceleration[axis as usize];
+                row.state.noise.turning[2] + lag * lag
             });
             add(Parameter::SpecificForce(axis), &|row| {
-                row.state.noise.specific_force
+                let lag = row.state.lag.specific_force[axis as usize];
+                row.state.noise.specific_force + lag * lag
             });
         }
         for joint in 0..scene.machine.joints().len() {
             add(Parameter::JointAcceleration(joint), &|row| {
-                row.state.noise.joint.second
+                let lag = row.state.lag.joints[joint];
+                row.state.noise.joint.second + lag * lag
             });
         }
         variances.into_iter().map(f64::sqrt).collect()

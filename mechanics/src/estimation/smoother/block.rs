@@ -15,8 +15,8 @@ use crate::estimation::kalman_filter::KalmanFilter;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
 use crate::estimation::rows::RowClock;
 use crate::estimation::shown_noise::ShownNoise;
-use crate::estimation::state_builder::{Filters, Reading, StateBuilder};
-use crate::estimation::white_jerk::{ChannelState, seconds};
+use crate::estimation::state_builder::{Channel, Filters, Reading, StateBuilder};
+use crate::estimation::white_jerk::seconds;
 use crate::machine::{Machine, Proofs};
 use crate::state::{Reasons, Sensor, Sensors, State, StateColumns, StreamCounts};
 
@@ -310,12 +310,12 @@ impl Bench {
         let hold_ns =
             (machine.is_quasi_static()).then(|| (machine.quasi_static().hold * 1e9) as i64);
         for (row, &time_ns) in into.times_ns.iter().enumerate() {
-            let mut read = |followed: Followed, jets: &mut [ChannelState]| {
+            let mut read = |followed: Followed, channels: &mut [Channel]| {
                 let mut readers = readers.iter_mut();
                 match readers.find(|(f, _)| *f == followed) {
                     Some((_, reader)) => match hold_ns {
-                        Some(hold_ns) => read_or_hold(reader, followed, time_ns, hold_ns, jets),
-                        None => reader.read(time_ns, jets),
+                        Some(hold_ns) => read_or_hold(reader, followed, time_ns, hold_ns, channels),
+                        None => reader.read(time_ns, channels),
                     },
                     None => Reading::NOTHING,
                 }
@@ -343,9 +343,9 @@ fn read_or_hold(
     followed: Followed,
     time_ns: i64,
     hold_ns: i64,
-    jets: &mut [ChannelState],
+    channels: &mut [Channel],
 ) -> Reading {
-    let reading = reader.read_or_hold(time_ns, hold_ns, jets);
+    let reading = reader.read_or_hold(time_ns, hold_ns, channels);
     match followed {
         Followed::Actuator(_) if !reader.was_dense(time_ns) => Reading::NOTHING,
         _ => reading,

@@ -3,7 +3,7 @@
 use super::quintic::Quintic;
 use crate::estimation::held::{held, is_dense};
 use crate::estimation::history::History;
-use crate::estimation::state_builder::{FilterStatus, Reading};
+use crate::estimation::state_builder::{Channel, FilterStatus, Reading};
 use crate::estimation::white_jerk::{ChannelState, Matrix, seconds, step};
 
 /// Reads a smoothed history at increasing times.
@@ -28,7 +28,7 @@ impl<'a> HistoryReader<'a> {
 
     /// Between two samples of one segment, the expected state is the quintic through both; beyond either end,
     /// for up to half the longest gap, the Taylor series at that end.
-    pub(super) fn read(&mut self, time_ns: i64, jets: &mut [ChannelState]) -> Reading {
+    pub(super) fn read(&mut self, time_ns: i64, channels: &mut [Channel]) -> Reading {
         let stamps = self.history.stamps_ns();
         while self.next < stamps.len() && stamps[self.next] <= time_ns {
             self.next += 1;
@@ -40,23 +40,25 @@ impl<'a> HistoryReader<'a> {
         let near = |k: usize| stamps[k].abs_diff(time_ns) <= self.max_gap_ns.unsigned_abs() / 2;
         let covariance = match (before, after) {
             (Some(a), _) if stamps[a] == time_ns => {
-                jets.copy_from_slice(at(a));
+                for (channel, jet) in channels.iter_mut().zip(at(a)) {
+                    channel.jet = *jet;
+                }
                 covariance_at(a)
             }
             (Some(a), Some(b)) if stamps[b].saturating_sub(stamps[a]) <= self.max_gap_ns => {
                 let weights =
                     Quintic::new(seconds(time_ns - stamps[a]), seconds(stamps[b] - stamps[a]));
-                for (jet, (from, to)) in jets.iter_mut().zip(at(a).iter().zip(at(b))) {
-                    *jet = weights.blend(from, to);
+                for (channel, (from, to)) in channels.iter_mut().zip(at(a).iter().zip(at(b))) {
+                    channel.jet = weights.blend(from, to);
                 }
                 between(&covariance_at(a), &covariance_at(b), weights.share())
             }
             (Some(a), None) if near(a) && !self.goes_on => {
-                extrapolate(jets, at(a), seconds(time_ns - stamps[a]));
+                extrapolate(channels, at(a), seconds(time_ns - stamps[a]));
                 covariance_at(a)
             }
             (None, Some(b)) if near(b) => {
-                extrapolate(jets, at(b), seconds(time_ns - stamps[b]));
+                extrapolate(channels, at(b), seconds(time_ns - stamps[b]));
                 covariance_at(b)
             }
             _ => return Reading::NOTHING,
@@ -74,13 +76,13 @@ impl HistoryReader<'_> {
         &mut self,
         time_ns: i64,
         hold_ns: i64,
-        jets: &mut [ChannelState],
+        channels: &mut [Channel],
     ) -> Reading {
-        let reading = self.read(time_ns, jets);
+        let reading = self.read(time_ns, channels);
         let stamps = self.history.stamps_ns();
         match self.next.checked_sub(1) {
             Some(before) if !is_dense(stamps, before, time_ns, self.max_gap_ns) => {
-                held(self.history, before, time_ns, hold_ns, jets)
+                held(self.history, before, time_ns, hold_ns, channels)
             }
             _ => reading,
         }
@@ -99,8 +101,8 @@ fn between(a: &Matrix, b: &Matrix, share: f64) -> Matrix {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + share * (b[i][j] - a[i][j])))
 }
 
-fn extrapolate(jets: &mut [ChannelState], from: &[ChannelState], dt: f64) {
-    for (jet, from) in jets.iter_mut().zip(from) {
-        *jet = step(from, dt);
+fn extrapolate(channels: &mut [Channel], from: &[ChannelState], dt: f64) {
+    for (channel, from) in channels.iter_mut().zip(from) {
+        channel.jet = step(from, dt);
     }
 }
