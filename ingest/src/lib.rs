@@ -67,7 +67,7 @@ pub use crate::{
     columns::{
         FieldRecording, FieldRequest, SampleStream, SensorBlock, SensorReading, SensorRecording,
         SensorRequest, StreamClock, StreamRefusals, arrival_order, read_sensor_blocks,
-        record_fields, record_sensors, record_sensors_in,
+        record_fields, record_sensors,
     },
     decode::{
         DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
@@ -75,7 +75,6 @@ pub use crate::{
     },
     file::{FileTransfer, Format, ReadOptions, read_options, set_read_options},
     formats::{CDR, CanFrameType},
-    large_columns::ColumnMemory,
     log::{CanTopic, Log},
     message::{
         BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, RawMessage,

@@ -4,8 +4,8 @@ use std::{cmp::Reverse, collections::BTreeMap, io::Cursor};
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{
-    ColumnMemory, Log, MessageTimes, SensorKind, SensorRecording, SensorRequest, arrival_order,
-    read_sensor_blocks, record_sensors, record_sensors_in,
+    Log, MessageTimes, SensorKind, SensorRecording, SensorRequest, arrival_order,
+    read_sensor_blocks, record_sensors,
 };
 
 use crate::{
@@ -260,27 +260,6 @@ fn long_logs_give_blocks_of_a_useful_size() {
             let most = MESSAGES as usize / 1024 + requests.len();
             assert!(blocks <= most, "{blocks} blocks of {samples} samples");
             assert!(damage > 0 || columns[0].unstamped == 97);
-        }
-    }
-}
-
-#[test]
-fn kept_memory_of_another_log_changes_no_column() {
-    let long = TempLog::new("long", &long_log(300_000, 20_000));
-    let short = TempLog::new("short", &joint_log(&Style::chunked(None), 300));
-    let mut memory = ColumnMemory::default();
-    for file in [&long, &short, &long] {
-        let log = Log::open(&file.path).unwrap();
-        let requests = joint_requests(&log, &["bb", "a"]);
-        let (expected, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
-        let found = record_sensors_in(&mut memory, &log, &requests, &mut |_| {}).unwrap();
-        assert_eq!((found.0.len(), &found.1), (expected.len(), &losses));
-        for (found, expected) in found.0.into_iter().zip(expected) {
-            assert_eq!(bits(&found.values), bits(&expected.values));
-            assert_eq!(found.stamps_ns, expected.stamps_ns);
-            assert_eq!(found.log_times_ns, expected.log_times_ns);
-            assert_eq!(arrival_order(&[&found]), arrival_order(&[&expected]));
-            memory.keep(found);
         }
     }
 }

@@ -1,11 +1,10 @@
 //! The compared readers. Each reads a file and counts its output.
 
-use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path, sync::Mutex};
+use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path};
 
 use tipwatch_ingest::{
-    ColumnMemory, Log, MessageTimes, SensorBlock, SensorDecoder, SensorKind, SensorRecording,
-    SensorRequest, SensorSample, Topic, TopicId, read_sensor_blocks, record_sensors,
-    record_sensors_in,
+    Log, MessageTimes, SensorBlock, SensorDecoder, SensorKind, SensorRecording, SensorRequest,
+    SensorSample, Topic, TopicId, read_sensor_blocks, record_sensors,
 };
 
 use crate::{
@@ -26,7 +25,6 @@ pub(crate) const READERS: [(&str, Reader); 11] = [
     ("Log::read, decoded", decoded),
     ("Log::read to columns", plain_columns),
     (BLOCKS, blocks),
-    ("sensors whole, memory reused", columns_in_kept_memory),
     ("record_sensors", columns),
 ];
 pub(crate) const PEER: usize = 1;
@@ -163,23 +161,6 @@ fn columns(path: &Path) -> u64 {
         .iter()
         .map(|recording| recording.stamps_ns.len() as u64);
     samples.sum()
-}
-
-/// In the memory of the round before, as in a process that reads one log after the other.
-fn columns_in_kept_memory(path: &Path) -> u64 {
-    static KEPT: Mutex<Option<ColumnMemory>> = Mutex::new(None);
-    let log = Log::open(path).expect("a log");
-    let mut kept = KEPT.lock().expect("no panic");
-    let memory = kept.get_or_insert_default();
-    let (recordings, losses) =
-        record_sensors_in(memory, &log, &requests(&log), &mut |_| {}).expect("readable");
-    assert!(losses.is_empty(), "{losses:?}");
-    let samples = |recording: SensorRecording| {
-        let samples = recording.stamps_ns.len() as u64;
-        memory.keep(recording);
-        samples
-    };
-    recordings.into_iter().map(samples).sum()
 }
 
 fn map(path: &Path) -> memmap2::Mmap {

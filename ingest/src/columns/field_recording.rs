@@ -6,7 +6,6 @@ use super::{
 use crate::{
     clock::{ClockFinding, StampDecision, TimeBase},
     decode::{NumberField, SampleSpec, ValueSource},
-    large_columns::ColumnMemory,
     log::Log,
     message::{Error, Losses},
     topics::topic_of_field,
@@ -76,13 +75,7 @@ pub fn record_fields(
             width: 1,
         });
     }
-    let (recordings, losses) = record(
-        log,
-        sensors,
-        time_base,
-        &mut ColumnMemory::default(),
-        &mut |_| {},
-    )?;
+    let (recordings, losses) = record(log, sensors, time_base, &mut |_| {})?;
     let field = |recording: SensorRecording| FieldRecording {
         clock: recording.clock,
         findings: recording.findings,

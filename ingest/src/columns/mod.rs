@@ -13,7 +13,7 @@ mod whole_columns;
 
 pub use self::{
     field_recording::{FieldRecording, FieldRequest, record_fields},
-    record_sensors::{record_sensors, record_sensors_in},
+    record_sensors::record_sensors,
     sample_stream::{SampleStream, StreamClock, StreamRefusals},
     sensor_blocks::{SensorBlock, SensorReading, read_sensor_blocks},
     sensor_recording::{SensorRecording, SensorRequest, arrival_order},

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     clock::{ClockFit, TimeBase, Times, TopicStatistics},
     formats::Batch,
-    large_columns::{ColumnMemory, FreshMemory, Region},
+    large_columns::{FreshMemory, Region},
     log::Log,
     message::{Error, Losses, RawMessage, TopicId},
 };
@@ -63,13 +63,12 @@ pub(crate) struct Passed {
 }
 
 /// Reads a log once for all wanted sensors, of which several may use the same topic. `regions` are
-/// those that the sink fills; `memory` is for the times.
+/// those that the sink fills.
 pub(crate) fn pass(
     log: &Log,
     wanted: Vec<Wanted>,
     sink: &mut dyn Sink,
     mut regions: Vec<Region>,
-    memory: &mut ColumnMemory,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Passed, Error> {
     let topics: Vec<TopicId> = wanted.iter().map(|wanted| wanted.topic).collect();
@@ -79,7 +78,7 @@ pub(crate) fn pass(
         let mut sensor = SensorPass::new(log, wanted)?;
         // so that they need not be moved as they grow
         let samples = most_samples(log, sensor.topic)?;
-        regions.extend(sensor.times.reserve(samples, place, memory));
+        regions.extend(sensor.times.reserve(samples, place));
         of_log.push(samples);
         sensors.push(sensor);
     }

@@ -8,7 +8,6 @@ use super::{
     whole_columns::record,
 };
 use crate::{
-    large_columns::ColumnMemory,
     log::Log,
     message::{Error, Losses},
 };
@@ -25,21 +24,7 @@ pub fn record_sensors(
     requests: &[SensorRequest],
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
-    record_sensors_in(&mut ColumnMemory::default(), log, requests, progress)
-}
-
-/// Like [`record_sensors`], in memory of earlier recordings where it suffices: see
-/// [`ColumnMemory::keep`].
-///
-/// # Errors
-/// As for [`record_sensors`].
-pub fn record_sensors_in(
-    memory: &mut ColumnMemory,
-    log: &Log,
-    requests: &[SensorRequest],
-    progress: &mut dyn FnMut(u64),
-) -> Result<(Vec<SensorRecording>, Losses), Error> {
-    let (recordings, losses) = record(log, sensors_of(log, requests)?, None, memory, progress)?;
+    let (recordings, losses) = record(log, sensors_of(log, requests)?, None, progress)?;
     let mut recordings = recordings.into_iter();
     let mut merged = Vec::with_capacity(requests.len());
     for request in requests {
@@ -48,16 +33,6 @@ pub fn record_sensors_in(
         merged.extend(first.map(|first| others.fold(first, merged_parts::join)));
     }
     Ok((merged, losses))
-}
-
-impl ColumnMemory {
-    /// Keeps the memory of a recording that is no longer needed.
-    pub fn keep(&mut self, recording: SensorRecording) {
-        self.values.push(recording.values);
-        self.orders.push(recording.order);
-        self.times.push(recording.stamps_ns);
-        self.times.push(recording.log_times_ns);
-    }
 }
 
 /// The sensors to read for all requests: of each request the first part of a sample, then the

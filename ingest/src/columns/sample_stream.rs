@@ -13,7 +13,6 @@ use super::{
 use crate::{
     clock::{ClockFinding, MessageTimes, Placement, StampDecision, Treatment},
     decode::SensorSample,
-    large_columns::ColumnMemory,
     log::{CanPass, Log},
     message::{Error, Losses, RawMessage, TopicId},
 };
@@ -95,8 +94,7 @@ impl SampleStream {
     pub fn new(log: &Log, requests: &[SensorRequest]) -> Result<Self, Error> {
         let wanted = sensors_of(log, requests)?;
         let topics: Vec<TopicId> = wanted.iter().map(|wanted| wanted.topic).collect();
-        let memory = &mut ColumnMemory::default();
-        let passed = pass(log, wanted, &mut NoSink, Vec::new(), memory, &mut |_| {})?;
+        let passed = pass(log, wanted, &mut NoSink, Vec::new(), &mut |_| {})?;
         let mut clocks: Vec<StreamClock> = Vec::new();
         let mut parts = Vec::new();
         for (wanted, sensor) in sensors_of(log, requests)?.into_iter().zip(&passed.sensors) {

@@ -15,7 +15,6 @@ use crate::{
         ClockFinding, MessageTimes, Placed, Placement, StampCorrection, StampDecision, TimeBase,
         TimesSlice, TopicStatistics,
     },
-    large_columns::ColumnMemory,
     log::Log,
     message::{Error, Losses, TopicId},
 };
@@ -141,14 +140,7 @@ pub fn read_sensor_blocks(
         roles,
         take: &mut *take,
     };
-    let passed = pass(
-        log,
-        wanted,
-        &mut sink,
-        Vec::new(),
-        &mut ColumnMemory::default(),
-        progress,
-    )?;
+    let passed = pass(log, wanted, &mut sink, Vec::new(), progress)?;
     sink.flush();
     let roles = sink.roles;
     let time_base = &passed.time_base;

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     clock::{Placed, TimeBase},
-    large_columns::{self, ColumnMemory, Region},
+    large_columns::{self, Region},
     log::Log,
     message::{Error, Losses},
 };
@@ -20,7 +20,6 @@ pub(crate) fn record(
     log: &Log,
     wanted: Vec<Wanted>,
     time_base: Option<&TimeBase>,
-    memory: &mut ColumnMemory,
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let mut columns = WholeColumns(Vec::with_capacity(wanted.len()));
@@ -28,10 +27,10 @@ pub(crate) fn record(
     for (sensor, wanted) in wanted.iter().enumerate() {
         let samples = most_samples(log, wanted.topic)?;
         let mut of_sensor = Columns::default();
-        regions.extend(of_sensor.reserve(samples, wanted.width, sensor, memory));
+        regions.extend(of_sensor.reserve(samples, wanted.width, sensor));
         columns.0.push(of_sensor);
     }
-    let passed = pass(log, wanted, &mut columns, regions, memory, progress)?;
+    let passed = pass(log, wanted, &mut columns, regions, progress)?;
     let time_base = time_base.unwrap_or(&passed.time_base);
     let sensors = passed.sensors.into_iter().zip(columns.0);
     Ok((finish(sensors.collect(), time_base), passed.losses))
@@ -61,11 +60,9 @@ impl Columns {
         samples: u64,
         width: usize,
         sensor: usize,
-        memory: &mut ColumnMemory,
     ) -> impl Iterator<Item = Region> + use<> {
-        let values =
-            large_columns::reserve(&mut self.values, &mut memory.values, samples, width, sensor);
-        let order = large_columns::reserve(&mut self.order, &mut memory.orders, samples, 1, sensor);
+        let values = large_columns::reserve(&mut self.values, samples, width, sensor);
+        let order = large_columns::reserve(&mut self.order, samples, 1, sensor);
         values.into_iter().chain(order)
     }
 

@@ -90,7 +90,7 @@ mod tests {
         const SAMPLES: u64 = 1 << 19;
         const WIDTH: usize = 12;
         let mut column = vec![7.5_f64; 5];
-        let region = reserve(&mut column, &mut Vec::new(), SAMPLES, WIDTH, 1).unwrap();
+        let region = reserve(&mut column, SAMPLES, WIDTH, 1).unwrap();
         let end = region.addresses.end;
         let memory = FreshMemory::new(2, vec![region]);
         let obtained = || memory.regions[0].obtained.load(Relaxed);

@@ -4,13 +4,11 @@
 //! column grows into them, by all reading threads. One thread alone, the one that fills the columns,
 //! would need longer for it than all threads need to decode the messages.
 
-mod column_memory;
 mod fresh_memory;
 mod page_size;
 mod region;
 mod system;
 
-pub use self::column_memory::ColumnMemory;
 pub(crate) use self::{
     fresh_memory::FreshMemory,
     region::{Region, reserve},

@@ -2,7 +2,7 @@
 
 use std::{ops::Range, sync::atomic::AtomicUsize};
 
-use super::{column_memory::take, system::HUGE_PAGE_BYTES};
+use super::system::HUGE_PAGE_BYTES;
 
 /// Smaller columns are not worth a system call.
 const LARGE_BYTES: usize = 4 << 20;
@@ -19,22 +19,16 @@ pub(crate) struct Region {
     pub(super) obtained: AtomicUsize,
 }
 
-/// Reserves memory for exactly so many samples of `width` values, in an empty column: that of a
-/// spare column, or new memory, if available; otherwise the column grows as values arrive. Returns
-/// the region if it is new and large.
+/// Reserves memory for exactly so many samples of `width` values, if available; otherwise the column
+/// grows as values arrive. Returns the region if it is large.
 pub(crate) fn reserve<T>(
     column: &mut Vec<T>,
-    spare: &mut Vec<Vec<T>>,
     samples: u64,
     width: usize,
     sensor: usize,
 ) -> Option<Region> {
     let wanted = samples.saturating_mul(width as u64);
     let wanted = usize::try_from(wanted).unwrap_or(usize::MAX);
-    if let Some(spare) = take(spare, wanted.max(1)) {
-        *column = spare;
-        return None;
-    }
     let missing = wanted.saturating_sub(column.len());
     column.try_reserve_exact(missing).ok()?;
     let spare = column.spare_capacity_mut();
@@ -55,17 +49,14 @@ mod tests {
     #[test]
     fn memory_is_reserved_once_and_excess_is_no_error() {
         let mut column = vec![1.5_f64];
-        let region = reserve(&mut column, &mut Vec::new(), 3 << 20, 1, 0).unwrap();
+        let region = reserve(&mut column, 3 << 20, 1, 0).unwrap();
         assert!(column.capacity() >= 3 << 20 && region.addresses.len() >= 23 << 20);
         let place = column.as_ptr();
         column.resize(3 << 20, 2.5);
         assert_eq!((column.as_ptr(), column[0]), (place, 1.5));
         assert!(column[1..].iter().all(|&value| value == 2.5));
-        assert!(reserve(&mut column, &mut Vec::new(), u64::MAX, 12, 0).is_none());
+        assert!(reserve(&mut column, u64::MAX, 12, 0).is_none());
         assert_eq!(column.len(), 3 << 20);
-        assert!(reserve(&mut Vec::<u32>::new(), &mut Vec::new(), 1000, 2, 0).is_none());
-        let mut next = Vec::new();
-        assert!(reserve(&mut next, &mut vec![column], 1 << 20, 3, 0).is_none());
-        assert_eq!((next.as_ptr(), next.len()), (place, 0));
+        assert!(reserve(&mut Vec::<u32>::new(), 1000, 2, 0).is_none());
     }
 }
