@@ -661,6 +661,42 @@ fn a_first_machine_file_binds_joints_and_imu_of_a_bus() {
     assert!(text.contains("dbc = \"can_machine.dbc\""), "{text}");
 }
 
+#[test]
+fn a_first_machine_file_takes_the_speed_of_the_front_axle_where_no_other_is_on_the_bus() {
+    let folder = folder();
+    let [log, urdf, out] =
+        ["bus.log", "tiny.urdf", "first.toml"].map(|name| folder.path().join(name));
+    let speed = |pgn: u32, time_ns| Sent {
+        time_ns,
+        id: 6 << 26 | pgn << 8 | 11,
+        is_extended: true,
+        data: [0, 4, 125, 125, 125, 125, 125, 125],
+    };
+    for (pgns, taken) in [
+        (
+            &[65215][..],
+            "pgn = 65215, source = 11, signal = \"front_axle_speed\"",
+        ),
+        (
+            &[65215, 65265],
+            "pgn = 65265, source = 11, signal = \"wheel_based_vehicle_speed\"",
+        ),
+    ] {
+        let mut all = frames();
+        let times: Vec<i64> = all.iter().map(|frame| frame.time_ns).collect();
+        for &pgn in pgns {
+            all.extend(times.iter().step_by(10).map(|&time_ns| speed(pgn, time_ns)));
+        }
+        all.sort_by_key(|frame| frame.time_ns);
+        std::fs::write(&log, candump(&all)).unwrap();
+        let options = first_machine::WriteOptions::default();
+        first_machine::write(&log, Some(&urdf), &out, &[], options).unwrap();
+        let text = std::fs::read_to_string(&out).unwrap();
+        assert!(text.contains(taken), "{text}");
+        std::fs::remove_file(&out).unwrap();
+    }
+}
+
 /// A first machine file of the bus, with the description changed.
 fn first_machine_of(described: impl Fn(String) -> String) -> String {
     let folder = folder();

@@ -18,7 +18,10 @@ use crate::setup::inspect::{Described, Reading, message_of, reading_of};
 const ACCELERATION: u32 = 61485;
 const ANGULAR_RATE: u32 = 61482;
 /// The public parameter groups of wheel speeds and of weights.
-const WHEEL_BASED_SPEED: u32 = 65265;
+const SPEEDS: [(u32, &str); 2] = [
+    (65265, "wheel_based_vehicle_speed"),
+    (65215, "front_axle_speed"),
+];
 const VEHICLE_WEIGHT: u32 = 65258;
 /// Buses have some hundreds of identifiers.
 const MOST_IDS: usize = 2048;
@@ -205,15 +208,20 @@ impl CanMessages {
 
     /// Writes the velocity of `[signals]`, if a bus has the speed of the wheels.
     pub(super) fn write_speed(&self, text: &mut Text) {
-        let Some(speed) = self.of_group(WHEEL_BASED_SPEED).next() else {
+        let mut speeds = SPEEDS.iter().flat_map(|&(pgn, signal)| {
+            let of_group = self.of_group(pgn);
+            of_group.map(move |message| (message, signal))
+        });
+        let Some((speed, signal)) = speeds.next() else {
             return;
         };
         text.comment(
             "Speed by the wheels, which has no sign: right where the machine only drives forward.",
         );
         text.open(&format!(
-            "odometry.velocity = [ {{ {}, signal = \"wheel_based_vehicle_speed\" }}, 0, 0 ]",
-            speed.keys
+            "odometry.velocity = [ {{ {}, signal = {} }}, 0, 0 ]",
+            speed.keys,
+            quoted(signal)
         ));
     }
 
