@@ -23,14 +23,14 @@ pub(super) struct CheckMachineArgs {
     inertias: InertiaArgs,
     /// A log: compute loads in the posture of its first valid row instead of the reference posture, and show
     /// what it proves of signs, axes, order, scale and mounting of the sensors. Exit code 4 if it contradicts
-    /// the machine file.
+    /// the machine file, 8 if it leaves an item open.
     #[arg(long)]
     log: Option<PathBuf>,
     /// The URDF, for a machine file that names none; otherwise that of the log is used.
     #[arg(long)]
     urdf: Option<PathBuf>,
     /// Commission the machine: write the result to this file, which the key `commissioning` of the machine file
-    /// binds. Exit code 8 unless every item is proven or confirmed.
+    /// binds.
     #[arg(long, value_name = "FILE")]
     commissioning: Option<PathBuf>,
     /// Guide a person through the commissioning, with live samples from shared memory; runs `tipwatch-live
@@ -73,7 +73,7 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
     if let Some(path) = &args.commissioning {
         write(path, &commissioned.file.to_json())?;
     }
-    let exit = exit_of(&commissioned.assessment, args.commissioning.is_some());
+    let exit = exit_of(&commissioned.assessment);
     let exit = Exit {
         lost: commissioned.has_losses && args.commissioning.is_some(),
         ..exit
@@ -104,11 +104,11 @@ fn exit_of_weighings(check: &MachineCheck) -> Exit {
     }
 }
 
-/// Contradictions break a rule; what a commissioning leaves open is undecided.
-fn exit_of(assessment: &Assessment, commissions: bool) -> Exit {
+/// Contradictions break a rule; what is neither proven nor confirmed is undecided.
+fn exit_of(assessment: &Assessment) -> Exit {
     Exit {
         broken: assessment.count(Status::Contradicted) > 0,
-        undecided: commissions && !assessment.is_complete(),
+        undecided: !assessment.is_complete(),
         ..Exit::DONE
     }
 }
