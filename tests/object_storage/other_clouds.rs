@@ -219,7 +219,7 @@ fn a_key_that_no_request_can_name_is_one_failed_row() {
             out.to_str().unwrap(),
         ];
         let done = run(&cloud, &screen);
-        assert!(done.status.success(), "{}: {}", cloud.place, told(&done));
+        assert_eq!(done.status.code(), Some(1), "{}", told(&done));
         let records = std::fs::read_dir(out.join("state")).unwrap().flatten();
         let records = records.filter(|file| file.path().extension().is_some());
         let mut found: Vec<(String, String, Option<String>)> = records
