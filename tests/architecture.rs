@@ -94,6 +94,8 @@ const RULES: [Rule; 14] = [
             "error",
             "runtime",
             "ranges",
+            "key",
+            "listing",
             "counted",
             "place",
             "arguments",

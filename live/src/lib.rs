@@ -9,7 +9,7 @@
 //! | module | purpose |
 //! |---|---|
 //! | [`safety_limits`] | every limit that safety rests on |
-//! | [`system`] | clocks, signals, real-time scheduling, the supervisor of services |
+//! | [`system`] | clocks, signals, child processes, real-time scheduling, the supervisor of services |
 //! | [`wire`] | message types and their conversion |
 //! | [`node`] | shared memory: the only caller of iceoryx2 |
 //! | [`alarm`] | the latched alarm on the disk, and who may acknowledge it |

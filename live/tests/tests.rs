@@ -48,6 +48,10 @@ mod producer;
 mod record;
 /// The reference loads are those of the machine.
 mod reference;
+/// Monitor, recorder and replay in one terminal.
+mod rehearsal;
+/// Shared memory that is full.
+mod room;
 /// No input makes the verdict "safe" wrongly.
 mod safety;
 /// Sessions that do not give what the machine file binds.

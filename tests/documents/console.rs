@@ -168,6 +168,10 @@ fn shell(folder: &Path, script: &str) -> (String, bool) {
            case $1 in header|--help) command tipwatch-live \"$@\";;\n\
            *) local sub=$1; shift; command tipwatch-live \"$sub\" --prefix {prefix} \"$@\";; esac\n\
          }}\n\
+         tipwatch() {{\n\
+           case \"$*\" in 'demo --live'*) command tipwatch \"$@\" --prefix {prefix} --speed max;;\n\
+           *) command tipwatch \"$@\";; esac\n\
+         }}\n\
          cargo() {{\n\
            case \"$*\" in\n\
            'run --release --bin tipwatch -- '*) shift 5; tipwatch \"$@\";;\n\

@@ -202,6 +202,54 @@ fn a_log_that_is_replaced_while_it_is_read_gives_no_results() {
 }
 
 #[test]
+fn a_key_that_no_request_can_name_is_one_failed_row() {
+    for cloud in [Cloud::gcs("odd-keys"), Cloud::azure("odd-keys")] {
+        // of a path the first two would be one
+        for key in ["in/a.mcap", "in//a.mcap", "in/b.txt", "in//b.txt"] {
+            cloud.objects().put(key, &log(), false);
+        }
+        let out = tempfile::tempdir().unwrap();
+        let out = out.path().join("fleet");
+        let screen = [
+            "screen",
+            &cloud.at("in"),
+            "--machine",
+            &machine(),
+            "--out",
+            out.to_str().unwrap(),
+        ];
+        let done = run(&cloud, &screen);
+        assert_eq!(done.status.code(), Some(1), "{}", told(&done));
+        let records = std::fs::read_dir(out.join("state")).unwrap().flatten();
+        let records = records.filter(|file| file.path().extension().is_some());
+        let mut found: Vec<(String, String, Option<String>)> = records
+            .map(|file| {
+                let record: serde_json::Value =
+                    serde_json::from_slice(&std::fs::read(file.path()).unwrap()).unwrap();
+                let text = |value: &serde_json::Value| value.as_str().map(str::to_owned);
+                let result = &record["result"];
+                let status = text(&result["status"]).unwrap();
+                (
+                    text(&record["path"]).unwrap(),
+                    status,
+                    text(&result["kind"]),
+                )
+            })
+            .collect();
+        found.sort();
+        let expected = [
+            (
+                cloud.at("in//a.mcap"),
+                "failed".into(),
+                Some("storage".into()),
+            ),
+            (cloud.at("in/a.mcap"), "analysed".into(), None),
+        ];
+        assert_eq!(found, expected, "{}", told(&done));
+    }
+}
+
+#[test]
 fn a_web_server_without_ranges_needs_an_option() {
     let cloud = Cloud::web(Tells {
         ranges: false,

@@ -1,7 +1,6 @@
 //! `tipwatch check-machine`.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -9,6 +8,7 @@ use tipwatch_binding::commissioning_text;
 use tipwatch_calibration::commissioning::{Assessment, Status};
 
 use super::exit::{Exit, Terminal, Usage};
+use super::live_program;
 use super::machine_file::{InertiaArgs, MachineArg};
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
@@ -119,15 +119,8 @@ fn write(path: &Path, text: &str) -> Result<()> {
 
 /// Replaces this program by `tipwatch-live check-machine`; returns only with the error why it cannot.
 fn run_live(args: &CheckMachineArgs) -> Result<anyhow::Error> {
-    const NAME: &str = "tipwatch-live";
-    let beside = std::env::current_exe().ok();
-    let beside = beside.and_then(|own| own.parent().map(|folder| folder.join(NAME)));
-    let program = beside.filter(|path| path.is_file()).unwrap_or(NAME.into());
-    let mut command = Command::new(&program);
-    command
-        .arg("check-machine")
-        .arg("--machine")
-        .arg(args.machine.path()?);
+    let mut command = live_program::command("check-machine");
+    command.arg("--machine").arg(args.machine.path()?);
     if args.inertias.accept_inertias {
         command.arg("--accept-inertias");
     }
@@ -144,22 +137,5 @@ fn run_live(args: &CheckMachineArgs) -> Result<anyhow::Error> {
     for (option, name) in [("--service", &args.service), ("--prefix", &args.prefix)] {
         command.args(name.iter().flat_map(|name| [option, name.as_str()]));
     }
-    Ok(replace_by(command).context(format!(
-        "{}: cannot be started; --live needs {NAME} beside this program or in the search path",
-        program.display()
-    )))
-}
-
-#[cfg(unix)]
-fn replace_by(mut command: Command) -> anyhow::Error {
-    use std::os::unix::process::CommandExt;
-    command.exec().into()
-}
-
-#[cfg(not(unix))]
-fn replace_by(mut command: Command) -> anyhow::Error {
-    match command.status() {
-        Ok(status) => std::process::exit(status.code().unwrap_or(1)),
-        Err(error) => error.into(),
-    }
+    Ok(live_program::run_instead(command))
 }

@@ -1,4 +1,4 @@
-//! `tipwatch demo`: analyses a small log that comes with the program.
+//! `tipwatch demo`: analyses a small log that comes with the program, or sends it live through all programs first.
 //!
 //! A forwarder-like machine crawls onto a side slope, slews its loaded arm downhill and reaches out: it comes close, draws in,
 //! and reaches out farther. The uphill rear wheel lifts, and comes down again when the arm is drawn in. Ground and tyres are
@@ -13,6 +13,7 @@ use clap::Args;
 use tipwatch_binding::MachineFile;
 
 use super::exit::{Ending, Exit, Terminal};
+use super::live_program;
 use super::options::CaseArgs;
 use crate::analysis::{Analysis, DEFAULT_MIN_VALID, run};
 use crate::base::options::Options;
@@ -32,17 +33,41 @@ pub(super) struct DemoArgs {
     /// Output folder.
     #[arg(long, default_value = "tipwatch-demo")]
     out: PathBuf,
+    /// Live: replay the log to a monitor and a recorder, with a display, and analyse what was recorded; runs `tipwatch-live
+    /// rehearse`.
+    #[arg(long)]
+    live: bool,
+    /// With --live: prefix of all files in shared memory, which keeps the demo apart from a machine.
+    #[arg(
+        long,
+        value_name = "NAME",
+        requires = "live",
+        default_value = "tipwatch_demo_"
+    )]
+    prefix: String,
+    /// With --live: speed relative to the recording, or "max".
+    #[arg(long, value_name = "X", requires = "live", default_value = "1")]
+    speed: String,
 }
 
 pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
     OutputPlace::require_local(&args.out)?;
     let out = &args.out;
     let input = out.join("input");
-    let mut analysis = analyse(&input)?;
+    let (log, machine) = unpack(&input)?;
+    if args.live {
+        let mut command = live_program::command("rehearse");
+        command.arg(&log).arg("--machine").arg(&machine);
+        command.arg("--out").arg(out);
+        command.args(["--prefix", &args.prefix, "--speed", &args.speed]);
+        return Err(live_program::run_instead(command));
+    }
+    let file = MachineFile::read(&machine)?;
+    let mut analysis = run::analyse(&log, &file, Options::default(), &mut |_| {})?;
     CaseArgs::default().origin().note(&mut analysis);
     let written = output::write(&analysis, out, OutputOptions::default())?;
     let files = Files {
-        log: &input.join("demo.mcap"),
+        log: &log,
         policy: None,
         written: &written,
         transfers: &[],
@@ -53,11 +78,11 @@ pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
     Ok(Ending::of(&analysis, DEFAULT_MIN_VALID).tell(terminal))
 }
 
-/// Unpacks the demo's log and machine into `folder` and analyses them.
+/// Unpacks the demo's log and machine into `folder`; gives the paths of log and machine file.
 ///
 /// # Errors
 /// The folder cannot be written.
-fn analyse(folder: &Path) -> Result<Analysis> {
+fn unpack(folder: &Path) -> Result<(PathBuf, PathBuf)> {
     fs::create_dir_all(folder)
         .with_context(|| format!("{}: cannot be created", folder.display()))?;
     for (name, bytes) in FILES {
@@ -65,13 +90,7 @@ fn analyse(folder: &Path) -> Result<Analysis> {
         fs::write(&path, bytes)
             .with_context(|| format!("{}: cannot be written", path.display()))?;
     }
-    let file = MachineFile::read(&folder.join("demo.toml"))?;
-    run::analyse(
-        &folder.join("demo.mcap"),
-        &file,
-        Options::default(),
-        &mut |_| {},
-    )
+    Ok((folder.join("demo.mcap"), folder.join("demo.toml")))
 }
 
 /// Prints what happened, the gravest finding, where the report is and how to go on.

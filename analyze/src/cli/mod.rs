@@ -9,6 +9,7 @@ mod demo;
 mod exit;
 mod identify;
 mod inspect;
+mod live_program;
 mod machine;
 mod machine_file;
 mod options;

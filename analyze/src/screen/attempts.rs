@@ -13,6 +13,7 @@ use anyhow::Result;
 use super::failure::FailureKind;
 use super::place::Place;
 use super::record::{Record, content_key, path_key};
+use super::version::SOURCES;
 
 const FOLDER: &str = "attempts";
 
@@ -59,13 +60,13 @@ impl Attempts {
     /// Too many attempts were lost, or the mark cannot be written.
     pub(super) fn begin(&self, record: &Record) -> Result<Attempt> {
         let log_id = record.log_id.as_deref().unwrap_or_default();
-        let content = content_key(log_id, &record.tipwatch_version);
+        let content = content_key(log_id, SOURCES);
         let log = format!("{content}{}.", path_key(&record.path));
         let lost = self.lost.iter().filter(|mark| mark.starts_with(&log));
         let mut marks: Vec<String> = lost.cloned().collect();
         if marks.len() >= self.most as usize {
             return Err(FailureKind::WorkerLost.error(format!(
-                "the process ended {} times while it analysed this log; it is not tried again with this version of \
+                "the process ended {} times while it analysed this log; it is not tried again with this build of \
                  tipwatch and --attempts {}",
                 marks.len(),
                 self.most

@@ -17,7 +17,8 @@ pub enum FailureKind {
     Log,
     /// No machine, or more than one, is assigned to it.
     Machine,
-    /// The storage did not deliver it: no answer, no permission, an error of the server. Another run tries again.
+    /// The storage did not deliver it: no answer, no permission, an error of the server, a key that no request can name. Another
+    /// run tries again.
     Storage,
     /// It changed while it was being read.
     Changed,
@@ -42,7 +43,8 @@ impl FailureKind {
         match storage_error(error).map(|error| error.kind) {
             Some(ErrorKind::Changed) => Self::Changed,
             Some(
-                ErrorKind::PermissionDenied
+                ErrorKind::NotAPlace
+                | ErrorKind::PermissionDenied
                 | ErrorKind::TimedOut
                 | ErrorKind::Unavailable
                 | ErrorKind::Incomplete

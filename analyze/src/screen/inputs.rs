@@ -7,6 +7,7 @@
 //! reported as failed.
 
 use std::collections::BTreeSet;
+use std::ffi::OsString;
 use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf, absolute};
@@ -47,7 +48,7 @@ pub(super) struct Found {
 impl Found {
     /// Whether a log was found or named.
     pub(super) fn is_listed(&self, path: &Path) -> bool {
-        let place = self.logs.binary_search_by(|log| log.as_path().cmp(path));
+        let place = (self.logs).binary_search_by(|log| log.as_os_str().cmp(path.as_os_str()));
         place.is_ok()
     }
 
@@ -98,8 +99,8 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
             .iter()
             .map(|path| tidy(path))
             .collect::<Result<_>>()?,
-        left_out: tables.difference(&logs).cloned().collect(),
-        logs: logs.into_iter().collect(),
+        left_out: tables.difference(&logs).map(PathBuf::from).collect(),
+        logs: logs.into_iter().map(PathBuf::from).collect(),
     };
     if found.logs.is_empty() {
         let names: Vec<_> = requested.iter().map(|p| p.display().to_string()).collect();
@@ -132,10 +133,11 @@ pub(super) fn require_any(requested: &[PathBuf]) -> Result<()> {
     Ok(())
 }
 
+/// Paths by their texts: as a path `s3://logs/a//b` equals `s3://logs/a/b`, but in a bucket these are two objects.
 struct Finder {
-    logs: BTreeSet<PathBuf>,
+    logs: BTreeSet<OsString>,
     /// Tables in folders.
-    tables: BTreeSet<PathBuf>,
+    tables: BTreeSet<OsString>,
     out: PathBuf,
 }
 
@@ -158,7 +160,7 @@ impl Finder {
         if path.is_dir() {
             self.add_folder(&tidy(path)?, &mut BTreeSet::new());
         } else {
-            self.logs.insert(tidy(path)?);
+            self.logs.insert(tidy(path)?.into());
         }
         Ok(())
     }
@@ -174,7 +176,7 @@ impl Finder {
             match found {
                 Ok(path) => self.add_path(&path)?,
                 Err(error) => {
-                    self.logs.insert(tidy(error.path())?);
+                    self.logs.insert(tidy(error.path())?.into());
                 }
             }
         }
@@ -193,7 +195,7 @@ impl Finder {
             self.logs
                 .insert(match Location::is_remote_path(Path::new(line)) {
                     true => Location::parse(line)?.path().into(),
-                    false => tidy(&folder.join(line))?,
+                    false => tidy(&folder.join(line))?.into(),
                 });
         }
         Ok(())
@@ -202,15 +204,15 @@ impl Finder {
     /// A log, a folder or a pattern of a bucket or server.
     fn add_remote(&mut self, path: &Path) -> Result<()> {
         if is_pattern(path) {
-            let found = expand(&path.to_string_lossy())?.unwrap_or_default();
-            if found.is_empty() {
+            let (found, unnameable) = expand(&path.to_string_lossy())?.unwrap_or_default();
+            if found.is_empty() && unnameable.is_empty() {
                 bail!("{}: expected matching logs, found none", path.display());
             }
-            let found = found
-                .iter()
-                .map(|found| found.location.path().to_path_buf());
+            let found = found.iter().map(|found| found.location.path().into());
+            // those that cannot be named are reported as failed
+            let all = found.chain(unnameable.into_iter().map(OsString::from));
             self.logs
-                .extend(found.filter(|path| !path.starts_with(&self.out)));
+                .extend(all.filter(|path| !Path::new(path).starts_with(&self.out)));
             return Ok(());
         }
         if is_log(path) || is_table(path) || ends_with_any(path, &TRACE_ENDINGS) {
@@ -218,7 +220,7 @@ impl Finder {
             return Ok(());
         }
         let folder = Folder::open(&Location::of(path)?)?;
-        let entries = folder.list("**")?;
+        let (entries, unnameable) = folder.list_all("**")?;
         let folder_of = |key: &str| {
             key.rsplit_once('/')
                 .map_or("", |(folder, _)| folder)
@@ -242,20 +244,27 @@ impl Finder {
                         .strip_prefix(bag.as_str())
                         .is_some_and(|k| k.starts_with('/'))
             });
-            let log = match bag {
+            let log: PathBuf = match bag {
                 Some(bag) if bag.is_empty() => path.to_path_buf(),
                 Some(bag) => folder.location().join(bag)?.path().into(),
                 None => folder.location().join(key)?.path().into(),
             };
             if !log.starts_with(&self.out) {
-                self.logs.insert(log);
+                self.logs.insert(log.into());
+            }
+        }
+        for key in unnameable.iter().filter(|key| is_named(key)) {
+            let log = folder.location().full(key);
+            if !Path::new(&log).starts_with(&self.out) {
+                // it is reported as failed
+                self.logs.insert(log.into());
             }
         }
         for key in keys().filter(|key| is_left_out(Path::new(key))) {
             self.tables
                 .insert(folder.location().join(key)?.path().into());
         }
-        if entries.is_empty() {
+        if entries.is_empty() && unnameable.is_empty() {
             // it is reported as failed
             self.logs.insert(path.into());
         }
@@ -283,9 +292,9 @@ impl Finder {
             if path.is_dir() {
                 self.add_folder(&path, above);
             } else if is_log(&path) || is_trace(&path) {
-                self.logs.insert(path);
+                self.logs.insert(path.into());
             } else if is_left_out(&path) {
-                self.tables.insert(path);
+                self.tables.insert(path.into());
             }
         }
         above.remove(&real);

@@ -19,7 +19,7 @@ use super::record::{
 };
 use super::request::Reports;
 use super::store::{Before, Store};
-use super::version::{analysis_version, machine_sha256, urdf_hash};
+use super::version::{SOURCES, analysis_version, machine_sha256, urdf_hash};
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, analyse_into};
 use crate::base::error_text::{error_text, without_path};
@@ -239,6 +239,7 @@ pub(super) fn empty_record(path: &Path, options: &Options) -> Record {
         machine: None,
         analysis_version: None,
         tipwatch_version: env!("CARGO_PKG_VERSION").into(),
+        sources: Some(SOURCES.into()),
         model: options.model.name().into(),
         finished_ns: now_ns(),
         result: Outcome::Failed {

@@ -31,6 +31,9 @@ pub(super) struct Record {
     pub(super) analysis_version: Option<String>,
     /// Version of the program.
     pub(super) tipwatch_version: String,
+    /// Hash of its sources; `None` in records of before it was kept.
+    #[serde(default)]
+    pub(super) sources: Option<String>,
     /// Name of the model.
     pub(super) model: String,
     /// When the log was finished (ns since 1970, UTC). It only orders the records of one path; the data

@@ -10,10 +10,15 @@ use crate::base::file_hash::{FileHash, hash_file};
 use crate::base::options::Options;
 use crate::tables::summary;
 
+/// Hash of the sources of this program and of the versions of all crates in it, see `analyze/build/sources.rs`: another build of
+/// the same sources has the same one, on any computer and in Python, too.
+pub(super) const SOURCES: &str = env!("TIPWATCH_SOURCES");
+
 /// The inputs of a result, in the order in which they are hashed.
 #[derive(Serialize)]
 struct Ingredients<'a> {
     tipwatch: &'a str,
+    sources: &'a str,
     summary_schema: u32,
     record_schema: u32,
     machine_file: &'a str,
@@ -40,6 +45,7 @@ pub(super) fn analysis_version(
     let dbc_files = dbc_files.iter().map(|file| Ok(hash_file(file)?.identity()));
     let ingredients = Ingredients {
         tipwatch: env!("CARGO_PKG_VERSION"),
+        sources: SOURCES,
         summary_schema: summary::SCHEMA,
         record_schema: RECORD_SCHEMA,
         machine_file: &machine_sha256(machine),
@@ -48,10 +54,15 @@ pub(super) fn analysis_version(
         options,
         reading: Some(read_options()).filter(|stated| *stated != ReadOptions::default()),
     };
-    let text = serde_json::to_string(&ingredients)?;
-    let mut hash = sha256(text.as_bytes());
-    hash.truncate(16);
-    Ok(hash)
+    ingredients.version()
+}
+
+impl Ingredients<'_> {
+    fn version(&self) -> Result<String> {
+        let mut hash = sha256(serde_json::to_string(self)?.as_bytes());
+        hash.truncate(16);
+        Ok(hash)
+    }
 }
 
 /// Hash of the URDF that a machine file names. Without one, that in the log is part of the log.
@@ -65,4 +76,88 @@ pub(super) fn urdf_hash(machine: &MachineFile) -> Result<Option<FileHash>> {
 /// SHA-256 of a machine file.
 pub(super) fn machine_sha256(machine: &MachineFile) -> String {
     sha256(machine.effective_text().as_bytes())
+}
+
+#[cfg(test)]
+#[path = "../../build/sources.rs"]
+mod sources;
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+    use std::fs;
+    use std::path::Path;
+
+    use super::*;
+
+    fn version(sources: &str) -> String {
+        let ingredients = Ingredients {
+            tipwatch: "1.2.3",
+            sources,
+            summary_schema: 1,
+            record_schema: 1,
+            machine_file: "aa",
+            urdf: None,
+            dbc_files: Vec::new(),
+            options: &Options::default(),
+            reading: None,
+        };
+        ingredients.version().unwrap()
+    }
+
+    #[test]
+    fn another_program_of_the_same_number_is_another_version() {
+        assert_eq!(version("aa"), version("aa"));
+        assert_ne!(version("aa"), version("ab"));
+    }
+
+    #[test]
+    fn the_program_knows_the_sources_it_was_built_from() {
+        let tree = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        assert_eq!(sources::hash(&tree).unwrap(), SOURCES);
+    }
+
+    /// A tree with one file in each crate, and a lock.
+    fn tree(at: &Path, lock: &str) {
+        for place in sources::places(at) {
+            fs::create_dir_all(place.join("inner")).unwrap();
+            fs::write(place.join("inner/lib.rs"), "fn a() {}\n").unwrap();
+        }
+        fs::write(at.join("Cargo.lock"), lock).unwrap();
+    }
+
+    #[test]
+    fn the_hash_changes_with_the_code_and_with_nothing_else() {
+        let lock = |used: u32, unused: u32| {
+            format!(
+                "version = 4\n\n[[package]]\nname = \"libm\"\nversion = \"0.2.{used}\"\n\n\
+                 [[package]]\nname = \"tipwatch-analyze\"\nversion = \"0.1.0\"\ndependencies = [\n \"libm\",\n]\n\n\
+                 [[package]]\nname = \"ratatui\"\nversion = \"0.{unused}.0\"\ndependencies = [\n \"libm\",\n]\n"
+            )
+        };
+        let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let hash = || sources::hash(other.path()).unwrap();
+        tree(one.path(), &lock(1, 1));
+        tree(other.path(), &lock(1, 1));
+        let first = sources::hash(one.path()).unwrap();
+        assert_eq!(hash(), first);
+        let file = |name: &str| other.path().join(name);
+        // what no result depends on
+        fs::create_dir_all(file("mechanics/tests")).unwrap();
+        fs::write(file("mechanics/tests/lib.rs"), "fn b() {}").unwrap();
+        fs::write(file("ingest/src/inner/lib.rs"), "fn a() {}\r\n").unwrap();
+        fs::write(file("Cargo.lock"), lock(1, 2)).unwrap();
+        assert_eq!(hash(), first);
+        // what they depend on: another crate, another file, another text in the deepest crate
+        fs::write(file("Cargo.lock"), lock(2, 2)).unwrap();
+        let mut found = vec![first, hash()];
+        fs::write(file("mechanics/src/new.rs"), "").unwrap();
+        found.push(hash());
+        fs::write(file("mechanics/src/inner/lib.rs"), "fn a() { }\n").unwrap();
+        found.push(hash());
+        found.sort();
+        found.dedup();
+        assert_eq!(found.len(), 4);
+    }
 }

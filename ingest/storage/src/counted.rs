@@ -1,14 +1,16 @@
-//! Counts requests and bytes, and notes the last status of a task's requests.
+//! Counts requests and bytes, and notes of a task's requests the last status and the keys that no request can name.
 
 use std::future::Future;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU16, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use async_trait::async_trait;
 use object_store::client::{
     HttpClient, HttpConnector, HttpError, HttpRequest, HttpResponse, HttpService, ReqwestConnector,
 };
 use object_store::{ClientOptions, Result};
+
+use crate::listing::without_unnameable;
 
 /// What reading or writing a place has cost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -55,6 +57,8 @@ struct Task {
     counts: Arc<Counts>,
     /// Zero before an answer.
     status: AtomicU16,
+    /// Keys that were listed and that no request can name.
+    unnameable: Mutex<Vec<String>>,
 }
 
 tokio::task_local! {
@@ -68,11 +72,22 @@ pub(crate) async fn counted<T>(
 ) -> (T, Option<u16>) {
     let own = Arc::new(Task {
         counts: Arc::clone(counts),
-        status: AtomicU16::new(0),
+        ..Task::default()
     });
     let result = TASK.scope(Arc::clone(&own), task).await;
     let status = own.status.load(Ordering::Relaxed);
     (result, (status != 0).then_some(status))
+}
+
+/// Takes the keys that the requests of this task have listed and that no request can name.
+pub(crate) fn take_unnameable() -> Vec<String> {
+    let taken = TASK.try_with(|task| std::mem::take(&mut *lock(&task.unnameable)));
+    taken.unwrap_or_default()
+}
+
+fn lock(keys: &Mutex<Vec<String>>) -> std::sync::MutexGuard<'_, Vec<String>> {
+    // every key is complete on its own
+    keys.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Makes clients whose requests are counted.
@@ -98,8 +113,38 @@ impl HttpService for Service {
         };
         let _ = TASK.try_with(|task| task.counts.requests.fetch_add(1, Ordering::Relaxed));
         note(0);
+        let lists = is_list(&request);
         let response = self.0.execute(request).await?;
         note(response.status().as_u16());
-        Ok(response)
+        match lists && response.status().is_success() {
+            true => nameable(response).await,
+            false => Ok(response),
+        }
     }
+}
+
+/// Whether a request asks a bucket for its objects.
+fn is_list(request: &HttpRequest) -> bool {
+    let parts = request.uri().query().unwrap_or_default().split('&');
+    // S3 and Google, and Azure
+    request.method() == "GET"
+        && parts
+            .into_iter()
+            .any(|part| matches!(part, "list-type=2" | "comp=list"))
+}
+
+/// An answer without the keys that no request can name, which are noted for the task.
+async fn nameable(response: HttpResponse) -> Result<HttpResponse, HttpError> {
+    let (head, body) = response.into_parts();
+    let bytes = body.bytes().await?;
+    let body = match std::str::from_utf8(&bytes) {
+        Ok(text) => {
+            let (kept, unnameable) = without_unnameable(text);
+            let _ = TASK.try_with(|task| lock(&task.unnameable).extend(unnameable));
+            kept.into()
+        }
+        // the client says what is wrong with it
+        Err(_) => bytes.into(),
+    };
+    Ok(HttpResponse::from_parts(head, body))
 }

@@ -25,6 +25,8 @@ mod bucket;
 mod counted;
 mod error;
 mod folder;
+mod key;
+mod listing;
 mod object;
 mod place;
 mod ranges;

@@ -230,7 +230,8 @@ fn patterns_name_objects() {
         folder.put(key, b"log").unwrap();
     }
     let names = |text: &str| -> Vec<String> {
-        let found = expand(text).unwrap().unwrap();
+        let (found, unnameable) = expand(text).unwrap().unwrap();
+        assert_eq!(unnameable, [""; 0]);
         found
             .iter()
             .map(|found| found.location.to_string())

@@ -51,7 +51,7 @@ fn listings_of_several_pages_are_whole() {
             let key = format!("logs/m={}/a & b {number}.mcap", number % 3);
             cloud.objects().put(&key, b"log", false);
         }
-        let found = expand(&cloud.at("logs/*/*.mcap")).unwrap().unwrap();
+        let (found, _) = expand(&cloud.at("logs/*/*.mcap")).unwrap().unwrap();
         assert_eq!(found.len(), 7, "{}", cloud.place);
         assert_eq!(
             found[0].location.to_string(),
@@ -59,6 +59,34 @@ fn listings_of_several_pages_are_whole() {
         );
         let (entries, folders) = folder(&cloud.place).children("logs").unwrap();
         assert_eq!((entries.len(), folders.len()), (0, 3), "{folders:?}");
+    }
+}
+
+#[test]
+fn keys_that_no_request_can_name_do_not_hide_the_others() {
+    for cloud in both("unnameable") {
+        let unnameable = ["in//b.mcap", "in/./c.mcap", "in/d//e/f.mcap"];
+        for key in ["in/a.mcap", "in/b.mcap", "in/d/e/f.mcap", "other"]
+            .iter()
+            .chain(&unnameable)
+        {
+            cloud.objects().put(key, b"log", false);
+        }
+        let folder = folder(&cloud.at("in"));
+        let (entries, found) = folder.list_all("**").unwrap();
+        let keys: Vec<&str> = entries.iter().map(|entry| entry.key.as_str()).collect();
+        assert_eq!(keys, ["a.mcap", "b.mcap", "d/e/f.mcap"], "{}", cloud.place);
+        assert_eq!(found, ["./c.mcap", "/b.mcap", "d//e/f.mcap"]);
+        assert_eq!(folder.list("**").unwrap(), entries);
+        let (entries, folders) = folder.children("d").unwrap();
+        assert_eq!((entries.len(), folders), (0, vec!["d/e".to_owned()]));
+        let (found, unnamed) = expand(&cloud.at("in/**/f.mcap")).unwrap().unwrap();
+        assert_eq!(found.len(), 1);
+        assert_eq!(unnamed, [cloud.at("in/d//e/f.mcap")]);
+        for key in unnameable.iter().chain(&["/in/a.mcap"]) {
+            let error = Location::parse(&cloud.at(key)).unwrap_err();
+            assert_eq!(error.kind, ErrorKind::NotAPlace, "{error}");
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Arguments of more than one command, and the values that they take.
 
 use std::path::PathBuf;
+use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Result, anyhow, bail};
@@ -38,6 +39,14 @@ impl MachineArgs {
             false => file,
         })
     }
+
+    /// Names the same machine file to another program.
+    pub(super) fn pass_to(&self, command: &mut Command) {
+        command.arg("--machine").arg(&self.machine);
+        if self.accept_inertias {
+            command.arg("--accept-inertias");
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -55,6 +64,14 @@ impl ServiceArgs {
         ServiceAddress {
             service: self.service.clone(),
             prefix: self.prefix.clone(),
+        }
+    }
+
+    /// Names the same services to another command.
+    pub(super) fn pass_to(&self, command: &mut Command) {
+        command.args(["--service", &self.service]);
+        if let Some(prefix) = &self.prefix {
+            command.args(["--prefix", prefix]);
         }
     }
 }

@@ -9,6 +9,7 @@ mod monitor;
 mod operator;
 mod play;
 mod record;
+mod rehearse;
 mod replay;
 
 use std::io::Write;
@@ -27,6 +28,7 @@ use monitor::{MonitorArgs, run_monitor};
 use operator::{WatchArgs, run_acknowledge, run_watch};
 use play::{PlayArgs, run_play};
 use record::{RecordArgs, run_record};
+use rehearse::{RehearseArgs, run_rehearse};
 use replay::{ReplayArgs, run_replay};
 
 use crate::wire::c_header::c_header;
@@ -43,6 +45,8 @@ pub struct Cli {
 enum Command {
     /// Send the samples of a log to shared memory, as a machine would.
     Replay(ReplayArgs),
+    /// Replay a log to a monitor and a recorder, with a display, all in this terminal, and analyse what was recorded.
+    Rehearse(RehearseArgs),
     /// Receive samples and publish verdicts: how close the machine is to tipping.
     Monitor(MonitorArgs),
     /// Receive samples and verdicts and control the active suspension.
@@ -74,6 +78,7 @@ enum Command {
 pub fn run(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Replay(args) => run_replay(args),
+        Command::Rehearse(args) => run_rehearse(args),
         Command::Monitor(args) => run_monitor(args),
         Command::Control(args) => run_control(args),
         Command::Record(args) => run_record(args),

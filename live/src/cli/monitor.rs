@@ -25,6 +25,9 @@ pub(super) struct MonitorArgs {
     /// Print every row as one line of JSON.
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
+    /// Print only changes of the level.
+    #[arg(long, conflicts_with_all = ["quiet", "json"])]
+    changes: bool,
     /// Print nothing; verdicts go to shared memory only.
     #[arg(long, short)]
     quiet: bool,
@@ -81,10 +84,10 @@ pub(super) fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
         state: &state,
         commissioning: fingerprint.commissioning_number(),
     };
-    let format = if args.json {
-        Format::Json
-    } else {
-        Format::Text
+    let format = match (args.json, args.changes) {
+        (true, _) => Format::Json,
+        (_, true) => Format::Changes,
+        _ => Format::Text,
     };
     let mut observer = ProgramObserver::start(
         (!args.quiet).then_some(format),

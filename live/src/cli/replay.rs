@@ -68,7 +68,7 @@ pub(super) fn run_replay(args: &ReplayArgs) -> Result<ExitCode> {
     })
 }
 
-fn speed(text: &str) -> Result<Speed, String> {
+pub(super) fn speed(text: &str) -> Result<Speed, String> {
     if text == "max" {
         return Ok(Speed::Max);
     }

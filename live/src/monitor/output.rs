@@ -59,6 +59,8 @@ pub enum Format {
     Json,
     /// Some rows, and every change of the level, as text.
     Text,
+    /// Every change of the level, as text.
+    Changes,
 }
 
 /// Prints verdicts.
@@ -105,7 +107,7 @@ impl<W: Write> Printer<W> {
         match self.format {
             Format::Json if is_row || is_new => write_json(&mut self.out, verdict, &self.names),
             Format::Json => Ok(()),
-            Format::Text => self.text(verdict, is_row, is_new),
+            Format::Text | Format::Changes => self.text(verdict, is_row, is_new),
         }
     }
 
@@ -123,11 +125,15 @@ impl<W: Write> Printer<W> {
             (self.first_ns, self.last_ns) = (None, None);
         }
         let is_early = |last: i64| verdict.time_ns.abs_diff(last) < LINE_PERIOD_NS;
-        if !is_new && (!is_row || self.last_ns.is_some_and(is_early)) {
+        let is_left_out =
+            self.format == Format::Changes || !is_row || self.last_ns.is_some_and(is_early);
+        if is_row {
+            self.first_ns.get_or_insert(verdict.time_ns);
+        }
+        if !is_new && is_left_out {
             return Ok(());
         }
         if is_row {
-            self.first_ns.get_or_insert(verdict.time_ns);
             self.last_ns = Some(verdict.time_ns);
         }
         let since_ns = |first: i64| verdict.time_ns.saturating_sub(first);

@@ -1,5 +1,6 @@
 //! A process's access to the shared memory: the factory of all ports.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
@@ -9,9 +10,10 @@ use iceoryx2::service::attribute::AttributeVerifier;
 
 use super::event::{EventListener, EventNotifier};
 use super::iceoryx::{Service, cause};
-use super::leftovers::{remove_leftovers, remove_unsized, wait_for_sizes};
+use super::leftovers::{SHARED_MEMORY, remove_leftovers, remove_unsized, wait_for_sizes};
 use super::other_user::explained;
 use super::port::{Receiver, Sender};
+use super::room::{PORT_BYTES, of_writer, require, reserve};
 use crate::system::signals::{self, Interrupted};
 use crate::wire::topics::{
     LAYOUT_ATTRIBUTE, MAX_BORROWED, MAX_NODES, MAX_READERS, RESERVED_READERS, SAFE_OVERFLOW, Topic,
@@ -51,7 +53,7 @@ impl LiveNode {
     /// Joins under the name `role`. From then on [`signals`] reports SIGINT and SIGTERM.
     ///
     /// # Errors
-    /// The shared memory cannot be used, or the prefix is invalid.
+    /// The shared memory cannot be used or is full, or the prefix is invalid.
     pub fn new(address: &ServiceAddress, role: &str) -> Result<Self> {
         set_log_level(LogLevel::Error);
         signals::listen();
@@ -62,6 +64,7 @@ impl LiveNode {
                 .map_err(cause)
                 .with_context(|| format!("prefix \"{prefix}\""))?;
         }
+        require(Path::new(SHARED_MEMORY), PORT_BYTES)?;
         wait_for_sizes(&config);
         let name = NodeName::new(role).map_err(cause)?;
         let node = NodeBuilder::new()
@@ -95,26 +98,33 @@ impl LiveNode {
     /// A writer of messages of this type, for this machine.
     ///
     /// # Errors
-    /// Another process writes a service that allows one writer, or uses another version of the messages.
+    /// Another process writes a service that allows one writer, or uses another version of the messages, or there is no room
+    /// for them ([`NoRoom`](super::NoRoom)).
     pub fn sender<T: Topic>(&self, source: u64, machine_hash: u64) -> Result<Sender<T>> {
+        let memory = Path::new(SHARED_MEMORY);
+        require(memory, of_writer::<T>())?;
         let start = Instant::now();
-        loop {
+        let sender = loop {
             match Sender::new(self.service::<T>()?, source, machine_hash) {
                 // a writer that was just killed counts until its node is removed
                 Err(_) if start.elapsed() < DEAD_WRITER_LIMIT => {
                     std::thread::sleep(DEAD_WRITER_LIMIT / 20);
                     self.remove_dead_nodes();
                 }
-                sender => return sender,
+                sender => break sender?,
             }
-        }
+        };
+        let prefix = self.node.config().global.prefix.to_string();
+        reserve(memory, &prefix, sender.id(), of_writer::<T>())?;
+        Ok(sender)
     }
 
     /// A reader of messages of this type.
     ///
     /// # Errors
-    /// There are too many readers, or another process uses another version of the messages.
+    /// There are too many readers, or another process uses another version of the messages, or there is no room.
     pub fn receiver<T: Topic>(&self) -> Result<Receiver<T>> {
+        require(Path::new(SHARED_MEMORY), PORT_BYTES)?;
         let service = self.service::<T>()?;
         let (readers, free) = (
             service.dynamic_config().number_of_subscribers(),

@@ -52,6 +52,12 @@ impl<T: Topic> Sender<T> {
         self.sequence
     }
 
+    /// The identity of this writer.
+    #[must_use]
+    pub fn id(&self) -> u128 {
+        self.publisher.id().value()
+    }
+
     /// Skips a sequence number, as if a message had been lost.
     pub fn skip(&mut self) {
         self.sequence += 1;

@@ -11,7 +11,7 @@ use object_store::{
     PutPayload,
 };
 
-use crate::counted::Counts;
+use crate::counted::{Counts, take_unnameable};
 use crate::error::{Error, ErrorKind};
 use crate::place::{Access, Kind, Remote, Root, root};
 
@@ -217,22 +217,23 @@ impl Bucket {
         }
     }
 
-    /// Objects whose keys begin with a folder, by key.
+    /// Objects whose keys begin with a folder, by key, and the keys of those that no request can name.
     pub(crate) async fn list(
         &self,
         place: &str,
         folder: Option<&Key>,
-    ) -> Result<Vec<ObjectMeta>, Error> {
+    ) -> Result<(Vec<ObjectMeta>, Vec<String>), Error> {
         let request = || async {
             let found: Vec<ObjectMeta> = self.root.store.list(folder).try_collect().await?;
-            Ok(found)
+            Ok((found, take_unnameable()))
         };
-        let mut found = one(attempt(place, self.access(), &self.counts, request).await)?;
+        let (mut found, unnameable) =
+            one(attempt(place, self.access(), &self.counts, request).await)?;
         found.sort_by(|a, b| a.location.cmp(&b.location));
-        Ok(found)
+        Ok((found, unnameable))
     }
 
-    /// What is directly in a folder.
+    /// What is directly in a folder and can be named by requests.
     pub(crate) async fn children(
         &self,
         place: &str,

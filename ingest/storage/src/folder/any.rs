@@ -55,14 +55,24 @@ impl Folder {
     /// # Errors
     /// It cannot be listed. A folder that is absent is empty.
     pub fn list(&self, pattern: &str) -> Result<Vec<Entry>, Error> {
-        let keys = Keys::new(&self.location.shown(), pattern)?;
-        let mut found = self.below(split(pattern).0)?;
-        found.retain(|entry| keys.has(&entry.key));
-        Ok(found)
+        Ok(self.list_all(pattern)?.0)
     }
 
-    /// All objects below a folder of this one.
-    fn below(&self, inner: &str) -> Result<Vec<Entry>, Error> {
+    /// The same, and the keys of objects of a bucket that match, too, but that no request can name, such as `a//b`: they cannot
+    /// be read.
+    ///
+    /// # Errors
+    /// It cannot be listed. A folder that is absent is empty.
+    pub fn list_all(&self, pattern: &str) -> Result<(Vec<Entry>, Vec<String>), Error> {
+        let keys = Keys::new(&self.location.shown(), pattern)?;
+        let (mut found, mut unnameable) = self.below(split(pattern).0)?;
+        found.retain(|entry| keys.has(&entry.key));
+        unnameable.retain(|key| keys.has(key));
+        Ok((found, unnameable))
+    }
+
+    /// All objects below a folder of this one, and the keys of those that no request can name.
+    fn below(&self, inner: &str) -> Result<(Vec<Entry>, Vec<String>), Error> {
         let from = match inner {
             "" => self.location.clone(),
             inner => self.location.join(inner)?,
@@ -75,21 +85,22 @@ impl Folder {
                     entry.key = format!("{inner}/{}", entry.key);
                 }
             }
-            return Ok(found);
+            return Ok((found, Vec::new()));
         };
         let own = self.location.as_remote().map(|own| own.key.clone());
         let own = own.unwrap_or_default();
         wait_for(async move {
             let below = (!remote.key.as_ref().is_empty()).then_some(&remote.key);
-            let found = bucket.list(&remote.shown(), below).await?;
+            let (found, unnameable) = bucket.list(&remote.shown(), below).await?;
             let entries = found.into_iter().filter_map(|meta| {
                 Some(Entry {
-                    key: relative(&own, &meta.location)?,
+                    key: relative(&own, meta.location.as_ref())?,
                     bytes: meta.size,
                     e_tag: meta.e_tag,
                 })
             });
-            Ok(entries.collect())
+            let unnameable = unnameable.iter().filter_map(|key| relative(&own, key));
+            Ok((entries.collect(), unnameable.collect()))
         })
     }
 
@@ -112,13 +123,13 @@ impl Folder {
                 let found = bucket.children(&remote.shown(), below).await?;
                 let objects = found.objects.into_iter().filter_map(|meta| {
                     Some(Entry {
-                        key: relative(&remote.key, &meta.location)?,
+                        key: relative(&remote.key, meta.location.as_ref())?,
                         bytes: meta.size,
                         e_tag: meta.e_tag,
                     })
                 });
                 let prefixes = found.common_prefixes.iter();
-                let folders = prefixes.filter_map(|prefix| relative(&remote.key, prefix));
+                let folders = prefixes.filter_map(|prefix| relative(&remote.key, prefix.as_ref()));
                 Ok((objects.collect(), folders.collect()))
             })?,
             _ => local::children(from.path())?,
@@ -226,10 +237,10 @@ impl Folder {
 }
 
 /// The name of an object within a folder.
-fn relative(folder: &Key, key: &Key) -> Option<String> {
+fn relative(folder: &Key, key: &str) -> Option<String> {
     let rest = match folder.as_ref() {
-        "" => key.as_ref(),
-        folder => key.as_ref().strip_prefix(folder)?.strip_prefix('/')?,
+        "" => key,
+        folder => key.strip_prefix(folder)?.strip_prefix('/')?,
     };
     (!rest.is_empty()).then(|| rest.to_owned())
 }

@@ -17,12 +17,12 @@ pub struct Found {
     pub e_tag: Option<String>,
 }
 
-/// The objects of a bucket or server that a URL with wildcards names ("s3://logs/2026-*/**/*.mcap"), by name; `None`
-/// if the text has no wildcard or is local.
+/// The objects of a bucket or server that a URL with wildcards names ("s3://logs/2026-*/**/*.mcap"), by name, and the names of
+/// those that no request can name, see [`Folder::list_all`]; `None` if the text has no wildcard or is local.
 ///
 /// # Errors
 /// It cannot be listed.
-pub fn expand(text: &str) -> Result<Option<Vec<Found>>, Error> {
+pub fn expand(text: &str) -> Result<Option<(Vec<Found>, Vec<String>)>, Error> {
     let Some((scheme, rest)) = text.split_once("://") else {
         return Ok(None);
     };
@@ -36,12 +36,15 @@ pub fn expand(text: &str) -> Result<Option<Vec<Found>>, Error> {
     }
     let (folder, pattern) = split(rest);
     let folder = Folder::open(&Location::parse(&format!("{scheme}://{folder}"))?)?;
-    let found = folder.list(pattern)?.into_iter().map(|entry| {
+    let (found, unnameable) = folder.list_all(pattern)?;
+    let found = found.into_iter().map(|entry| {
         Ok(Found {
             location: folder.location().join(&entry.key)?,
             bytes: entry.bytes,
             e_tag: entry.e_tag,
         })
     });
-    found.collect::<Result<_, Error>>().map(Some)
+    let found = found.collect::<Result<_, Error>>()?;
+    let unnameable = unnameable.iter().map(|key| folder.location().full(key));
+    Ok(Some((found, unnameable.collect())))
 }

@@ -7,6 +7,7 @@ use object_store::path::Path as Key;
 use url::Url;
 
 use crate::error::{Error, ErrorKind};
+use crate::key::key_of;
 use crate::redact::redact_one;
 
 use super::known::{Address, Kind, named, remember};
@@ -157,6 +158,13 @@ impl Location {
         }
     }
 
+    /// The text of a key within this folder that may be none that requests can name, as [`Folder::list_all`] gives them.
+    ///
+    /// [`Folder::list_all`]: crate::Folder::list_all
+    pub fn full(&self, key: &str) -> String {
+        format!("{}/{key}", self.shown())
+    }
+
     /// The text that names the folder and every object in it.
     pub(crate) fn shown(&self) -> String {
         self.path().display().to_string()
@@ -213,7 +221,7 @@ fn bucket(kind: Kind, scheme: &str, rest: &str) -> Result<Location, String> {
     {
         return Err("expected no query: credentials come from the environment".into());
     }
-    let key = Key::parse(key.trim_end_matches('/')).map_err(|error| error.to_string())?;
+    let key = key_of(key.trim_end_matches('/'))?;
     Ok(remote(Address::bucket(kind, scheme, bucket), key))
 }
 
