@@ -177,7 +177,15 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
     assert_eq!(reports[row("/calm.mcap")], None);
     let report = reports[row("/lift.mcap")].as_ref().unwrap();
     let page = fs::read_to_string(out.join(report)).unwrap();
-    assert!(page.len() < 600_000, "{}", page.len());
+    assert!(page.len() < 150_000, "{}", page.len());
+    let script = page.split_once("<script src=\"").unwrap().1;
+    let script = out
+        .join(report)
+        .parent()
+        .unwrap()
+        .join(script.split('"').next().unwrap());
+    let script = fs::read_to_string(script).unwrap();
+    assert!(script.contains("window.unpacked") && !page.contains("window.unpacked = "));
     let fleet = fs::read_to_string(out.join("fleet.html")).unwrap();
     assert!(fleet.contains(report.as_str()) && fleet.contains("photo.mcap"));
     // the one address is the name of a namespace
@@ -210,7 +218,8 @@ fn copies_analysed_in_parallel_count_as_one_log() {
         (&totals["logs"], &totals["copies"], &totals["failed"]),
         (&1.into(), &11.into(), &0.into())
     );
-    assert_eq!(fs::read_dir(out.join("reports")).unwrap().count(), 1);
+    // one report, and the scripts beside it
+    assert_eq!(fs::read_dir(out.join("reports")).unwrap().count(), 2);
 }
 
 /// Twelve noisy logs of the same machine.

@@ -17,6 +17,7 @@ mod rotation;
 mod row_derivatives;
 pub(crate) mod split_rule;
 mod story;
+pub(crate) mod support_words;
 mod tipping;
 mod unloaded;
 

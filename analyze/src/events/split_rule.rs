@@ -1,8 +1,9 @@
 //! The assumption by which loads are split where equilibrium leaves it open, in words.
 
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::machine::{Ground, Machine, Split};
+use tipwatch_mechanics::machine::{Ground, Machine, Split, SupportKind};
 
+use super::support_words::SupportWord;
 use crate::base::rows::Rows;
 
 /// Ranges of a load up to this share of the weight count as none.
@@ -14,21 +15,39 @@ pub(crate) fn split_rule(machine: &Machine) -> String {
     let contact = machine.contact();
     let stiffness = |wheel: usize| machine.wheels()[wheel].stiffness;
     let are_equal = (1..machine.wheels().len()).all(|wheel| stiffness(wheel) == stiffness(0));
+    let word = SupportWord::of(machine);
     let rule = match &contact.split {
         Split::RollMomentDistribution { share, .. } => format!(
             "the front axle takes {} of the difference between the sides",
             share_in_words(*share)
         ),
         Split::Springs if are_equal => {
-            "all wheels are springs of the same stiffness under a rigid frame".to_string()
+            format!(
+                "all {} are springs of the same stiffness under a rigid frame",
+                word.many
+            )
         }
-        Split::Springs => {
-            "the wheels are springs of the tyres' stiffness under a rigid frame".to_string()
-        }
+        Split::Springs => format!(
+            "the {} are springs of {} under a rigid frame",
+            word.many,
+            stiffness_of(machine)
+        ),
     };
     match contact.ground {
         Ground::Plane if contact.mean_stiffness.is_some() => format!("{rule}, on flat ground"),
         _ => rule,
+    }
+}
+
+/// "the tyres' stiffness", or that of what has no tyres.
+fn stiffness_of(machine: &Machine) -> &'static str {
+    match machine
+        .wheels()
+        .iter()
+        .all(|wheel| wheel.kind == SupportKind::Wheel)
+    {
+        true => "the tyres' stiffness",
+        false => "their stiffness",
     }
 }
 
@@ -49,10 +68,10 @@ fn share_in_words(share: f64) -> String {
 
 /// What equilibrium leaves open, to follow "how the".
 #[must_use]
-pub(crate) fn sharing(machine: &Machine) -> &'static str {
+pub(crate) fn sharing(machine: &Machine) -> String {
     match machine.contact().split {
-        Split::RollMomentDistribution { .. } => "axles share the load",
-        Split::Springs => "wheels share the load",
+        Split::RollMomentDistribution { .. } => "axles share the load".into(),
+        Split::Springs => format!("{} share the load", SupportWord::of(machine).many),
     }
 }
 
@@ -69,13 +88,15 @@ pub(crate) fn is_stated(machine: &Machine) -> bool {
 #[must_use]
 pub(crate) fn deciding_measurements(machine: &Machine) -> String {
     let contact = machine.contact();
-    let mut ways = vec!["weighing the wheels where the machine stood".to_string()];
+    let many = SupportWord::of(machine).many;
+    let mut ways = vec![format!("weighing the {many} where the machine stood")];
     if machine.suspension().is_some() || !contact.actuated_joints.is_empty() {
         ways.push("logging the pressures of the cylinders that carry the wheels".into());
     }
     if contact.mean_stiffness.is_none() {
         ways.push(
-            "stating flat ground and the stiffness of the tyres in the machine file, if the ground was flat".into(),
+            format!("stating flat ground and the stiffness of the {} in the machine file, if the ground was flat",
+                if SupportWord::of(machine).many == "wheels" { "tyres" } else { many }),
         );
     }
     format!("To decide it: {}", ways.join("; or "))

@@ -29,9 +29,24 @@ pub(crate) struct Plots<'a> {
     pub(crate) figures: &'a [Figure],
     /// The numbers of their curves.
     pub(crate) columns: &'a Columns,
-    /// A script that runs before the figures are drawn, and before it the data that it reads.
-    pub(crate) script: &'a str,
+    /// What draws them, and the rest of the page's scripts.
+    pub(crate) scripts: Scripts<'a>,
+    /// The data that a script of the page reads.
     pub(crate) data: &'a Markup,
+}
+
+/// The scripts of a page with figures.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Scripts<'a> {
+    /// In the page, which is complete in itself: a script of its own, and those of all pages.
+    Within(&'a str),
+    /// In a file that several pages share, at this address relative to the page.
+    Beside(&'a str),
+}
+
+/// All scripts of a page with figures: that of its own kind among those of all pages.
+pub(crate) fn library(script: &str) -> String {
+    [UNPACK_SCRIPT, script, FIGURES_SCRIPT, PAGE_SCRIPT].join("\n")
 }
 
 impl Document<'_> {
@@ -65,7 +80,7 @@ impl Document<'_> {
                     }
                     @if let Some(plots) = &self.plots { (plots) }
                     @if let Some(program) = program { (program) }
-                    script { (PreEscaped(PAGE_SCRIPT)) }
+                    @if !self.has_library() { script { (PreEscaped(PAGE_SCRIPT)) } }
                 }
             }
         };
@@ -78,7 +93,25 @@ impl Document<'_> {
             None => "",
             Some(_) => "; img-src data: blob:",
         };
-        format!("default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'{data}")
+        // a page on a disk has no origin: "self" does not allow the file beside it
+        let library = if self.has_library() {
+            " 'self' file:"
+        } else {
+            ""
+        };
+        format!(
+            "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'{library}{data}"
+        )
+    }
+
+    fn has_library(&self) -> bool {
+        matches!(
+            &self.plots,
+            Some(Plots {
+                scripts: Scripts::Beside(_),
+                ..
+            })
+        )
     }
 }
 
@@ -122,10 +155,32 @@ impl Render for Plots<'_> {
         packed_json(page, "figures", &self.figures);
         packed_bytes(page, "columns", &columns);
         self.data.render_to(page);
-        for script in [self.script, UNPACK_SCRIPT, FIGURES_SCRIPT] {
-            html! { script { (PreEscaped(script)) } }.render_to(page);
+        match self.scripts {
+            Scripts::Within(script) => {
+                for script in [UNPACK_SCRIPT, script, FIGURES_SCRIPT] {
+                    html! { script { (PreEscaped(script)) } }.render_to(page);
+                }
+            }
+            Scripts::Beside(address) => {
+                let missing = "document.getElementById('no-library').hidden = false";
+                html! {
+                    p id="no-library" hidden {
+                        "The plots are not drawn: they need the file " (address) ", which is not where this page expects it. "
+                        "Copy this page together with the folder above it."
+                    }
+                    script src=(address) onerror=(missing) {}
+                }
+                .render_to(page);
+            }
         }
     }
+}
+
+/// Data of numbers, names and lists of them as a packed script element, which `unpacked` in `unpack.js` reads.
+pub(crate) fn packed_script(id: &'static str, data: &impl Serialize) -> Markup {
+    let mut element = String::new();
+    small_json(&mut element, id, data);
+    PreEscaped(element)
 }
 
 /// Data of numbers, names and lists of them as a script element, in which nothing can end the element or

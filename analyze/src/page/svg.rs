@@ -11,6 +11,8 @@ const LEFT: f64 = 44.0;
 const RIGHT: f64 = 8.0;
 const TOP: f64 = 8.0;
 const BOTTOM: f64 = 34.0;
+/// A point this far from a line is seen beside it.
+const SEEN: f64 = 0.2;
 /// Height of a name of a line.
 const NAME_HEIGHT: f64 = 11.0;
 /// The right end and the floor of the drawing area.
@@ -60,11 +62,10 @@ impl Chart {
     pub(crate) fn line(&mut self, points: &[(f64, f64)], class: &str) {
         let is_broken = |(x, y): &(f64, f64)| !(x.is_finite() && y.is_finite());
         for run in points.split(is_broken).filter(|run| !run.is_empty()) {
-            let at =
-                |&(x, y): &(f64, f64)| format!("{},{}", tenth(self.at_x(x)), tenth(self.at_y(y)));
-            let points: Vec<String> = run.iter().map(at).collect();
+            let points = run.iter().map(|&(x, y)| [self.at_x(x), self.at_y(y)]);
+            let points = written(&simplified(&points.collect::<Vec<_>>()));
             self.body
-                .push(html! { polyline class=(class) points=(points.join(" ")) {} });
+                .push(html! { polyline class=(class) points=(points) {} });
         }
     }
 
@@ -72,12 +73,12 @@ impl Chart {
     pub(crate) fn area(&mut self, points: &[(f64, f64, f64)], class: &str) {
         let is_broken = |(x, low, high): &(f64, f64, f64)| !(x + low + high).is_finite();
         for run in points.split(is_broken).filter(|run| !run.is_empty()) {
-            let at = |x: f64, y: f64| format!("{},{}", tenth(self.at_x(x)), tenth(self.at_y(y)));
-            let there = run.iter().map(|&(x, _, high)| at(x, high));
-            let back = run.iter().rev().map(|&(x, low, _)| at(x, low));
-            let corners: Vec<String> = there.chain(back).collect();
+            let at = |x: f64, y: f64| [self.at_x(x), self.at_y(y)];
+            let there: Vec<_> = run.iter().map(|&(x, _, high)| at(x, high)).collect();
+            let back: Vec<_> = run.iter().rev().map(|&(x, low, _)| at(x, low)).collect();
+            let corners = written(&[simplified(&there), simplified(&back)].concat());
             self.body
-                .push(html! { polygon class=(class) points=(corners.join(" ")) {} });
+                .push(html! { polygon class=(class) points=(corners) {} });
         }
     }
 
@@ -156,6 +157,43 @@ impl Chart {
     }
 }
 
+/// The points of a line that differs from the given one by less than can be seen, ends and peaks included (Ramer, Douglas and
+/// Peucker).
+fn simplified(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let Some(last) = points.len().checked_sub(1).filter(|last| *last > 0) else {
+        return points.to_vec();
+    };
+    let mut kept = vec![false; points.len()];
+    (kept[0], kept[last]) = (true, true);
+    let mut spans = vec![(0, last)];
+    while let Some((from, to)) = spans.pop() {
+        let ([ax, ay], [bx, by]) = (points[from], points[to]);
+        let length = (bx - ax).hypot(by - ay);
+        let off = |[x, y]: [f64; 2]| match length > 0.0 {
+            true => ((bx - ax) * (ay - y) - (ax - x) * (by - ay)).abs() / length,
+            false => (x - ax).hypot(y - ay),
+        };
+        let between = (from + 1..to).map(|k| (k, off(points[k])));
+        let farthest = between.max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((k, _)) = farthest.filter(|(_, off)| *off > SEEN) {
+            kept[k] = true;
+            spans.extend([(from, k), (k, to)]);
+        }
+    }
+    let points = points.iter().zip(kept);
+    points
+        .filter(|(_, kept)| *kept)
+        .map(|(point, _)| *point)
+        .collect()
+}
+
+fn written(points: &[[f64; 2]]) -> String {
+    let points = points
+        .iter()
+        .map(|[x, y]| format!("{},{}", tenth(*x), tenth(*y)));
+    points.collect::<Vec<_>>().join(" ")
+}
+
 /// A coordinate, to a tenth of a unit.
 fn tenth(value: f64) -> String {
     format!("{value:.1}")
@@ -176,4 +214,39 @@ pub(crate) fn round_up(value: f64) -> f64 {
         .into_iter()
         .find(|&step| step >= value)
         .unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_keeps_its_peaks_and_loses_what_nobody_sees() {
+        let points: Vec<[f64; 2]> = (0..300)
+            .map(|k| {
+                [
+                    f64::from(k),
+                    if k == 77 { 9.0 } else { 0.1 * f64::from(k % 2) },
+                ]
+            })
+            .collect();
+        let simple = simplified(&points);
+        assert!(simple.len() < 8, "{simple:?}");
+        assert!(simple.contains(&points[77]) && simple.contains(&points[299]));
+        let off = |[x, y]: [f64; 2]| {
+            let after = simple.partition_point(|point| point[0] < x).max(1);
+            let ([ax, ay], [bx, by]) = (simple[after - 1], simple[after]);
+            (ay + (x - ax) / (bx - ax) * (by - ay) - y).abs()
+        };
+        // nearly upright lines are far off at one place and close beside it
+        assert!(
+            points
+                .iter()
+                .filter(|point| off(**point) > 2.0 * SEEN)
+                .count()
+                < 3
+        );
+        assert_eq!(simplified(&points[..1]), &points[..1]);
+        assert!(simplified(&[]).is_empty());
+    }
 }

@@ -6,6 +6,7 @@ use tipwatch_mechanics::machine::{Ground, Split};
 use super::findings::reason_counts;
 use crate::analysis::Analysis;
 use crate::base::options::{Estimator, ModelKind};
+use crate::events::support_words::SupportWord;
 use crate::page::{list, percent, readable, table};
 
 /// The measured accuracy stands in one place, where a test keeps it true.
@@ -39,8 +40,11 @@ pub(super) fn methods(analysis: &Analysis) -> Markup {
              the load difference between the sides.",
             100.0 * share
         ),
-        Split::Springs => "What equilibrium leaves open of the load split follows from the stated rule: wheels are springs \
-            of their stiffness under a rigid frame.".into(),
+        Split::Springs => format!(
+            "What equilibrium leaves open of the load split follows from the stated rule: {} are springs \
+            of their stiffness under a rigid frame.",
+            SupportWord::of(&analysis.machine).many
+        ),
     };
     let items = [
         estimator.to_string(),
@@ -129,21 +133,28 @@ pub(super) fn limitations(analysis: &Analysis) -> Markup {
 fn of_model(analysis: &Analysis) -> Vec<String> {
     let machine = &analysis.machine;
     let contact = machine.contact();
+    let word = SupportWord::of(machine);
     let mut found = Vec::new();
     if contact.ground == Ground::Unknown && analysis.digest.open_split > 0.05 {
         found.push(format!(
-            "The shape of the ground under the wheels is unknown. Equilibrium leaves open how the load is shared: the envelope \
-             of a wheel is {} of its load at rest wide in the median.",
+            "The shape of the ground under the {} is unknown. Equilibrium leaves open how the load is shared: the envelope \
+             of a {} is {} of its load at rest wide in the median.",
+            word.many,
+            word.one,
             percent(analysis.digest.open_split)
         ));
     }
     if !contact.tyres_deflect {
-        found.push("No tyre stiffness is stated: the tyres are rigid in this model, and their deflection is left out.".into());
+        found.push(match word.many {
+            "wheels" => "No tyre stiffness is stated: the tyres are rigid in this model, and their deflection is left out.".into(),
+            many => format!("No stiffness of the {many} is stated: they are rigid in this model, and their deflection is left out."),
+        });
     }
     if machine.suspension().is_none() && machine.linkages().is_empty() {
-        found.push(
-            "No suspension is described: compliance between frame and wheels is left out.".into(),
-        );
+        found.push(format!(
+            "No suspension is described: compliance between frame and {} is left out.",
+            word.many
+        ));
     }
     found.push(
         "Flexibility of frame and arm, tyre camber and lateral tyre deflection are not modelled."
@@ -176,7 +187,8 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
     }
     if !analysis.coverage.is_whole() {
         found.push(format!(
-            "Wheel loads are known in {} of the log.",
+            "{} loads are known in {} of the log.",
+            SupportWord::of(&analysis.machine).head,
             analysis.coverage
         ));
     }

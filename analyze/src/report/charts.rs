@@ -4,6 +4,7 @@ use maud::{Markup, html};
 
 use super::sketch::{Curve, Point, Sketch};
 use crate::analysis::Analysis;
+use crate::events::support_words::SupportWord;
 use crate::page::number;
 use crate::page::svg::{Chart, round_up};
 
@@ -35,8 +36,9 @@ fn chart(analysis: &Analysis, wheel: usize, sketch: &Sketch, end: f64) -> Markup
     let seconds = |row: usize| analysis.rows.seconds(row);
     let last = analysis.rows.len().checked_sub(1);
     let last = last.map_or(0.0, seconds).max(1e-3);
-    let name = &analysis.machine.wheels()[wheel].name;
-    let mut chart = Chart::new(&format!("Wheel {name}: load [N]"), (0.0, last), (0.0, end));
+    let facts = &analysis.machine.wheels()[wheel];
+    let (word, name) = (SupportWord::of_kind(facts.kind).head, &facts.name);
+    let mut chart = Chart::new(&format!("{word} {name}: load [N]"), (0.0, last), (0.0, end));
     let envelope = points.iter().map(|point| {
         let [_, _, least, largest] = point.values();
         (seconds(point.row()), least, largest)

@@ -3,10 +3,12 @@
 use maud::{Markup, html};
 
 use super::findings::{MOST_OF_KIND, Scene, worst_of_each_kind};
+use super::parameter_words::{in_words, uncertainty_in_words};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::analysis::sensitivity::{SensitivityRow, SensitivityTable};
 use crate::events::EventCauses;
+use crate::events::support_words::SupportWord;
 use crate::page::{number, readable, short, table};
 
 /// Most parameters listed.
@@ -61,7 +63,7 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
     ];
     html! {
         @if rows.is_empty() {
-            p { "No event involves a wheel load, or the chosen model does not compute load contributions." }
+            p { "No event involves a " (scene.word.one) " load, or the chosen model does not compute load contributions." }
         } @else {
             (table(&head, &rows))
             @if !left_out.is_empty() {
@@ -99,7 +101,7 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     let optional = |value: Option<f64>| value.map_or("–".into(), short);
     let cells = rows.iter().take(MOST_PARAMETERS).map(|row| {
         vec![
-            row.parameter.name(machine),
+            in_words(row.parameter, machine),
             row.parameter.unit(machine).trim_start_matches('-').into(),
             optional(row.nominal),
             short(row.sigma),
@@ -119,7 +121,7 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     ];
     html! {
         p {
-            "Contributions to the variance of the OTF of wheel " (machine.wheels()[found.worst_wheel].name) " at t = "
+            "Contributions to the variance of the OTF of " (SupportWord::named(&machine.wheels()[found.worst_wheel])) " at t = "
             (format_args!("{:.2}", Scene::of(analysis).seconds(first.worst_ns))) " s (" (number(first.worst_otf_n)) " N), "
             "to first order, from the stated uncertainties. The file sensitivity.parquet has all signals and parameters."
         }
@@ -131,10 +133,11 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
 pub(super) fn models(analysis: &Analysis) -> Markup {
     let chosen = analysis.options.model.name();
     let stated = analysis.machine.uncertainty().by_key();
-    let stated: Vec<_> = stated
-        .iter()
-        .map(|(key, sigma)| vec![(*key).into(), short(*sigma)])
-        .collect();
+    let stated = stated.iter().map(|(key, sigma)| {
+        let (words, unit) = uncertainty_in_words(key);
+        vec![words.into(), short(*sigma), unit.into()]
+    });
+    let stated: Vec<Vec<String>> = stated.collect();
     html! {
         @for comparison in &analysis.comparisons {
             @match comparison {
@@ -142,8 +145,8 @@ pub(super) fn models(analysis: &Analysis) -> Markup {
                 Ok(comparison) => (difference(analysis, chosen, comparison)),
             }
         }
-        p { "Standard deviation (σ) of each parameter, from the machine file or the default:" }
-        (table(&["Key in [uncertainty]", "Value"], &stated))
+        p { "Standard deviation (σ) of every kind of parameter, from the machine file or the default:" }
+        (table(&["Uncertain", "Standard deviation", "Unit"], &stated))
     }
 }
 
@@ -160,6 +163,6 @@ fn difference(analysis: &Analysis, chosen: &str, comparison: &ModelComparison) -
     let other = comparison.other.name();
     html! {
         p { "OTF difference, model " (other) " minus model " (chosen) ", over " (comparison.rows) " rows:" }
-        (table(&["Wheel", "Mean [N]", "RMS [N]", "Largest [N]"], &cells.collect::<Vec<_>>()))
+        (table(&[SupportWord::of(&analysis.machine).head, "Mean [N]", "RMS [N]", "Largest [N]"], &cells.collect::<Vec<_>>()))
     }
 }

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use maud::{Markup, html};
+use tipwatch_binding::sha256;
 
 use super::findings::{finding_list, findings};
 use super::moment::Moments;
@@ -13,8 +14,9 @@ use super::{
     prevention, sheet, sliders, tables, unstated_load,
 };
 use crate::analysis::Analysis;
+use crate::events::support_words::SupportWord;
 use crate::page::svg::CHART_STYLE;
-use crate::page::{self, Columns, Document, MOST_POINTS, Plots, json_script, part};
+use crate::page::{self, Columns, Document, Plots, Scripts, packed_script, part};
 
 const SCRIPT: &str = concat!(include_str!("moment.js"), "\n", include_str!("sliders.js"));
 /// Findings at the top of the page; the table of events has all.
@@ -31,10 +33,27 @@ pub fn render(analysis: &Analysis) -> String {
 /// The same, with a sketch that was made while the rows were computed.
 #[must_use]
 pub fn render_sketch(analysis: &Analysis, sketch: &Sketch) -> String {
+    render_with(analysis, sketch, Scripts::Within(SCRIPT))
+}
+
+/// The same for one of many reports, whose scripts are in the file of this name in the folder above its own.
+pub(crate) fn render_beside(analysis: &Analysis, sketch: &Sketch, library: &str) -> String {
+    render_with(analysis, sketch, Scripts::Beside(&format!("../{library}")))
+}
+
+/// The scripts that many reports share, and the name of their file: that of another version is another one.
+pub(crate) fn shared_library() -> (String, String) {
+    let script = page::library(SCRIPT);
+    let hash = sha256(script.as_bytes());
+    let name = format!("report-{}.js", hash.get(..12).unwrap_or(&hash));
+    (name, script)
+}
+
+fn render_with(analysis: &Analysis, sketch: &Sketch, scripts: Scripts<'_>) -> String {
     let columns = Columns::with_room(sketch.points_drawn());
     let moments = || {
         let moments = Moments::of(analysis, &sketch.instants);
-        (json_script("moments", &moments), moments)
+        (packed_script("moments", &moments), moments)
     };
     let mut meanwhile = None;
     let figures = rayon::in_place_scope(|scope| {
@@ -44,7 +63,7 @@ pub fn render_sketch(analysis: &Analysis, sketch: &Sketch) -> String {
     let (moments_data, moments) = meanwhile.unwrap_or_else(moments);
     let drawn = Drawn {
         of: &|part| page::figures(&figures, part.name()),
-        loads: html! { (how_to_read(analysis)) (page::figures(&figures, Part::Loads.name())) },
+        loads: html! { (how_to_read(analysis, sketch.detail.points)) (page::figures(&figures, Part::Loads.name())) },
         posture: moment::section(&moments),
         sliders: sliders::section(analysis),
         path: path::section(analysis, sketch.path.as_ref()),
@@ -69,7 +88,7 @@ pub fn render_sketch(analysis: &Analysis, sketch: &Sketch) -> String {
         plots: Some(Plots {
             figures: &figures,
             columns: &columns,
-            script: SCRIPT,
+            scripts,
             data: &moments_data,
         }),
     }
@@ -144,8 +163,9 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
         ),
         part(
             "loads",
-            "Wheel loads",
+            loads_of(analysis),
             html! {
+                @if let Some(warning) = unstated_load::warning(analysis) { (warning) }
                 @if let Some(loads) = loads_at_onset { (loads) }
                 (drawn.loads)
                 @if let Some(measured) = measured_loads::section(analysis) { h3 { "Measured loads" } (measured) }
@@ -175,6 +195,7 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
             "posture",
             "Posture and path",
             html! {
+                @if let Some(warning) = unstated_load::warning(analysis) { (warning) }
                 (drawn.posture)
                 @if let Some(path) = &drawn.path { h3 { "Path on the ground" } (path) }
             },
@@ -217,7 +238,15 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
 
 fn title(analysis: &Analysis) -> String {
     let name = analysis.provenance.log_name();
-    format!("Wheel loads and stability: {name}")
+    format!("{} and stability: {name}", loads_of(analysis))
+}
+
+/// The title of what the program computes.
+fn loads_of(analysis: &Analysis) -> &'static str {
+    match SupportWord::of(&analysis.machine).many {
+        "wheels" => "Wheel loads",
+        _ => "Support loads",
+    }
 }
 
 fn subtitle(analysis: &Analysis) -> String {
@@ -261,18 +290,19 @@ fn top_findings(analysis: &Analysis) -> Markup {
 }
 
 /// How the figures are read.
-fn how_to_read(analysis: &Analysis) -> Markup {
+fn how_to_read(analysis: &Analysis, most_points: usize) -> Markup {
+    let SupportWord { one, many, .. } = SupportWord::of(&analysis.machine);
     html! {
         (page::figures_help())
         p.hint {
             "Curves break where loads cannot be computed. They continue while the machine tips over, but are not accurate there. Events \
-             are shaded. OTF (overturning force) is the load a wheel would carry if every wheel were held to the ground; it is negative \
-             where the wheel would have to be pulled down. Pale areas are envelopes: the range of loads that equilibrium allows, for any \
-             split of the load between the wheels. Darker ones are bands of two standard deviations under the stated split."
+             are shaded. OTF (overturning force) is the load a " (one) " would carry if every " (one) " were held to the ground; it is negative \
+             where the " (one) " would have to be pulled down. Pale areas are envelopes: the range of loads that equilibrium allows, for any \
+             split of the load between the " (many) ". Darker ones are bands of two standard deviations under the stated split."
         }
-        @if analysis.rows.len() > MOST_POINTS {
+        @if analysis.rows.len() > most_points {
             p.hint {
-                "Curves are decimated for drawing: each shows at most " (MOST_POINTS) " of " (analysis.rows.len())
+                "Curves are decimated for drawing: each shows at most " (most_points) " of " (analysis.rows.len())
                 " rows and always keeps the minimum and the maximum of every interval."
             }
         }

@@ -2,27 +2,39 @@
 
 use maud::{Markup, html};
 use nalgebra::Vector3;
+use tipwatch_mechanics::machine::SupportKind;
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::drawing::{Anchor, Drawing, Point};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
+use crate::events::support_words::SupportWord;
 use crate::page::{number, table};
 
 /// Radius of the disc of the largest load at rest, as a share of the smaller distance between wheels.
 const LARGEST_DISC: f64 = 0.24;
 
-/// The machine at a row, from above and from the side, with its loads.
-pub(super) fn pictures(analysis: &Analysis, row: usize) -> Markup {
+/// The machine at a row, from above and from the side, with its loads; without them where they are `contradicted` by what
+/// happened.
+pub(super) fn pictures(analysis: &Analysis, row: usize, contradicted: bool) -> Markup {
     let mut state = State::zero(&analysis.machine);
     let found = analysis.rows.window(row..row + 1);
     found.states.get(0, &mut state);
     let mut placement = Placement::new(&analysis.machine);
     placement.place(&state);
+    let known: Vec<bool> = (0..analysis.machine.wheels().len())
+        .map(|wheel| found.value(Quantity::Load(wheel), 0).is_finite())
+        .collect();
     let view = View {
+        // all of them where none is known
+        carries: match known.contains(&true) {
+            true => known,
+            false => vec![true; known.len()],
+        },
         analysis,
         placement: &placement,
         rows: &found,
+        contradicted,
     };
     html! {
         div.pictures.two {
@@ -60,7 +72,7 @@ pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
         ]
     });
     let head = [
-        "Wheel",
+        SupportWord::of(machine).head,
         "Load, stated split [N]",
         "± 2 σ [N]",
         "Load, any split [N]",
@@ -76,6 +88,10 @@ struct View<'a> {
     placement: &'a Placement<'a>,
     /// The row alone.
     rows: &'a Rows,
+    /// The wheels and feet that the machine stands on or would stand on: those with loads.
+    carries: Vec<bool>,
+    /// Whether its loads are not those of the machine that stood there.
+    contradicted: bool,
 }
 
 impl View<'_> {
@@ -87,13 +103,25 @@ impl View<'_> {
 
     /// Forward is to the right.
     fn side(&self, point: &Vector3<f64>) -> Point {
-        let ground = self.placement.contacts.iter();
-        let ground = ground
+        let ground: Vec<f64> = self
+            .standing(&self.placement.contacts)
             .map(|contact| self.placement.normal.dot(contact))
-            .sum::<f64>();
-        let ground = ground / self.placement.contacts.len() as f64;
+            .collect();
+        let ground = ground.iter().sum::<f64>() / ground.len() as f64;
         let on_plane = self.placement.on_plane(point);
         [on_plane.x, self.placement.normal.dot(point) - ground]
+    }
+
+    /// Of values by support, those of the supports that the machine stands on.
+    fn standing<'b, T>(&'b self, all: &'b [T]) -> impl Iterator<Item = &'b T> {
+        let all = all.iter().zip(&self.carries);
+        all.filter(|(_, carries)| **carries).map(|(one, _)| one)
+    }
+
+    /// Whether the machine stands on wheels alone, so that their distances are its wheelbase and track.
+    fn is_on_wheels(&self) -> bool {
+        let mut standing = self.standing(self.analysis.machine.wheels());
+        standing.all(|wheel| wheel.kind == SupportKind::Wheel)
     }
 
     fn load(&self, wheel: usize) -> f64 {
@@ -103,7 +131,7 @@ impl View<'_> {
     fn zmp(&self) -> Option<Point> {
         let value = |quantity| self.rows.value(quantity, 0);
         let (x, y) = (value(Quantity::ZmpX), value(Quantity::ZmpY));
-        (x.is_finite() && y.is_finite()).then_some([-y, x])
+        (!self.contradicted && x.is_finite() && y.is_finite()).then_some([-y, x])
     }
 
     fn view_from_above(&self) -> Option<Markup> {
@@ -141,8 +169,8 @@ impl View<'_> {
         let arm: Vec<[Point; 2]> = self.arm(Self::above);
         all.extend(arm.iter().flatten());
         let mut drawing = Drawing::around(&all)?;
-        let carries = self.carrying();
-        let corners: Vec<Point> = (around_their_middle(&contacts, &carries).into_iter())
+        let carries = &self.carries;
+        let corners: Vec<Point> = (around_their_middle(&contacts, carries).into_iter())
             .map(|wheel| contacts[wheel])
             .collect();
         drawing.polygon("support", &corners);
@@ -168,6 +196,9 @@ impl View<'_> {
                 .min_loads_n
                 .as_ref()
                 .map_or(0.0, |limits| limits[wheel]);
+            if self.contradicted {
+                continue;
+            }
             if load > 0.0 {
                 let class = if load < limit { "load light" } else { "load" };
                 drawing.circle(class, [x, y], disc(load));
@@ -196,6 +227,9 @@ impl View<'_> {
             let beside = drawing_shift(&drawing, outside, is_left);
             let anchor = if is_left { Anchor::End } else { Anchor::Start };
             drawing.text(*at, [beside, 2.0], anchor, &facts.name);
+            if self.contradicted {
+                continue;
+            }
             let load = match load.is_finite() {
                 // plus zero: no sign before zero
                 true if largest >= 1000.0 => {
@@ -206,27 +240,48 @@ impl View<'_> {
             };
             drawing.text(*at, [beside, -10.0], anchor, &load);
         }
-        if let Some((left, right)) = self.widest_axle(&contacts) {
-            let rear = contacts.iter().map(|c| c[1]).fold(f64::INFINITY, f64::min) - radius;
-            drawing.width([left, rear], [right, rear], 14.0, "track");
+        let standing: Vec<Point> = self.standing(&contacts).copied().collect();
+        if let Some((left, right)) = self.widest_axle(&standing) {
+            // below wheels and discs
+            let disc = |wheel: usize| {
+                let load = if self.contradicted {
+                    0.0
+                } else {
+                    self.load(wheel).max(0.0)
+                };
+                largest_disc_m * (load.max(at_rest[wheel]) / largest).sqrt()
+            };
+            let below = |(wheel, at): (usize, &Point)| match carries[wheel] {
+                true => at[1] - disc(wheel).max(radius),
+                false => at[1] - radius,
+            };
+            let rear = contacts
+                .iter()
+                .enumerate()
+                .map(below)
+                .fold(f64::INFINITY, f64::min);
+            let name = if self.is_on_wheels() {
+                "track"
+            } else {
+                "support width"
+            };
+            drawing.width([left, rear], [right, rear], 14.0, name);
         }
-        Some(drawing.finish("From above, forward is up; disc: load, dashed: at rest, cross: no load, diamond: zero moment point", true))
-    }
-
-    /// The wheels and feet that the machine stands on or would stand on: those with loads, all of them where none is known.
-    fn carrying(&self) -> Vec<bool> {
-        let known: Vec<bool> = (0..self.analysis.machine.wheels().len())
-            .map(|wheel| self.load(wheel).is_finite())
-            .collect();
-        match known.contains(&true) {
-            true => known,
-            false => vec![true; known.len()],
-        }
+        let title = match self.contradicted {
+            true => {
+                "From above, forward is up; no loads are drawn, as those of the stated machine do not show this fall; dashed: load at rest"
+            }
+            false => {
+                "From above, forward is up; disc: load, dashed: at rest, cross: no load, diamond: zero moment point"
+            }
+        };
+        Some(drawing.finish(title, true))
     }
 
     /// Sideways coordinates of the pair of wheels that stand farthest apart.
     fn widest_axle(&self, contacts: &[Point]) -> Option<(f64, f64)> {
-        let radius = self.analysis.machine.wheels().first()?.radius;
+        let wheels = self.analysis.machine.wheels().iter();
+        let radius = wheels.map(|wheel| wheel.radius).reduce(f64::max)?;
         let pairs = contacts
             .iter()
             .flat_map(|a| contacts.iter().map(move |b| (a, b)));
@@ -253,12 +308,10 @@ impl View<'_> {
         all.extend(arm.iter().flatten());
         all.push(centre);
         let mut drawing = Drawing::around(&all)?;
+        let along = || self.standing(&contacts).map(|contact| contact[0]);
         let (rear, front) = (
-            contacts.iter().map(|c| c[0]).fold(f64::INFINITY, f64::min),
-            contacts
-                .iter()
-                .map(|c| c[0])
-                .fold(f64::NEG_INFINITY, f64::max),
+            along().fold(f64::INFINITY, f64::min),
+            along().fold(f64::NEG_INFINITY, f64::max),
         );
         let (low, high) = (
             all.iter().map(|p| p[0]).fold(f64::INFINITY, f64::min),
@@ -272,7 +325,12 @@ impl View<'_> {
             drawing.line("arm", *from, *to);
         }
         self.mark_centre(&mut drawing, centre);
-        drawing.width([rear, 0.0], [front, 0.0], 12.0, "wheelbase");
+        let name = if self.is_on_wheels() {
+            "wheelbase"
+        } else {
+            "support length"
+        };
+        drawing.width([rear, 0.0], [front, 0.0], 12.0, name);
         drawing.height(
             [centre[0], 0.0],
             centre,
@@ -293,7 +351,10 @@ impl View<'_> {
             drawing.line("gravity", centre, tip);
         }
         Some(drawing.finish(
-            "From the right, forward is to the right; thin line from the centre of mass: gravity",
+            match self.contradicted {
+                true => "From the right, forward is to the right; centre of mass of the stated machine, thin line from it: gravity",
+                false => "From the right, forward is to the right; thin line from the centre of mass: gravity",
+            },
             true,
         ))
     }

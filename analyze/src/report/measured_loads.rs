@@ -45,7 +45,7 @@ pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
             (table(&head, &rows))
             p.hint {
                 "The computed loads do not use the measured ones. Compared are an even selection of valid rows with all \
-                 wheels on the ground. The split between the diagonals is an assumption where equilibrium leaves it open."
+                 of them on the ground. The split between the diagonals is an assumption where equilibrium leaves it open."
             }
         }
         @for span in &comparison.contradictions {

@@ -1,8 +1,8 @@
 'use strict';
-(function () {
-  const holder = document.getElementById('moments');
-  const moments = holder && JSON.parse(holder.textContent);
-  if (!moments || moments.instants.length === 0) { return; }
+(async function () {
+  if (!document.getElementById('moments') || !window.DecompressionStream) { return; }
+  const moments = await window.unpacked('moments').json();
+  if (moments.instants.length === 0) { return; }
   const NAMESPACE = 'http://www.w3.org/2000/svg';
   const TRACE_S = 2;
   const DISC_SHARE = 0.24;
@@ -307,7 +307,7 @@
     text.textContent = 't = ' + instant.t.toFixed(2) + ' s' + (mark ? ': ' + mark.replace(/, t = .*/, '') : '') +
       (instant.reasons ? ' (invalid row: ' + instant.reasons + ')' : '');
     const number = function (v) { return v === null ? 'unknown' : Math.round(v).toString(); };
-    table.replaceChildren(row(['Wheel', 'Load [N]', '± 2 σ [N]', 'Any split [N]', 'At rest [N]'], 'th'));
+    table.replaceChildren(row([moments.word.charAt(0).toUpperCase() + moments.word.slice(1), 'Load [N]', '± 2 σ [N]', 'Any split [N]', 'At rest [N]'], 'th'));
     moments.wheels.forEach(function (facts, w) {
       const value = instant.wheels[w];
       table.appendChild(row([facts.name, number(value[2]),

@@ -16,8 +16,6 @@ use crate::base::table::Table;
 use crate::events::{Event, EventKind};
 use crate::page::readable;
 
-/// Instants under the slider, those of events not counted.
-const MOST_INSTANTS: usize = 600;
 /// Events that get instants of their own.
 const MOST_EVENTS: usize = 60;
 /// Events that are drawn beside the slider, and in print.
@@ -26,6 +24,8 @@ const MOST_PICTURES: usize = 6;
 /// What the drawing shows. Positions are in the contact plane, forward and left, in m.
 #[derive(Debug, Serialize)]
 pub(super) struct Moments {
+    /// What one of the supports is called.
+    word: &'static str,
     wheels: Vec<WheelFacts>,
     instants: Vec<Instant>,
     /// The instants of the slider's marks in order of time, with their labels.
@@ -60,9 +60,10 @@ pub(super) struct Instants {
 }
 
 impl Instants {
-    pub(super) fn new(table: &Table) -> Self {
+    /// At most so many, those of events not counted.
+    pub(super) fn new(table: &Table, most: usize) -> Self {
         Self {
-            step: table.len().div_ceil(MOST_INSTANTS).max(1),
+            step: table.len().div_ceil(most).max(1),
             indices: Vec::new(),
             rows: table.no_rows(),
         }
@@ -106,7 +107,7 @@ pub(super) fn section(moments: &Moments) -> Markup {
         .map(|&event| &moments.events[event].label);
     html! {
         p.hint {
-            "From above, forward is up; from the right, forward is to the right; in space, drag to turn. The area of a disc shows the load of a wheel; a dashed ring shows its load at rest. "
+            "From above, forward is up; from the right, forward is to the right; in space, drag to turn. The area of a disc shows the load of a " (moments.word) "; a dashed ring shows its load at rest. "
             "Diamond: zero moment point (ZMP), where the resulting force of the ground acts, with its path over the last two seconds. "
             "Ring with a cross: centre of mass. Thick lines: arm. The machine tips about an edge when the ZMP reaches it."
         }
@@ -177,6 +178,7 @@ impl Moments {
         }
         pictures.sort_unstable();
         Self {
+            word: scene.word.one,
             wheels: wheel_facts(analysis),
             first: sheet::row(analysis)
                 .map_or(0, |row| shown.partition_point(|&other| other < row)),

@@ -1,4 +1,4 @@
-//! Parameters in words, for sentences: tables keep the names of the output files.
+//! Parameters and their stated uncertainties in words: people do not read the names of output and machine files.
 
 use tipwatch_mechanics::Parameter;
 use tipwatch_mechanics::machine::Machine;
@@ -60,6 +60,49 @@ pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
     }
 }
 
+/// What a key of the machine file's uncertainties is the standard deviation of, and its unit. A key that is not known here
+/// stands as it is.
+pub(super) fn uncertainty_in_words(key: &str) -> (&str, &'static str) {
+    match key {
+        "mass_share" => ("mass of a link", SHARE),
+        "com" => ("centre of mass of a link, along each axis", "m"),
+        "inertia_share" => ("inertia of a link", SHARE),
+        "payload_mass_share" => ("mass of a payload", SHARE),
+        "wheel_position" => ("position of a wheel or other support, along each axis", "m"),
+        "wheel_radius" => ("radius of a wheel", "m"),
+        "arm_position" => ("position of the arm's root, along each axis", "m"),
+        "joint_offset" => ("systematic error of a revolute joint's position", "rad"),
+        "joint_offset_linear" => ("systematic error of a prismatic joint's position", "m"),
+        "imu_position" => ("position of the IMU, along each axis", "m"),
+        "imu_rotation" => ("mounting angle of the IMU, about each axis", "rad"),
+        "accelerometer_bias" => ("bias of the accelerometer, along each axis", "m/s²"),
+        "gyro_bias" => ("bias of the gyro, about each axis", "rad/s"),
+        "attitude_bias" => ("constant error of roll and pitch", "rad"),
+        "gravity" => ("local gravity", "m/s²"),
+        "tool_force" => (
+            "systematic error of the force on the tool, along each axis",
+            "N",
+        ),
+        "tool_moment" => (
+            "systematic error of the moment on the tool, about each axis",
+            "N m",
+        ),
+        "roll_moment_distribution" => (
+            "share of the front axle in the difference between the sides",
+            SHARE,
+        ),
+        "tyre_stiffness_share" => ("stiffness of a tyre", SHARE),
+        "model_share" => (
+            "what the model leaves out, as a share of the mean load",
+            SHARE,
+        ),
+        key => (key, ""),
+    }
+}
+
+/// Of what is relative.
+const SHARE: &str = "share";
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -74,6 +117,10 @@ mod tests {
             let words = in_words(parameter, &machine);
             assert_ne!(words, parameter.name(&machine));
             assert!(!words.contains('.') && words.contains(' '), "{words}");
+        }
+        for (key, _) in machine.uncertainty().by_key() {
+            let (words, unit) = uncertainty_in_words(key);
+            assert!(words != key && !unit.is_empty(), "{key}");
         }
     }
 }

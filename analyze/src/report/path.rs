@@ -85,9 +85,9 @@ pub(super) fn section(analysis: &Analysis, path: Option<&Path>) -> Option<Markup
         }
         (drawing.finish("Path, coloured by utilisation", true))
         p.hint {
-            "Utilisation is one minus the smallest load of a wheel as a share of its load at rest: "
+            "Utilisation is one minus the smallest load of a " (times.word.one) " as a share of its load at rest: "
             span.used-low { "below 75 %" } ", " span.used-notice { "from 75 %" } ", " span.used-warning { "from 90 %" } ", "
-            span.used-limit { "100 %: a wheel without load under the stated split" } ", " span.used-unknown { "unknown" }
+            span.used-limit { "100 %: a " (times.word.one) " without load under the stated split" } ", " span.used-unknown { "unknown" }
             ". The limits are our choice, modelled on crane practice."
         }
     })

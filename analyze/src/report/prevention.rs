@@ -6,6 +6,7 @@ use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
 use crate::base::number::number;
 use crate::events::Finding;
+use crate::events::support_words::SupportWord;
 use crate::page::{Bar, bars, list, probability, readable, short, table};
 
 /// Most changes shown in the chart and the table.
@@ -18,6 +19,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     let Some(advice) = &analysis.advice else {
         return html! { p { (without_advice(analysis)) } };
     };
+    let word = SupportWord::of(&analysis.machine);
     let shown: Vec<&SimulatedChange> = advice.changes.iter().take(MOST_SHOWN).collect();
     let bar = |change: &&SimulatedChange| Bar {
         label: change.statement.clone(),
@@ -27,15 +29,15 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     let seconds = |time_ns: i64| time_ns.saturating_sub(analysis.rows.times_ns[0]) as f64 * 1e-9;
     html! {
         p {
-            "Wheel " (display(analysis, &advice.wheel)) " carried least: its overturning force (OTF) was "
+            (word_of(analysis, &advice.wheel).head) " " (display(analysis, &advice.wheel)) " carried least: its overturning force (OTF) was "
             (number(advice.worst_otf_n)) " N at t = " (format_args!("{:.2}", seconds(advice.worst_ns))) " s, its limit is "
-            (number(advice.limit_n)) " N. " (conclusion(advice))
+            (number(advice.limit_n)) " N. " (conclusion(analysis, advice))
         }
         @if !shown.is_empty() {
             p {
                 "Each change was put back into the model and evaluated from t = "
                 (format_args!("{:.2} to {:.2}", seconds(advice.from_ns), seconds(advice.to_ns))) " s (" (advice.rows) " rows). "
-                "It is the smallest amount with which every wheel stays at its limit in every row, and the machine comes no nearer "
+                "It is the smallest amount with which every " (word.one) " stays at its limit in every row, and the machine comes no nearer "
                 "to an edge than it did. "
                 "A bar shows the effort: the change as a share of its reference value."
             }
@@ -50,7 +52,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
         }
         details {
             summary { "Assumptions of the simulation" }
-            (list(assumptions(advice)))
+            (list(assumptions(advice, word)))
         }
     }
 }
@@ -68,14 +70,15 @@ pub(super) fn brief(analysis: &Analysis) -> Markup {
         vec![change.statement.clone(), otf, chance]
     });
     let rows: Vec<Vec<String>> = rows.collect();
+    let word = SupportWord::of(&analysis.machine).one;
     html! {
         div {
-            h3 { "What would have kept every wheel at its limit" }
+            h3 { "What would have kept every " (word) " at its limit" }
             @if rows.is_empty() {
-                p { (analysis.advice.as_ref().map_or_else(|| without_advice(analysis).to_owned(), conclusion)) }
+                p { (analysis.advice.as_ref().map_or_else(|| without_advice(analysis), |advice| conclusion(analysis, advice))) }
             } @else {
                 (table(&["Change, alone", "Smallest OTF [N]", "Chance"], &rows))
-                p.hint { "Simulated over the whole incident, everything else as logged. Chance: that every wheel keeps its limit." }
+                p.hint { "Simulated over the whole incident, everything else as logged. Chance: that every " (word) " keeps its limit." }
             }
         }
     }
@@ -103,17 +106,24 @@ fn tried_in_words(name: &str) -> String {
 pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
     let advice = analysis.advice.as_ref()?;
     let wheel = display(analysis, &advice.wheel);
+    let word = word_of(analysis, &advice.wheel);
+    let others = SupportWord::of(&analysis.machine).many;
     let headline = match &advice.changes[..] {
-        [] => format!("Wheel {wheel}: {}", lower_first(&conclusion(advice))),
+        [] => format!(
+            "{} {wheel}: {}",
+            word.head,
+            lower_first(&conclusion(analysis, advice))
+        ),
         [first, ..] => format!(
-            "Simulated: {} would have kept wheel {wheel} and the others at their load limits{}",
+            "Simulated: {} would have kept {} {wheel} and the others at their load limits{}",
             first.statement,
+            word.one,
             under_which_split(first)
         ),
     };
     let evidence = advice.changes.iter().take(MOST_IN_FINDING).map(|change| {
         format!(
-            "With {}{}: minimum OTF {} N{} (limit {} N), other wheels at least {} N, ZMP margin {}",
+            "With {}{}: minimum OTF {} N{} (limit {} N), other {others} at least {} N, ZMP margin {}",
             change.statement,
             chance(change),
             number(change.least_otf_n),
@@ -137,6 +147,13 @@ fn chance(change: &SimulatedChange) -> String {
     chance.map_or(String::new(), |chance| format!(" (chance {chance})"))
 }
 
+/// The word for the support of this name.
+fn word_of(analysis: &Analysis, wheel: &str) -> SupportWord {
+    let mut wheels = analysis.machine.wheels().iter();
+    let found = wheels.find(|spec| spec.name.to_lowercase() == wheel);
+    SupportWord::of_all(found.map(|spec| spec.kind))
+}
+
 /// A wheel's name as in the machine file.
 fn display<'a>(analysis: &'a Analysis, wheel: &'a str) -> &'a str {
     let mut wheels = analysis.machine.wheels().iter();
@@ -144,27 +161,36 @@ fn display<'a>(analysis: &'a Analysis, wheel: &'a str) -> &'a str {
     found.map_or(wheel, |spec| &spec.name)
 }
 
-fn without_advice(analysis: &Analysis) -> &'static str {
+fn without_advice(analysis: &Analysis) -> String {
+    let word = SupportWord::of(&analysis.machine);
     let mut events = analysis.events.iter();
     if analysis.sensitivity.is_none() {
-        "The chosen model does not simulate changes."
+        "The chosen model does not simulate changes.".into()
     } else if events.any(|event| event.kind.is_observed()) {
-        "Nothing was simulated: no wheel was below its limit in a valid row of an event."
+        format!(
+            "Nothing was simulated: no {} was below its limit in a valid row of an event.",
+            word.one
+        )
     } else {
-        "No wheel fell below its limit in an event; there was nothing to prevent."
+        format!(
+            "No {} fell below its limit in an event; there was nothing to prevent.",
+            word.one
+        )
     }
 }
 
 /// What the simulation says, in one sentence.
-fn conclusion(advice: &Advice) -> String {
+fn conclusion(analysis: &Analysis, advice: &Advice) -> String {
+    let word = SupportWord::of(&analysis.machine).one;
     match (&advice.not_simulated, advice.changes.is_empty()) {
         (Some(why), _) => format!("{why}; no change was simulated."),
         (None, true) => {
-            "No single change within limits would have kept every wheel at its limit.".into()
+            format!("No single change within limits would have kept every {word} at its limit.")
         }
         (None, false) => {
-            "In a simulation, each of these changes alone kept every wheel at its limit; the table has the chance that it would have."
-                .into()
+            format!(
+                "In a simulation, each of these changes alone kept every {word} at its limit; the table has the chance that it would have."
+            )
         }
     }
 }
@@ -176,7 +202,10 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
         "Minimum OTF [N]",
         "± 2 σ [N]",
         "Chance",
-        "Every wheel, minimum OTF [N]",
+        &format!(
+            "Every {}, minimum OTF [N]",
+            SupportWord::of(&analysis.machine).one
+        ),
         "ZMP margin [m]",
         "Overturning moment [N m]",
         "Holds under",
@@ -211,7 +240,7 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
     table(&head, &cells.collect::<Vec<_>>())
 }
 
-fn assumptions(advice: &Advice) -> Vec<String> {
+fn assumptions(advice: &Advice, word: SupportWord) -> Vec<String> {
     let mut all = advice.assumptions.clone();
     if advice.rows_left_out > 0 {
         all.push(format!(
@@ -224,11 +253,11 @@ fn assumptions(advice: &Advice) -> Vec<String> {
         .iter()
         .any(|change| !change.holds_under_any_split)
     {
-        all.push(
-            "\"The stated split\": the result holds if the load is shared between the wheels as the machine file states. \
-             Another split that equilibrium allows could still lift a wheel"
-                .into(),
-        );
+        all.push(format!(
+            "\"The stated split\": the result holds if the load is shared between the {} as the machine file states. \
+             Another split that equilibrium allows could still lift a {}",
+            word.many, word.one
+        ));
     }
     all
 }

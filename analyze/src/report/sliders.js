@@ -16,8 +16,8 @@
       inputs[k].setAttribute('aria-valuetext', shown);
     });
     const band = facts.sigma_n === null ? '' : ' ± ' + Math.round(2 * facts.sigma_n);
-    const is = Math.abs(otf) < 2 * (facts.sigma_n || 0) ? 'open whether the wheel lifts' : otf < 0 ? 'the wheel lifts' : 'the wheel stays on the ground';
-    result.textContent = 'OTF of wheel ' + facts.wheel + ': ' + Math.round(otf) + band + ' N to first order (logged: ' +
+    const is = Math.abs(otf) < 2 * (facts.sigma_n || 0) ? 'open whether the ' + facts.word + ' lifts' : 'the ' + facts.word + (otf < 0 ? ' lifts' : ' stays on the ground');
+    result.textContent = 'OTF of ' + facts.word + ' ' + facts.wheel + ': ' + Math.round(otf) + band + ' N to first order (logged: ' +
       Math.round(facts.otf_n) + ' N): ' + is + '.';
   }
   function reset() { facts.changes.forEach(function (it, k) { inputs[k].value = it.range[1]; }); show(); }

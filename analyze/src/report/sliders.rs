@@ -9,6 +9,7 @@ use tipwatch_mechanics::{BaseMotion, Parameter, Quantity, State};
 use super::findings::{Scene, incidents};
 use crate::analysis::Analysis;
 use crate::analysis::advice::Change;
+use crate::events::support_words::SupportWord;
 use crate::events::{Counterfactual, Supposition};
 use crate::page::{json_script, number};
 
@@ -24,6 +25,8 @@ const LEAST_EFFECT_N: f64 = 1.0;
 pub struct Sliders {
     /// Name of the wheel.
     pub wheel: String,
+    /// What it is called: a wheel, another support, a point of a track.
+    pub word: &'static str,
     /// Seconds from the first row.
     pub t: f64,
     /// OTF as logged (N).
@@ -131,6 +134,7 @@ pub fn sliders(analysis: &Analysis) -> Option<Sliders> {
     });
     let sigma = found.value(Quantity::OtfSigma(table.worst_wheel), 0);
     (!changes.is_empty()).then(|| Sliders {
+        word: SupportWord::of_kind(machine.wheels()[table.worst_wheel].kind).one,
         wheel: machine.wheels()[table.worst_wheel].name.clone(),
         t: Scene::of(analysis).seconds(first.worst_ns),
         otf_n: first.worst_otf_n,
@@ -216,7 +220,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
         div.screen id="what-if" {
             h3 { "Try a change" }
             p.hint {
-                "The overturning force (OTF) of wheel " (found.wheel) " at t = " (format_args!("{:.2}", found.t))
+                "The overturning force (OTF) of " (found.word) " " (found.wheel) " at t = " (format_args!("{:.2}", found.t))
                 " s to first order, from its derivatives at that instant: a straight line, less true the farther a slider goes. "
                 "The values under the sliders were simulated over the whole incident, and hold where the two differ."
             }

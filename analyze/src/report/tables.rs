@@ -18,7 +18,7 @@ pub(super) fn events(analysis: &Analysis) -> Markup {
     let calendar = Calendar::of(analysis);
     let head = [
         "Event",
-        "Wheel or edge",
+        &format!("{} or edge", scene.word.head),
         "Start [s]",
         "Start, date and time",
         "End [s]",
@@ -36,7 +36,7 @@ pub(super) fn events(analysis: &Analysis) -> Markup {
         .map(|event| event_row(&scene, calendar, event))
         .collect();
     html! {
-        @if rows.is_empty() { p { "No wheel or edge event." } } @else { (table(&head, &rows)) }
+        @if rows.is_empty() { p { "No " (scene.word.one) " or edge event." } } @else { (table(&head, &rows)) }
         (not_listed(of_machine.len(), "events"))
         @if !of_inputs.is_empty() {
             h3 { "Faults and gaps of inputs" }
@@ -54,7 +54,7 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
             .fault
             .as_ref()
             .map_or(event.kind.name(), |fault| fault.kind.name());
-        let name = format!("{}: {}", event.subject, readable(kind));
+        let name = format!("{}: {}", input_in_words(&event.subject), readable(kind));
         match groups.iter_mut().find(|group| group.0 == name) {
             Some(group) => group.1.push(event),
             None => groups.push((name, vec![event])),
@@ -251,15 +251,37 @@ fn options(analysis: &Analysis) -> Vec<(String, String)> {
     let Ok(serde_json::Value::Object(options)) = serde_json::to_value(analysis.options) else {
         return Vec::new();
     };
-    let text = |value: serde_json::Value| match value {
-        serde_json::Value::Null => "not set".to_string(),
-        serde_json::Value::String(text) => text,
-        other => other.to_string(),
-    };
     let options = options.into_iter();
     options
-        .map(|(name, value)| (format!("Option {name}"), text(value)))
+        .map(|(name, value)| {
+            (
+                format!("Option: {}", readable(&name)),
+                option_in_words(value),
+            )
+        })
         .collect()
+}
+
+/// The value of an option without the signs of a document.
+fn option_in_words(value: serde_json::Value) -> String {
+    match value {
+        serde_json::Value::Null => "not set".to_string(),
+        serde_json::Value::String(text) => readable(&text),
+        serde_json::Value::Bool(true) => "yes".into(),
+        serde_json::Value::Bool(false) => "no".into(),
+        serde_json::Value::Object(parts) => {
+            let parts = parts.into_iter();
+            let parts = parts
+                .map(|(name, value)| format!("{} {}", readable(&name), option_in_words(value)));
+            parts.collect::<Vec<_>>().join(", ")
+        }
+        other => other.to_string(),
+    }
+}
+
+/// An input of events in words: "imu.specific_force" is "imu specific force".
+fn input_in_words(subject: &str) -> String {
+    readable(subject).replace('.', " ")
 }
 
 fn by_wheel(analysis: &Analysis, values_n: &[f64]) -> String {

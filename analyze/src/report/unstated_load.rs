@@ -7,7 +7,8 @@ use super::fact::LEAST_OF_A_FACT;
 use crate::analysis::Analysis;
 use crate::analysis::unstated_load::{ExplainedFall, Explanation, LoadEstimates, MassEstimate};
 use crate::base::number::number;
-use crate::events::Finding;
+use crate::events::support_words::SupportWord;
+use crate::events::{Event, Finding, ShownBy};
 use crate::page::{probability, short, table};
 
 /// Explanations that are less probable are not listed.
@@ -15,13 +16,39 @@ const LEAST_PROBABILITY: f64 = 1e-3;
 /// Most explanations in the table.
 const MOST_SHOWN: usize = 8;
 
+/// Whether the machine as stated does not show an event: its loads say that wheels carried which were in the air.
+pub(super) fn contradicts(analysis: &Analysis, event: &Event) -> bool {
+    let is_own =
+        |fall: &&ExplainedFall| fall.edge == event.subject && fall.onset_ns == event.start_ns;
+    let explained = analysis.explained_falls.iter().find(is_own);
+    let by = explained.and_then(|fall| fall.explanations.first());
+    event.shown_by == Some(ShownBy::Rotation) || by.is_some_and(|by| by.kind != "stated_machine")
+}
+
+/// What stands beside loads of a machine whose fall they do not show; `None` where they may be read as they are.
+pub(super) fn warning(analysis: &Analysis) -> Option<Markup> {
+    let fall = analysis
+        .events
+        .iter()
+        .find(|event| contradicts(analysis, event))?;
+    let from_s = seconds(analysis, fall.start_ns);
+    Some(html! {
+        p {
+            strong {
+                "These are the loads of the machine as stated. They do not show its fall about the " (fall.subject) " edge from t = "
+                (format_args!("{from_s:.2}")) " s: " (SupportWord::of(&analysis.machine).many) " off that edge were in the air, whatever load is computed for them."
+            }
+        }
+    })
+}
+
 /// The section; `None` without a rotation about an edge.
 pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
     let falls = &analysis.explained_falls;
     (!falls.is_empty()).then(|| {
         html! {
             p {
-                "While the machine rotates about an edge, the wheels off it carry nothing: the moment that the model computes \
+                "While the machine rotates about an edge, the " (SupportWord::of(&analysis.machine).many) " off it carry nothing: the moment that the model computes \
                 about the edge is its error. Before the lift, the lean of the platform on its tyres shows the moment, too. Each \
                 explanation was fitted to both; its probability is that among the explanations tried, each kind equally \
                 probable beforehand."

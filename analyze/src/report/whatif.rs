@@ -5,7 +5,7 @@ use tipwatch_suspension::replay::Track;
 
 use super::findings::finding_list;
 use crate::page::{
-    self, Columns, Curve, Document, Figure, Plots, chart, list, readable, section, table,
+    self, Columns, Curve, Document, Figure, Plots, Scripts, chart, list, readable, section, table,
 };
 use crate::suspension::{CAVEATS, Summary, SuspensionMode, WhatIf, findings, rod_names};
 
@@ -35,7 +35,7 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
         plots: Some(Plots {
             figures: &figures,
             columns: &columns,
-            script: "",
+            scripts: Scripts::Within(""),
             data: &html! {},
         }),
     }
@@ -240,7 +240,7 @@ fn rod_figures(
             force.push(Curve::new("piston force", rod.force.clone()));
             figures.push(plot(
                 &format!("Valve command of {name}"),
-                "-",
+                "share of full opening",
                 vec![Curve::new("valve command", rod.opening.clone())],
             ));
             figures.push(plot(

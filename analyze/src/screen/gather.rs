@@ -15,7 +15,7 @@ use super::one_log::{empty_record, remove_report};
 use super::outliers::comparisons;
 use super::place::Place;
 use super::policy_result::{judge, write_policy};
-use super::record::{Outcome, REPORT_FILES, Record};
+use super::record::{Outcome, REPORT_FILES, REPORTS, Record};
 use super::request::{Gate, Gathering, Screen, Update};
 use super::store::Store;
 use super::totals::Totals;
@@ -252,9 +252,16 @@ fn copy_reports(rows: &[LogRow], place: &Place, out: &Place) -> Result<()> {
         return Ok(());
     }
     let folders = rows.iter().filter_map(|row| row.record.report_folder());
-    let names: Vec<String> = folders
+    let mut names: Vec<String> = folders
         .flat_map(|folder| REPORT_FILES.map(|name| format!("{folder}/{name}")))
         .collect();
+    if names.is_empty() {
+        return Ok(());
+    }
+    // the scripts that they share, those of each version of the program
+    let shared = place.list(REPORTS)?.into_iter();
+    let shared = shared.filter(|name| name.ends_with(".js"));
+    names.extend(shared.map(|name| format!("{REPORTS}/{name}")));
     let copied = match place.local() {
         Some(_) => out,
         None => place,

@@ -15,7 +15,7 @@ use super::fleet_file::Fleet;
 use super::identity::{Identity, identify};
 use super::place::Place;
 use super::record::{
-    MachineName, Outcome, RECORD_SCHEMA, REPORT_FILES, REPORT_PAGE, Record, report_folder,
+    MachineName, Outcome, RECORD_SCHEMA, REPORT_FILES, REPORT_PAGE, REPORTS, Record, report_folder,
 };
 use super::request::Reports;
 use super::store::{Before, Store};
@@ -55,12 +55,25 @@ pub(super) struct Screening<'a> {
 pub(super) struct CurrentRun {
     done: Mutex<BTreeMap<String, Record>>,
     locks: Mutex<BTreeMap<String, Arc<Mutex<()>>>>,
+    /// The name of the scripts that the reports share, once they are written.
+    library: Mutex<Option<String>>,
 }
 
 impl CurrentRun {
     /// The lock held while a content is analysed.
     fn lock_of(&self, log_id: &str) -> Arc<Mutex<()>> {
         Arc::clone(lock(&self.locks).entry(log_id.to_owned()).or_default())
+    }
+
+    /// The name of the scripts that the reports share; the first report writes them.
+    fn library(&self, place: &Place) -> Result<String> {
+        let mut written = lock(&self.library);
+        if let Some(name) = &*written {
+            return Ok(name.clone());
+        }
+        let (name, script) = report::shared_library();
+        place.put_if_absent(&format!("{REPORTS}/{name}"), script.as_bytes())?;
+        Ok(written.insert(name).clone())
     }
 }
 
@@ -217,7 +230,8 @@ impl Screening<'_> {
         let has_report = self.is_reported(&facts);
         let folder = report_folder(&identity.id, &machine.spec.name);
         if has_report {
-            write_report(&analysis, &sketch.finish(), &self.place, &folder)?;
+            let library = self.current.library(&self.place)?;
+            write_report(&analysis, &sketch.finish(), &self.place, &folder, &library)?;
         } else {
             remove_report(&self.place, &folder);
         }
@@ -255,7 +269,13 @@ fn now_ns() -> i64 {
     i64::try_from(jiff::Timestamp::now().as_nanosecond()).unwrap_or(i64::MAX)
 }
 
-fn write_report(analysis: &Analysis, sketch: &Sketch, place: &Place, folder: &str) -> Result<()> {
+fn write_report(
+    analysis: &Analysis,
+    sketch: &Sketch,
+    place: &Place,
+    folder: &str,
+    library: &str,
+) -> Result<()> {
     let summary = Summary::of(analysis, report::main_findings(analysis));
     let summary = serde_json::to_string_pretty(&summary)?;
     place.put(&format!("{folder}/summary.json"), summary.as_bytes())?;
@@ -264,7 +284,7 @@ fn write_report(analysis: &Analysis, sketch: &Sketch, place: &Place, folder: &st
     parquet::write(&table, &analysis.provenance, unfinished.path())?;
     let table = std::fs::read(unfinished.path()).context("a temporary file cannot be read")?;
     place.put(&format!("{folder}/events.parquet"), &table)?;
-    let page = report::render_sketch(analysis, sketch);
+    let page = report::render_beside(analysis, sketch, library);
     place.put(&format!("{folder}/{REPORT_PAGE}"), page.as_bytes())
 }
 

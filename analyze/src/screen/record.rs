@@ -113,7 +113,7 @@ impl Record {
                 Some(report_folder(log_id, &machine.name))
             }
             _ => Some(format!(
-                "reports/{}",
+                "{REPORTS}/{}",
                 log_id.get(..DIGITS).unwrap_or(log_id)
             )),
         }
@@ -171,6 +171,8 @@ pub(super) fn path_key(path: &str) -> String {
     key
 }
 
+/// Folder of all reports, and of the scripts that they share.
+pub(super) const REPORTS: &str = "reports";
 /// The page of a report.
 pub(super) const REPORT_PAGE: &str = "report.html";
 /// The files of a report, the page last: if it exists, the report is complete.
@@ -184,7 +186,7 @@ const FIRST_WITH_MACHINE: u32 = 4;
 pub(super) fn report_folder(log_id: &str, machine: &str) -> String {
     let machine = sha256(machine.as_bytes());
     format!(
-        "reports/{}{}",
+        "{REPORTS}/{}{}",
         log_id.get(..DIGITS - 4).unwrap_or(log_id),
         machine.get(..4).unwrap_or_default()
     )

@@ -122,17 +122,9 @@ impl Scene {
 
     /// The events of an incident in order of time, each wheel or edge once for each kind.
     fn course(&self, incident: &Incident<'_>) -> String {
-        let mut told: Vec<(EventKind, &str)> = Vec::new();
+        let told = incident.steps();
         let mut steps = Vec::new();
-        for event in incident.events.iter().filter(|event| is_fact(event)) {
-            let key = (event.kind, event.subject.as_str());
-            if told.contains(&key) {
-                continue;
-            }
-            told.push(key);
-            if told.len() > MOST_STEPS {
-                continue;
-            }
+        for event in told.iter().take(MOST_STEPS) {
             let end = match event.end_ns {
                 Some(end_ns) if end_ns > event.start_ns => {
                     let later = match event.end_bound {
@@ -160,8 +152,8 @@ impl Scene {
     pub(in crate::report) fn step(&self, event: &Event) -> String {
         let subject = self.subject(event);
         match event.kind {
-            EventKind::WheelLight => format!("wheel {subject} light"),
-            EventKind::WheelLift => format!("wheel {subject} off the ground"),
+            EventKind::WheelLight => format!("{} light", self.support(event)),
+            EventKind::WheelLift => format!("{} off the ground", self.support(event)),
             EventKind::EdgeTipping => format!("tipping about the {subject} edge"),
             EventKind::TipOver => format!("tipping over about the {subject} edge"),
             EventKind::LiftNotExcluded | EventKind::InputGap | EventKind::InputFault => {
@@ -234,9 +226,10 @@ impl Scene {
 
     fn statement(&self, event: &Event, alike: &[&Event]) -> String {
         let subjects = self.subjects(alike);
+        let word = self.word_of(alike);
         let (wheels, were, edges) = match subjects.len() {
-            1 => ("Wheel", "was", "edge"),
-            _ => ("Wheels", "were", "edges"),
+            1 => (word.head, "was", "edge"),
+            _ => (word.heads, "were", "edges"),
         };
         let subject = enumerated(&subjects);
         match event.kind {
@@ -251,9 +244,12 @@ impl Scene {
             EventKind::WheelLight if subjects.len() > 1 => {
                 format!("{wheels} {subject} {were} below their load limits")
             }
-            EventKind::WheelLight => format!("Wheel {subject} was below its load limit"),
+            EventKind::WheelLight => format!("{wheels} {subject} was below its load limit"),
             EventKind::LiftNotExcluded => {
-                format!("Between rows, a lift of wheel {subject} cannot be excluded")
+                format!(
+                    "Between rows, a lift of {} {subject} cannot be excluded",
+                    word.one
+                )
             }
             EventKind::InputGap => format!("Input {subject} had no data"),
             EventKind::InputFault => format!("Input {subject} was implausible"),
@@ -280,7 +276,7 @@ pub(super) fn is_undecided(event: &Event) -> bool {
 }
 
 /// "a", "a and b", "a, b and c".
-fn enumerated(names: &[String]) -> String {
+pub(super) fn enumerated(names: &[String]) -> String {
     match names {
         [] => String::new(),
         [only] => only.clone(),

@@ -60,6 +60,25 @@ impl<'a> Incident<'a> {
         self.events.iter().copied().filter(alike)
     }
 
+    /// What is told of it one by one: the facts in order of their start, of each wheel or edge once for each kind. A tip-over
+    /// is an edge tipping that went on, so that tipping is no step of its own.
+    pub(in crate::report) fn steps(&self) -> Vec<&'a Event> {
+        let facts = || self.events.iter().copied().filter(|event| is_fact(event));
+        let went_on = |event: &Event| {
+            let is_its_end =
+                |other: &Event| other.kind == EventKind::TipOver && other.subject == event.subject;
+            event.kind == EventKind::EdgeTipping && facts().any(is_its_end)
+        };
+        let mut steps: Vec<&Event> = Vec::new();
+        for event in facts().filter(|event| !went_on(event)) {
+            let is_same = |step: &&Event| step.kind == event.kind && step.subject == event.subject;
+            if !steps.iter().any(is_same) {
+                steps.push(event);
+            }
+        }
+        steps
+    }
+
     /// The first event of a kind that is a fact.
     pub(in crate::report) fn first(&self, kind: EventKind) -> Option<&'a Event> {
         let of_kind = |event: &&&Event| event.kind == kind && is_fact(event);
@@ -110,6 +129,29 @@ mod tests {
         );
         assert_eq!(found[0].gravest().kind, EventKind::TipOver);
         assert_eq!(kinds(&found[1]), [EventKind::WheelLight]);
+    }
+
+    #[test]
+    fn a_fall_is_one_step_and_not_the_tipping_that_it_began_as_too() {
+        let events = [
+            event(EventKind::EdgeTipping, "left", [3, 9]),
+            event(EventKind::TipOver, "left", [3, 9]),
+            event(EventKind::EdgeTipping, "front", [4, 5]),
+            event(EventKind::WheelLift, "fr", [5, 6]),
+            event(EventKind::WheelLift, "fr", [7, 8]),
+        ];
+        let found = incidents(&events);
+        let steps = found[0].steps();
+        let steps: Vec<_> = steps
+            .iter()
+            .map(|step| (step.kind, step.subject.as_str()))
+            .collect();
+        let expected = [
+            (EventKind::TipOver, "left"),
+            (EventKind::EdgeTipping, "front"),
+            (EventKind::WheelLift, "fr"),
+        ];
+        assert_eq!(steps, expected);
     }
 
     #[test]

@@ -66,7 +66,7 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
         .chain(not_excluded.iter().map(finding))
         .chain(unstated_load::findings(analysis))
         .chain(other_wheels.flatten())
-        .chain(partly.flatten().map(|known| unknown_rest(&known)))
+        .chain(partly.flatten().map(|known| unknown_rest(&scene, &known)))
         .chain(prevention::finding(analysis))
         .chain(of_input.iter().map(finding))
         .chain((incidents.len() > most_of_kind).then(|| more(incidents.len() - most_of_kind)))
@@ -108,10 +108,16 @@ pub(super) fn worst_of_each_kind<'a>(
 }
 
 /// What the computed part of a log leaves open.
-fn unknown_rest(known: &str) -> Finding {
+fn unknown_rest(scene: &Scene, known: &str) -> Finding {
     Finding {
-        headline: format!("Wheel loads are known only in {known} of the log"),
-        evidence: vec!["In the rest, wheels may have lifted unseen".into()],
+        headline: format!(
+            "{} loads are known only in {known} of the log",
+            scene.word.head
+        ),
+        evidence: vec![format!(
+            "In the rest, {} may have lifted unseen",
+            scene.word.many
+        )],
     }
 }
 

@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 
-use super::headline::is_undecided;
+use super::headline::{enumerated, is_undecided};
 use super::scene::Scene;
 use crate::events::{
     Answer, Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
@@ -38,7 +38,8 @@ impl Scene {
         }
         if let Some(lead_s) = event.lead_s {
             evidence.push(format!(
-                "Lead time: {lead_s:.2} s after the first wheel fell below its load limit"
+                "Lead time: {lead_s:.2} s after the first {} fell below its load limit",
+                self.word.one
             ));
         }
         if event.split_dependent == Some(true) {
@@ -52,8 +53,8 @@ impl Scene {
             evidence.extend((!self.is_split_stated).then(|| self.deciding.clone()));
         } else if event.any_split_ns.is_some() && !self.is_split_stated {
             evidence.push(format!(
-                "Before that, equilibrium leaves the split of the load between the wheels open. {}",
-                self.deciding
+                "Before that, equilibrium leaves the split of the load between the {} open. {}",
+                self.word.many, self.deciding
             ));
         }
         if let Some(doubt) = &event.doubt {
@@ -117,13 +118,17 @@ impl Scene {
                 "Rests on this, as the machine file states: {}. Without it equilibrium leaves the load open",
                 self.split_rule
             ),
-            false => "Equilibrium leaves the split of the load between the wheels open".into(),
+            false => format!(
+                "Equilibrium leaves the split of the load between the {} open",
+                self.word.many
+            ),
         };
         match (event.load_range_n, event.judged_ns) {
             (Some([least_n, largest_n]), Some(judged_ns)) => format!(
-                "{open}: {} to {} N on this wheel, at t = {:.2} s",
+                "{open}: {} to {} N on this {}, at t = {:.2} s",
                 number(least_n),
                 number(largest_n),
+                self.word_of(&[event]).one,
                 self.seconds(judged_ns)
             ),
             _ => open,
@@ -193,10 +198,31 @@ impl Scene {
             EventKind::WheelLift => "lifted",
             _ => "tipped",
         };
-        let answers: Vec<String> = (event.counterfactuals.iter())
-            .map(|answer| format!("{}: {}", self.supposed(answer), answered(answer)))
-            .collect();
+        let answered = (event.counterfactuals.iter())
+            .filter_map(|answer| Some(format!("{}: {}", self.supposed(answer), answered(answer)?)));
+        let open = self.unanswered(&event.counterfactuals).into_iter();
+        let open = open.map(|(suppositions, why)| format!("{suppositions}: open ({why})"));
+        let answers: Vec<String> = answered.chain(open).collect();
         (!answers.is_empty()).then(|| format!("Would it have {happened} {}", answers.join("; ")))
+    }
+
+    /// What has no answer, and why: every reason once, with the suppositions that share it.
+    pub(in crate::report) fn unanswered(
+        &self,
+        answers: &[Counterfactual],
+    ) -> Vec<(String, &'static str)> {
+        let mut reasons: Vec<(Vec<String>, &'static str)> = Vec::new();
+        for answer in answers.iter().filter(|answer| answer.probability.is_none()) {
+            let why = answer.why_not.unwrap_or("the reason is unknown");
+            match reasons.iter_mut().find(|(_, other)| *other == why) {
+                Some((suppositions, _)) => suppositions.push(self.supposed(answer)),
+                None => reasons.push((vec![self.supposed(answer)], why)),
+            }
+        }
+        let reasons = reasons.into_iter();
+        reasons
+            .map(|(suppositions, why)| (enumerated(&suppositions), why))
+            .collect()
     }
 
     pub(in crate::report) fn supposed(&self, answer: &Counterfactual) -> String {
@@ -222,22 +248,18 @@ impl Scene {
     }
 }
 
-/// An answer with what it rests on.
-fn answered(answer: &Counterfactual) -> String {
-    let otf = match (answer.otf_n, answer.sigma_n) {
-        (Some(otf_n), Some(sigma_n)) => {
-            format!(
-                "minimum OTF {} ± {} N",
-                number(otf_n),
-                number(2.0 * sigma_n)
-            )
-        }
-        _ => answer.why_not.unwrap_or("unknown").into(),
-    };
-    match (answer.answer, answer.probability) {
-        (Answer::Open, Some(p)) => format!("open, {} ({otf})", probability(p)),
-        (answer, _) => format!("{} ({otf})", answer.name()),
-    }
+/// An answer with what it rests on; `None` if it is open for want of a probability.
+fn answered(answer: &Counterfactual) -> Option<String> {
+    let chance = probability(answer.probability?);
+    let otf = format!(
+        "minimum OTF {} ± {} N",
+        number(answer.otf_n?),
+        number(2.0 * answer.sigma_n?)
+    );
+    Some(match answer.answer {
+        Answer::Open => format!("open, {chance} ({otf})"),
+        answer => format!("{} ({otf})", answer.name()),
+    })
 }
 
 fn witness(witness: RotationWitness) -> &'static str {
@@ -274,13 +296,17 @@ fn shares_in_words(causes: &EventCauses) -> String {
 
 #[cfg(test)]
 mod tests {
+    use tipwatch_mechanics::machine::SupportKind;
+
     use super::*;
     use crate::events::CauseShare;
+    use crate::events::support_words::SupportWord;
     use crate::report::findings::scene::WheelFacts;
 
     fn scene() -> Scene {
         let wheel = |name: &str| WheelFacts {
             name: name.into(),
+            kind: SupportKind::Wheel,
             static_n: 10_000.0,
             limit_n: Some(500.0),
         };
@@ -288,7 +314,8 @@ mod tests {
             start_ns: 1_000_000_000_000,
             wheels: vec![wheel("FL"), wheel("RL")],
             split_rule: "all wheels are springs of the same stiffness under a rigid frame".into(),
-            sharing: "wheels share the load",
+            sharing: "wheels share the load".into(),
+            word: SupportWord::of_kind(SupportKind::Wheel),
             is_split_stated: false,
             deciding: "To decide it: weighing".into(),
             is_sparse: false,
@@ -348,6 +375,34 @@ mod tests {
                 "To decide it: weighing"
             ]
         );
+    }
+
+    #[test]
+    fn a_reason_without_an_answer_is_told_once() {
+        let answer = |supposed, why_not| Counterfactual {
+            supposed,
+            answer: Answer::Open,
+            probability: None,
+            recorded_otf_n: None,
+            otf_n: Some(400.0),
+            sigma_n: None,
+            posture_ns: None,
+            why_not: Some(why_not),
+        };
+        let answers = [
+            answer(Supposition::LevelGround, "a"),
+            answer(Supposition::HalfSpeed, "b"),
+            answer(Supposition::WithoutLoad, "a"),
+            Counterfactual {
+                probability: Some(0.5),
+                ..answer(Supposition::ArmIn, "a")
+            },
+        ];
+        let expected = [
+            ("on level ground and without the load".to_string(), "a"),
+            ("at half the speed".to_string(), "b"),
+        ];
+        assert_eq!(scene().unanswered(&answers), expected);
     }
 
     #[test]

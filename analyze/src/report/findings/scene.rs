@@ -1,7 +1,10 @@
 //! The facts of an analysis that findings use besides the event.
 
+use tipwatch_mechanics::machine::SupportKind;
+
 use crate::analysis::Analysis;
 use crate::events::split_rule::{deciding_measurements, is_stated, sharing, split_rule};
+use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind};
 use crate::page::percent;
 
@@ -12,7 +15,9 @@ pub(in crate::report) struct Scene {
     /// To follow "if".
     pub(super) split_rule: String,
     /// To follow "how the".
-    pub(super) sharing: &'static str,
+    pub(super) sharing: String,
+    /// What any of its supports is called.
+    pub(in crate::report) word: SupportWord,
     /// Whether the machine file states what determines the split: flat ground and the tyres' stiffness.
     pub(super) is_split_stated: bool,
     pub(super) deciding: String,
@@ -21,6 +26,7 @@ pub(in crate::report) struct Scene {
 
 pub(super) struct WheelFacts {
     pub(super) name: String,
+    pub(super) kind: SupportKind,
     pub(super) static_n: f64,
     pub(super) limit_n: Option<f64>,
 }
@@ -32,6 +38,7 @@ impl Scene {
         let wheels = machine.wheels().iter().enumerate();
         let wheels = wheels.map(|(wheel, facts)| WheelFacts {
             name: facts.name.clone(),
+            kind: facts.kind,
             static_n: machine.reference().static_load[wheel],
             limit_n: limits.get(wheel).copied(),
         });
@@ -40,6 +47,7 @@ impl Scene {
             wheels: wheels.collect(),
             split_rule: split_rule(machine),
             sharing: sharing(machine),
+            word: SupportWord::of(machine),
             is_split_stated: is_stated(machine),
             deciding: deciding_measurements(machine),
             is_sparse: analysis.coverage.between_rows.is_some(),
@@ -61,6 +69,17 @@ impl Scene {
         }
     }
 
+    /// The wheel or other support of an event with the word for it: "wheel FL", "support ORR".
+    pub(in crate::report) fn support(&self, event: &Event) -> String {
+        format!("{} {}", self.word_of(&[event]).one, self.subject(event))
+    }
+
+    /// The word for the wheels or other supports of some events.
+    pub(super) fn word_of(&self, events: &[&Event]) -> SupportWord {
+        let known = events.iter().filter_map(|event| self.wheel(&event.subject));
+        SupportWord::of_all(known.map(|wheel| wheel.kind))
+    }
+
     pub(super) fn wheel(&self, subject: &str) -> Option<&WheelFacts> {
         self.wheels
             .iter()
@@ -69,6 +88,11 @@ impl Scene {
 }
 
 impl WheelFacts {
+    /// "wheel FL", "support ORR".
+    pub(super) fn named(&self) -> String {
+        format!("{} {}", SupportWord::of_kind(self.kind).one, self.name)
+    }
+
     /// A load of the wheel (N) as a share of its static load, in words.
     pub(super) fn share(&self, load_n: f64) -> String {
         if load_n.is_finite() && self.static_n > 0.0 {

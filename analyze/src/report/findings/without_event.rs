@@ -8,6 +8,7 @@ use super::incident::Incident;
 use super::scene::Scene;
 use crate::analysis::Analysis;
 use crate::events::Finding;
+use crate::events::support_words::SupportWord;
 use crate::page::{number, readable};
 use crate::report::open_split::{self, OpenWheel};
 
@@ -25,14 +26,14 @@ impl Scene {
     pub(super) fn without_event(&self, open: &[OpenWheel], analysis: &Analysis) -> Finding {
         let Some(lowest) = lowest_load(analysis) else {
             return Finding {
-                headline: "Wheel loads cannot be computed in any row".into(),
+                headline: format!("{} loads cannot be computed in any row", self.word.head),
                 evidence: reasons(analysis),
             };
         };
         let wheel = &self.wheels[lowest.wheel];
         let claim = match wheel.limit_n {
-            Some(_) => "wheel fell below its load limit",
-            None => "wheel left the ground",
+            Some(_) => format!("{} fell below its load limit", self.word.one),
+            None => format!("{} left the ground", self.word.one),
         };
         let coverage = &analysis.coverage;
         let claim = match partly_known(analysis) {
@@ -40,7 +41,10 @@ impl Scene {
                 "At the rows of this sparse log{}, no {claim}",
                 known.map_or(String::new(), |known| format!(" (known in {known})"))
             ),
-            Some(known) => format!("In the {known} of the log with known wheel loads, no {claim}"),
+            Some(known) => format!(
+                "In the {known} of the log with known {} loads, no {claim}",
+                self.word.one
+            ),
             None => format!("No {claim}"),
         };
         let split = match (open.is_empty(), lowest.is_split_open) {
@@ -69,7 +73,7 @@ impl Scene {
             (None, None) => String::new(),
         };
         let limit = match wheel.limit_n {
-            Some(limit_n) => format!("Load limit of wheel {}: {} N", wheel.name, number(limit_n)),
+            Some(limit_n) => format!("Load limit of {}: {} N", wheel.named(), number(limit_n)),
             None => "No load limit is set".into(),
         };
         let (rows, valid) = (analysis.rows.len(), lowest.valid_rows);
@@ -78,10 +82,10 @@ impl Scene {
         let ranges = self.ranges(open);
         Finding {
             headline: format!(
-                "{claim}{split}{between}; the minimum load was {} N ({}) on wheel {} at t = {:.2} s",
+                "{claim}{split}{between}; the minimum load was {} N ({}) on {} at t = {:.2} s",
                 number(lowest.load_n),
                 wheel.share(lowest.load_n),
-                wheel.name,
+                wheel.named(),
                 self.seconds(lowest.time_ns)
             ),
             evidence: [limit].into_iter().chain(ranges).chain(scope).collect(),
@@ -114,14 +118,16 @@ impl Scene {
         let names: Vec<&str> = (open.iter())
             .map(|open| self.wheels[open.wheel].name.as_str())
             .collect();
-        format!("wheel {}", names.join(" or "))
+        let word = SupportWord::of_all(open.iter().map(|open| self.wheels[open.wheel].kind));
+        format!("{} {}", word.one, names.join(" or "))
     }
 
     /// What equilibrium allows each of these wheels, and what would decide it.
     fn ranges(&self, open: &[OpenWheel]) -> Vec<String> {
         let range = |open: &OpenWheel| {
             format!(
-                "Wheel {}: {} N if {}, {} to {} N by equilibrium alone, at t = {:.2} s",
+                "{} {}: {} N if {}, {} to {} N by equilibrium alone, at t = {:.2} s",
+                SupportWord::of_kind(self.wheels[open.wheel].kind).head,
                 self.wheels[open.wheel].name,
                 number(open.load_n),
                 self.split_rule,

@@ -2,6 +2,9 @@
 
 use roxmltree::Node;
 
+/// Most small pictures side by side.
+const MOST_BESIDE: usize = 3;
+
 /// A part of the document.
 #[derive(Debug)]
 pub(super) enum Block<'a> {
@@ -16,8 +19,10 @@ pub(super) enum Block<'a> {
         pictures: Vec<(Node<'a, 'a>, String)>,
         small: bool,
     },
-    /// What follows begins on a page of its own.
-    PageBreak,
+    /// Parts side by side.
+    Columns(Vec<Vec<Block<'a>>>),
+    /// What stands on a sheet of its own.
+    Sheet(Vec<Block<'a>>),
 }
 
 /// The cells of a table.
@@ -75,10 +80,11 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
             }
         }
         "section" if has_class(node, "sheet") => {
-            for child in node.children().filter(Node::is_element) {
-                add(child, depth, blocks);
-            }
-            blocks.push(Block::PageBreak);
+            blocks.push(Block::Sheet(beside_each_other(of(node))));
+        }
+        "div" if has_class(node, "columns") => {
+            let columns = node.children().filter(Node::is_element).map(of);
+            blocks.push(Block::Columns(columns.collect()));
         }
         "script" | "noscript" | "svg" => {}
         _ => {
@@ -87,6 +93,22 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
             }
         }
     }
+}
+
+/// Rows of pictures that have room beside each other: three small ones at most.
+fn beside_each_other<'a>(blocks: Vec<Block<'a>>) -> Vec<Block<'a>> {
+    let mut together: Vec<Block<'a>> = Vec::new();
+    for block in blocks {
+        match (together.last_mut(), block) {
+            (Some(Block::Pictures { pictures, .. }), Block::Pictures { pictures: more, .. })
+                if pictures.len() + more.len() <= MOST_BESIDE =>
+            {
+                pictures.extend(more);
+            }
+            (_, block) => together.push(block),
+        }
+    }
+    together
 }
 
 fn side_by_side<'a>(node: Node<'a, 'a>, pictures: Vec<(Node<'a, 'a>, String)>) -> Block<'a> {

@@ -17,8 +17,13 @@ use super::text::Letters;
 /// A4 (points).
 pub(super) const PAGE: [f32; 2] = [595.28, 841.89];
 const MARGIN: f32 = 48.0;
-/// Width of the text.
-pub(super) const WIDTH: f32 = PAGE[0] - 2.0 * MARGIN;
+/// Width of the text on a page.
+const WIDTH: f32 = PAGE[0] - 2.0 * MARGIN;
+/// Room between columns.
+const GUTTER: f32 = 10.0;
+/// Sizes at which a page is tried, as shares of the usual ones, until everything stands on it. At the last one, tables have
+/// letters of 5 points.
+const SCALES: [f32; 9] = [1.0, 0.95, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6];
 /// Largest height of a block on one page.
 pub(super) const HEIGHT: f32 = PAGE[1] - 2.0 * MARGIN;
 const TEXT: f32 = 9.0;
@@ -50,6 +55,11 @@ pub(super) struct Flow<'d> {
     /// The first free line of the last page.
     pub(super) y: f32,
     headings: Vec<(String, usize, f32)>,
+    /// Of the column that is being filled: its distance from the left margin, and its width.
+    indent: f32,
+    pub(super) width: f32,
+    /// Sizes as a share of the usual ones.
+    pub(super) scale: f32,
 }
 
 impl<'d> Flow<'d> {
@@ -63,6 +73,9 @@ impl<'d> Flow<'d> {
             pages: vec![Vec::new()],
             y: MARGIN,
             headings: Vec::new(),
+            indent: 0.0,
+            width: WIDTH,
+            scale: 1.0,
         })
     }
 
@@ -73,8 +86,8 @@ impl<'d> Flow<'d> {
 
     /// A heading of a section; it never stands alone at the foot of a page.
     pub(super) fn heading(&mut self, text: &str) {
-        self.y += 10.0;
-        self.room(64.0);
+        self.y += 10.0 * self.scale;
+        self.room(64.0 * self.scale);
         let text_of_outline = self.letters.known(text);
         let page = self.pages.len() - 1;
         self.headings.push((text_of_outline, page, self.y));
@@ -83,8 +96,8 @@ impl<'d> Flow<'d> {
 
     /// A heading within a section.
     pub(super) fn small_heading(&mut self, text: &str) {
-        self.y += 4.0;
-        self.room(48.0);
+        self.y += 4.0 * self.scale;
+        self.room(48.0 * self.scale);
         self.paragraph(text, 10.0, true, 0.0);
     }
 
@@ -95,15 +108,56 @@ impl<'d> Flow<'d> {
     /// An entry of a list at a depth from 0.
     pub(super) fn item(&mut self, depth: usize, text: &str) {
         let indent = 10.0 * (depth + 1) as f32;
-        self.room(TEXT * LEADING);
-        let at = [indent - 8.0, self.y + TEXT];
-        self.text(at, TEXT, false, "–");
+        let letters = TEXT * self.scale;
+        self.room(letters * LEADING);
+        let at = [indent - 8.0, self.y + letters];
+        self.text(at, letters, false, "–");
         let size = if depth == 0 { TEXT } else { TEXT - 1.0 };
         self.paragraph(text, size, false, indent);
     }
 
+    /// Lays out so small that all of it stands on the rest of the page, if it can be read then.
+    pub(super) fn one_page(&mut self, mut lay_out: impl FnMut(&mut Self)) {
+        let (page, y, headings) = (self.pages.len() - 1, self.y, self.headings.len());
+        let marks = self.pages[page].len();
+        for scale in SCALES {
+            self.pages.truncate(page + 1);
+            self.pages[page].truncate(marks);
+            self.headings.truncate(headings);
+            (self.y, self.scale) = (y, scale);
+            lay_out(self);
+            if self.pages.len() == page + 1 {
+                break;
+            }
+        }
+        self.scale = 1.0;
+    }
+
+    /// Lays out columns side by side; what does not fit on the page follows on the next one.
+    pub(super) fn columns(&mut self, count: usize, mut lay_out: impl FnMut(&mut Self, usize)) {
+        let (left, whole, top, page) = (self.indent, self.width, self.y, self.pages.len());
+        let width = (whole - GUTTER * (count.max(1) - 1) as f32) / count.max(1) as f32;
+        let mut lowest = top;
+        for column in 0..count {
+            // a column that went on to another page begins the next one there
+            if self.pages.len() == page {
+                self.y = top;
+            }
+            self.indent = left + column as f32 * (width + GUTTER);
+            self.width = width;
+            lay_out(self, column);
+            lowest = if self.pages.len() == page {
+                lowest.max(self.y)
+            } else {
+                self.y
+            };
+        }
+        (self.indent, self.width, self.y) = (left, whole, lowest);
+    }
+
     fn paragraph(&mut self, text: &str, size: f32, bold: bool, indent: f32) {
-        for line in self.letters.lines(text, size, WIDTH - indent) {
+        let size = size * self.scale;
+        for line in self.letters.lines(text, size, self.width - indent) {
             self.room(size * LEADING);
             self.text([indent, self.y + size], size, bold, &line);
             self.y += size * LEADING;
@@ -127,7 +181,7 @@ impl<'d> Flow<'d> {
     /// A text at a place from the left margin and from the top of the page.
     pub(super) fn text(&mut self, [x, y]: [f32; 2], size: f32, bold: bool, text: &str) {
         self.mark(Mark::Text {
-            at: [MARGIN + x, y],
+            at: [self.left() + x, y],
             size,
             bold,
             text: self.letters.known(text),
@@ -142,7 +196,7 @@ impl<'d> Flow<'d> {
 
     /// A filled rectangle from the left margin.
     pub(super) fn rectangle(&mut self, [x, y]: [f32; 2], [width, height]: [f32; 2], grey: u8) {
-        let rectangle = Rect::from_xywh(MARGIN + x, y, width, height);
+        let rectangle = Rect::from_xywh(self.left() + x, y, width, height);
         let path = rectangle.and_then(|rectangle| {
             let mut builder = PathBuilder::new();
             builder.push_rect(rectangle);
@@ -158,9 +212,14 @@ impl<'d> Flow<'d> {
         }
     }
 
-    /// The left margin (points).
-    pub(super) fn left() -> f32 {
-        MARGIN
+    /// The left end of the column (points).
+    pub(super) fn left(&self) -> f32 {
+        MARGIN + self.indent
+    }
+
+    /// Where a page ends (points from its top).
+    pub(super) fn end() -> f32 {
+        PAGE[1] - MARGIN
     }
 
     /// Writes the pages, with their numbers.

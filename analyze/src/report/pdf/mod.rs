@@ -47,21 +47,33 @@ pub(super) fn render(
     document.set_metadata(metadata);
     let mut flow = Flow::new(&mut document, title)?;
     flow.title(title, subtitle);
-    for block in &blocks {
+    lay_out(&mut flow, &blocks);
+    flow.finish();
+    document
+        .finish()
+        .map_err(|error| anyhow!("PDF/A-2b: {error:?}"))
+}
+
+fn lay_out(flow: &mut Flow<'_>, blocks: &[Block<'_>]) {
+    for block in blocks {
         match block {
             Block::Heading(2, text) => flow.heading(text),
             Block::Heading(_, text) => flow.small_heading(text),
             Block::Paragraph(text) => flow.plain(text),
             Block::Item(depth, text) => flow.item(*depth, text),
-            Block::Table(cells) => table::add(&mut flow, cells),
-            Block::Pictures { pictures, small } => picture::add(&mut flow, pictures, *small),
-            Block::PageBreak => flow.break_page(),
+            Block::Table(cells) => table::add(flow, cells),
+            Block::Pictures { pictures, small } => picture::add(flow, pictures, *small),
+            Block::Columns(columns) => {
+                flow.columns(columns.len(), |flow, column| {
+                    lay_out(flow, &columns[column])
+                });
+            }
+            Block::Sheet(blocks) => {
+                flow.one_page(|flow| lay_out(flow, blocks));
+                flow.break_page();
+            }
         }
     }
-    flow.finish();
-    document
-        .finish()
-        .map_err(|error| anyhow!("PDF/A-2b: {error:?}"))
 }
 
 fn date_of(time: Timestamp) -> DateTime {
@@ -108,6 +120,25 @@ mod tests {
         assert!(
             bytes == render("Report of 日本 log", "sub", Timestamp::UNIX_EPOCH, &content).unwrap()
         );
+    }
+
+    #[test]
+    fn a_sheet_is_one_page_as_long_as_it_can_be_read() {
+        let count = |lines: usize| {
+            let content = html! {
+                section.sheet {
+                    h2 { "Summary" }
+                    @for _ in 0..lines { p { "A sentence that fills a line of the sheet and says what happened to the machine." } }
+                    div.columns { @for name in ["a", "b", "c"] { div { h3 { (name) } p { "A text that is broken in its column." } } } }
+                }
+                section { h2 { "Events" } }
+            };
+            let bytes = render("t", "s", Timestamp::UNIX_EPOCH, &content).unwrap();
+            String::from_utf8_lossy(&bytes).matches("/MediaBox").count()
+        };
+        // fifty lines take a page; smaller letters make room for more; what would be too small to read takes another page
+        assert_eq!([count(1), count(40), count(60)], [2, 2, 2]);
+        assert_eq!(count(100), 3);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use krilla::geom::{Path, PathBuilder};
 use roxmltree::Node;
 
-use super::flow::{Flow, LEADING, Mark, WIDTH};
+use super::flow::{Flow, LEADING, Mark};
 
 const CAPTION: f32 = 8.0;
 /// Room between pictures side by side (points).
@@ -89,30 +89,31 @@ impl Frame {
 
 /// Draws pictures side by side, with their captions below; small ones where much must stand on a page.
 pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)], small: bool) {
-    let tallest = if small { TALLEST_OF_SMALL } else { TALLEST };
+    let tallest = flow.scale * if small { TALLEST_OF_SMALL } else { TALLEST };
+    let (width, letters) = (flow.width, CAPTION * flow.scale);
     // a wide picture alone takes the whole width
     let least = match pictures {
-        [(svg, _)] if size(*svg, WIDTH, TALLEST).0 < 1.0 => 1,
+        [(svg, _)] if size(*svg, width, TALLEST).0 < 1.0 => 1,
         _ => 2,
     };
     let places = pictures.len().max(least) as f32;
-    let room = (WIDTH - (places - 1.0) * BETWEEN) / places;
+    let room = (width - (places - 1.0) * BETWEEN) / places;
     let sizes: Vec<(f32, f32, f32)> = pictures
         .iter()
         .map(|(svg, _)| size(*svg, room, tallest))
         .collect();
     let highest = sizes.iter().map(|size| size.2).fold(0.0, f32::max);
     let captions: Vec<Vec<String>> = (pictures.iter())
-        .map(|(_, caption)| flow.letters.lines(caption, CAPTION, room))
+        .map(|(_, caption)| flow.letters.lines(caption, letters, room))
         .collect();
     let lines = captions.iter().map(Vec::len).max().unwrap_or(0);
-    let below = lines as f32 * CAPTION * LEADING;
+    let below = lines as f32 * letters * LEADING;
     flow.room(highest + below + 8.0);
     let top = flow.y;
     for (place, ((svg, _), (scale, _, _))) in pictures.iter().zip(&sizes).enumerate() {
         let left = place as f32 * (room + BETWEEN);
         let frame = Frame {
-            left: Flow::left() + left,
+            left: flow.left() + left,
             top,
             scale: *scale,
         };
@@ -120,11 +121,11 @@ pub(super) fn add(flow: &mut Flow<'_>, pictures: &[(Node<'_, '_>, String)], smal
             draw(flow, element, frame);
         }
         for (line, text) in captions[place].iter().enumerate() {
-            let y = top + highest + (line as f32 + 1.0) * CAPTION * LEADING;
-            flow.text([left, y], CAPTION, false, text);
+            let y = top + highest + (line as f32 + 1.0) * letters * LEADING;
+            flow.text([left, y], letters, false, text);
         }
     }
-    flow.y = top + highest + below + 10.0;
+    flow.y = top + highest + below + 10.0 * flow.scale;
 }
 
 /// Scale, width and height of a picture in so much room.
@@ -235,5 +236,5 @@ fn text(flow: &mut Flow<'_>, element: Node<'_, '_>, frame: Frame) {
         _ => 0.0,
     };
     let [x, y] = frame.at(number("x").unwrap_or(0.0), number("y").unwrap_or(0.0));
-    flow.text([x - shift - Flow::left(), y], size, false, &words);
+    flow.text([x - shift - flow.left(), y], size, false, &words);
 }

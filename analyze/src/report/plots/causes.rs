@@ -3,6 +3,7 @@
 use tipwatch_mechanics::Quantity;
 
 use super::plotter::{Part, Plotter, axis};
+use crate::events::support_words::SupportWord;
 use crate::page::{Figure, Look, readable};
 use crate::report::findings::incidents;
 use crate::report::sketch::{Curve, Point};
@@ -47,7 +48,8 @@ impl Plotter<'_> {
 
     fn causes_of(&self, wheel: usize, name: &str) -> Figure {
         let otf = Quantity::Otf(wheel);
-        let title = format!("Wheel {name}: contributions to its overturning force (OTF)");
+        let word = SupportWord::of_kind(self.analysis.machine.wheels()[wheel].kind).head;
+        let title = format!("{word} {name}: contributions to its overturning force (OTF)");
         let unit = axis("Contribution", otf);
         let mut figure = self.figure(Part::Causes, &title, &unit, HEIGHT);
         for layer in self

@@ -3,6 +3,7 @@
 use tipwatch_mechanics::Quantity;
 
 use super::plotter::{Part, Plotter, axis};
+use crate::events::support_words::SupportWord;
 use crate::page::{Figure, Look, Trace};
 use crate::report::sketch::Curve;
 
@@ -24,7 +25,8 @@ impl Plotter<'_> {
     }
 
     fn load_of(&self, wheel: usize, name: &str) -> Figure {
-        let title = format!("Wheel {name}: load");
+        let word = SupportWord::of_kind(self.analysis.machine.wheels()[wheel].kind).head;
+        let title = format!("{word} {name}: load");
         let unit = axis("Load", Quantity::Load(wheel));
         let mut figure = self.figure(Part::Loads, &title, &unit, HEIGHT);
         let envelope = Curve::Envelope(wheel);

@@ -97,7 +97,8 @@ impl Plotter<'_> {
         let mut lanes: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
         for event in &self.analysis.events {
             if let Some(fault) = &event.fault {
-                let name = format!("{}: {}", event.subject, readable(fault.kind.name()));
+                let subject = readable(&event.subject).replace('.', " ");
+                let name = format!("{subject}: {}", readable(fault.kind.name()));
                 lanes.entry(name).or_default().push(self.span(event));
             }
         }

@@ -7,7 +7,7 @@ use tipwatch_mechanics::{ColumnNames, Quantity};
 
 use super::plotter::{Part, Plotter, axis};
 use crate::page::{Figure, Look, rows_to_draw};
-use crate::report::sketch::{Curve, FEWER_POINTS};
+use crate::report::sketch::{Curve, Detail};
 
 /// What is plotted, the title of its axis, and one of the quantities that belong to it.
 type Kind = (&'static str, &'static str, Quantity);
@@ -68,8 +68,9 @@ impl Plotter<'_> {
 
 /// The rows of a band to draw, with its ends.
 fn thinned(band: &Band) -> impl Iterator<Item = (usize, f64, f64)> {
-    let mut rows = rows_to_draw(&band.low, FEWER_POINTS);
-    rows.extend(rows_to_draw(&band.high, FEWER_POINTS));
+    let most = Detail::WHOLE.fewer_points;
+    let mut rows = rows_to_draw(&band.low, most);
+    rows.extend(rows_to_draw(&band.high, most));
     rows.sort_unstable();
     rows.dedup();
     (rows.into_iter()).map(|row| (row, band.low[row], band.high[row]))

@@ -6,6 +6,7 @@ use tipwatch_mechanics::machine::{Ground, NoteKind};
 use crate::analysis::Analysis;
 use crate::analysis::unstated_load::ExplainedFall;
 use crate::events::split_rule::{is_stated, sharing, split_rule};
+use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
 use crate::page::{number, percent, probability, short};
 use crate::report::fact::is_fact;
@@ -22,9 +23,10 @@ pub(super) fn answers(
     analysis: &Analysis,
     incidents: &[Incident<'_>],
 ) -> Vec<(&'static str, String)> {
+    let word = SupportWord::of(&analysis.machine);
     let mut all = vec![
         ("Did it tip over?", tipped_over(analysis)),
-        ("Which wheels left the ground?", lifted(analysis)),
+        (which_lifted(word), lifted(analysis)),
         ("When was it?", when(analysis, incidents)),
         ("How sure is this?", certainty(analysis, incidents)),
     ];
@@ -46,22 +48,35 @@ pub(super) fn answers(
     all
 }
 
+fn which_lifted(word: SupportWord) -> &'static str {
+    match word.many {
+        "wheels" => "Which wheels left the ground?",
+        _ => "What left the ground?",
+    }
+}
+
 /// Why nothing is known of the machine's stability; `None` if something is.
 fn nothing_known(analysis: &Analysis) -> Option<String> {
     if let Some(gross) = analysis.gross_inputs.first() {
         return Some(format!("Unknown: {}", gross.headline));
     }
     let is_nothing = !(0..analysis.rows.len()).any(|row| analysis.rows.reasons[row].leave_loads());
-    is_nothing.then(|| "Unknown: wheel loads cannot be computed in any row.".into())
+    is_nothing.then(|| {
+        format!(
+            "Unknown: {} loads cannot be computed in any row.",
+            SupportWord::of(&analysis.machine).one
+        )
+    })
 }
 
 /// "in this log", or in the part of its time that is known.
 pub(super) fn scope(analysis: &Analysis) -> String {
+    let word = SupportWord::of(&analysis.machine).one;
     let coverage = &analysis.coverage;
     match (coverage.lift_not_excluded_s(), coverage.between_rows) {
         (Some(seconds), _) => {
             return format!(
-                "at the rows of this sparse log ({coverage} with known wheel loads); between them a lift, and what may follow from it, cannot be excluded for {seconds:.1} s"
+                "at the rows of this sparse log ({coverage} with known {word} loads); between them a lift, and what may follow from it, cannot be excluded for {seconds:.1} s"
             );
         }
         (None, Some(_)) if coverage.is_whole() => {
@@ -76,7 +91,7 @@ pub(super) fn scope(analysis: &Analysis) -> String {
         ),
         true => "in this log".into(),
         false => format!(
-            "in the {coverage} of the log with known wheel loads; nothing is known of the rest"
+            "in the {coverage} of the log with known {word} loads; nothing is known of the rest"
         ),
     }
 }
@@ -265,6 +280,7 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
     let two_sigma = 2.0 * first.sigma;
     let change_n = (two_sigma * first.derivative).abs();
     let wheel = &machine.wheels()[found.worst_wheel].name;
+    let named = SupportWord::named(&machine.wheels()[found.worst_wheel]);
     // how fast the load fell before the lift tells how much earlier or later it would have been zero
     let lift = incidents
         .iter()
@@ -282,7 +298,7 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         )
     });
     Some(format!(
-        "{}, known to ± {}: that alone moves the load of wheel {wheel} by ± {} N{shift}.",
+        "{}, known to ± {}: that alone moves the load of {named} by ± {} N{shift}.",
         capital(&in_words(first.parameter, machine)),
         amount(two_sigma, first.parameter.unit(machine)),
         number(change_n)
@@ -333,9 +349,13 @@ fn lost(analysis: &Analysis) -> String {
         1 => sentences.push("One signal has a gap.".into()),
         count => sentences.push(format!("Signals have {count} gaps.")),
     }
+    let head = SupportWord::of(&analysis.machine).head;
     sentences.push(match analysis.coverage.on_side_s > 0.0 {
-        true => format!("Wheel loads are known in {}.", analysis.coverage),
-        false => format!("Wheel loads are known in {} of the log.", analysis.coverage),
+        true => format!("{head} loads are known in {}.", analysis.coverage),
+        false => format!(
+            "{head} loads are known in {} of the log.",
+            analysis.coverage
+        ),
     });
     sentences.join(" ")
 }
@@ -354,23 +374,24 @@ fn readiness(analysis: &Analysis) -> String {
 fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
     let found = analysis.rows.window(row..row + 1);
     let load = number(found.value(Quantity::Load(wheel), 0));
-    let name = &analysis.machine.wheels()[wheel].name;
+    let named = SupportWord::named(&analysis.machine.wheels()[wheel]);
     let sigma = Some(found.value(Quantity::LoadSigma(wheel), 0));
     let band = match sigma.filter(|sigma| sigma.is_finite()) {
         Some(sigma) => format!("± {} N", number(2.0 * sigma)),
         None => "N, of unknown uncertainty".into(),
     };
-    format!("The smallest load compared with that at rest was {load} {band} on wheel {name}.")
+    format!("The smallest load compared with that at rest was {load} {band} on {named}.")
 }
 
 fn assumptions(analysis: &Analysis) -> String {
     let contact = analysis.machine.contact();
     let split = split_rule(&analysis.machine);
     let ground = match contact.ground {
-        Ground::Unknown => {
-            "the wheels' points of contact lie where the model puts them (the shape of the ground is unknown)"
-        }
-        Ground::Plane => "the ground is flat, as the machine file states",
+        Ground::Unknown => format!(
+            "the {}' points of contact lie where the model puts them (the shape of the ground is unknown)",
+            SupportWord::of(&analysis.machine).many
+        ),
+        Ground::Plane => "the ground is flat, as the machine file states".into(),
     };
     format!(
         "Masses and geometry as stated in machine file and URDF; load split: {split}; {ground}; rigid frame and arm."

@@ -6,8 +6,10 @@ use tipwatch_mechanics::{Placement, Quantity, State};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::events::EventKind;
+use crate::events::support_words::SupportWord;
 use crate::page::svg::{Chart, round_up};
 use crate::report::findings::Incident;
+use crate::report::unstated_load;
 
 /// Time before and after the incident, and the longest time that is drawn (s).
 const BEFORE_S: f64 = 2.0;
@@ -50,9 +52,16 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let curves = Curves::of(analysis, &window, incident);
     let onset_s = seconds(gravest.start_ns);
     let span = (from_s, to_s.max(from_s + 0.1));
+    let loads = match unstated_load::contradicts(analysis, gravest) {
+        true => "Loads of the stated machine, without the fall ± 2 σ [N]",
+        false => &format!(
+            "{} loads ± 2 σ [N]",
+            SupportWord::of(&analysis.machine).head
+        ),
+    };
     html! {
         div.grid.three {
-            (chart("Wheel loads ± 2 σ [N]", &curves.loads, span, onset_s, true))
+            (chart(loads, &curves.loads, span, onset_s, true))
             (chart("Roll and pitch [°]", &curves.attitude, span, onset_s, false))
             (chart("Speed [m/s] and yaw rate [°/s]", &curves.motion, span, onset_s, false))
         }
@@ -139,7 +148,12 @@ fn wheels(analysis: &Analysis, incident: &Incident<'_>) -> Vec<usize> {
         .events
         .iter()
         .filter_map(|event| of_event(&event.subject));
-    for wheel in own.chain(0..all.len()) {
+    // a raised wheel has no load to show
+    let row = analysis.rows.at(incident.gravest().start_ns);
+    let at_onset = analysis.rows.window(row..row + 1);
+    let stands = |wheel: &usize| at_onset.value(Quantity::Load(*wheel), 0).is_finite();
+    let others = (0..all.len()).filter(stands).chain(0..all.len());
+    for wheel in own.chain(others) {
         if !chosen.contains(&wheel) && chosen.len() < MOST_WHEELS {
             chosen.push(wheel);
         }

@@ -4,7 +4,6 @@ use maud::{Markup, html};
 
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
-use crate::report::fact::is_fact;
 use crate::report::findings::{Incident, Scene};
 
 /// Sizes in the picture's own units: narrow, so that its letters can be read on a telephone.
@@ -77,7 +76,6 @@ pub(super) fn figure(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
 
 fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Step> {
     let last_s = analysis.rows.seconds(analysis.rows.len().saturating_sub(1));
-    let mut told: Vec<(EventKind, &str)> = Vec::new();
     let mut steps = Vec::new();
     let causes = incident
         .with_causes()
@@ -98,20 +96,8 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
             ),
         });
     }
-    // a tip-over is an edge tipping that went on
-    let tip_overs: Vec<&str> = (incident.events.iter())
-        .filter(|event| event.kind == EventKind::TipOver && is_fact(event))
-        .map(|event| event.subject.as_str())
-        .collect();
-    for event in incident.events.iter().filter(|event| is_fact(event)) {
-        if event.kind == EventKind::EdgeTipping && tip_overs.contains(&event.subject.as_str()) {
-            continue;
-        }
-        let key = (event.kind, event.subject.as_str());
-        if told.contains(&key) || steps.len() >= MOST_LANES {
-            continue;
-        }
-        told.push(key);
+    let room = MOST_LANES.saturating_sub(steps.len());
+    for event in incident.steps().into_iter().take(room) {
         let from_s = scene.seconds(event.start_ns);
         let to_s = event.end_ns.map_or(last_s, |end_ns| scene.seconds(end_ns));
         steps.push(Step {

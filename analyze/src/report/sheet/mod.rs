@@ -9,9 +9,10 @@ use maud::{Markup, html};
 
 use super::findings::{BANDS, Incident, Scene, incidents, rank};
 use super::when::Calendar;
-use super::{machine_view, prevention};
+use super::{machine_view, prevention, unstated_load};
 use crate::analysis::Analysis;
 use crate::base::file_hash::FileHash;
+use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventCauses};
 use crate::page::{facts, number, probability, readable, table};
 
@@ -59,15 +60,20 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     let Some(row) = row(analysis) else {
         return html! {};
     };
-    let what = match gravest.map(Incident::gravest) {
+    let gravest = gravest.map(Incident::gravest);
+    let contradicted = gravest.is_some_and(|event| unstated_load::contradicts(analysis, event));
+    let what = match gravest {
         Some(event) => format!("at the onset: {}", Scene::of(analysis).step(event)),
-        None => "when a wheel carried least compared with its load at rest".into(),
+        None => format!(
+            "when a {} carried least compared with its load at rest",
+            SupportWord::of(&analysis.machine).one
+        ),
     };
     let time = Calendar::of(analysis).utc(analysis.rows.times_ns[row]);
     let time = time.map_or(String::new(), |utc| format!(" ({utc})"));
     html! {
         h3 { "The machine " (what) ", t = " (format_args!("{:.2} s", analysis.rows.seconds(row))) (time) }
-        (machine_view::pictures(analysis, row))
+        (machine_view::pictures(analysis, row, contradicted))
     }
 }
 
@@ -89,7 +95,9 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
                 "From t = " (format_args!("{:.2}", scene.seconds(causes.since_ns))) " s"
                 @if causes.since_is_steady { " (steady)" }
                 " to " (format_args!("{:.2}", scene.seconds(causes.at_ns))) " s the load fell from "
-                (number(causes.otf_before_n)) " to " (number(causes.otf_n)) " N."
+                (number(causes.otf_before_n)) " to " (number(causes.otf_n)) " N"
+                @if unstated_load::contradicts(analysis, incident.gravest()) { ", as computed for the stated machine, which does not show the fall" }
+                "."
             }
         }
     }
@@ -103,17 +111,22 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         return html! {};
     };
     let scene = Scene::of(analysis);
-    let rows = event.counterfactuals.iter().map(|answer| {
-        let chance = match (answer.probability, answer.why_not) {
-            (Some(p), _) => probability(p),
-            (None, why) => why.unwrap_or("unknown").into(),
-        };
-        vec![scene.supposed(answer), answer.answer.name().into(), chance]
+    let rows = event.counterfactuals.iter().filter_map(|answer| {
+        let chance = probability(answer.probability?);
+        Some(vec![
+            scene.supposed(answer),
+            answer.answer.name().into(),
+            chance,
+        ])
     });
+    let rows: Vec<Vec<String>> = rows.collect();
     html! {
         div {
             h3 { "Would it have happened otherwise: " (scene.step(event)) }
-            (table(&["Supposed", "Would it?", "Chance that it would"], &rows.collect::<Vec<_>>()))
+            @if !rows.is_empty() { (table(&["Supposed", "Would it?", "Chance that it would"], &rows)) }
+            @for (suppositions, why) in scene.unanswered(&event.counterfactuals) {
+                p { "Open " (suppositions) ": " (why) "." }
+            }
         }
     }
 }

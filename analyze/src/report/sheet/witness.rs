@@ -46,8 +46,8 @@ fn before(scene: &Scene, incident: &Incident<'_>, incidents: &[Incident<'_>]) ->
     let at_s = scene.seconds(causes.since_ns);
     let load = match event.kind {
         EventKind::WheelLight | EventKind::WheelLift => format!(
-            ", and wheel {} carried {} N",
-            scene.subject(event),
+            ", and {} carried {} N",
+            scene.support(event),
             number(causes.otf_before_n)
         ),
         _ => String::new(),
@@ -76,7 +76,7 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
         // the same wheel is not named twice
         let wheel = match subject == last {
             true => String::new(),
-            false => format!("wheel {subject} "),
+            false => format!("{} ", scene.support(event)),
         };
         last.clone_from(&subject);
         Some(match kind {
@@ -115,8 +115,9 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
         }
         (_, None) => "It was still so when the log ends; what happened then is not in it.".into(),
         (_, Some(end_ns)) => format!(
-            "At t = {:.2} s every wheel carried load again; no tip-over {}.",
+            "At t = {:.2} s every {} carried load again; no tip-over {}.",
             scene.seconds(end_ns),
+            scene.word.one,
             answers::scope(analysis)
         ),
     }

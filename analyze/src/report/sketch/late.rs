@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use anyhow::Result;
 
-use super::{Sketch, SketchPass};
+use super::{Detail, Sketch, SketchPass};
 use crate::analysis::run::{Prepared, RowSink};
 use crate::base::rows::Rows;
 
 /// Most numbers of rows that are kept undrawn (16 MB).
 const MOST_NUMBERS: usize = 2 << 20;
 
-/// Keeps the rows of a short log and draws them when asked to. A longer log is drawn while its rows are computed.
+/// Keeps the rows of a short log and draws them when asked to, briefly. A longer log is drawn while its rows are computed.
 #[derive(Debug)]
 pub(crate) struct LateSketch {
     pass: SketchPass,
@@ -24,7 +24,7 @@ impl LateSketch {
     /// Before the first row.
     pub(crate) fn begin(prepared: &Prepared<'_>) -> Self {
         Self {
-            pass: SketchPass::begin(prepared),
+            pass: SketchPass::in_detail(prepared, Detail::BRIEF),
             undrawn: Vec::new(),
             numbers: 0,
         }

@@ -20,8 +20,32 @@ use crate::analysis::run::{Prepared, RowSink};
 use crate::base::rows::Rows;
 use crate::page::MOST_POINTS;
 
-/// Points of a filled shape's edge, and of a curve that is hidden at first: the page stays small.
-pub(super) const FEWER_POINTS: usize = 1000;
+/// How finely a report draws the rows of a log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Detail {
+    /// Points of a curve.
+    pub(super) points: usize,
+    /// Points of a filled shape's edge, and of a curve that is hidden at first: the page stays small.
+    pub(super) fewer_points: usize,
+    /// Instants under the slider, those of events not counted.
+    instants: usize,
+}
+
+impl Detail {
+    /// A report by itself.
+    pub(super) const WHOLE: Self = Self {
+        points: MOST_POINTS,
+        fewer_points: 1000,
+        instants: 600,
+    };
+    /// One of the many reports of a fleet.
+    const BRIEF: Self = Self {
+        points: 200,
+        fewer_points: 80,
+        instants: 80,
+    };
+}
+
 /// Points of a curve on paper, which shows no more.
 const POINTS_ON_PAPER: usize = 600;
 /// Kinds of moments and angles about each edge that are hidden at first.
@@ -54,6 +78,7 @@ pub(super) enum Curve {
 /// What the report draws.
 #[derive(Debug)]
 pub struct Sketch {
+    pub(super) detail: Detail,
     curves: Vec<(Curve, Vec<Point>)>,
     stacks: Vec<Vec<Layer>>,
     pub(super) instants: Instants,
@@ -118,6 +143,7 @@ impl Sketch {
 /// The sketch while rows are computed.
 #[derive(Debug)]
 pub struct SketchPass {
+    detail: Detail,
     machine: Machine,
     curves: Vec<Drawn>,
     stacks: Vec<Stack>,
@@ -151,23 +177,32 @@ impl SketchPass {
     /// Before the first row.
     #[must_use]
     pub fn begin(prepared: &Prepared<'_>) -> Self {
+        Self::in_detail(prepared, Detail::WHOLE)
+    }
+
+    fn in_detail(prepared: &Prepared<'_>, detail: Detail) -> Self {
+        let Detail {
+            points: most,
+            fewer_points: fewer,
+            instants,
+        } = detail;
         let (machine, table) = (prepared.machine, prepared.table);
         let wheels = 0..machine.wheels().len();
         let mut curves: Vec<(Curve, usize)> = Vec::new();
         for quantity in results(prepared) {
             let hidden = HIDDEN.iter().any(|kind| kind(0).kind() == quantity.kind());
-            let points = if hidden { FEWER_POINTS } else { MOST_POINTS };
+            let points = if hidden { fewer } else { most };
             curves.push((Curve::Result(quantity), points));
         }
         let joints = (machine.joints().iter().enumerate()).filter(|(_, joint)| joint.logged);
-        curves.extend(joints.map(|(joint, _)| (Curve::Position(joint), MOST_POINTS)));
+        curves.extend(joints.map(|(joint, _)| (Curve::Position(joint), most)));
         for axis in 0..3 {
-            curves.push((Curve::SpecificForce(axis), MOST_POINTS));
-            curves.push((Curve::AngularVelocity(axis), MOST_POINTS));
+            curves.push((Curve::SpecificForce(axis), most));
+            curves.push((Curve::AngularVelocity(axis), most));
         }
         for wheel in wheels.clone() {
-            curves.push((Curve::TwoSigma(wheel), FEWER_POINTS));
-            curves.push((Curve::Envelope(wheel), FEWER_POINTS));
+            curves.push((Curve::TwoSigma(wheel), fewer));
+            curves.push((Curve::Envelope(wheel), fewer));
             curves.push((Curve::OnPaper(wheel), POINTS_ON_PAPER));
         }
         let rows = table.len();
@@ -185,8 +220,8 @@ impl SketchPass {
         let layer = |&cause: &Contribution| StackLayer {
             cause,
             matters: false,
-            above: Thinned::new(rows, FEWER_POINTS),
-            below: Thinned::new(rows, FEWER_POINTS),
+            above: Thinned::new(rows, fewer),
+            below: Thinned::new(rows, fewer),
         };
         let causes = Contribution::ALL.iter();
         let causes: Vec<_> = causes
@@ -197,10 +232,11 @@ impl SketchPass {
             layers: causes.iter().copied().map(layer).collect(),
         });
         Self {
+            detail,
             machine: machine.clone(),
             curves: curves.collect(),
             stacks: stacks.collect(),
-            instants: Instants::new(table),
+            instants: Instants::new(table, instants),
             path: PathPass::new(machine),
         }
     }
@@ -237,6 +273,7 @@ impl SketchPass {
         let points = |thinned: Vec<Thinned>| together(thinned.into_iter().map(Thinned::finish));
         let curves = self.curves.into_iter();
         Sketch {
+            detail: self.detail,
             curves: curves
                 .map(|drawn| (drawn.curve, points(drawn.thinned)))
                 .collect(),

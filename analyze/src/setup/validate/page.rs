@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::run::{LogValidation, Validation};
-use crate::page::{self, Columns, Document, Figure, Look, Plots, Trace, section, table};
+use crate::page::{self, Columns, Document, Figure, Look, Plots, Scripts, Trace, section, table};
 
 const HEIGHT: usize = 300;
 
@@ -25,7 +25,7 @@ pub fn page(found: &Validation) -> String {
         plots: Some(Plots {
             figures: &figures,
             columns: &columns,
-            script: "",
+            scripts: Scripts::Within(""),
             data: &html! {},
         }),
     }

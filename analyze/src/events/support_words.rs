@@ -1,0 +1,81 @@
+//! What a machine stands on, in words: the one place that chooses them, by the kind of support.
+
+use tipwatch_mechanics::machine::{Machine, SupportKind, Wheel};
+
+/// The word for a support.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SupportWord {
+    /// Of one, within a sentence.
+    pub(crate) one: &'static str,
+    /// Of several, within a sentence.
+    pub(crate) many: &'static str,
+    /// Of one, at the start of a sentence or as a head.
+    pub(crate) head: &'static str,
+    /// Of several, at the start of a sentence or as a head.
+    pub(crate) heads: &'static str,
+}
+
+const WHEEL: SupportWord = SupportWord {
+    one: "wheel",
+    many: "wheels",
+    head: "Wheel",
+    heads: "Wheels",
+};
+/// An outrigger, a blade or a fork: the machine file does not say which.
+const SUPPORT: SupportWord = SupportWord {
+    one: "support",
+    many: "supports",
+    head: "Support",
+    heads: "Supports",
+};
+const TRACK_POINT: SupportWord = SupportWord {
+    one: "track point",
+    many: "track points",
+    head: "Track point",
+    heads: "Track points",
+};
+
+impl SupportWord {
+    pub(crate) fn of_kind(kind: SupportKind) -> Self {
+        match kind {
+            SupportKind::Wheel => WHEEL,
+            SupportKind::Foot => SUPPORT,
+            SupportKind::TrackPoint => TRACK_POINT,
+        }
+    }
+
+    /// The word for all of some supports: that of their kind, or one that fits every kind.
+    pub(crate) fn of_all(kinds: impl IntoIterator<Item = SupportKind>) -> Self {
+        let mut words = kinds.into_iter().map(Self::of_kind);
+        let first = words.next().unwrap_or(WHEEL);
+        if words.all(|word| word == first) {
+            first
+        } else {
+            SUPPORT
+        }
+    }
+
+    /// The word for any support of a machine.
+    pub(crate) fn of(machine: &Machine) -> Self {
+        Self::of_all(machine.wheels().iter().map(|wheel| wheel.kind))
+    }
+
+    /// A support with its name: "wheel FL", "support ORR".
+    pub(crate) fn named(wheel: &Wheel) -> String {
+        format!("{} {}", Self::of_kind(wheel.kind).one, wheel.name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_word_fits_every_support_that_it_stands_for() {
+        use SupportKind::{Foot, TrackPoint, Wheel};
+        assert_eq!(SupportWord::of_all([Wheel, Wheel]), WHEEL);
+        assert_eq!(SupportWord::of_all([Foot, Foot]), SUPPORT);
+        assert_eq!(SupportWord::of_all([TrackPoint]), TRACK_POINT);
+        assert_eq!(SupportWord::of_all([Wheel, Foot]), SUPPORT);
+    }
+}
