@@ -35,7 +35,9 @@ fn checked(machine: &str, in_log: bool) -> Value {
     }
     let output = tipwatch(&args);
     let messages = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{messages}");
+    // the log is too short to show what the sensors are
+    let code = if in_log { 8 } else { 0 };
+    assert_eq!(output.status.code(), Some(code), "{messages}");
     serde_json::from_slice(&output.stdout).unwrap()
 }
 

@@ -448,7 +448,7 @@ fn check_machine_takes_a_urdf() {
     assert_eq!(run(&with_urdf), (Some(0), String::new()));
     let log = data("tiny.mcap");
     let both = [&with_urdf[..], &["--log", log.to_str().unwrap()]].concat();
-    assert_eq!(run(&both), (Some(0), String::new()));
+    assert_eq!(run(&both), (Some(8), String::new()));
     fs::write(&path, &text).unwrap();
     fs::copy(data("tiny_lift.urdf"), folder.path().join("tiny.urdf")).unwrap();
     let (code, messages) = run(&with_urdf);

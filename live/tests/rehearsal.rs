@@ -89,7 +89,7 @@ fn the_live_demo_ends_with_the_report_of_what_it_recorded() {
         "{levels:?}"
     );
     let danger = |level: &&str| level.trim() == Level::Danger.name();
-    assert!(levels.iter().any(|level| danger(level)), "{levels:?}");
+    assert!(levels.iter().any(danger), "{levels:?}");
     // the analysis is that of the recording, and nothing of the log was lost
     let analysis = causal(
         &session_in(&out.join("recording")),

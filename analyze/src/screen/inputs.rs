@@ -16,7 +16,7 @@ use anyhow::{Context, Result, bail};
 use glob::Pattern;
 use tipwatch_binding::read_text;
 use tipwatch_can::ContainerFormat;
-use tipwatch_storage::{Folder, Location, expand};
+use tipwatch_storage::{Expanded, Folder, Location, expand};
 
 /// File extensions of logs; logs given by name may have any.
 const LOG_ENDINGS: [&str; 6] = [".mcap", ".bag", ".db3", ".bag.active", ".blf", ".mf4"];
@@ -204,7 +204,8 @@ impl Finder {
     /// A log, a folder or a pattern of a bucket or server.
     fn add_remote(&mut self, path: &Path) -> Result<()> {
         if is_pattern(path) {
-            let (found, unnameable) = expand(&path.to_string_lossy())?.unwrap_or_default();
+            let Expanded { found, unnameable } =
+                expand(&path.to_string_lossy())?.unwrap_or_default();
             if found.is_empty() && unnameable.is_empty() {
                 bail!("{}: expected matching logs, found none", path.display());
             }

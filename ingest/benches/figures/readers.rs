@@ -3,8 +3,8 @@
 use std::{fs::File, hint::black_box, ops::ControlFlow, path::Path};
 
 use tipwatch_ingest::{
-    Log, MessageTimes, SensorBlock, SensorDecoder, SensorKind, SensorRecording, SensorRequest,
-    SensorSample, Topic, TopicId, read_sensor_blocks, record_sensors,
+    Log, MessageTimes, SensorBlock, SensorDecoder, SensorKind, SensorRequest, SensorSample, Topic,
+    TopicId, read_sensor_blocks, record_sensors,
 };
 
 use crate::{
@@ -15,7 +15,7 @@ use crate::{
 pub(crate) type Reader = fn(&Path) -> u64;
 
 /// By name; the second is the baseline.
-pub(crate) const READERS: [(&str, Reader); 11] = [
+pub(crate) const READERS: [(&str, Reader); 10] = [
     (BARE, decompress_on_all_cores),
     ("mcap crate, stream, no CRC", crate_stream),
     ("mcap crate, stream, CRC", crate_stream_checked),

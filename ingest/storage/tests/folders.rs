@@ -1,6 +1,8 @@
 //! Folders: the same contract for a local one and a bucket, and faults of the latter.
 
-use tipwatch_storage::{Access, Error, ErrorKind, Folder, Location, Put, connect, expand};
+use tipwatch_storage::{
+    Access, Error, ErrorKind, Expanded, Folder, Location, Put, connect, expand,
+};
 
 use crate::server::{Fault, SECRET, Server};
 use crate::support::{access, errors_of, folder, serve};
@@ -230,7 +232,7 @@ fn patterns_name_objects() {
         folder.put(key, b"log").unwrap();
     }
     let names = |text: &str| -> Vec<String> {
-        let (found, unnameable) = expand(text).unwrap().unwrap();
+        let Expanded { found, unnameable } = expand(text).unwrap().unwrap();
         assert_eq!(unnameable, [""; 0]);
         found
             .iter()

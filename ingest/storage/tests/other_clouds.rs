@@ -51,7 +51,7 @@ fn listings_of_several_pages_are_whole() {
             let key = format!("logs/m={}/a & b {number}.mcap", number % 3);
             cloud.objects().put(&key, b"log", false);
         }
-        let (found, _) = expand(&cloud.at("logs/*/*.mcap")).unwrap().unwrap();
+        let found = expand(&cloud.at("logs/*/*.mcap")).unwrap().unwrap().found;
         assert_eq!(found.len(), 7, "{}", cloud.place);
         assert_eq!(
             found[0].location.to_string(),
@@ -80,9 +80,9 @@ fn keys_that_no_request_can_name_do_not_hide_the_others() {
         assert_eq!(folder.list("**").unwrap(), entries);
         let (entries, folders) = folder.children("d").unwrap();
         assert_eq!((entries.len(), folders), (0, vec!["d/e".to_owned()]));
-        let (found, unnamed) = expand(&cloud.at("in/**/f.mcap")).unwrap().unwrap();
-        assert_eq!(found.len(), 1);
-        assert_eq!(unnamed, [cloud.at("in/d//e/f.mcap")]);
+        let expanded = expand(&cloud.at("in/**/f.mcap")).unwrap().unwrap();
+        assert_eq!(expanded.found.len(), 1);
+        assert_eq!(expanded.unnameable, [cloud.at("in/d//e/f.mcap")]);
         for key in unnameable.iter().chain(&["/in/a.mcap"]) {
             let error = Location::parse(&cloud.at(key)).unwrap_err();
             assert_eq!(error.kind, ErrorKind::NotAPlace, "{error}");

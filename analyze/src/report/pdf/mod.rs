@@ -65,7 +65,7 @@ fn lay_out(flow: &mut Flow<'_>, blocks: &[Block<'_>]) {
             Block::Pictures { pictures, small } => picture::add(flow, pictures, *small),
             Block::Columns(columns) => {
                 flow.columns(columns.len(), |flow, column| {
-                    lay_out(flow, &columns[column])
+                    lay_out(flow, &columns[column]);
                 });
             }
             Block::Sheet(blocks) => {

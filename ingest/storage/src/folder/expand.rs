@@ -17,12 +17,21 @@ pub struct Found {
     pub e_tag: Option<String>,
 }
 
-/// The objects of a bucket or server that a URL with wildcards names ("s3://logs/2026-*/**/*.mcap"), by name, and the names of
-/// those that no request can name, see [`Folder::list_all`]; `None` if the text has no wildcard or is local.
+/// What a URL with wildcards names.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Expanded {
+    /// The objects, by name.
+    pub found: Vec<Found>,
+    /// The names of those that no request can name, see [`Folder::list_all`].
+    pub unnameable: Vec<String>,
+}
+
+/// The objects of a bucket or server that a URL with wildcards names ("s3://logs/2026-*/**/*.mcap"); `None` if the text has
+/// no wildcard or is local.
 ///
 /// # Errors
 /// It cannot be listed.
-pub fn expand(text: &str) -> Result<Option<(Vec<Found>, Vec<String>)>, Error> {
+pub fn expand(text: &str) -> Result<Option<Expanded>, Error> {
     let Some((scheme, rest)) = text.split_once("://") else {
         return Ok(None);
     };
@@ -46,5 +55,8 @@ pub fn expand(text: &str) -> Result<Option<(Vec<Found>, Vec<String>)>, Error> {
     });
     let found = found.collect::<Result<_, Error>>()?;
     let unnameable = unnameable.iter().map(|key| folder.location().full(key));
-    Ok(Some((found, unnameable.collect())))
+    Ok(Some(Expanded {
+        found,
+        unnameable: unnameable.collect(),
+    }))
 }

@@ -9,5 +9,5 @@ mod pattern;
 pub use self::{
     any::Folder,
     entry::{Entry, Put},
-    expand::{Found, expand},
+    expand::{Expanded, Found, expand},
 };
