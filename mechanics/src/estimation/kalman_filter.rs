@@ -12,7 +12,7 @@
 
 use super::adaptation::{Adaptation, Factors};
 use super::history::History;
-use super::lag::Lag;
+use super::lag::MeanAccelerations;
 use super::white_jerk::{ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric};
 use crate::state::SampleError;
 
@@ -45,8 +45,8 @@ pub(crate) struct KalmanFilter {
     model: FilterModel,
     state: FilterState,
     history: Option<History>,
-    /// How far it is behind; `None` where a smoother takes the lag away.
-    lag: Option<Lag>,
+    /// They show how far it is behind; `None` where a smoother takes the lag away.
+    means: Option<MeanAccelerations>,
 }
 
 /// What the filter knows after a sample: from it, later samples continue to the bit.
@@ -86,7 +86,7 @@ impl KalmanFilter {
                 adaptation: None,
             },
             history: keeps_history.then(|| History::new(channels)),
-            lag: (!keeps_history).then(|| Lag::new(channels)),
+            means: (!keeps_history).then(|| MeanAccelerations::new(channels)),
         }
     }
 
@@ -206,9 +206,7 @@ impl KalmanFilter {
     /// How far the second derivative of a channel is behind a motion that changes fast, beside this covariance.
     pub(super) fn lag(&self, channel: usize, covariance: &Matrix) -> f64 {
         let acceleration = self.state.jets[channel][2];
-        (self.lag.as_ref()).map_or(0.0, |lag| {
-            lag.acceleration(channel, acceleration, covariance)
-        })
+        (self.means.as_ref()).map_or(0.0, |means| means.lag(channel, acceleration, covariance))
     }
 
     /// State of a channel extrapolated to a stamp close to the last sample, by its Taylor series.
@@ -231,8 +229,8 @@ impl KalmanFilter {
         if let Some(adaptation) = &mut self.state.adaptation {
             adaptation.restart();
         }
-        if let Some(lag) = &mut self.lag {
-            lag.restart();
+        if let Some(means) = &mut self.means {
+            means.restart();
         }
         let factors = self.state.factors();
         let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.density();
@@ -276,8 +274,8 @@ impl KalmanFilter {
             let variance = self.model.rate_variance * factors.rate;
             self.update::<1>(variance, doubt.rate_variance, rates);
         }
-        if let Some(lag) = &mut self.lag {
-            lag.step(&self.state.jets, &self.state.covariance, density, dt);
+        if let Some(means) = &mut self.means {
+            means.step(&self.state.jets, &self.state.covariance, density, dt);
         }
     }
 

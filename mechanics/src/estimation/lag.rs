@@ -22,20 +22,20 @@ use super::white_jerk::{ChannelState, Matrix};
 
 /// Accelerations of the channels, averaged over the filter's own delay.
 #[derive(Debug, Clone)]
-pub(super) struct Lag {
-    mean_accelerations: Vec<f64>,
+pub(super) struct MeanAccelerations {
+    by_channel: Vec<f64>,
 }
 
-impl Lag {
+impl MeanAccelerations {
     pub(super) fn new(channels: usize) -> Self {
         Self {
-            mean_accelerations: vec![0.0; channels],
+            by_channel: vec![0.0; channels],
         }
     }
 
     /// The filter started anew.
     pub(super) fn restart(&mut self) {
-        self.mean_accelerations.fill(0.0);
+        self.by_channel.fill(0.0);
     }
 
     /// Takes the estimates `dt` seconds after the ones before, with their covariance and the density of the jerk.
@@ -48,14 +48,14 @@ impl Lag {
     ) {
         let delay_s = covariance[2][2] / density;
         let renewed = dt / (dt + delay_s);
-        for (mean, jet) in self.mean_accelerations.iter_mut().zip(jets) {
+        for (mean, jet) in self.by_channel.iter_mut().zip(jets) {
             *mean += renewed * (jet[2] - *mean);
         }
     }
 
     /// The lag of the acceleration of a channel; zero within its noise.
-    pub(super) fn acceleration(&self, channel: usize, acceleration: f64, p: &Matrix) -> f64 {
-        let distance = acceleration - self.mean_accelerations[channel];
+    pub(super) fn lag(&self, channel: usize, acceleration: f64, p: &Matrix) -> f64 {
+        let distance = acceleration - self.by_channel[channel];
         let excess = (distance * distance - p[2][2]).max(0.0);
         excess.sqrt().copysign(distance)
     }

@@ -160,7 +160,9 @@ pub enum MountSource {
         /// The frame of the messages, which is nowhere known, if they have one.
         frame: Option<String>,
     },
-    /// The base frame itself: what is computed there and was not measured.
+    /// There is no sensor: what it would measure is computed at the base origin.
+    NoSensor,
+    /// The base frame, to which motion or wrench was moved.
     Base,
 }
 
@@ -188,7 +190,8 @@ impl fmt::Display for MountSource {
                 f,
                 "assumed at {base}: neither the URDF nor /tf_static of the log contains \"{frame}\", the frame of the IMU's messages"
             ),
-            Self::Base => f.write_str("no IMU: computed at the base origin from odometry"),
+            Self::NoSensor => f.write_str("no IMU: computed at the base origin from odometry"),
+            Self::Base => f.write_str("the base frame"),
         }
     }
 }

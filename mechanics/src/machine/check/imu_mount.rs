@@ -17,7 +17,7 @@ impl Checker<'_> {
     pub(super) fn imu(&self) -> Result<(Mount, Vec<Note>), MachineError> {
         let at_base = |source| self.mount(self.base(), Isometry3::identity(), source);
         if self.log.lacks_imu {
-            return Ok((at_base(MountSource::Base), Vec::new()));
+            return Ok((at_base(MountSource::NoSensor), Vec::new()));
         }
         let frame = self.log.imu_frame.map(|f| f.trim_start_matches('/'));
         let frame = frame.filter(|frame| !frame.is_empty());
