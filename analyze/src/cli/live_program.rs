@@ -1,16 +1,14 @@
 //! The program `tipwatch-live`: found beside this one or in the search path, and run in its place.
 
-use std::path::PathBuf;
 use std::process::Command;
+
+use tipwatch_binding::program_beside;
 
 const NAME: &str = "tipwatch-live";
 
 /// A command of it.
 pub(super) fn command(name: &str) -> Command {
-    let beside = std::env::current_exe().ok();
-    let beside = beside.and_then(|own| own.parent().map(|folder| folder.join(NAME)));
-    let program = beside.filter(|path: &PathBuf| path.is_file());
-    let mut command = Command::new(program.unwrap_or(NAME.into()));
+    let mut command = Command::new(program_beside(NAME));
     command.arg(name);
     command
 }

@@ -31,7 +31,7 @@ pub use commissioning::{
     commissioning_of, commissioning_text,
 };
 pub use error::{BindError, CanError};
-pub use files::{Hash, hash, hash_file, hex, read_text, running_file, sha256};
+pub use files::{Hash, hash, hash_file, hex, program_beside, read_text, running_file, sha256};
 pub use machine_file::{MachineFile, MachineFileError, Urdf};
 pub use number_signals::number_field;
 pub use transforms::static_transforms;

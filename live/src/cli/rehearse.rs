@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use tipwatch_binding::running_file;
+use tipwatch_binding::{program_beside, running_file};
 
 use super::arguments::{MachineArgs, ServiceArgs};
 use super::exit::{FAILED, LOST};
@@ -210,11 +210,7 @@ impl Rehearsal<'_> {
 
     /// Analyses a session as the monitor did, and says where its report is.
     fn analyse(&mut self, session: &Path) -> Result<ExitCode> {
-        let own = std::env::current_exe().ok();
-        let beside = own.and_then(|own| own.parent().map(|folder| folder.join(ANALYSIS)));
-        let program = beside
-            .filter(|path| path.is_file())
-            .unwrap_or(ANALYSIS.into());
+        let program = program_beside(ANALYSIS);
         let mut command = Command::new(&program);
         command
             .arg("analyze")

@@ -53,6 +53,16 @@ pub fn running_file() -> io::Result<PathBuf> {
     }
 }
 
+/// A program of ours: the file beside the one that runs, or else its name, which the system looks for in the search path.
+#[must_use]
+pub fn program_beside(name: &str) -> PathBuf {
+    let own = std::env::current_exe().ok();
+    let beside = own.and_then(|own| own.parent().map(|folder| folder.join(name)));
+    beside
+        .filter(|path| path.is_file())
+        .unwrap_or_else(|| name.into())
+}
+
 /// Bytes as hexadecimal text.
 #[must_use]
 pub fn hex(bytes: &[u8]) -> String {

@@ -3,5 +3,5 @@
 mod hash;
 mod text;
 
-pub use hash::{Hash, hash, hash_file, hex, running_file, sha256};
+pub use hash::{Hash, hash, hash_file, hex, program_beside, running_file, sha256};
 pub use text::read_text;
