@@ -1,7 +1,7 @@
 //! The assumption by which loads are split where equilibrium leaves it open, in words.
 
 use tipwatch_mechanics::Quantity;
-use tipwatch_mechanics::machine::{Ground, Machine, Split, SupportKind};
+use tipwatch_mechanics::machine::{Ground, Machine, Split};
 
 use super::support_words::SupportWord;
 use crate::base::rows::Rows;
@@ -27,27 +27,20 @@ pub(crate) fn split_rule(machine: &Machine) -> String {
                 word.many
             )
         }
-        Split::Springs => format!(
-            "the {} are springs of {} under a rigid frame",
-            word.many,
-            stiffness_of(machine)
-        ),
+        Split::Springs => {
+            let stiffness = match word.is_wheel() {
+                true => "the tyres' stiffness",
+                false => "their stiffness",
+            };
+            format!(
+                "the {} are springs of {stiffness} under a rigid frame",
+                word.many
+            )
+        }
     };
     match contact.ground {
         Ground::Plane if contact.mean_stiffness.is_some() => format!("{rule}, on flat ground"),
         _ => rule,
-    }
-}
-
-/// "the tyres' stiffness", or that of what has no tyres.
-fn stiffness_of(machine: &Machine) -> &'static str {
-    match machine
-        .wheels()
-        .iter()
-        .all(|wheel| wheel.kind == SupportKind::Wheel)
-    {
-        true => "the tyres' stiffness",
-        false => "their stiffness",
     }
 }
 
@@ -88,16 +81,19 @@ pub(crate) fn is_stated(machine: &Machine) -> bool {
 #[must_use]
 pub(crate) fn deciding_measurements(machine: &Machine) -> String {
     let contact = machine.contact();
-    let many = SupportWord::of(machine).many;
-    let mut ways = vec![format!("weighing the {many} where the machine stood")];
+    let word = SupportWord::of(machine);
+    let mut ways = vec![format!(
+        "weighing the {} where the machine stood",
+        word.many
+    )];
     if machine.suspension().is_some() || !contact.actuated_joints.is_empty() {
         ways.push("logging the pressures of the cylinders that carry the wheels".into());
     }
     if contact.mean_stiffness.is_none() {
-        ways.push(
-            format!("stating flat ground and the stiffness of the {} in the machine file, if the ground was flat",
-                if SupportWord::of(machine).many == "wheels" { "tyres" } else { many }),
-        );
+        let springs = if word.is_wheel() { "tyres" } else { word.many };
+        ways.push(format!(
+            "stating flat ground and the stiffness of the {springs} in the machine file, if the ground was flat"
+        ));
     }
     format!("To decide it: {}", ways.join("; or "))
 }

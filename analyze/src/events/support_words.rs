@@ -64,6 +64,16 @@ impl SupportWord {
     pub(crate) fn named(wheel: &Wheel) -> String {
         format!("{} {}", Self::of_kind(wheel.kind).one, wheel.name)
     }
+
+    /// The same at the start of a sentence or as a head: "Wheel FL".
+    pub(crate) fn headed(wheel: &Wheel) -> String {
+        format!("{} {}", Self::of_kind(wheel.kind).head, wheel.name)
+    }
+
+    /// Whether it stands for wheels alone, which have tyres.
+    pub(crate) fn is_wheel(self) -> bool {
+        self == WHEEL
+    }
 }
 
 #[cfg(test)]

@@ -145,9 +145,9 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
         ));
     }
     if !contact.tyres_deflect {
-        found.push(match word.many {
-            "wheels" => "No tyre stiffness is stated: the tyres are rigid in this model, and their deflection is left out.".into(),
-            many => format!("No stiffness of the {many} is stated: they are rigid in this model, and their deflection is left out."),
+        found.push(match word.is_wheel() {
+            true => "No tyre stiffness is stated: the tyres are rigid in this model, and their deflection is left out.".into(),
+            false => format!("No stiffness of the {} is stated: they are rigid in this model, and their deflection is left out.", word.many),
         });
     }
     if machine.suspension().is_none() && machine.linkages().is_empty() {

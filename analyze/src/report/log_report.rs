@@ -243,9 +243,9 @@ fn title(analysis: &Analysis) -> String {
 
 /// The title of what the program computes.
 fn loads_of(analysis: &Analysis) -> &'static str {
-    match SupportWord::of(&analysis.machine).many {
-        "wheels" => "Wheel loads",
-        _ => "Support loads",
+    match SupportWord::of(&analysis.machine).is_wheel() {
+        true => "Wheel loads",
+        false => "Support loads",
     }
 }
 

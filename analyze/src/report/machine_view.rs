@@ -177,6 +177,7 @@ impl View<'_> {
         let at_rest = &machine.reference().static_load;
         let largest = at_rest.iter().copied().fold(1.0, f64::max);
         let largest_disc_m = LARGEST_DISC * smaller_span(&contacts);
+        let disc = |load: f64| largest_disc_m * (load / largest).sqrt();
         for (wheel, (facts, &[x, y])) in machine.wheels().iter().zip(&contacts).enumerate() {
             let (half, r) = (0.35 * facts.radius, facts.radius);
             let tyre = [
@@ -186,7 +187,6 @@ impl View<'_> {
                 [x - half, y + r],
             ];
             drawing.polygon("tyre", &tyre);
-            let disc = |load: f64| largest_disc_m * (load / largest).sqrt();
             if carries[wheel] && at_rest[wheel] > 0.0 {
                 drawing.circle("at-rest", [x, y], disc(at_rest[wheel]));
             }
@@ -243,16 +243,12 @@ impl View<'_> {
         let standing: Vec<Point> = self.standing(&contacts).copied().collect();
         if let Some((left, right)) = self.widest_axle(&standing) {
             // below wheels and discs
-            let disc = |wheel: usize| {
-                let load = if self.contradicted {
-                    0.0
-                } else {
-                    self.load(wheel).max(0.0)
-                };
-                largest_disc_m * (load.max(at_rest[wheel]) / largest).sqrt()
+            let drawn = |wheel: usize| match self.contradicted {
+                true => at_rest[wheel].max(0.0),
+                false => self.load(wheel).max(0.0).max(at_rest[wheel]),
             };
             let below = |(wheel, at): (usize, &Point)| match carries[wheel] {
-                true => at[1] - disc(wheel).max(radius),
+                true => at[1] - disc(drawn(wheel)).max(radius),
                 false => at[1] - radius,
             };
             let rear = contacts

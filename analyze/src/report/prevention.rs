@@ -1,6 +1,7 @@
 //! What would have prevented the worst event: the simulated advice as a section and as a finding.
 
 use maud::{Markup, html};
+use tipwatch_mechanics::machine::Wheel;
 
 use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
@@ -147,18 +148,20 @@ fn chance(change: &SimulatedChange) -> String {
     chance.map_or(String::new(), |chance| format!(" (chance {chance})"))
 }
 
-/// The word for the support of this name.
-fn word_of(analysis: &Analysis, wheel: &str) -> SupportWord {
+/// The wheel or other support of this name in lower case.
+fn named<'a>(analysis: &'a Analysis, wheel: &str) -> Option<&'a Wheel> {
     let mut wheels = analysis.machine.wheels().iter();
-    let found = wheels.find(|spec| spec.name.to_lowercase() == wheel);
-    SupportWord::of_all(found.map(|spec| spec.kind))
+    wheels.find(|spec| spec.name.to_lowercase() == wheel)
 }
 
-/// A wheel's name as in the machine file.
+/// The word for it.
+fn word_of(analysis: &Analysis, wheel: &str) -> SupportWord {
+    SupportWord::of_all(named(analysis, wheel).map(|spec| spec.kind))
+}
+
+/// Its name as in the machine file.
 fn display<'a>(analysis: &'a Analysis, wheel: &'a str) -> &'a str {
-    let mut wheels = analysis.machine.wheels().iter();
-    let found = wheels.find(|spec| spec.name.to_lowercase() == wheel);
-    found.map_or(wheel, |spec| &spec.name)
+    named(analysis, wheel).map_or(wheel, |spec| &spec.name)
 }
 
 fn without_advice(analysis: &Analysis) -> String {

@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::findings::Scene;
+use super::parameter_words::input_in_words;
 use super::when::Calendar;
 use crate::analysis::{Analysis, Input};
 use crate::base::file_hash::FileHash;
@@ -277,11 +278,6 @@ fn option_in_words(value: serde_json::Value) -> String {
         }
         other => other.to_string(),
     }
-}
-
-/// An input of events in words: "imu.specific_force" is "imu specific force".
-fn input_in_words(subject: &str) -> String {
-    readable(subject).replace('.', " ")
 }
 
 fn by_wheel(analysis: &Analysis, values_n: &[f64]) -> String {

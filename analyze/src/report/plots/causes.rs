@@ -22,7 +22,7 @@ impl Plotter<'_> {
         let wheels = self.wheels_that_matter(&names).into_iter();
         wheels
             .filter(|&wheel| !self.sketch.layers(wheel).is_empty())
-            .map(|wheel| self.causes_of(wheel, &names[wheel]))
+            .map(|wheel| self.causes_of(wheel))
             .collect()
     }
 
@@ -46,10 +46,10 @@ impl Plotter<'_> {
         found
     }
 
-    fn causes_of(&self, wheel: usize, name: &str) -> Figure {
+    fn causes_of(&self, wheel: usize) -> Figure {
         let otf = Quantity::Otf(wheel);
-        let word = SupportWord::of_kind(self.analysis.machine.wheels()[wheel].kind).head;
-        let title = format!("{word} {name}: contributions to its overturning force (OTF)");
+        let named = SupportWord::headed(&self.analysis.machine.wheels()[wheel]);
+        let title = format!("{named}: contributions to its overturning force (OTF)");
         let unit = axis("Contribution", otf);
         let mut figure = self.figure(Part::Causes, &title, &unit, HEIGHT);
         for layer in self

@@ -16,17 +16,15 @@ const OTF: usize = 4;
 
 impl Plotter<'_> {
     pub(super) fn loads(&self) -> Vec<Figure> {
-        let names = self.wheel_names();
-        let mut figures: Vec<Figure> = (names.iter().enumerate())
-            .map(|(wheel, name)| self.load_of(wheel, name))
-            .collect();
+        let wheels = 0..self.analysis.machine.wheels().len();
+        let mut figures: Vec<Figure> = wheels.map(|wheel| self.load_of(wheel)).collect();
         figures.extend(self.measured_sums());
         figures
     }
 
-    fn load_of(&self, wheel: usize, name: &str) -> Figure {
-        let word = SupportWord::of_kind(self.analysis.machine.wheels()[wheel].kind).head;
-        let title = format!("{word} {name}: load");
+    fn load_of(&self, wheel: usize) -> Figure {
+        let named = SupportWord::headed(&self.analysis.machine.wheels()[wheel]);
+        let title = format!("{named}: load");
         let unit = axis("Load", Quantity::Load(wheel));
         let mut figure = self.figure(Part::Loads, &title, &unit, HEIGHT);
         let envelope = Curve::Envelope(wheel);

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use super::plotter::{Part, Plotter};
 use crate::events::EventKind;
 use crate::page::{Figure, Look, Trace, readable};
+use crate::report::parameter_words::input_in_words;
 
 /// Height of a lane (pixels).
 const LANE: usize = 34;
@@ -97,7 +98,7 @@ impl Plotter<'_> {
         let mut lanes: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
         for event in &self.analysis.events {
             if let Some(fault) = &event.fault {
-                let subject = readable(&event.subject).replace('.', " ");
+                let subject = input_in_words(&event.subject);
                 let name = format!("{subject}: {}", readable(fault.kind.name()));
                 lanes.entry(name).or_default().push(self.span(event));
             }

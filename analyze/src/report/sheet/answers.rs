@@ -49,9 +49,9 @@ pub(super) fn answers(
 }
 
 fn which_lifted(word: SupportWord) -> &'static str {
-    match word.many {
-        "wheels" => "Which wheels left the ground?",
-        _ => "What left the ground?",
+    match word.is_wheel() {
+        true => "Which wheels left the ground?",
+        false => "What left the ground?",
     }
 }
 

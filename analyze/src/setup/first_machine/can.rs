@@ -208,11 +208,10 @@ impl CanMessages {
 
     /// Writes the velocity of `[signals]`, if a bus has the speed of the wheels.
     pub(super) fn write_speed(&self, text: &mut Text) {
-        let mut speeds = SPEEDS.iter().flat_map(|&(pgn, signal)| {
-            let of_group = self.of_group(pgn);
-            of_group.map(move |message| (message, signal))
-        });
-        let Some((speed, signal)) = speeds.next() else {
+        let mut speeds = SPEEDS.iter();
+        let Some((speed, signal)) =
+            speeds.find_map(|&(pgn, signal)| Some((self.of_group(pgn).next()?, signal)))
+        else {
             return;
         };
         text.comment(
