@@ -59,13 +59,16 @@ fn a_lift_that_depends_on_the_split_is_not_certain_without_it() {
         .unwrap();
     let [least_n, largest_n] = lift.load_range_n.unwrap();
     assert!(least_n <= 0.0 && largest_n > 5000.0, "{lift:?}");
-    assert!(lift.certainty.unwrap() > 0.95, "{lift:?}");
+    let certainty = lift.certainty.unwrap();
+    // the split's own standard deviation keeps it below what it would be if 0.5 were known
+    assert!((0.8..0.95).contains(&certainty), "{lift:?}");
     assert!(lift.certainty_any_split.unwrap() < 0.05, "{lift:?}");
     let text = findings(&analysis)[0].to_string();
+    let percent = (100.0 * certainty).round();
     assert!(
-        text.contains(
-            "(confidence 98 %), if the front axle takes half of the difference between the sides"
-        ),
+        text.contains(&format!(
+            "(confidence {percent} %), if the front axle takes half of the difference between the sides"
+        )),
         "{text}"
     );
     assert!(

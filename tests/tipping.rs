@@ -1,12 +1,15 @@
 //! Onset, certainty and causes of lifts and tip-overs, compared with the contact forces of the simulation.
 
 use std::collections::BTreeMap;
+use std::fs;
 
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_analyze::report::findings;
 use tipwatch_analyze::tables::parquet;
+use tipwatch_binding::MachineFile;
 use tipwatch_tests::{analysed, data};
 
 /// A wheel with less than this is off the ground in truth (N).
@@ -38,16 +41,24 @@ fn val_onsets_of_a_tip_over_are_found_within_a_tenth_of_a_second() {
     let analysis = analysed(&data("tip_over.mcap"), Options::default());
     let truth = true_onsets();
     assert_eq!(truth.keys().collect::<Vec<_>>(), ["fr", "rr"]);
-    for (wheel, true_ns) in &truth {
-        let lift = find(&analysis, EventKind::WheelLift, wheel).unwrap();
-        let error_s = (lift.start_ns - true_ns) as f64 * 1e-9;
-        let sigma_s = lift.start_sigma_s.unwrap();
-        assert!(error_s.abs() < 0.10, "{wheel}: {error_s} s");
-        assert!(
-            sigma_s < 0.2 && error_s.abs() < 3.0 * sigma_s,
-            "{wheel}: {error_s} +- {sigma_s} s"
-        );
-        assert!(lift.certainty.unwrap() > 0.99, "{lift:?}");
+    let path = data("tip_over.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let text = format!("{text}\n[uncertainty]\nroll_moment_distribution = 0.0\n");
+    let file = MachineFile::from_text(&path, &text).unwrap();
+    let log = data("tip_over.mcap");
+    let with_known_split = analyse(&log, &file, Options::default(), &mut |_| {}).unwrap();
+    for (analysis, most_sigma_s, least) in [(&with_known_split, 0.2, 0.99), (&analysis, 0.4, 0.9)] {
+        for (wheel, true_ns) in &truth {
+            let lift = find(analysis, EventKind::WheelLift, wheel).unwrap();
+            let error_s = (lift.start_ns - true_ns) as f64 * 1e-9;
+            let sigma_s = lift.start_sigma_s.unwrap();
+            assert!(error_s.abs() < 0.10, "{wheel}: {error_s} s");
+            assert!(
+                sigma_s < most_sigma_s && error_s.abs() < 3.0 * sigma_s,
+                "{wheel}: {error_s} +- {sigma_s} s"
+            );
+            assert!(lift.certainty.unwrap() > least, "{lift:?}");
+        }
     }
     // Both wheels off the left edge: no split could keep them down.
     let over = find(&analysis, EventKind::TipOver, "left").unwrap();

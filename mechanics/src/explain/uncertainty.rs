@@ -315,11 +315,11 @@ impl SignalPlaces {
         let [p11, p12] = noise.joint.first.map(each);
         let p22 = each(noise.joint.second);
         let is_noisy = T::zero().lt(noise.joint.second);
+        let precision = T::select(is_noisy, T::one() / noise.joint.second, T::zero());
         let mut behind = T::Wheels::constant(0.0);
         for (by, &lag) in joints.chunks_exact(3).zip(&lag.joints) {
             let (g0, g1, g2) = (by[0], by[1], by[2]);
-            let share = T::select(is_noisy, lag / noise.joint.second, T::zero());
-            behind += (g0 * p02 + g1 * p12 + g2 * p22) * each(share);
+            behind += (g0 * p02 + g1 * p12 + g2 * p22) * each(lag * precision);
             variance += g0 * g0 * p00
                 + g1 * g1 * p11
                 + g2 * g2 * p22

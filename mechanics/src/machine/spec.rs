@@ -503,7 +503,8 @@ pub struct UncertaintySpec {
     pub tool_force: f64,
     /// Systematic error of the moment on the tool, about each axis (N m).
     pub tool_moment: f64,
-    /// Roll moment distribution D. The former spelling of the key, `front_share`, is deprecated.
+    /// Roll moment distribution D. The default is that of tyres of one kind on plane ground, each 8 % stiffer or softer
+    /// than the others (a quarter of that in D); what uneven ground does is in the envelope. The former spelling of the key, `front_share`, is deprecated.
     #[serde(alias = "front_share")]
     pub roll_moment_distribution: f64,
     /// Stiffness of a tyre, relative.
@@ -532,7 +533,7 @@ impl Default for UncertaintySpec {
             gravity: 0.01,
             tool_force: 50.0,
             tool_moment: 20.0,
-            roll_moment_distribution: 0.0,
+            roll_moment_distribution: 0.02,
             tyre_stiffness_share: 0.2,
             model_share: 0.003,
         }
