@@ -50,7 +50,6 @@ mod columns;
 mod decode;
 mod file;
 mod formats;
-mod large_columns;
 mod log;
 mod message;
 mod schema;

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::stamp::StampSource;
-use crate::large_columns::{self, Region};
 
 /// Marks a header without a stamp. No clock reaches it: it is 292 years before zero.
 const NO_STAMP: i64 = i64::MIN;
@@ -29,14 +28,6 @@ pub struct Times {
 }
 
 impl Times {
-    /// Reserves memory for so many messages of a sensor, if available, and returns the regions that
-    /// are new and large.
-    pub(crate) fn reserve(&mut self, messages: u64, sensor: usize) -> Vec<Region> {
-        let columns = [&mut self.header_ns, &mut self.log_ns];
-        let reserve = |column| large_columns::reserve(column, messages, 1, sensor);
-        columns.into_iter().filter_map(reserve).collect()
-    }
-
     /// Reserves memory for so many messages, if it is available.
     pub(crate) fn reserve_exact(&mut self, messages: usize) {
         let _ = self.header_ns.try_reserve_exact(messages);

@@ -15,7 +15,6 @@ use super::{
 use crate::{
     clock::{ClockFit, TimeBase, Times, TopicStatistics},
     formats::Batch,
-    large_columns::{FreshMemory, Region},
     log::Log,
     message::{Error, Losses, RawMessage, TopicId},
 };
@@ -62,28 +61,25 @@ pub(crate) struct Passed {
     pub(crate) losses: Losses,
 }
 
-/// Reads a log once for all wanted sensors, of which several may use the same topic. `regions` are
-/// those that the sink fills.
+/// Reads a log once for all wanted sensors, of which several may use the same topic.
 pub(crate) fn pass(
     log: &Log,
     wanted: Vec<Wanted>,
     sink: &mut dyn Sink,
-    mut regions: Vec<Region>,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Passed, Error> {
     let topics: Vec<TopicId> = wanted.iter().map(|wanted| wanted.topic).collect();
     let mut sensors = Vec::with_capacity(wanted.len());
     let mut of_log = Vec::with_capacity(wanted.len());
-    for (place, wanted) in wanted.into_iter().enumerate() {
+    for wanted in wanted {
         let mut sensor = SensorPass::new(log, wanted)?;
         // so that they need not be moved as they grow
         let samples = most_samples(log, sensor.topic)?;
-        regions.extend(sensor.times.reserve(samples, place));
+        sensor.times.reserve_exact(samples);
         of_log.push(samples);
         sensors.push(sensor);
     }
-    let of_log: Arc<[u64]> = of_log.into();
-    let memory = Arc::new(FreshMemory::new(sensors.len(), regions));
+    let of_log: Arc<[usize]> = of_log.into();
     let empty = || Part::new(sensors.iter().map(SensorPass::part));
     // a part that a batch has delivered and the pass has not yet taken
     let inbox = Arc::new(Mutex::new(empty()));
@@ -93,7 +89,6 @@ pub(crate) fn pass(
             part: Part::new(prototypes.iter().map(Wanted::part)),
             of_log: Arc::clone(&of_log),
             inbox: Arc::clone(&inbox),
-            memory: Arc::clone(&memory),
         })
     };
     let loose = empty();
@@ -102,7 +97,6 @@ pub(crate) fn pass(
         loose,
         messages: 0,
         sink,
-        memory: Arc::clone(&memory),
     });
     let mut visit = |message: &RawMessage<'_>| {
         pass.borrow_mut().message(message);
@@ -156,7 +150,6 @@ struct Pass<'s> {
     /// The number of messages handed on.
     messages: u32,
     sink: &'s mut dyn Sink,
-    memory: Arc<FreshMemory>,
 }
 
 impl Pass<'_> {
@@ -183,7 +176,6 @@ impl Pass<'_> {
             sensor.statistics.extend(samples.times);
             sensor.times.append(samples.times);
             self.sink.take(place, samples);
-            self.memory.fill(place, samples.len());
             part.samples.clear();
             sensor.decoder.append(&mut part.decoder);
             sensor.undecodable += std::mem::take(&mut part.undecodable);
@@ -229,20 +221,19 @@ impl Wanted {
 
 /// The messages of a topic that the index counts. The count of a damaged index may be wrong: no more
 /// than the file may hold.
-pub(crate) fn most_samples(log: &Log, topic: TopicId) -> Result<u64, Error> {
+pub(crate) fn most_samples(log: &Log, topic: TopicId) -> Result<usize, Error> {
     const LIKELY_MOST_RATIO: u64 = 16;
     let most = log.bytes().saturating_mul(LIKELY_MOST_RATIO) / size_of::<f64>() as u64;
     let messages = log.topic(topic)?.message_count.unwrap_or(0);
-    Ok(messages.min(most))
+    Ok(usize::try_from(messages.min(most)).unwrap_or(usize::MAX))
 }
 
 /// The samples of one chunk.
 struct SensorBatch {
     part: Part,
     /// The number of messages of each sensor in the log.
-    of_log: Arc<[u64]>,
+    of_log: Arc<[usize]>,
     inbox: Arc<Mutex<Part>>,
-    memory: Arc<FreshMemory>,
 }
 
 impl Batch for SensorBatch {
@@ -254,9 +245,6 @@ impl Batch for SensorBatch {
     }
 
     fn take(&mut self, message: &RawMessage<'_>) {
-        if self.part.messages == 0 {
-            self.memory.prepare();
-        }
         self.part.take(message);
     }
 

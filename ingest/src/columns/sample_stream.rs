@@ -94,7 +94,7 @@ impl SampleStream {
     pub fn new(log: &Log, requests: &[SensorRequest]) -> Result<Self, Error> {
         let wanted = sensors_of(log, requests)?;
         let topics: Vec<TopicId> = wanted.iter().map(|wanted| wanted.topic).collect();
-        let passed = pass(log, wanted, &mut NoSink, Vec::new(), &mut |_| {})?;
+        let passed = pass(log, wanted, &mut NoSink, &mut |_| {})?;
         let mut clocks: Vec<StreamClock> = Vec::new();
         let mut parts = Vec::new();
         for (wanted, sensor) in sensors_of(log, requests)?.into_iter().zip(&passed.sensors) {

@@ -140,7 +140,7 @@ pub fn read_sensor_blocks(
         roles,
         take: &mut *take,
     };
-    let passed = pass(log, wanted, &mut sink, Vec::new(), progress)?;
+    let passed = pass(log, wanted, &mut sink, progress)?;
     sink.flush();
     let roles = sink.roles;
     let time_base = &passed.time_base;

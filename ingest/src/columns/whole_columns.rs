@@ -9,7 +9,6 @@ use super::{
 };
 use crate::{
     clock::{Placed, TimeBase},
-    large_columns::{self, Region},
     log::Log,
     message::{Error, Losses},
 };
@@ -23,14 +22,13 @@ pub(crate) fn record(
     progress: &mut dyn FnMut(u64),
 ) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let mut columns = WholeColumns(Vec::with_capacity(wanted.len()));
-    let mut regions = Vec::new();
-    for (sensor, wanted) in wanted.iter().enumerate() {
+    for wanted in &wanted {
         let samples = most_samples(log, wanted.topic)?;
         let mut of_sensor = Columns::default();
-        regions.extend(of_sensor.reserve(samples, wanted.width, sensor));
+        of_sensor.reserve(samples, wanted.width);
         columns.0.push(of_sensor);
     }
-    let passed = pass(log, wanted, &mut columns, regions, progress)?;
+    let passed = pass(log, wanted, &mut columns, progress)?;
     let time_base = time_base.unwrap_or(&passed.time_base);
     let sensors = passed.sensors.into_iter().zip(columns.0);
     Ok((finish(sensors.collect(), time_base), passed.losses))
@@ -53,17 +51,10 @@ impl Sink for WholeColumns {
 }
 
 impl Columns {
-    /// Reserves memory for so many samples, so that columns need not be moved as they grow, and
-    /// returns the regions that are new and large.
-    fn reserve(
-        &mut self,
-        samples: u64,
-        width: usize,
-        sensor: usize,
-    ) -> impl Iterator<Item = Region> + use<> {
-        let values = large_columns::reserve(&mut self.values, samples, width, sensor);
-        let order = large_columns::reserve(&mut self.order, samples, 1, sensor);
-        values.into_iter().chain(order)
+    /// Reserves memory for so many samples, if it is available, so that columns need not be moved as they grow.
+    fn reserve(&mut self, samples: usize, width: usize) {
+        let _ = self.values.try_reserve_exact(samples.saturating_mul(width));
+        let _ = self.order.try_reserve_exact(samples);
     }
 
     pub(crate) fn append(&mut self, samples: SamplesSlice<'_>) {
