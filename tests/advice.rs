@@ -51,7 +51,8 @@ const fn run(log: &'static str, replaced: [&'static str; 2]) -> Run {
 fn with_raised_limit(log: &'static str, share: f64) -> Analysis {
     let analysis = run(log, ["", ""]).analysed();
     let wheels = analysis.machine.wheels().len();
-    let otf = (0..wheels).flat_map(|wheel| analysis.rows.outcomes.column(Quantity::Otf(wheel)));
+    let otf =
+        (0..wheels).flat_map(|wheel| analysis.rows.whole().outcomes.column(Quantity::Otf(wheel)));
     let least = otf
         .copied()
         .filter(|otf| otf.is_finite())
@@ -141,7 +142,7 @@ fn for_each_state(analysis: &Analysis, advice: &Advice, mut visit: impl FnMut(&m
         if !(advice.from_ns..=advice.to_ns).contains(&rows.times_ns[row]) {
             continue;
         }
-        rows.states.get(row, &mut state);
+        rows.whole().states.get(row, &mut state);
         let reasons = rows.reasons[row];
         if reasons.is_empty() {
             let imu = &mut state.imu;
@@ -457,6 +458,6 @@ fn a_log_without_an_event_has_no_advice() {
     );
     assert!(analysis.advice.is_none());
     // a wheel at its limit everywhere
-    let otf = analysis.rows.outcomes.column(Quantity::Otf(0));
+    let otf = analysis.rows.whole().outcomes.column(Quantity::Otf(0));
     assert!(otf.iter().all(|otf| *otf > 500.0));
 }

@@ -113,7 +113,7 @@ fn causal_of(log: &Path, machine: &Path) -> Analysis {
 
 /// Number of rows at each level.
 fn count(analysis: &Analysis, level: Level) -> usize {
-    let verdicts = &analysis.rows.verdicts.as_ref().unwrap().verdicts;
+    let verdicts = &analysis.rows.whole().verdicts.as_ref().unwrap().verdicts;
     verdicts.iter().filter(|v| v.level == level).count()
 }
 
@@ -130,7 +130,7 @@ fn commissioned_machine_on_plane_ground_is_safe_and_no_other() {
         "{safe} {assumed}"
     );
     assert_eq!(count(&good, Level::Fault), 0);
-    let verdicts = &good.rows.verdicts.as_ref().unwrap().verdicts;
+    let verdicts = &good.rows.whole().verdicts.as_ref().unwrap().verdicts;
     for verdict in verdicts.iter().filter(|v| v.level == Level::Safe) {
         assert_eq!(verdict.basis, Basis::Proven);
         assert!(verdict.unproven.is_empty());
@@ -149,7 +149,7 @@ fn commissioned_machine_on_plane_ground_is_safe_and_no_other() {
         });
         commission(&path, open);
         let found = causal(log, &path);
-        let verdicts = &found.rows.verdicts.as_ref().unwrap().verdicts;
+        let verdicts = &found.rows.whole().verdicts.as_ref().unwrap().verdicts;
         // the motion may prove a joint later
         let (first, before) = (&verdicts[30], &verdicts[..30]);
         assert!(before.iter().all(|v| v.level != Level::Safe), "{open:?}");
@@ -164,7 +164,7 @@ fn commissioned_machine_on_plane_ground_is_safe_and_no_other() {
         // other ground is another split of the load
         for (a, b) in verdicts[..if is_plane { verdicts.len() } else { 0 }]
             .iter()
-            .zip(&good.rows.verdicts.as_ref().unwrap().verdicts)
+            .zip(&good.rows.whole().verdicts.as_ref().unwrap().verdicts)
         {
             let is_calm = |level: Level| level.sees_no_danger();
             assert_eq!(is_calm(a.level), is_calm(b.level));
@@ -179,7 +179,7 @@ fn motion_proves_what_it_shows() {
     let log = "commissioning.mcap";
     let (_folder, path) = machine(log, on_plane_ground);
     let found = causal(log, &path);
-    let verdicts = &found.rows.verdicts.as_ref().unwrap().verdicts;
+    let verdicts = &found.rows.whole().verdicts.as_ref().unwrap().verdicts;
     let joints = found.machine.joints();
     let names = |row: usize| verdicts[row].unproven.names(&found.machine);
     let (first, last) = (names(0), names(verdicts.len() - 1));
@@ -412,7 +412,7 @@ fn judged(log: &str, wrong: &Wrong) -> Analysis {
 }
 
 fn verdicts(analysis: &Analysis) -> &[Verdict] {
-    &analysis.rows.verdicts.as_ref().unwrap().verdicts
+    &analysis.rows.whole().verdicts.as_ref().unwrap().verdicts
 }
 
 /// Times of rows in which a wheel carries nothing, by the sound sensors.
@@ -420,7 +420,7 @@ fn lifted(log: &str) -> Vec<i64> {
     let (_folder, path) = machine(log, on_plane_ground);
     let sound = causal(log, &path);
     let is_lifted = |row: &usize| {
-        let otf = |wheel| sound.rows.outcomes.column(Quantity::Otf(wheel))[*row];
+        let otf = |wheel| sound.rows.whole().outcomes.column(Quantity::Otf(wheel))[*row];
         (0..sound.machine.wheels().len()).any(|wheel| otf(wheel) <= 0.0)
     };
     let rows = (0..sound.rows.len()).filter(is_lifted);
@@ -474,7 +474,7 @@ fn sound_and_commissioned_sensors_are_safe() {
         let good = causal(log, &path);
         assert_eq!(count(&good, Level::Fault), 0, "{log}");
         let limit = good.machine.limits().notice;
-        let utilisation = good.rows.outcomes.column(Quantity::Utilisation);
+        let utilisation = good.rows.whole().outcomes.column(Quantity::Utilisation);
         let (mut rows, mut safe, mut light_s) = (0, 0, 0.0);
         for (row, verdict) in verdicts(&good).iter().enumerate() {
             let time_s = good.rows.seconds(row);

@@ -283,7 +283,8 @@ fn difference(left: &Analysis, right: &Analysis) -> (f64, usize) {
             continue;
         }
         for wheel in 0..4 {
-            let load = |of: &Analysis, row| of.rows.outcomes.column(Quantity::Load(wheel))[row];
+            let load =
+                |of: &Analysis, row| of.rows.whole().outcomes.column(Quantity::Load(wheel))[row];
             let (a, b) = (load(left, row), load(right, other));
             largest = largest.max((a - b).abs());
             sum += a.abs();

@@ -66,7 +66,7 @@ fn assert_equals_one_sample_at_a_time(path: &Path, machine: &Path) -> Vec<Reason
             );
             for quantity in Quantity::all(machine, Scope::ALL) {
                 let (batch, alone) = (
-                    analysis.rows.outcomes.column(quantity)[row],
+                    analysis.rows.whole().outcomes.column(quantity)[row],
                     outcome.get(quantity),
                 );
                 assert!(

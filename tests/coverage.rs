@@ -77,8 +77,8 @@ fn val_two_sigma_bands_contain_the_true_loads() {
 fn tally_loads(analysis: &Analysis, truth: &TrueLoads, tally: &mut Tally) {
     let rows = &analysis.rows;
     for wheel in 0..WHEELS.len() {
-        let load = rows.outcomes.column(Quantity::Load(wheel));
-        let sigma = rows.outcomes.column(Quantity::LoadSigma(wheel));
+        let load = rows.whole().outcomes.column(Quantity::Load(wheel));
+        let sigma = rows.whole().outcomes.column(Quantity::LoadSigma(wheel));
         for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
             if let Some(truth) = truth.at(rows.times_ns[row]) {
                 tally.count(load[row] - truth[wheel], sigma[row]);
@@ -99,7 +99,7 @@ fn tally_sums(analysis: &Analysis, truth: &TrueLoads, tally: &mut Tally) {
         let Some(truth) = truth.at(rows.times_ns[row]) else {
             continue;
         };
-        rows.states.get(row, &mut state);
+        rows.whole().states.get(row, &mut state);
         let otf = evaluate(machine, &state, &mut workspace).otf.clone();
         if truth.iter().any(|&load| load < 100.0) {
             continue;

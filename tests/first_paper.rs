@@ -9,7 +9,7 @@ use tipwatch_tests::{Truth, analysed, data};
 const WHEELS: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
 fn largest(analysis: &Analysis, quantity: Quantity) -> f64 {
-    let column = analysis.rows.outcomes.column(quantity);
+    let column = analysis.rows.whole().outcomes.column(quantity);
     column.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
@@ -159,10 +159,12 @@ fn contributions_of_the_links_add_up_to_the_otf() {
         );
         let rows = &analysis.rows;
         for wheel in 0..analysis.machine.wheels().len() {
-            let quantities = rows.outcomes.quantities.iter();
+            let quantities = rows.whole().outcomes.quantities.iter();
             let parts = quantities.filter(|q| matches!(q, Quantity::Part(_, w) if *w == wheel));
-            let parts: Vec<_> = parts.map(|&part| rows.outcomes.column(part)).collect();
-            let otf = rows.outcomes.column(Quantity::Otf(wheel));
+            let parts: Vec<_> = parts
+                .map(|&part| rows.whole().outcomes.column(part))
+                .collect();
+            let otf = rows.whole().outcomes.column(Quantity::Otf(wheel));
             for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
                 let sum: f64 = parts.iter().map(|part| part[row]).sum();
                 assert!(
@@ -179,7 +181,7 @@ fn contributions_of_the_links_add_up_to_the_otf() {
 /// margin; the loads add up to F_n.
 fn edge_moments_are_the_loads_beyond(name: &str, analysis: &Analysis, weight: f64) {
     let (rows, edges) = (&analysis.rows, analysis.machine.polygon().edges().len());
-    let column = |quantity| rows.outcomes.column(quantity);
+    let column = |quantity| rows.whole().outcomes.column(quantity);
     for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
         let normal = column(Quantity::NormalForce)[row];
         let moments = (0..edges).map(|edge| column(Quantity::ItomFull(edge))[row]);
@@ -198,11 +200,14 @@ fn edge_moments_are_the_loads_beyond(name: &str, analysis: &Analysis, weight: f6
 fn causes_add_up(name: &str, analysis: &Analysis, weight: f64) {
     let rows = &analysis.rows;
     for wheel in 0..analysis.machine.wheels().len() {
-        let causes =
-            Contribution::ALL.map(|c| rows.outcomes.column(Quantity::Contribution(c, wheel)));
+        let causes = Contribution::ALL.map(|c| {
+            rows.whole()
+                .outcomes
+                .column(Quantity::Contribution(c, wheel))
+        });
         let (otf, load) = (
-            rows.outcomes.column(Quantity::Otf(wheel)),
-            rows.outcomes.column(Quantity::Load(wheel)),
+            rows.whole().outcomes.column(Quantity::Otf(wheel)),
+            rows.whole().outcomes.column(Quantity::Load(wheel)),
         );
         for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
             let lift_off = causes[Contribution::LiftOff as usize][row];

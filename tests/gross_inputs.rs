@@ -291,7 +291,7 @@ fn nothing_is_concluded_from_signals_in_other_units() {
             .count();
         let is_marked = |row: usize| analysis.rows.reasons[row].has(Reason::GrossInput);
         let all_marked = (0..analysis.rows.len()).all(is_marked);
-        let verdicts = &analysis.rows.verdicts.as_ref().unwrap().verdicts;
+        let verdicts = &analysis.rows.whole().verdicts.as_ref().unwrap().verdicts;
         let all_fault = verdicts.iter().all(|verdict| verdict.level == Level::Fault);
         let first = &findings(&analysis)[0];
         let is_first = first.headline.contains(&gross[0].headline)
@@ -422,14 +422,24 @@ fn exactly_planar_attitude_leaves_the_slope_unknown() {
             .iter()
             .any(|note| note.contains("unknown, not 0 degrees"))
     );
-    assert_eq!(analysis.rows.up_in_base(&analysis.machine, 100), None);
+    assert_eq!(
+        analysis.rows.whole().up_in_base(&analysis.machine, 100),
+        None
+    );
     // loads follow from the specific force
     let whole = analysed_with(
         &data("tiny_lift.mcap"),
         &data("tiny_lift.toml"),
         Options::default(),
     );
-    let load = |analysis: &Analysis| analysis.rows.outcomes.column(Quantity::Load(0)).to_vec();
+    let load = |analysis: &Analysis| {
+        analysis
+            .rows
+            .whole()
+            .outcomes
+            .column(Quantity::Load(0))
+            .to_vec()
+    };
     // but for the bias of the accelerometer, which an attitude helps to find
     for (without, with) in load(&analysis).iter().zip(load(&whole)) {
         assert!((without - with).abs() < 2e-3 * with, "{without} {with}");
@@ -469,7 +479,7 @@ fn planar_odometry_in_place_of_an_imu_is_not_level_ground() {
             .map(|input| input.kind)
             .collect();
         assert_eq!(found, kinds);
-        let load = analysis.rows.outcomes.column(Quantity::Load(0));
+        let load = analysis.rows.whole().outcomes.column(Quantity::Load(0));
         assert_eq!(load.iter().any(|load| load.is_finite()), kinds.is_empty());
     }
 }

@@ -74,10 +74,11 @@ fn measured_loads_change_nothing_that_is_computed() {
     assert_eq!(with.rows.reasons, without.rows.reasons);
     for (a, b) in with
         .rows
+        .whole()
         .outcomes
         .columns
         .iter()
-        .zip(&without.rows.outcomes.columns)
+        .zip(&without.rows.whole().outcomes.columns)
     {
         assert!(a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits()));
     }
@@ -93,7 +94,7 @@ fn measured_and_residual_are_columns_and_the_summary_compares_them() {
         loads[0] += 150.0;
         loads
     });
-    let (rows, loads) = (&analysis.rows, &analysis.measured_loads);
+    let (rows, loads) = (analysis.rows.whole(), &analysis.measured_loads);
     let table = samples(&analysis.machine, rows, Precision::Double, loads);
     let column = |name: &str| table.column(name).unwrap().numbers().unwrap();
     let (measured, residual, load) = (
@@ -198,7 +199,7 @@ fn wrong_load_cells_of_every_kind_are_found() {
 #[test]
 fn the_total_is_compared_while_a_wheel_is_off_the_ground() {
     let airborne = |analysis: &Analysis| {
-        let otf = |wheel: usize| analysis.rows.outcomes.column(Quantity::Otf(wheel));
+        let otf = |wheel: usize| analysis.rows.whole().outcomes.column(Quantity::Otf(wheel));
         let off = |row: &usize| (0..WHEELS.len()).any(|wheel| otf(wheel)[*row] <= 0.0);
         (0..analysis.rows.len()).filter(off).collect::<Vec<usize>>()
     };

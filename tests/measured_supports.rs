@@ -284,7 +284,7 @@ fn the_range_of_an_unloaded_jack_is_what_its_measurement_leaves() {
     let orr = wheels.iter().position(|wheel| wheel.name == "ORR").unwrap();
     let mut narrow = 0;
     for row in 0..analysis.rows.len() {
-        let value = |quantity| analysis.rows.value(quantity, row);
+        let value = |quantity| analysis.rows.whole().value(quantity, row);
         let on_feet = (23.0..26.0).contains(&analysis.rows.seconds(row));
         if !on_feet || !(value(Quantity::Load(orr)) <= 0.0) {
             continue;

@@ -74,7 +74,9 @@ fn single_fields_give_the_results_of_standard_messages() {
                 continue;
             }
             for wheel in 0..4 {
-                let load = |of: &Analysis, row| of.rows.outcomes.column(Quantity::Load(wheel))[row];
+                let load = |of: &Analysis, row| {
+                    of.rows.whole().outcomes.column(Quantity::Load(wheel))[row]
+                };
                 let (a, b) = (load(&by_type, row), load(&by_number, other));
                 assert!((a - b).abs() < 1e-6, "row {row}: {a} {b}");
                 compared += 1;
@@ -97,7 +99,7 @@ fn units_are_converted_and_constants_replace_signals() {
     };
     let loads = |analysis: &Analysis| -> Vec<f64> {
         let mean = |wheel| {
-            let column = analysis.rows.outcomes.column(Quantity::Load(wheel));
+            let column = analysis.rows.whole().outcomes.column(Quantity::Load(wheel));
             column.iter().filter(|l| l.is_finite()).sum::<f64>() / column.len() as f64
         };
         (0..4).map(mean).collect()

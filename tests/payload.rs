@@ -107,8 +107,8 @@ fn a_scale_tells_the_payload() {
         for wheel in 0..4 {
             for quantity in [Quantity::Load(wheel), Quantity::LoadSigma(wheel)] {
                 let (a, b) = (
-                    analysis.rows.value(quantity, row),
-                    known.rows.value(quantity, row),
+                    analysis.rows.whole().value(quantity, row),
+                    known.rows.whole().value(quantity, row),
                 );
                 assert!(
                     (a - b).abs() < 1e-6 * b.abs(),
@@ -138,7 +138,7 @@ fn a_scale_that_falls_silent_leaves_the_loads_unknown() {
             "{row}"
         );
         if is_silent {
-            assert!(rows.value(Quantity::Load(0), row).is_nan());
+            assert!(rows.whole().value(Quantity::Load(0), row).is_nan());
         }
     }
     assert!(rows.seconds(rows.len() - 1) > 6.0);

@@ -317,12 +317,18 @@ fn clean(estimator: Estimator) -> Analysis {
 }
 
 fn loads(analysis: &Analysis, row: usize) -> Vec<f64> {
-    let of = |wheel| analysis.rows.outcomes.column(Quantity::Load(wheel))[row];
+    let of = |wheel| analysis.rows.whole().outcomes.column(Quantity::Load(wheel))[row];
     (0..4).map(of).collect()
 }
 
 fn worst_sigma(analysis: &Analysis, row: usize) -> f64 {
-    let of = |wheel| analysis.rows.outcomes.column(Quantity::LoadSigma(wheel))[row];
+    let of = |wheel| {
+        analysis
+            .rows
+            .whole()
+            .outcomes
+            .column(Quantity::LoadSigma(wheel))[row]
+    };
     (0..4).map(of).fold(0.0, f64::max)
 }
 

@@ -16,7 +16,7 @@ fn analysed(log: &str, machine: &str) -> Analysis {
 
 /// Mean sum of the loads over the valid rows, relative to the weight. Nearly all rows must be valid.
 fn weight_share(analysis: &Analysis) -> f64 {
-    let force = analysis.rows.outcomes.column(Quantity::NormalForce);
+    let force = analysis.rows.whole().outcomes.column(Quantity::NormalForce);
     let valid: Vec<f64> = force.iter().copied().filter(|f| f.is_finite()).collect();
     assert!(valid.len() * 100 > force.len() * 98, "{}", valid.len());
     valid.iter().sum::<f64>()

@@ -261,7 +261,7 @@ fn judged(scene: &Scene, wrong: &Wrong, policy: &str) -> Found {
     });
     // The verdicts of the causal estimator are those of a monitor.
     let analysis = analysed(&copy("mcap"), causal());
-    let verdicts = &analysis.rows.verdicts.as_ref().unwrap().verdicts;
+    let verdicts = &analysis.rows.whole().verdicts.as_ref().unwrap().verdicts;
     let [from_s, to_s] = scene.airborne_s;
     let airborne = (0..analysis.rows.len()).filter(|&row| {
         let time_s = analysis.rows.seconds(row);

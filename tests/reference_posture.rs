@@ -30,9 +30,9 @@ fn start_with_a_wheel_in_the_air_is_danger_with_the_same_utilisation() {
             },
         );
         let used = |analysis: &tipwatch_analyze::analysis::Analysis, row| {
-            analysis.rows.outcomes.column(Quantity::Utilisation)[row]
+            analysis.rows.whole().outcomes.column(Quantity::Utilisation)[row]
         };
-        let verdicts = &late.rows.verdicts.as_ref().unwrap().verdicts;
+        let verdicts = &late.rows.whole().verdicts.as_ref().unwrap().verdicts;
         let mut compared = 0;
         for row in 0..late.rows.len() {
             let same = whole.rows.at(late.rows.times_ns[row]);
@@ -61,7 +61,7 @@ fn time_to_lift_off_is_announced_only_from_notice_on() {
         "corner_brake.mcap",
     ] {
         let analysis = analysed(&data(log), Options::default());
-        let verdicts = analysis.rows.verdicts.as_ref().unwrap();
+        let verdicts = analysis.rows.whole().verdicts.as_ref().unwrap();
         for (verdict, time_s) in verdicts.verdicts.iter().zip(&verdicts.time_to_lift_off_s) {
             let may = matches!(
                 verdict.level,
@@ -182,9 +182,9 @@ fn without_a_usable_posture_loads_are_known_and_utilisation_is_not() {
         note.starts_with("Utilisation is unknown: static load of wheel")
     };
     assert!(analysis.notes.iter().any(is_noted), "{:?}", analysis.notes);
-    let used = analysis.rows.outcomes.column(Quantity::Utilisation);
+    let used = analysis.rows.whole().outcomes.column(Quantity::Utilisation);
     assert!(used.iter().all(|used| used.is_nan()));
-    let verdicts = &analysis.rows.verdicts.as_ref().unwrap().verdicts;
+    let verdicts = &analysis.rows.whole().verdicts.as_ref().unwrap().verdicts;
     let is_calm = |level: Level| level.sees_no_danger() || level == Level::Notice;
     assert!(!verdicts.iter().any(|verdict| is_calm(verdict.level)));
     // a stated posture that cannot serve is an error

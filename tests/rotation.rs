@@ -277,7 +277,7 @@ fn measured_rotation_is_danger_at_once_and_for_as_long_as_it_stands() {
         ..Options::default()
     };
     let analysis = analysed_with(&log, &stated.machine, options);
-    let verdicts = &analysis.rows.verdicts.as_ref().unwrap().verdicts;
+    let verdicts = &analysis.rows.whole().verdicts.as_ref().unwrap().verdicts;
     let danger = verdicts
         .iter()
         .position(|verdict| verdict.level == Level::Danger);

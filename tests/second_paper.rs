@@ -103,7 +103,7 @@ fn val_chamber_pressures_pin_the_warp() {
         "{without} {with} {live}"
     );
     let rows = &by_torque.rows;
-    let used = rows.outcomes.column(Quantity::MeasuredTorques);
+    let used = rows.whole().outcomes.column(Quantity::MeasuredTorques);
     let all = used.iter().filter(|&&torques| torques == 2.0).count();
     assert!(all > rows.len() * 9 / 10, "{all} of {}", rows.len());
     let said = by_torque
@@ -116,6 +116,7 @@ fn val_chamber_pressures_pin_the_warp() {
         let of = |quantity| {
             analysis
                 .rows
+                .whole()
                 .outcomes
                 .column(quantity)
                 .iter()
@@ -136,9 +137,12 @@ fn causes_still_add_up(analysis: &Analysis) {
     let rows = &analysis.rows;
     let weight = analysis.machine.mass() * analysis.machine.gravity();
     for wheel in 0..4 {
-        let causes = Contribution::ALL
-            .map(|cause| rows.outcomes.column(Quantity::Contribution(cause, wheel)));
-        let load = rows.outcomes.column(Quantity::Load(wheel));
+        let causes = Contribution::ALL.map(|cause| {
+            rows.whole()
+                .outcomes
+                .column(Quantity::Contribution(cause, wheel))
+        });
+        let load = rows.whole().outcomes.column(Quantity::Load(wheel));
         let mut warps: f64 = 0.0;
         for row in (0..rows.len()).filter(|&row| rows.is_valid(row)) {
             let sum: f64 = causes
@@ -172,6 +176,7 @@ fn without_pressures_the_split_rule_applies_and_is_noted() {
         let load = |analysis: &Analysis| {
             analysis
                 .rows
+                .whole()
                 .outcomes
                 .column(Quantity::Load(wheel))
                 .to_vec()

@@ -53,7 +53,7 @@ fn crane(period_s: f64, bounds: &str, option: Option<QuasiStaticOption>) -> Anal
     };
     let analysis = analysed_with(&log, &machine, options);
     // everything is computed while the log is there
-    assert!(analysis.rows.outcomes.columns.len() > 20);
+    assert!(analysis.rows.whole().outcomes.columns.len() > 20);
     analysis
 }
 
@@ -74,7 +74,7 @@ fn on_ground(time_s: f64) -> Option<&'static [&'static str]> {
 #[test]
 fn val_static_rows_on_wheels_and_on_outriggers_carry_the_weight() {
     let analysis = &*AT_ONE_SECOND;
-    let rows: &Rows = &analysis.rows;
+    let rows: &Rows = analysis.rows.whole();
     let weight = analysis.machine.mass() * analysis.machine.gravity();
     let (mut wheels, mut feet) = (0, 0);
     for row in 0..rows.len() {
@@ -125,7 +125,7 @@ fn val_static_rows_on_wheels_and_on_outriggers_carry_the_weight() {
 fn val_the_band_covers_the_loads_on_the_wheels() {
     let analysis = &*AT_ONE_SECOND;
     let truth = Truth::of(&data("crane.mcap"), &SUPPORTS);
-    let rows: &Rows = &analysis.rows;
+    let rows: &Rows = analysis.rows.whole();
     let (mut inside, mut all) = (0, 0);
     for row in 0..rows.len() - 1 {
         let [from_s, to_s] = [row, row + 1].map(|row| rows.seconds(row));

@@ -73,6 +73,7 @@ pub(crate) fn error(
         for name in supports {
             let load = analysis
                 .rows
+                .whole()
                 .value(Quantity::Load(support(analysis, name)), row);
             let true_n = truth.at(name, analysis.rows.times_ns[row]);
             sum += (load - true_n).powi(2);
@@ -153,7 +154,7 @@ fn val_loads_of_a_crane_follow_its_supports() {
                 Quantity::Otf(wheel),
                 Quantity::LoadLargest(wheel),
             ] {
-                let value = analysis.rows.value(quantity, row);
+                let value = analysis.rows.whole().value(quantity, row);
                 assert!(value.is_nan(), "{name} at {t} s: {quantity:?} {value}");
             }
         }
@@ -220,7 +221,7 @@ fn without_forces_the_sinking_foot_is_within_the_envelope_only() {
         }
         for name in FEET {
             let wheel = support(&analysis, name);
-            let value = |quantity| analysis.rows.value(quantity, row);
+            let value = |quantity| analysis.rows.whole().value(quantity, row);
             let (least, largest) = (
                 value(Quantity::LoadLeast(wheel)),
                 value(Quantity::LoadLargest(wheel)),
@@ -250,10 +251,13 @@ fn a_missing_support_signal_leaves_the_loads_unknown() {
         all.clone()
             .all(|row| analysis.rows.reasons[row].has(Reason::SupportsUnknown))
     );
-    assert!(
-        all.clone()
-            .all(|row| analysis.rows.value(Quantity::NormalForce, row).is_nan())
-    );
+    assert!(all.clone().all(|row| {
+        analysis
+            .rows
+            .whole()
+            .value(Quantity::NormalForce, row)
+            .is_nan()
+    }));
     assert!(
         analysis
             .events
@@ -305,7 +309,7 @@ fn partly_jacked_the_range_over_all_splits_is_told() {
     let row = analysis.rows.at(analysis.rows.times_ns[0] + 21_000_000_000);
     for name in FEET {
         let wheel = support(&analysis, name);
-        let value = |quantity| analysis.rows.value(quantity, row);
+        let value = |quantity| analysis.rows.whole().value(quantity, row);
         let true_n = truth.at(name, analysis.rows.times_ns[row]);
         assert!(value(Quantity::LoadLeast(wheel)) <= 0.0);
         assert!(value(Quantity::LoadLargest(wheel)) > true_n);

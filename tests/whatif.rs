@@ -46,7 +46,7 @@ fn a_replay_as_recorded_gives_the_recorded_loads() {
     let weight = analysis.machine.mass() * analysis.machine.gravity();
     let mut compared = 0;
     for wheel in 0..4 {
-        let loads = analysis.rows.outcomes.column(Quantity::Load(wheel));
+        let loads = analysis.rows.whole().outcomes.column(Quantity::Load(wheel));
         for (row, (&known, &found)) in loads
             .iter()
             .zip(&what_if.comparison.moved.load[wheel])

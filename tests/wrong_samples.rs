@@ -67,7 +67,7 @@ fn rows(analysis: &Analysis, from_s: f64, to_s: f64) -> Vec<usize> {
 /// Largest difference of the loads from those of the log without the fault, over the rows that both know (N).
 fn largest_error(analysis: &Analysis, of: &Analysis) -> f64 {
     let loads = |analysis: &Analysis, row: usize| {
-        let load = |wheel| analysis.rows.outcomes.column(Quantity::Load(wheel))[row];
+        let load = |wheel| analysis.rows.whole().outcomes.column(Quantity::Load(wheel))[row];
         [0, 1, 2, 3].map(load)
     };
     let valid = (0..analysis.rows.len()).filter(|&row| analysis.rows.reasons[row].leave_valid());
@@ -113,7 +113,7 @@ fn a_slew_that_is_set_anew_is_doubted_from_then_on() {
             analysis.undecided(DEFAULT_MIN_VALID),
             Some(Undecided::Doubted { .. })
         ));
-        if let Some(verdicts) = &analysis.rows.verdicts {
+        if let Some(verdicts) = &analysis.rows.whole().verdicts {
             for row in rows(&analysis, 6.4, 9.0) {
                 let level = verdicts.verdicts[row].level;
                 assert!(!matches!(level, Level::Safe | Level::Notice), "{level:?}");

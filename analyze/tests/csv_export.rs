@@ -157,7 +157,7 @@ fn format() -> TableFormat {
 }
 
 fn mean_of(analysis: &Analysis, quantity: Quantity) -> f64 {
-    let column = analysis.rows.outcomes.column(quantity);
+    let column = analysis.rows.whole().outcomes.column(quantity);
     let valid: Vec<f64> = (0..analysis.rows.len())
         .filter(|&row| analysis.rows.is_valid(row))
         .map(|row| column[row])
@@ -194,6 +194,7 @@ fn val_a_log_from_csv_tables_gives_the_same_loads() {
         let mut state = tipwatch_mechanics::State::zero(&analysis.machine);
         analysis
             .rows
+            .whole()
             .states
             .get(analysis.rows.len() / 2, &mut state);
         state.base.up

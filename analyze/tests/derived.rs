@@ -45,7 +45,7 @@ fn derived_rows_equal_the_analysis_to_the_bit() {
         derived
             .read(&[topic.id], &mut |message| {
                 layout.decode(message.data, &mut fields).unwrap();
-                let expected = rows.outcomes.column(quantity)[row];
+                let expected = rows.whole().outcomes.column(quantity)[row];
                 assert_eq!(
                     fields.number(0).to_bits(),
                     expected.to_bits(),
@@ -62,7 +62,7 @@ fn derived_rows_equal_the_analysis_to_the_bit() {
     }
 
     let levels = numbers(&derived, "/tipwatch/verdict", "level");
-    let verdicts = &rows.verdicts.as_ref().unwrap().verdicts;
+    let verdicts = &rows.whole().verdicts.as_ref().unwrap().verdicts;
     let expected: Vec<f64> = verdicts.iter().map(|v| f64::from(v.level as u8)).collect();
     assert!(
         levels == expected && levels.contains(&4.0),
@@ -145,7 +145,7 @@ fn rows_far_from_events_are_thinned_without_losing_extremes() {
         rows.len()
     );
 
-    let otf = rows.outcomes.column(Quantity::Otf(3));
+    let otf = rows.whole().outcomes.column(Quantity::Otf(3));
     let row_of = |time_ns: &i64| rows.times_ns.binary_search(time_ns).unwrap();
     for (time_ns, written) in times.iter().zip(&written) {
         assert_eq!(*written, f64::from(otf[row_of(time_ns)] as f32));
@@ -179,7 +179,7 @@ fn rows_far_from_events_are_thinned_without_losing_extremes() {
         changes.dedup();
         changes
     };
-    let verdicts = &rows.verdicts.as_ref().unwrap().verdicts;
+    let verdicts = &rows.whole().verdicts.as_ref().unwrap().verdicts;
     let expected: Vec<f64> = verdicts.iter().map(|v| f64::from(v.level as u8)).collect();
     let found = numbers(&derived, "/tipwatch/verdict", "level");
     assert_eq!(levels(&found), levels(&expected));

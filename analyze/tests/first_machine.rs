@@ -33,7 +33,7 @@ fn mean_loads(analysis: &Analysis) -> Vec<f64> {
         .collect();
     assert!(valid.len() > 20);
     let mean = |wheel| {
-        let column = analysis.rows.outcomes.column(Quantity::Load(wheel));
+        let column = analysis.rows.whole().outcomes.column(Quantity::Load(wheel));
         valid.iter().map(|&row| column[row]).sum::<f64>() / valid.len() as f64
     };
     (0..analysis.machine.wheels().len()).map(mean).collect()
@@ -239,7 +239,13 @@ fn guesses_stay_doubtful_until_confirmed() {
             .iter()
             .any(|note| note.starts_with("Unconfirmed"))
     );
-    let sigma = |analysis: &Analysis| analysis.rows.outcomes.column(Quantity::LoadSigma(0))[100];
+    let sigma = |analysis: &Analysis| {
+        analysis
+            .rows
+            .whole()
+            .outcomes
+            .column(Quantity::LoadSigma(0))[100]
+    };
     assert!(
         sigma(&doubtful) > 3.0 * sigma(&confirmed),
         "{} {}",

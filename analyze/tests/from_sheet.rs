@@ -88,7 +88,7 @@ fn mean_loads(analysis: &Analysis) -> Vec<f64> {
     let wheels = analysis.machine.wheels().len();
     (0..wheels)
         .map(|wheel| {
-            let column = analysis.rows.outcomes.column(Quantity::Load(wheel));
+            let column = analysis.rows.whole().outcomes.column(Quantity::Load(wheel));
             let finite: Vec<f64> = column.iter().copied().filter(|v| v.is_finite()).collect();
             assert!(finite.len() > 300, "{} rows", finite.len());
             finite.iter().sum::<f64>() / finite.len() as f64
@@ -304,7 +304,7 @@ fn tracks_carry_where_the_outriggers_do_not() {
     let sum = |row: usize, prefix: &str| {
         let wheels = analysis.machine.wheels().iter().enumerate();
         let of_kind = wheels.filter(|(_, wheel)| wheel.name.starts_with(prefix));
-        let load = |(wheel, _)| analysis.rows.value(Quantity::Load(wheel), row);
+        let load = |(wheel, _)| analysis.rows.whole().value(Quantity::Load(wheel), row);
         of_kind
             .map(load)
             .filter(|load: &f64| load.is_finite())

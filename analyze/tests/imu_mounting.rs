@@ -86,7 +86,7 @@ fn with_transform(folder: &Path, parent: &str, child: &str) -> PathBuf {
 }
 
 fn loads(analysis: &Analysis) -> Vec<&[f64]> {
-    let column = |wheel| analysis.rows.outcomes.column(Quantity::Load(wheel));
+    let column = |wheel| analysis.rows.whole().outcomes.column(Quantity::Load(wheel));
     (0..4).map(column).collect()
 }
 

@@ -74,7 +74,7 @@ fn windows_and_blocks_have_the_bits_of_the_whole_table() {
             assert_eq!(found.times_ns, whole.rows.times_ns[window.clone()]);
             assert_eq!(found.reasons, whole.rows.reasons[window.clone()]);
             let columns = found.outcomes.columns.iter();
-            for (found, whole) in columns.zip(&whole.rows.outcomes.columns) {
+            for (found, whole) in columns.zip(&whole.rows.whole().outcomes.columns) {
                 let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
                 assert_eq!(bits(found), bits(&whole[window.clone()]));
             }

@@ -76,7 +76,7 @@ fn clip_gives_the_verdicts_of_the_monitor() {
     let before_s = (first_danger.time_ns - first_ns) as f64 * 1e-9;
     assert!((0.1..0.3).contains(&before_s), "{before_s} s");
     let weight_n = analysis.machine.mass() * analysis.machine.gravity();
-    let verdicts = analysis.rows.verdicts.as_ref().unwrap();
+    let verdicts = analysis.rows.whole().verdicts.as_ref().unwrap();
     let (mut compared, mut by_half_second) = (0, [0.0_f64; 8]);
     for live in &rows {
         let Ok(row) = analysis.rows.times_ns.binary_search(&live.time_ns) else {
@@ -84,7 +84,7 @@ fn clip_gives_the_verdicts_of_the_monitor() {
         };
         let since_s = (live.time_ns - first_ns) as f64 * 1e-9;
         let difference = (0..live.wheel_count as usize).map(|wheel| {
-            let offline = analysis.rows.outcomes.column(Quantity::Load(wheel))[row];
+            let offline = analysis.rows.whole().outcomes.column(Quantity::Load(wheel))[row];
             (offline - live.load[wheel]).abs()
         });
         let difference = difference.fold(0.0, f64::max);

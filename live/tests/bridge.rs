@@ -203,14 +203,14 @@ fn bridged_verdicts_equal_those_of_analyze_with_the_causal_estimator() {
         .filter(|value: &serde_json::Value| value["event"] == "row")
         .collect();
     assert_eq!(rows.len(), offline.rows.len(), "{}", monitor.err);
-    let verdicts = offline.rows.verdicts.as_ref().unwrap();
+    let verdicts = offline.rows.whole().verdicts.as_ref().unwrap();
     let mut levels = std::collections::BTreeSet::new();
     for (row, live) in rows.iter().enumerate() {
         assert_eq!(live["time_ns"], offline.rows.times_ns[row]);
         assert_eq!(live["verdict"], verdicts.verdicts[row].level.name());
         levels.insert(verdicts.verdicts[row].level.name());
         for (wheel, name) in ["fl", "fr", "rl", "rr"].iter().enumerate() {
-            let load = offline.rows.outcomes.column(Quantity::Load(wheel))[row];
+            let load = offline.rows.whole().outcomes.column(Quantity::Load(wheel))[row];
             match live["load_n"][name].as_f64() {
                 // the reader of JSON is exact to the last bits
                 Some(live) => assert!((live - load).abs() <= 1e-9 * load.abs(), "{live} {load}"),

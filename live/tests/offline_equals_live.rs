@@ -60,7 +60,7 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
     assert_eq!(value["valid"], rows.reasons[row].is_empty());
     let reasons: Vec<&str> = rows.reasons[row].iter().map(Reason::name).collect();
     assert_eq!(value["reasons"], serde_json::json!(reasons));
-    let verdicts = rows.verdicts.as_ref().unwrap();
+    let verdicts = rows.whole().verdicts.as_ref().unwrap();
     let verdict = verdicts.verdicts[row];
     assert_eq!(value["verdict"], verdict.level.name());
     assert_eq!(value["verdict_latched"], verdict.latched_level.name());
@@ -68,7 +68,7 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
     let unproven = verdict.unproven.names(&analysis.machine);
     assert_eq!(value["unproven"], serde_json::json!(unproven));
     let time_to_lift_off_s = verdicts.time_to_lift_off_s[row];
-    let number = |quantity| rows.outcomes.column(quantity)[row];
+    let number = |quantity| rows.whole().outcomes.column(quantity)[row];
     type OfWheel = fn(usize) -> Quantity;
     let by_wheel: [(&str, OfWheel); 5] = [
         ("load_n", Quantity::Load),
@@ -103,7 +103,7 @@ fn assert_same_row(line: &str, analysis: &Analysis, row: usize) {
 
 /// What is ahead by every assumed motion has the same bits.
 fn assert_same_prediction(value: &serde_json::Value, analysis: &Analysis, row: usize) {
-    let verdicts = analysis.rows.verdicts.as_ref().unwrap();
+    let verdicts = analysis.rows.whole().verdicts.as_ref().unwrap();
     let predictions = verdicts.predictions.as_ref().unwrap();
     let same = |json: &serde_json::Value, number: f64, place: &str| {
         // serde_json reads exactly here: the workspace asks for `float_roundtrip`

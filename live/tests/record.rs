@@ -39,14 +39,14 @@ fn assert_same_bits(live: f64, offline: f64, what: &str) {
 /// Every row that was published is that of the analysis, in the same order.
 fn assert_reproduced(live: &[WireVerdict], analysis: &Analysis) {
     let rows = &analysis.rows;
-    let verdicts = rows.verdicts.as_ref().unwrap();
+    let verdicts = rows.whole().verdicts.as_ref().unwrap();
     assert_eq!(live.len(), rows.len());
     for (row, live) in live.iter().enumerate() {
         assert_eq!(live.time_ns, rows.times_ns[row]);
         assert_eq!(live.row_reasons(), rows.reasons[row], "row {row}");
         assert_eq!(live.verdict(), verdicts.verdicts[row], "row {row}");
         assert_eq!(live.conditions(), verdicts.recorded[row], "row {row}");
-        let offline = |quantity| rows.outcomes.column(quantity)[row];
+        let offline = |quantity| rows.whole().outcomes.column(quantity)[row];
         assert_same_bits(
             live.utilisation,
             offline(Quantity::Utilisation),
@@ -218,9 +218,9 @@ fn recorded_replay(world: &World, log: &Path, machine: &Path, out: &Path) -> Vec
 
 fn assert_same_columns(a: &Analysis, b: &Analysis) {
     assert_eq!(a.rows.times_ns, b.rows.times_ns);
-    let outcomes = &a.rows.outcomes;
+    let outcomes = &a.rows.whole().outcomes;
     for (quantity, column) in outcomes.quantities.iter().zip(&outcomes.columns) {
-        for (a, b) in column.iter().zip(b.rows.outcomes.column(*quantity)) {
+        for (a, b) in column.iter().zip(b.rows.whole().outcomes.column(*quantity)) {
             assert_same_bits(*a, *b, &format!("{quantity:?}"));
         }
     }

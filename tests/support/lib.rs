@@ -151,7 +151,7 @@ impl Truth {
             .collect();
         let error = |row: usize| -> f64 {
             let of = |wheel: usize| {
-                let otf = analysis.rows.outcomes.column(Quantity::Otf(wheel))[row];
+                let otf = analysis.rows.whole().outcomes.column(Quantity::Otf(wheel))[row];
                 otf - self.at(wheel, analysis.rows.times_ns[row])
             };
             (0..4).map(|wheel| factors[wheel] * of(wheel)).sum()
@@ -168,8 +168,16 @@ impl Truth {
         );
         let (mut inside, mut all) = (0.0, 0.0);
         for wheel in 0..self.loads.len() {
-            let least = analysis.rows.outcomes.column(Quantity::LoadLeast(wheel));
-            let largest = analysis.rows.outcomes.column(Quantity::LoadLargest(wheel));
+            let least = analysis
+                .rows
+                .whole()
+                .outcomes
+                .column(Quantity::LoadLeast(wheel));
+            let largest = analysis
+                .rows
+                .whole()
+                .outcomes
+                .column(Quantity::LoadLargest(wheel));
             for (row, &time) in analysis.rows.times_ns.iter().enumerate() {
                 if time > first && time < last {
                     let truth = self.at(wheel, time);
@@ -208,7 +216,7 @@ impl Truth {
         );
         let (mut squares, mut sum, mut count) = (0.0, 0.0, 0.0);
         for wheel in 0..self.loads.len() {
-            let found = analysis.rows.outcomes.column(Quantity::Load(wheel));
+            let found = analysis.rows.whole().outcomes.column(Quantity::Load(wheel));
             for (&time, &load) in analysis.rows.times_ns.iter().zip(found) {
                 let time = time + early_ns;
                 if time > first && time < last {

@@ -1,5 +1,5 @@
-//! The analysis of one log: [`run`] estimates its states, evaluates wheel loads, and studies what they
-//! depend on.
+//! The analysis of one log. [`run`] takes six `steps`: read, estimate states, prepare the machine, check sensors, evaluate,
+//! study.
 
 pub mod advice;
 pub mod clock;
@@ -30,6 +30,7 @@ pub mod sensitivity;
 mod size;
 mod spread_values;
 mod state_blocks;
+mod steps;
 mod supports;
 pub mod undecided;
 pub mod unstated_load;

@@ -122,15 +122,13 @@ impl EstimatedRows {
         }
     }
 
-    /// The same rows with other states, made of those that they have.
-    #[must_use]
-    pub(crate) fn through(
-        mut self,
+    /// Looks at the states through `wrap` from now on.
+    pub(crate) fn look_through(
+        &mut self,
         wrap: impl FnOnce(Arc<dyn StateSource>) -> Arc<dyn StateSource>,
-    ) -> Self {
+    ) {
         self.kept.clear();
-        self.states = wrap(self.states);
-        self
+        self.states = wrap(Arc::clone(&self.states));
     }
 
     /// Changes the states of the rows at these times, first and last (ns), from now on; `change` is given the row.

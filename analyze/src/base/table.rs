@@ -4,7 +4,7 @@
 //! (`Table::blocks`) or for a window of rows ([`Table::window`]), with the same bits, and are not kept.
 
 use std::convert::Infallible;
-use std::ops::{Deref, Range};
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use anyhow::{Result, bail};
@@ -27,8 +27,7 @@ use super::widening::Widening;
 /// Rows of a block that is computed at once.
 pub const BLOCK_ROWS: usize = 512;
 
-/// The rows of a log. Reading [`Rows::outcomes`], [`Rows::states`] or [`Rows::verdicts`] through it computes and keeps
-/// the whole table, if it was not kept before.
+/// The rows of a log.
 #[derive(Debug)]
 pub struct Table {
     /// Times (ns) on the clock of the stamps.
@@ -186,6 +185,11 @@ impl Table {
     #[must_use]
     pub fn has(&self, quantity: Quantity) -> bool {
         self.quantities.contains(&quantity)
+    }
+
+    /// All rows. They are computed and kept, if they were not before.
+    pub fn whole(&self) -> &Rows {
+        self.whole.get_or_init(|| Arc::new(self.compute_whole()))
     }
 
     /// Whether the whole table is kept in memory.
@@ -398,13 +402,5 @@ fn widen_on_supports(
         widening.widen(&set.machine, &mut of_set, next_ns);
         all.outcomes
             .write(rows.start, &of_set.outcomes, &set.places);
-    }
-}
-
-impl Deref for Table {
-    type Target = Rows;
-
-    fn deref(&self) -> &Rows {
-        self.whole.get_or_init(|| Arc::new(self.compute_whole()))
     }
 }

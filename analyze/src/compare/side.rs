@@ -89,7 +89,7 @@ impl Side {
     pub fn of_analysis(analysis: &Analysis, name: &str) -> Result<Self> {
         let summary = serde_json::to_value(Summary::of(analysis, report::main_findings(analysis)))?;
         let (machine, loads) = (&analysis.machine, &analysis.measured_loads);
-        let samples = samples::samples(machine, &analysis.rows, Precision::Double, loads);
+        let samples = samples::samples(machine, analysis.rows.whole(), Precision::Double, loads);
         let mut side = Self::new(name, summary, &samples, &events::events(&analysis.events))?;
         side.machine_file = Some(analysis.sources.machine_file.clone());
         Ok(side)

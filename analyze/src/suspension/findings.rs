@@ -8,7 +8,7 @@ use tipwatch_suspension::replay::Track;
 use super::mode::SuspensionMode;
 use super::statistics::{mean, range};
 use super::what_if::WhatIf;
-use crate::base::rows::Rows;
+use crate::base::table::Table;
 use crate::events::Finding;
 
 /// The findings: load spread, centre of mass, wheels, control.
@@ -96,7 +96,7 @@ fn loads(what_if: &WhatIf, wheel: usize, mode: &str) -> Finding {
 }
 
 /// Time of the first row with the smallest load, as text.
-fn least_load_time(rows: &Rows, load: &[f64]) -> String {
+fn least_load_time(rows: &Table, load: &[f64]) -> String {
     let least = range(load)[0];
     match load.iter().position(|&load| load == least) {
         Some(row) => format!("t = {:.2} s", rows.seconds(row)),

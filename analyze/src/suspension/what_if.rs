@@ -67,7 +67,7 @@ pub fn what_if(
     let recorded = RecordedRows {
         times_ns: &rows.times_ns,
         reasons: &rows.reasons,
-        states: &rows.states,
+        states: &rows.whole().states,
     };
     let motion = motion(&suspension.control, options);
     let comparison = Comparison::of(machine, recorded, &motion)

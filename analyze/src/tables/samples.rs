@@ -27,7 +27,7 @@ pub fn samples(
 ) -> Table {
     let mut table = Table::default();
     let names = ColumnNames::of(machine);
-    add_times(&mut table, rows);
+    add_times(&mut table, &rows.times_ns);
     let valid = rows.reasons.iter().map(|reasons| reasons.leave_valid());
     table.add(RowColumn::VALID.name, None, valid);
     let reasons = rows.reasons.iter();
@@ -44,9 +44,9 @@ pub fn samples(
     table
 }
 
-pub(super) fn add_times(table: &mut Table, rows: &Rows) {
+pub(super) fn add_times(table: &mut Table, times_ns: &[i64]) {
     let RowColumn { name, unit, .. } = RowColumn::TIME;
-    table.add(name, Some(unit), rows.times_ns.iter().copied());
+    table.add(name, Some(unit), times_ns.iter().copied());
 }
 
 /// The measured loads, and what they are more than the computed ones.

@@ -47,7 +47,7 @@ pub fn sensitivity(analysis: &Analysis) -> Option<Table> {
 pub fn monte_carlo(analysis: &Analysis, precision: Precision) -> Option<Table> {
     let study = analysis.monte_carlo.as_ref()?;
     let mut table = Table::default();
-    add_times(&mut table, &analysis.rows);
+    add_times(&mut table, &analysis.rows.times_ns);
     let names = ColumnNames::of(&analysis.machine);
     for band in &study.bands {
         let (name, unit) = (band.quantity.column(&names), band.quantity.kind().unit);

@@ -92,6 +92,7 @@ impl Followed {
         let (lifts, on_ground_s) = true_lifts(&truth, names.len(), OFF_GROUND * mean);
         let verdicts = analysis
             .rows
+            .whole()
             .verdicts
             .as_ref()
             .expect("a simulated log with its truth");
@@ -125,7 +126,9 @@ impl Followed {
                 };
                 *errors = [
                     square(&|wheel| predictor.otf_at(Law::GoOn, ahead_s, wheel)),
-                    square(&|wheel| analysis.rows.outcomes.column(Quantity::Otf(wheel))[row]),
+                    square(&|wheel| {
+                        analysis.rows.whole().outcomes.column(Quantity::Otf(wheel))[row]
+                    }),
                 ];
             }
             let along = &state.base.velocity;

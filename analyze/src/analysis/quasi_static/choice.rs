@@ -121,9 +121,7 @@ impl QuasiStatic {
     }
 
     /// Makes a table widen its rows.
-    pub(in crate::analysis) fn apply(found: Option<Self>, table: &mut Table) {
-        if let Some(found) = found {
-            table.widen_by(found.rows);
-        }
+    pub(in crate::analysis) fn apply(&self, table: &mut Table) {
+        table.widen_by(Arc::<StaticRows>::clone(&self.rows));
     }
 }

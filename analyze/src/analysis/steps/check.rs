@@ -1,0 +1,89 @@
+//! Fourth step: what sensors say of each other beside the states: measured loads, cylinder forces, lengths.
+
+use tipwatch_mechanics::state::Reason;
+
+use super::super::measured_loads::{Comparison, LoadComparison};
+use super::super::quasi_static::StaticRows;
+use super::super::redundancy;
+use super::super::run::Task;
+use super::estimate::EstimatedLog;
+use super::prepare::PreparedMachine;
+use super::read::ReadLog;
+use crate::base::estimated::EstimatedRows;
+use crate::events::Event;
+use crate::load::{MeasuredLoads, Standing};
+
+/// What the comparison of the sensors has found.
+#[derive(Default)]
+pub(in crate::analysis) struct CheckedLog {
+    /// Measured against computed loads.
+    pub(super) load_comparison: LoadComparison,
+    /// Sensors that contradict each other.
+    pub(super) contradicted: Vec<Event>,
+}
+
+impl CheckedLog {
+    /// Compares the sensors of a log. Nothing is compared under hypotheses, or by a model without bands.
+    pub(in crate::analysis) fn check(
+        task: &Task<'_>,
+        read: &ReadLog,
+        estimated: &mut EstimatedLog,
+        prepared: &PreparedMachine,
+    ) -> Self {
+        if !(read.scope.sensitivities && task.is_recorded()) {
+            return Self::default();
+        }
+        let (loaded, rows) = (&read.loaded, &mut estimated.rows);
+        let motion = read.quasi_static.as_ref().map(|found| found.rows.as_ref());
+        let load_comparison =
+            compare_loads(&loaded.standing(), rows, &prepared.measured_loads, motion);
+        let contradicted = match estimated.samples.gross_inputs.is_empty() {
+            true => redundancy::contradictions(
+                &task.log,
+                task.file,
+                loaded,
+                &read.forces,
+                rows,
+                &prepared.payloads,
+            ),
+            false => Vec::new(),
+        };
+        Self {
+            load_comparison,
+            contradicted,
+        }
+    }
+}
+
+/// Compares measured with computed loads. Where all supports are measured, the loads of rows in which they contradict the
+/// computed ones follow them. Where no load on the tool explains the difference, either may be wrong: such rows are in
+/// doubt.
+fn compare_loads(
+    standing: &Standing<'_>,
+    rows: &mut EstimatedRows,
+    measured: &MeasuredLoads,
+    motion: Option<&StaticRows>,
+) -> LoadComparison {
+    let comparison = Comparison {
+        standing,
+        rows,
+        measured,
+        motion,
+    }
+    .compare();
+    let followed = comparison.contradictions.iter();
+    let followed = followed.filter(|span| span.is_followed());
+    let spans: Vec<[i64; 2]> = followed.map(|span| [span.start_ns, span.end_ns]).collect();
+    rows.change(standing.machine(), &spans, |_, state| {
+        // what is unknown stays unknown
+        state.follows_supports = state.follows_supports * 0.0 + 1.0;
+    });
+    let open = comparison.contradictions.iter();
+    for span in open.filter(|span| !span.is_explained()) {
+        let pairs = rows.times_ns.iter().zip(&mut rows.reasons);
+        for (_, reasons) in pairs.filter(|(time, _)| (span.start_ns..=span.end_ns).contains(time)) {
+            reasons.add(Reason::Contradiction);
+        }
+    }
+    comparison
+}

@@ -1,0 +1,67 @@
+//! Second step: the states of the rows, and what the samples show by themselves. After it they are forgotten.
+
+use anyhow::{Result, bail};
+use tipwatch_mechanics::state::Reason;
+
+use super::super::clock::ClockOffsets;
+use super::super::estimate::{SignalQuality, estimate_on_one_clock};
+use super::super::health::{self, SensorHealth};
+use super::super::inputs::{self, GrossInput};
+use super::super::run::Task;
+use super::read::ReadLog;
+use crate::base::estimated::EstimatedRows;
+
+/// The states of a log.
+pub(in crate::analysis) struct EstimatedLog {
+    pub(super) rows: EstimatedRows,
+    pub(super) samples: SampleFindings,
+}
+
+/// What the samples of a log show by themselves.
+pub(in crate::analysis) struct SampleFindings {
+    pub(super) quality: SignalQuality,
+    /// The offsets between the clocks of its topics.
+    pub(super) clock: ClockOffsets,
+    /// What in the inputs is grossly wrong. While there is any, no row is valid.
+    pub(super) gross_inputs: Vec<GrossInput>,
+    /// Why the slope of the ground is unknown, if it is.
+    pub(super) note_on_slope: Option<String>,
+    pub(super) health: Vec<SensorHealth>,
+}
+
+impl EstimatedLog {
+    /// Estimates the states of all rows in the requested time range.
+    ///
+    /// # Errors
+    /// No row remains, or samples cannot be read.
+    pub(in crate::analysis) fn estimate(task: &Task<'_>, read: &mut ReadLog) -> Result<Self> {
+        let (loaded, forces) = (&mut read.loaded, &mut read.forces);
+        let (mut rows, quality, clock) = estimate_on_one_clock(loaded, forces, &task.options)?;
+        let gross_inputs = inputs::gross_inputs(&task.log, task.file, loaded, &rows)?;
+        let note_on_slope = inputs::notes_on_slope(loaded);
+        let health = health::of(loaded, &quality.counts);
+        loaded.check_read()?;
+        loaded.forget_samples();
+        if !gross_inputs.is_empty() {
+            for reasons in &mut rows.reasons {
+                reasons.add(Reason::GrossInput);
+            }
+        }
+        if rows.is_empty() {
+            bail!(
+                "{}: expected usable joint states in the requested time range, found none",
+                task.path.display()
+            );
+        }
+        Ok(Self {
+            rows,
+            samples: SampleFindings {
+                quality,
+                clock,
+                gross_inputs,
+                note_on_slope,
+                health,
+            },
+        })
+    }
+}

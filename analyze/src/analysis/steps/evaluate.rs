@@ -1,0 +1,107 @@
+//! Fifth step: the table, of which every row can be computed from here on.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use tipwatch_binding::Commissioning;
+use tipwatch_mechanics::machine::Proofs;
+use tipwatch_mechanics::state::Reason;
+
+use super::super::estimate::first_posture;
+use super::super::evaluation::{self, OtherModels};
+use super::super::provenance::commissioning;
+use super::super::run::Task;
+use super::super::verdicts;
+use super::estimate::{EstimatedLog, SampleFindings};
+use super::prepare::PreparedMachine;
+use super::read::ReadLog;
+use crate::base::options::Estimator;
+use crate::base::support_sets::SupportSets;
+use crate::base::table::Table;
+use crate::base::verdicts::{MonitorRecord, ProofRecord};
+use crate::events::FoundRotation;
+
+/// The table of a log.
+pub(in crate::analysis) struct EvaluatedLog {
+    pub(super) table: Table,
+    pub(super) samples: SampleFindings,
+    /// Rotations of the platform about an edge.
+    pub(super) rotations: Vec<FoundRotation>,
+    /// The models to compare with.
+    pub(super) others: OtherModels,
+    /// The commissioning of the machine and its file.
+    pub(super) commissioning: Option<(PathBuf, Commissioning)>,
+}
+
+impl EvaluatedLog {
+    /// Makes the table. Its rows are computed when they are asked for.
+    ///
+    /// # Errors
+    /// The model cannot be made for this machine, or a record of the log or of the commissioning cannot be read.
+    pub(in crate::analysis) fn evaluate(
+        task: &Task<'_>,
+        read: &ReadLog,
+        estimated: EstimatedLog,
+        prepared: &PreparedMachine,
+    ) -> Result<Self> {
+        let (loaded, scope, options) = (&read.loaded, read.scope, &task.options);
+        let EstimatedLog {
+            mut rows,
+            mut samples,
+        } = estimated;
+        let posture = first_posture(&loaded.machine, &rows);
+        let has_odometry = loaded.matched.sensors.odometry;
+        let machine = &loaded.machine;
+        let model = evaluation::model(machine, options.model, &posture, has_odometry, options)?;
+        // an IMU that is grossly wrong shows no rotation
+        let is_imu_wrong = (samples.gross_inputs.iter()).any(|input| input.kind.is_of_imu());
+        let quality = &mut samples.quality;
+        let (rotations, rotating) = match task.is_recorded() && !is_imu_wrong {
+            true => (
+                std::mem::take(&mut quality.rotations),
+                std::mem::take(&mut quality.rotating),
+            ),
+            false => Default::default(),
+        };
+        let record = match scope.sensitivities {
+            true => verdicts::monitor_record(&task.log)?,
+            false => MonitorRecord::default(),
+        };
+        if record.is_contradicted {
+            let reasons = rows.reasons.iter_mut();
+            reasons.for_each(|reasons| reasons.add(Reason::Contradiction));
+        }
+        let commissioning = commissioning(task.file, loaded)?;
+        let commissioned =
+            (commissioning.as_ref()).map_or(Proofs::NONE, |(_, found)| found.proven(machine));
+        let needed = machine.needed_proofs(&loaded.matched.sensors);
+        let named = prepared.named(machine);
+        let mut table = Table::new(named, rows, scope, &model, record)
+            .rotating(rotating)
+            .resting_on(ProofRecord {
+                unproven: needed.without(commissioned),
+                proven: std::mem::take(&mut quality.proven),
+            });
+        if let Some((named, sets)) = &prepared.on_supports {
+            table = table.on_supports(named, SupportSets::clone(sets));
+        }
+        if options.estimator == Estimator::Causal {
+            // the smoother knows what follows: its states would predict what they have seen
+            table = table.predicting();
+        }
+        if let Some(quasi_static) = &read.quasi_static {
+            quasi_static.apply(&mut table);
+        }
+        let others = match &prepared.on_supports {
+            Some(_) => OtherModels::none(),
+            None => OtherModels::new(named, &posture, has_odometry, options),
+        };
+        Ok(Self {
+            table,
+            samples,
+            rotations,
+            others,
+            commissioning,
+        })
+    }
+}

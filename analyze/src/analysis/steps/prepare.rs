@@ -1,0 +1,74 @@
+//! Third step: the machine as it was in this log, with its payloads and reference loads, on each set of its supports.
+
+use std::sync::Arc;
+
+use anyhow::Result;
+use tipwatch_mechanics::machine::Machine;
+
+use super::super::advice::SupposedStates;
+use super::super::payload::{self, EstimatedPayload};
+use super::super::run::Task;
+use super::super::supports;
+use super::estimate::EstimatedLog;
+use super::read::ReadLog;
+use crate::base::state_source::StateSource;
+use crate::base::support_sets::SupportSets;
+use crate::load::MeasuredLoads;
+
+/// What belongs to the machine of a log. The machine itself is that of [`ReadLog`], and does not change any more.
+pub(in crate::analysis) struct PreparedMachine {
+    pub(super) measured_loads: Arc<MeasuredLoads>,
+    /// Payload masses estimated from cylinder forces.
+    pub(super) payloads: Vec<EstimatedPayload>,
+    /// If supports come and go: the sets of them, and the machine that names the results on all.
+    pub(super) on_supports: Option<(Machine, SupportSets)>,
+}
+
+impl PreparedMachine {
+    /// Completes the machine of the log by what the log says of it.
+    ///
+    /// # Errors
+    /// The stated reference posture has no static loads, or what is asked for is not computed for supports that come and go.
+    pub(in crate::analysis) fn prepare(
+        task: &Task<'_>,
+        read: &mut ReadLog,
+        estimated: &mut EstimatedLog,
+    ) -> Result<Self> {
+        let (loaded, rows) = (&mut read.loaded, &mut estimated.rows);
+        supports::check_options(loaded, &task.options)?;
+        let measured_loads = Arc::new(MeasuredLoads::read(&task.log, task.file, loaded));
+        let of_payloads = payload::follow_signals(&task.log, task.file, loaded, rows)?;
+        loaded.notes.extend(of_payloads);
+        let payloads = payload::estimate_all(task.file, &mut loaded.machine, &read.forces, rows)?;
+        if let Err(error) = loaded.machine.set_reference_loads() {
+            let is_stated = loaded.machine.reference().posture.is_stated;
+            // a gross input explains more than its consequence, and forbids every conclusion already
+            if is_stated && estimated.samples.gross_inputs.is_empty() {
+                return Err(error.into());
+            }
+            // The loads do not need the reference. Without it utilisation is unknown, and no row is safe.
+            let note = format!("Utilisation is unknown: {error}.");
+            loaded.notes.push(note);
+        }
+        if let Some(hypotheses) = task.hypotheses {
+            let machine = loaded.machine.measured_at_base();
+            let recorded_by = std::mem::replace(&mut loaded.machine, machine);
+            rows.look_through(|recorded| -> Arc<dyn StateSource> {
+                let hypotheses = hypotheses.to_vec();
+                Arc::new(SupposedStates::new(recorded, recorded_by, hypotheses))
+            });
+        }
+        let on_supports = supports::of_rows(loaded, &rows.times_ns, read.scope);
+        Ok(Self {
+            measured_loads,
+            payloads,
+            on_supports,
+        })
+    }
+
+    /// The machine that names the results, of the machine of the log.
+    pub(super) fn named<'a>(&'a self, machine: &'a Machine) -> &'a Machine {
+        let named = self.on_supports.as_ref().map(|(named, _)| named);
+        named.unwrap_or(machine)
+    }
+}

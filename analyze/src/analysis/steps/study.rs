@@ -1,0 +1,250 @@
+//! Last step: what the rows show: events and their causes, advice, sensitivities, key figures, notes.
+
+use anyhow::Result;
+use rayon::prelude::*;
+use tipwatch_mechanics::machine::{Machine, Note};
+use tipwatch_mechanics::state::StreamCounts;
+
+use super::super::advice::{advise, ask_all};
+use super::super::clock::{self, text::TopicsFinding};
+use super::super::estimate::SignalQuality;
+use super::super::folds::{Gathered, Prepared, RowSink, gather};
+use super::super::imu_check;
+use super::super::notes;
+use super::super::provenance::provenance;
+use super::super::quasi_static::QuasiStatic;
+use super::super::run::Task;
+use super::super::unstated_load;
+use super::check::CheckedLog;
+use super::estimate::SampleFindings;
+use super::evaluate::EvaluatedLog;
+use super::prepare::PreparedMachine;
+use super::read::ReadLog;
+use crate::analysis::{Analysis, Coverage, Input, Sources};
+use crate::events::{self, Event, FoundRotation, OnSet, ShownBy};
+use crate::load::LoadedLog;
+
+/// Default limit of a light wheel, as a share of its static load.
+const DEFAULT_MIN_LOAD_SHARE: f64 = 0.05;
+
+/// Computes all rows once, block by block, and studies them. The sink that `begin` makes receives the blocks.
+///
+/// # Errors
+/// The sink fails, or states or files cannot be read.
+pub(in crate::analysis) fn study<S: RowSink>(
+    task: &Task<'_>,
+    read: ReadLog,
+    prepared: PreparedMachine,
+    checked: CheckedLog,
+    evaluated: EvaluatedLog,
+    begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
+) -> Result<(Analysis, S)> {
+    let ReadLog {
+        loaded,
+        quasi_static,
+        scope,
+        hashes,
+        ..
+    } = read;
+    let EvaluatedLog {
+        mut table,
+        samples,
+        rotations,
+        others,
+        commissioning,
+    } = evaluated;
+    let machine = prepared.named(&loaded.machine);
+    let min_loads_n = min_loads(machine);
+    let mut input_events = events::of_inputs(&loaded, &samples.quality.faults, &table);
+    input_events.extend(checked.contradicted);
+    let at_start = Prepared {
+        machine,
+        table: &table,
+        options: &task.options,
+        input_events: &input_events,
+        measured_loads: &prepared.measured_loads,
+    };
+    let mut sink = begin(&at_start)?;
+    let sets = OnSet::all(&table, min_loads);
+    let limits = min_loads_n.as_deref();
+    let mut gathered = gather(
+        at_start, limits, &sets, &rotations, scope, &others, &mut sink,
+    )?;
+    drop(sets);
+    let provenance = provenance(
+        &task.log,
+        hashes.finish()?,
+        task.file,
+        &loaded,
+        commissioning.as_ref(),
+    )?;
+    table.check()?;
+    table.reasons = std::mem::take(&mut gathered.found.reasons);
+    let mut coverage = Coverage::of(&loaded, &table, &rotations, &task.options);
+    let exclusion = gathered.exclusion.as_ref();
+    coverage.between_rows = exclusion.map(|found| found.within(coverage.covered_s));
+    let mut events = all_events(&gathered, input_events, &rotations);
+    let is_explained = scope.sensitivities && task.is_recorded() && samples.gross_inputs.is_empty();
+    if is_explained && prepared.on_supports.is_none() {
+        ask_all(machine, &table, &mut events);
+    }
+    let explained_falls = match is_explained {
+        true => unstated_load::study(&table, &unstated_load::falls(&table, &events)),
+        false => Vec::new(),
+    };
+    let sensitivity = gathered.sensitivity.take();
+    let sensitivity = sensitivity.and_then(|found| found.table(machine, &table));
+    let advice = advise(
+        machine,
+        &table,
+        limits,
+        &events,
+        gathered.found.lowest.as_ref(),
+        sensitivity.as_ref(),
+        &gathered.seen.positions,
+    );
+    let clock_findings = clock::text::of_signals(&loaded.signals);
+    let mut notes = all_notes(
+        task,
+        &loaded,
+        quasi_static.as_ref(),
+        &prepared,
+        &samples,
+        &gathered,
+        &clock_findings,
+    );
+    let start_ns = table.times_ns[0];
+    let on_loads =
+        notes::of_measured_loads(&prepared.measured_loads, &checked.load_comparison, start_ns);
+    notes.extend(on_loads.into_iter().map(Note::from));
+    let inputs = inputs(&loaded, &samples);
+    let log_times = loaded
+        .signals
+        .first()
+        .map(|first| first.recording.log_times.clone());
+    let analysis = Analysis {
+        sources: Sources {
+            machine_file: task.file.effective_text().into_owned(),
+            urdf: loaded.urdf_text,
+        },
+        inputs,
+        health: samples.health,
+        machine: match prepared.on_supports {
+            Some((named, _)) => named,
+            None => loaded.machine,
+        },
+        options: task.options,
+        transfers: task.log.transfers(),
+        provenance,
+        notes,
+        losses: loaded.losses,
+        gross_inputs: samples.gross_inputs,
+        rows: table,
+        digest: gathered.digest,
+        coverage,
+        min_loads_n,
+        events,
+        sensitivity,
+        advice,
+        explained_falls,
+        monte_carlo: gathered.monte_carlo,
+        payloads: prepared.payloads,
+        comparisons: gathered.comparisons,
+        clock: samples.clock,
+        clock_findings,
+        measured_loads: prepared.measured_loads,
+        load_comparison: checked.load_comparison,
+        log_times: log_times.unwrap_or_default(),
+        clips: None,
+    };
+    Ok((analysis, sink))
+}
+
+/// The load below which each wheel is light (N); `None` if it depends on unknown static loads.
+fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
+    let (limits, static_load) = (machine.limits(), &machine.reference().static_load);
+    if let Some(load) = limits.min_load {
+        return Some(vec![load; static_load.len()]);
+    }
+    let share = limits.min_load_share.unwrap_or(DEFAULT_MIN_LOAD_SHARE);
+    static_load
+        .iter()
+        .all(|load| load.is_finite())
+        .then(|| static_load.iter().map(|load| load * share).collect())
+}
+
+/// The events of the rows and of the inputs, in order. Of a machine on its side, nothing is light.
+fn all_events(
+    gathered: &Gathered,
+    of_inputs: Vec<Event>,
+    rotations: &[FoundRotation],
+) -> Vec<Event> {
+    let on_side = rotations.iter().filter_map(FoundRotation::on_side_ns);
+    let on_side: Vec<[i64; 2]> = on_side.collect();
+    let is_of_wheels = |event: &&Event| {
+        let within = |[from, to]: &[i64; 2]| (*from..=*to).contains(&event.start_ns);
+        matches!(event.shown_by, Some(ShownBy::Rotation | ShownBy::Both))
+            || !on_side.iter().any(within)
+    };
+    let found = gathered.found.events.iter().filter(is_of_wheels).cloned();
+    // what is only possible has no lead time
+    let others = [of_inputs, gathered.not_excluded.clone()].concat();
+    events::sorted(found.collect(), others)
+}
+
+/// What a reader must know, what concerns every number first.
+fn all_notes(
+    task: &Task<'_>,
+    loaded: &LoadedLog,
+    quasi_static: Option<&QuasiStatic>,
+    prepared: &PreparedMachine,
+    samples: &SampleFindings,
+    gathered: &Gathered,
+    clock_findings: &[TopicsFinding],
+) -> Vec<Note> {
+    let seen = &gathered.seen;
+    let is_imu_checked = loaded.matched.sensors.imu && task.is_recorded();
+    let mounting =
+        is_imu_checked.then(|| imu_check::note(prepared.named(&loaded.machine), &seen.mounting));
+    let on_slope = samples.note_on_slope.iter().cloned();
+    let static_rows = quasi_static
+        .into_iter()
+        .flat_map(|found| found.notes.iter().cloned());
+    let of_log = notes::of(
+        loaded,
+        &prepared.payloads,
+        clock_findings,
+        &samples.clock,
+        seen,
+    );
+    let of_noise = notes::of_noise(&samples.quality.noise);
+    let first = mounting.into_iter().flatten();
+    let first = first.chain(on_slope.chain(static_rows).map(Note::from));
+    first
+        .chain(of_log)
+        .chain(of_noise.map(Note::from))
+        .collect()
+}
+
+/// The signals used, with the quality of their recording.
+fn inputs(loaded: &LoadedLog, samples: &SampleFindings) -> Vec<Input> {
+    let SignalQuality { counts, noise, .. } = &samples.quality;
+    let signals = loaded.signals.par_iter().map(|signal| {
+        let (recording, sensor) = (&signal.recording, signal.sensor);
+        let counts = counts.iter().find(|(of, _)| *of == sensor);
+        let noise = noise.iter().filter(|noise| noise.sensor == sensor);
+        Input {
+            signal: signal.name,
+            clock: format!("{}: {}", recording.clock.source, recording.clock.reason),
+            counts: counts.map_or(StreamCounts::default(), |(_, counts)| *counts),
+            noise: noise.copied().collect(),
+            topic: signal.topic.clone(),
+            type_name: signal.type_name.clone(),
+            why: signal.why.clone(),
+            timing: recording.statistics.timing(),
+            correction: recording.correction,
+            undecodable: recording.undecodable,
+        }
+    });
+    signals.collect()
+}
