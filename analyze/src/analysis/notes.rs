@@ -72,8 +72,9 @@ impl Seen {
                 continue;
             }
             rows.states.get(row, &mut state);
-            // a machine on its side stands on no plane through its contacts
-            if !rows.reasons[row].has(Reason::SupportsUnknown) {
+            // a machine that falls or lies on its side stands on no plane through its contacts
+            let falls = [Reason::Tipping, Reason::SupportsUnknown];
+            if !falls.iter().any(|&reason| rows.reasons[row].has(reason)) {
                 self.mounting.take(machine, &state);
             }
             self.excitation.take(rows.times_ns[row], &state);

@@ -92,9 +92,104 @@ impl<const N: usize> Outliers<N> {
     }
 }
 
+/// The first samples of a stretch, of which none is known to be right: a knock, or what a sensor sends before it has measured.
+#[derive(Debug, Clone)]
+pub(super) struct FirstSamples {
+    samples: [(i64, [f64; 3]); FIRST],
+    count: usize,
+}
+
+/// Samples by which the first ones are judged, and how many of them may be wrong at most.
+const FIRST: usize = 16;
+const MOST_WRONG: usize = FIRST / 4;
+
+/// The first of some samples that are far from those around them.
+pub(super) struct Far {
+    pub(super) stamp_ns: i64,
+    /// How far it is from their median, and how far it may be.
+    pub(super) distance: f64,
+    pub(super) limit: f64,
+}
+
+impl FirstSamples {
+    pub(super) fn new() -> Self {
+        Self {
+            samples: [(0, [0.0; 3]); FIRST],
+            count: 0,
+        }
+    }
+
+    /// After a gap the next sample is the first one.
+    pub(super) fn restart(&mut self) {
+        self.count = 0;
+    }
+
+    /// Takes a sample. The last of the first ones tells which are far from their median: by many times what one differs from
+    /// the next, and by more than does harm. If the last one is, too, the signal has changed.
+    pub(super) fn take(&mut self, stamp_ns: i64, values: [f64; 3], harmless: f64) -> Option<Far> {
+        if self.count >= FIRST {
+            return None;
+        }
+        self.samples[self.count] = (stamp_ns, values);
+        self.count += 1;
+        if self.count < FIRST {
+            return None;
+        }
+        let median = [0, 1, 2].map(|axis| median_of(self.samples.map(|(_, values)| values[axis])));
+        let mut differences = [0.0; FIRST];
+        for (place, pair) in self.samples.windows(2).enumerate() {
+            differences[place + 1] = distance(pair[0].1, pair[1].1);
+        }
+        let limit = TIMES * median_of(differences) + harmless;
+        let is_far = |(_, values): &&(i64, [f64; 3])| distance(*values, median) > limit;
+        let far = self.samples.iter().filter(is_far);
+        if far.clone().count() > MOST_WRONG || is_far(&&self.samples[FIRST - 1]) {
+            return None;
+        }
+        far.clone().next().map(|&(stamp_ns, values)| Far {
+            stamp_ns,
+            distance: distance(values, median),
+            limit,
+        })
+    }
+}
+
+fn median_of(mut values: [f64; FIRST]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    0.5 * (values[FIRST / 2 - 1] + values[FIRST / 2])
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    let squares = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b));
+    squares.sum::<f64>().sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Which of the first samples is far, of a signal along one axis.
+    fn first_far(value: impl Fn(usize) -> f64) -> Option<i64> {
+        let mut first = FirstSamples::new();
+        let mut samples = (0..100_usize).map(|k| (k as i64, [0.5, value(k), -9.8]));
+        samples.find_map(|(stamp, values)| first.take(stamp, values, 1.0).map(|far| far.stamp_ns))
+    }
+
+    #[test]
+    fn a_knock_among_the_first_samples_is_far() {
+        let knock = |at: std::ops::Range<usize>| {
+            move |k| noise(k) + if at.contains(&k) { 20.0 } else { 0.0 }
+        };
+        assert_eq!(first_far(knock(0..1)), Some(0));
+        assert_eq!(first_far(knock(0..3)), Some(0));
+        assert_eq!(first_far(knock(7..9)), Some(7));
+        // noise, vibration, a ramp, a step that stays: the signal
+        assert_eq!(first_far(noise), None);
+        assert_eq!(first_far(|k| 50.0 * noise(k)), None);
+        assert_eq!(first_far(|k| 0.6 * k as f64), None);
+        assert_eq!(first_far(knock(14..100)), None);
+        assert_eq!(first_far(knock(0..8)), None);
+    }
 
     fn found(value: impl Fn(usize) -> f64) -> Vec<usize> {
         let mut outliers = Outliers::<1>::new(0.5);

@@ -107,6 +107,7 @@ impl SignalChecks {
             joints,
             force: VectorWatch::new(spec.specific_force_max, None)
                 .with_outliers(HARMLESS_FORCE)
+                .with_first_samples(HARMLESS_FORCE)
                 .with_axes(sticks),
             turning: turning().with_axes(sticks),
             attitude: AttitudeWatch::new(),

@@ -4,7 +4,7 @@ use super::axes::AxesWatch;
 use super::fault::{Amount, Component};
 use super::freeze::Freeze;
 use super::notice::{Found, Limits, Notice};
-use super::outliers::Outliers;
+use super::outliers::{FirstSamples, Outliers};
 use crate::machine::FaultKind;
 
 /// State of the checks of one vector.
@@ -21,6 +21,8 @@ pub(super) struct VectorWatch {
     last_ns: Option<i64>,
     freeze: Freeze,
     outliers: Option<Outliers<3>>,
+    /// The first samples, and a difference of them that does no harm.
+    first: Option<(FirstSamples, f64)>,
     axes: Option<AxesWatch>,
 }
 
@@ -43,6 +45,7 @@ impl VectorWatch {
             last_ns: None,
             freeze: Freeze::new(),
             outliers: None,
+            first: None,
             axes: None,
         }
     }
@@ -50,6 +53,12 @@ impl VectorWatch {
     /// With checks for outliers, where a difference of samples up to `harmless` does no harm.
     pub(super) fn with_outliers(mut self, harmless: f64) -> Self {
         self.outliers = Some(Outliers::new(harmless));
+        self
+    }
+
+    /// With checks of the first samples, where a difference up to `harmless` does no harm: for a signal without a fastest change.
+    pub(super) fn with_first_samples(mut self, harmless: f64) -> Self {
+        self.first = Some((FirstSamples::new(), harmless));
         self
     }
 
@@ -121,6 +130,26 @@ impl VectorWatch {
                 return false;
             }
         }
+        let first = self.first.as_mut();
+        if let Some(far) =
+            first.and_then(|(first, harmless)| first.take(stamp_ns, [x, y, z], *harmless))
+        {
+            // from one sample to the next
+            let per_second = 1.0 / self.period_s.max(f64::MIN_POSITIVE);
+            found(Notice {
+                kind: FaultKind::ImpossibleRate,
+                component: Component::Value,
+                since_ns: far.stamp_ns,
+                measure: far.distance * per_second,
+                limit: far.limit * per_second,
+                amount: Amount {
+                    value: far.distance,
+                    rate: far.distance * per_second,
+                },
+                explanation: None,
+            });
+            return false;
+        }
         let outliers = self.outliers.as_mut();
         if let Some(notice) =
             outliers.and_then(|it| it.notice(stamp_ns, [x, y, z], Component::Value))
@@ -149,6 +178,9 @@ impl VectorWatch {
                 self.good = None;
                 if let Some(outliers) = &mut self.outliers {
                     outliers.restart();
+                }
+                if let Some((first, _)) = &mut self.first {
+                    first.restart();
                 }
             } else {
                 self.period_s += 0.1 * (step_s - self.period_s);

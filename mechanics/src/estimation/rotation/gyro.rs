@@ -22,6 +22,8 @@ const QUIET_SHARE: f64 = 0.05;
 /// Largest bias of a gyro (rad/s), and the largest that is not taken for a turn where nothing shows that the wheels stand.
 const LARGEST_BIAS: f64 = 0.2;
 const USUAL_BIAS: f64 = 0.05;
+/// Share of gravity by which the length of a specific force differs from it that is no weight: a knock, an impact, a fall.
+const NO_WEIGHT: f64 = 0.5;
 /// Time for which a machine must be quiet (s).
 const QUIET_S: f64 = 0.6;
 /// Standard deviation of the tilt by the specific force, and the time in which its errors are one (rad, s): quiet, and moving.
@@ -51,7 +53,9 @@ pub(super) struct UpByGyro {
     /// Variances: of the tilt, with the bias, of the bias.
     variances: [f64; 3],
     rate: [Vector3<f64>; 2],
+    /// Specific force, fast and slow; the slow one is of weights alone, since this time at most (s).
     force: Option<[Vector3<f64>; 2]>,
+    averaged_s: f64,
     /// How long the machine has been quiet (s).
     quiet_s: f64,
 }
@@ -79,6 +83,7 @@ impl UpByGyro {
             variances: [0.0, 0.0, FIRST_BIAS * FIRST_BIAS],
             rate: [Vector3::zeros(); 2],
             force: None,
+            averaged_s: 0.0,
             quiet_s: 0.0,
         }
     }
@@ -156,8 +161,9 @@ impl UpByGyro {
         self.measured = [*turning; 2];
         self.rate = [*turning; 2];
         let force = force.filter(|force| force.iter().all(|f| f.is_finite()));
-        self.force = force.map(|force| [force; 2]);
-        self.quiet_s = 0.0;
+        let weight = force.filter(|force| self.is_weight(force));
+        self.force = weight.map(|force| [force; 2]);
+        (self.averaged_s, self.quiet_s) = (0.0, 0.0);
         let by_force = self.force_direction().map(|up| (up, FIRST_TILT));
         let by_attitude = attitude.map(|up| (up, FIRST_ATTITUDE));
         let (up, sigma) = (by_attitude.or(by_force)).unwrap_or((Vector3::z(), 2.0 * FIRST_TILT));
@@ -177,10 +183,7 @@ impl UpByGyro {
             *rate += (turning - *rate) * share;
         }
         if let Some(force) = force {
-            let smoothed = self.force.get_or_insert([*force; 2]);
-            for (smoothed, share) in smoothed.iter_mut().zip(shares) {
-                *smoothed += (force - *smoothed) * share;
-            }
+            self.follow_force(dt, force, shares);
         }
         let [fast, slow] = &self.rate;
         let bias = match speed {
@@ -198,6 +201,24 @@ impl UpByGyro {
             true => self.quiet_s + dt,
             false => 0.0,
         };
+    }
+
+    /// Until it is known for long, the slow mean is that of all weights so far: none of them counts more than the others.
+    fn follow_force(&mut self, dt: f64, force: &Vector3<f64>, [fast_share, slow_share]: [f64; 2]) {
+        let is_weight = self.is_weight(force);
+        if self.force.is_none() && !is_weight {
+            return;
+        }
+        let [fast, slow] = self.force.get_or_insert([*force; 2]);
+        *fast += (force - *fast) * fast_share;
+        if is_weight {
+            self.averaged_s += dt;
+            *slow += (force - *slow) * slow_share.max(dt / (self.averaged_s + dt));
+        }
+    }
+
+    fn is_weight(&self, force: &Vector3<f64>) -> bool {
+        (force.norm() / self.gravity - 1.0).abs() <= NO_WEIGHT
     }
 
     /// Corrects tilt and bias.

@@ -329,6 +329,23 @@ fn log_that_begins_in_a_fall_says_so() {
 }
 
 #[test]
+fn knock_at_the_start_of_a_log_does_not_hide_that_the_machine_stood() {
+    for size in [5.0, 12.0, 30.0] {
+        let knock = |time_s: f64, values: &mut Values| {
+            if time_s < 0.016 {
+                for (value, part) in values.iter_mut().zip([0.6, -0.5, 0.6]) {
+                    *value += size * part;
+                }
+            }
+        };
+        let seen = edited(10.0, &fall(4.0, 2.0), &knock);
+        let (_, spell) = seen.only();
+        assert!(!spell.is_from_start, "{size}: {spell:?}");
+        assert_eq!(spell.witness, RotationWitness::Both, "{size}");
+    }
+}
+
+#[test]
 fn fall_in_a_corner_at_speed_counts() {
     let pose = |time_s: f64| Pose {
         speed: 3.0,
