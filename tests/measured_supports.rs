@@ -8,6 +8,7 @@ use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::measured_loads::TOTAL;
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::{Event, EventKind};
+use tipwatch_analyze::report;
 use tipwatch_analyze::setup::identify::{Request, identify};
 use tipwatch_analyze::setup::validate::{Validation, validate};
 use tipwatch_binding::MachineFile;
@@ -230,6 +231,21 @@ fn a_load_on_the_hook_that_is_not_stated_is_in_the_loads() {
     let blind = Crane::new(without_forces, hook).analysed();
     let without = error(&blind, &truth, &FEET, [from, to]);
     assert!(without > 5.0 * with, "{without} {with}");
+}
+
+#[test]
+fn events_of_an_outrigger_are_not_called_after_a_wheel() {
+    let analysis = Crane::new(same, same).analysed();
+    let page = report::render(&analysis);
+    assert!(page.contains("<td>support lift</td>") && page.contains("<td>support light</td>"));
+    assert!(!page.contains("<td>wheel lift") && !page.contains("<td>wheel light"));
+    // the names that programs read stay
+    assert!(
+        analysis
+            .events
+            .iter()
+            .any(|event| event.kind.name() == "wheel_lift")
+    );
 }
 
 #[test]

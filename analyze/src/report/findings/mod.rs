@@ -17,6 +17,7 @@ pub(super) use without_event::reason_counts;
 use super::{open_split, prevention, unstated_load};
 use crate::analysis::Analysis;
 use crate::analysis::inputs::GrossInput;
+use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind, Finding};
 use crate::page::list;
 
@@ -48,7 +49,7 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
         .events
         .iter()
         .filter(|event| !event.kind.is_observed());
-    let (mut events, left_out) = worst_of_each_kind(others, most_of_kind);
+    let (mut events, left_out) = worst_of_each_kind(others, scene.word, most_of_kind);
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let of_input = events.iter().position(|event| !event.kind.is_stability());
     let (not_excluded, of_input) = events.split_at(of_input.unwrap_or(events.len()));
@@ -84,6 +85,7 @@ fn more(incidents: usize) -> Finding {
 /// At most so many events of each kind, the worst ones, and a finding for each kind with more.
 pub(super) fn worst_of_each_kind<'a>(
     events: impl Iterator<Item = &'a Event>,
+    word: SupportWord,
     most: usize,
 ) -> (Vec<&'a Event>, Vec<Finding>) {
     let all: Vec<&Event> = events.collect();
@@ -96,8 +98,8 @@ pub(super) fn worst_of_each_kind<'a>(
             of_kind.truncate(most);
             left_out.push(Finding {
                 headline: format!(
-                    "{more} more events of kind {}, none of them worse, are in events.parquet",
-                    kind.name()
+                    "{more} more events of the kind \"{}\", none of them worse, are in events.parquet",
+                    word.event(kind)
                 ),
                 evidence: Vec::new(),
             });

@@ -7,7 +7,7 @@ use super::scene::Scene;
 use crate::events::{
     Answer, Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
 };
-use crate::page::{number, percent, probability, readable, with_unit};
+use crate::page::{input_in_words, number, percent, probability, readable, with_unit};
 use crate::report::faults;
 
 /// Causes with a smaller share of the lost load are summed up as others (%).
@@ -61,7 +61,7 @@ impl Scene {
             evidence.push(format!(
                 "Doubted: signals contradict each other meanwhile ({}). The probability that the loads are right all the same, \
                  {}, is in the confidence",
-                doubt.subjects.join("; "),
+                input_list(&doubt.subjects),
                 probability(doubt.loads_are_right)
             ));
         }
@@ -260,6 +260,12 @@ fn answered(answer: &Counterfactual) -> Option<String> {
         Answer::Open => format!("open, {chance} ({otf})"),
         answer => format!("{} ({otf})", answer.name()),
     })
+}
+
+/// Inputs in words.
+fn input_list(subjects: &[String]) -> String {
+    let subjects = subjects.iter().map(|subject| input_in_words(subject));
+    subjects.collect::<Vec<_>>().join("; ")
 }
 
 fn witness(witness: RotationWitness) -> &'static str {

@@ -6,7 +6,7 @@ use crate::analysis::Analysis;
 use crate::events::split_rule::{deciding_measurements, is_stated, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind};
-use crate::page::percent;
+use crate::page::{input_in_words, percent};
 
 /// The facts of the analysis that findings use besides the event.
 pub(in crate::report) struct Scene {
@@ -65,13 +65,24 @@ impl Scene {
             EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => self
                 .wheel(&event.subject)
                 .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
-            _ => event.subject.clone(),
+            EventKind::InputGap | EventKind::InputFault => input_in_words(&event.subject),
+            EventKind::EdgeTipping | EventKind::TipOver => event.subject.clone(),
         }
     }
 
     /// The wheel or other support of an event with the word for it: "wheel FL", "support ORR".
     pub(in crate::report) fn support(&self, event: &Event) -> String {
         format!("{} {}", self.word_of(&[event]).one, self.subject(event))
+    }
+
+    /// The kind of an event in words, and what it happened to: "wheel light FL", "support lift ORR", "edge tipping left".
+    pub(in crate::report) fn kind_and_subject(&self, event: &Event) -> String {
+        format!("{} {}", self.kind(event), self.subject(event))
+    }
+
+    /// The kind of an event in words.
+    pub(in crate::report) fn kind(&self, event: &Event) -> String {
+        self.word_of(&[event]).event(event.kind)
     }
 
     /// The word for the wheels or other supports of some events.
