@@ -14,7 +14,7 @@ pub(super) use rank::rank;
 pub(super) use scene::Scene;
 pub(super) use without_event::reason_counts;
 
-use super::{open_split, prevention, unstated_load};
+use super::{measured_loads, open_split, prevention, unstated_load};
 use crate::analysis::Analysis;
 use crate::analysis::inputs::GrossInput;
 use crate::events::support_words::SupportWord;
@@ -63,7 +63,9 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
     (analysis.gross_inputs.iter().map(gross_finding))
         .chain(losses(analysis))
         .chain(calm)
-        .chain((incidents.iter().take(most_of_kind)).map(|it| scene.of_incident(it)))
+        .chain(incidents.first().map(|it| scene.of_incident(it)))
+        .chain(measured_loads::findings(analysis))
+        .chain((incidents.iter().take(most_of_kind).skip(1)).map(|it| scene.of_incident(it)))
         .chain(not_excluded.iter().map(finding))
         .chain(unstated_load::findings(analysis))
         .chain(other_wheels.flatten())

@@ -3,10 +3,11 @@
 use tipwatch_mechanics::machine::SupportKind;
 
 use crate::analysis::Analysis;
-use crate::events::split_rule::{deciding_measurements, is_stated, sharing, split_rule};
+use crate::events::split_rule::{is_stated, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind};
 use crate::page::{input_in_words, percent};
+use crate::report::deciding::Deciding;
 
 /// The facts of the analysis that findings use besides the event.
 pub(in crate::report) struct Scene {
@@ -20,7 +21,6 @@ pub(in crate::report) struct Scene {
     pub(in crate::report) word: SupportWord,
     /// Whether the machine file states what determines the split: flat ground and the tyres' stiffness.
     pub(super) is_split_stated: bool,
-    pub(super) deciding: String,
     pub(super) is_sparse: bool,
 }
 
@@ -29,6 +29,8 @@ pub(super) struct WheelFacts {
     pub(super) kind: SupportKind,
     pub(super) static_n: f64,
     pub(super) limit_n: Option<f64>,
+    /// What would decide its load where equilibrium leaves it open.
+    pub(super) deciding: Vec<Deciding>,
 }
 
 impl Scene {
@@ -41,6 +43,7 @@ impl Scene {
             kind: facts.kind,
             static_n: machine.reference().static_load[wheel],
             limit_n: limits.get(wheel).copied(),
+            deciding: Deciding::of(analysis, &[wheel]),
         });
         Self {
             start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
@@ -49,7 +52,6 @@ impl Scene {
             sharing: sharing(machine),
             word: SupportWord::of(machine),
             is_split_stated: is_stated(machine),
-            deciding: deciding_measurements(machine),
             is_sparse: analysis.coverage.between_rows.is_some(),
         }
     }
@@ -89,6 +91,20 @@ impl Scene {
     pub(super) fn word_of(&self, events: &[&Event]) -> SupportWord {
         let known = events.iter().filter_map(|event| self.wheel(&event.subject));
         SupportWord::of_all(known.map(|wheel| wheel.kind))
+    }
+
+    /// What would decide the loads of some wheels or other supports, as one sentence without a period.
+    pub(super) fn deciding<'w>(
+        &self,
+        wheels: impl Iterator<Item = &'w WheelFacts> + Clone,
+    ) -> String {
+        let mut ways: Vec<Deciding> = Vec::new();
+        for way in wheels.clone().flat_map(|wheel| &wheel.deciding) {
+            if !ways.contains(way) {
+                ways.push(*way);
+            }
+        }
+        Deciding::sentence(&ways, SupportWord::of_all(wheels.map(|wheel| wheel.kind)))
     }
 
     pub(super) fn wheel(&self, subject: &str) -> Option<&WheelFacts> {
