@@ -7,7 +7,8 @@ use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::measured_loads::TOTAL;
 use tipwatch_analyze::base::options::{Estimator, Options};
-use tipwatch_analyze::events::{Event, EventKind};
+use tipwatch_analyze::events::{Event, EventKind, Finding};
+use tipwatch_analyze::report;
 use tipwatch_analyze::setup::identify::{Request, identify};
 use tipwatch_analyze::setup::validate::{Validation, validate};
 use tipwatch_binding::MachineFile;
@@ -232,6 +233,91 @@ fn a_load_on_the_hook_that_is_not_stated_is_in_the_loads() {
     assert!(without > 5.0 * with, "{without} {with}");
 }
 
+/// The finding whose headline contains a text.
+fn finding<'f>(findings: &'f [Finding], text: &str) -> &'f Finding {
+    let found = findings.iter().find(|it| it.headline.contains(text));
+    found.unwrap_or_else(|| panic!("{text}: {findings:?}"))
+}
+
+#[test]
+fn measured_loads_that_contradict_the_computed_ones_are_a_finding_with_its_bands() {
+    let hook = |urdf: String| urdf.replacen("value=\"1400\"", "value=\"400\"", 1);
+    for (urdf, consequence) in [
+        (&hook as &dyn Fn(String) -> String, "and so include it"),
+        (
+            &lighter(2500.0) as &dyn Fn(String) -> String,
+            "either may be wrong",
+        ),
+    ] {
+        let analysis = Crane::new(without_friction, urdf).analysed();
+        let span = &analysis.load_comparison.contradictions[0];
+        let load = span.unstated.unwrap();
+        // among the first three, which the terminal prints, and in the summary
+        let findings = report::main_findings(&analysis);
+        let told = finding(&findings[..3], "the sum of the measured loads is");
+        let mass = format!(
+            "a load of {:.0} ± {:.0} kg that is not stated",
+            load.mass_kg,
+            2.0 * load.mass_sigma_kg
+        );
+        assert!(told.headline.contains(&mass), "{told}");
+        assert!(told.evidence[0].contains(consequence), "{told}");
+        let text = told.to_string();
+        assert_eq!(
+            load.at_tool,
+            text.contains("acts where the arm carries loads"),
+            "{text}"
+        );
+        // a load that the arm moves has no one place, and no sentence has a key of the machine file
+        assert_eq!(load.at_tool, !text.contains("at x = "), "{text}");
+        assert!(!text.contains("[["), "{text}");
+    }
+    // true jacks of a true machine
+    let findings = report::findings(&Crane::new(same, same).analysed());
+    let contradicts = |it: &&Finding| it.headline.contains("measured loads");
+    assert_eq!(
+        findings.iter().find(contradicts).map(ToString::to_string),
+        None
+    );
+}
+
+#[test]
+fn a_crane_is_asked_for_nothing_that_its_log_has() {
+    let analysis = Crane::new(same, same).analysed();
+    let findings = report::findings(&analysis);
+    // the jacks tell the split while it stands on them, and nothing does while it stands on its wheels
+    let open = finding(&findings, "it cannot be excluded that wheel FL");
+    assert_eq!(
+        open.evidence.last().unwrap(),
+        "To decide it: weighing the wheels where the machine stood; or stating flat ground and the stiffness of the tyres \
+         in the machine file, if the ground was flat"
+    );
+    let page = report::render(&analysis);
+    for asked in ["pressures", "more exact measured loads"] {
+        assert!(!page.contains(asked), "{asked}");
+    }
+    assert!(page.contains("weighing or known flat ground would decide"));
+    assert!(page.contains("load split: by the measured forces of OFL, OFR, ORL, ORR, elsewhere all supports are springs"));
+    assert!(
+        page.contains("always on the same supports") && !page.contains("The chosen model does not")
+    );
+}
+
+#[test]
+fn events_of_an_outrigger_are_not_called_after_a_wheel() {
+    let analysis = Crane::new(same, same).analysed();
+    let page = report::render(&analysis);
+    assert!(page.contains("<td>support lift</td>") && page.contains("<td>support light</td>"));
+    assert!(!page.contains("<td>wheel lift") && !page.contains("<td>wheel light"));
+    // the names that programs read stay
+    assert!(
+        analysis
+            .events
+            .iter()
+            .any(|event| event.kind.name() == "wheel_lift")
+    );
+}
+
 #[test]
 fn one_wrong_jack_is_not_followed() {
     // the front left jack shows 20 kN too much
@@ -269,6 +355,19 @@ fn a_jack_that_measures_nothing_is_off_the_ground_whatever_is_computed() {
         let lift = lift.unwrap_or_else(|| panic!("{by}: no lift"));
         assert_eq!(lift.subject, "orr");
         assert_eq!(lift.split_dependent, Some(false));
+        // the sensor's own error of 200 N says so, not that of the computed load
+        assert!(lift.certainty.unwrap() > 0.95, "{lift:?}");
+        assert_eq!(lift.certainty, lift.certainty_any_split);
+        assert!(lift.measured_load_n.unwrap().abs() < 200.0, "{lift:?}");
+        let [least, most] = lift.load_range_n.unwrap();
+        assert!(least == 0.0 && most < 700.0, "{lift:?}");
+        let findings = report::findings(&analysis);
+        let first = finding(&findings, "Support ORR was off the ground");
+        let evidence = first.evidence.join("\n");
+        assert!(
+            evidence.contains("The load sensor of this support showed"),
+            "{evidence}"
+        );
         let (start, end) = (
             seconds(&analysis, lift.start_ns),
             seconds(&analysis, lift.end_ns.unwrap()),

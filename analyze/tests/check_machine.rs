@@ -106,7 +106,7 @@ fn val_masses_and_geometry_match_the_urdf() {
     assert!((all["static_load_n"].as_f64().unwrap() - mass(4) * 9.8066).abs() < 1.0);
     assert_eq!(
         check["posture"]["source"],
-        "limits.reference_posture of the machine file"
+        "the reference posture of the machine file"
     );
 }
 

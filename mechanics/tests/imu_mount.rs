@@ -58,7 +58,7 @@ fn machine_file_takes_precedence_conflict_is_reported() {
         panic!("{:?}", found.notes());
     };
     assert!(
-        note.contains("[imu] of the machine file") && note.contains("200.0 mm"),
+        note.contains("the pose in the machine file") && note.contains("200.0 mm"),
         "{note}"
     );
     let agreeing = StaticTransform::new("base_link", "imu", [0.1, 0.0, 0.0504], UPRIGHT);

@@ -241,14 +241,14 @@ pub(crate) fn of_measured_loads(
         let seconds = |time_ns: i64| (time_ns - start_ns) as f64 * 1e-9;
         notes.push(format!(
             "From t = {:.2} s to {:.2} s measured and computed loads contradict each other, most at {}: measured minus \
-             computed {:+.0} N, standard deviation of both together {:.0} N. {}{}.",
+             computed {:+.0} N, standard deviation of both together {:.0} N{}. {}.",
             seconds(span.start_ns),
             seconds(span.end_ns),
             span.sensor,
             span.difference_n,
             span.sigma_n,
-            span.consequence(),
-            span.explanation()
+            span.explanation(),
+            span.consequence()
         ));
     }
     notes

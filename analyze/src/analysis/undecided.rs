@@ -76,7 +76,7 @@ impl std::fmt::Display for Undecided {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoComputableRow => {
-                formatter.write_str("wheel loads cannot be computed in any row")
+                formatter.write_str("loads cannot be computed in any row")
             }
             Self::TooLittleTime {
                 coverage,
@@ -86,7 +86,7 @@ impl std::fmt::Display for Undecided {
                 match coverage.valid_share {
                     Some(_) => write!(
                         formatter,
-                        "wheel loads can be computed in {coverage} of the log, expected at least {percent:.0} %"
+                        "loads can be computed in {coverage} of the log, expected at least {percent:.0} %"
                     ),
                     None => formatter.write_str("the log covers no time"),
                 }
@@ -96,7 +96,7 @@ impl std::fmt::Display for Undecided {
                 covered_s,
             } => write!(
                 formatter,
-                "between the rows of this sparse log a wheel lift cannot be excluded for {not_excluded_s:.1} of \
+                "between the rows of this sparse log a lift cannot be excluded for {not_excluded_s:.1} of \
                  {covered_s:.1} s"
             ),
             Self::Doubted {

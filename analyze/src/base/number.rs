@@ -21,6 +21,15 @@ pub(crate) fn readable(name: &str) -> String {
     name.replace('_', " ")
 }
 
+/// An input of events in words: "imu.specific_force" is "IMU specific force".
+pub(crate) fn input_in_words(subject: &str) -> String {
+    let words = readable(subject).replace('.', " ");
+    match words.strip_prefix("imu") {
+        Some(rest) if rest.is_empty() || rest.starts_with(' ') => format!("IMU{rest}"),
+        _ => words,
+    }
+}
+
 /// Four digits.
 pub(crate) fn short(value: f64) -> String {
     match value.abs() {

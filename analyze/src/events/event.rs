@@ -49,6 +49,8 @@ pub struct Event {
     pub split_flips_at: Option<f64>,
     /// For a wheel, the smallest and the largest load (N) that equilibrium allows at `judged_ns`.
     pub load_range_n: Option<[f64; 2]>,
+    /// For a support whose own sensor shows no load, the mean of what it shows (N).
+    pub measured_load_n: Option<f64>,
     /// Time of the row on which the confidence rests (ns).
     pub judged_ns: Option<i64>,
     /// For an edge, the rotation about it since the start, outwards positive: the largest (rad).
@@ -255,6 +257,7 @@ impl Event {
             split_dependent: None,
             split_flips_at: None,
             load_range_n: None,
+            measured_load_n: None,
             judged_ns: None,
             rotation_rad: None,
             shown_by: None,

@@ -77,25 +77,12 @@ pub(crate) fn is_stated(machine: &Machine) -> bool {
     is_plane && contact.mean_stiffness.is_some() && matches!(contact.split, Split::Springs)
 }
 
-/// Measurements that would decide how the load is split, as one sentence without a period.
+/// Names of what measures the force on a support or in a cylinder: where the log has these forces, they determine the split.
 #[must_use]
-pub(crate) fn deciding_measurements(machine: &Machine) -> String {
-    let contact = machine.contact();
-    let word = SupportWord::of(machine);
-    let mut ways = vec![format!(
-        "weighing the {} where the machine stood",
-        word.many
-    )];
-    if machine.suspension().is_some() || !contact.actuated_joints.is_empty() {
-        ways.push("logging the pressures of the cylinders that carry the wheels".into());
-    }
-    if contact.mean_stiffness.is_none() {
-        let springs = if word.is_wheel() { "tyres" } else { word.many };
-        ways.push(format!(
-            "stating flat ground and the stiffness of the {springs} in the machine file, if the ground was flat"
-        ));
-    }
-    format!("To decide it: {}", ways.join("; or "))
+pub(crate) fn measured_forces(machine: &Machine) -> Option<String> {
+    let joints = machine.contact().actuated_joints.iter();
+    let names: Vec<&str> = joints.map(|j| j.name(machine.linkages())).collect();
+    (!names.is_empty()).then(|| names.join(", "))
 }
 
 /// Whether equilibrium leaves the load of a wheel open in a row.

@@ -2,6 +2,9 @@
 
 use tipwatch_mechanics::machine::{Machine, SupportKind, Wheel};
 
+use super::event::EventKind;
+use crate::base::number::readable;
+
 /// The word for a support.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SupportWord {
@@ -36,6 +39,27 @@ const TRACK_POINT: SupportWord = SupportWord {
 };
 
 impl SupportWord {
+    /// The word for what any machine of a fleet stands on.
+    pub(crate) const OF_ANY_MACHINE: Self = Self {
+        one: "wheel or support",
+        many: "wheels or supports",
+        head: "Wheel or support",
+        heads: "Wheels or supports",
+    };
+
+    /// A kind of event of what is called so: "wheel lift", "support light", "edge tipping".
+    pub(crate) fn event(self, kind: EventKind) -> String {
+        match kind {
+            EventKind::WheelLight => format!("{} light", self.one),
+            EventKind::WheelLift => format!("{} lift", self.one),
+            EventKind::LiftNotExcluded
+            | EventKind::EdgeTipping
+            | EventKind::TipOver
+            | EventKind::InputGap
+            | EventKind::InputFault => readable(kind.name()),
+        }
+    }
+
     pub(crate) fn of_kind(kind: SupportKind) -> Self {
         match kind {
             SupportKind::Wheel => WHEEL,
@@ -79,6 +103,19 @@ impl SupportWord {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_event_is_called_after_what_it_happens_to() {
+        for &kind in EventKind::all() {
+            assert_eq!(WHEEL.event(kind), readable(kind.name()));
+            let of_a_support = SUPPORT.event(kind);
+            assert!(
+                !of_a_support.contains("wheel") && !of_a_support.contains('_'),
+                "{of_a_support}"
+            );
+        }
+        assert_eq!(SUPPORT.event(EventKind::WheelLift), "support lift");
+    }
 
     #[test]
     fn the_word_fits_every_support_that_it_stands_for() {

@@ -19,6 +19,8 @@ struct Jack {
     subject: String,
     /// Standard deviation of one sample (N).
     sigma: f64,
+    /// The mean load of the supports on the ground, at rest (N).
+    mean_load: f64,
     /// The time in which it measures nothing, if that goes on.
     open: Option<Unloaded>,
 }
@@ -43,6 +45,7 @@ pub(super) struct UnloadedSupports {
 impl UnloadedSupports {
     /// Those of a machine on one set of supports.
     pub(super) fn of(machine: &Machine) -> Self {
+        let mean_load = machine.mass() * machine.gravity() / machine.wheels().len() as f64;
         let joints = machine.contact().actuated_joints.iter().enumerate();
         let jacks = joints.filter_map(|(index, joint)| match joint.source {
             ForceSource::Support {
@@ -51,6 +54,7 @@ impl UnloadedSupports {
                 joint: index,
                 subject: machine.wheels()[wheel].name.to_lowercase(),
                 sigma: joint.force_sigma,
+                mean_load,
                 open: None,
             }),
             _ => None,
@@ -131,8 +135,13 @@ impl UnloadedSupports {
                 start_ns: first.start_ns.min(measured.start_ns),
                 start_sigma_s: first.start_sigma_s.filter(|_| !is_measured_earlier),
                 end_ns: (last < i64::MAX).then_some(last),
-                // no split of the load changes what is measured
+                // no split of the load changes what is measured, and no computed load is as certain
                 split_dependent: Some(false),
+                certainty: measured.certainty,
+                certainty_any_split: measured.certainty_any_split,
+                load_range_n: measured.load_range_n,
+                judged_ns: measured.judged_ns,
+                measured_load_n: measured.measured_load_n,
                 ..first
             });
         }
@@ -172,8 +181,7 @@ impl Jack {
             return None;
         }
         let mean = found.sum / found.samples;
-        // that the load is zero, by a sensor of this error
-        let certainty = normal_distribution(-mean / self.sigma.max(f64::MIN_POSITIVE));
+        let certainty = unloaded_certainty(mean, self.sigma, self.mean_load);
         Some(Event {
             end_ns,
             worst: found.least.0,
@@ -184,7 +192,39 @@ impl Jack {
             split_dependent: Some(false),
             load_range_n: Some([0.0, (mean + 2.0 * self.sigma).max(0.0)]),
             judged_ns: Some(found.least.1),
+            measured_load_n: Some(mean),
             ..Event::blank(EventKind::WheelLift, found.start_ns, self.subject.clone())
         })
+    }
+}
+
+/// Probability that a support carries nothing whose sensor reads F with the standard deviation s, if it is as likely to be
+/// off the ground as on it, and on the ground to carry anything up to the mean load L:
+/// ```text
+///     p = f / (f + g),   f = exp(-(F / s)^2 / 2) / (s sqrt(2 pi)),   g = (P(F / s) - P((F - L) / s)) / L
+/// ```
+/// with P the normal distribution: a reading near zero would be a rare coincidence of a support on the ground.
+fn unloaded_certainty(reading: f64, sigma: f64, mean_load: f64) -> f64 {
+    let sigma = sigma.max(f64::MIN_POSITIVE);
+    let [reading, mean_load] = [reading / sigma, mean_load / sigma];
+    let off = (-0.5 * reading * reading).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    let on = (normal_distribution(reading) - normal_distribution(reading - mean_load)) / mean_load;
+    off / (off + on)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_measured_zero_is_as_certain_as_its_sensor_is_exact() {
+        // a sensor that tells 1 % of the mean load from nothing
+        let exact = |reading| unloaded_certainty(reading, 300.0, 30_000.0);
+        assert!(exact(0.0) > 0.98, "{}", exact(0.0));
+        assert!(exact(300.0) > 0.95, "{}", exact(300.0));
+        assert!(exact(1500.0) < 0.01, "{}", exact(1500.0));
+        // one that tells nothing from no load leaves both as likely as before
+        let vague = unloaded_certainty(0.0, 300_000.0, 30_000.0);
+        assert!((vague - 0.5).abs() < 0.01, "{vague}");
     }
 }

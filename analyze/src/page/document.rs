@@ -44,9 +44,14 @@ pub(crate) enum Scripts<'a> {
     Beside(&'a str),
 }
 
-/// All scripts of a page with figures: that of its own kind among those of all pages.
-pub(crate) fn library(script: &str) -> String {
-    [UNPACK_SCRIPT, script, FIGURES_SCRIPT, PAGE_SCRIPT].join("\n")
+/// All scripts of a page with figures, in their order: that of its own kind among those of all pages.
+fn scripts_with(own: &str) -> [&str; 4] {
+    [UNPACK_SCRIPT, own, FIGURES_SCRIPT, PAGE_SCRIPT]
+}
+
+/// The same as one file.
+pub(crate) fn library(own: &str) -> String {
+    scripts_with(own).join("\n")
 }
 
 impl Document<'_> {
@@ -78,9 +83,8 @@ impl Document<'_> {
                         (content)
                         (glossary(content))
                     }
-                    @if let Some(plots) = &self.plots { (plots) }
                     @if let Some(program) = program { (program) }
-                    @if !self.has_library() { script { (PreEscaped(PAGE_SCRIPT)) } }
+                    @if let Some(plots) = &self.plots { (plots) } @else { script { (PreEscaped(PAGE_SCRIPT)) } }
                 }
             }
         };
@@ -94,23 +98,12 @@ impl Document<'_> {
             Some(_) => "; img-src data: blob:",
         };
         // a page on a disk has no origin: "self" does not allow the file beside it
-        let library = if self.has_library() {
-            " 'self' file:"
-        } else {
-            ""
+        let library = match self.plots.as_ref().map(|plots| plots.scripts) {
+            Some(Scripts::Beside(_)) => " 'self' file:",
+            Some(Scripts::Within(_)) | None => "",
         };
         format!(
             "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'{library}{data}"
-        )
-    }
-
-    fn has_library(&self) -> bool {
-        matches!(
-            &self.plots,
-            Some(Plots {
-                scripts: Scripts::Beside(_),
-                ..
-            })
         )
     }
 }
@@ -156,8 +149,8 @@ impl Render for Plots<'_> {
         packed_bytes(page, "columns", &columns);
         self.data.render_to(page);
         match self.scripts {
-            Scripts::Within(script) => {
-                for script in [UNPACK_SCRIPT, script, FIGURES_SCRIPT] {
+            Scripts::Within(own) => {
+                for script in scripts_with(own) {
                     html! { script { (PreEscaped(script)) } }.render_to(page);
                 }
             }

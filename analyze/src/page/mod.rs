@@ -19,5 +19,5 @@ pub(crate) use figure::{Figure, Look, MOST_POINTS, Trace, figures, figures_help}
 pub(crate) use glossary::glossary;
 
 pub(crate) use crate::base::number::{
-    number, or_dash, percent, probability, readable, short, time, with_unit,
+    input_in_words, number, or_dash, percent, probability, readable, short, time, with_unit,
 };

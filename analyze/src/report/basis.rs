@@ -5,7 +5,9 @@ use tipwatch_mechanics::machine::{Ground, Split};
 
 use super::findings::reason_counts;
 use crate::analysis::Analysis;
+use crate::analysis::measured_loads::Contradiction;
 use crate::base::options::{Estimator, ModelKind};
+use crate::events::split_rule::measured_forces;
 use crate::events::support_words::SupportWord;
 use crate::page::{list, percent, readable, table};
 
@@ -46,16 +48,17 @@ pub(super) fn methods(analysis: &Analysis) -> Markup {
             SupportWord::of(&analysis.machine).many
         ),
     };
-    let items = [
-        estimator.to_string(),
-        model.to_string(),
-        split,
+    let measured = measured_forces(&analysis.machine).map(|of| {
+        format!("Where the log has them, the measured forces of {of} determine the load split, and the rule has no effect.")
+    });
+    let items = [estimator.to_string(), model.to_string(), split];
+    let items = items.into_iter().chain(measured).chain([
         "The envelope is the range of loads over all splits that equilibrium allows, without any rule.".into(),
         "Bands of two standard deviations (± 2 σ) propagate the stated uncertainties of signals and parameters to first order; \
          they hold under the stated split.".into(),
         "A finding's confidence is the probability, from the standard deviation of the OTF under the stated split, that the \
          limit was passed.".into(),
-    ];
+    ]);
     html! { (list(items)) }
 }
 
@@ -161,7 +164,14 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
             .into(),
     );
     if machine.payloads().is_empty() && machine.arm_mounting().is_some() {
-        found.push("No payload is stated: whatever the arm held beyond the masses of the URDF is missing from the loads.".into());
+        let spans = &analysis.load_comparison.contradictions;
+        let but = match spans.iter().any(Contradiction::is_followed) {
+            true => " where these do not follow the measured ones",
+            false => "",
+        };
+        found.push(format!(
+            "No payload is stated: whatever the arm held beyond the masses of the URDF is missing from the loads{but}."
+        ));
     }
     if machine.tool().is_none() && machine.arm_mounting().is_some() {
         found.push("No force on the tool was logged: a contact of the arm with the ground or a load would be invisible.".into());

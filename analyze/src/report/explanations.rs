@@ -19,7 +19,8 @@ const LEAST_PERCENT: f64 = 0.5;
 /// For each event of a wheel or an edge, what took the load away; of many events, for the worst of each kind.
 pub(super) fn causes(analysis: &Analysis) -> Markup {
     let scene = Scene::of(analysis);
-    let (mut events, left_out) = worst_of_each_kind(analysis.events.iter(), MOST_OF_KIND);
+    let (mut events, left_out) =
+        worst_of_each_kind(analysis.events.iter(), scene.word, MOST_OF_KIND);
     events.sort_by_key(|event| event.start_ns);
     // events of the same wheel at the same time have the same causes: a lift, and the tipping that begins with it
     let mut groups: Vec<(Vec<String>, &EventCauses)> = Vec::new();
@@ -27,7 +28,7 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
         let Some(causes) = &event.causes else {
             continue;
         };
-        let name = format!("{} {}", readable(event.kind.name()), scene.subject(event));
+        let name = scene.kind_and_subject(event);
         let is_same = |other: &EventCauses| {
             (other.since_ns, other.at_ns) == (causes.since_ns, causes.at_ns)
                 && other.otf_n.to_bits() == causes.otf_n.to_bits()

@@ -1,14 +1,16 @@
-//! Measured beside computed loads.
+//! Measured beside computed loads: the comparison as a section, and where they contradict each other as findings.
 
 use maud::{Markup, html};
 
 use crate::analysis::Analysis;
+use crate::analysis::measured_loads::{Contradiction, TOTAL};
+use crate::events::Finding;
 use crate::page::{number, table};
 
 /// The comparison by load sensor; `None` without one in the log.
 pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
     let comparison = &analysis.load_comparison;
-    if comparison.sensors.is_empty() && comparison.contradictions.is_empty() {
+    if comparison.sensors.is_empty() {
         return None;
     }
     let known = |value: Option<f64>| value.map_or("unknown".into(), number);
@@ -38,23 +40,42 @@ pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
         "Inside 1 σ",
         "Inside 2 σ",
     ];
-    let start_ns = analysis.rows.times_ns.first().copied().unwrap_or(0);
-    let seconds = |time_ns: i64| format!("{:.2} s", (time_ns - start_ns) as f64 * 1e-9);
     Some(html! {
-        @if !rows.is_empty() {
-            (table(&head, &rows))
-            p.hint {
-                "The computed loads do not use the measured ones. Compared are an even selection of valid rows with all \
-                 of them on the ground. The split between the diagonals is an assumption where equilibrium leaves it open."
-            }
-        }
-        @for span in &comparison.contradictions {
-            p {
-                "From t = " (seconds(span.start_ns)) " to " (seconds(span.end_ns))
-                " measured and computed loads contradict each other, most at " (span.sensor) ": "
-                (number(span.difference_n)) " N, standard deviation of both together " (number(span.sigma_n))
-                " N. " (span.consequence()) (span.explanation()) "."
-            }
+        (table(&head, &rows))
+        p.hint {
+            "The computed loads do not use the measured ones. Compared are an even selection of valid rows with all \
+             of them on the ground. The split between the diagonals is an assumption where equilibrium leaves it open."
         }
     })
+}
+
+/// A finding for each time in which measured and computed loads contradict each other.
+pub(super) fn findings(analysis: &Analysis) -> impl Iterator<Item = Finding> {
+    let spans = analysis.load_comparison.contradictions.iter();
+    spans.map(|span| finding(analysis, span))
+}
+
+fn finding(analysis: &Analysis, span: &Contradiction) -> Finding {
+    let start_ns = analysis.rows.times_ns[0];
+    let seconds = |time_ns: i64| time_ns.saturating_sub(start_ns) as f64 * 1e-9;
+    let what = match span.sensor.as_str() {
+        TOTAL => "the sum of the measured loads".into(),
+        sensor => format!("the measured load {sensor}"),
+    };
+    let differs = format!(
+        "From t = {:.2} to {:.2} s {what} is {} ± {} N {} than computed",
+        seconds(span.start_ns),
+        seconds(span.end_ns),
+        number(span.difference_n.abs()),
+        number(2.0 * span.sigma_n),
+        if span.difference_n < 0.0 {
+            "less"
+        } else {
+            "more"
+        }
+    );
+    Finding {
+        headline: format!("{differs}{}", span.explanation()),
+        evidence: vec![span.consequence().into()],
+    }
 }

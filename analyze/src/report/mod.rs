@@ -3,6 +3,7 @@
 mod basis;
 mod charts;
 mod clocks;
+mod deciding;
 mod drawing;
 mod explanations;
 mod fact;

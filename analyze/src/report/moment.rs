@@ -160,9 +160,8 @@ impl Moments {
         let events = by_time.iter().map(|(_, event)| Mark {
             instant: instant(event),
             label: format!(
-                "{} {}, t = {:.2} s",
-                readable(event.kind.name()),
-                scene.subject(event),
+                "{}, t = {:.2} s",
+                scene.kind_and_subject(event),
                 scene.seconds(shown_ns(event))
             ),
         });

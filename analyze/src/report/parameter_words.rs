@@ -3,8 +3,6 @@
 use tipwatch_mechanics::Parameter;
 use tipwatch_mechanics::machine::Machine;
 
-use crate::page::readable;
-
 /// What the parameter is, in words that follow "the": "mass of tool", "position of joint slew".
 pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
     let joint = |joint: usize| format!("joint {}", machine.joints()[joint].name);
@@ -60,11 +58,6 @@ pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
         Parameter::TyreStiffness(_) => format!("tyre stiffness of {}", wheel()),
         Parameter::BaseMotion(_) => "measured motion of the base".into(),
     }
-}
-
-/// An input of events in words: "imu.specific_force" is "imu specific force".
-pub(super) fn input_in_words(subject: &str) -> String {
-    readable(subject).replace('.', " ")
 }
 
 /// What a key of the machine file's uncertainties is the standard deviation of, and its unit. A key that is not known here

@@ -167,7 +167,9 @@ fn display<'a>(analysis: &'a Analysis, wheel: &'a str) -> &'a str {
 fn without_advice(analysis: &Analysis) -> String {
     let word = SupportWord::of(&analysis.machine);
     let mut events = analysis.events.iter();
-    if analysis.sensitivity.is_none() {
+    if analysis.rows.supports().is_some() {
+        "Changes are simulated only for a machine that is always on the same supports.".into()
+    } else if analysis.sensitivity.is_none() {
         "The chosen model does not simulate changes.".into()
     } else if events.any(|event| event.kind.is_observed()) {
         format!(

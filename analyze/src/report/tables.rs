@@ -3,12 +3,13 @@
 use maud::{Markup, html};
 
 use super::findings::Scene;
-use super::parameter_words::input_in_words;
 use super::when::Calendar;
 use crate::analysis::{Analysis, Input};
 use crate::base::file_hash::FileHash;
 use crate::events::{Event, EventKind};
-use crate::page::{facts, number, or_dash, probability, readable, table, with_unit};
+use crate::page::{
+    facts, input_in_words, number, or_dash, probability, readable, table, with_unit,
+};
 
 /// Most events listed; the output tables have all.
 const MOST_LISTED: usize = 500;
@@ -120,7 +121,7 @@ fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> Vec<String> {
         (None, _) => "–".to_string(),
     };
     vec![
-        readable(event.kind.name()),
+        scene.kind(event),
         scene.subject(event),
         seconds(event.start_ns),
         calendar

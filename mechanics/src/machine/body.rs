@@ -136,11 +136,8 @@ pub struct Mount {
 /// Where the pose of a mount is from. Shown as it stands in reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MountSource {
-    /// A table or key of the machine file.
-    MachineFile {
-        /// Its name there.
-        key: &'static str,
-    },
+    /// The machine file.
+    MachineFile,
     /// A link of the URDF with the name that the messages of the sensor give as their frame.
     MessageFrame {
         /// The frame.
@@ -169,7 +166,7 @@ pub enum MountSource {
 impl fmt::Display for MountSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::MachineFile { key } => write!(f, "{key} of the machine file"),
+            Self::MachineFile => f.write_str("the pose in the machine file"),
             Self::MessageFrame { frame } => {
                 write!(
                     f,

@@ -28,9 +28,9 @@ impl ReferencePosture {
     #[must_use]
     pub fn source(&self) -> &'static str {
         if self.is_stated {
-            "limits.reference_posture of the machine file"
+            "the reference posture of the machine file"
         } else {
-            "all joints at zero, within their limits (the machine file states no limits.reference_posture)"
+            "all joints at zero, within their limits (the machine file states no reference posture)"
         }
     }
 }

@@ -73,27 +73,31 @@ impl UnstatedLoad {
 }
 
 impl std::fmt::Display for UnstatedLoad {
-    /// "a load of 2500 ± 90 kg that is not stated, at x = 3.10 ± 0.05 m, y = 0.02 ± 0.04 m, would explain it"
+    /// "a load of 2500 ± 180 kg that is not stated, at x = 3.10 ± 0.10 m, y = 0.02 ± 0.08 m, would explain it": with two
+    /// standard deviations, as everything that is said to people
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let mass = self.mass_kg.abs();
+        let (mass, band) = (self.mass_kg.abs(), 2.0 * self.mass_sigma_kg);
         match self.mass_kg < 0.0 {
-            true => write!(formatter, "{mass:.0} ± {:.0} kg less", self.mass_sigma_kg)?,
+            true => write!(formatter, "{mass:.0} ± {band:.0} kg less than stated")?,
             false => write!(
                 formatter,
-                "a load of {mass:.0} ± {:.0} kg that is not stated",
-                self.mass_sigma_kg
+                "a load of {mass:.0} ± {band:.0} kg that is not stated"
             )?,
         }
-        if let (Some([x, y]), Some([sx, sy])) = (self.at_m, self.at_sigma_m) {
+        // the mean place of a load that the arm moves is nowhere
+        if let (false, Some([x, y]), Some(sigma)) = (self.at_tool, self.at_m, self.at_sigma_m) {
+            let [sx, sy] = sigma.map(|sigma| 2.0 * sigma);
+            // plus zero: no sign before zero
+            let [x, y] = [x, y].map(|at| (100.0 * at).round() / 100.0 + 0.0);
             write!(
                 formatter,
                 ", at x = {x:.2} ± {sx:.2} m, y = {y:.2} ± {sy:.2} m,"
             )?;
         }
         formatter.write_str(match (self.at_tool, self.at_support) {
-            (true, false) => " would explain it: it acts where the arm carries loads ([[payload]] in the machine file)",
+            (true, false) => " would explain it: it acts where the arm carries loads. State it as a payload in the machine file",
             (_, true) => " would explain it, and so would a wrong sensor of the support where it acts",
-            (false, false) => " would explain it ([[payload]] in the machine file)",
+            (false, false) => " would explain it",
         })
     }
 }

@@ -4,7 +4,7 @@ use super::incident::Incident;
 use super::rank::rank;
 use super::scene::Scene;
 use crate::events::{Bound, Event, EventKind, Finding, TIP_OVER_RAD};
-use crate::page::{number, probability, readable};
+use crate::page::{number, probability};
 use crate::report::fact::is_fact;
 
 /// Below this confidence under any split, a finding is not shown without knowing the split.
@@ -157,7 +157,7 @@ impl Scene {
             EventKind::EdgeTipping => format!("tipping about the {subject} edge"),
             EventKind::TipOver => format!("tipping over about the {subject} edge"),
             EventKind::LiftNotExcluded | EventKind::InputGap | EventKind::InputFault => {
-                readable(event.kind.name())
+                self.kind(event)
             }
         }
     }

@@ -14,9 +14,10 @@ pub(super) use rank::rank;
 pub(super) use scene::Scene;
 pub(super) use without_event::reason_counts;
 
-use super::{open_split, prevention, unstated_load};
+use super::{measured_loads, open_split, prevention, unstated_load};
 use crate::analysis::Analysis;
 use crate::analysis::inputs::GrossInput;
+use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind, Finding};
 use crate::page::list;
 
@@ -48,7 +49,7 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
         .events
         .iter()
         .filter(|event| !event.kind.is_observed());
-    let (mut events, left_out) = worst_of_each_kind(others, most_of_kind);
+    let (mut events, left_out) = worst_of_each_kind(others, scene.word, most_of_kind);
     events.sort_by_key(|event| (rank(event.kind), event.start_ns));
     let of_input = events.iter().position(|event| !event.kind.is_stability());
     let (not_excluded, of_input) = events.split_at(of_input.unwrap_or(events.len()));
@@ -62,7 +63,9 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
     (analysis.gross_inputs.iter().map(gross_finding))
         .chain(losses(analysis))
         .chain(calm)
-        .chain((incidents.iter().take(most_of_kind)).map(|it| scene.of_incident(it)))
+        .chain(incidents.first().map(|it| scene.of_incident(it)))
+        .chain(measured_loads::findings(analysis))
+        .chain((incidents.iter().take(most_of_kind).skip(1)).map(|it| scene.of_incident(it)))
         .chain(not_excluded.iter().map(finding))
         .chain(unstated_load::findings(analysis))
         .chain(other_wheels.flatten())
@@ -84,6 +87,7 @@ fn more(incidents: usize) -> Finding {
 /// At most so many events of each kind, the worst ones, and a finding for each kind with more.
 pub(super) fn worst_of_each_kind<'a>(
     events: impl Iterator<Item = &'a Event>,
+    word: SupportWord,
     most: usize,
 ) -> (Vec<&'a Event>, Vec<Finding>) {
     let all: Vec<&Event> = events.collect();
@@ -96,8 +100,8 @@ pub(super) fn worst_of_each_kind<'a>(
             of_kind.truncate(most);
             left_out.push(Finding {
                 headline: format!(
-                    "{more} more events of kind {}, none of them worse, are in events.parquet",
-                    kind.name()
+                    "{more} more events of the kind \"{}\", none of them worse, are in events.parquet",
+                    word.event(kind)
                 ),
                 evidence: Vec::new(),
             });

@@ -7,7 +7,7 @@ use super::scene::Scene;
 use crate::events::{
     Answer, Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
 };
-use crate::page::{number, percent, probability, readable, with_unit};
+use crate::page::{input_in_words, number, percent, probability, readable, with_unit};
 use crate::report::faults;
 
 /// Causes with a smaller share of the lost load are summed up as others (%).
@@ -21,6 +21,13 @@ impl Scene {
             return faults::evidence(event, fault);
         }
         let mut evidence = vec![self.worst(event)];
+        evidence.extend(event.measured_load_n.map(|load_n| {
+            let support = self.word_of(&[event]).one;
+            format!(
+                "The load sensor of this {support} showed {} N in the mean",
+                number(load_n)
+            )
+        }));
         if event.kind == EventKind::EdgeTipping
             && let Some(rotation) = event.rotation_rad
         {
@@ -50,18 +57,21 @@ impl Scene {
                     percent(share)
                 )
             }));
-            evidence.extend((!self.is_split_stated).then(|| self.deciding.clone()));
+            if !self.is_split_stated {
+                evidence.push(self.deciding(self.wheel(&event.subject).into_iter()));
+            }
         } else if event.any_split_ns.is_some() && !self.is_split_stated {
             evidence.push(format!(
                 "Before that, equilibrium leaves the split of the load between the {} open. {}",
-                self.word.many, self.deciding
+                self.word.many,
+                self.deciding(self.wheel(&event.subject).into_iter())
             ));
         }
         if let Some(doubt) = &event.doubt {
             evidence.push(format!(
                 "Doubted: signals contradict each other meanwhile ({}). The probability that the loads are right all the same, \
                  {}, is in the confidence",
-                doubt.subjects.join("; "),
+                input_list(&doubt.subjects),
                 probability(doubt.loads_are_right)
             ));
         }
@@ -262,6 +272,12 @@ fn answered(answer: &Counterfactual) -> Option<String> {
     })
 }
 
+/// Inputs in words.
+fn input_list(subjects: &[String]) -> String {
+    let subjects = subjects.iter().map(|subject| input_in_words(subject));
+    subjects.collect::<Vec<_>>().join("; ")
+}
+
 fn witness(witness: RotationWitness) -> &'static str {
     match witness {
         RotationWitness::Both => "gyro and attitude",
@@ -301,6 +317,7 @@ mod tests {
     use super::*;
     use crate::events::CauseShare;
     use crate::events::support_words::SupportWord;
+    use crate::report::deciding::Deciding;
     use crate::report::findings::scene::WheelFacts;
 
     fn scene() -> Scene {
@@ -309,6 +326,7 @@ mod tests {
             kind: SupportKind::Wheel,
             static_n: 10_000.0,
             limit_n: Some(500.0),
+            deciding: vec![Deciding::Weighing],
         };
         Scene {
             start_ns: 1_000_000_000_000,
@@ -317,7 +335,6 @@ mod tests {
             sharing: "wheels share the load".into(),
             word: SupportWord::of_kind(SupportKind::Wheel),
             is_split_stated: false,
-            deciding: "To decide it: weighing".into(),
             is_sparse: false,
         }
     }
@@ -372,7 +389,7 @@ mod tests {
                 "Lead time: 0.40 s after the first wheel fell below its load limit",
                 "Equilibrium leaves the split of the load between the wheels open: 0 to 5300 N on this wheel, \
                  at t = 2.75 s",
-                "To decide it: weighing"
+                "To decide it: weighing the wheels where the machine stood"
             ]
         );
     }

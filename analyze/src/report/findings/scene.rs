@@ -3,10 +3,11 @@
 use tipwatch_mechanics::machine::SupportKind;
 
 use crate::analysis::Analysis;
-use crate::events::split_rule::{deciding_measurements, is_stated, sharing, split_rule};
+use crate::events::split_rule::{is_stated, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind};
-use crate::page::percent;
+use crate::page::{input_in_words, percent};
+use crate::report::deciding::Deciding;
 
 /// The facts of the analysis that findings use besides the event.
 pub(in crate::report) struct Scene {
@@ -20,7 +21,6 @@ pub(in crate::report) struct Scene {
     pub(in crate::report) word: SupportWord,
     /// Whether the machine file states what determines the split: flat ground and the tyres' stiffness.
     pub(super) is_split_stated: bool,
-    pub(super) deciding: String,
     pub(super) is_sparse: bool,
 }
 
@@ -29,6 +29,8 @@ pub(super) struct WheelFacts {
     pub(super) kind: SupportKind,
     pub(super) static_n: f64,
     pub(super) limit_n: Option<f64>,
+    /// What would decide its load where equilibrium leaves it open.
+    pub(super) deciding: Vec<Deciding>,
 }
 
 impl Scene {
@@ -41,6 +43,7 @@ impl Scene {
             kind: facts.kind,
             static_n: machine.reference().static_load[wheel],
             limit_n: limits.get(wheel).copied(),
+            deciding: Deciding::of(analysis, &[wheel]),
         });
         Self {
             start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
@@ -49,7 +52,6 @@ impl Scene {
             sharing: sharing(machine),
             word: SupportWord::of(machine),
             is_split_stated: is_stated(machine),
-            deciding: deciding_measurements(machine),
             is_sparse: analysis.coverage.between_rows.is_some(),
         }
     }
@@ -65,7 +67,8 @@ impl Scene {
             EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => self
                 .wheel(&event.subject)
                 .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
-            _ => event.subject.clone(),
+            EventKind::InputGap | EventKind::InputFault => input_in_words(&event.subject),
+            EventKind::EdgeTipping | EventKind::TipOver => event.subject.clone(),
         }
     }
 
@@ -74,10 +77,34 @@ impl Scene {
         format!("{} {}", self.word_of(&[event]).one, self.subject(event))
     }
 
+    /// The kind of an event in words, and what it happened to: "wheel light FL", "support lift ORR", "edge tipping left".
+    pub(in crate::report) fn kind_and_subject(&self, event: &Event) -> String {
+        format!("{} {}", self.kind(event), self.subject(event))
+    }
+
+    /// The kind of an event in words.
+    pub(in crate::report) fn kind(&self, event: &Event) -> String {
+        self.word_of(&[event]).event(event.kind)
+    }
+
     /// The word for the wheels or other supports of some events.
     pub(super) fn word_of(&self, events: &[&Event]) -> SupportWord {
         let known = events.iter().filter_map(|event| self.wheel(&event.subject));
         SupportWord::of_all(known.map(|wheel| wheel.kind))
+    }
+
+    /// What would decide the loads of some wheels or other supports, as one sentence without a period.
+    pub(super) fn deciding<'w>(
+        &self,
+        wheels: impl Iterator<Item = &'w WheelFacts> + Clone,
+    ) -> String {
+        let mut ways: Vec<Deciding> = Vec::new();
+        for way in wheels.clone().flat_map(|wheel| &wheel.deciding) {
+            if !ways.contains(way) {
+                ways.push(*way);
+            }
+        }
+        Deciding::sentence(&ways, SupportWord::of_all(wheels.map(|wheel| wheel.kind)))
     }
 
     pub(super) fn wheel(&self, subject: &str) -> Option<&WheelFacts> {

@@ -136,7 +136,8 @@ impl Scene {
                 self.seconds(open.time_ns)
             )
         };
-        let deciding = (!open.is_empty()).then(|| self.deciding.clone());
+        let wheels = open.iter().map(|open| &self.wheels[open.wheel]);
+        let deciding = (!open.is_empty()).then(|| self.deciding(wheels));
         open.iter().map(range).chain(deciding).collect()
     }
 }

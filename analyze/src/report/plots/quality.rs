@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 
 use super::plotter::{Part, Plotter};
 use crate::events::EventKind;
-use crate::page::{Figure, Look, Trace, readable};
-use crate::report::parameter_words::input_in_words;
+use crate::page::{Figure, Look, Trace, input_in_words, readable};
 
 /// Height of a lane (pixels).
 const LANE: usize = 34;

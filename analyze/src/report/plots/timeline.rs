@@ -3,7 +3,7 @@
 use super::plotter::{Part, Plotter};
 use super::quality::Lane;
 use crate::events::EventKind;
-use crate::page::{Figure, readable};
+use crate::page::Figure;
 use crate::report::findings::{Scene, rank};
 
 /// Most lanes: those of inputs are in another figure.
@@ -16,8 +16,7 @@ impl Plotter<'_> {
         let mut lanes: Vec<(usize, Lane)> = Vec::new();
         let events = self.analysis.events.iter();
         for event in events.filter(|event| event.kind.is_stability()) {
-            let subject = scene.subject(event);
-            let name = format!("{} {subject}", readable(event.kind.name()));
+            let name = scene.kind_and_subject(event);
             let span = self.span(event);
             match lanes.iter_mut().find(|(_, lane)| lane.name == name) {
                 Some((_, lane)) => lane.spans.push(span),

@@ -5,10 +5,11 @@ use tipwatch_mechanics::machine::{Ground, NoteKind};
 
 use crate::analysis::Analysis;
 use crate::analysis::unstated_load::ExplainedFall;
-use crate::events::split_rule::{is_stated, sharing, split_rule};
+use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
 use crate::page::{number, percent, probability, short};
+use crate::report::deciding::Deciding;
 use crate::report::fact::is_fact;
 use crate::report::findings::{Incident, Scene};
 use crate::report::parameter_words::in_words;
@@ -201,39 +202,30 @@ fn could_have_lifted(
     analysis: &Analysis,
     lifted: &[(String, String, usize, bool)],
 ) -> Option<String> {
-    let names: Vec<&str> = (analysis.machine.wheels().iter().enumerate())
-        .filter(|(wheel, facts)| {
-            let could_unload = analysis.digest.wheels[*wheel].could_unload;
-            could_unload && !lifted.iter().any(|known| known.0 == facts.name)
-        })
-        .map(|(_, facts)| facts.name.as_str())
-        .collect();
-    match names.is_empty() {
+    let machine = &analysis.machine;
+    let could_unload = |wheel: &usize| {
+        let name = &machine.wheels()[*wheel].name;
+        analysis.digest.wheels[*wheel].could_unload && !lifted.iter().any(|known| known.0 == *name)
+    };
+    let wheels: Vec<usize> = (0..machine.wheels().len()).filter(could_unload).collect();
+    match wheels.is_empty() {
         true if lifted.is_empty() => {
-            let sharing = sharing(&analysis.machine);
+            let sharing = sharing(machine);
             Some(format!(
                 "This holds however the {sharing}, tolerances of the inputs aside."
             ))
         }
         true => None,
-        false => Some(format!(
-            "Without knowing how the {} a lift of {} cannot be excluded; {} would decide.",
-            sharing(&analysis.machine),
-            names.join(" or "),
-            what_would_decide(analysis)
-        )),
-    }
-}
-
-/// What would tell the split: not what the log has already.
-fn what_would_decide(analysis: &Analysis) -> &'static str {
-    let forces = &analysis.machine.contact().actuated_joints;
-    let measures_loads =
-        !analysis.measured_loads.is_empty() || forces.iter().any(|force| force.linkage().is_none());
-    match (measures_loads, forces.is_empty()) {
-        (true, _) => "more exact measured loads or known flat ground",
-        (false, true) => "weighing, cylinder pressures or known flat ground",
-        (false, false) => "weighing or known flat ground",
+        false => {
+            let names = wheels.iter().map(|&wheel| &*machine.wheels()[wheel].name);
+            let ways = Deciding::of(analysis, &wheels).into_iter();
+            Some(format!(
+                "Without knowing how the {} a lift of {} cannot be excluded; {} would decide.",
+                sharing(machine),
+                names.collect::<Vec<_>>().join(" or "),
+                ways.map(Deciding::short).collect::<Vec<_>>().join(" or ")
+            ))
+        }
     }
 }
 
@@ -393,8 +385,12 @@ fn assumptions(analysis: &Analysis) -> String {
         ),
         Ground::Plane => "the ground is flat, as the machine file states".into(),
     };
+    let measured = measured_forces(&analysis.machine);
+    let measured = measured.map_or(String::new(), |of| {
+        format!("by the measured forces of {of}, elsewhere ")
+    });
     format!(
-        "Masses and geometry as stated in machine file and URDF; load split: {split}; {ground}; rigid frame and arm."
+        "Masses and geometry as stated in machine file and URDF; load split: {measured}{split}; {ground}; rigid frame and arm."
     )
 }
 

@@ -36,7 +36,7 @@ unpacked('data').json().then(function (data) {
     {head: 'Finding', key: function (i) { return data.group[i]; }, text: function (i) { return data.groups[data.group[i]]; }},
     {head: 'Worst margin', key: function (i) { return data.margin[i]; }, text: margin},
     {head: 'Any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
-    {head: 'Wheel', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
+    {head: 'Wheel or support', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
     {head: 'Lifted', key: function (i) { return -data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
     {head: 'Certainty of the lift', key: function (i) { return known(data.sure[i]) ? -data.sure[i] : null; }, text: certainty},
     {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return known(data.valid[i]) ? data.valid[i] + ' %' : ''; }},
@@ -170,7 +170,7 @@ unpacked('data').json().then(function (data) {
       logs++; computable += data.computable[i]; exposed += data.exposed[i] || 0; lifted += data.lifted[i] / 100; groups[data.group[i]]++;
     }
     const found = groups.map(function (n, g) { return n ? n + ': ' + data.groups[g] : ''; }).filter(Boolean).join('; ');
-    element('p', logs + ' logs, ' + seconds(computable) + ' computable, ' + seconds(exposed) + ' below the notice level, ' + seconds(lifted) + ' with a wheel off the ground. ' + found + '.', card);
+    element('p', logs + ' logs, ' + seconds(computable) + ' computable, ' + seconds(exposed) + ' below the notice level, ' + seconds(lifted) + ' with a wheel or support off the ground. ' + found + '.', card);
     machine.outliers.forEach(function (told) { element('p', told, card, {'class': 'holes'}); });
     history(m);
   };

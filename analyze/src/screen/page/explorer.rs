@@ -10,7 +10,8 @@ use serde::Serialize;
 use super::ranking::{Group, Ranked};
 use super::seen::log_link;
 use crate::events::EventKind;
-use crate::page::{self, Program, percent, readable};
+use crate::events::support_words::SupportWord;
+use crate::page::{self, Program, input_in_words, percent, readable};
 use crate::policy::facts::EXPOSURE_CAUSES;
 use crate::screen::outliers::{Comparison, Verdict};
 use crate::screen::record::{Outcome, Record};
@@ -117,11 +118,11 @@ pub(super) fn explorer(
     let all = ranked.len() + failed.len();
     let section = html! {
         p.hint {
-            "The worst margin is the smallest overturning force (OTF) of any wheel as a share of its static load, ± two standard "
-            "deviations: 0 when a wheel is about to lift, 100 % at rest on level ground. It holds under the split of the load that "
-            "the machine file states; the margin under any split is 0 where another split leaves a wheel no load. "
+            "The worst margin is the smallest overturning force (OTF) of any wheel or support as a share of its static load, ± two standard "
+            "deviations: 0 when it is about to lift, 100 % at rest on level ground. It holds under the split of the load that "
+            "the machine file states; the margin under any split is 0 where another split leaves it no load. "
             "Logs in which the machine tipped over come first, then those in which it tipped about an edge and those in which a "
-            "wheel lifted, the longest first; then those that are not decided, then those in which a wheel lifted under another split. Logs "
+            "wheel or support lifted, the longest first; then those that are not decided, then those in which one lifted under another split. Logs "
             "that their margins cannot tell apart share a rank. "
             @if listed < all {
                 "The page holds the first " (listed) " of " (all) " logs; the data set has all (" code { "tipwatch query" } "). "
@@ -208,7 +209,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         groups: Group::ALL.map(|(_, name)| name).to_vec(),
         kinds: EventKind::all()
             .iter()
-            .map(|kind| readable(kind.name()))
+            .map(|&kind| SupportWord::OF_ANY_MACHINE.event(kind))
             .collect(),
         ..Data::default()
     };
@@ -247,9 +248,9 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         let surest_any = lifts()
             .filter_map(|event| event.certainty_any_split)
             .reduce(f64::max);
-        let mut doubts: Vec<&str> = facts.gross_inputs.iter().map(String::as_str).collect();
+        let mut doubts: Vec<String> = facts.gross_inputs.clone();
         let doubted = events.iter().flat_map(|event| &event.doubted_by);
-        doubts.extend(doubted.map(String::as_str));
+        doubts.extend(doubted.map(|subject| input_in_words(subject)));
         doubts.sort_unstable();
         doubts.dedup();
         let flags = EventKind::all().iter().enumerate();
@@ -287,7 +288,9 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             (rank, ranked.len() + failed.len()),
         );
         let reason = match &record.result {
-            Outcome::Failed { kind, reason } => format!("{kind}: {reason}"),
+            Outcome::Failed { kind, reason } => {
+                format!("{}: {reason}", readable(&kind.to_string()))
+            }
             Outcome::Analysed { .. } => String::new(),
         };
         for column in [

@@ -25,7 +25,7 @@ pub(super) fn section(comparisons: &[Comparison]) -> Option<Markup> {
     let reasons: Vec<Vec<String>> = unknown.iter().take(MOST_ROWS).map(|c| reason(c)).collect();
     Some(html! {
         p.hint {
-            "Worst margin, share of the computable time below the notice level, and share with a wheel off the ground, each machine "
+            "Worst margin, share of the computable time below the notice level, and share with a wheel or support off the ground, each machine "
             "against itself (the medians of its days before and after the day on which they changed most; permutation test of the "
             "largest CUSUM and Student's distribution) and against the other machines of its type (its median against at least 8 "
             "others; median absolute deviation, and the uncertainty of its own margins). A machine is listed if the difference is at "
@@ -125,6 +125,6 @@ fn name(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::WorstMargin => "worst margin (median)",
         Quantity::ExposedShare => "time below the notice level (median share)",
-        Quantity::LiftedShare => "time with a wheel off the ground (median share)",
+        Quantity::LiftedShare => "time with a wheel or support off the ground (median share)",
     }
 }

@@ -27,10 +27,10 @@ impl Group {
     pub(super) const ALL: [(Self, &'static str); 6] = [
         (Self::TipOver, "tipped over"),
         (Self::EdgeTipping, "tipped about an edge"),
-        (Self::WheelLift, "a wheel lifted"),
+        (Self::WheelLift, "a wheel or support lifted"),
         (Self::Undecided, "not decided"),
         (Self::LiftUnderAnotherSplit, "no lift by the stated split"),
-        (Self::NoLift, "no wheel lifted"),
+        (Self::NoLift, "nothing lifted"),
     ];
 
     pub(super) fn of(log: &Seen<'_>) -> Self {

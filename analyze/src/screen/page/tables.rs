@@ -8,7 +8,8 @@ use super::super::record::{Outcome, Record};
 use super::super::totals::Totals;
 use super::seen::{Seen, by_machine, log_link};
 use crate::events::EventKind;
-use crate::page::{facts, list, readable, table, time};
+use crate::events::support_words::SupportWord;
+use crate::page::{facts, list, table, time};
 
 /// Most logs that a table lists; the data set has all.
 const MOST_LOGS: usize = 200;
@@ -43,7 +44,7 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
         .filter(|kind| kind.is_stability())
         .rev();
     rows.extend(kinds.map(|&kind| {
-        let name = format!("Logs with {}", readable(kind.name()));
+        let name = format!("Logs with {}", SupportWord::OF_ANY_MACHINE.event(kind));
         (name, with(kind).to_string())
     }));
     rows.push((
@@ -121,7 +122,7 @@ pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
         first.into_iter().chain(counts).collect()
     };
     let rows: Vec<_> = by_machine(seen).into_iter().map(row).collect();
-    let names = kinds.iter().map(|kind| readable(kind.name()));
+    let names = (kinds.iter()).map(|&kind| SupportWord::OF_ANY_MACHINE.event(kind));
     let head = ["Machine", "Logs", "Computable time"]
         .map(String::from)
         .into_iter()
@@ -212,8 +213,8 @@ pub(super) fn method(seen: &[Seen<'_>]) -> Markup {
         .collect();
     html! {
         p {
-            "Wheel loads are computed from logged sensor signals; nothing was weighed. The margin is the minimum over the wheels of "
-            "OTF / static load. A single wheel off the ground is a real event; the machine overturns about an edge of "
+            "The loads of wheels and other supports are computed from logged sensor signals. The margin is the minimum over them of "
+            "OTF / static load. A single wheel or support off the ground is a real event; the machine overturns about an edge of "
             "the support polygon. Standard deviations come from the uncertainties stated in the machine file and from the noise of "
             "the signals. The day of a log is that of its first stamp, in UTC."
         }

@@ -108,13 +108,8 @@ impl Checker<'_> {
             .and_then(|arm| arm.tool.as_ref())
             .map(|tool| self.link("arm.tool", tool))
             .transpose()?;
-        let tool = tool_link.map(|link| {
-            self.mount(
-                link,
-                Isometry3::identity(),
-                MountSource::MachineFile { key: "arm.tool" },
-            )
-        });
+        let tool =
+            tool_link.map(|link| self.mount(link, Isometry3::identity(), MountSource::MachineFile));
         let links: Vec<Link> = (0..self.tree.links.len())
             .map(|i| Link {
                 inertia_sigma: sigma_of(&inertias.replaced, &self.tree.links[i].name),
@@ -127,13 +122,8 @@ impl Checker<'_> {
             base_link: self.tree.base_link.clone(),
             bodies: machine_bodies(self.tree, &driving.couplings, &links),
             arm_mounting: arm_root.map(|root| self.mounting(root)),
-            arm_root: arm_root.map(|root| {
-                self.mount(
-                    root,
-                    Isometry3::identity(),
-                    MountSource::MachineFile { key: "arm.root" },
-                )
-            }),
+            arm_root: arm_root
+                .map(|root| self.mount(root, Isometry3::identity(), MountSource::MachineFile)),
             reference,
             linkages: driving.linkages,
             joints: driving.joints,

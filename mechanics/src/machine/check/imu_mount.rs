@@ -53,8 +53,7 @@ impl Checker<'_> {
         let [roll, pitch, yaw] = imu.rpy;
         let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
         let pose = Isometry3::from_parts(Translation3::from(Vector3::from(imu.xyz)), rotation);
-        let source = MountSource::MachineFile { key: "[imu]" };
-        Ok(Some(self.mount(link, pose, source)))
+        Ok(Some(self.mount(link, pose, MountSource::MachineFile)))
     }
 
     fn imu_link(&self, frame: &str) -> Option<Mount> {

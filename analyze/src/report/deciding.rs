@@ -1,0 +1,71 @@
+//! What would decide how the load is split where equilibrium leaves it open: nothing that the log has already.
+
+use crate::analysis::Analysis;
+use crate::events::support_words::SupportWord;
+
+/// A measurement, or a statement, that would decide it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Deciding {
+    /// Of these loads, which nothing measures.
+    Weighing,
+    /// Of loads that are measured, but leave the split open.
+    MoreExactLoads,
+    /// In the cylinders of a suspension, of which no force is logged.
+    CylinderPressures,
+    FlatGround,
+}
+
+impl Deciding {
+    /// Those for some wheels or other supports, by their indices.
+    pub(super) fn of(analysis: &Analysis, wheels: &[usize]) -> Vec<Self> {
+        let machine = &analysis.machine;
+        let forces = || machine.contact().actuated_joints.iter();
+        let is_measured = |wheel: &usize| {
+            let mut cells = analysis.measured_loads.sensors.iter();
+            forces().any(|force| force.support_place() == Some(*wheel))
+                || cells.any(|cell| cell.sensor.places(machine).eq([*wheel]))
+        };
+        let mut ways = vec![match wheels.iter().all(is_measured) {
+            true => Self::MoreExactLoads,
+            false => Self::Weighing,
+        }];
+        if machine.suspension().is_some() && !forces().any(|force| force.linkage().is_some()) {
+            ways.push(Self::CylinderPressures);
+        }
+        if machine.contact().mean_stiffness.is_none() {
+            ways.push(Self::FlatGround);
+        }
+        ways
+    }
+
+    /// In a few words, of a list.
+    pub(super) fn short(self) -> &'static str {
+        match self {
+            Self::Weighing => "weighing",
+            Self::MoreExactLoads => "more exact measured loads",
+            Self::CylinderPressures => "cylinder pressures",
+            Self::FlatGround => "known flat ground",
+        }
+    }
+
+    /// What to do, for wheels or other supports that are called so.
+    fn in_full(self, word: SupportWord) -> String {
+        match self {
+            Self::Weighing => format!("weighing the {} where the machine stood", word.many),
+            Self::MoreExactLoads => self.short().into(),
+            Self::CylinderPressures => {
+                "logging the pressures of the cylinders that carry the wheels".into()
+            }
+            Self::FlatGround => format!(
+                "stating flat ground and the stiffness of the {} in the machine file, if the ground was flat",
+                if word.is_wheel() { "tyres" } else { word.many }
+            ),
+        }
+    }
+
+    /// All of them as one sentence without a period.
+    pub(super) fn sentence(ways: &[Self], word: SupportWord) -> String {
+        let ways: Vec<String> = ways.iter().map(|way| way.in_full(word)).collect();
+        format!("To decide it: {}", ways.join("; or "))
+    }
+}
