@@ -75,9 +75,7 @@ impl Undecided {
 impl std::fmt::Display for Undecided {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::NoComputableRow => {
-                formatter.write_str("loads cannot be computed in any row")
-            }
+            Self::NoComputableRow => formatter.write_str("loads cannot be computed in any row"),
             Self::TooLittleTime {
                 coverage,
                 min_valid,
