@@ -180,10 +180,9 @@ fn val_the_foot_that_lifts_is_found_and_jacking_is_no_event() {
     );
     for lift in &lifts {
         assert!(start_s(&analysis, lift) < 27.5);
-        assert!(
-            lift.certainty.unwrap() < 0.95,
-            "nearly nothing is not nothing"
-        );
+        // the jack itself shows nothing; a load that is computed to be nearly nothing would not be as certain
+        let is_measured = lift.measured_load_n.is_some();
+        assert_eq!(is_measured, lift.certainty.unwrap() > 0.95, "{lift:?}");
     }
     assert_eq!(of_kind(&analysis, EventKind::TipOver).len(), 0);
     assert_eq!(of_kind(&analysis, EventKind::EdgeTipping).len(), 0);

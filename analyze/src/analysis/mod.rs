@@ -32,6 +32,7 @@ mod spread_values;
 mod state_blocks;
 mod steps;
 mod supports;
+mod task;
 pub mod undecided;
 pub mod unstated_load;
 mod verdicts;

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use tipwatch_binding::MachineFile;
-use tipwatch_ingest::Log;
 
 use super::advice::Hypothesis;
 pub use super::folds::{Prepared, RowSink};
 use super::steps::{CheckedLog, EstimatedLog, EvaluatedLog, PreparedMachine, ReadLog, study};
+use super::task::Task;
 use crate::analysis::Analysis;
 use crate::base::options::Options;
 use crate::base::rows::Rows;
@@ -56,7 +56,7 @@ fn analyse_whole(
         is_kept: true,
         hypotheses,
     };
-    let (analysis, whole) = task.run(progress, |_| Ok(Whole::default()))?;
+    let (analysis, whole) = run(&task, progress, |_| Ok(Whole::default()))?;
     if let Some(rows) = whole.rows {
         analysis.rows.keep(rows);
     }
@@ -82,41 +82,23 @@ pub fn analyse_into<S: RowSink>(
         is_kept: false,
         hypotheses: None,
     };
-    task.run(progress, begin)
+    run(&task, progress, begin)
 }
 
-/// A log to analyse, and how.
-pub(super) struct Task<'a> {
-    pub(super) path: &'a Path,
-    pub(super) file: &'a MachineFile,
-    pub(super) log: Arc<Log>,
-    pub(super) options: Options,
-    /// Whether the whole table is kept.
-    pub(super) is_kept: bool,
-    /// What is supposed of it instead of what was recorded, if anything is.
-    pub(super) hypotheses: Option<&'a [Hypothesis]>,
-}
-
-impl Task<'_> {
-    /// Whether the analysis is of what was recorded, with nothing supposed.
-    pub(super) fn is_recorded(&self) -> bool {
-        self.hypotheses.is_none()
-    }
-
-    fn run<S: RowSink>(
-        self,
-        progress: &mut dyn FnMut(u64),
-        begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
-    ) -> Result<(Analysis, S)> {
-        let mut read = ReadLog::read(&self, progress)?;
-        let mut estimated = EstimatedLog::estimate(&self, &mut read)?;
-        let prepared = PreparedMachine::prepare(&self, &mut read, &mut estimated)?;
-        // from here on neither the machine nor a sample changes
-        let read = read;
-        let checked = CheckedLog::check(&self, &read, &mut estimated, &prepared);
-        let evaluated = EvaluatedLog::evaluate(&self, &read, estimated, &prepared)?;
-        study(&self, read, prepared, checked, evaluated, begin)
-    }
+/// Takes the six steps.
+fn run<S: RowSink>(
+    task: &Task<'_>,
+    progress: &mut dyn FnMut(u64),
+    begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
+) -> Result<(Analysis, S)> {
+    let mut read = ReadLog::read(task, progress)?;
+    let mut estimated = EstimatedLog::estimate(task, &mut read)?;
+    let prepared = PreparedMachine::prepare(task, &mut read, &mut estimated)?;
+    // from here on neither the machine nor a sample changes
+    let read = read;
+    let checked = CheckedLog::check(task, &read, &mut estimated, &prepared);
+    let evaluated = EvaluatedLog::evaluate(task, &read, estimated, &prepared)?;
+    study(task, read, prepared, checked, evaluated, begin)
 }
 
 /// Collects all rows.

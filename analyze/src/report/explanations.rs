@@ -82,14 +82,20 @@ fn worst_rows(found: &SensitivityTable) -> impl Iterator<Item = &SensitivityRow>
         .filter(|row| row.wheel == found.worst_wheel)
 }
 
-fn no_derivatives() -> Markup {
-    html! { p { "The chosen model does not compute derivatives." } }
+fn no_derivatives(analysis: &Analysis) -> Markup {
+    let why = match analysis.rows.supports() {
+        Some(_) => {
+            "Derivatives are computed only for a machine that is always on the same supports."
+        }
+        None => "The chosen model does not compute derivatives.",
+    };
+    html! { p { (why) } }
 }
 
 /// How the load of the wheel that came closest to lifting depends on signals and parameters.
 pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     let Some(found) = &analysis.sensitivity else {
-        return no_derivatives();
+        return no_derivatives(analysis);
     };
     let machine = &analysis.machine;
     let mut rows: Vec<&SensitivityRow> = worst_rows(found).collect();

@@ -5,7 +5,7 @@ use tipwatch_mechanics::state::Reason;
 use super::super::measured_loads::{Comparison, LoadComparison};
 use super::super::quasi_static::StaticRows;
 use super::super::redundancy;
-use super::super::run::Task;
+use super::super::task::Task;
 use super::estimate::EstimatedLog;
 use super::prepare::PreparedMachine;
 use super::read::ReadLog;

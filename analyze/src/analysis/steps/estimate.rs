@@ -7,7 +7,7 @@ use super::super::clock::ClockOffsets;
 use super::super::estimate::{SignalQuality, estimate_on_one_clock};
 use super::super::health::{self, SensorHealth};
 use super::super::inputs::{self, GrossInput};
-use super::super::run::Task;
+use super::super::task::Task;
 use super::read::ReadLog;
 use crate::base::estimated::EstimatedRows;
 

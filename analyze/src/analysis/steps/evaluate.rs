@@ -10,7 +10,7 @@ use tipwatch_mechanics::state::Reason;
 use super::super::estimate::first_posture;
 use super::super::evaluation::{self, OtherModels};
 use super::super::provenance::commissioning;
-use super::super::run::Task;
+use super::super::task::Task;
 use super::super::verdicts;
 use super::estimate::{EstimatedLog, SampleFindings};
 use super::prepare::PreparedMachine;

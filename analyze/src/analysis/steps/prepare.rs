@@ -7,8 +7,8 @@ use tipwatch_mechanics::machine::Machine;
 
 use super::super::advice::SupposedStates;
 use super::super::payload::{self, EstimatedPayload};
-use super::super::run::Task;
 use super::super::supports;
+use super::super::task::Task;
 use super::estimate::EstimatedLog;
 use super::read::ReadLog;
 use crate::base::state_source::StateSource;

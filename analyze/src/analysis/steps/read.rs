@@ -5,8 +5,8 @@ use tipwatch_mechanics::Scope;
 
 use super::super::evaluation;
 use super::super::quasi_static::{QuasiStatic, choose};
-use super::super::run::Task;
 use super::super::size;
+use super::super::task::Task;
 use crate::base::file_hash::LogHashes;
 use crate::load::linkage_force::{self, LinkageForce};
 use crate::load::{LoadedLog, load, recorder_gaps};

@@ -13,7 +13,7 @@ use super::super::imu_check;
 use super::super::notes;
 use super::super::provenance::provenance;
 use super::super::quasi_static::QuasiStatic;
-use super::super::run::Task;
+use super::super::task::Task;
 use super::super::unstated_load;
 use super::check::CheckedLog;
 use super::estimate::SampleFindings;
