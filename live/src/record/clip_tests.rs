@@ -231,6 +231,33 @@ fn ring_without_room_is_told() {
     );
 }
 
+/// A recorder that is started while the alarm is on has missed what was before it; one that was there from the beginning has
+/// not, however early the trigger comes.
+#[test]
+fn recorder_that_joins_during_an_alarm_tells_what_is_missing() {
+    for (joins, trigger, missing_s) in [(50, 52, 2.8), (50, 79, 0.1), (50, 81, 0.0), (0, 2, 0.0)] {
+        let root = tempfile::tempdir().unwrap();
+        let mut black_box = BlackBox::new(root.path(), options());
+        black_box.sequence = joins;
+        black_box.run(150, &[trigger], 100);
+        let counts = black_box.end();
+        let clips = clips(root.path());
+        let found: f64 = metadata(&clips[0], "tipwatch").unwrap()["clip_missing_s"]
+            .parse()
+            .unwrap();
+        assert!(
+            (found - missing_s).abs() < 1e-6,
+            "{joins} {trigger}: {found}"
+        );
+        let is_short = u64::from(missing_s > 0.0);
+        assert_eq!(
+            (counts.clips, counts.short_clips),
+            (1, is_short),
+            "{joins} {trigger}"
+        );
+    }
+}
+
 /// Where no file can be created, every message of the clip counts as lost, and the recorder goes on.
 #[test]
 fn clip_that_cannot_be_written_is_counted_as_lost() {

@@ -70,6 +70,8 @@ pub(super) struct ClipWriter {
     ring: Ring,
     wanted: Option<Wanted>,
     clip: Option<ClipFile>,
+    /// Whether a sample has come.
+    has_sample: bool,
     /// The condition that the last verdict met.
     met: Option<Trigger>,
     now_ns: i64,
@@ -98,6 +100,7 @@ impl ClipWriter {
             ring: Ring::new(options.ring_bytes, before_ns),
             wanted: None,
             clip: None,
+            has_sample: false,
             met: None,
             now_ns: i64::MIN,
             last_log_ns: 0,
@@ -169,6 +172,13 @@ impl ClipWriter {
                 self.trigger(trigger, &message);
             }
             self.met = trigger;
+        }
+        if matches!(message.kind, Kind::Sample(_)) && !std::mem::replace(&mut self.has_sample, true)
+        {
+            // the first sample of a session has number zero
+            if message.sequence != 0 {
+                self.ring.joins_at(message.session_ns);
+            }
         }
         self.program.keep(&message);
         let dropped = self.ring.push(message, self.wanted.is_some());

@@ -11,8 +11,9 @@ pub(super) struct Ring {
     bytes: usize,
     max_bytes: usize,
     span_ns: i64,
-    /// Time of the newest message that was dropped because there were too many.
-    overflowed_ns: Option<i64>,
+    /// Up to when messages are missing: the newest that was dropped because there were too many, or the first that came to a
+    /// recorder that joined later than the session began.
+    missing_until_ns: Option<i64>,
 }
 
 impl Ring {
@@ -23,7 +24,7 @@ impl Ring {
             bytes: 0,
             max_bytes,
             span_ns,
-            overflowed_ns: None,
+            missing_until_ns: None,
         }
     }
 
@@ -61,9 +62,15 @@ impl Ring {
         self.messages.front().map(|message| message.session_ns)
     }
 
-    /// Whether messages after this time (ns) did not fit.
+    /// What was before this time (ns) nobody recorded.
+    pub(super) fn joins_at(&mut self, time_ns: i64) {
+        self.missing_until_ns.get_or_insert(time_ns);
+    }
+
+    /// Whether messages after this time (ns) are missing.
     pub(super) fn has_lost_after(&self, time_ns: i64) -> bool {
-        self.overflowed_ns.is_some_and(|lost_ns| lost_ns >= time_ns)
+        self.missing_until_ns
+            .is_some_and(|lost_ns| lost_ns >= time_ns)
     }
 
     fn pop(&mut self) -> Option<Encoded> {
@@ -77,7 +84,7 @@ impl Ring {
         while self.bytes > self.max_bytes
             && let Some(oldest) = self.pop()
         {
-            self.overflowed_ns = Some(oldest.session_ns);
+            self.missing_until_ns = Some(oldest.session_ns);
             dropped.count(oldest.kind);
         }
         dropped
