@@ -206,7 +206,8 @@ impl Jack {
 /// with P the normal distribution: a reading near zero would be a rare coincidence of a support on the ground.
 fn unloaded_certainty(reading: f64, sigma: f64, mean_load: f64) -> f64 {
     let sigma = sigma.max(f64::MIN_POSITIVE);
-    let [reading, mean_load] = [reading / sigma, mean_load / sigma];
+    // less than nothing is an offset of the sensor
+    let [reading, mean_load] = [reading.max(0.0) / sigma, mean_load / sigma];
     let off = (-0.5 * reading * reading).exp() / (2.0 * std::f64::consts::PI).sqrt();
     let on = (normal_distribution(reading) - normal_distribution(reading - mean_load)) / mean_load;
     off / (off + on)
@@ -223,6 +224,7 @@ mod tests {
         assert!(exact(0.0) > 0.98, "{}", exact(0.0));
         assert!(exact(300.0) > 0.95, "{}", exact(300.0));
         assert!(exact(1500.0) < 0.01, "{}", exact(1500.0));
+        assert!(exact(-30_000.0) > 0.98 && exact(30_000.0) < 0.01);
         // one that tells nothing from no load leaves both as likely as before
         let vague = unloaded_certainty(0.0, 300_000.0, 30_000.0);
         assert!((vague - 0.5).abs() < 0.01, "{vague}");

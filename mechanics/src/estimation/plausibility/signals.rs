@@ -76,6 +76,14 @@ struct Motion {
 }
 
 impl SignalChecks {
+    /// Checks of samples of which the later ones are known, and judge the first ones. Where samples arrive one by one this is of
+    /// no use: when it is known, rows have settled and the knock has faded.
+    pub(in crate::estimation) fn in_retrospect(machine: &Machine, sensors: &Sensors) -> Self {
+        let mut checks = Self::new(machine, sensors);
+        checks.force.judge_first_samples(HARMLESS_FORCE);
+        checks
+    }
+
     /// Checks before their first sample.
     pub(in crate::estimation) fn new(machine: &Machine, sensors: &Sensors) -> Self {
         let spec = machine.plausibility();
@@ -107,7 +115,6 @@ impl SignalChecks {
             joints,
             force: VectorWatch::new(spec.specific_force_max, None)
                 .with_outliers(HARMLESS_FORCE)
-                .with_first_samples(HARMLESS_FORCE)
                 .with_axes(sticks),
             turning: turning().with_axes(sticks),
             attitude: AttitudeWatch::new(),

@@ -56,10 +56,10 @@ impl VectorWatch {
         self
     }
 
-    /// With checks of the first samples, where a difference up to `harmless` does no harm: for a signal without a fastest change.
-    pub(super) fn with_first_samples(mut self, harmless: f64) -> Self {
+    /// Judges the first samples by the later ones from now on, where a difference up to `harmless` does no harm: for a signal
+    /// without a fastest change.
+    pub(super) fn judge_first_samples(&mut self, harmless: f64) {
         self.first = Some((FirstSamples::new(), harmless));
-        self
     }
 
     /// With checks for single axes that stick, from this log likelihood ratio on.

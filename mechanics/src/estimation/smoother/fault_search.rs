@@ -37,7 +37,7 @@ pub(super) fn find_faults<S: SampleSource>(
 ) -> Result<Searched, S::Error> {
     let mut checked = CheckedSamples {
         samples: ByStamp::new(samples.iter().collect()),
-        checks: SignalChecks::new(machine, sensors),
+        checks: SignalChecks::in_retrospect(machine, sensors),
         findings: room_for_findings(sensors),
     };
     let mut compared = ComparedSamples {
