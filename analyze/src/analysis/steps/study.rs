@@ -83,7 +83,10 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let mut coverage = Coverage::of(&loaded, &table, &rotations, &task.options);
     let exclusion = gathered.exclusion.as_ref();
     coverage.between_rows = exclusion.map(|found| found.within(coverage.covered_s));
-    let mut events = all_events(&gathered, input_events, &rotations);
+    // what is only possible has no lead time
+    input_events.append(&mut gathered.not_excluded);
+    let found = std::mem::take(&mut gathered.found.events);
+    let mut events = all_events(found, input_events, &rotations);
     let is_explained = scope.sensitivities && task.is_recorded() && samples.gross_inputs.is_empty();
     if is_explained && prepared.on_supports.is_none() {
         ask_all(machine, &table, &mut events);
@@ -173,23 +176,20 @@ fn min_loads(machine: &Machine) -> Option<Vec<f64>> {
         .then(|| static_load.iter().map(|load| load * share).collect())
 }
 
-/// The events of the rows and of the inputs, in order. Of a machine on its side, nothing is light.
+/// The events of the rows and those without a lead time, in order. Of a machine on its side, nothing is light.
 fn all_events(
-    gathered: &Gathered,
-    of_inputs: Vec<Event>,
+    mut found: Vec<Event>,
+    others: Vec<Event>,
     rotations: &[FoundRotation],
 ) -> Vec<Event> {
     let on_side = rotations.iter().filter_map(FoundRotation::on_side_ns);
     let on_side: Vec<[i64; 2]> = on_side.collect();
-    let is_of_wheels = |event: &&Event| {
+    found.retain(|event| {
         let within = |[from, to]: &[i64; 2]| (*from..=*to).contains(&event.start_ns);
         matches!(event.shown_by, Some(ShownBy::Rotation | ShownBy::Both))
             || !on_side.iter().any(within)
-    };
-    let found = gathered.found.events.iter().filter(is_of_wheels).cloned();
-    // what is only possible has no lead time
-    let others = [of_inputs, gathered.not_excluded.clone()].concat();
-    events::sorted(found.collect(), others)
+    });
+    events::sorted(found, others)
 }
 
 /// What a reader must know, what concerns every number first.

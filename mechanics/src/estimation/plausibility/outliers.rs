@@ -60,8 +60,7 @@ impl<const N: usize> Outliers<N> {
             self.last = Some(values);
             return None;
         };
-        let squares = values.iter().zip(&last).map(|(a, b)| (a - b) * (a - b));
-        let difference = squares.sum::<f64>().sqrt();
+        let difference = distance(values, last);
         let limit = TIMES * self.difference + self.harmless;
         let is_far = self.count >= FEWEST && difference > limit;
         if is_far && !self.is_suspect {
@@ -159,7 +158,7 @@ fn median_of(mut values: [f64; FIRST]) -> f64 {
     0.5 * (values[FIRST / 2 - 1] + values[FIRST / 2])
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn distance<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
     let squares = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b));
     squares.sum::<f64>().sqrt()
 }

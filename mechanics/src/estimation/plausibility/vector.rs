@@ -4,7 +4,7 @@ use super::axes::AxesWatch;
 use super::fault::{Amount, Component};
 use super::freeze::Freeze;
 use super::notice::{Found, Limits, Notice};
-use super::outliers::{FirstSamples, Outliers};
+use super::outliers::{FirstSamples, Outliers, distance};
 use crate::machine::FaultKind;
 
 /// State of the checks of one vector.
@@ -91,7 +91,7 @@ impl VectorWatch {
         let length = length([x, y, z]);
         let doubt = self
             .good
-            .map_or(length, |(_, good)| length_between(good, [x, y, z]));
+            .map_or(length, |(_, good)| distance(good, [x, y, z]));
         if length > self.max {
             found(Notice {
                 kind: FaultKind::OutOfRange,
@@ -109,7 +109,7 @@ impl VectorWatch {
         }
         if let (Some(slew), Some((good_ns, good))) = (self.slew, self.good) {
             let elapsed_s = limits.elapsed_s(good_ns, stamp_ns).max(self.period_s);
-            let change = length_between(good, [x, y, z]);
+            let change = distance(good, [x, y, z]);
             if change > slew.per_second * elapsed_s + slew.allowance {
                 let since_ns = if self.is_confirmed { stamp_ns } else { good_ns };
                 if !self.is_confirmed {
@@ -191,8 +191,4 @@ impl VectorWatch {
 
 fn length(v: [f64; 3]) -> f64 {
     (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
-}
-
-fn length_between(a: [f64; 3], b: [f64; 3]) -> f64 {
-    length([b[0] - a[0], b[1] - a[1], b[2] - a[2]])
 }
