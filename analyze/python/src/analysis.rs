@@ -1,13 +1,14 @@
 //! Analyses of whole logs.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::analysis::run::{Prepared, RowSink, analyse_into};
-use tipwatch_analyze::base::options::{Options, Precision};
+use tipwatch_analyze::base::options::{MoreColumns, Options, Precision};
 use tipwatch_analyze::base::output_place::OutputPlace;
 use tipwatch_analyze::base::rows::Rows;
 use tipwatch_analyze::events::Event;
@@ -15,16 +16,20 @@ use tipwatch_analyze::load::MeasuredLoads;
 use tipwatch_analyze::output::{self, OutputOptions, Sinks};
 use tipwatch_analyze::report;
 use tipwatch_analyze::tables::summary::Summary;
-use tipwatch_analyze::tables::{events, samples, studies, table};
+use tipwatch_analyze::tables::{events, samples, studies};
 use tipwatch_mechanics::machine;
 
-use crate::call::error::exception;
+use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, leavable};
-use crate::call::options::options;
+use crate::call::options::Stated;
+use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::Place;
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
-use crate::table::Table;
+use crate::table::{Chunks, Table};
+
+/// How many machines may be drawn for the bands of their loads.
+const MONTE_CARLO_DRAWS: RangeInclusive<usize> = 1..=10_000;
 
 /// The analysis of one log: tables, findings, summary.
 #[pyclass(frozen, module = "tipwatch")]
@@ -37,6 +42,17 @@ pub(crate) struct Analysis {
     valid_share: Option<f64>,
     files: Vec<PathBuf>,
 }
+
+/// What an analysis is made of again.
+type Parts = (
+    Py<Table>,
+    Py<Table>,
+    Option<Py<Table>>,
+    String,
+    Vec<String>,
+    Option<f64>,
+    Vec<PathBuf>,
+);
 
 #[pymethods]
 impl Analysis {
@@ -82,6 +98,72 @@ impl Analysis {
         self.files.clone()
     }
 
+    /// Draws the log with matplotlib: the load of each wheel with its band of two standard deviations, margins of zero
+    /// moment point and utilisation, and the events as shaded times.
+    ///
+    /// Parameters
+    /// ----------
+    /// start, end : float, optional
+    ///     Time range (seconds after the first row).
+    /// ax : pair of matplotlib axes, optional
+    ///     Where to draw loads and margins; a new figure if not given.
+    ///
+    /// Returns
+    /// -------
+    /// tuple
+    ///     Both axes; their ``figure`` can be saved.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     matplotlib is not installed.
+    #[pyo3(signature = (start=None, end=None, ax=None))]
+    fn plot<'py>(
+        this: &Bound<'py, Self>,
+        start: Option<f64>,
+        end: Option<f64>,
+        ax: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let drawing = this.py().import("tipwatch._drawing")?;
+        drawing.call_method1("plot", (this, start, end, ax))
+    }
+
+    /// For pickle: tables, summary and notes travel; files stay where they are.
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Reduced<'py, Parts> {
+        let (py, own) = (this.py(), this.get());
+        let parts = (
+            own.samples(py),
+            own.events(py),
+            own.sensitivity(py),
+            own.summary.clone(),
+            own.notes.clone(),
+            own.valid_share,
+            own.files.clone(),
+        );
+        reduced(this, parts)
+    }
+
+    #[staticmethod]
+    fn _of_parts(
+        samples: Py<Table>,
+        events: Py<Table>,
+        sensitivity: Option<Py<Table>>,
+        summary: String,
+        notes: Vec<String>,
+        valid_share: Option<f64>,
+        files: Vec<PathBuf>,
+    ) -> Self {
+        Self {
+            samples,
+            events,
+            sensitivity,
+            summary,
+            notes,
+            valid_share,
+            files,
+        }
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "<tipwatch.Analysis: {} notes, {} files>",
@@ -96,7 +178,7 @@ struct Collector<'a> {
     machine: machine::Machine,
     measured_loads: Arc<MeasuredLoads>,
     precision: Precision,
-    blocks: Vec<table::Table>,
+    samples: Chunks,
     sinks: Option<Sinks>,
     stop: &'a Stop,
 }
@@ -106,12 +188,8 @@ impl RowSink for Collector<'_> {
         if self.stop.is_set() {
             bail!("interrupted");
         }
-        self.blocks.push(samples::samples(
-            &self.machine,
-            rows,
-            self.precision,
-            &self.measured_loads,
-        ));
+        let block = samples::samples(&self.machine, rows, self.precision, &self.measured_loads);
+        self.samples.take(block)?;
         match &mut self.sinks {
             Some(sinks) => sinks.take(rows),
             None => Ok(()),
@@ -136,9 +214,9 @@ struct Request {
 
 /// What an analysis gives, without the interpreter.
 struct Found {
-    blocks: Vec<table::Table>,
-    events: table::Table,
-    sensitivity: Option<table::Table>,
+    samples: Table,
+    events: Table,
+    sensitivity: Option<Table>,
     summary: String,
     notes: Vec<String>,
     valid_share: Option<f64>,
@@ -166,7 +244,7 @@ fn run(
             machine: prepared.machine.clone(),
             measured_loads: Arc::clone(prepared.measured_loads),
             precision: request.precision,
-            blocks: Vec::new(),
+            samples: Chunks::default(),
             sinks: local
                 .map(|out| Sinks::begin(prepared, out, output))
                 .transpose()?,
@@ -176,7 +254,7 @@ fn run(
     let mut progress = |read: u64| bytes.store(read, Ordering::Relaxed);
     let (analysis, collector) =
         analyse_into(&request.log, file, request.options, &mut progress, begin)?;
-    let Collector { blocks, sinks, .. } = collector;
+    let Collector { samples, sinks, .. } = collector;
     if stop.is_set() {
         bail!("interrupted");
     }
@@ -190,9 +268,9 @@ fn run(
     };
     let summary = Summary::of(&analysis, report::main_findings(&analysis));
     Ok(Found {
-        blocks,
-        events: events::events(&analysis.events),
-        sensitivity: studies::sensitivity(&analysis),
+        samples: samples.finish()?,
+        events: Table::of(events::events(&analysis.events))?,
+        sensitivity: studies::sensitivity(&analysis).map(Table::of).transpose()?,
         summary: serde_json::to_string(&summary)?,
         notes: analysis.notes.iter().map(ToString::to_string).collect(),
         valid_share: analysis.coverage.valid_share,
@@ -219,8 +297,19 @@ fn run(
 ///     The smoother uses future samples and is the most accurate; "causal" gives the bits of live operation.
 /// model : "whole-body", "variable-inertia" or "closed-form"
 ///     The model of the ground wrench.
+/// closed_form_input : "velocity" or "accelerometer"
+///     Where the closed forms take the platform's acceleration from; if not given, from odometry where the log has it.
+/// apply_clock_offsets : "stated" or "estimated"
+///     Which offsets between the clocks of topics are corrected; if not given, those that the machine file states.
+/// quasi_static : "auto", "always" or "never"
+///     Whether rows of a sparse log are static; if not given, as the machine file says, else "auto".
+/// monte_carlo : int, optional
+///     Number of machines (1 to 10000) with lengths, angles, masses and inertias varied by up to 10 %, for the bands of
+///     their loads in the summary.
 /// parts : bool
 ///     Whether samples have the contribution of every link.
+/// terms : bool
+///     Whether samples have the terms of the closed forms, and speed and direction of wheels and axles.
 /// precision : 64 or 32
 ///     Bits of the computed numbers in samples.
 /// progress : bool or callable
@@ -239,8 +328,8 @@ fn run(
 ///     Ctrl+C. Files in ``out`` may be incomplete.
 #[pyfunction]
 #[pyo3(signature = (
-    log, machine, *, out=None, rate=None, start=None, end=None, estimator=None, model=None, parts=false,
-    precision=64, progress=None
+    log, machine, *, out=None, rate=None, start=None, end=None, estimator=None, model=None, closed_form_input=None,
+    apply_clock_offsets=None, quasi_static=None, monte_carlo=None, parts=false, terms=false, precision=64, progress=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn analyze(
@@ -251,23 +340,47 @@ pub(crate) fn analyze(
     rate: Option<f64>,
     start: Option<f64>,
     end: Option<f64>,
-    estimator: Option<&str>,
-    model: Option<&str>,
+    estimator: Option<String>,
+    model: Option<String>,
+    closed_form_input: Option<String>,
+    apply_clock_offsets: Option<String>,
+    quasi_static: Option<String>,
+    monte_carlo: Option<usize>,
     parts: bool,
+    terms: bool,
     precision: u8,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Analysis> {
     let file = machine_file(machine)?;
     let request = || {
-        let mut options = options(rate, start, end, estimator, model)?;
-        options.columns.parts = parts;
+        if let Some(draws) = monte_carlo.filter(|draws| !MONTE_CARLO_DRAWS.contains(draws)) {
+            bail!(Mistake(format!(
+                "expected monte_carlo from 1 to 10000, found {draws}"
+            )));
+        }
+        let stated = Stated {
+            rate,
+            start,
+            end,
+            estimator,
+            model,
+            closed_form_input,
+            apply_clock_offsets,
+            quasi_static,
+        };
         Ok(Request {
             log: log.into_path(),
-            options,
+            options: Options {
+                columns: MoreColumns { parts, terms },
+                monte_carlo,
+                ..stated.options()?
+            },
             precision: match precision {
                 32 => Precision::Single,
                 64 => Precision::Double,
-                _ => bail!("expected precision 32 or 64, found {precision}"),
+                _ => bail!(Mistake(format!(
+                    "expected precision 32 or 64, found {precision}"
+                ))),
             },
             out: out.map(Place::into_path),
         })
@@ -290,17 +403,12 @@ pub(crate) fn analyze(
     );
     progress.end(matches!(found, Ok(Ok(_))))?;
     let found = found?.map_err(|error| exception(&error))?;
-    let table = |blocks: Vec<table::Table>| -> PyResult<Py<Table>> {
-        let table = Table::of(blocks).context("a table of the analysis");
-        Py::new(py, table.map_err(|error| exception(&error))?)
-    };
     Ok(Analysis {
-        samples: table(found.blocks)?,
-        events: table(vec![found.events])?,
-        sensitivity: match found.sensitivity {
-            Some(sensitivity) => Some(table(vec![sensitivity])?),
-            None => None,
-        },
+        samples: Py::new(py, found.samples)?,
+        events: Py::new(py, found.events)?,
+        sensitivity: (found.sensitivity)
+            .map(|table| Py::new(py, table))
+            .transpose()?,
         summary: found.summary,
         notes: found.notes,
         valid_share: found.valid_share,

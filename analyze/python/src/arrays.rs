@@ -8,6 +8,7 @@ use arrow_array::types::{Float32Type, Float64Type, Int32Type, Int64Type, UInt32T
 use arrow_array::{Array, ArrayRef, ArrowPrimitiveType, BooleanArray, PrimitiveArray, StringArray};
 use arrow_schema::{DataType, Field};
 use numpy::IntoPyArray;
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use tipwatch_analyze::tables::series::{Known, Series};
@@ -107,10 +108,60 @@ pub(crate) fn numbers_of<'py>(
             .into_any(),
         Some(other) => {
             return Err(PyTypeError::new_err(format!(
-                "expected a column of numbers, found one of {other}; to_polars() and to_arrow() take all types"
+                "expected a column of numbers, found one of {other}; to_list(), to_polars() and to_arrow() take all types"
             )));
         }
     })
+}
+
+/// A value as an object of Python; None for what is missing.
+///
+/// # Errors
+/// An object cannot be made.
+pub(crate) fn object_of<'py>(
+    py: Python<'py>,
+    column: &ArrayRef,
+    row: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    if column.is_null(row) {
+        return Ok(py.None().into_bound(py));
+    }
+    match column.data_type() {
+        DataType::Float64 => column
+            .as_primitive::<Float64Type>()
+            .value(row)
+            .into_bound_py_any(py),
+        DataType::Float32 => column
+            .as_primitive::<Float32Type>()
+            .value(row)
+            .into_bound_py_any(py),
+        DataType::Int64 => column
+            .as_primitive::<Int64Type>()
+            .value(row)
+            .into_bound_py_any(py),
+        DataType::Int32 => column
+            .as_primitive::<Int32Type>()
+            .value(row)
+            .into_bound_py_any(py),
+        DataType::UInt32 => column
+            .as_primitive::<UInt32Type>()
+            .value(row)
+            .into_bound_py_any(py),
+        DataType::UInt64 => column
+            .as_primitive::<UInt64Type>()
+            .value(row)
+            .into_bound_py_any(py),
+        DataType::Boolean => column.as_boolean().value(row).into_bound_py_any(py),
+        DataType::Utf8 => column.as_string::<i32>().value(row).into_bound_py_any(py),
+        DataType::List(_) => {
+            let list = column.as_list::<i32>().value(row);
+            let values = (0..list.len()).map(|at| object_of(py, &list, at));
+            values.collect::<PyResult<Vec<_>>>()?.into_bound_py_any(py)
+        }
+        other => Err(PyTypeError::new_err(format!(
+            "expected a column of numbers or texts, found one of {other}"
+        ))),
+    }
 }
 
 /// A value as text.

@@ -16,6 +16,7 @@ use tipwatch_mechanics::{
 
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, interruptible};
+use crate::call::pickle::{Reduced, reduced};
 use crate::inputs::{Given, Inputs, Varying};
 
 /// Rows that one core evaluates at once.
@@ -38,9 +39,12 @@ struct Entry {
     shape: Vec<usize>,
     /// Names of the columns of samples.parquet with the same numbers, in order.
     columns: Vec<String>,
-    unit: &'static str,
-    meaning: &'static str,
+    unit: String,
+    meaning: String,
 }
+
+/// An array of an evaluation, taken apart: name, shape, columns, unit, meaning, numbers.
+type Part = (String, Vec<usize>, Vec<String>, String, String, Py<PyAny>);
 
 #[pymethods]
 impl Evaluation {
@@ -68,6 +72,41 @@ impl Evaluation {
 
     fn __getattr__(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
         Ok(self.entry(name)?.1.clone_ref(py))
+    }
+
+    /// For pickle.
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Reduced<'py, (Vec<Part>,)> {
+        let py = this.py();
+        let arrays = this.get().arrays.values();
+        let parts = arrays.map(|(entry, array)| {
+            let Entry {
+                name,
+                shape,
+                columns,
+                unit,
+                meaning,
+            } = entry.clone();
+            (name, shape, columns, unit, meaning, array.clone_ref(py))
+        });
+        reduced(this, (parts.collect(),))
+    }
+
+    #[staticmethod]
+    fn _of_parts(parts: Vec<Part>) -> Self {
+        let arrays = parts.into_iter();
+        let arrays = arrays.map(|(name, shape, columns, unit, meaning, array)| {
+            let entry = Entry {
+                name,
+                shape,
+                columns,
+                unit,
+                meaning,
+            };
+            (entry.name.clone(), (entry, array))
+        });
+        Self {
+            arrays: arrays.collect(),
+        }
     }
 
     fn __dir__(&self) -> Vec<String> {
@@ -116,8 +155,8 @@ fn entries(machine: &machine::Machine, quantities: &[Quantity]) -> Vec<(Entry, R
                     name,
                     shape: Vec::new(),
                     columns: vec![column],
-                    unit: kind.unit,
-                    meaning: kind.meaning,
+                    unit: kind.unit.into(),
+                    meaning: kind.meaning.into(),
                 },
                 place..place + 1,
             )),
@@ -353,8 +392,8 @@ pub(crate) fn evaluate(
             name: "load_gradient".into(),
             shape: vec![machine.wheels().len(), parameters],
             columns: Vec::new(),
-            unit: "N per unit of Machine.gradient_names",
-            meaning: "Derivative of the load",
+            unit: "N per unit of Machine.gradient_names".into(),
+            meaning: "Derivative of the load".into(),
         };
         let array = shaped(py, values, rows, &entry.shape)?;
         found.insert(entry.name.clone(), (entry, array));

@@ -10,6 +10,7 @@ use tipwatch_analyze::setup::identify::{
 
 use crate::call::error::exception;
 use crate::call::interrupt::leavable;
+use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::{Place, paths};
 use crate::machine::machine_file;
 
@@ -21,6 +22,9 @@ pub(crate) struct Identification {
     holds: Option<bool>,
     file: Option<PathBuf>,
 }
+
+/// What an identification is made of again.
+type Parts = (String, String, Option<bool>, Option<PathBuf>);
 
 #[pymethods]
 impl Identification {
@@ -51,6 +55,33 @@ impl Identification {
 
     fn __str__(&self) -> &str {
         &self.text
+    }
+
+    /// For pickle.
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Reduced<'py, Parts> {
+        let own = this.get();
+        let parts = (
+            own.document.clone(),
+            own.text.clone(),
+            own.holds,
+            own.file.clone(),
+        );
+        reduced(this, parts)
+    }
+
+    #[staticmethod]
+    fn _of_parts(
+        document: String,
+        text: String,
+        holds: Option<bool>,
+        file: Option<PathBuf>,
+    ) -> Self {
+        Self {
+            document,
+            text,
+            holds,
+            file,
+        }
     }
 
     fn __repr__(&self) -> String {

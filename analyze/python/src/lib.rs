@@ -13,6 +13,7 @@ mod pose;
 mod program;
 mod read;
 mod screen;
+mod settings;
 mod studies;
 mod table;
 
@@ -41,6 +42,8 @@ mod _tipwatch {
     use super::read::read;
     #[pymodule_export]
     use super::screen::{Fleet, FleetTask, screen};
+    #[pymodule_export]
+    use super::settings::set_read_options;
     #[pymodule_export]
     use super::studies::{WhatIf, compare, whatif};
     #[pymodule_export]

@@ -16,8 +16,9 @@ use crate::evaluation::{Evaluation, evaluate};
 use crate::inputs::{Given, Numbers};
 use crate::pose::{Posture, positions};
 
-/// The files that a machine is read from: the machine file, and its URDF where that is another.
-type Files = (PathBuf, Option<PathBuf>);
+/// What a machine is read from: the machine file, its URDF where that is another, and whether impossible inertias are
+/// accepted.
+type ReadFrom = (PathBuf, Option<PathBuf>, bool);
 
 /// A machine, from its machine file and URDF.
 ///
@@ -27,6 +28,9 @@ type Files = (PathBuf, Option<PathBuf>);
 ///     The machine file (TOML).
 /// urdf : path, optional
 ///     The URDF, for a machine file that names none.
+/// accept_inertias : bool
+///     Inertias of the URDF that no body can have are replaced, with their uncertainty, instead of refused; as
+///     ``accept_inertias = true`` in the machine file.
 ///
 /// Raises
 /// ------
@@ -100,10 +104,13 @@ fn position<'a>(
 #[pymethods]
 impl Machine {
     #[new]
-    #[pyo3(signature = (file, urdf=None))]
-    fn new(file: Place, urdf: Option<Place>) -> PyResult<Self> {
+    #[pyo3(signature = (file, urdf=None, accept_inertias=false))]
+    fn new(file: Place, urdf: Option<Place>, accept_inertias: bool) -> PyResult<Self> {
         let read = || {
             let mut machine = MachineFile::read(&file)?;
+            if accept_inertias {
+                machine = machine.accepting_inertias()?;
+            }
             if let Some(urdf) = &urdf {
                 machine = machine.with_urdf(urdf)?;
             }
@@ -113,7 +120,7 @@ impl Machine {
     }
 
     /// For pickle, and so for workers of Ray, Dask and joblib: they read the machine from its files.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Files)> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, ReadFrom)> {
         let machine = slf.get();
         if machine.is_changed {
             return Err(exception(&anyhow!(
@@ -128,8 +135,9 @@ impl Machine {
         };
         let urdf = machine.file.urdf_path();
         let urdf = urdf.as_deref().map(absolute).transpose()?;
-        let files = (absolute(&machine.file.path)?, urdf);
-        Ok((slf.get_type().into_any(), files))
+        let accepts_inertias = machine.file.spec.accept_inertias == Some(true);
+        let read_from = (absolute(&machine.file.path)?, urdf, accepts_inertias);
+        Ok((slf.get_type().into_any(), read_from))
     }
 
     /// Name of the machine.

@@ -6,7 +6,7 @@ use tipwatch_analyze::tables;
 
 use crate::call::error::exception;
 use crate::call::interrupt::leavable;
-use crate::call::options::options;
+use crate::call::options::Stated;
 use crate::call::place::Place;
 use crate::machine::machine_file;
 use crate::table::Table;
@@ -50,9 +50,16 @@ pub(crate) fn read(
 ) -> PyResult<Table> {
     let file = machine_file(machine)?;
     let compute = move |_: &_| {
-        let options = options(rate, start, end, estimator.as_deref(), None)?;
+        let stated = Stated {
+            rate,
+            start,
+            end,
+            estimator,
+            ..Stated::default()
+        };
+        let options = stated.options()?;
         let (machine, rows) = states(&log, &file, &options)?;
-        Table::of(vec![tables::states::states(&machine, &rows)])
+        Table::of(tables::states::states(&machine, &rows))
     };
     let found = leavable(py, compute, |_| Ok(()))?;
     found.map_err(|error| exception(&error))

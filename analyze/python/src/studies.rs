@@ -7,7 +7,8 @@ use tipwatch_analyze::suspension::{self, SuspensionMode, WhatIfOptions, what_if}
 
 use crate::call::error::exception;
 use crate::call::interrupt::{Stop, leavable};
-use crate::call::options::{options, value};
+use crate::call::options::{Stated, value};
+use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::Place;
 use crate::machine::machine_file;
 use crate::table::Table;
@@ -44,12 +45,18 @@ pub(crate) fn compare<'py>(
     machine: Option<&Bound<'py, PyAny>>,
     machine_b: Option<&Bound<'py, PyAny>>,
     rate: Option<f64>,
-    estimator: Option<&str>,
-    model: Option<&str>,
+    estimator: Option<String>,
+    model: Option<String>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let machine_a = machine.map(machine_file).transpose()?;
     let machine_b = machine_b.or(machine).map(machine_file).transpose()?;
-    let options = options(rate, None, None, estimator, model).map_err(|e| exception(&e))?;
+    let stated = Stated {
+        rate,
+        estimator,
+        model,
+        ..Stated::default()
+    };
+    let options = stated.options().map_err(|error| exception(&error))?;
     let compute = move |_: &_| {
         let a = Side::of(&a, machine_a.as_ref(), options)?;
         let b = Side::of(&b, machine_b.as_ref(), options)?;
@@ -86,6 +93,26 @@ impl WhatIf {
     #[getter]
     fn findings(&self) -> Vec<String> {
         self.findings.clone()
+    }
+
+    /// For pickle.
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Reduced<'py, (Py<Table>, String, Vec<String>)> {
+        let own = this.get();
+        let parts = (
+            own.samples(this.py()),
+            own.summary.clone(),
+            own.findings.clone(),
+        );
+        reduced(this, parts)
+    }
+
+    #[staticmethod]
+    fn _of_parts(samples: Py<Table>, summary: String, findings: Vec<String>) -> Self {
+        Self {
+            samples,
+            summary,
+            findings,
+        }
     }
 }
 
@@ -133,7 +160,14 @@ pub(crate) fn whatif(
 ) -> PyResult<WhatIf> {
     let file = machine_file(machine)?;
     let compute = move |stop: &Stop| {
-        let options = options(rate, start, end, estimator.as_deref(), None)?;
+        let stated = Stated {
+            rate,
+            start,
+            end,
+            estimator,
+            ..Stated::default()
+        };
+        let options = stated.options()?;
         let motion = WhatIfOptions {
             suspension: value(
                 "suspension",
@@ -155,7 +189,7 @@ pub(crate) fn whatif(
     };
     let found = leavable(py, compute, |_| Ok(()))?;
     let (table, summary, findings) = found.map_err(|error| exception(&error))?;
-    let table = Table::of(vec![table]).map_err(|error| exception(&error))?;
+    let table = Table::of(table).map_err(|error| exception(&error))?;
     Ok(WhatIf {
         samples: Py::new(py, table)?,
         summary,

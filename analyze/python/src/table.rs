@@ -5,15 +5,19 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
-use arrow_array::{RecordBatch, RecordBatchIterator};
-use arrow_schema::{Field, Fields, Schema, SchemaRef};
+use arrow_array::{Array, RecordBatch, RecordBatchIterator};
+use arrow_ipc::reader::StreamReader;
+use arrow_ipc::writer::StreamWriter;
+use arrow_schema::{ArrowError, Field, Fields, Schema, SchemaRef};
+use arrow_select::concat::concat_batches;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict};
+use pyo3::types::{PyBytes, PyCapsule, PyDict};
 use tipwatch_analyze::tables::table;
 
-use crate::arrays::{array, numbers_of, text_of};
+use crate::arrays::{array, numbers_of, object_of, text_of};
 use crate::call::error::exception;
+use crate::call::pickle::{Reduced, reduced};
 
 /// Rows and columns that a notebook shows.
 const SHOWN_ROWS: usize = 5;
@@ -33,14 +37,62 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    /// A table of these blocks, which have the same columns.
-    pub(crate) fn of(blocks: Vec<table::Table>) -> anyhow::Result<Self> {
-        let batches: anyhow::Result<Vec<RecordBatch>> = blocks.into_iter().map(batch).collect();
-        let batches = batches?;
-        let schema = batches
-            .first()
-            .map_or_else(|| Arc::new(Schema::empty()), RecordBatch::schema);
-        Ok(Self { schema, batches })
+    /// A table of one block.
+    pub(crate) fn of(block: table::Table) -> anyhow::Result<Self> {
+        let batch = batch(block)?;
+        Ok(Self {
+            schema: batch.schema(),
+            batches: vec![batch],
+        })
+    }
+}
+
+/// Rows from which on blocks become one chunk: the log of an hour has six.
+const ROWS_OF_A_CHUNK: usize = 1 << 16;
+
+/// The blocks of a table as they come, joined to chunks: readers that work chunk by chunk want few.
+#[derive(Default)]
+pub(crate) struct Chunks {
+    whole: Vec<RecordBatch>,
+    open: Vec<RecordBatch>,
+    open_rows: usize,
+}
+
+impl Chunks {
+    /// Takes the next block, which has the columns of those before.
+    ///
+    /// # Errors
+    /// It has other columns.
+    pub(crate) fn take(&mut self, block: table::Table) -> anyhow::Result<()> {
+        let batch = batch(block)?;
+        self.open_rows += batch.num_rows();
+        self.open.push(batch);
+        match self.open_rows >= ROWS_OF_A_CHUNK {
+            true => self.close(),
+            false => Ok(()),
+        }
+    }
+
+    fn close(&mut self) -> anyhow::Result<()> {
+        if let Some(first) = self.open.first() {
+            self.whole
+                .push(concat_batches(&first.schema(), &self.open)?);
+        }
+        (self.open, self.open_rows) = (Vec::new(), 0);
+        Ok(())
+    }
+
+    /// The table of all blocks; without a block it has no columns.
+    ///
+    /// # Errors
+    /// Blocks have not the same columns.
+    pub(crate) fn finish(mut self) -> anyhow::Result<Table> {
+        self.close()?;
+        let schema = self.whole.first().map(RecordBatch::schema);
+        Ok(Table {
+            schema: schema.unwrap_or_else(|| Arc::new(Schema::empty())),
+            batches: self.whole,
+        })
     }
 }
 
@@ -57,6 +109,25 @@ fn batch(block: table::Table) -> anyhow::Result<RecordBatch> {
     }
     let schema = Schema::new(fields.into_iter().collect::<Fields>());
     Ok(RecordBatch::try_new(Arc::new(schema), arrays)?)
+}
+
+impl Table {
+    /// The table in the streaming format of Arrow.
+    fn written(&self) -> Result<Vec<u8>, ArrowError> {
+        let mut writer = StreamWriter::try_new(Vec::new(), &self.schema)?;
+        for batch in &self.batches {
+            writer.write(batch)?;
+        }
+        writer.into_inner()
+    }
+
+    fn read(bytes: &[u8]) -> Result<Self, ArrowError> {
+        let reader = StreamReader::try_new(bytes, None)?;
+        Ok(Self {
+            schema: reader.schema(),
+            batches: reader.collect::<Result<_, _>>()?,
+        })
+    }
 }
 
 #[pymethods]
@@ -141,6 +212,18 @@ impl Table {
         Self::to_arrow(slf)?.call_method0("to_pandas")
     }
 
+    /// For pickle: the table as an Arrow stream.
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Reduced<'py, (Bound<'py, PyBytes>,)> {
+        let bytes = this.get().written();
+        let bytes = bytes.map_err(|error| exception(&error.into()))?;
+        reduced(this, (PyBytes::new(this.py(), &bytes),))
+    }
+
+    #[staticmethod]
+    fn _of_parts(bytes: &[u8]) -> PyResult<Self> {
+        Self::read(bytes).map_err(|error| exception(&error.into()))
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "<tipwatch.Table of {} rows and {} columns>",
@@ -222,6 +305,19 @@ impl Column {
         self.table.__len__()
     }
 
+    /// For pickle: the column as a table of one.
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Reduced<'py, (Table, String)> {
+        let (own, getitem) = (
+            this.get(),
+            this.py().import("operator")?.getattr("getitem")?,
+        );
+        let table = Table {
+            schema: Arc::clone(&own.table.schema),
+            batches: own.table.batches.clone(),
+        };
+        Ok((getitem, (table, own.name().to_owned())))
+    }
+
     fn __repr__(&self) -> String {
         let unit = self
             .unit()
@@ -231,6 +327,14 @@ impl Column {
             self.name(),
             self.__len__()
         )
+    }
+
+    /// The values in a list; None is what is missing.
+    fn to_list<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let columns = self.table.batches.iter().map(|batch| batch.column(0));
+        let values =
+            columns.flat_map(|column| (0..column.len()).map(move |row| object_of(py, column, row)));
+        values.collect()
     }
 
     /// The column as an array of NumPy; None is NaN.

@@ -1,6 +1,7 @@
 """Analyses of logs, and their tables in other libraries."""
 
 import json
+import pickle
 from pathlib import Path
 
 import duckdb
@@ -13,7 +14,8 @@ import pytest
 
 import tipwatch as tw
 
-DEMO = Path(__file__).resolve().parents[3] / "analyze" / "demo"
+ROOT = Path(__file__).resolve().parents[3]
+DEMO, DATA = ROOT / "analyze" / "demo", ROOT / "tests" / "data"
 
 
 def test_tables_reach_every_library(analysis):
@@ -96,3 +98,65 @@ def test_columns_reach_numpy(analysis):
     html = samples._repr_html_()
     assert "<th>load_fl<br>[N]</th>" in html or "<th>time_ns<br>[ns]</th>" in html
     assert html.count("<tr>") == 6
+
+
+def test_results_travel_between_processes(analysis, machine, tmp_path):
+    copy = pickle.loads(pickle.dumps(analysis))
+    assert copy.samples.to_polars().equals(analysis.samples.to_polars())
+    assert copy.events.to_polars().equals(analysis.events.to_polars())
+    assert copy.samples.units == analysis.samples.units
+    assert (copy.summary, copy.notes, copy.valid_share) == (analysis.summary, analysis.notes, analysis.valid_share)
+    column = pickle.loads(pickle.dumps(analysis.samples["load_fl"]))
+    assert column.unit == "N" and np.array_equal(column, analysis.samples["load_fl"], equal_nan=True)
+    posture = machine.evaluate(machine.zero_posture, what="all")
+    again = pickle.loads(pickle.dumps(posture))
+    assert again.names == posture.names and np.array_equal(again.load, posture.load)
+    assert again.describe("load") == posture.describe("load")
+    fleet = tw.screen(DEMO / "demo.mcap", machine=machine, out=tmp_path / "fleet", reports="none")
+    copy = pickle.loads(pickle.dumps(fleet))
+    assert copy.totals == fleet.totals and copy.page == fleet.page and len(copy.logs) == 1
+
+
+def test_values_of_a_column_are_those_of_python(analysis):
+    events, frame = analysis.events, analysis.events.to_polars()
+    for name in ("kind", "start_ns", "worst", "split_dependent", "load_min", "doubted_by"):
+        assert events[name].to_list() == frame[name].to_list()
+
+
+def test_a_long_table_has_few_chunks(analysis):
+    # 1800 rows come in blocks of 512
+    assert analysis.samples.to_arrow()["load_fl"].num_chunks == 1
+
+
+def test_options_are_those_of_the_program():
+    log, machine = DATA / "tiny_lift.mcap", DATA / "tiny_lift.toml"
+    result = tw.analyze(
+        log, machine, model="closed-form", closed_form_input="accelerometer", apply_clock_offsets="estimated",
+        quasi_static="never", monte_carlo=20, terms=True,
+    )
+    options = result.summary["options"]
+    assert options["closed_form_input"] == "accelerometer" and options["apply_clock_offsets"] == "estimated"
+    assert options["quasi_static"] == "never" and options["monte_carlo"] == 20
+    assert result.summary["monte_carlo"] is not None
+    assert any(name.startswith("term_1_") for name in result.samples.columns)
+    with pytest.raises(ValueError, match="expected monte_carlo from 1 to 10000, found 0"):
+        tw.analyze(log, machine, monte_carlo=0)
+    with pytest.raises(ValueError, match="expected quasi_static auto or always or never, found \"often\""):
+        tw.analyze(log, machine, quasi_static="often")
+
+
+def test_what_tables_do_not_state_can_be_said(tmp_path):
+    samples = tw.read(DATA / "tiny_lift.mcap", DATA / "tiny_lift.toml").to_polars()
+    table = samples.select((pl.col("time_ns") // 1_000_000).alias("clock"), "lift.position")
+    table.write_csv(tmp_path / "drive.csv")
+    with pytest.raises(tw.TipwatchError, match="not a log: expected"):
+        tw.read(tmp_path / "drive.csv", DATA / "tiny_lift.toml")
+    try:
+        tw.set_read_options(time_column="clock", time_unit="ms")
+        # it is a log now, though not one of this machine
+        with pytest.raises(tw.TipwatchError, match="joint_states"):
+            tw.read(tmp_path / "drive.csv", DATA / "tiny_lift.toml")
+    finally:
+        tw.set_read_options()
+    with pytest.raises(ValueError, match="time_unit: expected s, ms, us or ns, found \"min\""):
+        tw.set_read_options(time_unit="min")

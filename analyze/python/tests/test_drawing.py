@@ -1,4 +1,4 @@
-"""Poses of links, and drawings."""
+"""Poses of links, and drawings of machines and logs."""
 
 import sys
 from pathlib import Path
@@ -103,10 +103,36 @@ def test_an_arm_without_shapes_is_drawn_as_lines(machine, moved):
     pyplot.close("all")
 
 
-def test_without_matplotlib_the_error_says_so(machine, monkeypatch):
+def test_a_plot_shows_loads_bands_and_events(analysis, machine, tmp_path):
+    pyplot = matplotlib()
+    loads, margins = analysis.plot()
+    loads.figure.savefig(tmp_path / "log.png")
+    assert (tmp_path / "log.png").stat().st_size > 20_000
+    assert [line.get_label() for line in loads.lines] == machine.wheels
+    drawn, load = loads.lines[2].get_ydata(), np.asarray(analysis.samples["load_rl"])
+    valid = np.asarray(analysis.samples["valid"])
+    assert np.array_equal(drawn, np.where(valid, load, np.nan), equal_nan=True)
+    assert len(loads.collections) == len(machine.wheels)
+    kinds = set(analysis.events["kind"].to_list())
+    assert {"wheel_light", "wheel_lift"} <= kinds
+    assert {patch.get_label() for patch in loads.patches} >= {"wheel light", "wheel lift"}
+    assert margins.lines[0].get_label() == "utilisation"
+    # a part of it, on axes of the caller
+    _, axes = pyplot.subplots(2, 1)
+    assert analysis.plot(start=6.0, end=9.0, ax=axes) == tuple(axes)
+    seconds = axes[0].lines[0].get_xdata()
+    assert seconds.min() >= 6.0 and seconds.max() <= 9.0
+    with pytest.raises(ValueError, match="expected rows between start 900"):
+        analysis.plot(start=900.0)
+    pyplot.close("all")
+
+
+def test_without_matplotlib_the_error_says_so(machine, analysis, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ImportError, match="expected matplotlib for Machine.draw"):
         machine.draw()
+    with pytest.raises(ImportError, match="expected matplotlib for Analysis.plot"):
+        analysis.plot()
 
 
 def matplotlib():

@@ -31,6 +31,7 @@ from tipwatch._tipwatch import (
     identify,
     read,
     screen,
+    set_read_options,
     whatif,
 )
 
@@ -53,5 +54,6 @@ __all__ = [
     "identify",
     "read",
     "screen",
+    "set_read_options",
     "whatif",
 ]

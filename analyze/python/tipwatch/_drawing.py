@@ -1,4 +1,4 @@
-"""Drawings of machines with matplotlib: from the right, and from above."""
+"""Drawings with matplotlib: machines from the right and from above, and logs over time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from tipwatch import Machine
+    from tipwatch import Analysis, Machine, Table
 
 # axes of the base frame along the page's right and up: x forward, y left, z up
 _VIEWS = {"side": (0, 2), "top": (0, 1)}
@@ -20,12 +20,7 @@ _CIRCLE = 24
 
 def draw(machine: Machine, posture: ArrayLike | None = None, ax: Any = None) -> tuple[Any, Any]:
     """``Machine.draw``."""
-    try:
-        from matplotlib import pyplot
-    except ImportError as error:
-        raise ImportError(
-            "expected matplotlib for Machine.draw, found none: pip install matplotlib, or tipwatch[drawing]"
-        ) from error
+    pyplot = _pyplot("Machine.draw")
     poses, layout = machine.link_poses(posture), machine.layout(posture)
     side, top = pyplot.subplots(1, 2, figsize=(11, 4.5), layout="constrained")[1] if ax is None else _pair(ax)
     links = _Links(machine.urdf)
@@ -44,11 +39,68 @@ def draw(machine: Machine, posture: ArrayLike | None = None, ax: Any = None) -> 
     return side, top
 
 
+def plot(analysis: Analysis, start: float | None = None, end: float | None = None, ax: Any = None) -> tuple[Any, Any]:
+    """``Analysis.plot``."""
+    pyplot = _pyplot("Analysis.plot")
+    samples, events = analysis.samples, analysis.events
+    times_ns = np.asarray(samples["time_ns"])
+    seconds = (times_ns - times_ns[0]) / 1e9
+    shown = (seconds >= (-np.inf if start is None else start)) & (seconds <= (np.inf if end is None else end))
+    if not shown.any():
+        raise ValueError(f"expected rows between start {start} and end {end}, found rows from 0 to {seconds[-1]:.2f} s")
+    # what is doubted or cannot be computed is no curve
+    valid = np.asarray(samples["valid"], dtype=bool)
+    values = lambda name: np.where(valid, np.asarray(samples[name], dtype=float), np.nan)[shown]
+    loads, margins = pyplot.subplots(2, 1, figsize=(11, 6.5), sharex=True, layout="constrained")[1] if ax is None else _pair(ax)
+    for wheel in (name[len("otf_") : -len("_sigma")] for name in samples.columns if name.startswith("otf_") and name.endswith("_sigma")):
+        load, sigma = values(f"load_{wheel}"), values(f"load_{wheel}_sigma")
+        (line,) = loads.plot(seconds[shown], load, linewidth=1.2, label=wheel.upper())
+        band = (np.maximum(load - 2 * sigma, 0), load + 2 * sigma)
+        loads.fill_between(seconds[shown], *band, color=line.get_color(), alpha=0.15, linewidth=0)
+    for name, label in (("utilisation", "utilisation"), ("zmp_margin", "margin of the zero moment point (m)")):
+        if name in samples:
+            margins.plot(seconds[shown], values(name), linewidth=1.2, label=label)
+    for axes in (loads, margins):
+        _shade_events(axes, events, times_ns[0], (seconds[shown][0], seconds[shown][-1]))
+        axes.grid(alpha=0.25)
+    loads.set_ylabel("load, ± 2 sigma (N)")
+    above = {"loc": "lower left", "bbox_to_anchor": (0, 1), "fontsize": "small", "frameon": False}
+    loads.legend(ncols=8, **above)
+    margins.set_xlabel("time (s)")
+    margins.legend(ncols=8, **above)
+    return loads, margins
+
+
+# colours of what wheels, edges and the machine do, the worst last
+_SHADES = {"wheel_light": "tab:orange", "wheel_lift": "tab:red", "edge_tipping": "tab:purple", "tip_over": "black"}
+
+
+def _shade_events(axes: Any, events: Table, first_ns: int, span: tuple[float, float]) -> None:
+    """Shades the times of events; one label for each kind."""
+    labelled = set()
+    for kind, start_ns, end_ns in zip(*(events[name].to_list() for name in ("kind", "start_ns", "end_ns"))):
+        begin, stop = (start_ns - first_ns) / 1e9, (end_ns - first_ns) / 1e9
+        if kind in _SHADES and begin <= span[1] and stop >= span[0]:
+            label = None if kind in labelled else kind.replace("_", " ")
+            axes.axvspan(max(begin, span[0]), min(stop, span[1]), color=_SHADES[kind], alpha=0.12, linewidth=0, label=label)
+            labelled.add(kind)
+
+
+def _pyplot(caller: str) -> Any:
+    try:
+        from matplotlib import pyplot
+    except ImportError as error:
+        raise ImportError(
+            f"expected matplotlib for {caller}, found none: pip install matplotlib, or tipwatch[drawing]"
+        ) from error
+    return pyplot
+
+
 def _pair(ax: Any) -> tuple[Any, Any]:
     """Both axes that the caller gave."""
     axes = [ax] if hasattr(ax, "plot") else list(np.ravel(ax))
     if len(axes) != 2 or not all(hasattr(one, "plot") for one in axes):
-        raise ValueError(f"expected ax to be a pair of matplotlib axes (from the right, from above), found {ax!r}")
+        raise ValueError(f"expected ax to be a pair of matplotlib axes, found {ax!r}")
     return axes[0], axes[1]
 
 

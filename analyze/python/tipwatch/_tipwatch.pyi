@@ -27,6 +27,7 @@ __all__ = [
     "read",
     "screen",
     "set_program",
+    "set_read_options",
     "whatif",
 ]
 
@@ -61,6 +62,7 @@ class Column:
     @property
     def unit(self) -> str | None: ...
     def __len__(self) -> int: ...
+    def to_list(self) -> list[Any]: ...
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
@@ -74,7 +76,9 @@ class Evaluation:
 
 @final
 class Machine:
-    def __new__(cls, file: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> Self: ...
+    def __new__(
+        cls, file: str | PathLike[str], urdf: str | PathLike[str] | None = None, accept_inertias: bool = False
+    ) -> Self: ...
     @property
     def name(self) -> str: ...
     @property
@@ -145,6 +149,7 @@ class Analysis:
     def valid_share(self) -> float | None: ...
     @property
     def files(self) -> list[Path]: ...
+    def plot(self, start: float | None = None, end: float | None = None, ax: Any = None) -> tuple[Any, Any]: ...
 
 def analyze(
     log: str | PathLike[str],
@@ -156,7 +161,12 @@ def analyze(
     end: float | None = None,
     estimator: Literal["smoother", "causal"] | None = None,
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
+    closed_form_input: Literal["velocity", "accelerometer"] | None = None,
+    apply_clock_offsets: Literal["stated", "estimated"] | None = None,
+    quasi_static: Literal["auto", "always", "never"] | None = None,
+    monte_carlo: int | None = None,
     parts: bool = False,
+    terms: bool = False,
     precision: Literal[32, 64] = 64,
     progress: bool | Callable[[int], object] | None = None,
 ) -> Analysis: ...
@@ -229,6 +239,9 @@ class FleetTask:
         rate: float | None = None,
         estimator: Literal["smoother", "causal"] | None = None,
         model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
+        closed_form_input: Literal["velocity", "accelerometer"] | None = None,
+        apply_clock_offsets: Literal["stated", "estimated"] | None = None,
+        quasi_static: Literal["auto", "always", "never"] | None = None,
     ) -> Self: ...
     def files(self) -> list[Path]: ...
     def logs(self, logs: Sequence[str | PathLike[str]]) -> list[tuple[str, int]]: ...
@@ -250,6 +263,9 @@ def screen(
     rate: float | None = None,
     estimator: Literal["smoother", "causal"] | None = None,
     model: Literal["whole-body", "variable-inertia", "closed-form"] | None = None,
+    closed_form_input: Literal["velocity", "accelerometer"] | None = None,
+    apply_clock_offsets: Literal["stated", "estimated"] | None = None,
+    quasi_static: Literal["auto", "always", "never"] | None = None,
     min_valid: float | None = None,
     policy: str | PathLike[str] | None = None,
     prune: bool = False,
@@ -284,5 +300,14 @@ def whatif(
     out: str | PathLike[str] | None = None,
 ) -> WhatIf: ...
 
+def set_read_options(
+    *,
+    time_column: str | None = None,
+    time_unit: Literal["s", "ms", "us", "ns"] | None = None,
+    date_order: Literal["dmy", "mdy", "ymd"] | None = None,
+    header: bool = True,
+    definitions: Sequence[str | PathLike[str]] = (),
+    fetch_whole: bool = False,
+) -> None: ...
 def set_program(file: str | PathLike[str]) -> None: ...
 def main(arguments: Sequence[str]) -> int: ...

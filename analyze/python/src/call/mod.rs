@@ -1,7 +1,8 @@
-//! What every call from Python shares: options by name, errors as exceptions, progress, and an end by Ctrl+C.
+//! What every call from Python shares: options by name, errors as exceptions, progress, an end by Ctrl+C, and results that pickle.
 
 pub(crate) mod error;
 pub(crate) mod interrupt;
 pub(crate) mod options;
+pub(crate) mod pickle;
 pub(crate) mod place;
 pub(crate) mod progress;

@@ -2,63 +2,100 @@
 
 use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
-use tipwatch_analyze::base::options::{Estimator, ModelKind, Options};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use tipwatch_analyze::base::options::Options;
 
 use super::error::Mistake;
 
-/// The options of an analysis.
-///
-/// # Errors
-/// A name is unknown, or a number is impossible.
-pub(crate) fn options(
-    rate_hz: Option<f64>,
-    from_s: Option<f64>,
-    to_s: Option<f64>,
-    estimator: Option<&str>,
-    model: Option<&str>,
-) -> Result<Options> {
-    if let Some(rate) = rate_hz
-        && !(rate.is_finite() && rate > 0.0)
-    {
-        bail!(Mistake(format!(
-            "expected a positive rate (Hz), found {rate}"
-        )));
-    }
-    for (name, time) in [("start", from_s), ("end", to_s)] {
-        if let Some(time) = time
-            && !time.is_finite()
-        {
-            bail!(Mistake(format!(
-                "expected a finite {name} (s), found {time}"
-            )));
-        }
-    }
-    Ok(Options {
-        estimator: value("estimator", estimator, Estimator::Smoother)?,
-        model: value("model", model, ModelKind::WholeBody)?,
-        rate_hz,
-        from_s,
-        to_s,
-        ..Options::default()
-    })
+/// What a caller states of the options of an analysis; what is absent is as on the command line.
+#[derive(Default)]
+pub(crate) struct Stated {
+    pub(crate) rate: Option<f64>,
+    pub(crate) start: Option<f64>,
+    pub(crate) end: Option<f64>,
+    pub(crate) estimator: Option<String>,
+    pub(crate) model: Option<String>,
+    pub(crate) closed_form_input: Option<String>,
+    pub(crate) apply_clock_offsets: Option<String>,
+    pub(crate) quasi_static: Option<String>,
 }
 
-/// The value with this name.
+impl Stated {
+    /// The options of a fleet as keywords of `FleetTask`, for workers.
+    pub(crate) fn keywords<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("rate", self.rate)?;
+        keywords.set_item("estimator", &self.estimator)?;
+        keywords.set_item("model", &self.model)?;
+        keywords.set_item("closed_form_input", &self.closed_form_input)?;
+        keywords.set_item("apply_clock_offsets", &self.apply_clock_offsets)?;
+        keywords.set_item("quasi_static", &self.quasi_static)?;
+        Ok(keywords)
+    }
+
+    /// The options.
+    ///
+    /// # Errors
+    /// A name is unknown, or a number is impossible.
+    pub(crate) fn options(&self) -> Result<Options> {
+        if let Some(rate) = self.rate
+            && !(rate.is_finite() && rate > 0.0)
+        {
+            bail!(Mistake(format!(
+                "expected a positive rate (Hz), found {rate}"
+            )));
+        }
+        for (name, time) in [("start", self.start), ("end", self.end)] {
+            if let Some(time) = time
+                && !time.is_finite()
+            {
+                bail!(Mistake(format!(
+                    "expected a finite {name} (s), found {time}"
+                )));
+            }
+        }
+        let usual = Options::default();
+        let offsets = self.apply_clock_offsets.as_deref();
+        Ok(Options {
+            estimator: value("estimator", self.estimator.as_deref(), usual.estimator)?,
+            model: value("model", self.model.as_deref(), usual.model)?,
+            rate_hz: self.rate,
+            from_s: self.start,
+            to_s: self.end,
+            closed_form_input: named("closed_form_input", self.closed_form_input.as_deref())?,
+            apply_clock_offsets: value("apply_clock_offsets", offsets, usual.apply_clock_offsets)?,
+            quasi_static: named("quasi_static", self.quasi_static.as_deref())?,
+            ..usual
+        })
+    }
+}
+
+/// The value with this name, or the default where no name is given.
 ///
 /// # Errors
 /// There is none.
-pub(crate) fn value<T: ValueEnum>(name: &str, given: Option<&str>, default: T) -> Result<T> {
+pub(crate) fn value<T: ValueEnum>(what: &str, given: Option<&str>, default: T) -> Result<T> {
+    Ok(named(what, given)?.unwrap_or(default))
+}
+
+/// The value with this name, if one is given.
+///
+/// # Errors
+/// There is none.
+fn named<T: ValueEnum>(what: &str, given: Option<&str>) -> Result<Option<T>> {
     let Some(given) = given else {
-        return Ok(default);
+        return Ok(None);
     };
-    T::from_str(given, false).map_err(|_| {
+    let found = T::from_str(given, false).map_err(|_| {
         let values = T::value_variants().iter();
         let names =
             values.filter_map(|value| Some(value.to_possible_value()?.get_name().to_string()));
         let names: Vec<String> = names.collect();
         anyhow!(Mistake(format!(
-            "expected {name} {}, found {given:?}",
+            "expected {what} {}, found {given:?}",
             names.join(" or ")
         )))
-    })
+    });
+    found.map(Some)
 }

@@ -1,5 +1,6 @@
 //! The result of a screening.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -8,6 +9,7 @@ use pyo3::prelude::*;
 use tipwatch_analyze::screen::{Screen, query};
 
 use crate::call::error::exception;
+use crate::call::pickle::{Reduced, reduced};
 use crate::table::Table;
 
 /// The result of a screening: the data set in its folder, and what was counted.
@@ -29,6 +31,9 @@ impl Fleet {
         })
     }
 }
+
+/// What a result of a screening is made of again.
+type Parts = (OsString, String, Vec<(String, String)>, Option<OsString>);
 
 #[pymethods]
 impl Fleet {
@@ -59,7 +64,7 @@ impl Fleet {
     /// The answer to a question in SQL over the tables ``logs`` and ``events``, as of ``tipwatch query``.
     fn query(&self, py: Python<'_>, sql: &str) -> PyResult<Table> {
         let answer =
-            py.detach(|| query(&self.out, sql).and_then(|answer| Table::of(vec![answer.table()?])));
+            py.detach(|| query(&self.out, sql).and_then(|answer| Table::of(answer.table()?)));
         answer.map_err(|error| exception(&error))
     }
 
@@ -84,6 +89,34 @@ impl Fleet {
             _ => page.into_bound_py_any(py),
         });
         page.transpose()
+    }
+
+    /// For pickle: the data set stays in its folder.
+    fn __reduce__<'py>(this: &Bound<'py, Self>) -> Reduced<'py, Parts> {
+        let own = this.get();
+        // as text: a path object would not keep the two slashes of a URL
+        let parts = (
+            own.out.clone().into_os_string(),
+            own.totals.clone(),
+            own.undecided.clone(),
+            own.page.clone().map(PathBuf::into_os_string),
+        );
+        reduced(this, parts)
+    }
+
+    #[staticmethod]
+    fn _of_parts(
+        out: OsString,
+        totals: String,
+        undecided: Vec<(String, String)>,
+        page: Option<OsString>,
+    ) -> Self {
+        Self {
+            out: out.into(),
+            totals,
+            undecided,
+            page: page.map(PathBuf::from),
+        }
     }
 
     fn __repr__(&self) -> String {

@@ -16,7 +16,7 @@ use tipwatch_binding::MachineFile;
 use super::fleet::Fleet;
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, interruptible};
-use crate::call::options::{options, value};
+use crate::call::options::{Stated, value};
 use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
@@ -42,7 +42,7 @@ const LEAST_VALID: f64 = 0.5;
 /// jobs : int, optional
 ///     Number of logs analysed in parallel; default: number of processors. With an engine: number of tasks it is given
 ///     at a time; default: four for each of its processors.
-/// rate, estimator, model
+/// rate, estimator, model, closed_form_input, apply_clock_offsets, quasi_static
 ///     Those of ``analyze``.
 /// min_valid : float, optional
 ///     Least share of a log's time that must be computable for it to decide anything; default: that of the policy, else
@@ -80,7 +80,7 @@ const LEAST_VALID: f64 = 0.5;
 #[pyfunction]
 #[pyo3(signature = (
     logs, *, out, machine=None, fleet=None, resume=false, jobs=None, rate=None, estimator=None, model=None,
-    min_valid=None, policy=None, prune=false, reports=None, memory=None, progress=None, runner="threads", retries=2
+    closed_form_input=None, apply_clock_offsets=None, quasi_static=None, min_valid=None, policy=None, prune=false, reports=None, memory=None, progress=None, runner="threads", retries=2
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn screen(
@@ -92,8 +92,11 @@ pub(crate) fn screen(
     resume: bool,
     jobs: Option<usize>,
     rate: Option<f64>,
-    estimator: Option<&str>,
-    model: Option<&str>,
+    estimator: Option<String>,
+    model: Option<String>,
+    closed_form_input: Option<String>,
+    apply_clock_offsets: Option<String>,
+    quasi_static: Option<String>,
     min_valid: Option<f64>,
     policy: Option<Place>,
     prune: bool,
@@ -123,6 +126,15 @@ pub(crate) fn screen(
     let out = out.into_path();
     let fleet = fleet.map(Place::into_path);
     let progress = Progress::of(py, progress, "Logs", ())?;
+    let stated = Stated {
+        rate,
+        estimator,
+        model,
+        closed_form_input,
+        apply_clock_offsets,
+        quasi_static,
+        ..Stated::default()
+    };
     if runner != "threads" {
         let of_threads = [
             ("policy", policy.is_some()),
@@ -141,9 +153,7 @@ pub(crate) fn screen(
         arguments.set_item("out", out.as_os_str())?;
         arguments.set_item("machine", machine.map(as_in_its_file).transpose()?)?;
         arguments.set_item("fleet", fleet)?;
-        arguments.set_item("rate", rate)?;
-        arguments.set_item("estimator", estimator)?;
-        arguments.set_item("model", model)?;
+        arguments.set_item("options", stated.keywords(py)?)?;
         arguments.set_item("resume", resume)?;
         arguments.set_item("jobs", jobs)?;
         arguments.set_item("min_valid", min_valid.unwrap_or(LEAST_VALID))?;
@@ -162,7 +172,7 @@ pub(crate) fn screen(
             _ => bail!(Mistake("expected either machine or fleet".into())),
         };
         let policy = policy.as_deref().map(Policy::read).transpose()?;
-        let options = options(rate, None, None, estimator, model)?;
+        let options = stated.options()?;
         let reports = value("reports", reports, Reports::default())?;
         Ok((fleet, options, policy, reports))
     };
@@ -212,10 +222,13 @@ pub(crate) fn screen(
 fn as_in_its_file(machine: MachineFile) -> PyResult<PathBuf> {
     let in_file = MachineFile::read(&machine.path);
     let in_file = in_file.map_err(|error| exception(&anyhow::Error::from(error)))?;
-    match in_file.text == machine.text && in_file.spec.urdf == machine.spec.urdf {
+    let is_same = in_file.text == machine.text
+        && in_file.spec.urdf == machine.spec.urdf
+        && in_file.spec.accept_inertias == machine.spec.accept_inertias;
+    match is_same {
         true => Ok(machine.path),
         false => Err(exception(&anyhow!(
-            "expected a machine as in its file {}, which workers read; found another text or another URDF",
+            "expected a machine as in its file {}, which workers read; found another text, another URDF or accept_inertias",
             machine.path.display()
         ))),
     }

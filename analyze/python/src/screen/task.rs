@@ -13,7 +13,7 @@ use tipwatch_binding::MachineFile;
 
 use super::fleet::Fleet;
 use crate::call::error::exception;
-use crate::call::options::options;
+use crate::call::options::Stated;
 use crate::call::place::{Place, paths};
 
 /// The analyses of a fleet with one record per log, for engines that run each log as a task.
@@ -29,15 +29,31 @@ pub(crate) struct FleetTask {
 #[pymethods]
 impl FleetTask {
     #[new]
-    #[pyo3(signature = (records, *, machine=None, fleet=None, rate=None, estimator=None, model=None))]
+    #[pyo3(signature = (
+        records, *, machine=None, fleet=None, rate=None, estimator=None, model=None, closed_form_input=None,
+        apply_clock_offsets=None, quasi_static=None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn new(
         records: Place,
         machine: Option<Place>,
         fleet: Option<Place>,
         rate: Option<f64>,
-        estimator: Option<&str>,
-        model: Option<&str>,
+        estimator: Option<String>,
+        model: Option<String>,
+        closed_form_input: Option<String>,
+        apply_clock_offsets: Option<String>,
+        quasi_static: Option<String>,
     ) -> PyResult<Self> {
+        let stated = Stated {
+            rate,
+            estimator,
+            model,
+            closed_form_input,
+            apply_clock_offsets,
+            quasi_static,
+            ..Stated::default()
+        };
         let read = || {
             let (machines, file) = match (machine, fleet) {
                 (Some(file), None) => (Machines::of_one(MachineFile::read(&file)?), file),
@@ -48,7 +64,7 @@ impl FleetTask {
                 records: records.into_path(),
                 file: file.into_path(),
                 machines,
-                options: options(rate, None, None, estimator, model)?,
+                options: stated.options()?,
             })
         };
         read().map_err(|error| exception(&error))

@@ -7,7 +7,7 @@ record of a typed failure from the driver. The data set is gathered at the end, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -25,16 +25,14 @@ def screen(
     out: str | PathLike[str],
     machine: str | PathLike[str] | None,
     fleet: str | PathLike[str] | None,
-    rate: float | None,
-    estimator: str | None,
-    model: str | None,
+    options: Mapping[str, object],
     resume: bool,
     jobs: int | None,
     min_valid: float,
     retries: int,
     tell: Callable[[int, int], object] | None,
 ) -> _tipwatch.Fleet:
-    """Analyses the logs on an engine; the arguments are those of ``tipwatch.screen``."""
+    """Analyses the logs on an engine; the arguments are those of ``tipwatch.screen``, ``options`` those of analyses."""
     if runner not in _ENGINES:
         raise _tipwatch.TipwatchError(f"expected runner 'threads', 'ray' or 'dask', found {runner!r}")
     try:
@@ -43,9 +41,7 @@ def screen(
         raise _tipwatch.TipwatchError(
             f"runner {runner!r} needs the package {_ENGINES[runner]}: pip install '{_ENGINES[runner]}' ({missing})"
         ) from missing
-    parcel = Parcel.of(
-        _absolute(out), machine, fleet, {"rate": rate, "estimator": estimator, "model": model}
-    )
+    parcel = Parcel.of(_absolute(out), machine, fleet, options)
     task = parcel.open()
     known = task.records()
     if known and not resume:
