@@ -340,7 +340,7 @@ mod needs_browser {
     use crate::support::{run_python, stderr, text, tipwatch};
 
     #[test]
-    #[ignore = "needs Chromium and Python with websocket-client"]
+    #[ignore = "needs Chromium and Python with websocket-client and axe-playwright-python"]
     fn the_report_works_in_a_browser() {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/report.py");
         // lifts, a tip-over, feet beside raised wheels, a fall that the log ends in, nothing that happened
@@ -363,7 +363,7 @@ mod needs_browser {
 
     /// From a disk, and after the folder was moved.
     #[test]
-    #[ignore = "needs Chromium and Python with websocket-client"]
+    #[ignore = "needs Chromium and Python with websocket-client and axe-playwright-python"]
     fn a_report_of_a_fleet_works_in_a_browser_with_the_scripts_beside_it() {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/report.py");
         let folder = TempDir::new().unwrap();
@@ -379,5 +379,28 @@ mod needs_browser {
             page.exists().then_some(page)
         });
         run_python(&[text(&script), text(&report.unwrap())]);
+    }
+    /// Pages beside the report: of a fleet, of a comparison, of a supposition.
+    #[test]
+    #[ignore = "needs Chromium and Python with websocket-client and axe-playwright-python"]
+    fn pages_keep_no_reader_out() {
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/accessible.py");
+        let folder = TempDir::new().unwrap();
+        let (log, other) = (data("tip_over.mcap"), data("swing_lift.mcap"));
+        let machine = data("tip_over.toml");
+        let commands: [(&[&str], &str); 3] = [
+            (&["screen", text(&log), text(&other)], "fleet.html"),
+            (&["compare", text(&log), text(&other)], "comparison.html"),
+            (&["whatif", text(&log), "--slope-level"], "comparison.html"),
+        ];
+        let pages = commands.map(|(command, page)| {
+            let out = folder.path().join(command[0]);
+            let more = ["--machine", text(&machine), "--out", text(&out)];
+            let done = tipwatch(&[command, &more].concat());
+            assert!(out.join(page).exists(), "{}", stderr(&done));
+            out.join(page)
+        });
+        let pages = pages.each_ref().map(|page| text(page));
+        run_python(&[&[text(&script)][..], &pages].concat());
     }
 }
