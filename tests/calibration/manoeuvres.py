@@ -322,6 +322,24 @@ def bump_both(s):
     return Plan(16.0, lambda _t: pose, lambda t: (speed * (smooth(t, 1, 3) - smooth(t, 13, 14.5)), 0.0), ground=s.ridges("both"))
 
 
+def ramp_over(s):
+    """Onto a bed by a ramp, as for loading, across it, and down another one."""
+    pose, speed, size = s.folded(), s.draw("speed", 0.7, 1.3), s.kind.size
+    up, down = math.radians(s.draw("up_deg", 10, 22)), math.radians(s.draw("down_deg", 10, 22))
+    surface = "contype='2' conaffinity='1' friction='0.9 0.01 0.005' condim='4' solref='0.004 1.0' solimp='0.98 0.98 0.001'"
+    height, x, text = s.draw("height", 0.7, 1.1) * size, 3.0 * size, ""
+    for name, pitch, length in (("up", up, height / math.sin(up)), ("bed", 0.0, s.draw("bed", 3.0, 6.0) * size), ("down", -down, height / math.sin(down))):
+        # a box whose upper face begins at x, 0 or the bed's height, and rises by its pitch
+        z = height if name != "up" else 0.0
+        end = x + length * math.cos(pitch), z + length * math.sin(pitch)
+        middle = 0.5 * (x + end[0]) + 0.5 * math.sin(pitch), 0.5 * (z + end[1]) - 0.5 * math.cos(pitch)
+        text += (f"<geom name='{name}' type='box' size='{0.5 * length} 4 0.5' pos='{middle[0]} 0 {middle[1]}' "
+                 f"quat='{math.cos(0.5 * pitch)} 0 {-math.sin(0.5 * pitch)} 0' {surface}/>")
+        x = end[0]
+    seconds = (x + 4.0 * size) / speed
+    return Plan(seconds + 4.0, lambda _t: pose, lambda t: (speed * (smooth(t, 1, 3) - smooth(t, 1 + seconds, 3 + seconds)), 0.0), ground=text)
+
+
 def stop_and_go(s):
     pose, speed, period = s.folded(), s.draw("speed", 0.6, 1.6), s.draw("period", 3.4, 4.6)
 
@@ -415,11 +433,11 @@ def payload_unstated(s):
     return Plan(16.0, s.working(wide=30), payload=s.load(s.draw("payload", 150, 350)), slope=s.level())
 
 
-EVERYWHERE = [stand, arm_work, arm_work_slope, payload_in_band, tool_force, drive, drive_and_work, hard_brake, corner, slalom, side_slope, up_down, bump_one, bump_both,
+EVERYWHERE = [stand, arm_work, arm_work_slope, payload_in_band, tool_force, drive, drive_and_work, hard_brake, corner, slalom, side_slope, up_down, ramp_over, bump_one, bump_both,
               stop_and_go, reversing, soft_ground, lift_return, brake_lift, tip_side, tip_caught, tip_swing, tip_payload_350, tip_payload_200,
               payload_unstated]
 OF = {"rigid": EVERYWHERE, "heavy": EVERYWHERE, "bogie": [*EVERYWHERE, suspension],
-      "forwarder": [stand, arm_work, arm_work_slope, payload_in_band, drive, drive_and_work, up_down, bump_one, bump_both, stop_and_go, payload_unstated],
+      "forwarder": [stand, arm_work, arm_work_slope, payload_in_band, drive, drive_and_work, up_down, ramp_over, bump_one, bump_both, stop_and_go, payload_unstated],
       "light": [stand, arm_work, arm_swing]}
 
 

@@ -10,7 +10,7 @@ use tipwatch_storage::{Folder, Location, Put};
 use crate::base::files::remove_unfinished;
 
 /// Requests to a bucket at a time: each waits for an answer.
-const PARALLEL: usize = 64;
+const PARALLEL: usize = 128;
 
 /// A folder of objects. Names are relative, with `/`.
 #[derive(Clone)]

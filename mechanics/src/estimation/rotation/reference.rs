@@ -8,6 +8,9 @@ use super::edges::Edges;
 const GROUND: f64 = 6.0 * DEGREE;
 /// Standard deviation of the slope on which a log or a session begins (rad).
 const FIRST_SLOPE: f64 = 10.0 * DEGREE;
+/// Steepest ramp that a machine drives onto or off (rad). The ground under it does not bend by a normal distribution: ramps
+/// for loading and dams have an edge.
+const RAMP: f64 = 25.0 * DEGREE;
 /// Steepest slope on which a machine is taken to stand (rad).
 const STEEPEST: f64 = 35.0 * DEGREE;
 /// Share of the machine's length over which the reference follows.
@@ -46,13 +49,29 @@ pub(super) struct Claim {
     pub(super) edge: usize,
     pub(super) angle: f64,
     pub(super) sigma: f64,
+    /// How far a ramp can have turned the machine about this edge on its way (rad).
+    pub(super) by_ramp: f64,
 }
 
 impl Claim {
     /// The rotation in standard deviations.
     pub(super) fn sigmas(&self) -> f64 {
+        self.in_sigmas(self.angle)
+    }
+
+    /// What no ramp explains of the rotation, in standard deviations.
+    pub(super) fn sigmas_beyond_ramps(&self) -> f64 {
+        self.in_sigmas(self.beyond_ramps())
+    }
+
+    /// What no ramp explains of the rotation (rad).
+    pub(super) fn beyond_ramps(&self) -> f64 {
+        (self.angle - self.by_ramp).max(0.0)
+    }
+
+    fn in_sigmas(&self, angle: f64) -> f64 {
         match self.sigma > 0.0 {
-            true => self.angle / self.sigma,
+            true => angle / self.sigma,
             false => 0.0,
         }
     }
@@ -175,8 +194,8 @@ impl Reference {
         let decay = -2.0 * self.distance / edges.length;
         let ground = GROUND * GROUND * (1.0 - decay.exp());
         let others = ground + self.assumed + step.sigma * step.sigma;
+        let by_ramp = by_ramp(self.distance, edges.length);
         let mut best = Claim::default();
-        let mut best_sigmas = 0.0;
         for (edge, of_edge) in edges.all.iter().enumerate() {
             let sine = turned.dot(&of_edge.axis);
             let lean = of_edge.lean;
@@ -186,9 +205,15 @@ impl Reference {
                 true => rotation(up, &step.up, &of_edge.axis),
                 false => sine,
             };
-            if angle > best_sigmas * sigma {
-                best_sigmas = angle / sigma;
-                best = Claim { edge, angle, sigma };
+            let claim = Claim {
+                edge,
+                angle,
+                sigma,
+                by_ramp: by_ramp * of_edge.axis.y.abs(),
+            };
+            let size = |claim: &Claim| (claim.sigmas_beyond_ramps(), claim.sigmas());
+            if angle > 0.0 && size(&claim) > size(&best) {
+                best = claim;
             }
         }
         if best.sigma == 0.0 {
@@ -196,6 +221,16 @@ impl Reference {
         }
         best
     }
+}
+
+/// How far a machine can have driven onto or off a ramp on a distance, about the edges across its way (rad). One axle climbs
+/// while the other is still on the ground before it:
+///
+/// ```text
+///     sin(angle) = min(distance, length) sin(ramp) / length
+/// ```
+fn by_ramp(distance: f64, length: f64) -> f64 {
+    ((distance / length).min(1.0) * RAMP.sin()).asin()
 }
 
 /// Component about an axis of the base of the smallest rotation that takes it from one up direction to another. Base axes

@@ -78,6 +78,8 @@ pub struct RotationSpell {
     pub largest_ns: i64,
     /// Standard deviation of what tyres, ground and sensor explain of it (rad).
     pub sigma: f64,
+    /// How far a ramp can have turned the machine about the edge on its way until the rotation was certain (rad).
+    pub by_ramp: f64,
     /// Which measurement shows it.
     pub witness: RotationWitness,
     /// Probability that the platform rotates about the edge, and not the ground under it or the sensor.

@@ -362,6 +362,30 @@ fn fall_in_a_corner_at_speed_counts() {
 }
 
 #[test]
+fn fall_over_the_front_edge_while_driving_counts() {
+    for speed in [0.8, 2.0] {
+        let pose = |time_s: f64| {
+            let fallen = fall(5.0, 4.0)(time_s).roll;
+            Pose {
+                pitch: fallen,
+                speed: if fallen > 0.5 { 0.0 } else { speed },
+                acceleration: [0.7 * GRAVITY * fallen.sin(), 0.0, 0.0],
+                ..Pose::default()
+            }
+        };
+        for edit in [SOUND, &without_attitude] {
+            let seen = edited(9.0, &pose, edit);
+            let (edge, spell) = seen.only();
+            assert_eq!(edge, "front");
+            // what the reference follows of the first degrees is taken for the ground
+            assert!(seen.is_open && spell.largest > 40.0 * DEGREE, "{spell:?}");
+            assert!((5.0..6.4).contains(&seconds(spell.left_ns)), "{spell:?}");
+            assert!(spell.certainty > 0.98, "{spell:?}");
+        }
+    }
+}
+
+#[test]
 fn fall_back_onto_the_wheels_ends() {
     let pose = |time_s: f64| Pose {
         roll: 9.0 * DEGREE * (smooth(time_s, 3.0, 4.0) - smooth(time_s, 4.5, 5.2)),
@@ -382,6 +406,21 @@ fn sound_motions() -> Vec<NamedMotion> {
         pitch: -15.0 * DEGREE * smooth(time_s, 4.0, 4.0 + 2.3 / 1.3),
         speed: 1.3,
         ..Pose::default()
+    };
+    // one axle climbs while the other is still on the ground before it
+    let steep_ramp = |degrees: f64, speed: f64| {
+        move |time_s: f64| {
+            let length = 2.3;
+            let climbed = |from_m: f64| {
+                let on_ramp = (speed * (time_s - 4.0) - from_m).clamp(0.0, 3.5);
+                on_ramp * (degrees * DEGREE).sin()
+            };
+            Pose {
+                pitch: -((climbed(0.0) - climbed(length)) / length).asin(),
+                speed,
+                ..Pose::default()
+            }
+        }
     };
     let side_ramp = |time_s: f64| Pose {
         roll: 15.0 * DEGREE * smooth(time_s, 4.0, 4.0 + 2.3 / 1.3),
@@ -444,6 +483,9 @@ fn sound_motions() -> Vec<NamedMotion> {
     };
     vec![
         ("ramp", Box::new(ramp)),
+        ("steep ramp, slowly", Box::new(steep_ramp(22.0, 0.4))),
+        ("steep ramp, fast", Box::new(steep_ramp(24.0, 2.0))),
+        ("off a steep ramp", Box::new(steep_ramp(-24.0, 1.0))),
         ("side ramp", Box::new(side_ramp)),
         ("bump", Box::new(bump)),
         ("turn on a slope", Box::new(turn_on_slope)),

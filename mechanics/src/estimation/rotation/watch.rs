@@ -303,7 +303,8 @@ impl PlatformRotation {
             largest_ns: now_ns,
             sigma: claim.sigma,
             witness,
-            certainty: certainty(claim.angle, claim.sigma, witness),
+            by_ramp: claim.by_ramp,
+            certainty: certainty(claim.beyond_ramps(), claim.sigma, witness),
             at_rest_ns: None,
             is_from_start: reference.is_assumed(),
             last_ns: now_ns,
@@ -397,8 +398,8 @@ impl PlatformRotation {
                 _ => AttitudeNotGyro,
             };
         }
-        let certain = certainty(spell.largest, spell.sigma, spell.witness);
-        spell.certainty = certain;
+        let beyond_ramps = (spell.largest - spell.by_ramp).max(0.0);
+        spell.certainty = certainty(beyond_ramps, spell.sigma, spell.witness);
         let is_still = spell.rate.abs() < REST_RATE && angle >= ON_SIDE;
         if !is_still {
             self.still_ns = None;
@@ -435,7 +436,7 @@ impl Source {
             up: step.up,
             rate,
         });
-        self.claimed = match self.reference.claim.sigmas() >= CERTAIN {
+        self.claimed = match self.reference.claim.sigmas_beyond_ramps() >= CERTAIN {
             true => {
                 let (samples, since_ns) = self.claimed.unwrap_or((0, step.now_ns));
                 Some((samples.saturating_add(1), since_ns))
