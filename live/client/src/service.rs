@@ -53,6 +53,14 @@ impl<T: Topic> Ends<T> {
             listener: None,
         }
     }
+
+    fn writer(&mut self, node: &LiveNode) -> Result<&Sender<T>, Failure> {
+        if T::HAS_EVENTS {
+            opened(&mut self.notifier, || notifier::<T>(node))?;
+        }
+        // messages are sealed before they come here: source and machine stand in them
+        opened(&mut self.sender, || Ok(node.sender(0, 0)?))
+    }
 }
 
 impl<T: Topic> Service for Ends<T> {
@@ -61,19 +69,12 @@ impl<T: Topic> Service for Ends<T> {
     }
 
     fn open_writer(&mut self, node: &LiveNode) -> Result<(), Failure> {
-        if T::HAS_EVENTS {
-            opened(&mut self.notifier, || notifier::<T>(node))?;
-        }
-        // messages are sealed before they come here: source and machine stand in them
-        opened(&mut self.sender, || Ok(node.sender(0, 0)?))?;
-        Ok(())
+        self.writer(node).map(|_| ())
     }
 
     fn send(&mut self, node: &LiveNode, message: &[u8]) -> Result<(), Failure> {
         let message = T::of_bytes(message).ok_or_else(|| wrong_size::<T>(message.len()))?;
-        self.open_writer(node)?;
-        let sender = opened(&mut self.sender, || Ok(node.sender(0, 0)?))?;
-        Ok(sender.send_raw(&message)?)
+        Ok(self.writer(node)?.send_raw(&message)?)
     }
 
     fn notify(&mut self, node: &LiveNode) -> Result<(), Failure> {
