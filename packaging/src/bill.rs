@@ -282,7 +282,7 @@ mod tests {
         let lock = "[[package]]\nname = \"used\"\nversion = \"1.0.0\"\nchecksum = \"ab\"\n";
         let crates = of_metadata(&metadata, &checksums(lock).unwrap()).unwrap();
         let names: Vec<_> = crates.iter().map(|found| found.name.as_str()).collect();
-        let shipped = [&["deep"], &SHIPPED[..], &["used"]].concat();
+        let shipped = [&["deep"][..], &SHIPPED, &["used"]].concat();
         assert_eq!(names, shipped);
         let used = crates.last().unwrap();
         assert_eq!(used.sha256.as_deref(), Some("ab"));

@@ -41,12 +41,30 @@ impl Failure {
 
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
-        let is_full = error.chain().any(|cause| cause.is::<NoRoom>());
+        let is_full = error.is::<NoRoom>();
         let kind = if is_full {
             Kind::Room
         } else {
             Kind::SharedMemory
         };
         Self::new(kind, format!("{error:#}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn want_of_room_has_a_number_of_its_own() {
+        let full = NoRoom {
+            folder: "/dev/shm".into(),
+            needed: 2,
+            free: 1,
+        };
+        let told = anyhow::Error::from(full).context("service").context("open");
+        assert_eq!(Failure::from(told).kind, Kind::Room);
+        let other = anyhow::anyhow!("files").context("open");
+        assert_eq!(Failure::from(other).kind, Kind::SharedMemory);
     }
 }
