@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the packages: packaging/build.sh OUT [deb] [wheel] [sbom]; all without a choice.
 #
-#   OUT/tipwatch_VERSION_ARCH.deb     both programs, systemd units, manual pages, completions, C header, bill of materials
+#   OUT/tipwatch_VERSION_ARCH.deb     both programs, systemd units, manual pages, completions, library of C, bill of materials
 #   OUT/tipwatch-VERSION-*.whl        the Python module with both programs (abi3: Python 3.11 and later)
 #   OUT/tipwatch.cdx.json             bill of materials: every crate with version, hash and licence (CycloneDX)
 #   OUT/THIRD-PARTY.txt               the texts of these licences; packages contain it
@@ -50,8 +50,28 @@ if want deb; then
         install -D -m 644 -t "$root/usr/share/zsh/vendor-completions" "$work/pages/completions/zsh/_$program"
         install -D -m 644 -t "$root/usr/share/fish/vendor_completions.d" "$work/pages/completions/fish/$program.fish"
     done
-    install -D -m 644 -t "$root/usr/include" live/include/tipwatch_live.h
+    install -D -m 644 -t "$root/usr/include" live/include/*.h
+    # cargo leaves a library that others depend on with its dependencies
+    library=$target/deps/libtipwatch_client.so
+    [[ -e $library ]] || library=$target/libtipwatch_client.so
+    libraries=lib/$(uname -m)-linux-gnu
+    install -D -m 644 "$library" "$root/usr/$libraries/libtipwatch_client.so.0"
+    strip --strip-unneeded "$root/usr/$libraries/libtipwatch_client.so.0"
+    ln -s libtipwatch_client.so.0 "$root/usr/$libraries/libtipwatch_client.so"
+    mkdir "$root/usr/$libraries/pkgconfig"
+    cat >"$root/usr/$libraries/pkgconfig/tipwatch_client.pc" <<EOF
+prefix=/usr
+libdir=\${prefix}/$libraries
+includedir=\${prefix}/include
+
+Name: tipwatch_client
+Description: Samples, verdicts and acknowledgements of tipwatch-live, in C and C++
+Version: $version
+Cflags: -I\${includedir}
+Libs: -L\${libdir} -ltipwatch_client
+EOF
     doc=$root/usr/share/doc/tipwatch
+    install -D -m 644 -t "$doc/examples" live/examples/client.c
     install -D -m 644 -t "$doc" "$work/tipwatch.cdx.json" README.md
     gzip -9nc CHANGELOG.md >"$doc/CHANGELOG.md.gz"
     maintainer="${DEBFULLNAME:-Tipwatch developers} <${DEBEMAIL:-tipwatch@localhost}>"
@@ -67,8 +87,8 @@ if want deb; then
         echo
         echo "The Apache License 2.0 is in /usr/share/common-licenses/Apache-2.0."
     } >"$doc/copyright"
-    # the newest version of a symbol that the programs use is what they need
-    libc=$(objdump -T "$root"/usr/bin/* | grep -o 'GLIBC_[0-9.]*' | sort -Vu | tail -1 | cut -d_ -f2)
+    # the newest version of a symbol that programs and library use is what they need
+    libc=$(objdump -T "$root"/usr/bin/* "$root/usr/$libraries/libtipwatch_client.so.0" | grep -o 'GLIBC_[0-9.]*' | sort -Vu | tail -1 | cut -d_ -f2)
     install -d "$root/DEBIAN"
     cat >"$root/DEBIAN/control" <<EOF
 Package: tipwatch
@@ -84,6 +104,8 @@ Description: wheel loads and tip-over alarms of wheeled machines with an arm
  loads, stability indicators, their causes and their uncertainty. The monitor
  does the same beside a machine's logger, over shared memory.
 EOF
+    echo "activate-noawait ldconfig" >"$root/DEBIAN/triggers"
+    echo "libtipwatch_client 0 tipwatch" >"$root/DEBIAN/shlibs"
     install -m 755 packaging/deb/postinst packaging/deb/prerm packaging/deb/postrm "$root/DEBIAN/"
     (cd "$root" && find usr -type f -print0 | sort -z | xargs -0 md5sum) >"$root/DEBIAN/md5sums"
     dpkg-deb --root-owner-group --build "$root" "$out/tipwatch_${version}_$(dpkg --print-architecture).deb"

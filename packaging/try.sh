@@ -46,6 +46,19 @@ for package in "$out"/*.deb; do
             test ! -s warnings || { echo "$page"; head -3 warnings; }
         fi
     done
+    if command -v cc >/dev/null && command -v pkg-config >/dev/null; then
+        # the machine in C finds headers and library, and acknowledges an alarm of the monitor
+        folders=(root/usr/lib/*-linux-gnu)
+        library=$(realpath "${folders[0]}")
+        found=$(PKG_CONFIG_SYSROOT_DIR=$work/root PKG_CONFIG_PATH=$library/pkgconfig pkg-config --cflags --libs tipwatch_client)
+        # shellcheck disable=SC2086 # several words
+        cc -std=c11 -Wall -Wextra -Werror root/usr/share/doc/tipwatch/examples/client.c $found -lm -o client
+        machine=$root/tests/data/tiny.toml prefix=try$$_
+        clean root/usr/bin/tipwatch-live monitor --quiet --prefix "$prefix" --state "$work/state" --machine "$machine" &
+        clean LD_LIBRARY_PATH="$library" ./client "$machine" "${machine%.toml}.urdf" 6 --prefix "$prefix"
+        wait $!
+        rm -f "/dev/shm/$prefix"*
+    fi
     gunzip -c root/usr/share/man/man1/tipwatch-live-monitor.1.gz >monitor.1
     grep -q 'untimed' monitor.1
     clean bash -c 'source root/usr/share/bash-completion/completions/tipwatch && complete -p tipwatch'

@@ -23,7 +23,7 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 14] = [
+const RULES: [Rule; 15] = [
     Rule {
         folder: "packaging/allocator",
         crates: &[],
@@ -185,6 +185,11 @@ const RULES: [Rule; 14] = [
             "bridge",
             "cli",
         ],
+    },
+    Rule {
+        folder: "live/client",
+        crates: &["tipwatch_live"],
+        floors: &["failure", "service", "client", "c"],
     },
     Rule {
         folder: "packaging",

@@ -213,6 +213,7 @@ fn one_function_reads_the_arguments_of_all_programs() {
         "analyze",
         "analyze/python",
         "live",
+        "live/client",
         "packaging",
     ];
     let mut readers = Vec::new();

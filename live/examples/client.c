@@ -1,85 +1,27 @@
-/* A machine in C or C++ that publishes samples and follows the verdicts on them: it stands and slews its arm.
+/* A machine in C or C++ that publishes samples, follows the verdicts on them, and acknowledges the alarm: it stands across a
+ * slope and slews its arm from uphill to downhill.
  *
- *     cc -std=c11 -Ilive/include live/examples/client.c -lm -o client
- *     ./client tests/data/tiny.toml tests/data/tiny.urdf 5
+ *     cc -std=c11 live/examples/client.c $(pkg-config --cflags --libs tipwatch_client) -lm -o client
+ *     tipwatch-live monitor --machine tests/data/tiny.toml & ./client tests/data/tiny.toml tests/data/tiny.urdf 6
  *
- * The transport of this example is a pair of pipes: on stdout, and from stdin, each message is the suffix of its service in 16
- * bytes, its size in 8 bytes, and itself; a notification has the size 0. On a machine these functions call iceoryx2. The level
- * to act on goes to stderr whenever it changes. */
+ * The level to act on is printed whenever it changes. */
 #define _POSIX_C_SOURCE 200809L
 
 #include <math.h>
-#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 #include <unistd.h>
 
-#include "tipwatch_client.h"
+#include "tipwatch_client_library.h"
 
-#define SERVICE_BYTES 16
 #define PERIOD_NS 10000000
-
-static int write_frame(const char *service, const void *message, uint64_t size)
-{
-    char name[SERVICE_BYTES] = {0};
-    strncpy(name, service, sizeof name - 1);
-    if (fwrite(name, sizeof name, 1, stdout) != 1 || fwrite(&size, sizeof size, 1, stdout) != 1) {
-        return -1;
-    }
-    return (size == 0 || fwrite(message, size, 1, stdout) == 1) && fflush(stdout) == 0 ? 0 : -1;
-}
-
-static int pipe_send(void *context, const char *service, const void *message, size_t size)
-{
-    (void)context;
-    return write_frame(service, message, size);
-}
-
-static int pipe_notify(void *context, const char *service)
-{
-    (void)context;
-    return write_frame(service, NULL, 0);
-}
-
-static int read_exactly(void *to, size_t size)
-{
-    size_t done = 0;
-    while (done < size) {
-        ssize_t count = read(STDIN_FILENO, (char *)to + done, size - done);
-        if (count <= 0) {
-            return -1;
-        }
-        done += (size_t)count;
-    }
-    return 0;
-}
-
-static int pipe_wait(void *context, const char *service, int64_t longest_ns)
-{
-    struct pollfd waiting = {STDIN_FILENO, POLLIN, 0};
-    (void)context;
-    (void)service;
-    return poll(&waiting, 1, (int)(longest_ns / 1000000)) < 0 ? -1 : 0;
-}
-
-static int pipe_receive(void *context, const char *service, void *message, size_t size)
-{
-    struct pollfd waiting = {STDIN_FILENO, POLLIN, 0};
-    char name[SERVICE_BYTES];
-    uint64_t found;
-    (void)context;
-    if (poll(&waiting, 1, 0) <= 0 || !(waiting.revents & POLLIN)) {
-        return 0;
-    }
-    if (read_exactly(name, sizeof name) < 0 || read_exactly(&found, sizeof found) < 0) {
-        return -1;
-    }
-    if (strncmp(name, service, sizeof name) != 0 || found != size) {
-        return -1;
-    }
-    return read_exactly(message, size) < 0 ? -1 : 1;
-}
+#define DELIVERY_NS 500000000
+#define MONITOR_WAIT_NS INT64_C(20000000000)
+#define GRAVITY 9.8066
+#define SLOPE 0.42
+#define SLEW 1.2
+#define PI 3.14159265358979
 
 static int64_t clock_ns(clockid_t clock)
 {
@@ -88,10 +30,12 @@ static int64_t clock_ns(clockid_t clock)
     return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
 }
 
-static int64_t monotonic_ns(void *context)
+static void sleep_until(int64_t time_ns)
 {
-    (void)context;
-    return clock_ns(CLOCK_MONOTONIC);
+    struct timespec until;
+    until.tv_sec = (time_t)(time_ns / 1000000000);
+    until.tv_nsec = (long)(time_ns % 1000000000);
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
 }
 
 /* A sensor has noise: one that repeats itself while the arm moves is taken for frozen. */
@@ -126,21 +70,26 @@ static const char *level_name(enum tipwatch_level level)
     return names[level];
 }
 
-/* The sensors that the machine file binds, at one moment. */
-static int send_all(struct tipwatch_producer *producer, double elapsed_s)
+/* The sensors that the machine file binds, now; the arm is uphill at `start_ns` and downhill so many seconds later. */
+static int send_all(struct tipwatch_producer *producer, int64_t start_ns, double seconds)
 {
     int64_t stamp_ns = clock_ns(CLOCK_REALTIME);
-    double imu[10] = {noise(0.02), noise(0.02), 9.8066 + noise(0.02), noise(0.001), noise(0.001), noise(0.001), 0, 0, 0, 1};
-    double odometry[10] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
+    double turn_per_s = PI / seconds;
+    double turn = turn_per_s * (double)(stamp_ns - start_ns) * 1e-9;
+    double imu[10] = {0, GRAVITY * sin(SLOPE), GRAVITY * cos(SLOPE), 0, 0, 0, sin(SLOPE / 2), 0, 0, cos(SLOPE / 2)};
+    double odometry[10] = {0, 0, 0, 0, 0, 0, sin(SLOPE / 2), 0, 0, cos(SLOPE / 2)};
     double joints[2 * JOINT_COUNT] = {0};
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 3; i++) {
+        imu[i] += noise(0.02);
+        imu[3 + i] = noise(0.001);
         odometry[i] = noise(0.001);
+        odometry[3 + i] = noise(0.001);
     }
-    joints[0] = 0.8 * sin(0.5 * elapsed_s);
+    joints[0] = SLEW * cos(turn);
     joints[1] = -1.33;
     joints[2] = -1.9;
     joints[3] = 0.1;
-    joints[JOINT_COUNT] = 0.4 * cos(0.5 * elapsed_s);
+    joints[JOINT_COUNT] = -SLEW * turn_per_s * sin(turn);
     if (tipwatch_send(producer, TIPWATCH_KIND_IMU, 0, stamp_ns, imu, 10) < 0 ||
         tipwatch_send(producer, TIPWATCH_KIND_ODOMETRY, 0, stamp_ns, odometry, 10) < 0) {
         return -1;
@@ -148,70 +97,128 @@ static int send_all(struct tipwatch_producer *producer, double elapsed_s)
     return tipwatch_send(producer, TIPWATCH_KIND_JOINTS, 0, stamp_ns, joints, 2 * JOINT_COUNT);
 }
 
-int main(int count, char **arguments)
+/* What the driver of the machine is told. */
+struct cab {
+    enum tipwatch_level shown;
+    /* Acknowledgements that were sent. */
+    uint64_t acknowledged;
+    int is_confirmed;
+};
+
+/* Looks at the last verdict: shows the level, and acknowledges the alarm. Here the program does so itself, at once; on a
+ * machine that is a button for somebody who has seen the alarm. */
+static int look(struct cab *cab, const struct tipwatch_subscriber *subscriber, uint64_t source)
 {
-    static char machine[1 << 16], urdf[1 << 18];
+    const struct tipwatch_verdict *verdict = &subscriber->verdict;
+    enum tipwatch_level level = tipwatch_level_now(subscriber);
+    if (level != cab->shown) {
+        cab->shown = level;
+        printf("%s\n", level_name(level));
+    }
+    if (!subscriber->has_verdict || verdict->session != source) {
+        return 0;
+    }
+    if (verdict->alarm != 0 && !verdict->alarm_acknowledged && cab->acknowledged == 0) {
+        return tipwatch_send_acknowledge(subscriber->transport, source, &cab->acknowledged, verdict);
+    }
+    if (cab->acknowledged > 0 && !cab->is_confirmed && (verdict->alarm == 0 || verdict->alarm_acknowledged)) {
+        cab->is_confirmed = 1;
+        printf("the monitor confirms the acknowledgement\n");
+    }
+    return 0;
+}
+
+/* A session of so many seconds. */
+static int run(const struct tipwatch_transport *transport, uint64_t machine_hash, double seconds)
+{
     static struct tipwatch_session session;
-    struct tipwatch_transport transport = {NULL, pipe_send, pipe_notify, pipe_receive, pipe_wait, monotonic_ns};
     struct tipwatch_producer producer;
     struct tipwatch_subscriber subscriber;
-    enum tipwatch_level level, shown = TIPWATCH_LEVEL_UNKNOWN;
-    int64_t start_ns = monotonic_ns(NULL), next_ns = start_ns;
-    uint64_t taken = 0;
-    double seconds;
-    if (count != 4) {
-        fprintf(stderr, "usage: client MACHINE.toml MACHINE.urdf SECONDS\n");
-        return 2;
-    }
-    seconds = atof(arguments[3]);
+    struct cab cab = {TIPWATCH_LEVEL_UNKNOWN, 0, 0};
+    int64_t start_ns, end_ns, next_ns;
+    uint64_t own = 0;
     memset(&producer, 0, sizeof producer);
     memset(&subscriber, 0, sizeof subscriber);
-    producer.transport = subscriber.transport = &transport;
+    producer.transport = subscriber.transport = transport;
     producer.source = (uint64_t)clock_ns(CLOCK_REALTIME) ^ ((uint64_t)getpid() << 32);
-    producer.machine_hash = subscriber.machine_hash =
-        tipwatch_machine_hash(machine, read_file(arguments[1], machine, sizeof machine), urdf,
-                              read_file(arguments[2], urdf, sizeof urdf));
+    producer.machine_hash = subscriber.machine_hash = machine_hash;
     session.pace = 1.0;
-    /* stamps are Unix time: both clocks, read at one moment */
-    session.clock_stamp_ns = clock_ns(CLOCK_REALTIME);
-    session.clock_host_ns = monotonic_ns(NULL);
     session.has_imu = 1;
     session.has_odometry = 1;
     for (int i = 0; i < JOINT_COUNT; i++) {
         if (tipwatch_add_joint(&session, 0, JOINTS[i]) < 0) {
-            return 2;
+            return -1;
         }
     }
+    /* a monitor sends verdicts without a session, too */
+    end_ns = clock_ns(CLOCK_MONOTONIC) + MONITOR_WAIT_NS;
+    while (!subscriber.has_verdict) {
+        if (tipwatch_wait(&subscriber, PERIOD_NS) < 0) {
+            return -1;
+        }
+        if (clock_ns(CLOCK_MONOTONIC) > end_ns) {
+            fprintf(stderr, "expected verdicts, found none: is a monitor running?\n");
+            return -1;
+        }
+    }
+    /* stamps are Unix time: both clocks, read at one moment */
+    session.clock_stamp_ns = clock_ns(CLOCK_REALTIME);
+    session.clock_host_ns = clock_ns(CLOCK_MONOTONIC);
     if (tipwatch_announce(&producer, &session) < 0) {
-        return 1;
+        return -1;
     }
-    while (next_ns - start_ns < (int64_t)(seconds * 1e9)) {
-        int64_t left_ns;
-        if (send_all(&producer, (double)(next_ns - start_ns) * 1e-9) < 0) {
-            return 1;
+    start_ns = clock_ns(CLOCK_REALTIME);
+    next_ns = clock_ns(CLOCK_MONOTONIC);
+    end_ns = next_ns + (int64_t)(seconds * 1e9);
+    while (next_ns < end_ns) {
+        int taken;
+        if (send_all(&producer, start_ns, seconds) < 0) {
+            return -1;
         }
+        /* a wait would be too coarse for this pace: by then the verdict is there */
         next_ns += PERIOD_NS;
-        while ((left_ns = next_ns - monotonic_ns(NULL)) > 0) {
-            int received = tipwatch_wait(&subscriber, left_ns);
-            if (received < 0) {
-                return 1;
-            }
-            taken += (uint64_t)received;
-            if (left_ns < 1000000) {
-                struct timespec rest = {0, (long)left_ns};
-                nanosleep(&rest, NULL);
-            }
+        sleep_until(next_ns);
+        taken = tipwatch_poll(&subscriber);
+        if (taken < 0 || look(&cab, &subscriber, producer.source) < 0) {
+            return -1;
         }
-        level = tipwatch_level_now(&subscriber);
-        if (level != shown) {
-            shown = level;
-            fprintf(stderr, "%s\n", level_name(level));
+        if (subscriber.has_verdict && subscriber.verdict.session == producer.source) {
+            own += (uint64_t)taken;
         }
     }
     if (tipwatch_end(&producer) < 0) {
+        return -1;
+    }
+    sleep_until(next_ns + DELIVERY_NS);
+    printf("%llu verdicts of this session, %llu lost, %llu refused\n", (unsigned long long)own,
+           (unsigned long long)subscriber.lost, (unsigned long long)subscriber.refused);
+    return cab.is_confirmed ? 0 : 1;
+}
+
+int main(int count, char **arguments)
+{
+    static char machine[1 << 16], urdf[1 << 18];
+    char error[1024];
+    struct tipwatch_transport transport;
+    struct tipwatch_client *client;
+    uint64_t machine_hash;
+    int failed;
+    if (count != 4 && (count != 6 || strcmp(arguments[4], "--prefix") != 0)) {
+        fprintf(stderr, "usage: client MACHINE.toml MACHINE.urdf SECONDS [--prefix PREFIX]\n");
+        return 2;
+    }
+    machine_hash = tipwatch_machine_hash(machine, read_file(arguments[1], machine, sizeof machine), urdf,
+                                         read_file(arguments[2], urdf, sizeof urdf));
+    client = tipwatch_client_open(TIPWATCH_CONTRACT, NULL, count == 6 ? arguments[5] : NULL, error, sizeof error);
+    if (!client) {
+        fprintf(stderr, "%s\n", error);
         return 1;
     }
-    fprintf(stderr, "%llu verdicts, %llu lost, %llu refused\n", (unsigned long long)taken,
-            (unsigned long long)subscriber.lost, (unsigned long long)subscriber.refused);
-    return 0;
+    transport = tipwatch_client_transport(client);
+    failed = run(&transport, machine_hash, atof(arguments[3]));
+    if (failed < 0) {
+        fprintf(stderr, "%s\n", tipwatch_client_error(client));
+    }
+    tipwatch_client_close(client);
+    return failed ? 1 : 0;
 }

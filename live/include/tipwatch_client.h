@@ -1,9 +1,9 @@
 /* A client of tipwatch-live in C (C11) and C++ (C++11): a producer of samples, a consumer of verdicts, a valve driver,
  * acknowledgements, and the checks of every message. Header only; no memory is allocated, and nothing waits but `wait`.
  *
- * The transport is the caller's: fill in struct tipwatch_transport with functions over iceoryx2's C or C++ binding, which
- * has no package of its own. tipwatch_live.h states the services and all their settings. Every message passes through here
- * as bytes, in the layout of its struct.
+ * The transport is that of tipwatch_client_library.h, or the caller's own: functions in a struct tipwatch_transport, over
+ * iceoryx2 with the services and settings that tipwatch_live.h states. Every message passes through here as bytes, in the
+ * layout of its struct.
  *
  * Functions that return int return 0 or a number if they succeed, and a negative number if they fail. */
 #ifndef TIPWATCH_CLIENT_H

@@ -6,10 +6,13 @@ use std::process::{Command, Stdio};
 use tipwatch_live::node::NoRoom;
 use tipwatch_live::wire::topics::WireVerdict;
 
+use crate::header;
 use crate::support::{Ended, World, data};
 
-/// Runs the program with a shared memory of its own of this size; `None` where that is not allowed.
-fn within(size: &str, world: &World, arguments: &[&str]) -> Option<Ended> {
+const PROGRAM: &str = env!("CARGO_BIN_EXE_tipwatch-live");
+
+/// Runs a program with a shared memory of its own of this size; `None` where that is not allowed.
+fn within(size: &str, world: &World, program: &str, arguments: &[&str]) -> Option<Ended> {
     let mount = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm");
     let unshare = || {
         let mut command = Command::new("unshare");
@@ -23,7 +26,7 @@ fn within(size: &str, world: &World, arguments: &[&str]) -> Option<Ended> {
     }
     let mut command = unshare();
     command.arg(format!("{mount} && exec \"$0\" \"$@\""));
-    command.arg(env!("CARGO_BIN_EXE_tipwatch-live"));
+    command.arg(program);
     Some(world.start_by(command, arguments).end())
 }
 
@@ -43,7 +46,7 @@ fn every_program_says_that_there_is_no_room() {
     ] {
         // nothing, some for what comes first
         for size in ["64k", "320k"] {
-            let Some(ended) = within(size, &world, command) else {
+            let Some(ended) = within(size, &world, PROGRAM, command) else {
                 return;
             };
             // a program that a signal has killed has no code
@@ -79,4 +82,16 @@ fn what_is_needed_and_free_is_told_as_numbers() {
         "{taken} of {}",
         found.len()
     );
+}
+
+#[test]
+fn the_library_for_c_says_that_there_is_no_room() {
+    let world = World::new("fullc");
+    let (_folder, client) = header::linked("examples/client.c", header::C);
+    let (machine, urdf) = (data("tiny.toml"), data("tiny.urdf"));
+    let arguments = [machine.to_str().unwrap(), urdf.to_str().unwrap(), "1"];
+    if let Some(ended) = within("64k", &world, client.to_str().unwrap(), &arguments) {
+        assert_eq!(ended.status.code(), Some(1), "{}", ended.err);
+        assert!(ended.err.contains("free shared memory"), "{}", ended.err);
+    }
 }

@@ -9,7 +9,12 @@ use serde_json::{Value, json};
 use spdx::{Expression, ParseMode};
 
 /// Packages whose dependencies are shipped.
-const SHIPPED: [&str; 3] = ["tipwatch-analyze", "tipwatch-live", "tipwatch-python"];
+const SHIPPED: [&str; 4] = [
+    "tipwatch-analyze",
+    "tipwatch-client",
+    "tipwatch-live",
+    "tipwatch-python",
+];
 
 /// Licences under which a dependency may be shipped. None obliges the rest of the program.
 const ALLOWED: [&str; 17] = [
@@ -267,6 +272,7 @@ mod tests {
             { "id": SHIPPED[0], "deps": [dependency("used", Value::Null), dependency("test", json!("dev"))] },
             { "id": SHIPPED[1], "deps": [dependency("tool", json!("build"))] },
             { "id": SHIPPED[2], "deps": [] },
+            { "id": SHIPPED[3], "deps": [] },
             { "id": "used", "deps": [dependency("deep", Value::Null)] },
             { "id": "deep", "deps": [dependency("used", Value::Null)] },
             { "id": "tool", "deps": [] },
@@ -276,11 +282,12 @@ mod tests {
         let lock = "[[package]]\nname = \"used\"\nversion = \"1.0.0\"\nchecksum = \"ab\"\n";
         let crates = of_metadata(&metadata, &checksums(lock).unwrap()).unwrap();
         let names: Vec<_> = crates.iter().map(|found| found.name.as_str()).collect();
-        assert_eq!(names, ["deep", SHIPPED[0], SHIPPED[1], SHIPPED[2], "used"]);
+        let shipped = [&["deep"][..], &SHIPPED, &["used"]].concat();
+        assert_eq!(names, shipped);
         let used = crates.last().unwrap();
         assert_eq!(used.sha256.as_deref(), Some("ab"));
         let bill = cyclonedx(&crates);
-        assert_eq!(bill["components"][4]["hashes"][0]["content"], "ab");
+        assert_eq!(bill["components"][5]["hashes"][0]["content"], "ab");
         let none = json!({ "packages": [], "resolve": { "nodes": [] } });
         assert!(of_metadata(&none, &BTreeMap::new()).is_err());
     }

@@ -171,6 +171,7 @@ fn tree() -> String {
         "analyze",
         "analyze/datasheet",
         "live",
+        "live/client",
         "packaging",
         "tests/benchmarks",
     ] {

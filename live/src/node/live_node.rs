@@ -55,8 +55,16 @@ impl LiveNode {
     /// # Errors
     /// The shared memory cannot be used or is full, or the prefix is invalid.
     pub fn new(address: &ServiceAddress, role: &str) -> Result<Self> {
-        set_log_level(LogLevel::Error);
         signals::listen();
+        Self::in_foreign_program(address, role)
+    }
+
+    /// As [`Self::new`], for a library: what SIGINT and SIGTERM do is the program's affair.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
+    pub fn in_foreign_program(address: &ServiceAddress, role: &str) -> Result<Self> {
+        set_log_level(LogLevel::Error);
         let mut config = Config::global_config().clone();
         if let Some(prefix) = &address.prefix {
             let name = FileName::new(prefix.as_bytes());
@@ -155,6 +163,24 @@ impl LiveNode {
     pub fn event_listener<T: Topic>(&self) -> Result<EventListener> {
         const { assert!(T::HAS_EVENTS) };
         EventListener::new(&self.node, &self.service_name::<T>(), self.has_place)
+    }
+
+    /// As [`Self::event_notifier`], for any type; `None` if its messages have no events.
+    ///
+    /// # Errors
+    /// There are too many notifiers.
+    pub fn event_notifier_of_any<T: Topic>(&self) -> Result<Option<EventNotifier>> {
+        let new = || EventNotifier::new(&self.node, &self.service_name::<T>());
+        T::HAS_EVENTS.then(new).transpose()
+    }
+
+    /// As [`Self::event_listener`], for any type; `None` if its messages have no events.
+    ///
+    /// # Errors
+    /// There are too many listeners.
+    pub fn event_listener_of_any<T: Topic>(&self) -> Result<Option<EventListener>> {
+        let new = || EventListener::new(&self.node, &self.service_name::<T>(), self.has_place);
+        T::HAS_EVENTS.then(new).transpose()
     }
 
     fn service_name<T: Topic>(&self) -> String {

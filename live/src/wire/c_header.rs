@@ -3,7 +3,10 @@
 use std::fmt::Write;
 
 use crate::safety_limits::{HEARTBEAT_NS, VALIDITY_NS};
-use crate::wire::contract::{Coding, Enumeration, ServiceSettings, enumerations, services};
+use crate::wire::contract::{
+    Coding, EachService, Enumeration, ServiceSettings, contract_number, each_service, enumerations,
+    services,
+};
 use crate::wire::hash::{HASH_PRIME, HASH_START};
 use crate::wire::session::hash_of_texts;
 use crate::wire::topics::{
@@ -11,8 +14,7 @@ use crate::wire::topics::{
     LAYOUT_ATTRIBUTE, MACHINE_SUFFIX, MAGIC, MAX_BORROWED, MAX_JOINTS, MAX_NODES, MAX_PLACES,
     MAX_READERS, MAX_VALUES, NAME_BYTES, ONE_WRITER, PROGRESS_QUEUE, PROGRESS_SUFFIX,
     REFUSAL_SUFFIX, RESERVED_READERS, SAFE_OVERFLOW, SAMPLE_QUEUE, SAMPLES_SUFFIX, SESSION_SUFFIX,
-    TEXT_BYTES, VERDICT_QUEUE, VERDICT_SUFFIX, Wire, WireAcknowledge, WireCommand, WireMachine,
-    WireProgress, WireRefusal, WireSample, WireSession, WireVerdict,
+    TEXT_BYTES, Topic, VERDICT_QUEUE, VERDICT_SUFFIX, Wire,
 };
 
 const BEGINNING: &str = "\
@@ -76,6 +78,7 @@ pub fn c_header() -> String {
     let mut text = String::from(BEGINNING);
     for (name, number) in [
         ("MAGIC", MAGIC),
+        ("CONTRACT", contract_number()),
         ("SAMPLE_QUEUE", SAMPLE_QUEUE as u64),
         ("VERDICT_QUEUE", VERDICT_QUEUE as u64),
         ("COMMAND_QUEUE", COMMAND_QUEUE as u64),
@@ -124,16 +127,18 @@ pub fn c_header() -> String {
     for list in enumerations() {
         enumeration(&mut text, &list);
     }
-    message::<WireSession>(&mut text, "session");
-    message::<WireSample>(&mut text, "sample");
-    message::<WireMachine>(&mut text, "machine");
-    message::<WireVerdict>(&mut text, "verdict");
-    message::<WireCommand>(&mut text, "command");
-    message::<WireRefusal>(&mut text, "refusal");
-    message::<WireAcknowledge>(&mut text, "acknowledge");
-    message::<WireProgress>(&mut text, "progress");
+    each_service(&mut Messages(&mut text));
     text.push_str("\n#endif\n");
     text
+}
+
+/// The messages, one after the other.
+struct Messages<'a>(&'a mut String);
+
+impl EachService for Messages<'_> {
+    fn service<T: Topic>(&mut self, name: &'static str) {
+        message::<T>(self.0, name);
+    }
 }
 
 fn settings(text: &mut String, service: &ServiceSettings) {

@@ -9,10 +9,12 @@ use tipwatch_mechanics::verdict::{Basis, InputFault, Level};
 use tipwatch_suspension::Status;
 
 use crate::wire::command::{HoldReason, Mode, status_number};
+use crate::wire::hash::Fnv1a;
 use crate::wire::refusal::Refusal;
 use crate::wire::topics::{
-    EVENT_BETWEEN, EVENT_ROW, Kind, Topic, WireAcknowledge, WireCommand, WireMachine, WireProgress,
-    WireRefusal, WireSample, WireSession, WireVerdict,
+    EVENT_BETWEEN, EVENT_ROW, Kind, MAGIC, MAX_BORROWED, MAX_NODES, MAX_READERS, Topic,
+    WireAcknowledge, WireCommand, WireMachine, WireProgress, WireRefusal, WireSample, WireSession,
+    WireVerdict,
 };
 
 /// How the number of an enumeration stands on the wire.
@@ -190,30 +192,65 @@ pub struct ServiceSettings {
     pub has_events: bool,
 }
 
-/// All services.
-#[must_use]
-pub fn services() -> [ServiceSettings; 8] {
-    [
-        settings::<WireSession>("session"),
-        settings::<WireSample>("sample"),
-        settings::<WireMachine>("machine"),
-        settings::<WireVerdict>("verdict"),
-        settings::<WireCommand>("command"),
-        settings::<WireRefusal>("refusal"),
-        settings::<WireAcknowledge>("acknowledge"),
-        settings::<WireProgress>("progress"),
-    ]
+/// What is done with the message type of each service.
+pub trait EachService {
+    /// Does it; `message` is the name of the message in C, without "tipwatch_".
+    fn service<T: Topic>(&mut self, message: &'static str);
 }
 
-fn settings<T: Topic>(message: &'static str) -> ServiceSettings {
-    ServiceSettings {
-        message,
-        suffix: T::SUFFIX,
-        buffer: T::QUEUE,
-        history: T::HISTORY,
-        writers: T::WRITERS,
-        has_events: T::HAS_EVENTS,
+/// Does it with all services: the only list of them.
+pub fn each_service(each: &mut impl EachService) {
+    each.service::<WireSession>("session");
+    each.service::<WireSample>("sample");
+    each.service::<WireMachine>("machine");
+    each.service::<WireVerdict>("verdict");
+    each.service::<WireCommand>("command");
+    each.service::<WireRefusal>("refusal");
+    each.service::<WireAcknowledge>("acknowledge");
+    each.service::<WireProgress>("progress");
+}
+
+/// All services.
+#[must_use]
+pub fn services() -> Vec<ServiceSettings> {
+    struct Settings(Vec<ServiceSettings>);
+    impl EachService for Settings {
+        fn service<T: Topic>(&mut self, message: &'static str) {
+            self.0.push(ServiceSettings {
+                message,
+                suffix: T::SUFFIX,
+                buffer: T::QUEUE,
+                history: T::HISTORY,
+                writers: T::WRITERS,
+                has_events: T::HAS_EVENTS,
+            });
+        }
     }
+    let mut settings = Settings(Vec::new());
+    each_service(&mut settings);
+    settings.0
+}
+
+/// Hash over names, layouts and settings of all services: what header and library of C must have in common.
+#[must_use]
+pub fn contract_number() -> u64 {
+    struct Number(Fnv1a);
+    impl EachService for Number {
+        fn service<T: Topic>(&mut self, _message: &'static str) {
+            let names = self.0.bytes(T::SUFFIX.as_bytes());
+            let named = names.bytes(T::TYPE_NAME.as_bytes());
+            let laid_out = named.number(MAGIC).number(T::LAYOUT);
+            let queued = laid_out.number(T::QUEUE as u64).number(T::HISTORY as u64);
+            let written = queued.number(T::WRITERS as u64);
+            self.0 = written.number(u64::from(T::HAS_EVENTS));
+        }
+    }
+    let mut number = Number(Fnv1a::new());
+    each_service(&mut number);
+    let own = number.0.number(MAX_READERS as u64);
+    own.number(MAX_NODES as u64)
+        .number(MAX_BORROWED as u64)
+        .finish()
 }
 
 #[cfg(test)]

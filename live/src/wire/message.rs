@@ -28,6 +28,12 @@ pub trait Wire: ZeroCopySend + Debug + Copy + 'static {
     /// Sets head and checksum: the last step before a message is sent.
     fn seal(&mut self, head: Head);
 
+    /// Its bytes, as they are on the wire.
+    fn bytes(&self) -> &[u8];
+
+    /// The message of such bytes; `None` if they are not as many as its own.
+    fn of_bytes(bytes: &[u8]) -> Option<Self>;
+
     /// Whether magic number and checksum are correct: the message is undamaged and of this version.
     fn is_whole(&self) -> bool;
 }
@@ -173,6 +179,20 @@ macro_rules! wire {
                 self.checksum = own_checksum(self);
             }
 
+            #[allow(unsafe_code, reason = "see inside")]
+            fn bytes(&self) -> &[u8] {
+                let size = size_of::<Self>();
+                // SAFETY: they are those of the message, which has no padding: all are initialised.
+                unsafe { std::slice::from_raw_parts(std::ptr::from_ref(self).cast(), size) }
+            }
+
+            #[allow(unsafe_code, reason = "see inside")]
+            fn of_bytes(bytes: &[u8]) -> Option<Self> {
+                // SAFETY: there are as many as are read, and all patterns of bits are valid: the fields are numbers.
+                (bytes.len() == size_of::<Self>())
+                    .then(|| unsafe { std::ptr::read_unaligned(bytes.as_ptr().cast()) })
+            }
+
             fn is_whole(&self) -> bool {
                 self.magic == MAGIC && self.checksum == own_checksum(self)
             }
@@ -184,12 +204,9 @@ macro_rules! wire {
 }
 
 /// CRC-32 (IEEE 802.3, as in zlib) of the bytes of a message before its checksum.
-#[allow(unsafe_code, reason = "the checksum covers the bytes of the message")]
 pub(crate) fn own_checksum<T: Wire>(message: &T) -> u64 {
-    let bytes = size_of::<T>() - size_of::<u64>();
-    // SAFETY: the bytes lie within the message and are initialised: `wire!` rejects types with padding.
-    let bytes = unsafe { std::slice::from_raw_parts(std::ptr::from_ref(message).cast(), bytes) };
-    u64::from(crc32fast::hash(bytes))
+    let covered = size_of::<T>() - size_of::<u64>();
+    u64::from(crc32fast::hash(&message.bytes()[..covered]))
 }
 
 pub(crate) use wire;
