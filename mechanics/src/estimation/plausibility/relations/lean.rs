@@ -43,6 +43,8 @@ const MOVES: f64 = 2e-3;
 /// Lean in a window that has other causes (rad), and that of a machine that travels.
 const UNEXPLAINED: f64 = 1e-4;
 const UNEVEN: f64 = 2e-3;
+/// Multiple of the lean by joints and uneven ground from which on the ground itself turns a machine that travels.
+const TURNED_BY_GROUND: f64 = 4.0;
 /// Shares of both leans by which the model errs, and of those about the other axis.
 const MODEL: f64 = 0.08;
 const ACROSS: f64 = 0.05;
@@ -298,6 +300,10 @@ impl LeanRelation {
         // A platform that turns farther than its tyres give way tips over, or the ground turns it.
         if b.norm() > self.model.largest {
             self.distrust();
+            return;
+        }
+        // So does a ramp under a machine that travels: what turns it by so much more than its joints do is not its joints.
+        if b.norm() > TURNED_BY_GROUND * (UNEVEN * self.rocking + a.norm()) && self.rocking > 0.5 {
             return;
         }
         let compared = Compared {
