@@ -576,7 +576,9 @@ def make(which, machine_name, manoeuvre, kind, out):
     truth = {"log": name, "set": which, "machine": machine_name, "manoeuvre": manoeuvre.__name__, "seed": seed, "duration_s": round(float(t[-1]), 3),
              "weight_n": round(float(sum(link.mass for link in machine.links)) * model.G, 1), "payload_kg": plan.payload, "stated_payload_kg": plan.stated and plan.stated[0],
              "load_is_stated": plan.payload == 0.0 or plan.stated is not None, "tyre_stiffness": tyre[0], "stated_tyre_stiffness": kind.tyre[0],
-             "slope_rad": plan.slope, "ground": "ridges" if plan.ground else "plane", "falls": plan.falls, "parameters": setting.draw.values, **facts(t, loads, tilt)}
+             "slope_rad": plan.slope, "ground": "ridges" if plan.ground else "plane", "falls": plan.falls, "parameters": setting.draw.values,
+             # on a ramp the platform is tilted against the plane, and stands on its wheels
+             **facts(t, loads, np.zeros_like(tilt) if manoeuvre is ramp_over else tilt)}
     (out / "truth.json").write_text(json.dumps(truth, indent=1))
     return truth
 

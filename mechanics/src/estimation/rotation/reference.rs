@@ -37,8 +37,9 @@ pub(super) struct Reference {
     /// How long the platform has been quiet on standing wheels, and has not rotated (s).
     quiet_s: f64,
     steady_s: f64,
-    /// Since when the platform rotates farther than follows (ns).
+    /// Since when the platform rotates farther than follows (ns), and the distance travelled since (m).
     pub(super) left_ns: Option<i64>,
+    distance_since: f64,
     /// Largest outward rotation: its edge, angle and standard deviation (rad).
     pub(super) claim: Claim,
 }
@@ -112,6 +113,7 @@ impl Reference {
     /// Travels unseen; on a slope, the machine may have turned.
     pub(super) fn skip(&mut self, travelled: f64) {
         self.distance += travelled;
+        self.distance_since += travelled;
         if let Some(up) = self.up
             && travelled > 0.0
         {
@@ -129,6 +131,7 @@ impl Reference {
         self.claim = self.largest(&up, step, edges);
         if stands {
             self.distance += travelled;
+            self.distance_since += travelled;
             return;
         }
         let was_quiet_s = self.quiet_s;
@@ -148,7 +151,7 @@ impl Reference {
             return;
         }
         if self.claim.sigmas() < DOUBTED {
-            self.left_ns = None;
+            (self.left_ns, self.distance_since) = (None, 0.0);
             let share = 1.0 - (-travelled / (FOLLOWED * edges.length)).exp();
             up += (step.up - up) * share;
             self.up = Some(up.normalize());
@@ -158,6 +161,7 @@ impl Reference {
         }
         self.left_ns.get_or_insert(step.now_ns);
         self.distance += travelled;
+        self.distance_since += travelled;
         let is_far = self.distance > GROUND_LENGTHS * edges.length;
         if is_far && self.steady_s >= STEADY_S && step.up.z > STEEPEST.cos() {
             self.begin(step.up);
@@ -194,7 +198,8 @@ impl Reference {
         let decay = -2.0 * self.distance / edges.length;
         let ground = GROUND * GROUND * (1.0 - decay.exp());
         let others = ground + self.assumed + step.sigma * step.sigma;
-        let by_ramp = by_ramp(self.distance, edges.length);
+        // what was followed before needs no other explanation
+        let by_ramp = by_ramp(self.distance_since, edges.length);
         let mut best = Claim::default();
         for (edge, of_edge) in edges.all.iter().enumerate() {
             let sine = turned.dot(&of_edge.axis);
