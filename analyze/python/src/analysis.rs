@@ -23,7 +23,7 @@ use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, leavable};
 use crate::call::options::Stated;
 use crate::call::pickle::{Reduced, reduced};
-use crate::call::place::Place;
+use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
 use crate::table::{Chunks, Table};
@@ -151,7 +151,7 @@ impl Analysis {
         summary: String,
         notes: Vec<String>,
         valid_share: Option<f64>,
-        files: Vec<PathBuf>,
+        files: Vec<Place>,
     ) -> Self {
         Self {
             samples,
@@ -160,7 +160,7 @@ impl Analysis {
             summary,
             notes,
             valid_share,
-            files,
+            files: paths(files),
         }
     }
 

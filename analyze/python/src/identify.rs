@@ -70,17 +70,12 @@ impl Identification {
     }
 
     #[staticmethod]
-    fn _of_parts(
-        document: String,
-        text: String,
-        holds: Option<bool>,
-        file: Option<PathBuf>,
-    ) -> Self {
+    fn _of_parts(document: String, text: String, holds: Option<bool>, file: Option<Place>) -> Self {
         Self {
             document,
             text,
             holds,
-            file,
+            file: file.map(Place::into_path),
         }
     }
 

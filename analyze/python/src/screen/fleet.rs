@@ -10,6 +10,7 @@ use tipwatch_analyze::screen::{Screen, query};
 
 use crate::call::error::exception;
 use crate::call::pickle::{Reduced, reduced};
+use crate::call::place::Place;
 use crate::table::Table;
 
 /// The result of a screening: the data set in its folder, and what was counted.
@@ -106,16 +107,16 @@ impl Fleet {
 
     #[staticmethod]
     fn _of_parts(
-        out: OsString,
+        out: Place,
         totals: String,
         undecided: Vec<(String, String)>,
-        page: Option<OsString>,
+        page: Option<Place>,
     ) -> Self {
         Self {
-            out: out.into(),
+            out: out.into_path(),
             totals,
             undecided,
-            page: page.map(PathBuf::from),
+            page: page.map(Place::into_path),
         }
     }
 
