@@ -363,14 +363,27 @@ def most(rows, key):
     return ", ".join(f"{name} {count}" for count, name in counts[:6])
 
 
+def lift_onsets(rows):
+    """Error [s], sigma [s] and bound of each onset of a lift."""
+    return [onset[1:] for row in rows for onset in json.loads(row["lift_errors"] or "[]")]
+
+
+def tipping_onsets(rows):
+    return [(number(row["tipping_error_s"]), number(row["tipping_sigma_s"]), row["tipping_bound"]) for row in rows if row["found_tipping_s"]]
+
+
+def dated(found):
+    """Error and sigma of the onsets that have them: what begins at or before a time has none."""
+    return [(error, sigma) for error, sigma, bound in found if bound == "at"]
+
+
 def onsets(rows):
     lines = []
     for group, part in [("all", rows), *sorted(groups(rows, lambda row: row["manoeuvre"]).items())]:
-        pairs = [(error, sigma) for row in part for _, error, sigma, bound in json.loads(row["lift_errors"] or "[]") if bound == "at"]
+        pairs, tip_pairs = dated(lift_onsets(part)), dated(tipping_onsets(part))
         true, missed, false = (sum(int(row[name] or 0) for row in part) for name in ("true_lifts", "missed_lifts", "false_lifts"))
         tips = [row for row in part if row["true_tipping_s"]]
         found = [row for row in tips if row["found_tipping_s"]]
-        tip_pairs = [(number(row["tipping_error_s"]), number(row["tipping_sigma_s"])) for row in found]
         overs = [row for row in part if row["true_tip_over"] == "1"]
         danger = [number(row["danger_share"]) for row in part if row["danger_share"]]
         late = [number(row["danger_s"]) - number(row["true_first_lift_s"]) for row in part if row["danger_s"]]
@@ -388,18 +401,15 @@ def onsets(rows):
 def spread(rows):
     """How far onsets are off in their own standard deviations: 1 is right, less is too cautious, more is overconfident. What begins at or before
     a time has no error; it is only asked whether it did."""
-    lifts = [found for row in rows for found in json.loads(row["lift_errors"] or "[]")]
-    tips = [(number(row["tipping_error_s"]), number(row["tipping_sigma_s"]), row["tipping_bound"]) for row in rows if row["found_tipping_s"]]
-    onsets = {"lift of a wheel": [onset[1:] for onset in lifts], "tipping about an edge": tips}
+    lifts, tips = lift_onsets(rows), tipping_onsets(rows)
     lines = []
-    for name, all_of_it in onsets.items():
-        pairs = [(error, sigma) for error, sigma, bound in all_of_it if bound == "at"]
+    for name, pairs in (("lift of a wheel", dated(lifts)), ("tipping about an edge", dated(tips))):
         z = np.array([error / sigma for error, sigma in pairs if sigma])
         if len(z):
             off = np.abs([error for error, _ in pairs])
             near = sum(abs(error) <= max(0.1, 2 * (sigma or 0)) for error, sigma in pairs)
             lines.append([name, len(pairs), f"{math.sqrt(np.mean(z**2)):.2f}", f"{z.mean():+.2f}", f"{np.quantile(off, 0.95):.2f}", share(near, len(pairs))])
-    bounds = [(error, sigma) for all_of_it in onsets.values() for error, sigma, bound in all_of_it if bound == "at_or_before"]
+    bounds = [(error, sigma) for error, sigma, bound in lifts + tips if bound == "at_or_before"]
     text = table(["onset", "events", "root mean square of error / sigma", "mean", "error, 95 % [s]", "within 0.1 s or two sigma"], lines)
     held = sum(error >= -2 * (sigma or 0) for error, sigma in bounds)
     return text + f"\nonsets at or before a time: {share(held, len(bounds))} are\n"

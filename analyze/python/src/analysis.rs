@@ -1,6 +1,5 @@
 //! Analyses of whole logs.
 
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use anyhow::{Result, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::analysis::run::{Prepared, RowSink, analyse_into};
-use tipwatch_analyze::base::options::{MoreColumns, Options, Precision};
+use tipwatch_analyze::base::options::{MOST_DRAWS, MoreColumns, Options, Precision};
 use tipwatch_analyze::base::output_place::OutputPlace;
 use tipwatch_analyze::base::rows::Rows;
 use tipwatch_analyze::events::Event;
@@ -27,9 +26,6 @@ use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
 use crate::table::{Chunks, Table};
-
-/// How many machines may be drawn for the bands of their loads.
-const MONTE_CARLO_DRAWS: RangeInclusive<usize> = 1..=10_000;
 
 /// The analysis of one log: tables, findings, summary.
 #[pyclass(frozen, module = "tipwatch")]
@@ -353,9 +349,10 @@ pub(crate) fn analyze(
 ) -> PyResult<Analysis> {
     let file = machine_file(machine)?;
     let request = || {
-        if let Some(draws) = monte_carlo.filter(|draws| !MONTE_CARLO_DRAWS.contains(draws)) {
+        if let Some(draws) = monte_carlo.filter(|draws| !(1..=MOST_DRAWS as usize).contains(draws))
+        {
             bail!(Mistake(format!(
-                "expected monte_carlo from 1 to 10000, found {draws}"
+                "expected monte_carlo from 1 to {MOST_DRAWS}, found {draws}"
             )));
         }
         let stated = Stated {

@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+/// Most machines that are drawn for a Monte Carlo study.
+pub const MOST_DRAWS: u32 = 10_000;
+
 /// How a log is analysed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Options {

@@ -14,7 +14,7 @@ use crate::analysis::Analysis;
 use crate::analysis::run;
 use crate::base::error_text::{error_text, without_path};
 use crate::base::file_hash::{self, FileHash};
-use crate::base::options::{ColumnGroup, MoreColumns, Options};
+use crate::base::options::{ColumnGroup, MOST_DRAWS, MoreColumns, Options};
 use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
 use crate::base::transfer_text;
@@ -48,7 +48,7 @@ pub(super) struct AnalyzeArgs {
     to: Option<f64>,
     /// Draw N machines (at most 10000) with lengths, angles, masses and inertias varied by up to 10 %, and write the
     /// bands of their loads.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_DRAWS)))]
     monte_carlo: Option<u32>,
     /// Optional columns of samples.parquet; may be repeated.
     #[arg(long, value_enum, value_delimiter = ',')]

@@ -80,7 +80,8 @@ const LEAST_VALID: f64 = 0.5;
 #[pyfunction]
 #[pyo3(signature = (
     logs, *, out, machine=None, fleet=None, resume=false, jobs=None, rate=None, estimator=None, model=None,
-    closed_form_input=None, apply_clock_offsets=None, quasi_static=None, min_valid=None, policy=None, prune=false, reports=None, memory=None, progress=None, runner="threads", retries=2
+    closed_form_input=None, apply_clock_offsets=None, quasi_static=None, min_valid=None, policy=None, prune=false,
+    reports=None, memory=None, progress=None, runner="threads", retries=2
 ))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn screen(

@@ -37,9 +37,9 @@ pub(super) struct Reference {
     /// How long the platform has been quiet on standing wheels, and has not rotated (s).
     quiet_s: f64,
     steady_s: f64,
-    /// Since when the platform rotates farther than follows (ns), and the distance travelled since (m).
+    /// Since when the platform rotates farther than follows (ns), and the distance of the last step that followed (m).
     pub(super) left_ns: Option<i64>,
-    distance_since: f64,
+    followed: f64,
     /// Largest outward rotation: its edge, angle and standard deviation (rad).
     pub(super) claim: Claim,
 }
@@ -113,7 +113,6 @@ impl Reference {
     /// Travels unseen; on a slope, the machine may have turned.
     pub(super) fn skip(&mut self, travelled: f64) {
         self.distance += travelled;
-        self.distance_since += travelled;
         if let Some(up) = self.up
             && travelled > 0.0
         {
@@ -131,7 +130,6 @@ impl Reference {
         self.claim = self.largest(&up, step, edges);
         if stands {
             self.distance += travelled;
-            self.distance_since += travelled;
             return;
         }
         let was_quiet_s = self.quiet_s;
@@ -151,17 +149,17 @@ impl Reference {
             return;
         }
         if self.claim.sigmas() < DOUBTED {
-            (self.left_ns, self.distance_since) = (None, 0.0);
+            self.left_ns = None;
             let share = 1.0 - (-travelled / (FOLLOWED * edges.length)).exp();
             up += (step.up - up) * share;
             self.up = Some(up.normalize());
             self.assumed *= (1.0 - share) * (1.0 - share);
             self.distance = (self.distance + travelled) * (1.0 - share);
+            self.followed = self.distance;
             return;
         }
         self.left_ns.get_or_insert(step.now_ns);
         self.distance += travelled;
-        self.distance_since += travelled;
         let is_far = self.distance > GROUND_LENGTHS * edges.length;
         if is_far && self.steady_s >= STEADY_S && step.up.z > STEEPEST.cos() {
             self.begin(step.up);
@@ -199,7 +197,7 @@ impl Reference {
         let ground = GROUND * GROUND * (1.0 - decay.exp());
         let others = ground + self.assumed + step.sigma * step.sigma;
         // what was followed before needs no other explanation
-        let by_ramp = by_ramp(self.distance_since, edges.length);
+        let by_ramp = by_ramp(self.distance - self.followed, edges.length);
         let mut best = Claim::default();
         for (edge, of_edge) in edges.all.iter().enumerate() {
             let sine = turned.dot(&of_edge.axis);

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::reference::rotation;
+use super::reference::{Claim, rotation};
 
 /// Which measurement shows a rotation.
 #[derive(
@@ -116,7 +116,8 @@ const LARGEST: f64 = std::f64::consts::FRAC_PI_2;
 /// ```text
 ///     rotates: angle anywhere from 0 to 90 degrees,      does not: angle ~ N(0, sigma^2)
 /// ```
-pub(super) fn certainty(angle: f64, sigma: f64, witness: RotationWitness) -> f64 {
+pub(super) fn certainty(claim: &Claim, witness: RotationWitness) -> f64 {
+    let (angle, sigma) = (claim.beyond_ramps(), claim.sigma);
     let density =
         |x: f64| (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt());
     let rotates = 1.0 / LARGEST;

@@ -304,7 +304,7 @@ impl PlatformRotation {
             sigma: claim.sigma,
             witness,
             by_ramp: claim.by_ramp,
-            certainty: certainty(claim.beyond_ramps(), claim.sigma, witness),
+            certainty: certainty(&claim, witness),
             at_rest_ns: None,
             is_from_start: reference.is_assumed(),
             last_ns: now_ns,
@@ -398,8 +398,13 @@ impl PlatformRotation {
                 _ => AttitudeNotGyro,
             };
         }
-        let beyond_ramps = (spell.largest - spell.by_ramp).max(0.0);
-        spell.certainty = certainty(beyond_ramps, spell.sigma, spell.witness);
+        let largest = Claim {
+            edge: spell.edge,
+            angle: spell.largest,
+            sigma: spell.sigma,
+            by_ramp: spell.by_ramp,
+        };
+        spell.certainty = certainty(&largest, spell.witness);
         let is_still = spell.rate.abs() < REST_RATE && angle >= ON_SIDE;
         if !is_still {
             self.still_ns = None;
