@@ -126,11 +126,24 @@ pub(super) fn estimate(
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
-    let (mut rows, mut quality) = match options.estimator {
-        Estimator::Smoother => smoothed(loaded, clock)?,
-        Estimator::Causal => causal(loaded, clock)?,
+    // where no end is asked for, rotations need no row
+    let (estimated, found) = rayon::join(
+        || match options.estimator {
+            Estimator::Smoother => smoothed(loaded, clock),
+            Estimator::Causal => causal(loaded, clock),
+        },
+        || (options.to_s.is_none()).then(|| rotations::until(loaded, i64::MAX)),
+    );
+    let (mut rows, mut quality) = estimated?;
+    let first_ns = rows.times_ns.first().copied().unwrap_or(0);
+    let at = |seconds: f64| first_ns.saturating_add((seconds * 1e9).round() as i64);
+    quality.rotations = match (found, options.to_s) {
+        (Some(found), _) => found?,
+        (None, to_s) => rotations::until(loaded, to_s.map_or(i64::MAX, at))?,
     };
-    quality.rotations = rotations::find(loaded, rows.times_ns.first().copied(), options)?;
+    if let Some(from_ns) = options.from_s.map(at) {
+        (quality.rotations).retain(|found| found.end_ns.is_none_or(|end_ns| end_ns >= from_ns));
+    }
     if options.estimator == Estimator::Smoother {
         // each row knows what follows
         quality.rotating = quality

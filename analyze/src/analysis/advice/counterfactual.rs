@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use tipwatch_mechanics::machine::{Machine, Parameter, Split};
 use tipwatch_mechanics::{
     BatchEvaluator, Placement, Scope, State, StateColumns, Workspace, combination_sigma, evaluate,
@@ -58,26 +59,34 @@ pub(crate) fn ask_all(machine: &Machine, rows: &Table, events: &mut [Event]) {
         is_lift(a).cmp(&is_lift(b)).then(graver)
     });
     asked.truncate(MOST_EVENTS);
-    let mut answered: Vec<usize> = Vec::new();
+    let (mut first, mut repeated) = (Vec::new(), Vec::new());
     for place in asked {
-        let event = &events[place];
         // a tip-over is the tipping that it began as
-        let same = answered.iter().find(|&&other| {
-            let other = &events[other];
-            (other.kind != EventKind::WheelLift) == (event.kind != EventKind::WheelLift)
-                && other.subject == event.subject
-                && other.start_ns == event.start_ns
-        });
-        let (answers, split_flips_at) = match same {
-            Some(&other) => (events[other].counterfactuals.clone(), None),
-            None => Question::of(machine, rows, event).map_or((Vec::new(), None), |asks| {
-                (asks.answers(), asks.split_flips_at())
-            }),
-        };
-        events[place].counterfactuals = answers;
-        events[place].split_flips_at = split_flips_at;
-        answered.push(place);
+        let same = (first.iter().copied()).find(|&other| is_same(&events[other], &events[place]));
+        match same {
+            Some(other) => repeated.push((place, other)),
+            None => first.push(place),
+        }
     }
+    let answers = first.par_iter().map(|&place| {
+        let question = Question::of(machine, rows, &events[place])?;
+        Some((question.answers(), question.split_flips_at()))
+    });
+    let answers: Vec<Option<(Vec<Counterfactual>, Option<f64>)>> = answers.collect();
+    for (place, answers) in first.into_iter().zip(answers) {
+        let event = &mut events[place];
+        (event.counterfactuals, event.split_flips_at) = answers.unwrap_or_default();
+    }
+    for (place, other) in repeated {
+        events[place].counterfactuals = events[other].counterfactuals.clone();
+    }
+}
+
+/// Whether two events that are asked about began as one.
+fn is_same(one: &Event, other: &Event) -> bool {
+    (one.kind != EventKind::WheelLift) == (other.kind != EventKind::WheelLift)
+        && one.subject == other.subject
+        && one.start_ns == other.start_ns
 }
 
 /// One event, and the rows that it is asked about.
