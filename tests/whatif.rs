@@ -4,6 +4,7 @@ use std::path::Path;
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::compare::{Side, compare};
 use tipwatch_analyze::events::{Event, EventKind, Supposition};
 use tipwatch_analyze::suspension::{
     Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, suppose, what_if,
@@ -326,5 +327,44 @@ fn more_load_than_the_machine_can_hold_in_its_reference_posture_may_be_supposed(
         // limits stay those of the machine as recorded
         let loads = |analysis: &Analysis| analysis.machine.reference().static_load.clone();
         assert_eq!(loads(&supposed), loads(&recorded));
+    }
+}
+
+#[test]
+fn a_recorded_fall_is_not_the_fall_of_what_is_supposed() {
+    let file = MachineFile::read(&data("tip_over.toml")).unwrap();
+    let cases = [
+        Suppositions {
+            level: true,
+            ..Suppositions::default()
+        },
+        Suppositions {
+            speed: Some(3.0),
+            ..Suppositions::default()
+        },
+        Suppositions {
+            payload_kg: Some(300.0),
+            ..Suppositions::default()
+        },
+    ];
+    for suppositions in cases {
+        let log = data("tip_over.mcap");
+        let [recorded, supposed] = suppose(&log, &file, Options::default(), &suppositions).unwrap();
+        let fall = |analysis: &Analysis| {
+            let mut events = analysis.events.iter();
+            let fall = events.find(|event| event.kind == EventKind::TipOver);
+            fall.map(|event| event.start_ns)
+        };
+        let fell_ns = fall(&recorded).unwrap();
+        assert_eq!(fall(&supposed), None, "{suppositions:?}");
+        let mut events = supposed.events.iter();
+        let later = events.find(|event| event.start_ns > fell_ns);
+        assert!(later.is_none(), "{suppositions:?}: {later:?}");
+        // not avoided either
+        let sides = [(&recorded, "as recorded"), (&supposed, "as supposed")];
+        let [a, b] = sides.map(|(analysis, name)| Side::of_analysis(analysis, name).unwrap());
+        let pairs = compare(&a, &b).events;
+        let fell = pairs.iter().find(|pair| pair.kind == "tip_over").unwrap();
+        assert!(fell.is_open_elsewhere && fell.b.is_none());
     }
 }

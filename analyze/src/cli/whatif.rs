@@ -15,7 +15,7 @@ use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
 use crate::compare::{InputDifference, Side, as_text, compare, render};
 use crate::suspension::{
-    SUPPOSED_CAVEATS, Suppositions, SuspensionMode, WhatIfOptions, findings, suppose, what_if,
+    Suppositions, SuspensionMode, WhatIfOptions, caveats, findings, suppose, what_if,
 };
 
 #[derive(Debug, Args)]
@@ -138,7 +138,7 @@ fn supposed(
     write_atomically(&target.path().join("comparison.html"), page.as_bytes())?;
     target.publish("comparison.json")?;
     terminal.print(as_text(&comparison, terminal.verbose).trim_end());
-    for caveat in SUPPOSED_CAVEATS {
+    for caveat in caveats(&recorded) {
         terminal.print(&format!("- {caveat}"));
     }
     terminal.print(&format!("results: {}", args.out.display()));

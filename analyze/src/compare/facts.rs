@@ -33,6 +33,8 @@ pub struct EventPair {
     pub a: Option<EventSide>,
     /// On side B.
     pub b: Option<EventSide>,
+    /// The side without the event has rows in its time, and no load can be computed in any: it may or may not be there, too.
+    pub is_open_elsewhere: bool,
 }
 
 /// An event of one side.
@@ -185,10 +187,22 @@ pub(super) fn events(a: &Side, b: &Side) -> Vec<EventPair> {
     for event in &a.events {
         let same = (on_b.iter_mut()).find(|other| other.is_some_and(|other| is_same(event, other)));
         let other = same.and_then(Option::take);
-        pairs.extend(pair(Some((a, event)), other.map(|other| (b, other))));
+        pairs.push(EventPair {
+            kind: event.kind.clone(),
+            subject: event.subject.clone(),
+            a: Some(event_side(a, event)),
+            b: other.map(|other| event_side(b, other)),
+            is_open_elsewhere: other.is_none() && is_open(b, event),
+        });
     }
     let only_b = on_b.into_iter().flatten();
-    pairs.extend(only_b.filter_map(|event| pair(None, Some((b, event)))));
+    pairs.extend(only_b.map(|event| EventPair {
+        kind: event.kind.clone(),
+        subject: event.subject.clone(),
+        a: None,
+        b: Some(event_side(b, event)),
+        is_open_elsewhere: is_open(a, event),
+    }));
     let start = |pair: &EventPair| {
         pair.a
             .as_ref()
@@ -210,16 +224,16 @@ fn is_same(a: &SideEvent, b: &SideEvent) -> bool {
     a.kind == b.kind && a.subject == b.subject && overlap
 }
 
-/// `None` without any event.
-fn pair(a: Option<(&Side, &SideEvent)>, b: Option<(&Side, &SideEvent)>) -> Option<EventPair> {
-    let (_, named) = a.or(b)?;
-    let side = |of: Option<(&Side, &SideEvent)>| of.map(|(side, event)| event_side(side, event));
-    Some(EventPair {
-        kind: named.kind.clone(),
-        subject: named.subject.clone(),
-        a: side(a),
-        b: side(b),
-    })
+/// Whether a side has rows in the time of an event, and no load in any of them.
+fn is_open(side: &Side, event: &SideEvent) -> bool {
+    let before = |time_ns: i64| side.times_ns.partition_point(|&of_row| of_row < time_ns);
+    let first = before(event.start_ns);
+    let after = event.end_ns.map_or(side.times_ns.len(), |end_ns| {
+        before(end_ns.saturating_add(1))
+    });
+    let loads = side.columns.iter().filter(|column| column.unit == "N");
+    let mut loads = loads.flat_map(|column| &column.values[first..after.max(first)]);
+    first < after && !loads.any(|load| load.is_finite())
 }
 
 fn event_side(side: &Side, event: &SideEvent) -> EventSide {

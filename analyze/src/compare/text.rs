@@ -117,9 +117,11 @@ pub(super) fn event(pair: &EventPair) -> String {
         .into_iter()
         .chain(side("B", &pair.b))
         .collect();
-    let only = match (&pair.a, &pair.b) {
-        (Some(_), None) => ", only in A",
-        (None, Some(_)) => ", only in B",
+    let only = match (&pair.a, &pair.b, pair.is_open_elsewhere) {
+        (Some(_), None, true) => ", in A; B cannot be computed there",
+        (None, Some(_), true) => ", in B; A cannot be computed there",
+        (Some(_), None, false) => ", only in A",
+        (None, Some(_), false) => ", only in B",
         _ => "",
     };
     let kind = pair.kind.replace('_', " ");

@@ -10,6 +10,7 @@ use crate::analysis::Analysis;
 use crate::analysis::advice::Hypothesis;
 use crate::analysis::run::{analyse, analyse_supposing};
 use crate::base::options::Options;
+use crate::events::{EventKind, ShownBy};
 
 /// What is supposed instead of what was recorded, all of it together.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -26,13 +27,26 @@ pub struct Suppositions {
     pub split: Option<f64>,
 }
 
-/// What such an evaluation cannot show.
-pub const SUPPOSED_CAVEATS: [&str; 4] = [
-    "Everything else is as recorded: the path, the ground, the rocking of the platform. Nobody reacts.",
-    "A speed changes velocities by its factor and accelerations by its square, on the same path: times stay those of the log.",
-    "Rows in which the platform rotates about an edge are those of the recorded fall and are not evaluated.",
-    "Measured forces of actuators are not used, and sensors are not compared with each other.",
-];
+/// What the evaluation of a supposition cannot show, beside the analysis of what was recorded.
+#[must_use]
+pub fn caveats(recorded: &Analysis) -> Vec<String> {
+    let mut caveats = vec![
+        "Everything else is as recorded: the path, the ground, the rocking of the platform. Nobody reacts.".to_string(),
+        "A speed changes velocities by its factor and accelerations by its square, on the same path: times stay those of the log.".into(),
+        "Measured forces of actuators are not used, and sensors are not compared with each other.".into(),
+    ];
+    let falls = recorded.events.iter().filter(|event| {
+        event.kind == EventKind::EdgeTipping
+            && matches!(event.shown_by, Some(ShownBy::Rotation | ShownBy::Both))
+    });
+    if let Some(first_ns) = falls.map(|event| event.start_ns).min() {
+        let at_s = (first_ns - recorded.rows.times_ns[0]) as f64 * 1e-9;
+        caveats.insert(0, format!(
+            "The platform began to rotate about an edge at t = {at_s:.2} s. While it did, only what was recorded is known: whether the machine as supposed would have tipped then is open."
+        ));
+    }
+    caveats
+}
 
 impl Suppositions {
     /// Whether nothing is supposed.

@@ -13,6 +13,7 @@
 use super::adaptation::{Adaptation, Factors};
 use super::history::History;
 use super::lag::MeanAccelerations;
+use super::misfit::Misfit;
 use super::white_jerk::{ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric};
 use crate::state::SampleError;
 
@@ -47,6 +48,8 @@ pub(crate) struct KalmanFilter {
     history: Option<History>,
     /// They show how far it is behind; `None` where a smoother takes the lag away.
     means: Option<MeanAccelerations>,
+    /// `None` where the covariance stays that of the noise.
+    misfit: Option<Misfit>,
 }
 
 /// What the filter knows after a sample: from it, later samples continue to the bit.
@@ -87,12 +90,19 @@ impl KalmanFilter {
             },
             history: keeps_history.then(|| History::new(channels)),
             means: (!keeps_history).then(|| MeanAccelerations::new(channels)),
+            misfit: None,
         }
     }
 
     /// The same filter, whose noise is corrected by what its innovations show.
     pub(super) fn adapting(mut self, adaptation: Adaptation) -> Self {
         self.state.adaptation = Some(adaptation);
+        self
+    }
+
+    /// The same filter, whose covariance is as large as its innovations show.
+    pub(super) fn weighing_misfit(mut self) -> Self {
+        self.misfit = Some(Misfit::default());
         self
     }
 
@@ -197,10 +207,17 @@ impl KalmanFilter {
         Ok(())
     }
 
-    /// Covariance predicted to a stamp close to the last sample.
+    /// Covariance predicted to a stamp close to the last sample, as large as the innovations show it to be.
     pub(crate) fn covariance_at(&self, stamp_ns: i64) -> Matrix {
         let ahead = stamp_ns.saturating_sub(self.state.last_ns.unwrap_or(stamp_ns));
-        predicted(&self.state.covariance, seconds(ahead), self.density())
+        let stated = predicted(&self.state.covariance, seconds(ahead), self.density());
+        let factor = self.misfit_factor();
+        stated.map(|row| row.map(|p| p * factor))
+    }
+
+    /// How much larger its covariance is than its noise makes it.
+    pub(super) fn misfit_factor(&self) -> f64 {
+        self.misfit.as_ref().map_or(1.0, Misfit::factor)
     }
 
     /// How far the second derivative of a channel is behind a motion that changes fast, beside this covariance.
@@ -231,6 +248,9 @@ impl KalmanFilter {
         }
         if let Some(means) = &mut self.means {
             means.restart();
+        }
+        if let Some(misfit) = &mut self.misfit {
+            misfit.restart();
         }
         let factors = self.state.factors();
         let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.density();
@@ -269,6 +289,15 @@ impl KalmanFilter {
             *jet = step(jet, dt);
         }
         let variance = self.model.value_variance * factors.value;
+        if let Some(misfit) = self.misfit.as_mut().filter(|_| doubt.value_variance == 0.0) {
+            let innovations = self
+                .state
+                .jets
+                .iter()
+                .zip(values)
+                .map(|(jet, z)| z - jet[0]);
+            misfit.step(innovations, self.state.covariance[0][0] + variance, dt);
+        }
         self.update::<0>(variance, doubt.value_variance, values);
         if let Some(rates) = rates {
             let variance = self.model.rate_variance * factors.rate;

@@ -18,6 +18,7 @@ mod held;
 mod history;
 mod kalman_filter;
 mod lag;
+mod misfit;
 pub mod plausibility;
 pub mod quasi_static;
 pub mod rotation;

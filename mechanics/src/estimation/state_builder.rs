@@ -70,17 +70,26 @@ impl Filters {
         let odometry = model(e.odometry_noise, 0.0, e.odometry_agility);
         let tool = model(e.tool_force_noise, 0.0, e.tool_force_agility);
         let mut list = Vec::new();
-        let filter = |model, channels| KalmanFilter::new(model, channels, keeps_history);
+        let filter = |model, channels| {
+            let filter = KalmanFilter::new(model, channels, keeps_history);
+            // A smoother averages out most of what shakes a sensor.
+            match keeps_history {
+                true => filter,
+                false => filter.weighing_misfit(),
+            }
+        };
         for (stream, spec) in sensors.joints.iter().enumerate() {
             // How fast wheels spin and are steered says nothing of the arm, and hardly acts on loads.
             let is_of_arm = |&joint: &usize| {
                 machine.joints()[joint].spins_wheel.is_none() && !machine.is_steering(joint)
             };
             let counts = spec.joints.iter().map(is_of_arm);
-            let mut of_joints = filter(joints, spec.joints.len());
-            if e.noise_from_log {
-                of_joints = of_joints.adapting(Adaptation::new(counts));
-            }
+            let channels = spec.joints.len();
+            let of_joints = match e.noise_from_log {
+                true => KalmanFilter::new(joints, channels, keeps_history)
+                    .adapting(Adaptation::new(counts)),
+                false => filter(joints, channels),
+            };
             list.push((Followed::Joints(stream), of_joints));
         }
         // The force at the centre of mass follows from specific force, angular velocity and its derivative together: if one

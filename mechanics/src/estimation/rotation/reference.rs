@@ -116,7 +116,8 @@ impl Reference {
         if let Some(up) = self.up
             && travelled > 0.0
         {
-            self.assumed += up.xy().norm_squared();
+            let slope = up.xy().norm().min(STEEPEST.sin());
+            self.assumed += slope * slope;
         }
     }
 
@@ -143,12 +144,14 @@ impl Reference {
         } else {
             0.0
         };
-        if self.quiet_s >= STOOD_S && was_quiet_s > 0.0 && step.up.z > STEEPEST.cos() {
+        // no ground is as steep as a machine that falls while it travels becomes
+        let may_be_ground = step.up.z > STEEPEST.cos();
+        if self.quiet_s >= STOOD_S && was_quiet_s > 0.0 && may_be_ground {
             self.begin(step.up);
             self.quiet_s = STOOD_S;
             return;
         }
-        if self.claim.sigmas() < DOUBTED {
+        if self.claim.sigmas() < DOUBTED && may_be_ground {
             self.left_ns = None;
             let share = 1.0 - (-travelled / (FOLLOWED * edges.length)).exp();
             up += (step.up - up) * share;
@@ -161,7 +164,7 @@ impl Reference {
         self.left_ns.get_or_insert(step.now_ns);
         self.distance += travelled;
         let is_far = self.distance > GROUND_LENGTHS * edges.length;
-        if is_far && self.steady_s >= STEADY_S && step.up.z > STEEPEST.cos() {
+        if is_far && self.steady_s >= STEADY_S && may_be_ground {
             self.begin(step.up);
         }
     }

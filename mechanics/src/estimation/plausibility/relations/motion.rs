@@ -23,6 +23,16 @@ pub(super) struct RotationRelation {
     heading_moves: bool,
 }
 
+/// From so many standard deviations of its noise on a motion says anything of a sensor that would show none of it, or another.
+const MOVES: f64 = 5.0;
+
+/// The share of a motion that stands out of its noise, from 0 to 1. By noise alone a machine that rests agrees better with
+/// every hypothesis of less motion, in each window a little.
+fn share_of_motion(motion: &Vector3<f64>, noise: f64) -> f64 {
+    let least = MOVES * noise;
+    (1.0 - least * least / motion.norm_squared()).max(0.0)
+}
+
 /// Bias of a gyro (rad/s), and how fast it changes (rad/s in a window).
 const GYRO_BIAS: f64 = 0.01;
 const GYRO_BIAS_DRIFT: f64 = 2e-4;
@@ -88,9 +98,10 @@ impl RotationRelation {
             drift: GYRO_BIAS_DRIFT,
             per_offset: window.duration_s,
         };
+        let moves = share_of_motion(&turned, vibration);
         let seen = |explanation: Option<Explanation>| {
             let matrix = explanation.and_then(Explanation::matrix);
-            matrix.map_or(turned, |matrix| matrix * turned)
+            matrix.map_or(turned, |matrix| turned + (matrix * turned - turned) * moves)
         };
         let inclined = compared(to, Vector3::repeat(sigma));
         self.inclination.weigh(&inclined, |explanation| {
@@ -205,7 +216,12 @@ impl SpecificForceRelation {
         } else {
             0.0
         };
-        let noise = 2.0 * VELOCITY_NOISE / window.duration_s;
+        let velocity_noise = match self.uses_wheels {
+            true => 2.0 * VELOCITY_NOISE,
+            false => window.velocity_noise.max(2.0 * VELOCITY_NOISE),
+        };
+        let noise = velocity_noise / window.duration_s;
+        let moves = share_of_motion(&moved, noise.max(slip));
         let known = [LEAST_FORCE, noise, slip, ACCELERATION_SHARE * gained.norm()];
         let known = known.iter().map(|s| s * s).sum::<f64>();
         let mut sigma = window.force_scatter.map(|s| (s * s + known).sqrt());
@@ -226,7 +242,7 @@ impl SpecificForceRelation {
         };
         hypotheses.weigh(&compared, |explanation| match explanation {
             None => gravity + moved,
-            Some(Explanation::GravityOnly) => gravity,
+            Some(Explanation::GravityOnly) => gravity + moved * (1.0 - moves),
             Some(other) => {
                 let matrix = other.matrix().unwrap_or_else(nalgebra::Matrix3::identity);
                 matrix * (gravity + moved)

@@ -7,7 +7,7 @@ use crate::state::tilt_is_measured;
 
 /// Length of a window (s).
 pub(super) const WINDOW_S: f64 = 0.5;
-/// Weight of a sample in the noise of the attitude.
+/// Weight of a sample in the noise of the attitude and of the velocity.
 const NOISE_WEIGHT: f64 = 1.0 / 256.0;
 
 /// The window so far.
@@ -42,6 +42,8 @@ pub(super) struct Window {
     pub(super) force_scatter: Vector3<f64>,
     /// Velocity by the odometry at both ends (m/s), and how far it turned about z (rad), if it measures that.
     pub(super) velocity: Option<[Vector3<f64>; 2]>,
+    /// Standard deviation of the difference of those velocities in each component, as the samples scatter (m/s).
+    pub(super) velocity_noise: f64,
     pub(super) odometry_turned: Option<f64>,
     /// Distance by the odometry (m).
     pub(super) travelled: Option<f64>,
@@ -89,6 +91,9 @@ struct Odometry {
     way: f64,
     is_broken: bool,
     first: Option<Vector3<f64>>,
+    /// Variance of a velocity, and that of the first one of the window.
+    noise: f64,
+    first_variance: f64,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -171,6 +176,11 @@ impl Accumulated {
                 }
                 _ => it.has_turned = false,
             }
+            if let Some((_, before)) = it.before {
+                // of white noise n, n_i - 2 n_(i-1) + n_(i-2) has six times the variance
+                let seen = (velocity - 2.0 * last + before).norm_squared() / 18.0;
+                it.noise += NOISE_WEIGHT * (seen - it.noise);
+            }
             it.before = it.last;
         }
         it.turning = Some(turning).filter(|turning| turning.is_finite());
@@ -232,10 +242,14 @@ impl Accumulated {
         let velocity = known.and_then(|(at_ns, velocity)| {
             let (before_ns, before) = odometry.before?;
             let ahead = stamp_ns.saturating_sub(at_ns) as f64;
-            let slope = (velocity - before) / at_ns.saturating_sub(before_ns).max(1) as f64;
-            Some(velocity + slope * ahead.clamp(0.0, 5e7))
+            let steps = ahead.clamp(0.0, 5e7) / at_ns.saturating_sub(before_ns).max(1) as f64;
+            let variance = odometry.noise * ((1.0 + steps).powi(2) + steps * steps);
+            Some((velocity + (velocity - before) * steps, variance))
         });
+        let (velocity, last_variance) =
+            (velocity.map(|(v, _)| v), velocity.map_or(0.0, |(_, s)| s));
         let velocities = odometry.first.zip(velocity).map(|(a, b)| [a, b]);
+        let velocity_noise = (odometry.first_variance + last_variance).sqrt();
         let wheels = &mut self.wheels;
         let rolled = (!wheels.is_broken).then_some(wheels.last).flatten();
         let rolled = rolled.filter(|(at_ns, _)| is_fresh(*at_ns));
@@ -256,6 +270,7 @@ impl Accumulated {
             up: (whole && imu.has_attitude).then(|| imu.up / imu.count),
             force_scatter: (variance / imu.count).map(f64::sqrt),
             velocity: velocities,
+            velocity_noise,
             odometry_turned: known
                 .filter(|_| odometry.has_turned)
                 .map(|_| odometry.turned),
@@ -273,6 +288,7 @@ impl Accumulated {
         };
         imu.begin();
         odometry.first = velocity;
+        odometry.first_variance = last_variance;
         (odometry.way, odometry.turned) = (0.0, 0.0);
         odometry.has_turned = odometry.turning.is_some();
         odometry.is_broken = false;

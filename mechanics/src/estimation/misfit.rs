@@ -1,0 +1,102 @@
+//! How much larger the errors of a filter are than its stated noise makes them.
+//!
+//! An innovation nu has the variance S = h' P h + r by the stated noise. With the mean over the channels and the last
+//! second,
+//!
+//! ```text
+//!     c = mean of nu^2 / S
+//! ```
+//! is 1 where the noise is as stated, and more where, for example, an engine shakes the sensor. The filter's gains stay:
+//! those of the platform have to be alike (see [`Filters`](super::state_builder::Filters)). The covariance of its estimates
+//! is c times the stated one, which is exact where process and measurement are both noisier by c, and too much where it
+//! is the measurement alone: by h' Q h over S, as Q is what the process adds. Where c is less than 1, what was stated stays.
+
+/// Memory (s): longer than a sway of the platform, and short beside work that shakes it.
+const MEMORY_S: f64 = 1.0;
+
+/// The mean c of one filter.
+#[derive(Debug, Clone)]
+pub(super) struct Misfit {
+    mean: f64,
+}
+
+impl Default for Misfit {
+    fn default() -> Self {
+        Self { mean: 1.0 }
+    }
+}
+
+impl Misfit {
+    /// The filter started anew.
+    pub(super) fn restart(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Takes the innovations of all channels of a sample, `dt` seconds after the one before, and their stated variance.
+    pub(super) fn step(&mut self, innovations: impl Iterator<Item = f64>, variance: f64, dt: f64) {
+        let mut channels = 0.0;
+        let squares: f64 = (innovations.inspect(|_| channels += 1.0))
+            .map(|innovation| innovation * innovation)
+            .sum();
+        let size = squares / (channels * variance);
+        if size.is_finite() {
+            self.mean += dt / (dt + MEMORY_S) * (size - self.mean);
+        }
+    }
+
+    /// Factor on the stated covariance, at least 1.
+    pub(super) fn factor(&self) -> f64 {
+        self.mean.max(1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
+    use super::super::white_jerk::seconds;
+
+    const STEP_NS: i64 = 5_000_000;
+    const STATED: FilterModel = FilterModel {
+        value_variance: 0.05 * 0.05,
+        rate_variance: 0.0,
+        density: 30.0 * 30.0,
+        max_gap_ns: 250_000_000,
+    };
+
+    /// What a shaken sensor says of something that rests, after a second: rms of the value over its stated sigma, and of the
+    /// value over the sigma that is given.
+    fn shaken(amplitude: f64, hertz: f64) -> [f64; 2] {
+        let mut filter = KalmanFilter::new(STATED, 1, false).weighing_misfit();
+        let (mut squares, mut samples) = ([0.0; 2], 0.0);
+        for k in 0..1000 {
+            let stamp_ns = k * STEP_NS;
+            let angle = std::f64::consts::TAU * hertz * seconds(stamp_ns);
+            let value = amplitude * angle.sin();
+            (filter.push(stamp_ns, &[value], None, Doubt::default())).unwrap();
+            if seconds(stamp_ns) > 1.0 {
+                let error = filter.at(0, stamp_ns)[0];
+                let given = filter.covariance_at(stamp_ns)[0][0];
+                let stated = given / filter.misfit_factor();
+                squares[0] += error * error / stated;
+                squares[1] += error * error / given;
+                samples += 1.0;
+            }
+        }
+        squares.map(|sum: f64| (sum / samples).sqrt())
+    }
+
+    #[test]
+    fn what_shakes_a_sensor_is_in_its_covariance() {
+        for hertz in [23.0, 35.0, 58.0, 91.0] {
+            let [stated, given] = shaken(4.0, hertz);
+            assert!(stated > 10.0, "{hertz} Hz: {stated}");
+            assert!((0.2..1.5).contains(&given), "{hertz} Hz: {given}");
+        }
+    }
+
+    #[test]
+    fn noise_below_the_stated_one_changes_nothing() {
+        let [stated, given] = shaken(0.03, 35.0);
+        assert_eq!(stated, given);
+    }
+}
