@@ -48,21 +48,21 @@ pub fn states(
     file: &MachineFile,
     options: &Options,
 ) -> Result<(Machine, EstimatedRows)> {
-    let (_, loaded, rows) = open(path, file, options)?;
+    let (_, loaded, rows, _) = open(path, file, options)?;
     loaded.check_read()?;
     Ok((loaded.machine, rows))
 }
 
-/// A log as the machine file binds it, and the states of its rows in the requested time range.
+/// A log as the machine file binds it, the states of its rows in the requested time range, and what its signals show.
 pub(super) fn open(
     path: &Path,
     file: &MachineFile,
     options: &Options,
-) -> Result<(Log, LoadedLog, EstimatedRows)> {
+) -> Result<(Log, LoadedLog, EstimatedRows, SignalQuality)> {
     let log = file.open_log(path)?;
     let loaded = load(&log, file, &mut |_| {})?;
-    let (rows, _) = estimate(&loaded, options)?;
-    Ok((log, loaded, rows))
+    let (rows, quality) = estimate(&loaded, options)?;
+    Ok((log, loaded, rows, quality))
 }
 
 /// A log's machine, its joint positions in the first valid row (NaN if there is none), and the gross inputs.
@@ -70,8 +70,8 @@ pub(crate) fn posture_in_log(
     path: &Path,
     file: &MachineFile,
 ) -> Result<(Machine, Vec<f64>, Vec<GrossInput>)> {
-    let (log, loaded, rows) = open(path, file, &Options::default())?;
-    let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
+    let (log, loaded, rows, quality) = open(path, file, &Options::default())?;
+    let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows, &quality.rotations)?;
     loaded.check_read()?;
     let posture = first_posture(&loaded.machine, &rows);
     Ok((loaded.machine, posture, gross_inputs))

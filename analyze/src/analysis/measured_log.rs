@@ -41,11 +41,11 @@ impl MeasuredLog {
         let log = file.open_log(path)?;
         let mut loaded = load(&log, file, &mut |_| {})?;
         let quasi_static = choose(&mut loaded, options)?;
-        let (mut rows, _) = estimate(&loaded, options)?;
+        let (mut rows, quality) = estimate(&loaded, options)?;
         let of_payloads = payload::follow_signals(&log, file, &loaded, &mut rows)?;
         let forces = linkage_force::read_all(&log, file, &loaded);
         let loads = MeasuredLoads::read(&log, file, &loaded);
-        let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows)?;
+        let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows, &quality.rotations)?;
         loaded.check_read()?;
         if rows.is_empty() {
             bail!(

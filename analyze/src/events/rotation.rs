@@ -18,6 +18,8 @@ const FIRST_S: f64 = 0.1;
 /// A platform stood if it rotated by less than this for so long (rad, s).
 const STOOD_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
 const STOOD_S: f64 = 0.4;
+/// Gyro and attitude that turn together by so much in a log show a fall, wherever it began and however the IMU is mounted (rad).
+const FALL_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Samples farther apart leave unknown what was between them (s).
 const GAP_S: f64 = 0.25;
 
@@ -84,6 +86,13 @@ impl FoundRotation {
         let since = [tumbled, self.spell.at_rest_ns].into_iter().flatten().min();
         let since = since.filter(|_| is_sure)?;
         Some([since, self.span_ns()[1]])
+    }
+
+    /// Whether gyro and attitude turn together so far within the log that it is no error of a mounting.
+    pub(crate) fn is_seen_to_fall(&self) -> bool {
+        let angles = self.angles.iter().map(|(_, angle)| *angle);
+        let [least, most] = [f64::min, f64::max].map(|of| angles.clone().reduce(of).unwrap_or(0.0));
+        self.spell.witness == RotationWitness::Both && most - least > FALL_RAD
     }
 
     /// Which measurement shows it.
@@ -216,9 +225,10 @@ impl RotationTrace {
         // or on fewer wheels
         let stood = |onset: &Onset| {
             let since_first = |at_s: f64| (angle_at(at_s) - angle_at(first_s)).abs();
+            // at the same rate in the shorter time that a log may contain
+            let for_s = (onset.at_s - first_s).min(STOOD_S);
             !spell.is_from_start
-                || (onset.at_s - first_s > STOOD_S
-                    && since_first(first_s + STOOD_S) < STOOD_RAD
+                || (since_first(first_s + for_s) < STOOD_RAD * for_s / STOOD_S
                     && since_first(onset.at_s) < FITTED_RAD)
         };
         let onset: Option<Onset> = (!has_gap)

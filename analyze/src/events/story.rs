@@ -44,12 +44,15 @@ impl Stories<'_> {
     /// The events, those of rotations included that begin before `row`.
     pub(crate) fn told(&self, mut events: Vec<Event>, row: usize) -> Vec<Event> {
         let is_known = |it: &&FoundRotation| self.row_at(it.start_ns) <= row;
+        // apart: a machine that tumbles on rotates about the same edge again
+        let mut stories = Vec::new();
         for rotation in self.rotations.iter().filter(is_known) {
             let (same, others): (Vec<Event>, Vec<Event>) =
                 (events.into_iter()).partition(|event| is_same(event, rotation));
             events = others;
-            events.extend(self.story(rotation, &same));
+            stories.extend(self.story(rotation, &same));
         }
+        events.extend(stories);
         events
     }
 

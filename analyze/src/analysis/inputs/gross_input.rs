@@ -59,14 +59,11 @@ pub enum GrossInputKind {
 }
 
 impl GrossInputKind {
-    /// Whether what gyro, accelerometer or attitude measure means nothing.
-    pub(crate) fn is_of_imu(self) -> bool {
+    /// Whether gyro or attitude, or the axes of both, mean nothing: they show no rotation.
+    pub(crate) fn hides_rotations(self) -> bool {
         matches!(
             self,
-            Self::SpecificForceScale
-                | Self::SpecificForceDirection
-                | Self::AngularVelocityScale
-                | Self::Attitude
+            Self::SpecificForceDirection | Self::AngularVelocityScale | Self::Attitude
         )
     }
 

@@ -37,7 +37,8 @@ impl EstimatedLog {
     pub(in crate::analysis) fn estimate(task: &Task<'_>, read: &mut ReadLog) -> Result<Self> {
         let (loaded, forces) = (&mut read.loaded, &mut read.forces);
         let (mut rows, quality, clock) = estimate_on_one_clock(loaded, forces, &task.options)?;
-        let gross_inputs = inputs::gross_inputs(&task.log, task.file, loaded, &rows)?;
+        let rotations = &quality.rotations;
+        let gross_inputs = inputs::gross_inputs(&task.log, task.file, loaded, &rows, rotations)?;
         let note_on_slope = inputs::notes_on_slope(loaded);
         let health = health::of(loaded, &quality.counts);
         loaded.check_read()?;

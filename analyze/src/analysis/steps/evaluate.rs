@@ -53,10 +53,10 @@ impl EvaluatedLog {
         let has_odometry = loaded.matched.sensors.odometry;
         let machine = &loaded.machine;
         let model = evaluation::model(machine, options.model, &posture, has_odometry, options)?;
-        // an IMU that is grossly wrong shows no rotation
-        let is_imu_wrong = (samples.gross_inputs.iter()).any(|input| input.kind.is_of_imu());
+        let mut gross = samples.gross_inputs.iter();
+        let are_hidden = gross.any(|input| input.kind.hides_rotations());
         let quality = &mut samples.quality;
-        let (rotations, rotating) = match task.is_recorded() && !is_imu_wrong {
+        let (rotations, rotating) = match task.is_recorded() && !are_hidden {
             true => (
                 std::mem::take(&mut quality.rotations),
                 std::mem::take(&mut quality.rotating),

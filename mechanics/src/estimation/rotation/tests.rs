@@ -219,6 +219,22 @@ fn falls_are_found_from_the_first_degrees_on() {
 }
 
 #[test]
+fn reference_of_a_machine_that_travels_does_not_fall_with_it() {
+    // the log begins in a corner, in which the machine rolls over at so many degrees per second, growing
+    for rate in [15.0, 40.0, 70.0] {
+        let pose = |time_s: f64| Pose {
+            roll: (rate * DEGREE * (time_s + 0.4 * time_s * time_s)).min(170.0 * DEGREE),
+            speed: 8.0,
+            ..Pose::default()
+        };
+        let seen = run(8.0, &pose);
+        let (edge, spell) = &seen.spells[0];
+        assert_eq!(edge, "right");
+        assert!(spell.largest > 90.0 * DEGREE, "{rate}: {spell:?}");
+    }
+}
+
+#[test]
 fn machine_beyond_its_side_keeps_the_edge_that_it_fell_about() {
     // Beyond 90 degrees of roll, the up direction points down in base axes, whatever the pitch.
     for pitch in [-8.0, 8.0] {

@@ -35,6 +35,10 @@ const SOUND: Sound = Sound {
 
 /// 30 s of a machine with sensors on its base, at 100 Hz. `change` makes what is measured of what is true.
 fn found(machine: &Machine, change: impl Fn(f64, &mut Shown)) -> Found {
+    found_within(30, machine, change)
+}
+
+fn found_within(seconds: i64, machine: &Machine, mut change: impl FnMut(f64, &mut Shown)) -> Found {
     let joints: Vec<usize> = (0..machine.joints().len()).collect();
     let sensors = Sensors {
         joints: vec![JointStream {
@@ -50,7 +54,7 @@ fn found(machine: &Machine, change: impl Fn(f64, &mut Shown)) -> Found {
     let mut attitude = UnitQuaternion::identity();
     let mut found = Found::new();
     let mut findings = Vec::with_capacity(64);
-    for step in 0..3000_i64 {
+    for step in 0..100 * seconds {
         let (stamp_ns, t) = (step * 10_000_000, step as f64 * 0.01);
         let gyro = Vector3::new(
             0.05 * (1.3 * t).sin(),
@@ -144,6 +148,31 @@ fn sound_sensors_contradict_nothing() {
         shown.attitude = UnitQuaternion::from_euler_angles(roll, pitch, 0.0);
     };
     assert_eq!(found(&machine, without_heading), []);
+}
+
+#[test]
+fn a_machine_that_rests_proves_nothing_by_noise_however_long() {
+    let machine = bogies();
+    for velocity_noise in [0.02, 0.08] {
+        let mut state = 7_u64;
+        let mut noise = move || {
+            let mut uniform = || {
+                state = (state.wrapping_mul(6_364_136_223_846_793_005)).wrapping_add(1);
+                (state >> 40) as f64 / f64::from(1 << 24)
+            };
+            (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+        };
+        let found = found_within(600, &machine, |_, shown| {
+            let mut scattered = |scale: f64| Vector3::from_fn(|_, _| scale * noise());
+            shown.force = Vector3::z() * machine.gravity() + scattered(0.03);
+            shown.gyro = scattered(2e-3);
+            shown.attitude = UnitQuaternion::from_scaled_axis(scattered(1e-4));
+            shown.velocity = scattered(velocity_noise);
+            shown.odometry_turning = 0.0;
+            shown.joints.iter_mut().for_each(|joint| joint[1] = 0.0);
+        });
+        assert_eq!(found, [], "{velocity_noise}");
+    }
 }
 
 #[test]
