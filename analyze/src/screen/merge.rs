@@ -101,14 +101,11 @@ fn machine_of(record: &Record) -> Option<&str> {
 /// Whether two records were made with one machine. A name is not enough: two files may have the same one. Records of
 /// different programs may come from before and after a change of the file, so that the newer one is right.
 fn is_of_same_machine(a: &Record, b: &Record) -> bool {
-    let file = |record: &Record| {
-        record
-            .machine
-            .as_ref()
-            .map(|machine| machine.sha256.clone())
+    let is_of_one_file = match (&a.machine, &b.machine) {
+        (Some(a), Some(b)) => a.sha256 == b.sha256,
+        _ => true,
     };
-    let is_of_one_program = a.program() == b.program() && a.sources == b.sources;
-    machine_of(a) == machine_of(b) && (!is_of_one_program || file(a) == file(b))
+    machine_of(a) == machine_of(b) && (is_of_one_file || a.program() != b.program())
 }
 
 /// Lets the rows of one content fail that were analysed with different machines.

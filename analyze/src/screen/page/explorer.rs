@@ -87,7 +87,7 @@ struct Data {
     /// Seconds.
     exposed: Vec<Option<i64>>,
     computable: Vec<i64>,
-    /// Per cent.
+    /// Thousandths.
     valid: Vec<Option<i64>>,
     cause: Vec<Option<usize>>,
     /// Tenths of m/s, and degrees.
@@ -272,7 +272,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         data.exposed.push(whole(facts.exposure.exposed_s, 1.0));
         data.computable
             .push(facts.coverage.computable_s.round() as i64);
-        data.valid.push(whole(facts.coverage.valid_share, 100.0));
+        data.valid.push(whole(facts.coverage.valid_share, 1e3));
         data.cause.push(main_cause(&log.log));
         data.speed
             .push(whole(moment.and_then(|moment| moment.speed_m_s), 10.0));
