@@ -441,3 +441,44 @@ fn the_reason_for_a_missing_log_is_given_once() {
         "error: missing.mcap: cannot be read: No such file or directory (os error 2)\n"
     );
 }
+
+/// Runs a command whose standard output and standard error nobody reads; returns its exit code.
+fn unread(args: &[&str]) -> Option<i32> {
+    let closed = || {
+        let (read, write) = std::io::pipe().unwrap();
+        drop(read);
+        write
+    };
+    let mut command = super::support::command(args);
+    command.stdout(closed()).stderr(closed());
+    command.status().unwrap().code()
+}
+
+#[test]
+fn nothing_panics_where_nobody_reads() {
+    let folder = TempDir::new().unwrap();
+    let (log, machine) = (data("tiny.mcap"), data("tiny.toml"));
+    let (log, machine) = (text(&log), text(&machine));
+    let at = |name: &str| folder.path().join(name);
+    let (out, fleet) = (at("out"), at("fleet"));
+    let (out, fleet) = (text(&out), text(&fleet));
+    let demo = at("demo");
+    let done: &[&[&str]] = &[
+        &["analyze", log, "--machine", machine, "--out", out, "-v"],
+        &["compare", out, out],
+        &["compare", out, out, "--json"],
+        &["completions", "bash"],
+        &["schema"],
+        &["inspect", log],
+        &["check-machine", machine],
+        &["screen", log, "--machine", machine, "--out", fleet],
+        &["query", fleet, "SELECT * FROM logs"],
+        &["demo", "--out", text(&demo)],
+    ];
+    for args in done {
+        assert_eq!(unread(args), Some(0), "{args:?}");
+    }
+    // an error that nobody reads is still one, and a mistake in the arguments, too
+    assert_eq!(unread(&["inspect", "missing.mcap"]), Some(1));
+    assert_eq!(unread(&["compare", log]), Some(2));
+}

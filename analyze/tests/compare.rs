@@ -176,3 +176,41 @@ fn one_sided_events_come_first_in_the_text() {
         "{messages}"
     );
 }
+
+#[test]
+fn folders_of_different_machine_files_never_have_the_same_inputs() {
+    let folder = TempDir::new().unwrap();
+    let machine = fs::read_to_string(data("tiny_lift.toml")).unwrap();
+    fs::copy(data("tiny_lift.urdf"), folder.path().join("tiny_lift.urdf")).unwrap();
+    let stiffer = machine.replace("tyre_stiffness = 8.0e5", "tyre_stiffness = 9.0e5");
+    assert_ne!(machine, stiffer);
+    let result = |name: &str, machine: &str| {
+        let (file, out) = (
+            folder.path().join(format!("{name}.toml")),
+            folder.path().join(name),
+        );
+        fs::write(&file, machine).unwrap();
+        let log = data("tiny_lift.mcap");
+        let args = [
+            "analyze",
+            text(&log),
+            "--machine",
+            text(&file),
+            "--out",
+            text(&out),
+        ];
+        let (code, _, messages) = run(&args);
+        assert_eq!(code, 0, "{messages}");
+        out
+    };
+    let (a, b) = (result("a", &machine), result("b", &stiffer));
+    let (_, printed, _) = run(&["compare", text(&a), text(&b)]);
+    assert!(
+        printed.contains(
+            "The machine files differ, and the output folders do not hold all of their keys"
+        ) && !printed.contains("are the same"),
+        "{printed}"
+    );
+    let (_, printed, _) = run(&["compare", text(&a), text(&a)]);
+    assert!(printed.contains("Their inputs are the same."), "{printed}");
+}

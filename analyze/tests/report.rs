@@ -404,3 +404,26 @@ mod needs_browser {
         run_python(&[&[text(&script)][..], &pages].concat());
     }
 }
+
+/// The first sentences hold what the finding holds, no more: with its condition, in the order of time, no tilt rounded up.
+#[test]
+fn the_first_sentences_are_no_surer_than_the_findings() {
+    let lift = words(&page(&analysis("lift")));
+    let rule = "if the front axle takes half of the difference between the sides";
+    assert!(
+        lift.contains(&format!("s ({rule}; confidence 8")),
+        "{}",
+        &lift[..600]
+    );
+    assert!(lift.contains("Tilt of the platform (logged: roll 6.5°"));
+    // gyro and attitude show the lift before the loads show the wheel light
+    let unstated = words(&page(&analysis("unstated_load")));
+    let told = "steady. Wheel FR left the ground at t = 3.63 ± 0.06 s and the machine tipped about the left edge from t = 3.63";
+    assert!(unstated.contains(told), "{}", &unstated[..600]);
+    let tipped = words(&page(&analysis("tip_over")));
+    assert!(
+        tipped.contains("left edge, by at least 49°."),
+        "{}",
+        &tipped[..600]
+    );
+}

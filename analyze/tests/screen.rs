@@ -932,3 +932,44 @@ fn reports_are_written_for_those_asked_for() {
     assert_eq!(reports("all"), Some(2));
     assert_eq!(reports("none"), Some(2), "what is there stays");
 }
+
+#[test]
+fn one_content_under_two_files_of_one_name_is_a_conflict() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let at = |name: &str| out.path().join(name);
+    let written = fs::read_to_string(data("tiny_lift.toml")).unwrap();
+    let changed = written.replace("min_load = 500.0", "min_load = 600.0");
+    assert_ne!(written, changed);
+    fs::copy(data("tiny_lift.urdf"), at("tiny_lift.urdf")).unwrap();
+    for (name, machine) in [("a", &written), ("b", &changed)] {
+        fs::create_dir(logs.path().join(name)).unwrap();
+        fs::copy(
+            data("tiny_lift.mcap"),
+            logs.path().join(name).join("lift.mcap"),
+        )
+        .unwrap();
+        fs::write(at(&format!("{name}.toml")), machine).unwrap();
+    }
+    let fleet = at("fleet.toml");
+    fs::write(
+        &fleet,
+        "[[machine]]\nfile = 'a.toml'\npath = '**/a/*'\n[[machine]]\nfile = 'b.toml'\npath = '**/b/*'\n",
+    )
+    .unwrap();
+    let result = at("result");
+    let (code, messages) = screen(logs.path(), &result, &["--fleet", text(&fleet)]);
+    assert_eq!(code, 1, "{messages}");
+    let warned = messages
+        .matches("machine files that differ have the same name")
+        .count();
+    assert!(warned == 1 && messages.contains("b.toml"), "{messages}");
+    let rows = ask(&result, "SELECT failure, reason FROM logs");
+    assert_eq!(rows.as_array().unwrap().len(), 2, "{rows}");
+    for row in rows.as_array().unwrap() {
+        assert_eq!(row["failure"], "machine", "{rows}");
+        let reason = row["reason"].as_str().unwrap();
+        for part in ["a/lift.mcap (", "b/lift.mcap (", "machine file "] {
+            assert!(reason.contains(part), "{reason}");
+        }
+    }
+}

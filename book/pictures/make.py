@@ -67,7 +67,7 @@ def of_python(folder):
     script = (f"import sys; sys.path.insert(0, {str(ROOT / 'book' / 'notebooks')!r}); import run; "
               f"run.run({str(ROOT / 'book' / 'notebooks' / 'utilisation.ipynb')!r})")
     of_machine = (f"import tipwatch; machine = tipwatch.Machine({str(DATA / 'crane.toml')!r}); "
-                  "machine.draw()[0].figure.savefig('machine.png', dpi=80)")
+                  "machine.draw().savefig('machine.png', dpi=80)")
     for code, picture in [(script, "utilisation"), (of_machine, "machine")]:
         subprocess.run([sys.executable, "-c", code], cwd=folder, env={**os.environ, "MPLBACKEND": "Agg"}, check=True)
         found = Image.open(folder / f"{picture}.png").convert("RGB").quantize(128, dither=Image.Dither.NONE)

@@ -22,6 +22,22 @@
 //! | [`bridge`] | ROS 2 and CAN to samples, verdicts to both |
 //! | [`cli`] | the command line |
 
+/// In place of the standard one, which panics if standard error is closed: a monitor must outlive who reads its messages.
+macro_rules! eprintln {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+
+/// The same without the end of the line.
+macro_rules! eprint {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = write!(std::io::stderr(), $($text)*);
+    }};
+}
+
 pub mod alarm;
 pub mod bridge;
 pub mod cli;

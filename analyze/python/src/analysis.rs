@@ -25,7 +25,7 @@ use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
-use crate::table::{Chunks, Table};
+use crate::table::{Chunks, Table, escaped};
 
 /// The analysis of one log: tables, findings, summary.
 #[pyclass(frozen, module = "tipwatch")]
@@ -106,8 +106,8 @@ impl Analysis {
     ///
     /// Returns
     /// -------
-    /// tuple
-    ///     Both axes; their ``figure`` can be saved.
+    /// matplotlib.figure.Figure
+    ///     The figure; its ``axes`` are those of loads and margins. Of given axes it is theirs.
     ///
     /// Raises
     /// ------
@@ -161,11 +161,41 @@ impl Analysis {
     }
 
     fn __repr__(&self) -> String {
+        let findings = self.findings();
+        let more = match findings.len() {
+            0 | 1 => String::new(),
+            count => format!(" (and {} more findings)", count - 1),
+        };
+        let first = findings.first().map_or("no finding", String::as_str);
         format!(
-            "<tipwatch.Analysis: {} notes, {} files>",
+            "<tipwatch.Analysis: {first}{more}; {} notes, {} files>",
             self.notes.len(),
             self.files.len()
         )
+    }
+
+    /// The analysis in a notebook: its findings.
+    fn _repr_html_(&self) -> String {
+        let findings = self.findings().into_iter();
+        let items: String = findings
+            .map(|finding| format!("<li>{}</li>", escaped(&finding)))
+            .collect();
+        format!(
+            "<ul>{items}</ul><p>{} rows, {} notes, {} files</p>",
+            self.samples.get().__len__(),
+            self.notes.len(),
+            self.files.len()
+        )
+    }
+}
+
+impl Analysis {
+    /// The first sentence of each finding.
+    fn findings(&self) -> Vec<String> {
+        let summary: serde_json::Value = serde_json::from_str(&self.summary).unwrap_or_default();
+        let findings = summary["findings"].as_array().into_iter().flatten();
+        let texts = findings.filter_map(serde_json::Value::as_str);
+        texts.map(ToOwned::to_owned).collect()
     }
 }
 

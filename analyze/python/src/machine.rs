@@ -396,8 +396,8 @@ impl Machine {
     ///
     /// Returns
     /// -------
-    /// tuple
-    ///     Both axes; ``machine.draw()[0].figure.savefig("machine.png")`` saves the figure.
+    /// matplotlib.figure.Figure
+    ///     The figure; ``machine.draw().savefig("machine.png")`` saves it. Of given axes it is theirs.
     ///
     /// Raises
     /// ------

@@ -5,14 +5,15 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
-use arrow_array::{Array, RecordBatch, RecordBatchIterator};
+use arrow_array::{Array, RecordBatch, RecordBatchIterator, UInt64Array};
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{ArrowError, Field, Fields, Schema, SchemaRef};
 use arrow_select::concat::concat_batches;
-use pyo3::exceptions::PyKeyError;
+use arrow_select::take::take_record_batch;
+use pyo3::exceptions::{PyIndexError, PyKeyError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyCapsule, PyDict};
+use pyo3::types::{PyBytes, PyCapsule, PyDict, PyIterator, PyList, PySlice};
 use tipwatch_analyze::tables::table;
 
 use crate::arrays::{array, numbers_of, object_of, text_of};
@@ -28,7 +29,7 @@ const UNIT: &str = "unit";
 
 /// A table: columns of equal length with names and units.
 ///
-/// ``table["load_fl"]`` is one column; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars,
+/// ``table["load_fl"]`` is one column, ``table[["time_ns", "load_fl"]]`` a table of two, ``table[:100]`` one of its first rows; ``to_polars()``, ``to_arrow()`` and ``to_pandas()`` make the table of a library. polars,
 /// pyarrow and DuckDB take it without copying, by the Arrow PyCapsule interface (``polars.DataFrame(table)``); pandas copies.
 #[pyclass(frozen, module = "tipwatch")]
 pub(crate) struct Table {
@@ -112,6 +113,64 @@ fn batch(block: table::Table) -> anyhow::Result<RecordBatch> {
 }
 
 impl Table {
+    /// Place of a column.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    fn place(&self, name: &str) -> PyResult<usize> {
+        self.schema.index_of(name).map_err(|_| {
+            PyKeyError::new_err(format!(
+                "expected one of the {} columns of the table (columns), found \"{name}\"",
+                self.schema.fields().len()
+            ))
+        })
+    }
+
+    fn column(&self, name: &str) -> PyResult<Column> {
+        let table = self.project(&[self.place(name)?])?;
+        Ok(Column { table })
+    }
+
+    /// The table of some columns.
+    ///
+    /// # Errors
+    /// There is no such column.
+    fn project(&self, places: &[usize]) -> PyResult<Self> {
+        let projected = || -> Result<Self, ArrowError> {
+            let batches = self.batches.iter().map(|batch| batch.project(places));
+            Ok(Self {
+                schema: Arc::new(self.schema.project(places)?),
+                batches: batches.collect::<Result<_, _>>()?,
+            })
+        };
+        projected().map_err(|error| exception(&error.into()))
+    }
+
+    /// The table of some rows, in any order.
+    ///
+    /// # Errors
+    /// The slice is not one of whole numbers, or the rows do not fit into memory.
+    fn rows(&self, slice: &Bound<'_, PySlice>) -> PyResult<Self> {
+        let found = slice.indices(isize::try_from(self.__len__())?)?;
+        let wanted = (0..found.slicelength).map(|at| found.start + at as isize * found.step);
+        let taken = || -> Result<Self, ArrowError> {
+            let whole = concat_batches(&self.schema, &self.batches)?;
+            let batch = match found.step {
+                // without a copy where the table has one chunk
+                1 => whole.slice(found.start as usize, found.slicelength),
+                _ => {
+                    let rows = UInt64Array::from_iter_values(wanted.map(|row| row as u64));
+                    take_record_batch(&whole, &rows)?
+                }
+            };
+            Ok(Self {
+                schema: Arc::clone(&self.schema),
+                batches: vec![batch],
+            })
+        };
+        taken().map_err(|error| exception(&error.into()))
+    }
+
     /// The table in the streaming format of Arrow.
     fn written(&self) -> Result<Vec<u8>, ArrowError> {
         let mut writer = StreamWriter::try_new(Vec::new(), &self.schema)?;
@@ -151,30 +210,28 @@ impl Table {
         Ok(units)
     }
 
-    fn __len__(&self) -> usize {
+    pub(crate) fn __len__(&self) -> usize {
         self.batches.iter().map(RecordBatch::num_rows).sum()
     }
 
-    /// A column by its name.
-    fn __getitem__(&self, name: &str) -> PyResult<Column> {
-        let place = self.schema.index_of(name).map_err(|_| {
-            PyKeyError::new_err(format!(
-                "expected one of the {} columns of the table (columns), found \"{name}\"",
-                self.schema.fields().len()
-            ))
-        })?;
-        let batches = self.batches.iter().map(|batch| batch.project(&[place]));
-        let batches: Vec<RecordBatch> = batches
-            .collect::<Result<_, _>>()
-            .map_err(|error| exception(&error.into()))?;
-        let schema = self.schema.project(&[place]);
-        let schema = schema.map_err(|error| exception(&error.into()))?;
-        Ok(Column {
-            table: Self {
-                schema: Arc::new(schema),
-                batches,
-            },
-        })
+    /// A column by its name, a table of some columns by a list of names, or one of some rows by a slice.
+    fn __getitem__<'py>(&self, key: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = key.py();
+        if let Ok(slice) = key.cast::<PySlice>() {
+            return Ok(Bound::new(py, self.rows(slice)?)?.into_any());
+        }
+        if let Ok(name) = key.extract::<String>() {
+            return Ok(Bound::new(py, self.column(&name)?)?.into_any());
+        }
+        let Ok(names) = key.extract::<Vec<String>>() else {
+            return Err(PyTypeError::new_err(format!(
+                "expected the name of a column, a list of names or a slice of rows, found {}; table[name][row] is one value",
+                key.get_type().name()?
+            )));
+        };
+        let places = names.iter().map(|name| self.place(name));
+        let table = self.project(&places.collect::<PyResult<Vec<_>>>()?)?;
+        Ok(Bound::new(py, table)?.into_any())
     }
 
     /// Whether there is a column of this name.
@@ -278,7 +335,8 @@ impl Table {
     }
 }
 
-/// One column of a table: ``numpy.asarray(table["load_fl"])``.
+/// One column of a table: ``numpy.asarray(table["load_fl"])``. ``column[0]`` is its first value, ``column[-1]`` its last one,
+/// ``column[10:20]`` a part of it; a loop goes over its values.
 ///
 /// NumPy gets a copy in which NaN is what is missing. polars, pyarrow and DuckDB take it as a table of one column.
 #[pyclass(frozen, module = "tipwatch")]
@@ -303,6 +361,40 @@ impl Column {
 
     fn __len__(&self) -> usize {
         self.table.__len__()
+    }
+
+    /// A value by its row, counted from the end if negative, or a part of the column by a slice.
+    fn __getitem__<'py>(&self, key: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let py = key.py();
+        if let Ok(slice) = key.cast::<PySlice>() {
+            let table = self.table.rows(slice)?;
+            return Ok(Bound::new(py, Self { table })?.into_any());
+        }
+        let Ok(row) = key.extract::<isize>() else {
+            return Err(PyTypeError::new_err(format!(
+                "expected a row or a slice of rows, found {}",
+                key.get_type().name()?
+            )));
+        };
+        let length = self.__len__();
+        let from_start = match row {
+            0.. => row.unsigned_abs(),
+            _ => length.wrapping_sub(row.unsigned_abs()),
+        };
+        let mut left = from_start;
+        for batch in &self.table.batches {
+            match left.checked_sub(batch.num_rows()) {
+                Some(behind) => left = behind,
+                None => return object_of(py, batch.column(0), left),
+            }
+        }
+        Err(PyIndexError::new_err(format!(
+            "expected a row below {length}, found {row}"
+        )))
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.to_list(py)?)?.try_iter()
     }
 
     /// For pickle: the column as a table of one.
@@ -369,7 +461,7 @@ impl Column {
 }
 
 /// A text that HTML shows as it is.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -160,3 +160,54 @@ def test_what_tables_do_not_state_can_be_said(tmp_path):
         tw.set_read_options()
     with pytest.raises(ValueError, match="time_unit: expected s, ms, us or ns, found \"min\""):
         tw.set_read_options(time_unit="min")
+
+
+def test_columns_and_tables_are_indexed_like_sequences(analysis):
+    samples = analysis.samples
+    column, expected = samples["load_fl"], samples["load_fl"].to_list()
+    assert (column[0], column[-1], len(column)) == (expected[0], expected[-1], len(expected))
+    assert list(column) == expected
+    for part in (slice(3, 9), slice(None, None, 7), slice(None, None, -1), slice(5, 2), slice(-4, None)):
+        assert column[part].to_list() == expected[part]
+        assert samples[part].to_polars().equals(samples.to_polars()[part])
+    assert column[3:9].unit == "N"
+    two = samples[["time_ns", "load_fl"]]
+    assert two.columns == ["time_ns", "load_fl"] and len(two) == len(samples) and two.units["load_fl"] == "N"
+    for wrong in (len(column), -len(column) - 1):
+        with pytest.raises(IndexError, match=f"expected a row below {len(column)}, found {wrong}"):
+            column[wrong]
+    with pytest.raises(KeyError, match="load_xx"):
+        samples[["time_ns", "load_xx"]]
+    with pytest.raises(TypeError, match="expected the name of a column, a list of names or a slice of rows, found int"):
+        samples[0]
+    with pytest.raises(TypeError, match="expected a row or a slice of rows, found str"):
+        column["load_fl"]
+
+
+def test_an_analysis_shows_its_findings(analysis):
+    first, *others = analysis.summary["findings"]
+    assert first in repr(analysis) and f"and {len(others)} more findings" in repr(analysis)
+    html = analysis._repr_html_()
+    assert html.count("<li>") == len(others) + 1 and "Wheel RL was off the ground" in html
+
+
+def test_what_is_no_log_and_what_is_no_query_are_values(machine, tmp_path):
+    (tmp_path / "photo.mcap").write_bytes(b"\xff\xd8\xff\xe0 a photograph")
+    with pytest.raises(ValueError, match="not a log") as wrong:
+        tw.analyze(tmp_path / "photo.mcap", machine)
+    assert isinstance(wrong.value, tw.TipwatchError) and wrong.value.kind == "log"
+    fleet = tw.screen(DEMO / "demo.mcap", machine=machine, out=tmp_path / "fleet", reports="none")
+    for sql in ("SELEKT 1", "SELECT nothing FROM logs", "SELECT * FROM machines"):
+        with pytest.raises(ValueError) as wrong:
+            fleet.query(sql)
+        assert isinstance(wrong.value, tw.TipwatchError) and wrong.value.kind == "query", sql
+
+
+def test_texts_name_keywords_and_no_flags(machine, tmp_path):
+    tw.screen(DEMO / "demo.mcap", machine=machine, out=tmp_path / "fleet", reports="none")
+    with pytest.raises(tw.TipwatchError, match="use resume=True to continue it"):
+        tw.screen(DEMO / "demo.mcap", machine=machine, out=tmp_path / "fleet", reports="none")
+    (tmp_path / "photo.mcap").write_bytes(b"\xff\xd8\xff\xe0 a photograph")
+    with pytest.raises(tw.TipwatchError) as wrong:
+        tw.analyze(tmp_path / "photo.mcap", machine)
+    assert "set_read_options(time_column=...)" in str(wrong.value) and "--" not in str(wrong.value)

@@ -77,8 +77,9 @@ def test_postures_are_checked(machine):
 def test_a_drawing_shows_shapes_wheels_and_centre_of_mass(tmp_path):
     pyplot = matplotlib()
     machine = tw.Machine(DATA / "forklift.toml")
-    side, top = machine.draw()
-    side.figure.savefig(tmp_path / "machine.png")
+    figure = machine.draw()
+    figure.savefig(tmp_path / "machine.png")
+    side, top = figure.axes
     assert (tmp_path / "machine.png").stat().st_size > 5000
     shapes = machine.urdf.count("<box") + machine.urdf.count("<cylinder")
     assert 0 < len(side.patches) == len(top.patches) <= shapes
@@ -87,8 +88,8 @@ def test_a_drawing_shows_shapes_wheels_and_centre_of_mass(tmp_path):
     assert np.allclose(drawn[0].get_xydata(), [com[:2]])
     assert [text.get_text() for text in top.texts] == machine.wheels
     # on axes of the caller
-    _, axes = pyplot.subplots(2, 1)
-    assert machine.draw(machine.zero_posture, ax=axes) == tuple(axes)
+    figure, axes = pyplot.subplots(2, 1)
+    assert machine.draw(machine.zero_posture, ax=axes) is figure
     with pytest.raises(ValueError, match="expected ax to be a pair of matplotlib axes"):
         machine.draw(ax=axes[0])
     pyplot.close("all")
@@ -96,7 +97,7 @@ def test_a_drawing_shows_shapes_wheels_and_centre_of_mass(tmp_path):
 
 def test_an_arm_without_shapes_is_drawn_as_lines(machine, moved):
     pyplot = matplotlib()
-    side, _ = machine.draw(moved)
+    side, _ = machine.draw(moved).axes
     place = machine.link_poses(moved)["tilt_link"][[0, 2], 3]
     ends = np.concatenate([line.get_xydata() for line in side.lines])
     assert np.isclose(ends, place).all(axis=1).any()
@@ -105,8 +106,9 @@ def test_an_arm_without_shapes_is_drawn_as_lines(machine, moved):
 
 def test_a_plot_shows_loads_bands_and_events(analysis, machine, tmp_path):
     pyplot = matplotlib()
-    loads, margins = analysis.plot()
-    loads.figure.savefig(tmp_path / "log.png")
+    figure = analysis.plot()
+    figure.savefig(tmp_path / "log.png")
+    loads, margins = figure.axes
     assert (tmp_path / "log.png").stat().st_size > 20_000
     assert [line.get_label() for line in loads.lines] == machine.wheels
     drawn, load = loads.lines[2].get_ydata(), np.asarray(analysis.samples["load_rl"])
@@ -118,8 +120,8 @@ def test_a_plot_shows_loads_bands_and_events(analysis, machine, tmp_path):
     assert {patch.get_label() for patch in loads.patches} >= {"wheel light", "wheel lift"}
     assert margins.lines[0].get_label() == "utilisation"
     # a part of it, on axes of the caller
-    _, axes = pyplot.subplots(2, 1)
-    assert analysis.plot(start=6.0, end=9.0, ax=axes) == tuple(axes)
+    figure, axes = pyplot.subplots(2, 1)
+    assert analysis.plot(start=6.0, end=9.0, ax=axes) is figure
     seconds = axes[0].lines[0].get_xdata()
     assert seconds.min() >= 6.0 and seconds.max() <= 9.0
     with pytest.raises(ValueError, match="expected rows between start 900"):

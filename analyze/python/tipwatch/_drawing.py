@@ -18,7 +18,7 @@ _VIEWS = {"side": (0, 2), "top": (0, 1)}
 _CIRCLE = 24
 
 
-def draw(machine: Machine, posture: ArrayLike | None = None, ax: Any = None) -> tuple[Any, Any]:
+def draw(machine: Machine, posture: ArrayLike | None = None, ax: Any = None) -> Any:
     """``Machine.draw``."""
     pyplot = _pyplot("Machine.draw")
     poses, layout = machine.link_poses(posture), machine.layout(posture)
@@ -36,10 +36,10 @@ def draw(machine: Machine, posture: ArrayLike | None = None, ax: Any = None) -> 
     top.set_ylabel("y, left (m)")
     top.set_title("from above")
     top.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=2, fontsize="small", frameon=False)
-    return side, top
+    return side.figure
 
 
-def plot(analysis: Analysis, start: float | None = None, end: float | None = None, ax: Any = None) -> tuple[Any, Any]:
+def plot(analysis: Analysis, start: float | None = None, end: float | None = None, ax: Any = None) -> Any:
     """``Analysis.plot``."""
     pyplot = _pyplot("Analysis.plot")
     samples, events = analysis.samples, analysis.events
@@ -68,7 +68,7 @@ def plot(analysis: Analysis, start: float | None = None, end: float | None = Non
     loads.legend(ncols=8, **above)
     margins.set_xlabel("time (s)")
     margins.legend(ncols=8, **above)
-    return loads, margins
+    return loads.figure
 
 
 # colours of what wheels, edges and the machine do, the worst last

@@ -17,10 +17,20 @@ class TipwatchValueError(TipwatchError, ValueError):
     """An argument has a value that it cannot have."""
 
 
+class TipwatchLogError(TipwatchError, ValueError):
+    """A file or folder is not a log, or one that cannot be read."""
+
+
+class TipwatchQueryError(TipwatchError, ValueError):
+    """A query is not valid, or names what the data set does not have."""
+
+
 _CLASSES = {
     "not_found": TipwatchNotFoundError,
     "permission": TipwatchPermissionError,
     "value": TipwatchValueError,
+    "log": TipwatchLogError,
+    "query": TipwatchQueryError,
 }
 
 

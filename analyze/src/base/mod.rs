@@ -20,6 +20,7 @@ pub mod recovered;
 pub mod rows;
 pub(crate) mod scratch_file;
 pub(crate) mod state_source;
+pub(crate) mod stderr;
 pub(crate) mod stdout;
 pub mod storage_error;
 pub(crate) mod support_sets;

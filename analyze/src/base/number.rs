@@ -73,8 +73,16 @@ pub(crate) fn with_unit(value: f64, unit: &str) -> String {
     }
 }
 
+/// A number of things: "1 log", "2 logs".
+pub(crate) fn count_of(count: usize, one: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {one}{plural}")
+}
+
 /// A time in the unit that suits it.
 pub(crate) fn time(seconds: f64) -> String {
+    // no sign before zero: the sum of nothing is -0.0
+    let seconds = if seconds.abs() < 0.05 { 0.0 } else { seconds };
     match seconds {
         s if s >= 3600.0 => format!("{:.1} h", s / 3600.0),
         s if s >= 60.0 => format!("{:.1} min", s / 60.0),
@@ -91,5 +99,18 @@ mod tests {
         assert_eq!(probability(1.0), "above 99.9 %");
         assert_eq!(probability(0.974), "97 %");
         assert_eq!(probability(0.0), "below 0.1 %");
+    }
+
+    #[test]
+    fn no_time_has_a_sign_before_zero() {
+        assert_eq!(time(-0.0), "0.0 s");
+        assert_eq!(time(-0.01), "0.0 s");
+        assert_eq!(time(90.0), "1.5 min");
+    }
+
+    #[test]
+    fn one_thing_has_no_plural() {
+        assert_eq!(count_of(1, "log"), "1 log");
+        assert_eq!(count_of(0, "log"), "0 logs");
     }
 }

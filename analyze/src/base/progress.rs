@@ -4,6 +4,8 @@ use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::stderr::to_stderr;
+
 /// Progress through one log; hidden if stderr is not a terminal.
 #[derive(Debug)]
 pub(crate) struct Progress {
@@ -70,13 +72,13 @@ impl LogCount {
     /// Prints a line above the bar unless quiet.
     pub(crate) fn print(&self, line: &str) {
         if !self.quiet {
-            self.bar.suspend(|| eprintln!("{line}"));
+            self.bar.suspend(|| to_stderr(line));
         }
     }
 
     /// Prints an error above the bar, even if quiet.
     pub(crate) fn error(&self, line: &str) {
-        self.bar.suspend(|| eprintln!("{line}"));
+        self.bar.suspend(|| to_stderr(line));
     }
 
     pub(crate) fn finish(&self) {

@@ -110,13 +110,9 @@ pub fn run(cli: &Cli) -> ExitCode {
         Command::Verify(args) => verify::run(args, terminal, recorded_analysis),
         Command::Schema => to_stdout(&summary::json_schema()).map(|()| Exit::DONE),
         Command::Completions { shell } => {
-            clap_complete::generate(
-                *shell,
-                &mut Cli::command(),
-                "tipwatch",
-                &mut std::io::stdout(),
-            );
-            Ok(Exit::DONE)
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Cli::command(), "tipwatch", &mut script);
+            to_stdout(&String::from_utf8_lossy(&script)).map(|()| Exit::DONE)
         }
     };
     result

@@ -11,6 +11,7 @@ use super::options::{AnalysisArgs, MinValidArgs};
 use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, ModelKind, Options};
 use crate::base::output_place::OutputPlace;
+use crate::base::stdout::to_stdout;
 use crate::compare::{Side, as_text, compare, render};
 
 #[derive(Debug, Args)]
@@ -46,7 +47,6 @@ pub(super) struct CompareArgs {
     min_valid: MinValidArgs,
 }
 
-#[expect(clippy::print_stdout, reason = "the comparison is the output")]
 pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
     let options = args.analysis.options();
     let other = args.machine_b.is_some() || args.model_b.is_some() || args.estimator_b.is_some();
@@ -73,8 +73,8 @@ pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
     let comparison = compare(&a, &b);
     let json = serde_json::to_string_pretty(&comparison)?;
     match args.json {
-        true => println!("{json}"),
-        false => print!("{}", as_text(&comparison, terminal.verbose)),
+        true => to_stdout(&format!("{json}\n"))?,
+        false => to_stdout(&as_text(&comparison, terminal.verbose))?,
     }
     if let Some(out) = &args.out {
         let target = OutputPlace::folder(out)?;

@@ -18,6 +18,7 @@ use super::options::CaseArgs;
 use crate::analysis::{Analysis, DEFAULT_MIN_VALID, run};
 use crate::base::options::Options;
 use crate::base::output_place::OutputPlace;
+use crate::base::stdout::to_stdout;
 use crate::output::custody::{self, Files};
 use crate::output::{self, OutputOptions};
 use crate::report;
@@ -73,7 +74,7 @@ pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
         transfers: &[],
     };
     custody::write(&analysis.provenance, files, out)?;
-    print_findings(&analysis, out);
+    print_findings(&analysis, out)?;
     terminal.print("the demo's log and machine file are in its folder input/");
     Ok(Ending::of(&analysis, DEFAULT_MIN_VALID).tell(terminal))
 }
@@ -94,22 +95,14 @@ fn unpack(folder: &Path) -> Result<(PathBuf, PathBuf)> {
 }
 
 /// Prints what happened, the gravest finding, where the report is and how to go on.
-#[expect(
-    clippy::print_stdout,
-    reason = "the findings are the output of the demo"
-)]
-fn print_findings(analysis: &Analysis, out: &Path) {
-    for sentence in report::story(analysis) {
-        println!("{sentence}");
-    }
-    for finding in report::findings(analysis).iter().take(1) {
-        println!("- {finding}");
-    }
-    println!("{}", report::BANDS);
+fn print_findings(analysis: &Analysis, out: &Path) -> Result<()> {
+    let mut lines = report::story(analysis);
+    let findings = report::findings(analysis).into_iter().take(1);
+    lines.extend(findings.map(|finding| format!("- {finding}")));
+    lines.push(report::BANDS.into());
     let report = out.join("report.html");
-    println!(
-        "report: {}",
-        report.canonicalize().unwrap_or(report).display()
-    );
-    println!("next: tipwatch inspect YOUR.mcap --write-machine machine.toml");
+    let report = report.canonicalize().unwrap_or(report);
+    lines.push(format!("report: {}", report.display()));
+    lines.push("next: tipwatch inspect YOUR.mcap --write-machine machine.toml\n".into());
+    to_stdout(&lines.join("\n"))
 }

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::error_text::error_text;
+use crate::base::stderr::to_stderr;
 
 /// An error in a file, the machine description or the system.
 const FAILED: u8 = 1;
@@ -120,17 +121,17 @@ pub(super) struct Terminal {
 impl Terminal {
     pub(super) fn print(self, text: &str) {
         if !self.quiet {
-            eprintln!("{text}");
+            to_stderr(text);
         }
     }
 
     pub(super) fn error(self, error: &anyhow::Error) {
-        eprintln!("error: {}", error_text(error));
+        to_stderr(&format!("error: {}", error_text(error)));
     }
 
     /// What makes the exit code; printed even when quiet.
     pub(super) fn verdict(self, text: &str) {
-        eprintln!("{text}");
+        to_stderr(text);
     }
 }
 

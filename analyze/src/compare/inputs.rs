@@ -18,6 +18,20 @@ pub struct InputDifference {
     pub b: Option<String>,
 }
 
+/// Key of the machine file's hash: an output folder holds no machine file, so that not all of its keys can be compared.
+const MACHINE_FILE: &str = "machine_file.sha256";
+
+impl InputDifference {
+    /// Whether it is that of machine files whose keys are not all known here.
+    pub(super) fn is_of_machine_files(&self) -> bool {
+        self.key == MACHINE_FILE
+    }
+}
+
+/// What must be known about machine files that differ and are not held.
+pub(super) const NOT_HELD: &str = "The machine files differ, and the output folders do not hold all of their keys: other keys may differ, \
+     too. Compare the logs under both machine files to see all of them.";
+
 /// The inputs that differ, by key.
 pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
     let has_files = a.machine_file.is_some() && b.machine_file.is_some();
@@ -38,6 +52,20 @@ fn stated(side: &Side, has_files: bool) -> BTreeMap<String, String> {
     flatten("options", &summary["options"], &mut found);
     let provenance = &summary["provenance"];
     flatten("urdf.sha256", &provenance["urdf"]["sha256"], &mut found);
+    let commissioning = &provenance["commissioning_file"]["sha256"];
+    flatten("commissioning_file.sha256", commissioning, &mut found);
+    for (place, file) in provenance["dbc_files"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .enumerate()
+    {
+        flatten(
+            &format!("dbc_files.{place}.sha256"),
+            &file["sha256"],
+            &mut found,
+        );
+    }
     match side.machine_file.as_deref().filter(|_| has_files) {
         Some(text) => {
             let file = toml::from_str::<toml::Table>(text).ok();
@@ -45,6 +73,11 @@ fn stated(side: &Side, has_files: bool) -> BTreeMap<String, String> {
             flatten("", &file.unwrap_or_default(), &mut found);
         }
         None => {
+            flatten(
+                MACHINE_FILE,
+                &provenance["machine_file"]["sha256"],
+                &mut found,
+            );
             flatten("machine", &summary["machine"], &mut found);
             flatten("split_rule", &summary["model"]["split_rule"], &mut found);
             flatten("uncertainty", &summary["uncertainty"], &mut found);

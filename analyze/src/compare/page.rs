@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::comparison::Comparison;
 use super::facts::formatted;
-use super::inputs::InputDifference;
+use super::inputs::{InputDifference, NOT_HELD};
 use super::series::shared_rows;
 use super::side::Side;
 use super::text::{event, origin};
@@ -53,6 +53,7 @@ fn inputs(comparison: &Comparison) -> Markup {
             p { "None." }
         } @else {
             (table(&["Input", "A", "B"], &comparison.inputs.iter().map(row).collect::<Vec<_>>()))
+            @if comparison.inputs.iter().any(InputDifference::is_of_machine_files) { p { (NOT_HELD) } }
         }
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::comparison::Comparison;
 use super::facts::{EventPair, formatted};
-use super::inputs::in_words;
+use super::inputs::{InputDifference, NOT_HELD, in_words};
 use super::side::SideSummary;
 use crate::base::number::number;
 
@@ -84,6 +84,13 @@ fn add_inputs(comparison: &Comparison, text: &mut String) {
     let _ = writeln!(text, "\nInputs that differ");
     for of in &comparison.inputs {
         let _ = writeln!(text, "{}", in_words(of));
+    }
+    if comparison
+        .inputs
+        .iter()
+        .any(InputDifference::is_of_machine_files)
+    {
+        let _ = writeln!(text, "{NOT_HELD}");
     }
 }
 

@@ -25,6 +25,11 @@ pub(crate) fn table<C: Render>(head: &[impl Render], rows: &[Vec<C>]) -> Markup 
     }
 }
 
+/// A value that is never broken within.
+pub(crate) fn whole(value: impl Render) -> Markup {
+    html! { span.whole { (value) } }
+}
+
 /// A table of names and values.
 pub(crate) fn facts<N: Render, V: Render>(rows: &[(N, V)]) -> Markup {
     html! {

@@ -55,7 +55,8 @@ const TERMS: [(&str, &str); 16] = [
     ),
     (
         "Static load",
-        "load of a wheel at rest on level ground, in the reference posture that the machine file states, else in that of the first valid row",
+        "load of a wheel at rest on level ground, in the reference posture that the machine file states, else with all joints at zero, within \
+         their limits",
     ),
     ("TOM", "tip-over moment: MHS plus the weight of the chassis"),
     (
@@ -89,7 +90,23 @@ fn contains_word(text: &str, word: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use tipwatch_mechanics::machine::ReferencePosture;
+
     use super::*;
+
+    #[test]
+    fn static_loads_are_those_of_the_posture_that_the_notes_name() {
+        let unstated = ReferencePosture {
+            positions: Vec::new(),
+            is_stated: false,
+        };
+        let posture = unstated.source().split(" (").next().unwrap();
+        let (_, meaning) = TERMS
+            .into_iter()
+            .find(|(term, _)| *term == "Static load")
+            .unwrap();
+        assert!(meaning.contains(posture), "{posture}: {meaning}");
+    }
 
     #[test]
     fn glossary_explains_exactly_the_terms_in_use() {

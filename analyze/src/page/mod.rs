@@ -14,10 +14,11 @@ pub(crate) use chart::{Curve, chart};
 pub(crate) use column::Columns;
 pub(crate) use decimate::rows_to_draw;
 pub(crate) use document::{Document, Plots, Program, Scripts, json_script, library, packed_script};
-pub(crate) use elements::{Bar, bars, facts, list, part, section, table};
+pub(crate) use elements::{Bar, bars, facts, list, part, section, table, whole};
 pub(crate) use figure::{Figure, Look, MOST_POINTS, Trace, figures, figures_help};
 pub(crate) use glossary::glossary;
 
 pub(crate) use crate::base::number::{
-    input_in_words, number, or_dash, percent, probability, readable, short, time, with_unit,
+    count_of, input_in_words, number, or_dash, percent, probability, readable, short, time,
+    with_unit,
 };

@@ -208,8 +208,17 @@ pub(crate) fn round_up(value: f64) -> f64 {
     if !(value > 0.0) {
         return 1.0;
     }
-    let power = 10f64.powf(value.log10().floor());
-    let steps = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0].map(|step| step * power);
+    let exponent = value.log10().floor() as i32;
+    // a negative power of ten is not exact, and neither is a product with it: 3 * 0.1 is 0.30000000000000004
+    let power = 10f64.powi(exponent.abs());
+    let scaled = |step: f64| {
+        if exponent < 0 {
+            step / power
+        } else {
+            step * power
+        }
+    };
+    let steps = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0].map(scaled);
     steps
         .into_iter()
         .find(|&step| step >= value)
@@ -219,6 +228,17 @@ pub(crate) fn round_up(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ends_of_axes_are_short_numbers() {
+        for exponent in -4..5 {
+            for step in [1.2, 2.4, 2.7, 5.5, 7.1] {
+                let end = round_up(step * 10f64.powi(exponent));
+                assert!(format!("{end}").len() <= 7, "{end}");
+            }
+        }
+        assert_eq!(round_up(0.27), 0.3);
+    }
 
     #[test]
     fn a_line_keeps_its_peaks_and_loses_what_nobody_sees() {

@@ -71,7 +71,7 @@ pub struct LogFacts {
 pub struct WheelFacts {
     /// Its name, in lower case.
     pub name: String,
-    /// Static load: level, at rest, in the posture of the first valid row (N).
+    /// Static load: level, at rest, in the reference posture (N).
     pub static_load_n: Option<f64>,
     /// Smallest OTF (N).
     pub least_otf_n: Option<f64>,

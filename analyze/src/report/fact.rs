@@ -3,7 +3,7 @@
 use crate::events::Event;
 
 /// An event that is less probable than this is no statement of fact.
-pub(super) const LEAST_OF_A_FACT: f64 = 0.5;
+pub(crate) const LEAST_OF_A_FACT: f64 = 0.5;
 
 /// Whether an event is more probable than not; one without a probability rests on what was measured.
 pub(super) fn is_fact(event: &Event) -> bool {

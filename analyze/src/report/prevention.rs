@@ -8,7 +8,7 @@ use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
 use crate::base::number::number;
 use crate::events::Finding;
 use crate::events::support_words::SupportWord;
-use crate::page::{Bar, bars, list, probability, readable, short, table};
+use crate::page::{Bar, bars, list, probability, readable, short, table, whole};
 
 /// Most changes shown in the chart and the table.
 const MOST_SHOWN: usize = 8;
@@ -68,9 +68,9 @@ pub(super) fn brief(analysis: &Analysis) -> Markup {
             sigma(change).trim_end_matches(" N")
         );
         let chance = change.chance.map_or("unknown".into(), probability);
-        vec![change.statement.clone(), otf, chance]
+        vec![html! { (change.statement) }, html! { (otf) }, whole(chance)]
     });
-    let rows: Vec<Vec<String>> = rows.collect();
+    let rows: Vec<Vec<Markup>> = rows.collect();
     let word = SupportWord::of(&analysis.machine).one;
     html! {
         div {

@@ -1,4 +1,4 @@
-//! What the wheel that came closest to lifting would have carried with another load, slope, speed or boom: sliders, to first
+//! What the wheel that came closest to lifting would have carried with another load, tilt, speed or boom: sliders, to first
 //! order from the derivatives at its worst instant, beside the simulated values.
 
 use maud::{Markup, html};
@@ -110,7 +110,7 @@ pub fn sliders(analysis: &Analysis) -> Option<Sliders> {
             - pitch * per_unit(Parameter::ImuRotation(Axis::Y));
         changes.push(Slider {
             name: format!(
-                "Slope (logged: roll {:.1}°, pitch {:.1}°)",
+                "Tilt of the platform (logged: roll {:.1}°, pitch {:.1}°)",
                 roll.to_degrees(),
                 pitch.to_degrees()
             ),

@@ -22,6 +22,7 @@
 //! All conditions of a rule must hold. If rules of different machine files match one log, the log fails,
 //! because a wrong machine gives plausible but wrong loads.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -31,6 +32,7 @@ use tipwatch_binding::{MachineFile, read_text};
 use tipwatch_ingest::{Log, MetadataRecord, metadata_records};
 
 use super::failure::FailureKind;
+use super::version::machine_sha256;
 use crate::base::file_hash::FileHash;
 
 /// A fleet file as written.
@@ -185,6 +187,36 @@ impl Fleet {
             .map(change)
             .collect::<Result<_>>()?;
         Ok(self)
+    }
+
+    /// Says which machine files have the same name and differ: tables and pages know a machine by its name.
+    #[must_use]
+    pub(super) fn note(&self) -> Option<String> {
+        let mut of_name = BTreeMap::<&str, BTreeMap<String, &Path>>::new();
+        for machine in &self.machines {
+            let files = of_name.entry(&machine.spec.name).or_default();
+            files
+                .entry(machine_sha256(machine))
+                .or_insert(&machine.path);
+        }
+        let shared = of_name.iter().filter(|(_, files)| files.len() > 1);
+        let shared: Vec<String> = shared
+            .map(|(name, files)| {
+                let mut files: Vec<String> = files
+                    .values()
+                    .map(|file| file.display().to_string())
+                    .collect();
+                files.sort();
+                format!("{name} ({})", files.join(", "))
+            })
+            .collect();
+        (!shared.is_empty()).then(|| {
+            format!(
+                "machine files that differ have the same name: {}; their logs count as those of one machine: give each machine \
+                 a name of its own",
+                shared.join("; ")
+            )
+        })
     }
 
     /// All files that the analyses need: machine files, their URDF and DBC files.

@@ -50,10 +50,8 @@ pub fn gather(
     if !asked.logs.is_empty() {
         let done: BTreeSet<&str> = records.iter().map(|record| record.path.as_str()).collect();
         let named = found.insert(inputs::find(asked.logs, asked.out)?);
-        named
-            .note()
-            .into_iter()
-            .for_each(|note| notify(Update::Note(note)));
+        let notes = named.notes().into_iter();
+        notes.for_each(|note| notify(Update::Note(note)));
         for log in &named.logs {
             let mut record = empty_record(log, &asked.options);
             if !done.contains(record.path.as_str()) {

@@ -41,6 +41,8 @@ pub(super) struct Found {
     pub(super) logs: Vec<PathBuf>,
     /// Tables and packed texts in folders, which are not logs unless they are named.
     left_out: Vec<PathBuf>,
+    /// Folders that are named like a log and hold none.
+    empty: Vec<PathBuf>,
     /// Folders and patterns that were searched.
     searched: Vec<PathBuf>,
 }
@@ -66,8 +68,24 @@ impl Found {
             && (Location::is_remote_path(path) || !path.exists())
     }
 
-    /// Says what was left out, and how to include it.
-    pub(super) fn note(&self) -> Option<String> {
+    /// Says what was not taken as a log although it may be one.
+    pub(super) fn notes(&self) -> Vec<String> {
+        self.left_out_note()
+            .into_iter()
+            .chain(self.empty_note())
+            .collect()
+    }
+
+    fn empty_note(&self) -> Option<String> {
+        let first = self.empty.first()?.display();
+        Some(format!(
+            "folders that are named like a log and hold none were skipped: {}, the first {first}",
+            self.empty.len()
+        ))
+    }
+
+    /// What was left out, and how to include it.
+    fn left_out_note(&self) -> Option<String> {
         let first = self.left_out.first()?;
         let ending = first.extension().unwrap_or_default().to_string_lossy();
         let folder = first.parent().unwrap_or(first).display();
@@ -88,28 +106,40 @@ pub(super) fn find(requested: &[PathBuf], out: &Path) -> Result<Found> {
     let mut finder = Finder {
         logs: BTreeSet::new(),
         tables: BTreeSet::new(),
+        named_like_logs: BTreeSet::new(),
         out: tidy(out)?,
     };
     for path in requested {
         finder.add_requested(path)?;
     }
-    let Finder { logs, tables, .. } = finder;
+    let Finder {
+        logs,
+        tables,
+        named_like_logs,
+        ..
+    } = finder;
+    let is_empty = |folder: &PathBuf| {
+        let mut all = logs.iter().chain(&tables);
+        !all.any(|path| Path::new(path).starts_with(folder))
+    };
+    let folders = named_like_logs.into_iter().map(PathBuf::from);
     let found = Found {
         searched: requested
             .iter()
             .map(|path| tidy(path))
             .collect::<Result<_>>()?,
         left_out: tables.difference(&logs).map(PathBuf::from).collect(),
+        empty: folders.filter(is_empty).collect(),
         logs: logs.into_iter().map(PathBuf::from).collect(),
     };
     if found.logs.is_empty() {
         let names: Vec<_> = requested.iter().map(|p| p.display().to_string()).collect();
-        let left_out = found.note().map(|note| format!("; {note}"));
+        let notes = found.notes().into_iter().map(|note| format!("; {note}"));
         bail!(
             "{}: expected logs (*.mcap, *.bag, *.db3, rosbag2 folders, CAN traces: *.blf, *.asc, *.trc, *.mf4, candump *.log), \
              found none{}",
             names.join(", "),
-            left_out.unwrap_or_default()
+            notes.collect::<String>()
         );
     }
     Ok(found)
@@ -138,6 +168,8 @@ struct Finder {
     logs: BTreeSet<OsString>,
     /// Tables in folders.
     tables: BTreeSet<OsString>,
+    /// Folders that are named like a log and are none.
+    named_like_logs: BTreeSet<OsString>,
     out: PathBuf,
 }
 
@@ -299,6 +331,9 @@ impl Finder {
             }
         }
         above.remove(&real);
+        if is_log(folder) {
+            self.named_like_logs.insert(folder.into());
+        }
     }
 }
 
@@ -433,10 +468,10 @@ mod tests {
         fs::write(at("a/a.trc"), ";$FILEVERSION=1.1\n;$STARTTIME=45244.5\n").unwrap();
         assert_eq!(found(&folder, &[""]), logs);
         // tables must be named
-        let note = find(&[at("a")], &at("out")).unwrap().note().unwrap();
+        let notes = find(&[at("a")], &at("out")).unwrap().notes();
         assert!(
-            note.starts_with("3 tables") && note.contains("a/*.csv"),
-            "{note}"
+            notes.len() == 1 && notes[0].starts_with("3 tables") && notes[0].contains("a/*.csv"),
+            "{notes:?}"
         );
         assert_eq!(found(&folder, &["a/*.csv"]), ["a/9.csv"]);
         let named = find(
@@ -448,7 +483,7 @@ mod tests {
             ],
             &at("out"),
         );
-        assert_eq!(named.unwrap().note(), None);
+        assert_eq!(named.unwrap().notes(), Vec::<String>::new());
         assert_eq!(
             found(&folder, &["a/*.mcap", "sets/../a/1.mcap"]),
             ["a/1.mcap"]
@@ -465,5 +500,32 @@ mod tests {
             error.contains("expected logs") && error.contains("found none"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn folders_named_like_a_log_without_one_are_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().canonicalize().unwrap();
+        let at = |name: &str| folder.join(name);
+        for name in ["a/empty.mcap", "a/full.mcap"] {
+            fs::create_dir_all(at(name)).unwrap();
+        }
+        fs::write(at("a/full.mcap/1.mcap"), "").unwrap();
+        let whole = find(&[at("a")], &at("out")).unwrap();
+        let named = find(&[at("a/empty.mcap"), at("a/full.mcap")], &at("out")).unwrap();
+        for found in [whole, named] {
+            assert_eq!(found.logs, [at("a/full.mcap/1.mcap")]);
+            let notes = found.notes();
+            assert!(
+                notes.len() == 1
+                    && notes[0].contains("skipped: 1")
+                    && notes[0].ends_with("a/empty.mcap"),
+                "{notes:?}"
+            );
+        }
+        let error = find(&[at("a/empty.mcap")], &at("out"))
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("named like a log"), "{error}");
     }
 }

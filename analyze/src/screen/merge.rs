@@ -74,7 +74,7 @@ pub(super) fn merge(records: Vec<Record>) -> Vec<LogRow> {
         let of_content = rows_of.entry(id).or_default();
         let known = of_content
             .iter()
-            .find(|&&row| machine_of(&rows[row].record) == machine_of(&record));
+            .find(|&&row| is_of_same_machine(&rows[row].record, &record));
         let Some(row) = known.map(|&row| &mut rows[row]) else {
             of_content.push(rows.len());
             rows.push(LogRow { record, copies: 0 });
@@ -98,6 +98,16 @@ fn machine_of(record: &Record) -> Option<&str> {
     record.machine.as_ref().map(|machine| machine.name.as_str())
 }
 
+/// Whether two records were made with one machine. A name is not enough: two files may have the same one. Records of
+/// different programs may come from before and after a change of the file, so that the newer one is right.
+fn is_of_same_machine(a: &Record, b: &Record) -> bool {
+    let is_of_one_file = match (&a.machine, &b.machine) {
+        (Some(a), Some(b)) => a.sha256 == b.sha256,
+        _ => true,
+    };
+    machine_of(a) == machine_of(b) && (is_of_one_file || a.program() != b.program())
+}
+
 /// Lets the rows of one content fail that were analysed with different machines.
 fn refuse_conflict(rows: &mut [LogRow], of_content: &[usize]) {
     let analysed = of_content
@@ -107,14 +117,31 @@ fn refuse_conflict(rows: &mut [LogRow], of_content: &[usize]) {
     if analysed.len() < 2 {
         return;
     }
+    let names: BTreeSet<Option<&str>> = analysed
+        .iter()
+        .map(|&row| machine_of(&rows[row].record))
+        .collect();
+    let has_one_name = names.len() < analysed.len();
     let named = analysed.iter().map(|&row| {
         let record = &rows[row].record;
-        let machine = machine_of(record).unwrap_or("unknown");
-        format!("{} ({machine})", record.path)
+        let machine = record.machine.as_ref();
+        let name = machine.map_or("unknown", |machine| &machine.name);
+        match machine
+            .and_then(|machine| machine.sha256.get(..8))
+            .filter(|_| has_one_name)
+        {
+            Some(file) => format!("{} ({name}, machine file {file})", record.path),
+            None => format!("{} ({name})", record.path),
+        }
     });
+    let remedy = match has_one_name {
+        true => {
+            "analyse all of them with the same machine file, or give each machine a name of its own"
+        }
+        false => "remove the copies that are in the wrong place, or mend the fleet file",
+    };
     let reason = format!(
-        "expected one machine for one content, found the same log as {}: remove the copies that are in the wrong place, \
-         or mend the fleet file",
+        "expected one machine for one content, found the same log as {}: {remedy}",
         named.collect::<Vec<_>>().join(" and ")
     );
     for row in analysed {

@@ -33,7 +33,7 @@ mod totals;
 mod version;
 mod workers;
 
-pub use data_set::{Answer, TABLES, query};
+pub use data_set::{Answer, NotAnswered, TABLES, query};
 pub use failure::FailureKind;
 pub use fleet_file::Fleet;
 pub use gather::gather;

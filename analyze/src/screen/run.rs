@@ -35,10 +35,8 @@ pub fn screen(
 ) -> Result<Screen> {
     inputs::require_any(request.logs)?;
     let found = inputs::find(request.logs, request.out)?;
-    found
-        .note()
-        .into_iter()
-        .for_each(|note| notify(Update::Note(note)));
+    let notes = found.notes().into_iter().chain(fleet.note());
+    notes.for_each(|note| notify(Update::Note(note)));
     let logs = found.logs.clone();
     let logs = match request.shard {
         Some(shard) => shard.of(logs),

@@ -5,15 +5,18 @@ use std::io;
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
-use tipwatch_analyze::base::storage_error::storage_error;
+use tipwatch_analyze::base::storage_error::{log_error, storage_error};
+use tipwatch_analyze::screen::NotAnswered;
+use tipwatch_ingest::Error as LogError;
 use tipwatch_storage::{ErrorKind, redact};
 
 create_exception!(
     tipwatch,
     TipwatchError,
     PyException,
-    "What tipwatch expected, what it found and where. `kind` is \"not_found\", \"permission\", \"storage\", \"value\" or \
-     \"error\"; those of the first, second and fourth kind are also a FileNotFoundError, PermissionError or ValueError."
+    "What tipwatch expected, what it found and where. `kind` is \"not_found\", \"permission\", \"storage\", \"value\", \"log\" \
+     (not a log), \"query\" (SQL that has no answer) or \"error\". The first is also a FileNotFoundError, the second a \
+     PermissionError; \"value\", \"log\" and \"query\" are also a ValueError."
 );
 
 /// An argument with a value that it cannot have.
@@ -31,7 +34,7 @@ impl std::error::Error for Mistake {}
 /// The exception of an error with all its causes.
 pub(crate) fn exception(error: &anyhow::Error) -> PyErr {
     // a URL may come from a file, too
-    let text = redact(&format!("{error:#}"));
+    let text = in_python(&redact(&format!("{error:#}")));
     Python::attach(|py| {
         let arguments = (kind_of(error), text.as_str());
         let made = py
@@ -41,11 +44,57 @@ pub(crate) fn exception(error: &anyhow::Error) -> PyErr {
     })
 }
 
+/// Flags of the program that are keywords in Python, and what to write for them there. Longer ones come before their beginnings.
+const KEYWORDS: [(&str, &str); 19] = [
+    ("--estimator smoother", "estimator=\"smoother\""),
+    ("--model whole-body", "model=\"whole-body\""),
+    (
+        "--apply-clock-offsets estimated",
+        "apply_clock_offsets=\"estimated\"",
+    ),
+    ("--estimator", "estimator"),
+    ("--model", "model"),
+    ("--machine-b", "machine_b"),
+    ("--machine", "machine"),
+    ("--resume", "resume=True"),
+    ("--prune", "prune=True"),
+    ("--rate", "rate"),
+    ("--from", "start"),
+    ("--to", "end"),
+    ("--widen-sigmas", "widen_sigmas"),
+    ("--time-column", "set_read_options(time_column=...)"),
+    ("--time-unit", "set_read_options(time_unit=...)"),
+    ("--date-order", "set_read_options(date_order=...)"),
+    ("--no-header", "set_read_options(header=False)"),
+    ("--definitions", "set_read_options(definitions=...)"),
+    ("--fetch-whole", "set_read_options(fetch_whole=True)"),
+];
+
+/// A text of the program with the keywords of Python in place of its flags.
+fn in_python(text: &str) -> String {
+    KEYWORDS
+        .iter()
+        .fold(text.to_owned(), |text, (flag, keyword)| {
+            let mut parts = text.split(flag);
+            let mut written = parts.next().unwrap_or_default().to_owned();
+            for part in parts {
+                // the beginning of another flag is not this one
+                let is_longer = part.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '-');
+                written.push_str(if is_longer { flag } else { keyword });
+                written.push_str(part);
+            }
+            written
+        })
+}
+
 /// What programs tell errors apart by.
 fn kind_of(error: &anyhow::Error) -> &'static str {
     let of_cause = |cause: &(dyn std::error::Error + 'static)| {
         if cause.is::<Mistake>() {
             return Some("value");
+        }
+        if cause.is::<NotAnswered>() {
+            return Some("query");
         }
         let of_file = || match cause.downcast_ref::<io::Error>()?.kind() {
             io::ErrorKind::NotFound => Some("not_found"),
@@ -63,6 +112,15 @@ fn kind_of(error: &anyhow::Error) -> &'static str {
         | ErrorKind::Refused => Some("storage"),
         _ => None,
     });
+    let of_log = || match log_error(error)? {
+        LogError::NotALog { .. } | LogError::Unsupported { .. } | LogError::Table { .. } => {
+            Some("log")
+        }
+        _ => None,
+    };
     let of_causes = || error.chain().find_map(of_cause);
-    of_storage.or_else(of_causes).unwrap_or("error")
+    of_storage
+        .or_else(of_log)
+        .or_else(of_causes)
+        .unwrap_or("error")
 }

@@ -176,21 +176,24 @@ impl Scene {
         (!texts.is_empty()).then(|| format!("Less likely than not: {}", texts.join("; ")))
     }
 
+    /// The assumption about the split that an event rests on, all of it or its beginning.
+    pub(in crate::report) fn condition(&self, event: &Event) -> Option<String> {
+        let rests_on_it = event.any_split_ns.is_some() || event.split_dependent == Some(true);
+        (rests_on_it && !self.is_split_stated).then(|| format!("if {}", self.split_rule))
+    }
+
     /// The assumption about the split that a finding rests on, and what holds without it.
     fn split_clauses(&self, event: &Event) -> [String; 2] {
-        if self.is_split_stated {
+        let Some(condition) = self.condition(event) else {
             return [String::new(), String::new()];
-        }
-        let under = format!(", if {}", self.split_rule);
+        };
+        let under = format!(", {condition}");
         if let Some(any_split_ns) = event.any_split_ns {
             let since_s = self.seconds(any_split_ns);
             return [
                 under,
                 format!("; from t = {since_s:.2} s on however the {}", self.sharing),
             ];
-        }
-        if event.split_dependent != Some(true) {
-            return [String::new(), String::new()];
         }
         let range = (event.load_range_n).map_or(String::new(), |[least_n, largest_n]| {
             format!(" ({} to {} N)", number(least_n), number(largest_n))

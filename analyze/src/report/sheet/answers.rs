@@ -70,7 +70,10 @@ fn nothing_known(analysis: &Analysis) -> Option<String> {
     })
 }
 
-/// "in this log", or in the part of its time that is known.
+/// The scope of a log that is known as a whole.
+const WHOLE_LOG: &str = "in this log";
+
+/// [`WHOLE_LOG`], or in the part of its time that is known.
 pub(super) fn scope(analysis: &Analysis) -> String {
     let word = SupportWord::of(&analysis.machine).one;
     let coverage = &analysis.coverage;
@@ -90,7 +93,7 @@ pub(super) fn scope(analysis: &Analysis) -> String {
             "was found up to t = {:.2} s; the end of the log is lost, and what happened afterwards is not known",
             analysis.rows.seconds(analysis.rows.len() - 1)
         ),
-        true => "in this log".into(),
+        true => WHOLE_LOG.into(),
         false => format!(
             "in the {coverage} of the log with known {word} loads; nothing is known of the rest"
         ),
@@ -112,13 +115,13 @@ fn tipped_over(analysis: &Analysis) -> String {
         && (event.measured_rotation.is_some() || nothing_known(analysis).is_none())
     {
         let (edge, at) = (scene.subject(event), at(event));
-        let tilt = event.worst.to_degrees();
+        let tilt = at_least_degrees(event);
         let unseen = match event.shown_by {
             Some(ShownBy::Rotation) => " The computed loads do not show it.",
             _ => "",
         };
         return format!(
-            "Yes, about the {edge} edge, {at}: its tilt grew by at least {tilt:.0}°.{unseen}"
+            "Yes, about the {edge} edge, {at}: its tilt grew by at least {tilt}.{unseen}"
         );
     }
     if let Some(unknown) = nothing_known(analysis) {
@@ -142,6 +145,12 @@ fn tipped_over(analysis: &Analysis) -> String {
         ),
         None => format!("No tip-over {scope}."),
     }
+}
+
+/// How far a machine tipped over at least, in whole degrees: rounded down, or it would not be so far.
+pub(super) fn at_least_degrees(event: &Event) -> String {
+    // of a whole number the last bits may be missing
+    format!("{:.0}°", (event.worst.to_degrees() + 1e-9).floor())
 }
 
 fn lifted(analysis: &Analysis) -> String {
@@ -188,45 +197,49 @@ fn lifted(analysis: &Analysis) -> String {
             ),
         });
     }
+    let open = match is_stated {
+        true => Vec::new(),
+        false => could_have_lifted(analysis, &wheels),
+    };
     if wheels.is_empty() {
-        sentences.push(format!("None {}.", scope(analysis)));
+        sentences.push(none(&scope(analysis), open.is_empty()));
     }
-    if !is_stated {
-        sentences.extend(could_have_lifted(analysis, &wheels));
+    let sharing = sharing(&analysis.machine);
+    if !open.is_empty() {
+        let names = open
+            .iter()
+            .map(|&wheel| &*analysis.machine.wheels()[wheel].name);
+        let ways = Deciding::of(analysis, &open).into_iter();
+        sentences.push(format!(
+            "Without knowing how the {sharing} a lift of {} cannot be excluded; {} would decide.",
+            names.collect::<Vec<_>>().join(" or "),
+            ways.map(Deciding::short).collect::<Vec<_>>().join(" or ")
+        ));
+    } else if wheels.is_empty() && !is_stated {
+        sentences.push(format!(
+            "This holds however the {sharing}, tolerances of the inputs aside."
+        ));
     }
     sentences.join(" ")
 }
 
-/// Other wheels that carry no load under some split.
-fn could_have_lifted(
-    analysis: &Analysis,
-    lifted: &[(String, String, usize, bool)],
-) -> Option<String> {
+/// That nothing lifted. Where another split could have lifted something, this is no more than what was computed.
+fn none(scope: &str, is_certain: bool) -> String {
+    match (is_certain, scope) {
+        (true, scope) => format!("None {scope}."),
+        (false, WHOLE_LOG) => "None as computed.".into(),
+        (false, scope) => format!("As computed, none {scope}."),
+    }
+}
+
+/// Wheels that did not lift as computed and carry no load under some split.
+fn could_have_lifted(analysis: &Analysis, lifted: &[(String, String, usize, bool)]) -> Vec<usize> {
     let machine = &analysis.machine;
     let could_unload = |wheel: &usize| {
         let name = &machine.wheels()[*wheel].name;
         analysis.digest.wheels[*wheel].could_unload && !lifted.iter().any(|known| known.0 == *name)
     };
-    let wheels: Vec<usize> = (0..machine.wheels().len()).filter(could_unload).collect();
-    match wheels.is_empty() {
-        true if lifted.is_empty() => {
-            let sharing = sharing(machine);
-            Some(format!(
-                "This holds however the {sharing}, tolerances of the inputs aside."
-            ))
-        }
-        true => None,
-        false => {
-            let names = wheels.iter().map(|&wheel| &*machine.wheels()[wheel].name);
-            let ways = Deciding::of(analysis, &wheels).into_iter();
-            Some(format!(
-                "Without knowing how the {} a lift of {} cannot be excluded; {} would decide.",
-                sharing(machine),
-                names.collect::<Vec<_>>().join(" or "),
-                ways.map(Deciding::short).collect::<Vec<_>>().join(" or ")
-            ))
-        }
-    }
+    (0..machine.wheels().len()).filter(could_unload).collect()
 }
 
 fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
@@ -414,4 +427,25 @@ fn when(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
         event.unwrap_or_default(),
         calendar.source()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_excluded_is_not_excluded() {
+        assert_eq!(none(WHOLE_LOG, true), "None in this log.");
+        assert_eq!(none(WHOLE_LOG, false), "None as computed.");
+    }
+
+    #[test]
+    fn a_least_tilt_is_rounded_down() {
+        let tilted = |degrees: f64| Event {
+            worst: degrees.to_radians(),
+            ..Event::blank(EventKind::TipOver, 0, "left".into())
+        };
+        assert_eq!(at_least_degrees(&tilted(49.7)), "49°");
+        assert_eq!(at_least_degrees(&tilted(10.0)), "10°");
+    }
 }

@@ -14,7 +14,7 @@ use crate::analysis::Analysis;
 use crate::base::file_hash::FileHash;
 use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventCauses};
-use crate::page::{facts, number, probability, readable, table};
+use crate::page::{facts, number, probability, readable, table, whole};
 
 /// Causes on the sheet.
 const MOST_CAUSES: usize = 3;
@@ -114,12 +114,12 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let rows = event.counterfactuals.iter().filter_map(|answer| {
         let chance = probability(answer.probability?);
         Some(vec![
-            scene.supposed(answer),
-            answer.answer.name().into(),
-            chance,
+            html! { (scene.supposed(answer)) },
+            html! { (answer.answer.name()) },
+            whole(chance),
         ])
     });
-    let rows: Vec<Vec<String>> = rows.collect();
+    let rows: Vec<Vec<Markup>> = rows.collect();
     html! {
         div {
             h3 { "Would it have happened otherwise: " (scene.step(event)) }

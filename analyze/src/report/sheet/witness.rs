@@ -68,9 +68,22 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
         EventKind::EdgeTipping,
         EventKind::TipOver,
     ];
+    // a tip-over is an edge tipping that went on
+    let steps = steps.into_iter().filter(|kind| match kind {
+        EventKind::TipOver => incident.first(EventKind::EdgeTipping).is_none(),
+        _ => true,
+    });
+    let mut events: Vec<&Event> = steps.filter_map(|kind| incident.first(kind)).collect();
+    // a wheel in the air is below its limit, too: that tells nothing after its lift
+    let lift = incident.first(EventKind::WheelLift);
+    events.retain(|event| {
+        let is_after =
+            |lift: &Event| lift.subject == event.subject && lift.start_ns <= event.start_ns;
+        event.kind != EventKind::WheelLight || !lift.is_some_and(is_after)
+    });
+    events.sort_by_key(|event| event.start_ns);
     let mut last = String::new();
-    let step = |kind| {
-        let event = incident.first(kind)?;
+    let step = |event: &Event| {
         let start = scene.start(event);
         let subject = scene.subject(event);
         // the same wheel is not named twice
@@ -79,21 +92,25 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
             false => format!("{} ", scene.support(event)),
         };
         last.clone_from(&subject);
-        Some(match kind {
-            EventKind::WheelLight => format!("{wheel}fell below its load limit at {start}"),
-            EventKind::WheelLift => format!("{wheel}left the ground at {start}{}", doubt(event)),
+        match event.kind {
+            // its condition is that of the lift
+            EventKind::WheelLight => match lift {
+                Some(_) => format!("{wheel}fell below its load limit at {start}"),
+                None => format!(
+                    "{wheel}fell below its load limit at {start}{}",
+                    reserve(scene, event)
+                ),
+            },
+            EventKind::WheelLift => {
+                format!("{wheel}left the ground at {start}{}", reserve(scene, event))
+            }
             _ => format!(
                 "the machine tipped about the {subject} edge from {start}{}",
-                doubt(event)
+                reserve(scene, event)
             ),
-        })
+        }
     };
-    // a tip-over is an edge tipping that went on
-    let steps = steps.into_iter().filter(|kind| match kind {
-        EventKind::TipOver => incident.first(EventKind::EdgeTipping).is_none(),
-        _ => true,
-    });
-    let steps: Vec<String> = steps.filter_map(step).collect();
+    let steps: Vec<String> = events.into_iter().map(step).collect();
     let text = match &steps[..] {
         [] => "nothing is more likely than not".to_string(),
         [only] => only.clone(),
@@ -123,12 +140,19 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
     }
 }
 
-/// How sure a step is where a reader would take it for surer than it is.
-fn doubt(event: &Event) -> String {
+/// Under which condition a step is told, and how sure it is where a reader would take it for surer than it is.
+fn reserve(scene: &Scene, event: &Event) -> String {
     let doubtful = event.certainty.filter(|certainty| *certainty < SURE);
-    doubtful.map_or(String::new(), |certainty| {
-        format!(" (confidence {})", probability(certainty))
-    })
+    let confidence = doubtful.map(|certainty| format!("confidence {}", probability(certainty)));
+    let reserves: Vec<String> = scene
+        .condition(event)
+        .into_iter()
+        .chain(confidence)
+        .collect();
+    match reserves.is_empty() {
+        true => String::new(),
+        false => format!(" ({})", reserves.join("; ")),
+    }
 }
 
 fn tipped(scene: &Scene, event: &Event) -> String {
@@ -148,7 +172,7 @@ fn tipped(scene: &Scene, event: &Event) -> String {
         )
     });
     format!(
-        "It tipped over about the {edge} edge, by at least {:.0}°{by}{rest}.",
-        event.worst.to_degrees()
+        "It tipped over about the {edge} edge, by at least {}{by}{rest}.",
+        answers::at_least_degrees(event)
     )
 }

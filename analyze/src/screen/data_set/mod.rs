@@ -22,7 +22,7 @@ use crate::base::files::{remove_unfinished, unfinished_of};
 use crate::tables::frame::{ColumnInfo, Record};
 
 pub(super) use self::log::lifted_s;
-pub use query::{Answer, query};
+pub use query::{Answer, NotAnswered, query};
 
 /// Version of the columns.
 pub(super) const DATA_SET_SCHEMA: u32 = 4;

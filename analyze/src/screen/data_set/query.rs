@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use polars::prelude::{
-    AnyValue, DataFrame, DataType, LazyFrame, PlRefPath, ScanArgsParquet, SchemaRef,
+    AnyValue, DataFrame, DataType, LazyFrame, PlRefPath, PolarsError, ScanArgsParquet, SchemaRef,
 };
 use polars::sql::{SQLContext, extract_table_identifiers};
 use serde_json::{Map, Value};
@@ -23,13 +23,25 @@ pub struct Answer {
     frame: DataFrame,
 }
 
+/// Why a query has no answer: it is not valid, or names what the tables do not have.
+#[derive(Debug)]
+pub struct NotAnswered(String);
+
+impl std::fmt::Display for NotAnswered {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for NotAnswered {}
+
 /// Asks a data set, in a folder or a bucket, in SQL. Its tables are `logs` and `events`.
 ///
 /// # Errors
-/// There is no data set, the query is not valid, or it names another table.
+/// There is no data set, the query is not valid, or it names another table; see [`NotAnswered`].
 pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
     let named = extract_table_identifiers(sql, false, true)
-        .with_context(|| format!("not a valid query: {sql}"))?;
+        .map_err(|error| NotAnswered(format!("not a valid query: {sql}: {error}")))?;
     let named: BTreeSet<String> = named.iter().map(|name| name.to_lowercase()).collect();
     let place = Place::at(data_set)?;
     // tables of a bucket, until they are asked
@@ -58,10 +70,15 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
         // the plan behind an error tells nothing to who wrote the query
         let text = error.to_string();
         let reason = text.split("\n\nResolved plan").next().unwrap_or(&text);
-        anyhow!(
+        let text = format!(
             "not answered: {sql}: {reason} (the tables are logs and events; the reference page \"Fleet data set\" has their \
              columns)"
-        )
+        );
+        match error {
+            // the files, not the query
+            PolarsError::IO { .. } => anyhow!(text),
+            _ => NotAnswered(text).into(),
+        }
     })?;
     Ok(Answer { frame })
 }

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::seen::{Seen, by_machine};
 use crate::page::svg::{Chart, round_up};
-use crate::page::{Bar, bars, number, readable, table, time};
+use crate::page::{Bar, bars, count_of, readable, table, time};
 use crate::policy::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};
 
 /// Bins of margins: one below 0, twenty of a twentieth each, one above 1.
@@ -34,17 +34,17 @@ pub(super) fn margins(seen: &[Seen<'_>]) -> Option<Markup> {
             "; this time is not shown."
         }
         div.grid {
-            (histogram("Number of logs by worst margin", &logs, "logs"))
-            (histogram("Hours of operation by margin", &hours, "h"))
+            (histogram("Number of logs by worst margin", &logs, &|logs| count_of(logs as usize, "log")))
+            (histogram("Hours of operation by margin", &hours, &|hours| time(3600.0 * hours)))
             (small_margins(&hours))
         }
     })
 }
 
-fn histogram(title: &str, counts: &[f64], unit: &str) -> Markup {
+fn histogram(title: &str, counts: &[f64], in_words: &dyn Fn(f64) -> String) -> Markup {
     let top = round_up(counts.iter().copied().fold(0.0, f64::max));
     let mut chart = Chart::new(title, (-BIN_WIDTH, 1.0 + BIN_WIDTH), (0.0, top));
-    add_bars(&mut chart, counts, unit);
+    add_bars(&mut chart, counts, in_words);
     for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
         chart.label_x(share, &format!("{:.0} %", 100.0 * share));
     }
@@ -61,25 +61,26 @@ fn small_margins(hours: &[f64]) -> Markup {
         (-BIN_WIDTH, 0.25),
         (0.0, top),
     );
-    add_bars(&mut chart, shown, "min");
+    add_bars(&mut chart, shown, &|minutes| time(60.0 * minutes));
     for share in [0.0, 0.1, 0.2] {
         chart.label_x(share, &format!("{:.0} %", 100.0 * share));
     }
     finish(chart, top)
 }
 
-fn add_bars(chart: &mut Chart, counts: &[f64], unit: &str) {
+fn add_bars(chart: &mut Chart, counts: &[f64], in_words: &dyn Fn(f64) -> String) {
     for (bin, &count) in counts.iter().enumerate() {
         let from = (bin as f64 - 1.0) * BIN_WIDTH;
         let class = if bin == 0 { "below" } else { "bar" };
-        let text = match bin {
-            0 => format!("below 0: {} {unit}", number(count)),
-            _ if bin + 1 == BINS => format!("above 100 %: {} {unit}", number(count)),
+        let margins = match bin {
+            0 => "below 0".to_owned(),
+            _ if bin + 1 == BINS => "above 100 %".into(),
             _ => {
                 let (low, high) = (100.0 * from, 100.0 * (from + BIN_WIDTH));
-                format!("{low:.0} to {high:.0} %: {} {unit}", number(count))
+                format!("{low:.0} to {high:.0} %")
             }
         };
+        let text = format!("{margins}: {}", in_words(count));
         if count > 0.0 {
             chart.bar(from, from + BIN_WIDTH, count, class, &text);
         }

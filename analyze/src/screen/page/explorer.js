@@ -24,29 +24,27 @@ unpacked('data').json().then(function (data) {
     if (!known(data.margin[i])) return data.group[i] === data.groups.length - 1 ? '' : 'not computable';
     return percent(data.margin[i]) + (known(data.sigma[i]) ? ' ± ' + percent(2 * data.sigma[i]) : ' (uncertainty not computable)');
   };
-  const certainty = function (i) {
-    if (!known(data.sure[i])) return '';
-    return data.sure[i] + ' %, any split ' + (known(data.sure_any[i]) ? data.sure_any[i] + ' %' : 'unknown');
-  };
+  const certainty = function (i) { return known(data.certainty[i]) ? data.certainties[data.certainty[i]] : ''; };
+  const countOf = function (n, one) { return n + ' ' + one + (n === 1 ? '' : 's'); };
   const columns = [
     // logs of one rank by margin
     {head: 'Rank', key: function (i) { return data.rank[i] + (known(data.margin[i]) ? Math.min(9e4, data.margin[i] + 3e4) : 9e4) / 1e5; },
       text: function (i) { return data.tied[i] ? data.rank[i] + ' to ' + (data.rank[i] + data.tied[i]) : data.rank[i]; }},
-    {head: 'Log', key: function (i) { return data.name[i]; }, cell: link},
-    {head: 'Finding', key: function (i) { return data.group[i]; }, text: function (i) { return data.groups[data.group[i]]; }},
-    {head: 'Worst margin', key: function (i) { return data.margin[i]; }, text: margin},
-    {head: 'Any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
-    {head: 'Wheel or support', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
-    {head: 'Lifted', key: function (i) { return -data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
-    {head: 'Certainty of the lift', key: function (i) { return known(data.sure[i]) ? -data.sure[i] : null; }, text: certainty},
-    {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return known(data.valid[i]) ? data.valid[i] + ' %' : ''; }},
-    {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
-    {head: 'Speed', key: function (i) { return known(data.speed[i]) ? -data.speed[i] : null; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
-    {head: 'Tilt', key: function (i) { return known(data.tilt[i]) ? -data.tilt[i] : null; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
     {head: 'Machine', key: machineName, cell: function (i, parent) {
       const button = element('button', machineName(i), parent, {type: 'button'});
       button.addEventListener('click', function () { filters.machine.value = String(data.machine[i]); page = 0; show(); });
     }},
+    {head: 'Log', key: function (i) { return data.name[i]; }, cell: link},
+    {head: 'Finding', key: function (i) { return data.group[i]; }, text: function (i) { return data.groups[data.group[i]]; }},
+    {head: 'Worst margin', key: function (i) { return data.margin[i]; }, text: margin},
+    {head: 'Under any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
+    {head: 'Wheel or support', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
+    {head: 'Lifted', key: function (i) { return -data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
+    {head: 'Certainty of the lift', key: function (i) { return known(data.sure[i]) ? -data.sure[i] : null; }, text: certainty},
+    {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return known(data.valid[i]) ? percent(data.valid[i]) : ''; }},
+    {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
+    {head: 'Speed', key: function (i) { return known(data.speed[i]) ? -data.speed[i] : null; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
+    {head: 'Tilt', key: function (i) { return known(data.tilt[i]) ? -data.tilt[i] : null; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},
     {head: 'Day', key: function (i) { return data.day[i]; }, text: function (i) { return date(data.day[i]); }},
     {head: 'Doubt or failure', key: function (i) { return data.text[i]; }, text: function (i) { return known(data.text[i]) ? data.texts[data.text[i]] : ''; }}
   ];
@@ -170,7 +168,7 @@ unpacked('data').json().then(function (data) {
       logs++; computable += data.computable[i]; exposed += data.exposed[i] || 0; lifted += data.lifted[i] / 100; groups[data.group[i]]++;
     }
     const found = groups.map(function (n, g) { return n ? n + ': ' + data.groups[g] : ''; }).filter(Boolean).join('; ');
-    element('p', logs + ' logs, ' + seconds(computable) + ' computable, ' + seconds(exposed) + ' below the notice level, ' + seconds(lifted) + ' with a wheel or support off the ground. ' + found + '.', card);
+    element('p', countOf(logs, 'log') + ', ' + seconds(computable) + ' computable, ' + seconds(exposed) + ' below the notice level, ' + seconds(lifted) + ' with a wheel or support off the ground. ' + found + '.', card);
     machine.outliers.forEach(function (told) { element('p', told, card, {'class': 'holes'}); });
     history(m);
   };
@@ -189,7 +187,7 @@ unpacked('data').json().then(function (data) {
     columns.forEach(function (column, c) {
       column.th.setAttribute('aria-sort', state.by !== c ? 'none' : state.down ? 'descending' : 'ascending');
     });
-    count.textContent = chosen.length + ' of ' + rows + ' logs';
+    count.textContent = chosen.length + ' of ' + countOf(rows, 'log');
     where.textContent = ' page ' + (page + 1) + ' of ' + pages + ' ';
     before.disabled = page === 0; after.disabled = page + 1 >= pages;
     showCard();

@@ -11,8 +11,9 @@ use super::ranking::{Group, Ranked};
 use super::seen::log_link;
 use crate::events::EventKind;
 use crate::events::support_words::SupportWord;
-use crate::page::{self, Program, input_in_words, percent, readable};
+use crate::page::{self, Program, input_in_words, percent, probability, readable};
 use crate::policy::facts::EXPOSURE_CAUSES;
+use crate::report::LEAST_OF_A_FACT;
 use crate::screen::outliers::{Comparison, Verdict};
 use crate::screen::record::{Outcome, Record};
 
@@ -60,6 +61,7 @@ struct Data {
     wheels: Vec<String>,
     /// Reasons of failures, and what is doubted.
     texts: Vec<String>,
+    certainties: Vec<String>,
     machine: Vec<Option<usize>>,
     /// Days since 1970.
     day: Vec<Option<i32>>,
@@ -78,13 +80,14 @@ struct Data {
     wheel: Vec<Option<usize>>,
     /// Hundredths of a second.
     lifted: Vec<i64>,
-    /// Per cent: certainty of the surest lift, under the stated and under any split.
+    /// Ten thousandths: certainty of the surest lift, to sort by.
     sure: Vec<Option<i64>>,
-    sure_any: Vec<Option<i64>>,
+    /// What to say of it.
+    certainty: Vec<Option<usize>>,
     /// Seconds.
     exposed: Vec<Option<i64>>,
     computable: Vec<i64>,
-    /// Per cent.
+    /// Thousandths.
     valid: Vec<Option<i64>>,
     cause: Vec<Option<usize>>,
     /// Tenths of m/s, and degrees.
@@ -141,6 +144,7 @@ fn first_of(ranked: &[Ranked<'_>]) -> Markup {
     let rows: Vec<Vec<Markup>> = ranked.iter().take(SHOWN).map(row).collect();
     let head = [
         "Rank",
+        "Machine",
         "Log",
         "Finding",
         "Worst margin",
@@ -148,7 +152,6 @@ fn first_of(ranked: &[Ranked<'_>]) -> Markup {
         "Lifted",
         "Computable time",
         "Main cause of exposure",
-        "Machine",
         "Day",
     ];
     html! { div.ranking { (page::table(&head, &rows)) } }
@@ -173,6 +176,7 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
     let any_split = log.facts.any_split_margin.map_or("unknown".into(), percent);
     vec![
         html! { (rank) },
+        html! { (log.machine()) },
         log_link(log.record),
         html! { (group) },
         html! { (margin) },
@@ -183,7 +187,6 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
             @if log.is_undecided { strong.holes { ": not decided" } }
         },
         html! { (cause) },
-        html! { (log.machine()) },
         html! { (log.record.date().map_or_else(|| "unknown".into(), |date| date.to_string())) },
     ]
 }
@@ -201,7 +204,7 @@ fn main_cause(log: &super::seen::Seen<'_>) -> Option<usize> {
 fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> Data {
     let (mut folders, mut wheels, mut texts) =
         (Names::default(), Names::default(), Names::default());
-    let mut machines = Names::default();
+    let (mut machines, mut certainties) = (Names::default(), Names::default());
     let mut kinds = BTreeMap::new();
     let whole = |value: Option<f64>, scale: f64| value.map(|value| (value * scale).round() as i64);
     let mut data = Data {
@@ -263,12 +266,13 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         data.wheel
             .push(worst.map(|worst| wheels.place(&worst.wheel.to_uppercase())));
         data.lifted.push((log.lifted_s * 100.0).round() as i64);
-        data.sure.push(whole(surest, 100.0));
-        data.sure_any.push(whole(surest_any, 100.0));
+        data.sure.push(whole(surest, 1e4));
+        let told = surest.map(|surest| certainties.place(&certainty(surest, surest_any)));
+        data.certainty.push(told);
         data.exposed.push(whole(facts.exposure.exposed_s, 1.0));
         data.computable
             .push(facts.coverage.computable_s.round() as i64);
-        data.valid.push(whole(facts.coverage.valid_share, 100.0));
+        data.valid.push(whole(facts.coverage.valid_share, 1e3));
         data.cause.push(main_cause(&log.log));
         data.speed
             .push(whole(moment.and_then(|moment| moment.speed_m_s), 10.0));
@@ -298,7 +302,6 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             &mut data.sigma,
             &mut data.any,
             &mut data.sure,
-            &mut data.sure_any,
             &mut data.exposed,
             &mut data.valid,
             &mut data.speed,
@@ -307,6 +310,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             column.push(None);
         }
         data.wheel.push(None);
+        data.certainty.push(None);
         data.lifted.push(0);
         data.computable.push(0);
         data.cause.push(None);
@@ -337,7 +341,18 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
     data.folders = folders.names;
     data.wheels = wheels.names;
     data.texts = texts.names;
+    data.certainties = certainties.names;
     data
+}
+
+/// How sure a lift is under the stated split of the load, and whether it is shown under every other one.
+fn certainty(surest: f64, under_every_split: Option<f64>) -> String {
+    let otherwise = match under_every_split {
+        None => "unknown under every split".into(),
+        Some(certainty) if certainty < LEAST_OF_A_FACT => "not shown under every split".into(),
+        Some(certainty) => format!("{} under every split", probability(certainty)),
+    };
+    format!("{}, {otherwise}", probability(surest))
 }
 
 fn is_lift(kind: &str) -> bool {
@@ -347,4 +362,22 @@ fn is_lift(kind: &str) -> bool {
         EventKind::TipOver,
     ];
     kinds.iter().any(|lift| lift.name() == kind)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lift_is_never_told_surer_than_in_its_report() {
+        assert_eq!(
+            certainty(0.9999, Some(0.9999)),
+            "above 99.9 %, above 99.9 % under every split"
+        );
+        assert_eq!(
+            certainty(0.89, Some(0.0)),
+            "89 %, not shown under every split"
+        );
+        assert_eq!(certainty(0.89, None), "89 %, unknown under every split");
+    }
 }

@@ -7,7 +7,7 @@ use super::ranking::ranked;
 use super::seen::{Seen, by_machine};
 use super::{distributions, outliers, tables};
 use crate::page::svg::CHART_STYLE;
-use crate::page::{Document, section, time};
+use crate::page::{Document, count_of, section, time};
 use crate::policy::Judgement;
 use crate::screen::merge::LogRow;
 use crate::screen::outliers::Comparison;
@@ -58,12 +58,13 @@ pub(in crate::screen) fn render(
             @if let Some(content) = content { (section(title, content)) }
         }
     };
-    let (logs, machines) = (totals.logs, by_machine(&seen).len());
-    let word = if machines == 1 { "machine" } else { "machines" };
+    let machines = by_machine(&seen).len();
     Document {
         title: "How close the fleet came to tipping over",
         subtitle: &format!(
-            "{logs} logs of {machines} {word}, {}{}.",
+            "{} of {}, {}{}.",
+            count_of(totals.logs, "log"),
+            count_of(machines, "machine"),
             time(totals.duration_s),
             span(&seen)
         ),

@@ -9,7 +9,7 @@ use super::super::totals::Totals;
 use super::seen::{Seen, by_machine, log_link};
 use crate::events::EventKind;
 use crate::events::support_words::SupportWord;
-use crate::page::{facts, list, table, time};
+use crate::page::{count_of, facts, list, table, time};
 
 /// Most logs that a table lists; the data set has all.
 const MOST_LOGS: usize = 200;
@@ -82,8 +82,8 @@ pub(super) fn policy(seen: &[Seen<'_>], totals: &Totals) -> Option<Markup> {
     let failed = totals.failed_unaccepted;
     Some(html! {
         p {
-            "Policy " (name) ": " (broken.len()) " of " (judged) " analysed logs violate it, and " (failed)
-            " logs that could not be analysed." (rest(broken.len()))
+            "Policy " (name) ": " (broken.len()) " of " (judged) " analysed logs violate it, and "
+            (count_of(failed, "log")) " that could not be analysed." (rest(broken.len()))
         }
         @if !broken.is_empty() {
             (table(&["Log", "Machine", "Violated rules"], &listed.collect::<Vec<_>>()))
@@ -102,11 +102,8 @@ fn rest(count: usize) -> String {
 pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
     let kinds = EventKind::all();
     let row = |(machine, logs): (String, Vec<Seen<'_>>)| -> Vec<String> {
-        let hours = logs
-            .iter()
-            .map(|log| log.facts.coverage.computable_s)
-            .sum::<f64>()
-            / 3600.0;
+        let computable = logs.iter().map(|log| log.facts.coverage.computable_s);
+        let computable = time(computable.sum());
         let counts = kinds.iter().map(|&kind| {
             let known = logs.iter().filter_map(|log| log.facts.events_of(kind));
             let count: u64 = known.sum();
@@ -118,7 +115,7 @@ pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
                 _ => format!("{count} ({})", time(duration)),
             }
         });
-        let first = [machine, logs.len().to_string(), format!("{hours:.2} h")];
+        let first = [machine, logs.len().to_string(), computable];
         first.into_iter().chain(counts).collect()
     };
     let rows: Vec<_> = by_machine(seen).into_iter().map(row).collect();
@@ -151,7 +148,7 @@ pub(super) fn failed(failed: &[&Record]) -> Markup {
         .collect();
     html! {
         (table(&["Logs", "Reason"], &reasons))
-        p.hint { (failed.len()) " logs." (rest(failed.len())) }
+        p.hint { (count_of(failed.len(), "log")) "." (rest(failed.len())) }
         (table(&["Log", "Reason"], &logs))
     }
 }
@@ -185,7 +182,7 @@ pub(super) fn losses(seen: &[Seen<'_>]) -> Option<Markup> {
     ];
     (!lost.is_empty()).then(|| {
         html! {
-            p.hint { (lost.len()) " logs." (rest(lost.len())) }
+            p.hint { (count_of(lost.len(), "log")) "." (rest(lost.len())) }
             (table(&head, &rows))
         }
     })
@@ -219,7 +216,7 @@ pub(super) fn method(seen: &[Seen<'_>]) -> Markup {
             "the signals. The day of a log is that of its first stamp, in UTC."
         }
         p { "All numbers are in the data set beside this page, in logs/ and events/." }
-        (list(versions.iter().map(|(version, logs)| format!("{logs} logs: {version}"))))
+        (list(versions.iter().map(|(version, logs)| format!("{}: {version}", count_of(*logs, "log")))))
         (table(&["Machine", "SHA-256 of its machine file", "Logs"], &rows))
     }
 }
