@@ -70,6 +70,7 @@ fn commission(path: &Path, open: &[&str]) {
         source: "test".into(),
         source_sha256: String::new(),
         made_at: "2026-01-01T00:00:00Z".into(),
+        recorded_from_ns: None,
         duration_s: 60.0,
         items: keys.into_iter().map(item).collect(),
         explanations: Vec::new(),
@@ -461,6 +462,56 @@ fn motion_proves_no_wrong_sensor() {
         let found = judged("commissioning.mcap", wrong);
         let known = verdicts(&found).iter().filter(|v| v.basis == Basis::Proven);
         assert_eq!(known.count(), 0, "{}", wrong.name);
+    }
+}
+
+/// Whatever was proven of a joint before: one that has read exactly 0 since the start is not proven, and not safe while a wheel
+/// is lifted. An encoder that nobody reads shows that.
+// requirement: TW-VERDICT-28
+#[test]
+fn commissioned_joints_that_read_zero_from_the_start_are_not_proven() {
+    let log = "../../analyze/demo/demo.mcap";
+    let lifted = lifted(log);
+    assert!(lifted.len() > 50, "{}", lifted.len());
+    const ZERO: &[Wrong] = &[
+        Wrong {
+            name: "all joints",
+            open: &[],
+            edit: || {
+                joints(|values, _| {
+                    for joint in ARM {
+                        times(values, &["position", "velocity"], joint, 0.0);
+                    }
+                })
+            },
+        },
+        Wrong {
+            name: "slew",
+            open: &[],
+            edit: || scaled("slew", 0.0),
+        },
+        Wrong {
+            name: "extension",
+            open: &[],
+            edit: || scaled("extension", 0.0),
+        },
+    ];
+    for wrong in ZERO {
+        let found = judged(log, wrong);
+        let rows = verdicts(&found).iter();
+        for (time_ns, verdict) in found.rows.times_ns.iter().zip(rows) {
+            assert_ne!(verdict.basis, Basis::Proven, "{}: {verdict:?}", wrong.name);
+            if lifted.binary_search(time_ns).is_ok() {
+                assert_ne!(verdict.level, Level::Safe, "{}", wrong.name);
+            }
+        }
+        let sees_no_fault = |v: &&Verdict| v.basis == Basis::Assumed;
+        let assumed = verdicts(&found).iter().filter(sees_no_fault).count();
+        println!(
+            "{}: {assumed} of {} rows assumed",
+            wrong.name,
+            found.rows.len()
+        );
     }
 }
 

@@ -340,3 +340,34 @@ fn a_weighing_on_supports_that_are_not_stated_is_rejected() {
     assert_eq!(output.status.code(), Some(1), "{messages}");
     assert!(messages.contains("weighed.supports"), "{messages}");
 }
+
+/// No position is beyond limits that are wider than a turn, or than the slide of a long boom.
+#[test]
+fn limits_that_find_no_wrong_position_are_told() {
+    let wide = |urdf: fn(String) -> String| {
+        let (_folder, machine) = machine("", urdf);
+        let found = checked(&machine, false);
+        let notes = found["notes"].as_array().unwrap();
+        let notes = notes.iter().filter_map(Value::as_str);
+        let found: Vec<String> = notes
+            .filter(|note| note.contains("Limits in the URDF"))
+            .map(str::to_owned)
+            .collect();
+        found
+    };
+    let [note] = &wide(|urdf| urdf)[..] else {
+        panic!("expected one note");
+    };
+    for joint in ["slew", "lift", "tilt", "extension"] {
+        assert!(note.contains(joint), "{note}");
+    }
+    // the rods of cylinders and the wheels have no encoder of their own
+    assert!(!note.contains("rod") && !note.contains("wheel"), "{note}");
+    let narrow = |urdf: String| {
+        let narrow = urdf.replace("lower='-10' upper='10'", "lower='-3.1416' upper='3.1416'");
+        let (before, extension) = narrow.split_once("<joint name='extension'").unwrap();
+        let extension = extension.replacen("3.1416", "1", 2);
+        format!("{before}<joint name='extension'{extension}")
+    };
+    assert_eq!(wide(narrow), [] as [String; 0]);
+}

@@ -192,12 +192,13 @@ class Reader:
             time.sleep(min(seconds, 0.001))
 
 
-def example_arguments(documentation):
-    """The command line of an example: the machine, its service, and how long the example runs."""
+def example_arguments(documentation, **numbers):
+    """The command line of an example: the machine, its service, how long the example runs, and other numbers with their defaults."""
     arguments = argparse.ArgumentParser(description=documentation.splitlines()[0])
     arguments.add_argument("machine", type=pathlib.Path)
     arguments.add_argument("urdf", type=pathlib.Path)
     arguments.add_argument("--service", default=None)
     arguments.add_argument("--prefix", default=None)
-    arguments.add_argument("--seconds", type=float, default=10.0)
+    for name, default in {"seconds": 10.0, **numbers}.items():
+        arguments.add_argument(f"--{name}", type=float, default=default)
     return arguments.parse_args()

@@ -1,9 +1,11 @@
 //! An alarm stays until somebody who has seen it acknowledges it: over the end of a session, a restart of the monitor and
 //! a kill, and whatever else arrives as an acknowledgement.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use tipwatch_binding::MachineFile;
+use jiff::{SignedDuration, Timestamp};
+use tipwatch_analyze::setup::commissioning::from_log;
+use tipwatch_binding::{Commissioning, MachineFile};
 use tipwatch_live::alarm::{AlarmFile, AlarmStore, Kept};
 use tipwatch_live::node::{LiveNode, Sender};
 use tipwatch_live::wire::session::machine_hash;
@@ -258,7 +260,7 @@ fn damaged_alarm_file_counts_as_an_alarm() {
     drop(producer);
     time.stop_monitor();
     let file = AlarmFile::new(world.state.path(), hash, "hdmm_rigid");
-    for damage in ["", "tipwatch-alarm 2 0000000000000000 none 0 - 00000000\n"] {
+    for damage in ["", "tipwatch-alarm 3 0000000000000000 none 0 - 00000000\n"] {
         std::fs::write(file.path(), damage).unwrap();
         time.start_monitor();
         let mut next = self::feed(&node, time);
@@ -286,6 +288,36 @@ fn alarm_that_cannot_be_saved_is_a_caution() {
     assert!(verdict.conditions().cautions.has(InputFault::AlarmUnsaved));
     assert!(verdict.verdict().level >= Level::Warning);
     drop(good);
+}
+
+// requirement: TW-FAULT-19
+#[test]
+fn removed_folder_of_the_alarm_is_made_again_and_told() {
+    let world = World::new("removed");
+    let monitor = world.monitor(
+        &crate::support::data("tiny_lift.toml"),
+        &["--quiet", "--stay"],
+    );
+    let is_kept = || {
+        let files = std::fs::read_dir(&world.state_folder)
+            .into_iter()
+            .flatten()
+            .flatten();
+        let mut names = files.map(|file| file.path());
+        names.any(|path| path.extension().is_some_and(|ending| ending == "txt"))
+    };
+    let wait = || {
+        let start = Instant::now();
+        while !is_kept() {
+            assert!(start.elapsed() < crate::support::LIMIT);
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    };
+    wait();
+    std::fs::remove_dir_all(&world.state_folder).unwrap();
+    wait();
+    let ended = monitor.kill();
+    assert!(ended.err.contains("was removed"), "{}", ended.err);
 }
 
 /// A drive that moves all joints and the platform.
@@ -328,6 +360,7 @@ fn is_doubted(verdict: &WireVerdict) -> bool {
 // requirement: TW-VERDICT-29
 #[test]
 fn contradiction_stays_until_another_commissioning() {
+    let started = Timestamp::now();
     let world = World::new("turned");
     let node = world.join();
     let mut wrong = feed_of(&node, DRIVE, Steered::monitor(&world, DRIVE));
@@ -353,7 +386,8 @@ fn contradiction_stays_until_another_commissioning() {
 
     // the next monitor, and an acknowledgement of its alarm
     next.time.stop_monitor();
-    assert_eq!(file.read().unwrap().contradiction, Some(0));
+    let contradicted = file.read().unwrap().contradicted.unwrap();
+    assert!((started..=later()).contains(&contradicted));
     next.time.start_monitor();
     next.wait_for_monitor();
     let seen = last(&mut next);
@@ -362,21 +396,90 @@ fn contradiction_stays_until_another_commissioning() {
     acknowledger.send_for(hash, &mut message).unwrap();
     assert!(rows(&mut next, 400).iter().all(is_doubted));
 
-    // a commissioning ends it, and is no other the second time
+    // a commissioning ends it if its drive is later and shows all that the loads hang on, and as long as it is bound
+    let old = commissioned();
+    let from = |time: Timestamp, open: &[&str]| {
+        let mut made = Commissioning {
+            recorded_from_ns: i64::try_from(time.as_nanosecond()).ok(),
+            ..old.clone()
+        };
+        for item in &mut made.items {
+            if open.iter().any(|open| item.key.starts_with(open)) {
+                item.status = "not_shown".into();
+            }
+        }
+        made
+    };
+    let after = contradicted + SignedDuration::from_secs(1);
+    let cases = [
+        ("the drive of before, assessed again", old.clone(), false),
+        ("a file of version 1", unstamped(&old), false),
+        ("three seconds of standing", from(after, &[""]), false),
+        (
+            "a drive without the arm",
+            from(after, &["joint.lift."]),
+            false,
+        ),
+        (
+            "a drive at the time of the contradiction",
+            from(contradicted, &[]),
+            false,
+        ),
+        ("a drive of tomorrow", from(tomorrow(), &[]), false),
+        ("a drive afterwards", from(after, &[]), true),
+        (
+            "a drive without the gyro",
+            from(after, &["imu.angular"]),
+            false,
+        ),
+        ("a drive afterwards, again", from(after, &[]), true),
+        ("the drive of before", old.clone(), false),
+    ];
+    // no drive is of the future
+    while Timestamp::now() <= after {
+        std::thread::sleep(Duration::from_millis(10));
+    }
     let mut time = ended(next);
-    for commissioning in [7, 7, 0] {
+    for (what, commissioning, ends) in cases {
         time.stop_monitor();
-        time.commissioning = commissioning;
+        time.commissioning = Some(Box::leak(Box::new(commissioning)));
         time.start_monitor();
         let mut good = feed_of(&node, DRIVE, time);
         let judged = rows(&mut good, 400);
-        assert!(judged.iter().all(|row| row.inherited_contradiction == 0));
+        let inherits = |row: &WireVerdict| row.inherited_contradiction == 1;
+        assert!(judged.len() > 50, "{what}");
+        assert!(judged.iter().all(|row| inherits(row) != ends), "{what}");
         let is_calm = |row: &WireVerdict| row.verdict().level.sees_no_danger();
-        assert!(judged.iter().any(is_calm));
+        assert_eq!(judged.iter().any(is_calm), ends, "{what}");
         time = ended(good);
     }
     time.stop_monitor();
-    assert_eq!(file.read().unwrap().contradiction, None);
+    assert_eq!(file.read().unwrap().contradicted, Some(contradicted));
+}
+
+/// The result of the drive of the test data.
+fn commissioned() -> Commissioning {
+    let data = |extension: &str| crate::support::data(&format!("{DRIVE}.{extension}"));
+    let file = MachineFile::read(&data("toml")).unwrap();
+    let made = from_log(&data("mcap"), &file).unwrap().file;
+    assert!(made.recorded_from_ns.is_some());
+    made
+}
+
+fn unstamped(made: &Commissioning) -> Commissioning {
+    Commissioning {
+        recorded_from_ns: None,
+        ..made.clone()
+    }
+}
+
+/// After all that happens now, to the second.
+fn later() -> Timestamp {
+    Timestamp::from_second(Timestamp::now().as_second() + 1).unwrap()
+}
+
+fn tomorrow() -> Timestamp {
+    Timestamp::now() + SignedDuration::from_hours(24)
 }
 
 /// The machine of the tests with this serial number: its hash and its identity.
@@ -421,19 +524,21 @@ fn serial_number_tells_machines_of_one_name_apart() {
     let (folder, files) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let open = |serial: &str, comment: &str| {
         let (hash, identity) = with_serial(files.path(), serial, comment);
-        AlarmStore::open(folder.path(), hash, &identity, 0).unwrap()
+        AlarmStore::open(folder.path(), hash, &identity).unwrap()
     };
-    let raised = Kept {
-        latch: Latch::raised(Level::Danger),
-        contradiction: Some(0),
-    };
+    let raised = Kept::alarm(Latch::raised(Level::Danger)).contradicted_at(Timestamp::now());
     let (mut first, _) = open("A-1", "");
-    first.keep(raised.latch, true);
+    first.keep(raised);
     drop(first);
     assert_eq!(open("A-2", "").1, Kept::default());
     assert_eq!(open("A-1", "").1, raised);
     assert_eq!(open("A-1", "# edited").1, raised);
+    // and back
+    let (mut first, kept) = open("A-1", "");
+    assert_eq!(kept, raised);
     // taken over: it is not there twice
-    assert_eq!(open("A-1", "").1, Kept::default());
+    first.keep(Kept::default());
+    drop(first);
+    assert_eq!(open("A-1", "# edited").1, Kept::default());
     assert_eq!(open("A-2", "# edited").1, Kept::default());
 }

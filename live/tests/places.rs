@@ -1,6 +1,8 @@
 //! The last places of readers are kept for the programs that watch the machine: whoever opens too many readers gets the
 //! error, and they start.
 
+use std::time::Duration;
+
 use tipwatch_live::node::{EventListener, LiveNode, Receiver};
 use tipwatch_live::wire::topics::{
     MAX_READERS, RESERVED_READERS, Topic, WireAcknowledge, WireSample, WireSession, WireVerdict,
@@ -62,4 +64,38 @@ fn too_many_readers_are_refused_and_a_monitor_starts_again() {
         monitor.kill();
     }
     producing.end();
+}
+
+/// Readers that keep no place free: as many as iceoryx2 allows.
+fn take_all<T: Topic>(world: &World) -> Vec<Receiver<T>> {
+    let node = LiveNode::new(&world.address(), "tipwatch-record").unwrap();
+    (0..MAX_READERS).map(|_| node.receiver().unwrap()).collect()
+}
+
+/// Whoever reads without the library of Tipwatch can hold the last places, too: then it is told who, and a place that becomes
+/// free in some seconds is taken.
+// requirement: TW-VERDICT-30
+#[test]
+fn monitor_and_acknowledgement_wait_for_a_place_and_name_who_holds_them() {
+    let world = World::new("taken");
+    let mut taken = take_all::<WireVerdict>(&world);
+    let own = format!("process {}: {MAX_READERS}", std::process::id());
+    let refused = world.start(&["acknowledge"]).end();
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(refused.err.contains(&own), "{}", refused.err);
+    let waiting = world.start(&["acknowledge"]);
+    std::thread::sleep(Duration::from_secs(1));
+    taken.pop();
+    let waited = waiting.end();
+    // it had its place, and there is no monitor
+    assert!(
+        waited.err.contains("is a monitor running?"),
+        "{}",
+        waited.err
+    );
+    let _samples = take_all::<WireSample>(&world);
+    let machine = data(&format!("{MACHINE}.toml"));
+    let monitor = world.monitor(&machine, &["--quiet", "--stay"]).end();
+    assert_eq!(monitor.status.code(), Some(1));
+    assert!(monitor.err.contains(&own), "{}", monitor.err);
 }

@@ -9,13 +9,23 @@ use crate::support::{Process, World, data};
 const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
 
 /// An example, for the machine "tiny".
-fn start(world: &World, example: &str, seconds: &str) -> Process {
+fn start(world: &World, example: &str, options: &[&str]) -> Process {
     let mut command = super::independent::python();
     command.arg(format!("{EXAMPLES}/{example}"));
     let (machine, urdf) = (data("tiny.toml"), data("tiny.urdf"));
     let arguments = [machine.to_str().unwrap(), urdf.to_str().unwrap()];
-    let arguments = [&arguments[..], &["--seconds", seconds]].concat();
+    let arguments = [&arguments[..], options].concat();
     world.start_by(command, &arguments)
+}
+
+/// The levels of the rows that a monitor printed.
+fn rows(json: &str) -> Vec<String> {
+    let lines = json
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let rows = lines.filter(|line| line["event"] == "row");
+    rows.map(|row| row["verdict"].as_str().unwrap().into())
+        .collect()
 }
 
 mod needs_python_iceoryx2 {
@@ -26,8 +36,9 @@ mod needs_python_iceoryx2 {
     fn monitor_understands_a_python_producer() {
         let world = World::new("py");
         let monitor = world.monitor(&data("tiny.toml"), &["--json"]);
-        let producer = start(&world, "producer.py", "4");
-        let subscriber = start(&world, "subscriber.py", "4");
+        // 20 s of the machine: contradictions take a while
+        let producer = start(&world, "producer.py", &["--seconds", "20", "--pace", "4"]);
+        let subscriber = start(&world, "subscriber.py", &["--seconds", "5"]);
         let producer = producer.end();
         assert!(producer.status.success(), "{}", producer.err);
         let monitor = monitor.end();
@@ -37,8 +48,17 @@ mod needs_python_iceoryx2 {
             "{}",
             monitor.err
         );
-        // no sample is implausible
-        assert!(!monitor.out.contains("frozen"), "{}", monitor.err);
+        // no sample is implausible, and none contradicts another
+        for found in ["frozen", "contradiction"] {
+            assert!(!monitor.out.contains(found), "{found}: {}", monitor.err);
+        }
+        let rows = rows(&monitor.out);
+        assert!(rows.len() > 1900, "{} rows", rows.len());
+        let settled = rows.iter().position(|level| level == "assumed");
+        let settled = settled.unwrap();
+        assert!(settled < 100, "{settled}");
+        let bad = |level: &&String| ["unknown", "fault"].contains(&level.as_str());
+        assert_eq!(rows[settled..].iter().find(bad), None);
         assert!(
             monitor.err.contains("0 lost, 0 refused, 0 repeated"),
             "{}",
@@ -59,7 +79,7 @@ mod needs_python_iceoryx2 {
         let world = World::new("pyevent");
         let node = world.join();
         let listener = node.event_listener::<WireSample>().unwrap();
-        let _producer = start(&world, "producer.py", "60");
+        let _producer = start(&world, "producer.py", &["--seconds", "60"]);
         world.wait_for_producer();
         for _ in 0..10 {
             let start = Instant::now();
@@ -72,7 +92,7 @@ mod needs_python_iceoryx2 {
     #[ignore = "needs Python with the package iceoryx2; TIPWATCH_PYTHON names the interpreter"]
     fn subscriber_calls_silence_a_fault() {
         let world = World::new("pysilent");
-        let ended = start(&world, "subscriber.py", "1").end();
+        let ended = start(&world, "subscriber.py", &["--seconds", "1"]).end();
         assert_eq!(ended.out.lines().next(), Some("fault no valid verdict"));
         assert!(ended.out.contains("0 verdicts"), "{}", ended.out);
         // the settings of the service are those of the program

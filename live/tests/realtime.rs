@@ -276,7 +276,6 @@ fn loop_over_shared_memory() {
             },
             untimed: Untimed::Refused,
             state: &state,
-            commissioning: 0,
         };
         let mut monitor = MonitorProgram::new(&node, &file, &urdf, &Monotonic, options).unwrap();
         let mut counter = Counter {

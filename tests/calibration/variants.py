@@ -281,6 +281,9 @@ def every(log, prefix):
     return [name for name in log.names() if name.startswith(prefix)]
 
 
+ARM = ("slew", "lift", "tilt", "extension", "luff", "load")
+
+
 def named(log, joint):
     """A joint, or all wheels or steered wheels by the beginning of their names."""
     return log.joints(*([joint] if joint in log.names() else every(log, joint)))
@@ -296,6 +299,15 @@ def joint_sign(log, joint):
 def joint_scale(log, joint, factor):
     for values in log.both():
         values[:, named(log, joint)] *= float(factor)
+
+
+@wrong
+def joints_unread(log, joint="all"):
+    """The encoder of an arm joint, or of all of them, is not read: position and velocity are exactly 0 from the first sample."""
+    names = log.names()
+    for name in ([name for name in ARM if name in names] if joint == "all" else [joint]):
+        for values in log.both():
+            values[:, log.joints(name)] = 0.0
 
 
 @wrong
@@ -584,7 +596,7 @@ def wrong_variants(log):
     end = log.truth["duration_s"]
     middle = round(0.3 * end, 2)
     names = log.names()
-    arm = [name for name in ("slew", "lift", "tilt", "extension", "luff", "load") if name in names]
+    arm = [name for name in ARM if name in names]
     lengths = {"extension", "load"}
     out = []
 
@@ -602,6 +614,9 @@ def wrong_variants(log):
         add("joint_stuck", wrong_from=middle, first=True, joint=joint, since=middle)
         add("joint_jump", wrong_from=middle, joint=joint, at=middle, by=0.15 if joint in lengths else 0.2)
         add("joint_held", wrong_from=middle, joint=joint, since=middle, seconds=3.0)
+        add("joints_unread", joint=joint)
+    if arm:
+        add("joints_unread")
     if "slew" in arm:
         add("joint_jump", wrong_from=middle, joint="slew", at=middle, by=0.8)
         add("joint_moved", wrong_from=middle, joint="slew", at=middle, seconds=2.0, by=0.8)

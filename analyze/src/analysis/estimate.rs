@@ -9,7 +9,7 @@ use tipwatch_ingest::Log;
 use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, ShownNoise};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::machine::Proofs;
+use tipwatch_mechanics::machine::SessionProofs;
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
 
@@ -35,8 +35,8 @@ pub(super) struct SignalQuality {
     pub(super) rotations: Vec<FoundRotation>,
     /// Times of the first and the last row in each, as far as the estimator knew it in the row (ns).
     pub(super) rotating: Vec<[i64; 2]>,
-    /// What the motion has proven of the sensors, from the row at this time (ns) on.
-    pub(super) proven: Vec<(i64, Proofs)>,
+    /// What the signals have shown, from the row at this time (ns) on.
+    pub(super) shown: Vec<(i64, SessionProofs)>,
 }
 
 /// The states of a log's rows: its sensors on one clock, smoothed or causal. No loads are computed.
@@ -182,7 +182,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         rotations: Vec::new(),
         rotating: Vec::new(),
         // each row knows the whole log
-        proven: vec![(i64::MIN, smoother.proven())],
+        shown: vec![(i64::MIN, smoother.shown())],
     };
     let times_ns = smoother.row_times_ns().to_vec();
     let states = state_blocks::smoothed(machine, smoother);
@@ -225,9 +225,9 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
     let spells = spells.filter(|spell| spell[0].rotates);
     let rotating = spells.map(|spell| [spell[0].time_ns, spell[spell.len() - 1].time_ns]);
     let rotating = rotating.collect();
-    let changes = estimates.chunk_by(|a, b| a.proven == b.proven);
-    let proven = changes.map(|rows| (rows[0].time_ns, rows[0].proven));
-    let proven = proven.collect();
+    let changes = estimates.chunk_by(|a, b| a.shown == b.shown);
+    let shown = changes.map(|rows| (rows[0].time_ns, rows[0].shown));
+    let shown = shown.collect();
     let kept = KeptStates::of(machine, EstimatedStates { states, reasons });
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
@@ -235,7 +235,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
         noise: estimator.shown_noise(machine),
         rotations: Vec::new(),
         rotating,
-        proven,
+        shown,
     };
     Ok((estimated(machine, times_ns, Arc::new(kept)), quality))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use tipwatch_mechanics::machine::{Machine, Proofs};
+use tipwatch_mechanics::machine::{Machine, Proofs, SessionProofs};
 use tipwatch_mechanics::prediction::{PacedPredictor, Prediction, PredictionGap};
 use tipwatch_mechanics::verdict::{
     Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts,
@@ -27,17 +27,20 @@ pub(crate) struct MonitorRecord {
 /// What the verdicts of a log stand on.
 #[derive(Debug, Clone)]
 pub(crate) struct ProofRecord {
-    /// What the loads hang on, less what a commissioning has proven.
-    pub(crate) unproven: Proofs,
-    /// What the motion has proven of it, from the row at this time (ns) on, in order.
-    pub(crate) proven: Vec<(i64, Proofs)>,
+    /// What the loads hang on.
+    pub(crate) needed: Proofs,
+    /// What a commissioning has proven.
+    pub(crate) commissioned: Proofs,
+    /// What the signals have shown, from the row at this time (ns) on, in order.
+    pub(crate) shown: Vec<(i64, SessionProofs)>,
 }
 
 impl Default for ProofRecord {
     fn default() -> Self {
         Self {
-            unproven: Proofs::ALL,
-            proven: Vec::new(),
+            needed: Proofs::ALL,
+            commissioned: Proofs::NONE,
+            shown: Vec::new(),
         }
     }
 }
@@ -46,11 +49,11 @@ impl ProofRecord {
     /// What is not proven in the row at this time.
     fn unproven_at(&self, time_ns: i64) -> Proofs {
         let later = self
-            .proven
+            .shown
             .partition_point(|(from_ns, _)| *from_ns <= time_ns);
-        let proven = self.proven[..later].last();
-        self.unproven
-            .without(proven.map_or(Proofs::NONE, |(_, proven)| *proven))
+        let shown = self.shown[..later].last();
+        let shown = shown.map_or(SessionProofs::NONE, |(_, shown)| *shown);
+        shown.unproven(self.needed, self.commissioned)
     }
 }
 

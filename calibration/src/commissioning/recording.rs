@@ -60,6 +60,13 @@ impl Recording {
         self.series.iter().all(|series| series.stamps_ns.is_empty())
     }
 
+    /// Stamp of the first sample (ns).
+    #[must_use]
+    pub fn first_ns(&self) -> Option<i64> {
+        let first = |series: &Series| series.stamps_ns.first().copied();
+        self.series.iter().filter_map(first).min()
+    }
+
     pub(super) fn series(&self) -> &[Series] {
         &self.series
     }

@@ -1,33 +1,33 @@
 //! What the monitor's loop and the thread that writes the alarm tell each other, as numbers. Nobody waits.
 
-use crate::system::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use crate::system::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// No alarm is written as this number.
-const UNSAVED: u32 = u32::MAX;
+const UNSAVED: u64 = u64::MAX;
 
 /// Shared by the two threads: one wants alarms, the other writes them.
 #[derive(Debug)]
 pub(super) struct Exchange {
     /// The alarm to be written, and the one on the disk.
-    wanted: AtomicU32,
-    saved: AtomicU32,
+    wanted: AtomicU64,
+    saved: AtomicU64,
     has_failed: AtomicBool,
     ends: AtomicBool,
 }
 
 impl Exchange {
     /// This alarm is to be written first.
-    pub(super) fn new(wanted: u32) -> Self {
+    pub(super) fn new(wanted: u64) -> Self {
         Self {
-            wanted: AtomicU32::new(wanted),
-            saved: AtomicU32::new(UNSAVED),
+            wanted: AtomicU64::new(wanted),
+            saved: AtomicU64::new(UNSAVED),
             has_failed: AtomicBool::new(false),
             ends: AtomicBool::new(false),
         }
     }
 
     /// This alarm is to be written. The older ones need not be.
-    pub(super) fn want(&self, alarm: u32) {
+    pub(super) fn want(&self, alarm: u64) {
         self.wanted.store(alarm, Ordering::Release);
     }
 
@@ -42,7 +42,7 @@ impl Exchange {
     }
 
     /// Whether this alarm is on the disk.
-    pub(super) fn is_saved(&self, alarm: u32) -> bool {
+    pub(super) fn is_saved(&self, alarm: u64) -> bool {
         self.saved.load(Ordering::Acquire) == alarm
     }
 
@@ -56,7 +56,7 @@ impl Exchange {
     pub(super) fn run(
         &self,
         mut pause: impl FnMut(&Self) -> bool,
-        mut write: impl FnMut(u32, bool) -> bool,
+        mut write: impl FnMut(u64, bool) -> bool,
     ) {
         while !self.ends.load(Ordering::Acquire) {
             let retries = pause(self);
@@ -69,7 +69,7 @@ impl Exchange {
 
     /// Has the alarm written unless it is on the disk. `write` is told whether the last write had failed, and returns
     /// whether this one succeeded.
-    pub(super) fn save(&self, write: &mut impl FnMut(u32, bool) -> bool) {
+    pub(super) fn save(&self, write: &mut impl FnMut(u64, bool) -> bool) {
         let wanted = self.wanted.load(Ordering::Acquire);
         if self.is_saved(wanted) {
             return;

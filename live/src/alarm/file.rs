@@ -1,21 +1,25 @@
 //! One small file for each machine, replaced as a whole: after a power cut it holds the old alarm or the new one.
 //!
 //! ```text
-//!     tipwatch-alarm 2 MACHINE_HASH IDENTITY_CRC32 LEVEL ACKNOWLEDGED CONTRADICTION CRC32
+//!     tipwatch-alarm 3 MACHINE_HASH IDENTITY_CRC32 LEVEL ACKNOWLEDGED CONTRADICTION CRC32
 //! ```
 //! Whoever changes the machine file gets another hash. The alarm is then taken over from the files of machines of the same
-//! identity, which is the name with the serial number; IDENTITY_CRC32 is its checksum. CONTRADICTION is `-`, or names the
-//! commissioning under which the sensors were contradicted (0: none).
+//! identity, which is the name with the serial number; IDENTITY_CRC32 is its checksum. CONTRADICTION is `-`, or the time at which
+//! the sensors were contradicted last (UTC). It is never erased: a commissioning whose drive is later overrules it, an earlier one
+//! does not. Version 2 names no time; its contradictions count as of when they are read.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use jiff::Timestamp;
 use tipwatch_mechanics::verdict::{Latch, Level};
 
 /// First words of the file.
-const BEGINNING: &str = "tipwatch-alarm 2";
+const BEGINNING: &str = "tipwatch-alarm";
+const VERSION: &str = "3";
+const VERSION_WITHOUT_TIME: &str = "2";
 
 /// The folder for alarms if none is stated: that of systemd's service (`StateDirectory=`), else
 /// `$XDG_STATE_HOME/tipwatch`, else `~/.local/state/tipwatch`. `None` if none of them is known.
@@ -35,9 +39,8 @@ pub fn default_folder(variable: impl Fn(&str) -> Option<OsString>) -> Option<Pat
 pub struct Kept {
     /// The latched alarm.
     pub latch: Latch,
-    /// The commissioning under which the mounting, a sign, the order or a scale of a sensor was contradicted: the first bytes
-    /// of its hash, 0 without one. `None` without a contradiction.
-    pub contradiction: Option<u32>,
+    /// When the mounting, a sign, the order or a scale of a sensor was contradicted last. `None` if it never was.
+    pub contradicted: Option<Timestamp>,
 }
 
 impl Kept {
@@ -46,8 +49,15 @@ impl Kept {
     pub fn alarm(latch: Latch) -> Self {
         Self {
             latch,
-            contradiction: None,
+            contradicted: None,
         }
+    }
+
+    /// The same, and the sensors are contradicted at this time.
+    #[must_use]
+    pub fn contradicted_at(mut self, time: Timestamp) -> Self {
+        self.contradicted = self.contradicted.max(Some(to_the_second(time)));
+        self
     }
 }
 
@@ -70,25 +80,56 @@ impl AlarmFile {
         }
     }
 
-    /// Files with an alarm or a contradiction of a machine of the same identity, if this machine has none yet.
-    pub(super) fn predecessors(&self) -> Vec<(Self, Kept)> {
-        if self.path().exists() {
-            return Vec::new();
+    /// The other files of machines of the same identity with an alarm or a contradiction, and files of which nobody can tell: a
+    /// damaged one may be of this machine, and counts as a latched fault.
+    ///
+    /// They are looked for even if this machine has a file: whoever goes back to a machine file of before finds its old one.
+    ///
+    /// # Errors
+    /// The folder cannot be listed: nobody knows whether there are such files.
+    pub(super) fn predecessors(&self) -> io::Result<Vec<Predecessor>> {
+        let entries = match fs::read_dir(&self.folder) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) => return Err(error),
+        };
+        let mut found = Vec::new();
+        for entry in entries {
+            let Some(machine_hash) = hash_of(&entry?.file_name()) else {
+                continue;
+            };
+            let file = Self {
+                machine_hash,
+                ..self.clone()
+            };
+            if machine_hash == self.machine_hash || file.is_of_another_machine() {
+                continue;
+            }
+            match file.read() {
+                Ok(kept) if kept == Kept::default() => {}
+                Ok(kept) => found.push(Predecessor {
+                    file,
+                    kept,
+                    damage: None,
+                }),
+                Err(error) => found.push(Predecessor {
+                    file,
+                    kept: Kept::alarm(Latch::raised(Level::Fault)),
+                    damage: Some(error),
+                }),
+            }
         }
-        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let hashes = entries.filter_map(|entry| {
-            let name = entry.file_name().into_string().ok()?;
-            let hash = name.strip_prefix("alarm-")?.strip_suffix(".txt")?;
-            u64::from_str_radix(hash, 16).ok()
-        });
-        let files = hashes.map(|machine_hash| Self {
-            machine_hash,
-            ..self.clone()
-        });
-        let kept = files.filter_map(|file| Some((file.read().ok()?, file)));
-        let kept =
-            kept.filter(|(kept, _)| kept.latch.level.is_some() || kept.contradiction.is_some());
-        kept.map(|(kept, file)| (file, kept)).collect()
+        Ok(found)
+    }
+
+    /// Whether its file is undamaged and of a machine of another identity.
+    fn is_of_another_machine(&self) -> bool {
+        let text = fs::read_to_string(self.path()).unwrap_or_default();
+        let Some(written) = Written::parse(&text) else {
+            return false;
+        };
+        written.machine_hash == self.machine_hash
+            && written.identity_checksum != self.identity_checksum
     }
 
     /// Its path.
@@ -108,22 +149,11 @@ impl AlarmFile {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Kept::default()),
             Err(error) => return Err(error),
         };
-        let known = [None, Some(Level::Danger), Some(Level::Fault)];
-        let known = known.into_iter().flat_map(|level| {
-            [false, true].map(|is_acknowledged| Latch {
-                level,
-                is_acknowledged,
-            })
+        let written = Written::parse(&text).filter(|written| {
+            written.machine_hash == self.machine_hash
+                && written.identity_checksum == self.identity_checksum
         });
-        let of_contradiction = text.split(' ').rev().nth(1).unwrap_or_default();
-        let contradiction = u32::from_str_radix(of_contradiction, 16).ok();
-        let known = known.map(|latch| Kept {
-            latch,
-            contradiction,
-        });
-        // a file is good if it is exactly what one of them is written as
-        let mut read = known.filter(|kept| self.text(*kept) == text);
-        read.next().ok_or_else(|| {
+        written.map(|written| written.kept).ok_or_else(|| {
             let expected = format!(
                 "expected an alarm file of machine {:016x}",
                 self.machine_hash
@@ -153,17 +183,106 @@ impl AlarmFile {
     }
 
     fn text(&self, kept: Kept) -> String {
+        let written = Written {
+            machine_hash: self.machine_hash,
+            identity_checksum: self.identity_checksum,
+            kept,
+        };
+        written.text()
+    }
+}
+
+/// An alarm file of a machine of the same identity.
+#[derive(Debug)]
+pub(super) struct Predecessor {
+    pub(super) file: AlarmFile,
+    pub(super) kept: Kept,
+    /// Why nobody can tell what was in it.
+    pub(super) damage: Option<io::Error>,
+}
+
+/// The hash of the machine by the name of its file; `None` if it is no alarm file.
+fn hash_of(name: &OsStr) -> Option<u64> {
+    let hash = name.to_str()?.strip_prefix("alarm-")?;
+    u64::from_str_radix(hash.strip_suffix(".txt")?, 16).ok()
+}
+
+/// What stands in an alarm file.
+#[derive(Debug, Clone, Copy)]
+struct Written {
+    machine_hash: u64,
+    identity_checksum: u32,
+    kept: Kept,
+}
+
+impl Written {
+    fn text(&self) -> String {
+        let Self {
+            machine_hash,
+            identity_checksum,
+            kept,
+        } = self;
         let level = kept.latch.level.map_or("none", Level::name);
         let acknowledged = u8::from(kept.latch.is_acknowledged);
-        let hash = self.machine_hash;
-        let identity = self.identity_checksum;
-        let contradiction =
-            (kept.contradiction).map_or("-".into(), |commissioning| format!("{commissioning:08x}"));
-        let content = format!(
-            "{BEGINNING} {hash:016x} {identity:08x} {level} {acknowledged} {contradiction}"
-        );
-        format!("{content} {:08x}\n", crc32fast::hash(content.as_bytes()))
+        let contradiction = (kept.contradicted).map_or("-".into(), |time| time.to_string());
+        sealed(&format!(
+            "{BEGINNING} {VERSION} {machine_hash:016x} {identity_checksum:08x} {level} {acknowledged} {contradiction}"
+        ))
     }
+
+    /// `None` if it is damaged: a file is good if it is exactly what its content is written as.
+    fn parse(text: &str) -> Option<Self> {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let [
+            _,
+            version,
+            hash,
+            identity,
+            level,
+            acknowledged,
+            contradiction,
+            _,
+        ] = words[..]
+        else {
+            return None;
+        };
+        let (content, _) = text.rsplit_once(' ')?;
+        let known = [None, Some(Level::Danger), Some(Level::Fault)];
+        let named = |it: &Option<Level>| it.map_or("none", Level::name) == level;
+        let contradicted = match (version, contradiction) {
+            (_, "-") => None,
+            // version 2 names a commissioning here, and no time
+            (VERSION_WITHOUT_TIME, _) => Some(Timestamp::now()),
+            (_, time) => Some(time.parse().ok()?),
+        };
+        let written = Self {
+            machine_hash: u64::from_str_radix(hash, 16).ok()?,
+            identity_checksum: u32::from_str_radix(identity, 16).ok()?,
+            kept: Kept {
+                latch: Latch {
+                    level: known.into_iter().find(named)?,
+                    is_acknowledged: acknowledged == "1",
+                },
+                contradicted: contradicted.map(to_the_second),
+            },
+        };
+        let is_good = match version {
+            VERSION_WITHOUT_TIME => content.starts_with(BEGINNING) && sealed(content) == text,
+            _ => written.text() == text,
+        };
+        is_good.then_some(written)
+    }
+}
+
+/// The content with its checksum.
+fn sealed(content: &str) -> String {
+    format!("{content} {:08x}\n", crc32fast::hash(content.as_bytes()))
+}
+
+/// The next full second: what is later than that is later.
+fn to_the_second(time: Timestamp) -> Timestamp {
+    let second = time.as_second() + i64::from(time.subsec_nanosecond() > 0);
+    Timestamp::from_second(second).unwrap_or(Timestamp::MAX)
 }
 
 #[cfg(test)]
@@ -176,10 +295,11 @@ mod tests {
         let file = AlarmFile::new(&folder.path().join("new/folder"), 7, "m");
         assert_eq!(file.read().unwrap(), Kept::default());
         let mut latch = Latch::raised(Level::Danger);
-        for contradiction in [None, Some(0), Some(0xdead_beef)] {
+        let time = |second| Timestamp::from_second(second).unwrap();
+        for contradicted in [None, Some(time(0)), Some(time(1_800_000_000))] {
             let kept = Kept {
                 latch,
-                contradiction,
+                contradicted,
             };
             file.write(kept).unwrap();
             assert_eq!(file.read().unwrap(), kept);
@@ -189,13 +309,29 @@ mod tests {
         assert_eq!(file.read().unwrap(), Kept::default());
     }
 
+    /// Nobody knows when it was: it counts as of now, so that only a drive from now on can be later.
+    #[test]
+    fn contradiction_without_a_time_counts_as_of_when_it_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = AlarmFile::new(folder.path(), 7, "m");
+        let identity = file.identity_checksum;
+        let content = format!("tipwatch-alarm 2 {:016x} {identity:08x} danger 0", 7);
+        let before = Timestamp::now();
+        fs::write(file.path(), sealed(&format!("{content} 0000002a"))).unwrap();
+        let kept = file.read().unwrap();
+        assert_eq!(kept.latch, Latch::raised(Level::Danger));
+        assert!(kept.contradicted.unwrap() >= before);
+        fs::write(file.path(), sealed(&format!("{content} -"))).unwrap();
+        assert_eq!(file.read().unwrap().contradicted, None);
+    }
+
     // requirement: TW-VERDICT-20
     #[test]
     fn every_changed_byte_is_damage() {
         let folder = tempfile::tempdir().unwrap();
         let file = AlarmFile::new(folder.path(), 7, "m");
-        file.write(Kept::alarm(Latch::raised(Level::Danger)))
-            .unwrap();
+        let alarm = Kept::alarm(Latch::raised(Level::Danger));
+        file.write(alarm.contradicted_at(Timestamp::now())).unwrap();
         let good = fs::read(file.path()).unwrap();
         for at in 0..good.len() {
             let mut bytes = good.clone();

@@ -1,11 +1,13 @@
 //! Writes the latched alarm outside the monitor's loop, which never waits for the disk.
 
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
+use jiff::Timestamp;
 use tipwatch_mechanics::verdict::{Latch, Level};
 
 use super::exchange::Exchange;
@@ -23,80 +25,73 @@ const CHECK_PERIOD: Duration = Duration::from_secs(1);
 pub struct AlarmStore {
     exchange: Arc<Exchange>,
     thread: Option<JoinHandle<()>>,
-    wanted: u32,
+    wanted: u64,
     /// When the alarm last changed (ns).
     changed_ns: i64,
-    /// The commissioning to which a contradiction belongs.
-    commissioning: u32,
 }
 
 impl AlarmStore {
-    /// Opens the store of the machine with this hash and identity, to which a commissioning is bound (the first bytes of its
-    /// hash; 0 without one). Returns what is on the disk. A file that cannot be read counts as a latched fault. A contradiction
-    /// ends with another commissioning alone. If the folder cannot be written, [`Self::is_unsaved`] tells.
+    /// Opens the store of the machine with this hash and identity. Returns what is on the disk, also of its files of before. A file
+    /// that cannot be read counts as a latched fault. If the folder cannot be written, [`Self::is_unsaved`] tells.
     ///
     /// # Errors
     /// No thread can be started.
-    pub fn open(
-        folder: &Path,
-        machine_hash: u64,
-        identity: &str,
-        commissioning: u32,
-    ) -> Result<(Self, Kept)> {
+    pub fn open(folder: &Path, machine_hash: u64, identity: &str) -> Result<(Self, Kept)> {
         let file = AlarmFile::new(folder, machine_hash, identity);
+        let fault = Kept::alarm(Latch::raised(Level::Fault));
         let predecessors = file.predecessors();
         let mut kept = file.read().unwrap_or_else(|error| {
-            eprintln!(
-                "monitor: {}: {error}; an alarm may be lost: it counts as a fault that nobody has acknowledged",
-                file.path().display()
-            );
+            tell_unknown(&file.path(), &error);
             file.keep_damaged();
-            Kept::alarm(Latch::raised(Level::Fault))
+            fault
         });
-        for (before, found) in &predecessors {
-            eprintln!(
-                "monitor: {}: the alarm of this machine is taken over from its file of before",
-                before.path().display()
-            );
-            kept = worse(kept, *found);
+        let predecessors = predecessors.unwrap_or_else(|error| {
+            tell_unknown(folder, &error);
+            kept = worse(kept, fault);
+            Vec::new()
+        });
+        for before in &predecessors {
+            let path = before.file.path();
+            match &before.damage {
+                None => eprintln!(
+                    "monitor: {}: the alarm of this machine is taken over from its file of before",
+                    path.display()
+                ),
+                Some(error) => {
+                    tell_unknown(&path, error);
+                    before.file.keep_damaged();
+                }
+            }
+            kept = worse(kept, before.kept);
         }
-        let stands = |under: &u32| commissioning == 0 || commissioning == *under;
-        kept.contradiction = kept.contradiction.filter(stands);
-        let commissioning = kept.contradiction.unwrap_or(commissioning);
         let wanted = number_of(kept);
         let exchange = Arc::new(Exchange::new(wanted));
         // the first write shows whether the folder can be written
-        exchange
-            .save(&mut |alarm, had_failed| write(&file, kept_of(alarm, commissioning), had_failed));
+        exchange.save(&mut |alarm, had_failed| write(&file, kept_of(alarm), had_failed));
         if !exchange.has_failed() {
-            for (before, _) in &predecessors {
+            for before in &predecessors {
                 // if this fails it is taken over once more
-                let _ = before.write(Kept::default());
+                let _ = before.file.write(Kept::default());
             }
         }
         let thread = {
             let exchange = Arc::clone(&exchange);
             std::thread::Builder::new()
                 .name("alarm".into())
-                .spawn(move || write_all(&exchange, &file, commissioning))?
+                .spawn(move || write_all(&exchange, &file))?
         };
         let store = Self {
             exchange,
             thread: Some(thread),
             wanted,
             changed_ns: monotonic_ns(),
-            commissioning,
         };
         Ok((store, kept))
     }
 
-    /// Keeps this alarm from now on, and whether the sensors are contradicted. It neither waits nor allocates.
-    pub fn keep(&mut self, latch: Latch, is_contradicted: bool) {
-        let contradiction = is_contradicted.then_some(self.commissioning);
-        let wanted = number_of(Kept {
-            latch,
-            contradiction,
-        });
+    /// Keeps this from now on. It neither waits nor allocates.
+    pub fn keep(&mut self, kept: Kept) {
+        let wanted = number_of(kept);
         if wanted != self.wanted {
             self.wanted = wanted;
             self.changed_ns = monotonic_ns();
@@ -123,7 +118,7 @@ impl Drop for AlarmStore {
 }
 
 /// The store in its own thread.
-fn write_all(exchange: &Exchange, file: &AlarmFile, commissioning: u32) {
+fn write_all(exchange: &Exchange, file: &AlarmFile) {
     let mut checked = Instant::now();
     let pause = |exchange: &Exchange| {
         std::thread::sleep(LOOK_PERIOD);
@@ -131,14 +126,29 @@ fn write_all(exchange: &Exchange, file: &AlarmFile, commissioning: u32) {
         if is_check {
             checked = Instant::now();
             if !file.path().exists() {
+                if !exchange.has_failed() {
+                    eprintln!(
+                        "monitor: {}: the file of the alarm was removed beside the running monitor; it is written again. The alarms of \
+                         other machines in this folder may be lost, and this one if the computer fails now",
+                        file.path().display()
+                    );
+                }
                 exchange.lose();
             }
         }
         is_check
     };
     exchange.run(pause, |alarm, had_failed| {
-        write(file, kept_of(alarm, commissioning), had_failed)
+        write(file, kept_of(alarm), had_failed)
     });
+}
+
+/// Tells that nobody knows whether there was an alarm.
+fn tell_unknown(path: &Path, error: &io::Error) {
+    eprintln!(
+        "monitor: {}: {error}; an alarm may be lost: it counts as a fault that nobody has acknowledged",
+        path.display()
+    );
 }
 
 /// Writes an alarm; returns whether that has succeeded. The first failure and the first success after it are told.
@@ -163,33 +173,41 @@ fn write(file: &AlarmFile, kept: Kept, had_failed: bool) -> bool {
     }
 }
 
-/// Of two alarms the higher one, acknowledged if both are; a contradiction of either.
+/// Of two alarms the higher one, acknowledged if both are; the later contradiction.
 fn worse(a: Kept, b: Kept) -> Kept {
     let is_done = |latch: Latch| latch.level.is_none() || latch.is_acknowledged;
+    let level = a.latch.level.max(b.latch.level);
     Kept {
         latch: Latch {
-            level: a.latch.level.max(b.latch.level),
-            is_acknowledged: is_done(a.latch) && is_done(b.latch),
+            level,
+            is_acknowledged: level.is_some() && is_done(a.latch) && is_done(b.latch),
         },
-        contradiction: a.contradiction.or(b.contradiction),
+        contradicted: a.contradicted.max(b.contradicted),
     }
 }
 
-/// An alarm as a number: its level, and bits for its acknowledgement and for a contradiction.
-fn number_of(kept: Kept) -> u32 {
-    let level = kept.latch.level.map_or(0, |level| level as u32);
-    level << 2
-        | u32::from(kept.latch.is_acknowledged) << 1
-        | u32::from(kept.contradiction.is_some())
+/// Bits below the time of a contradiction: the level, and whether it was acknowledged.
+const TIME_SHIFT: u32 = 4;
+
+/// An alarm as a number: its acknowledgement, its level, and the time of a contradiction (s since 1970, and one more).
+fn number_of(kept: Kept) -> u64 {
+    let level = kept.latch.level.map_or(0, |level| level as u64);
+    let second = |time: Timestamp| u64::try_from(time.as_second()).unwrap_or(0) + 1;
+    kept.contradicted.map_or(0, second) << TIME_SHIFT
+        | level << 1
+        | u64::from(kept.latch.is_acknowledged)
 }
 
-fn kept_of(number: u32, commissioning: u32) -> Kept {
+fn kept_of(number: u64) -> Kept {
+    let level = (number >> 1) as u32 & 0b111;
+    let second = (number >> TIME_SHIFT).checked_sub(1);
+    let time = |second: u64| Timestamp::from_second(i64::try_from(second).unwrap_or(i64::MAX));
     Kept {
         latch: Latch {
-            level: Some(Level::from_number(number >> 2)).filter(|_| number >> 2 != 0),
-            is_acknowledged: number >> 1 & 1 == 1,
+            level: Some(Level::from_number(level)).filter(|_| level != 0),
+            is_acknowledged: number & 1 == 1,
         },
-        contradiction: (number & 1 == 1).then_some(commissioning),
+        contradicted: second.map(|second| time(second).unwrap_or(Timestamp::MAX)),
     }
 }
 
@@ -198,7 +216,7 @@ mod tests {
     use super::*;
 
     fn open(folder: &Path, hash: u64, identity: &str) -> (AlarmStore, Kept) {
-        AlarmStore::open(folder, hash, identity, 0).unwrap()
+        AlarmStore::open(folder, hash, identity).unwrap()
     }
 
     // requirement: TW-VERDICT-20
@@ -207,7 +225,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (mut store, kept) = open(folder.path(), 3, "m");
         assert_eq!(kept, Kept::default());
-        store.keep(Latch::raised(Level::Danger), false);
+        store.keep(Kept::alarm(Latch::raised(Level::Danger)));
         drop(store);
         let danger = Kept::alarm(Latch::raised(Level::Danger));
         let (store, kept) = open(folder.path(), 3, "m");
@@ -219,29 +237,68 @@ mod tests {
         // a changed machine file: the alarm moves
         let (_, kept) = open(folder.path(), 5, "m");
         assert_eq!(kept, danger);
-        let (_, kept) = open(folder.path(), 3, "m");
-        assert_eq!(kept, Kept::default());
+        // and back, with whoever goes back
+        let (mut store, kept) = open(folder.path(), 3, "m");
+        assert_eq!(kept, danger);
+        // once it is acknowledged and over, no file has it
+        store.keep(Kept::default());
+        drop(store);
+        for hash in [5, 3, 5] {
+            assert_eq!(open(folder.path(), hash, "m").1, Kept::default());
+        }
     }
 
     // requirement: TW-VERDICT-29
     #[test]
-    fn contradiction_ends_with_another_commissioning_alone() {
+    fn contradiction_keeps_its_time_with_any_machine_file() {
         let folder = tempfile::tempdir().unwrap();
-        let open = |commissioning| {
-            let opened = AlarmStore::open(folder.path(), 3, "m", commissioning).unwrap();
-            (opened.0, opened.1.contradiction)
-        };
-        let (mut store, none) = open(7);
-        assert_eq!(none, None);
-        store.keep(Latch::default(), true);
+        let (mut store, _) = open(folder.path(), 3, "m");
+        let kept = Kept::default().contradicted_at(Timestamp::now());
+        store.keep(kept);
         drop(store);
-        for same in [7, 0, 7] {
-            let (mut store, found) = open(same);
-            assert_eq!(found, Some(7));
-            store.keep(Latch::raised(Level::Danger), true);
+        for hash in [3, 4, 3] {
+            assert_eq!(open(folder.path(), hash, "m").1, kept);
         }
-        assert_eq!(open(8).1, None);
-        assert_eq!(open(7).1, None);
+    }
+
+    #[test]
+    fn alarms_are_numbers_on_their_way() {
+        let levels = [None, Some(Level::Danger), Some(Level::Fault)];
+        for (level, is_acknowledged) in levels.into_iter().zip([false, true, false]) {
+            let latch = Latch {
+                level,
+                is_acknowledged,
+            };
+            let kept = Kept::alarm(latch);
+            let contradicted = kept.contradicted_at(Timestamp::from_second(1_800_000_000).unwrap());
+            for kept in [kept, contradicted] {
+                assert_eq!(kept_of(number_of(kept)), kept);
+            }
+        }
+    }
+
+    /// What is damaged may have been this machine's alarm; it is another's only if it says so.
+    // requirement: TW-VERDICT-20
+    #[test]
+    fn damaged_file_of_before_counts_as_a_latched_fault() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |hash: u64, text: &str| {
+            std::fs::write(AlarmFile::new(folder.path(), hash, "m").path(), text).unwrap();
+        };
+        drop(open(folder.path(), 4, "other"));
+        assert_eq!(open(folder.path(), 3, "m").1, Kept::default());
+        write(5, "");
+        let (mut store, kept) = open(folder.path(), 3, "m");
+        assert_eq!(kept.latch, Latch::raised(Level::Fault));
+        // once it was acknowledged it does not come back
+        store.keep(Kept::default());
+        drop(store);
+        assert_eq!(open(folder.path(), 3, "m").1, Kept::default());
+        // another machine under whose name it is does not take it for nothing
+        let (_, other) = open(folder.path(), 5, "other");
+        assert_eq!(other.latch, Latch::raised(Level::Fault));
+        std::fs::write(folder.path().join("alarm-notes.txt"), "no alarm file").unwrap();
+        assert_eq!(open(folder.path(), 3, "m").1, Kept::default());
     }
 
     // requirement: TW-VERDICT-20

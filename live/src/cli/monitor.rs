@@ -82,7 +82,6 @@ pub(super) fn run_monitor(args: &MonitorArgs) -> Result<ExitCode> {
             Untimed::Refused
         },
         state: &state,
-        commissioning: fingerprint.commissioning_number(),
     };
     let format = match (args.json, args.changes) {
         (true, _) => Format::Json,

@@ -68,6 +68,12 @@ impl CheckedEstimator {
         self.estimator.is_contradicted()
     }
 
+    /// Whether it was contradicted in this session.
+    #[must_use]
+    pub fn has_found_contradiction(&self) -> bool {
+        self.estimator.has_found_contradiction()
+    }
+
     /// It was contradicted in a session before.
     pub fn remember_contradiction(&mut self) {
         self.estimator.remember_contradiction();

@@ -3,15 +3,17 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
+use jiff::Timestamp;
 use tipwatch_binding::{Commissioning, MachineFile, Urdf};
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::verdict::{
-    Conditions, HeldProblems, InputFault, InputFaults, Latch, Level, Verdict,
+    Conditions, HeldProblems, InputFault, InputFaults, Level, Verdict,
 };
 
+use super::contradiction::{overrules, recorded_from};
 use super::observer::Observer;
 use super::session_monitor::Monitor;
-use crate::alarm::{AlarmSeen, AlarmStore};
+use crate::alarm::{AlarmSeen, AlarmStore, Kept};
 use crate::node::{
     ExpiringSender, LiveNode, LoopOptions, Receiver, Sender, SessionFollower, SessionHost, Waiter,
 };
@@ -37,8 +39,6 @@ pub struct MonitorOptions<'a> {
     pub untimed: Untimed,
     /// The folder for latched alarms.
     pub state: &'a Path,
-    /// The first bytes of the hash of the commissioning that is bound; 0 without one.
-    pub commissioning: u32,
 }
 
 /// Follows sessions and publishes verdicts.
@@ -52,10 +52,10 @@ pub struct MonitorProgram<'a> {
     idle: Idle,
     counts: SampleCounts,
     follower: SessionFollower<Monitor>,
-    /// The latched alarm while there is no session.
-    latch: Latch,
-    /// Whether the sensors were contradicted, in a session since the last commissioning.
-    is_contradicted: bool,
+    /// The latched alarm, and the time of the last contradiction.
+    kept: Kept,
+    /// The session whose own contradiction is kept.
+    contradicted_session: Option<u64>,
     store: AlarmStore,
 }
 
@@ -85,11 +85,24 @@ struct Refused {
 struct Cycle<'c, 'a> {
     outputs: &'c mut Outputs<'a>,
     observer: &'c mut dyn Observer,
-    latch: Latch,
-    is_contradicted: bool,
+    kept: &'c mut Kept,
+    contradicted_session: &'c mut Option<u64>,
 }
 
 impl Cycle<'_, '_> {
+    /// Keeps the time of a contradiction that a session has found.
+    fn keep_contradiction(&mut self, monitor: &Monitor) {
+        let session = Some(monitor.session());
+        if !monitor.has_found_contradiction() || *self.contradicted_session == session {
+            return;
+        }
+        *self.contradicted_session = session;
+        // whatever the clock of the computer says, it is after the drive that it contradicts
+        let drive = self.outputs.commissioning.and_then(recorded_from);
+        let now = Timestamp::now();
+        *self.kept = (self.kept).contradicted_at(drive.map_or(now, |drive| drive.max(now)));
+    }
+
     fn publish(&mut self, verdict: &mut WireVerdict) -> i64 {
         let outputs = &mut *self.outputs;
         let (_, sequence) = outputs.verdicts.next();
@@ -119,10 +132,19 @@ impl Cycle<'_, '_> {
         self.outputs.machines.send(&mut message)?;
         let now_ns = self.outputs.verdicts.now_ns();
         let commissioned = commissioning.map_or(Proofs::NONE, |it| it.proven(&machine));
+        let needed = machine.needed_proofs(&sensors);
+        let contradicted = self.kept.contradicted.map(|time| {
+            let stands = overrules(commissioning, time, needed, &machine).err();
+            (time, stands)
+        });
         let mut monitor =
             Monitor::new(machine, &sensors, &session, now_ns).commissioned(commissioned);
-        monitor.resume(self.latch);
-        if self.is_contradicted {
+        monitor.resume(self.kept.latch);
+        if let Some((time, Some(stands))) = contradicted {
+            eprintln!(
+                "monitor: the sensors were contradicted at {time}, and stay doubted: {stands}. Mend them, record a new drive, and \
+                 bind its commissioning, in which all that the loads hang on is proven"
+            );
             monitor.remember_contradiction();
         }
         self.observer.session(&monitor, &session)?;
@@ -155,6 +177,7 @@ impl SessionHost for Cycle<'_, '_> {
 
     fn succeed(&mut self, next: &mut Monitor, before: Monitor) -> Result<()> {
         tell_untested(&before);
+        self.keep_contradiction(&before);
         next.resume(before.latch());
         if before.is_contradicted() {
             next.remember_contradiction();
@@ -198,12 +221,7 @@ impl<'a> MonitorProgram<'a> {
         let source = new_identity(hash);
         // first of all: of two monitors, one may not touch the other's alarm
         let verdicts = ExpiringSender::new(node, source, hash, clock)?;
-        let (store, kept) = AlarmStore::open(
-            options.state,
-            hash,
-            &file.spec.identity(),
-            options.commissioning,
-        )?;
+        let (store, kept) = AlarmStore::open(options.state, hash, &file.spec.identity())?;
         Ok(Self {
             stays: options.running.stays,
             acknowledgements: node.receiver()?,
@@ -224,8 +242,8 @@ impl<'a> MonitorProgram<'a> {
             idle: Idle::new(clock.now_ns()),
             counts: SampleCounts::default(),
             follower: SessionFollower::new(node)?,
-            latch: kept.latch,
-            is_contradicted: kept.contradiction.is_some(),
+            kept,
+            contradicted_session: None,
             store,
         })
     }
@@ -278,8 +296,8 @@ impl<'a> MonitorProgram<'a> {
         let mut cycle = Cycle {
             outputs: &mut self.outputs,
             observer,
-            latch: self.latch,
-            is_contradicted: self.is_contradicted,
+            kept: &mut self.kept,
+            contradicted_session: &mut self.contradicted_session,
         };
         if follower.active.is_none() {
             follower.look_for_session(&mut cycle)?;
@@ -293,7 +311,7 @@ impl<'a> MonitorProgram<'a> {
             }
             match &mut follower.active {
                 Some(monitor) => monitor.acknowledge(),
-                None => self.latch.acknowledge(),
+                None => cycle.kept.latch.acknowledge(),
             }
         }
         let now_ns = cycle.outputs.verdicts.now_ns();
@@ -312,12 +330,12 @@ impl<'a> MonitorProgram<'a> {
                 }
                 monitor.tick(now_ns, &mut |verdict| cycle.publish(verdict));
                 self.counts = monitor.counts();
-                self.latch = monitor.latch();
-                self.is_contradicted = monitor.is_contradicted();
+                cycle.kept.latch = monitor.latch();
+                cycle.keep_contradiction(monitor);
             }
-            None => self.idle.tick(now_ns, self.latch, is_unsaved, &mut cycle),
+            None => (self.idle).tick(now_ns, is_unsaved, &mut cycle),
         }
-        self.store.keep(self.latch, self.is_contradicted);
+        self.store.keep(*cycle.kept);
         cycle.outputs.verdicts.check()?;
         cycle.observer.cycle();
         if let Some(refused) = &self.outputs.refused
@@ -364,7 +382,8 @@ impl Idle {
         }
     }
 
-    fn tick(&mut self, now_ns: i64, latch: Latch, is_unsaved: bool, cycle: &mut Cycle<'_, '_>) {
+    fn tick(&mut self, now_ns: i64, is_unsaved: bool, cycle: &mut Cycle<'_, '_>) {
+        let latch = cycle.kept.latch;
         if now_ns.saturating_sub(self.published_ns) < HEARTBEAT_NS {
             return;
         }

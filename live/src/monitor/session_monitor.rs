@@ -27,8 +27,9 @@ pub struct Monitor {
     predictor: PacedPredictor,
     /// What the motion of the session has tested.
     excitation: Excitation,
-    /// What the loads hang on, less what a commissioning has proven.
-    unproven: Proofs,
+    /// What the loads hang on, and what a commissioning has proven.
+    needed: Proofs,
+    commissioned: Proofs,
     is_acknowledged: bool,
     /// Number of alarms raised up to the last verdict published.
     alarms: u64,
@@ -62,9 +63,9 @@ impl Monitor {
         let mut message = WireVerdict::unknown();
         message.session = session.id;
         message.untimed = u32::from(!input.guard.is_timed());
-        let unproven = machine.needed_proofs(sensors);
         Self {
-            unproven,
+            needed: machine.needed_proofs(sensors),
+            commissioned: Proofs::NONE,
             session: session.id,
             workspace: Workspace::with_scope(&machine, Scope::ALL),
             judge: Judge::new(machine.limits()),
@@ -86,7 +87,7 @@ impl Monitor {
     /// A commissioning has proven this.
     #[must_use]
     pub fn commissioned(mut self, proven: Proofs) -> Self {
-        self.unproven = self.unproven.without(proven);
+        self.commissioned = proven;
         self
     }
 
@@ -143,6 +144,12 @@ impl Monitor {
         self.input.is_contradicted()
     }
 
+    /// Whether it was contradicted in this session.
+    #[must_use]
+    pub fn has_found_contradiction(&self) -> bool {
+        self.input.has_found_contradiction()
+    }
+
     /// It was contradicted in a session before, and the machine was not commissioned since.
     pub fn remember_contradiction(&mut self) {
         self.input.remember_contradiction();
@@ -194,7 +201,7 @@ impl Monitor {
             utilisation,
             is_wheel_unloaded: outcome.otf.iter().any(|otf| *otf <= 0.0),
             rotates: estimate.rotates,
-            unproven: self.unproven.without(estimate.proven),
+            unproven: estimate.shown.unproven(self.needed, self.commissioned),
             conditions: row.conditions,
             is_acknowledged,
         });

@@ -1,9 +1,10 @@
 //! A process's access to the shared memory: the factory of all ports.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use iceoryx2::prelude::PortFactory as _;
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::AttributeVerifier;
@@ -21,6 +22,9 @@ use crate::wire::topics::{
 
 /// How long a writer waits for the slot of one that has died.
 const DEAD_WRITER_LIMIT: Duration = Duration::from_secs(1);
+
+/// How long a program whose place is kept waits for it, where readers that are not of Tipwatch hold all places.
+const NO_PLACE_LIMIT: Duration = Duration::from_secs(5);
 
 /// Roles for which the last places of readers are kept.
 const RESERVED_ROLES: [&str; RESERVED_READERS] = [
@@ -144,7 +148,53 @@ impl LiveNode {
              monitor, control, recorder and acknowledgement",
             self.service_name::<T>()
         );
-        Receiver::new(service)
+        drop(service);
+        let start = Instant::now();
+        loop {
+            match Receiver::new(self.service::<T>()?) {
+                // a reader that was just killed counts until its node is removed, and others may be about to end
+                Err(_) if self.has_place && self.is_full::<T>()? => {
+                    if start.elapsed() >= NO_PLACE_LIMIT {
+                        bail!(
+                            "service \"{}\": expected a free place for a reader, found all {MAX_READERS} taken for {} s, by {}: end \
+                             readers that are not needed",
+                            self.service_name::<T>(),
+                            NO_PLACE_LIMIT.as_secs(),
+                            self.readers_of::<T>()?
+                        );
+                    }
+                    pause(NO_PLACE_LIMIT / 50)
+                        .ok()
+                        .context("stopped by a signal")?;
+                    self.remove_dead_nodes();
+                }
+                receiver => return receiver,
+            }
+        }
+    }
+
+    fn is_full<T: Topic>(&self) -> Result<bool> {
+        let service = self.service::<T>()?;
+        Ok(service.dynamic_config().number_of_subscribers() >= MAX_READERS)
+    }
+
+    /// The processes that read messages of this type, and how many readers each has, as text.
+    fn readers_of<T: Topic>(&self) -> Result<String> {
+        let mut processes: BTreeMap<i64, usize> = BTreeMap::new();
+        self.service::<T>()?
+            .dynamic_config()
+            .list_subscribers(|it| {
+                let process = it.node_id.pid::<ipc::Service>();
+                let process = process.map_or(0, |process| i64::from(process.value()));
+                *processes.entry(process).or_default() += 1;
+                CallbackProgression::Continue
+            });
+        let told = processes.iter().map(|(process, readers)| {
+            let name = std::fs::read_to_string(format!("/proc/{process}/comm"));
+            let name = name.unwrap_or_else(|_| "a process that is no more".into());
+            format!("{} (process {process}: {readers})", name.trim())
+        });
+        Ok(told.collect::<Vec<_>>().join(", "))
     }
 
     /// A notifier for messages of this type.

@@ -181,6 +181,8 @@ pub fn commission(
             sha256: guided.hash.clone(),
             tipwatch_version: env!("CARGO_PKG_VERSION").into(),
             made_at: now(),
+            // by its stamps: a session can be the replay of an old log
+            recorded_from_ns: guided.recording.first_ns(),
         };
         let result = Commissioning::new(file, urdf, source, &assessment);
         std::fs::write(path, result.to_json())

@@ -54,16 +54,6 @@ impl Fingerprint {
         })
     }
 
-    /// The first bytes of the hash of the bound commissioning; 0 without one.
-    #[must_use]
-    pub fn commissioning_number(&self) -> u32 {
-        let first = |hash: Hash| {
-            hash.first_chunk()
-                .map_or(0, |first| u32::from_be_bytes(*first))
-        };
-        self.commissioning.map_or(0, first)
-    }
-
     /// Hash of the options.
     #[must_use]
     pub fn options_hash(&self) -> Hash {

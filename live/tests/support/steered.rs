@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use tipwatch_binding::{MachineFile, Urdf};
+use tipwatch_binding::{Commissioning, MachineFile, Urdf};
 use tipwatch_live::control::ControlProgram;
 use tipwatch_live::monitor::Monitor;
 use tipwatch_live::monitor::{MonitorOptions, MonitorProgram, Observer};
@@ -37,8 +37,8 @@ pub struct Steered {
     pub hang: bool,
     /// Of a monitor that is started next.
     pub untimed: Untimed,
-    /// The number of the commissioning that a monitor is bound to which is started next; 0 without one.
-    pub commissioning: u32,
+    /// The commissioning that a monitor is bound to which is started next.
+    pub commissioning: Option<&'static Commissioning>,
 }
 
 impl Steered {
@@ -56,7 +56,7 @@ impl Steered {
             control: None,
             hang: false,
             untimed: Untimed::Refused,
-            commissioning: 0,
+            commissioning: None,
         };
         steered.start_monitor();
         steered
@@ -70,10 +70,9 @@ impl Steered {
             },
             untimed: self.untimed,
             state: &self.state,
-            commissioning: self.commissioning,
         };
         let started = MonitorProgram::new(&self.node, self.file, self.urdf, self.clock, options);
-        self.monitor = Some(started.unwrap());
+        self.monitor = Some(started.unwrap().with_commissioning(self.commissioning));
     }
 
     pub fn stop_monitor(&mut self) {

@@ -102,6 +102,12 @@ impl CausalEstimator {
         self.plausibility.is_contradicted()
     }
 
+    /// Whether it was contradicted by the samples that were taken.
+    #[must_use]
+    pub fn has_found_contradiction(&self) -> bool {
+        self.plausibility.has_found_contradiction()
+    }
+
     /// It was contradicted in a session before, and the machine was not commissioned since.
     pub fn remember_contradiction(&mut self) {
         self.plausibility.remember_contradiction();
@@ -222,7 +228,7 @@ impl CausalEstimator {
         if self.plausibility.is_contradicted() {
             self.estimate.reasons.add(Reason::Contradiction);
         }
-        self.estimate.proven = self.plausibility.proven();
+        self.estimate.shown = self.plausibility.shown();
         self.estimate.rotates = self.rotation.spell().is_some();
         if self.estimate.rotates {
             self.estimate.reasons.add(Reason::Tipping);

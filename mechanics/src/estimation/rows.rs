@@ -1,6 +1,6 @@
 //! Row times, and the estimate of one row.
 
-use crate::machine::Proofs;
+use crate::machine::SessionProofs;
 use crate::state::{Reasons, State};
 
 /// When rows are emitted.
@@ -23,8 +23,8 @@ pub struct Estimate {
     pub reasons: Reasons,
     /// Whether the platform rotates about an edge, by gyro and attitude alone.
     pub rotates: bool,
-    /// What the motion up to this row has proven of the sensors.
-    pub proven: Proofs,
+    /// What the signals up to this row have shown.
+    pub shown: SessionProofs,
 }
 
 /// Stamp of a regular clock: the k-th after `start_ns`, without accumulated rounding.
@@ -54,7 +54,7 @@ impl Estimate {
             state: State::zero(machine),
             reasons: Reasons::NONE,
             rotates: false,
-            proven: Proofs::NONE,
+            shown: SessionProofs::NONE,
         }
     }
 }

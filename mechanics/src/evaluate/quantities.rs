@@ -195,7 +195,7 @@ impl RowColumn {
     pub const UNPROVEN: Self = Self {
         name: "unproven",
         unit: "",
-        meaning: "What the loads hang on that neither a commissioning nor the motion has proven",
+        meaning: "What the loads hang on that neither a commissioning nor the motion has proven, and joints that have read exactly 0 since the first sample",
     };
     /// Latched level.
     pub const VERDICT_LATCHED: Self = Self {

@@ -92,7 +92,7 @@ pub use parameter::{Axis, InertiaElement, Parameter};
 pub(crate) use parameters_of::links_with_mass;
 pub use plausibility_spec::{PlausibilitySpec, Policy};
 pub use prediction_spec::{JointStopSpec, PredictionSpec};
-pub use proofs::{Proof, Proofs};
+pub use proofs::{Proof, Proofs, SessionProofs};
 pub use quasi_static::{JointMotionSpec, QuasiStaticMode, QuasiStaticSpec};
 pub use reference::{Reference, ReferencePosture};
 pub(crate) use sampled::ParameterSampler;

@@ -125,6 +125,12 @@ impl Proofs {
         Self(self.0 & !others.0)
     }
 
+    /// What is in both sets.
+    #[must_use]
+    pub fn shared_with(self, others: Self) -> Self {
+        Self(self.0 & others.0)
+    }
+
     /// Whether the set contains it.
     #[must_use]
     pub fn has(self, proof: Proof) -> bool {
@@ -166,6 +172,32 @@ impl Proofs {
     }
 }
 
+/// What the signals of a session have shown so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SessionProofs {
+    /// Proven by the motion.
+    pub proven: Proofs,
+    /// Joints whose every position since the first sample was exactly zero. So reads an encoder that nobody reads: whatever a
+    /// commissioning has proven of it, this session has not shown that it is there.
+    pub only_zeros: Proofs,
+}
+
+impl SessionProofs {
+    /// Nothing is shown yet.
+    pub const NONE: Self = Self {
+        proven: Proofs::NONE,
+        only_zeros: Proofs::NONE,
+    };
+
+    /// What is not proven of what the loads hang on, beside a commissioning that has proven this.
+    #[must_use]
+    pub fn unproven(self, needed: Proofs, commissioned: Proofs) -> Proofs {
+        let mut unproven = needed.without(commissioned).without(self.proven);
+        unproven.add_all(needed.shared_with(self.only_zeros));
+        unproven
+    }
+}
+
 impl FromIterator<Proof> for Proofs {
     fn from_iter<I: IntoIterator<Item = Proof>>(proofs: I) -> Self {
         let mut set = Self::NONE;
@@ -193,5 +225,21 @@ mod tests {
         places.dedup();
         assert_eq!(places.len(), OTHERS);
         assert!(places.iter().all(|&place| place < FIRST_JOINT));
+    }
+
+    // requirement: TW-VERDICT-28
+    #[test]
+    fn joint_that_reads_zeros_only_is_not_proven_by_a_commissioning() {
+        let joints: Proofs = [Proof::Joint(1), Proof::Joint(2)].into_iter().collect();
+        let wheel: Proofs = [Proof::Joint(7)].into_iter().collect();
+        let mut session = SessionProofs::NONE;
+        assert_eq!(session.unproven(joints, joints), Proofs::NONE);
+        session.proven = joints;
+        assert_eq!(session.unproven(joints, Proofs::NONE), Proofs::NONE);
+        session.only_zeros = [Proof::Joint(2)].into_iter().collect();
+        assert_eq!(session.unproven(joints, joints), session.only_zeros);
+        // on which no load hangs: a wheel that does not spin
+        session.only_zeros = wheel;
+        assert_eq!(session.unproven(joints, joints), Proofs::NONE);
     }
 }

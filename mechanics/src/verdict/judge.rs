@@ -314,8 +314,8 @@ impl Judge {
         if reasons.has(Reason::Tipping) {
             return RowAssessment::Tipping;
         }
-        // In a valid row without utilisation, the uncertainty cannot be computed.
-        if row.utilisation.is_finite() {
+        // In a valid row without utilisation, the uncertainty cannot be computed. Of a wheel that carries nothing it need not be.
+        if row.utilisation.is_finite() || row.is_wheel_unloaded {
             RowAssessment::Known
         } else {
             RowAssessment::Failed

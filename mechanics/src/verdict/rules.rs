@@ -104,6 +104,29 @@ fn failure_of_the_model_is_a_latched_fault() {
     }
 }
 
+/// A machine falls: the loads are known, a wheel is off the ground, and the band about them is not.
+// requirement: TW-VERDICT-05, TW-VERDICT-12
+#[test]
+fn unloaded_wheel_without_utilisation_is_danger_and_no_failure_of_the_model() {
+    for mut rows in [Rows::new(), Rows::safe()] {
+        for utilisation in [f64::NAN, f64::INFINITY] {
+            let falls = |row: &mut RowFacts| {
+                (row.utilisation, row.is_wheel_unloaded) = (utilisation, true);
+            };
+            assert_eq!(rows.give(falls), Level::Danger);
+            assert_eq!(rows.latched(), Level::Danger);
+            assert_eq!(rows.judge.verdict().held, HeldProblems::default());
+        }
+    }
+    // a reason why the loads are wrong is one all the same
+    let mut rows = Rows::safe();
+    let fails = |row: &mut RowFacts| {
+        row.reasons.add(Reason::NotFinite);
+        (row.utilisation, row.is_wheel_unloaded) = (f64::NAN, true);
+    };
+    assert_eq!(rows.give(fails), Level::Fault);
+}
+
 // requirement: TW-VERDICT-13
 #[test]
 fn gross_input_is_a_fault_at_once_and_from_the_start() {

@@ -1,30 +1,30 @@
 //! The latched alarm on its way to the disk.
 
 use loom::sync::Arc;
-use loom::sync::atomic::{AtomicU32, Ordering};
+use loom::sync::atomic::{AtomicU64, Ordering};
 use loom::thread;
 
 use crate::exchange::Exchange;
 
 /// Nothing is on the disk.
-const NOTHING: u32 = 99;
+const NOTHING: u64 = 99;
 
 /// A disk whose first writes fail.
 struct Disk {
     // relaxed: whoever reads it relies on the exchange alone
-    alarm: AtomicU32,
-    failures: AtomicU32,
+    alarm: AtomicU64,
+    failures: AtomicU64,
 }
 
 impl Disk {
-    fn new(failures: u32) -> Arc<Self> {
+    fn new(failures: u64) -> Arc<Self> {
         Arc::new(Self {
-            alarm: AtomicU32::new(NOTHING),
-            failures: AtomicU32::new(failures),
+            alarm: AtomicU64::new(NOTHING),
+            failures: AtomicU64::new(failures),
         })
     }
 
-    fn write(&self, alarm: u32) -> bool {
+    fn write(&self, alarm: u64) -> bool {
         let failures = self.failures.load(Ordering::Relaxed);
         if failures > 0 {
             self.failures.store(failures - 1, Ordering::Relaxed);
@@ -36,7 +36,7 @@ impl Disk {
 }
 
 /// Alarms 1 and 2 are raised while the other thread writes; `check` is called after each.
-fn raised(failures: u32, check: fn(&Exchange, &Disk, u32)) {
+fn raised(failures: u64, check: fn(&Exchange, &Disk, u64)) {
     loom::model(move || {
         let exchange = Arc::new(Exchange::new(0));
         let disk = Disk::new(failures);
@@ -75,7 +75,7 @@ fn the_last_alarm_is_on_the_disk_and_none_is_called_saved_before() {
 fn alarm_whose_write_has_failed_is_not_called_saved() {
     loom::model(|| {
         let exchange = Arc::new(Exchange::new(0));
-        let disk = Disk::new(u32::MAX);
+        let disk = Disk::new(u64::MAX);
         let writing = {
             let (exchange, disk) = (Arc::clone(&exchange), Arc::clone(&disk));
             thread::spawn(move || {

@@ -89,8 +89,9 @@ impl EvaluatedLog {
         let mut table = Table::new(named, rows, scope, &model, record)
             .rotating(rotating)
             .resting_on(ProofRecord {
-                unproven: needed.without(commissioned),
-                proven: std::mem::take(&mut quality.proven),
+                needed,
+                commissioned,
+                shown: std::mem::take(&mut quality.shown),
             });
         if let Some((named, sets)) = &prepared.on_supports {
             table = table.on_supports(named, SupportSets::clone(sets));

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use tipwatch_binding::MachineFile;
 use tipwatch_calibration::identification::{Data, agreement};
-use tipwatch_mechanics::machine::{Machine, MountSource, Wheel};
+use tipwatch_mechanics::machine::{Machine, MeasuredJoint, MountSource, Wheel};
 use tipwatch_mechanics::{MassShare, RestingMachine};
 
 use super::document::{MachineCheck, PartMass, SCHEMA, WheelCheck, posture, triple};
@@ -14,6 +14,10 @@ use super::readings;
 use crate::analysis::posture_in_log;
 use crate::base::number::known;
 use crate::setup::identify::{AgreementRow, weighings};
+
+/// A wider range between limits tells nothing: a turn, with room for a rounded pi (rad), and the slide of a long boom (m).
+const WIDEST_TURN: f64 = 1.01 * std::f64::consts::TAU;
+const WIDEST_SLIDE: f64 = 2.0;
 
 /// Checks a machine file, in the posture of the log's first valid row if there is a log, else in its reference posture.
 ///
@@ -46,6 +50,7 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
     let standing = RestingMachine::new(&machine, &positions);
     let posture = posture(&machine, &positions, source);
     notes.extend(machine.notes().iter().map(ToString::to_string));
+    notes.extend(wide_limits(&machine));
     notes.extend(anomalies(&machine, &standing));
     let weighed = file.spec.weighed.as_ref();
     let mut scales = Data::default();
@@ -115,6 +120,29 @@ fn wheels(machine: &Machine, standing: &RestingMachine) -> Vec<WheelCheck> {
         }
     };
     machine.wheels().iter().enumerate().map(wheel).collect()
+}
+
+/// Names the sensed joints whose limits leave room for every wrong position. A joint without limits, such as a slewing ring, has
+/// no such check by its kind.
+fn wide_limits(machine: &Machine) -> Option<String> {
+    let is_wide = |(index, joint): &(usize, &MeasuredJoint)| {
+        let widest = match machine.joint_slides(*index) {
+            true => WIDEST_SLIDE,
+            false => WIDEST_TURN,
+        };
+        let is_sensed = joint.logged && joint.constant.is_none() && joint.spins_wheel.is_none();
+        let range = joint.limits.map_or(0.0, |[least, most]| most - least);
+        is_sensed && range > widest
+    };
+    let joints = machine.joints().iter().enumerate().filter(is_wide);
+    let names: Vec<&str> = joints.map(|(_, joint)| joint.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "Limits in the URDF wider than a turn or {WIDEST_SLIDE} m: {}. No position of these joints is beyond them, so a wrong one is \
+             not found by its limits. State those of the machine.",
+            names.join(", ")
+        )
+    })
 }
 
 /// Anomalies of a static posture.

@@ -46,6 +46,7 @@ pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
         made_at: jiff::Timestamp::now()
             .strftime("%Y-%m-%dT%H:%M:%SZ")
             .to_string(),
+        recorded_from_ns: recording.first_ns(),
     };
     let urdf = Urdf {
         name: loaded.urdf.path.clone(),

@@ -14,8 +14,9 @@ use crate::files::read_text;
 use crate::files::sha256;
 use crate::machine_file::{MachineFile, Urdf};
 
-/// Version of the file.
-const SCHEMA: u32 = 1;
+/// Version of the file. Version 1 does not say when its drive was recorded.
+const SCHEMA: u32 = 2;
+const OLDEST_SCHEMA: u32 = 1;
 
 /// A commissioning of one machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,6 +38,10 @@ pub struct Commissioning {
     pub source_sha256: String,
     /// When the result was written (UTC, RFC 3339).
     pub made_at: String,
+    /// Stamp of the first sample of the drive (ns since 1970, where the sensors know the time of day). A result can be made from
+    /// an old drive: this is how old it is. `None` in a file of version 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded_from_ns: Option<i64>,
     /// Length of the recording (s).
     pub duration_s: f64,
     /// The result, item by item.
@@ -78,6 +83,8 @@ pub struct CommissioningSource {
     pub tipwatch_version: String,
     /// The time (UTC, RFC 3339).
     pub made_at: String,
+    /// Stamp of the first sample of the drive (ns).
+    pub recorded_from_ns: Option<i64>,
 }
 
 /// Why a commissioning does not count.
@@ -150,6 +157,7 @@ impl Commissioning {
             source: source.name,
             source_sha256: source.sha256,
             made_at: source.made_at,
+            recorded_from_ns: source.recorded_from_ns,
             duration_s: assessment.duration_s,
             items: items.collect(),
             explanations: assessment.explanations.clone(),
@@ -188,7 +196,8 @@ impl Commissioning {
                 path: path.into(),
                 source,
             })?;
-        if found.schema != SCHEMA || found.seal != found.expected_seal() {
+        if !(OLDEST_SCHEMA..=SCHEMA).contains(&found.schema) || found.seal != found.expected_seal()
+        {
             return Err(CommissioningError::Seal { path: path.into() });
         }
         Ok(found)

@@ -7,7 +7,7 @@ use super::relations::Relations;
 use super::signals::SignalChecks;
 use super::treatment::{Judgement, RowEffect};
 use super::weight::WeightWatch;
-use crate::machine::{Machine, Proofs};
+use crate::machine::{Machine, SessionProofs};
 use crate::state::{Sample, SampleError, Sensor, Sensors};
 
 /// Checks samples, each sensor's in stamp order.
@@ -19,7 +19,9 @@ pub struct Plausibility {
     rules: Rules,
     has_imu: bool,
     findings: Vec<Finding>,
-    is_contradicted: bool,
+    /// Whether a lasting contradiction was found, and whether one is remembered from a session before.
+    has_found_contradiction: bool,
+    remembers_contradiction: bool,
 }
 
 impl Plausibility {
@@ -33,7 +35,8 @@ impl Plausibility {
             rules: Rules::of(machine),
             has_imu: sensors.imu,
             findings: room_for_findings(sensors),
-            is_contradicted: false,
+            has_found_contradiction: false,
+            remembers_contradiction: false,
         }
     }
 
@@ -52,18 +55,27 @@ impl Plausibility {
     /// Whether the mounting, a sign, the order or a scale was ever contradicted: a fault of that kind does not heal by itself.
     #[must_use]
     pub fn is_contradicted(&self) -> bool {
-        self.is_contradicted
+        self.has_found_contradiction || self.remembers_contradiction
+    }
+
+    /// Whether it was contradicted by the samples that were taken.
+    #[must_use]
+    pub fn has_found_contradiction(&self) -> bool {
+        self.has_found_contradiction
     }
 
     /// It was contradicted before the first sample: in a session before.
     pub fn remember_contradiction(&mut self) {
-        self.is_contradicted = true;
+        self.remembers_contradiction = true;
     }
 
-    /// What the motion so far has proven of the sensors.
+    /// What the samples so far have shown of the sensors.
     #[must_use]
-    pub fn proven(&self) -> Proofs {
-        self.relations.proven()
+    pub fn shown(&self) -> SessionProofs {
+        SessionProofs {
+            proven: self.relations.proven(),
+            only_zeros: self.signals.only_zeros(),
+        }
     }
 
     /// Whether a value that the estimate requires was not finite in the last sample.
@@ -87,7 +99,7 @@ impl Plausibility {
             sound.force = (self.weight).check(sample.stamp_ns, force, limits, &mut found);
         }
         self.relations.step(sample, sound, &mut self.findings);
-        self.is_contradicted |= self.findings.iter().any(|finding| {
+        self.has_found_contradiction |= self.findings.iter().any(|finding| {
             finding.casts_doubt(self.has_imu) && finding.explanation.is_some_and(Explanation::lasts)
         });
         Ok(Judgement::of(&self.findings))

@@ -55,6 +55,8 @@ pub(super) struct JointWatch {
     before_gap: Option<Held>,
     /// Since when the position has been exactly zero without a break: as before the hardware is read.
     zero_since_ns: Option<i64>,
+    /// Whether a credible position, that another one agreed with, was not exactly zero.
+    has_left_zero: bool,
     good_rate: Option<(i64, f64)>,
     /// Position and velocity of the last sample that was compared.
     last: Option<(i64, f64, f64)>,
@@ -123,6 +125,7 @@ impl JointWatch {
             jump: None,
             before_gap: None,
             zero_since_ns: None,
+            has_left_zero: false,
             good_rate: None,
             last: None,
             last_ns: None,
@@ -138,6 +141,11 @@ impl JointWatch {
     /// Whether the last sample indicates that the joint moves.
     pub(super) fn moves(&self) -> bool {
         self.moves
+    }
+
+    /// Whether the joint has ever been elsewhere than at exactly zero, where an encoder is that nobody reads.
+    pub(super) fn has_left_zero(&self) -> bool {
+        self.has_left_zero
     }
 
     /// Reports faults of a position and its velocity (NaN if absent) to `found`. `moves_elsewhere`: whether something else
@@ -168,6 +176,7 @@ impl JointWatch {
         };
         let is_credible =
             self.check_step(here, limits, found) && self.check_outlier(here, limits, found);
+        self.has_left_zero |= is_credible && self.is_confirmed && position != 0.0;
         let rate = if rate.is_finite() && self.check_rate(stamp_ns, rate, limits, found) {
             rate
         } else {
@@ -650,6 +659,42 @@ mod tests {
     fn zeros_until_the_hardware_is_read_do_not_count() {
         let (first_s, last_s) = doubted(|sample| if sample < 80 { 0.0 } else { 1.2 }).unwrap();
         assert!(first_s == 0.0 && last_s < 1.1, "{first_s} {last_s}");
+    }
+
+    #[test]
+    fn joint_has_left_zero_once_two_positions_say_so() {
+        let has_left_zero = |position: fn(usize) -> f64| {
+            let mut watch = JointWatch::new(LIMITS, 25.0);
+            for sample in 0..200 {
+                let values = [position(sample), f64::NAN];
+                let stamp_ns = sample as i64 * 10_000_000;
+                watch.check(stamp_ns, values, false, &Limits::OF_TESTS, &mut |_| ());
+            }
+            watch.has_left_zero()
+        };
+        assert!(!has_left_zero(|_| 0.0));
+        assert!(!has_left_zero(|sample| if sample % 2 == 0 {
+            0.0
+        } else {
+            -0.0
+        }));
+        assert!(!has_left_zero(|sample| if sample == 50 {
+            0.9
+        } else {
+            0.0
+        }));
+        assert!(!has_left_zero(|sample| if sample == 50 {
+            f64::NAN
+        } else {
+            0.0
+        }));
+        assert!(has_left_zero(|sample| if sample < 190 {
+            0.0
+        } else {
+            1e-4
+        }));
+        assert!(has_left_zero(|sample| if sample < 80 { 0.0 } else { 1.2 }));
+        assert!(has_left_zero(|sample| 0.01 * (100.0 - sample as f64)));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
 use super::notice::{Note, Rules};
 use super::vector::{Slew, VectorWatch};
-use crate::machine::{FaultKind, Machine};
+use crate::machine::{FaultKind, Machine, Proof, Proofs};
 use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
 
 /// Allowance for noise and stamp jitter in the change of an angular velocity (rad/s) and of a velocity (m/s).
@@ -172,6 +172,16 @@ impl SignalChecks {
             Sensor::ToolWrench => self.check_tool(sample, findings),
             Sensor::Actuator(signal) => self.check_actuator(signal, sample, findings),
         })
+    }
+
+    /// The joints whose every position so far was exactly zero.
+    pub(in crate::estimation) fn only_zeros(&self) -> Proofs {
+        let streams = self.joints.iter().zip(&self.sensors.joints);
+        let joints = streams.flat_map(|(watches, stream)| watches.iter().zip(&stream.joints));
+        joints
+            .filter(|(watch, _)| !watch.has_left_zero())
+            .map(|(_, &joint)| Proof::Joint(joint))
+            .collect()
     }
 
     fn check_joints(

@@ -17,7 +17,7 @@ use crate::estimation::rows::RowClock;
 use crate::estimation::shown_noise::ShownNoise;
 use crate::estimation::state_builder::{Channel, Filters, Reading, StateBuilder};
 use crate::estimation::white_jerk::seconds;
-use crate::machine::{Machine, Proofs};
+use crate::machine::{Machine, SessionProofs};
 use crate::state::{Reasons, Sensor, Sensors, State, StateColumns, StreamCounts};
 
 /// A usual number of rows in a block.
@@ -38,7 +38,7 @@ pub struct BlockSmoother<S> {
     tracks: Vec<Track>,
     bias: BiasHistory,
     faults: Vec<FaultSpan>,
-    proven: Proofs,
+    shown: SessionProofs,
     times_ns: Vec<i64>,
     rows_per_block: usize,
     max_gap_ns: i64,
@@ -105,7 +105,7 @@ impl<S: SampleSource> BlockSmoother<S> {
         };
         let Forward {
             faults,
-            proven,
+            shown,
             bias,
             tracks,
         } = passes.run(run)?;
@@ -115,7 +115,7 @@ impl<S: SampleSource> BlockSmoother<S> {
             tracks,
             bias,
             faults,
-            proven,
+            shown,
             times_ns,
             rows_per_block,
             max_gap_ns,
@@ -164,10 +164,10 @@ impl<S: SampleSource> BlockSmoother<S> {
         &self.faults
     }
 
-    /// What the motion of the whole recording has proven of the sensors.
+    /// What the whole recording has shown of the sensors.
     #[must_use]
-    pub fn proven(&self) -> Proofs {
-        self.proven
+    pub fn shown(&self) -> SessionProofs {
+        self.shown
     }
 
     /// A worker for one thread. `machine` must differ from that of [`BlockSmoother::new`] by its masses at most.

@@ -12,7 +12,7 @@ use super::source::SampleSource;
 use crate::estimation::plausibility::{
     FaultSpan, FaultSpans, Finding, Judgement, Relations, SignalChecks, Sound, room_for_findings,
 };
-use crate::machine::{Machine, Proofs};
+use crate::machine::{Machine, SessionProofs};
 use crate::state::{Sample, Sensor, Sensors};
 
 /// Samples of a batch: some milliseconds of work, beside which it costs little to wake a thread.
@@ -22,8 +22,8 @@ const BATCH: usize = 2048;
 pub(super) struct Searched {
     /// Implausible spans, sorted by start.
     pub(super) faults: Vec<FaultSpan>,
-    /// What the motion of the whole log has proven of the sensors.
-    pub(super) proven: Proofs,
+    /// What the whole log has shown of the sensors.
+    pub(super) shown: SessionProofs,
 }
 
 /// Finds implausible spans, checking all sensors together in stamp order. A sensor is `faulty` where one of them changes
@@ -60,7 +60,10 @@ pub(super) fn find_faults<S: SampleSource>(
         batches.rotate_right(1);
         if batches.iter().all(|batch| batch.samples.is_empty()) {
             return Ok(Searched {
-                proven: compared.relations.proven(),
+                shown: SessionProofs {
+                    proven: compared.relations.proven(),
+                    only_zeros: checked.checks.only_zeros(),
+                },
                 faults: compared.spans.finish(),
             });
         }

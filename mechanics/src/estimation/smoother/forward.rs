@@ -14,7 +14,7 @@ use crate::estimation::kalman_filter::FilterState;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
 use crate::estimation::shown_noise::ShownNoise;
 use crate::estimation::state_builder::Filters;
-use crate::machine::{Machine, Proofs};
+use crate::machine::{Machine, SessionProofs};
 use crate::state::{Credible, SampleError, Sensor, Sensors, StreamCounts, tilt_is_measured};
 
 /// One sensor and its filters over the whole log.
@@ -59,8 +59,8 @@ impl Track {
 pub(super) struct Forward {
     /// Implausible spans, sorted by start.
     pub(super) faults: Vec<FaultSpan>,
-    /// What the motion has proven of the sensors.
-    pub(super) proven: Proofs,
+    /// What the signals have shown.
+    pub(super) shown: SessionProofs,
     pub(super) bias: BiasHistory,
     /// By sensor.
     pub(super) tracks: Vec<Track>,
@@ -97,7 +97,7 @@ impl<S: SampleSource> Passes<'_, S> {
             passes.push(Box::new(move || track.set(follow())));
         }
         run(passes);
-        let Searched { faults, proven } = found.take_or(|| self.find_faults(&faulty, run))?;
+        let Searched { faults, shown } = found.take_or(|| self.find_faults(&faulty, run))?;
         let of_sensor = |sensor: usize| -> Vec<FaultSpan> {
             faults_of(&faults, self.samples[sensor].sensor())
                 .copied()
@@ -126,7 +126,7 @@ impl<S: SampleSource> Passes<'_, S> {
         let tracks = tracks.collect::<Result<_, _>>()?;
         Ok(Forward {
             faults,
-            proven,
+            shown,
             bias,
             tracks,
         })
