@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::{Estimator, Options};
@@ -215,6 +216,57 @@ fn an_onset_behind_a_hole_is_not_dated_at_the_end_of_the_hole() {
         };
         assert!(holds, "{from_s} to {to_s} s: {error_s} s, {over:?}");
     }
+}
+
+#[test]
+fn a_second_rotation_about_an_edge_does_not_hide_the_first() {
+    // (s after the onset, degrees): it falls, comes back, stands, and falls again
+    const ROLL: [(f64, f64); 7] = [
+        (0.0, 0.0),
+        (0.8, -40.0),
+        (0.9, -40.0),
+        (1.4, 0.0),
+        (2.1, 0.0),
+        (2.55, -30.0),
+        (9.0, -30.0),
+    ];
+    let at = |s: f64| {
+        let next = ROLL.iter().position(|(time_s, _)| *time_s > s).unwrap();
+        let [(from_s, from), (to_s, to)] = [ROLL[next - 1], ROLL[next]];
+        let share = (s - from_s) / (to_s - from_s);
+        (from + (to - from) * share * share * (3.0 - 2.0 * share)).to_radians()
+    };
+    let stated = Stated::lighter();
+    let log = stated.log("twice.mcap");
+    let mut stood = UnitQuaternion::identity();
+    write_edited(&data("tip_over.mcap"), &log, &mut |topic, values| {
+        if topic != "/imu/data" {
+            return;
+        }
+        let names = ["x", "y", "z", "w"].map(|axis| format!("attitude.{axis}"));
+        let s = (values.stamp_ns - true_onset_ns()) as f64 * 1e-9;
+        if s <= 0.0 {
+            let [x, y, z, w] = std::array::from_fn(|k| values.get(&names[k]));
+            stood = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+            return;
+        }
+        let roll = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), at(s));
+        let turned = (stood * roll).into_inner().coords;
+        for (name, value) in names.iter().zip(turned.iter()) {
+            values.set(name, *value);
+        }
+        let rate = (at(s + 1e-4) - at(s)) * 1e4;
+        for (axis, rate) in [("x", rate), ("y", 0.0), ("z", 0.0)] {
+            values.set(&format!("turning.{axis}"), rate);
+        }
+    });
+    let analysis = stated.analysed(&log);
+    let events = analysis.events.iter();
+    let falls: Vec<&Event> = (events.filter(|event| event.kind == EventKind::TipOver)).collect();
+    assert_eq!(falls.len(), 2, "{falls:?}");
+    let after_onset = |event: &Event| (event.start_ns - true_onset_ns()) as f64 * 1e-9;
+    assert!(after_onset(falls[0]).abs() < 0.5, "{falls:?}");
+    assert!((1.5..2.6).contains(&after_onset(falls[1])), "{falls:?}");
 }
 
 #[test]
