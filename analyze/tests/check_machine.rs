@@ -238,7 +238,7 @@ fn what_is_wrong_with_a_posture_is_said() {
             "weighed.postures 1: expected wheels, sums or specific_force",
         ),
         ("wheels = { XX = 1.0 }\n", "weighed.postures 1.wheels.XX"),
-        ("wheels = { FL = nan }\n", "a load that is not negative"),
+        ("wheels = { FL = nan }\n", "expected a finite number, found nan"),
         (
             "posture = { no = 1.0 }\nwheels = { FL = 1.0 }\n",
             "weighed.postures 1.posture.no",
