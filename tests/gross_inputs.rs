@@ -750,3 +750,35 @@ fn a_machine_that_rests_where_it_would_tip_over_is_told() {
             .all(|event| !event.kind.is_stability())
     );
 }
+
+#[test]
+fn forces_of_jacks_in_another_unit_lift_nothing() {
+    let with_jacks = |scale: f64| {
+        with_machine_text("crane", |text| {
+            let mut text = text;
+            for k in 0..4 {
+                let field =
+                    format!("force = {{ topic = \"/outriggers/force\", field = \"data[{k}]\"");
+                assert!(text.contains(&field));
+                text = text.replace(&field, &format!("{field}, scale = {scale:?}"));
+            }
+            text
+        })
+    };
+    assert_eq!(with_jacks(1.0).gross_inputs, []);
+    for (scale, says) in [
+        (0.001, "kN"),
+        (1.0 / 9.806_65, "kg"),
+        (-1.0, "negative scale"),
+    ] {
+        let analysis = with_jacks(scale);
+        let [input] = analysis.gross_inputs.as_slice() else {
+            panic!("{scale}: {:?}", analysis.gross_inputs);
+        };
+        assert_eq!(input.kind, GrossInputKind::ActuatorScale);
+        assert!(input.fix.contains(says), "{scale}: {input:?}");
+        let claims = analysis.events.iter();
+        let claims = claims.filter(|event| event.kind.is_stability());
+        assert_eq!(claims.count(), 0, "{scale}");
+    }
+}
