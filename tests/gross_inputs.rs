@@ -782,3 +782,30 @@ fn forces_of_jacks_in_another_unit_lift_nothing() {
         assert_eq!(claims.count(), 0, "{scale}");
     }
 }
+
+#[test]
+fn a_gyro_that_is_marked_as_not_measured_is_told_as_missing() {
+    let folder = TempDir::new().unwrap();
+    let analysis = edited(&folder, "tiny_lift", |topic, values| {
+        if topic == "/imu/data" {
+            values.set("turning.covariance", -1.0);
+            for axis in AXES {
+                values.set(&format!("turning.{axis}"), 0.0);
+            }
+        }
+    });
+    let notes: Vec<&str> = analysis.notes.iter().map(|note| &**note).collect();
+    let told = notes
+        .iter()
+        .filter(|note| note.contains("no message gives the angular velocity"));
+    assert_eq!(told.count(), 1, "{notes:?}");
+    let findings: Vec<String> = findings(&analysis)
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    assert!(
+        !findings.iter().any(|text| text.contains("Frozen")),
+        "{findings:?}"
+    );
+    assert!(analysis.undecided(0.5).is_some());
+}

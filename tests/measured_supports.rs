@@ -4,8 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use tempfile::TempDir;
-use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::measured_loads::TOTAL;
+use tipwatch_analyze::analysis::{Analysis, Undecided};
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::{Event, EventKind, Finding};
 use tipwatch_analyze::report;
@@ -431,4 +431,24 @@ fn a_causal_estimate_and_a_sparse_log_are_validated() {
         notes.contains("Rows without neighbours are static"),
         "{notes}"
     );
+}
+
+#[test]
+fn forces_that_no_row_uses_leave_the_log_undecided() {
+    let undecided = |period_s: f64| {
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("slow.mcap");
+        let mut is_due = every(period_s, 0.0);
+        thinned(&data("crane.mcap"), &log, &mut |topic, t| {
+            topic != "/outriggers/force" || is_due(topic, t)
+        });
+        let analysis = analysed_with(&log, &data("crane.toml"), Options::default());
+        analysis.undecided(0.5)
+    };
+    assert_eq!(undecided(0.1), None);
+    for period_s in [0.5, 1.0] {
+        let found = undecided(period_s);
+        assert_eq!(found, Some(Undecided::UnusedForces { count: 4 }));
+        assert!(found.unwrap().to_string().contains("max_gap"));
+    }
 }

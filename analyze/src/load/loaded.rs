@@ -194,9 +194,43 @@ pub fn load_within(
         start_ns.min().copied(),
         recordings().next().map(|recording| &recording.time_base),
     );
+    loaded.notes.extend(unmeasured(&loaded.signals));
     loaded.notes.extend(file.urdf_notes(log)?);
     if let Some(timeline) = &loaded.supports {
         loaded.notes.extend_from_slice(&timeline.notes);
     }
     Ok(loaded)
+}
+
+/// The quantities of an IMU without which no wheel load is computed, each with the place of its values in a sample and its key.
+const NEEDED_OF_IMU: [(&str, std::ops::Range<usize>, &str); 2] = [
+    ("specific force", 0..3, "specific_force"),
+    ("angular velocity", 3..6, "angular_velocity"),
+];
+
+/// Quantities that no message of an IMU gives, as sentences: its driver marks them as not measured. That is no fault of the sensor.
+fn unmeasured(signals: &[Signal]) -> Vec<String> {
+    let imus = signals
+        .iter()
+        .filter(|s| s.sensor == Sensor::Imu && !s.recording.is_empty());
+    let of_imu = |imu: &Signal| {
+        let is_missing = |values: std::ops::Range<usize>| {
+            let mut reader = imu.recording.reader();
+            let mut samples = 0..imu.recording.len();
+            samples.all(|at| reader.sample(at)[values.clone()].iter().all(|v| v.is_nan()))
+        };
+        let missing = NEEDED_OF_IMU
+            .into_iter()
+            .filter(|(_, values, _)| is_missing(values.clone()));
+        let notes = missing.map(|(quantity, _, key)| {
+            format!(
+                "Topic {}: no message gives the {quantity}; a first covariance of -1 marks it as not measured (REP 145). Without it no \
+                 wheel loads are computed; only what the attitude shows is told: tilt, and rotation about an edge. If another topic \
+                 measures it, bind it as {key} in [signals.imu].",
+                imu.topic
+            )
+        });
+        notes.collect::<Vec<String>>()
+    };
+    imus.flat_map(of_imu).collect()
 }

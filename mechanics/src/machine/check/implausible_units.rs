@@ -49,7 +49,7 @@ impl Checker<'_> {
             return Ok(());
         }
         let [roll, pitch, yaw] = rpy;
-        let [in_roll, in_pitch, in_yaw] = rpy.map(|a| (a.to_radians() * 1e6).round() * 1e-6);
+        let [in_roll, in_pitch, in_yaw] = rpy.map(|a| (a.to_radians() * 1e6).round() / 1e6);
         Err(self.implausible(
             key,
             "angles [rad] of a full turn, 2 pi, at most",

@@ -61,7 +61,7 @@ impl MachineSpec {
         if is_within(position) {
             return Ok(());
         }
-        let converted = (position * of_other * 1e6).round() * 1e-6;
+        let converted = (position * of_other * 1e6).round() / 1e6;
         let remedy = match (is_within(position * of_other), joint.slides) {
             (true, true) => format!("It looks like millimetres: write {converted} (m)."),
             (true, false) => format!("It looks like degrees: write {converted} (rad)."),
