@@ -285,6 +285,7 @@ fn weighings_that_contradict_each_other_are_no_result() {
     let text = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(4), "{text}");
     assert!(text.contains("CONTRADICT each other"), "{text}");
+    let out = folder.path().join("identified.toml");
     let out = out.to_str().unwrap();
     let output = tipwatch(&["identify", "--machine", &machine, "--out", out]);
     let messages = String::from_utf8(output.stderr).unwrap();

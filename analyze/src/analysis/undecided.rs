@@ -116,13 +116,8 @@ impl std::fmt::Display for Undecided {
             ),
             Self::UnusedForces { count } => write!(
                 formatter,
-                "{count} measured {} of cylinders or supports used in no row: the samples are farther apart than max_gap of \
-                 [estimator] in the machine file. Record them more often, or state a larger max_gap",
-                if *count == 1 {
-                    "force is"
-                } else {
-                    "forces are"
-                }
+                "measured forces of cylinders or supports ({count}) are used in no row: their samples are farther apart than \
+                 max_gap of [estimator] in the machine file. Record them more often, or state a larger max_gap"
             ),
             Self::GrossInputs(findings) => {
                 write!(formatter, "inputs are wrong: {}", findings.join("; "))

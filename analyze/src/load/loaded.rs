@@ -12,6 +12,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 
 use super::arrivals::for_each_arrival;
+use super::held_forces::HeldForces;
 use super::recording::Recording;
 use super::sample_store::SampleStore;
 use super::span::{self, RecordingSpan};
@@ -45,6 +46,8 @@ pub struct LoadedLog {
     pub span: RecordingSpan,
     /// When which supports are on the ground; `None` if they are always the same.
     pub(crate) supports: Option<SupportTimeline>,
+    /// Forces of supports that are measured too slowly for the estimator.
+    pub(super) held_forces: HeldForces,
 }
 
 impl LoadedLog {
@@ -184,7 +187,9 @@ pub fn load_within(
         notes: bound.notes,
         span: span::of(log, &used)?,
         supports: None,
+        held_forces: HeldForces::default(),
     };
+    loaded.held_forces = HeldForces::of(&loaded);
     let recordings = || loaded.signals.iter().map(|signal| &signal.recording);
     let start_ns = recordings().filter_map(|recording| recording.stamps_ns.iter().min());
     loaded.supports = supports::read(
