@@ -750,3 +750,62 @@ fn a_machine_that_rests_where_it_would_tip_over_is_told() {
             .all(|event| !event.kind.is_stability())
     );
 }
+
+#[test]
+fn forces_of_jacks_in_another_unit_lift_nothing() {
+    let with_jacks = |scale: f64| {
+        with_machine_text("crane", |text| {
+            let mut text = text;
+            for k in 0..4 {
+                let field =
+                    format!("force = {{ topic = \"/outriggers/force\", field = \"data[{k}]\"");
+                assert!(text.contains(&field));
+                text = text.replace(&field, &format!("{field}, scale = {scale:?}"));
+            }
+            text
+        })
+    };
+    assert_eq!(with_jacks(1.0).gross_inputs, []);
+    for (scale, says) in [
+        (0.001, "kN"),
+        (1.0 / 9.806_65, "kg"),
+        (-1.0, "negative scale"),
+    ] {
+        let analysis = with_jacks(scale);
+        let [input] = analysis.gross_inputs.as_slice() else {
+            panic!("{scale}: {:?}", analysis.gross_inputs);
+        };
+        assert_eq!(input.kind, GrossInputKind::ActuatorScale);
+        assert!(input.fix.contains(says), "{scale}: {input:?}");
+        let claims = analysis.events.iter();
+        let claims = claims.filter(|event| event.kind.is_stability());
+        assert_eq!(claims.count(), 0, "{scale}");
+    }
+}
+
+#[test]
+fn a_gyro_that_is_marked_as_not_measured_is_told_as_missing() {
+    let folder = TempDir::new().unwrap();
+    let analysis = edited(&folder, "tiny_lift", |topic, values| {
+        if topic == "/imu/data" {
+            values.set("turning.covariance", -1.0);
+            for axis in AXES {
+                values.set(&format!("turning.{axis}"), 0.0);
+            }
+        }
+    });
+    let notes: Vec<&str> = analysis.notes.iter().map(|note| &**note).collect();
+    let told = notes
+        .iter()
+        .filter(|note| note.contains("no message gives the angular velocity"));
+    assert_eq!(told.count(), 1, "{notes:?}");
+    let findings: Vec<String> = findings(&analysis)
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    assert!(
+        !findings.iter().any(|text| text.contains("Frozen")),
+        "{findings:?}"
+    );
+    assert!(analysis.undecided(0.5).is_some());
+}

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use tempfile::TempDir;
-use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::measured_loads::TOTAL;
+use tipwatch_analyze::analysis::{Analysis, Undecided};
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::{Event, EventKind, Finding};
 use tipwatch_analyze::report;
@@ -431,4 +431,57 @@ fn a_causal_estimate_and_a_sparse_log_are_validated() {
         notes.contains("Rows without neighbours are static"),
         "{notes}"
     );
+}
+
+/// The crane with its jacks logged once in a time (s), in a file of its own.
+fn with_slow_jacks(period_s: f64) -> Analysis {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("slow.mcap");
+    let mut is_due = every(period_s, 0.0);
+    thinned(&data("crane.mcap"), &log, &mut |topic, t| {
+        topic != "/outriggers/force" || is_due(topic, t)
+    });
+    analysed_with(&log, &data("crane.toml"), Options::default())
+}
+
+#[test]
+fn forces_that_no_row_uses_leave_the_log_undecided() {
+    assert_eq!(with_slow_jacks(0.1).undecided(0.5), None);
+    for period_s in [0.5, 1.0] {
+        let found = with_slow_jacks(period_s).undecided(0.5);
+        assert_eq!(found, Some(Undecided::UnusedForces { count: 4 }));
+        assert!(found.unwrap().to_string().contains("max_gap"));
+    }
+}
+
+/// The rear right jack carries nothing for seconds.
+#[test]
+fn a_jack_that_measures_nothing_is_told_at_any_rate() {
+    let lift = |analysis: &Analysis| {
+        let mut events = analysis.events.iter();
+        let found = events.find(|event| {
+            event.kind == EventKind::WheelLift
+                && event.subject == "orr"
+                && event.measured_load_n.is_some()
+        });
+        let found = found
+            .unwrap_or_else(|| panic!("{:?}", analysis.events))
+            .clone();
+        let end_ns = found.end_ns.unwrap();
+        [found.start_ns, end_ns].map(|ns| seconds(analysis, ns))
+    };
+    let whole = lift(&analysed_with(
+        &data("crane.mcap"),
+        &data("crane.toml"),
+        Options::default(),
+    ));
+    for period_s in [0.5, 1.0] {
+        let found = lift(&with_slow_jacks(period_s));
+        for (found_s, true_s) in found.into_iter().zip(whole) {
+            assert!(
+                (found_s - true_s).abs() < 1.5 * period_s,
+                "{found:?} {whole:?}"
+            );
+        }
+    }
 }

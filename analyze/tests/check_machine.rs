@@ -238,7 +238,10 @@ fn what_is_wrong_with_a_posture_is_said() {
             "weighed.postures 1: expected wheels, sums or specific_force",
         ),
         ("wheels = { XX = 1.0 }\n", "weighed.postures 1.wheels.XX"),
-        ("wheels = { FL = nan }\n", "a load that is not negative"),
+        (
+            "wheels = { FL = nan }\n",
+            "expected a finite number, found nan",
+        ),
         (
             "posture = { no = 1.0 }\nwheels = { FL = 1.0 }\n",
             "weighed.postures 1.posture.no",
@@ -370,4 +373,46 @@ fn limits_that_find_no_wrong_position_are_told() {
         format!("{before}<joint name='extension'{extension}")
     };
     assert_eq!(wide(narrow), [] as [String; 0]);
+}
+
+/// The loads that the model has in the reference posture of the machine file, as weighed loads.
+fn weighed_in_reference_posture() -> String {
+    let (_folder, machine) = machine("", |urdf| urdf);
+    let check = checked(&machine, false);
+    let posture = check["posture"]["joints"].as_array().unwrap();
+    let is_at_zero = |joint: &Value| joint["position"].as_f64() == Some(0.0);
+    assert!(!posture.iter().all(is_at_zero), "{posture:?}");
+    let wheels = check["wheels"].as_array().unwrap().iter();
+    let loads = wheels.map(|wheel| {
+        let load = wheel["static_load_n"].as_f64().unwrap();
+        format!("{} = {load}", wheel["wheel"].as_str().unwrap())
+    });
+    let loads: Vec<String> = loads.collect();
+    format!(
+        "\n[weighed]\nunit = \"N\"\nsigma = 50.0\nwheels = {{ {} }}\n",
+        loads.join(", ")
+    )
+}
+
+#[test]
+fn identify_reads_weighings_in_the_posture_of_check_machine() {
+    let (_folder, machine) = machine(&weighed_in_reference_posture(), |urdf| urdf);
+    let check = checked(&machine, false);
+    for reading in readings(&check) {
+        assert!(reading["sigmas"].as_f64().unwrap().abs() < 0.1, "{reading}");
+    }
+    let output = tipwatch(&["identify", "--machine", &machine]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned()
+        + &String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{text}");
+}
+
+#[test]
+fn a_weighing_that_contradicts_the_machine_is_not_decided() {
+    let half = "\n[weighed]\nunit = \"N\"\nsigma = 50.0\nsums = [{ wheels = [\"FL\", \"FR\", \"RL\", \"RR\"], load = 17000.0 }]\n";
+    let (_folder, machine) = machine(half, |urdf| urdf);
+    let output = tipwatch(&["check-machine", &machine]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(8), "{text}");
+    assert!(text.contains("BEYOND two sigma"), "{text}");
 }

@@ -84,18 +84,17 @@ fn damaged_name_list_does_not_affect_the_next_message() {
 fn imu_odometry_and_wrench_values_come_in_order() {
     let quaternion = [0.0, 0.0, 0.6, 0.8];
     let topic_imu = topic(SensorKind::Imu);
-    let imu = |covariance: f64, quaternion: &[f64]| {
+    let bytes = |[of_attitude, of_turning, of_force]: [f64; 3], quaternion: &[f64]| {
         let mut cdr = Cdr::new(true);
-        cdr.header(1_500_000_000, "imu")
-            .all(quaternion)
-            .f64(covariance)
-            .all(&[0.0; 8]);
-        cdr.all(&[4.0, 5.0, 6.0])
-            .all(&[0.0; 9])
-            .all(&[1.0, 2.0, 3.0])
-            .all(&[0.0; 9]);
+        cdr.header(1_500_000_000, "imu").all(quaternion);
+        cdr.f64(of_attitude).all(&[0.0; 8]).all(&[4.0, 5.0, 6.0]);
+        cdr.f64(of_turning).all(&[0.0; 8]).all(&[1.0, 2.0, 3.0]);
+        cdr.f64(of_force).all(&[0.0; 8]);
+        cdr.bytes
+    };
+    let imu = |covariance: f64, quaternion: &[f64]| {
         let mut decoder = SensorDecoder::new(&topic_imu, SensorKind::Imu, &[]).unwrap();
-        decode(&mut decoder, &cdr.bytes)
+        decode(&mut decoder, &bytes([covariance, 0.0, 0.0], quaternion))
     };
     let sample = imu(0.0, &quaternion);
     assert_eq!(sample.header_stamp_ns, Some(1_500_000_000));
@@ -117,6 +116,20 @@ fn imu_odometry_and_wrench_values_come_in_order() {
     ];
     assert!(same(&imu(-1.0, &quaternion).values, &without));
     assert!(same(&imu(0.0, &[0.0; 4]).values, &without));
+    // each quantity has a mark of its own, in the first message and in those that are read like it
+    let mut decoder = SensorDecoder::new(&topic_imu, SensorKind::Imu, &[]).unwrap();
+    let nan = f64::NAN;
+    let [force, turning] = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]];
+    for (marks, force, turning) in [
+        ([0.0, -1.0, 0.0], force, [nan; 3]),
+        ([0.0, 0.0, -1.0], [nan; 3], turning),
+        ([0.0, -1.0, -1.0], [nan; 3], [nan; 3]),
+        ([0.0, 0.0, 0.0], force, turning),
+    ] {
+        let found = decode(&mut decoder, &bytes(marks, &quaternion)).values;
+        let expected = [&force[..], &turning, &quaternion].concat();
+        assert!(same(&found, &expected), "{marks:?}: {found:?}");
+    }
 
     let mut cdr = Cdr::new(false);
     cdr.header(0, "odom")

@@ -39,6 +39,8 @@ mod prediction;
 mod quantities;
 // Machine files that are refused, and why.
 mod refusals;
+// Numbers of a machine file in another unit, or none at all.
+mod units_in_machine_files;
 // URDFs as robots have them.
 mod urdf;
 // The analytic model against reference numbers.

@@ -59,7 +59,7 @@ impl<'m> Cdr<'m> {
 pub struct Values<'m> {
     cdr: Cdr<'m>,
     /// Byte offset of each number by name: `position.slew`, `velocity.slew`, `effort.slew`, `force.x`, `turning.x`,
-    /// `attitude.w`, `velocity.x`.
+    /// `turning.covariance`, `attitude.w`, `velocity.x`.
     places: BTreeMap<String, usize>,
     /// Stamp of the message (ns).
     pub stamp_ns: i64,
@@ -114,6 +114,7 @@ fn values<'m>(type_name: &str, bytes: &'m mut [u8]) -> Option<Values<'m>> {
                     places.insert(format!("force.{axis}"), start + 8 * (25 + i));
                 }
             }
+            places.insert("turning.covariance".into(), start + 8 * 16);
             stamp_ns
         }
         "nav_msgs/msg/Odometry" => {

@@ -45,6 +45,9 @@ pub struct Coverage {
     /// Time in it in which signals that the loads rest on contradict each other (s).
     #[serde(default)]
     pub doubted_s: f64,
+    /// Measured forces of actuators and supports that were used in no row, because their samples are too far apart; absent if there are none.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub unused_forces: usize,
     /// What is known between the rows; absent for a log that is not sparse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between_rows: Option<Exclusion>,
@@ -71,6 +74,7 @@ impl Coverage {
             on_side_s,
             computable_rows: computable.count() as u64,
             doubted_s,
+            unused_forces: unused_forces(loaded),
             between_rows: None,
         }
     }
@@ -111,6 +115,25 @@ impl std::fmt::Display for Coverage {
 
 fn is_zero(seconds: &f64) -> bool {
     *seconds == 0.0
+}
+
+fn is_none(count: &usize) -> bool {
+    *count == 0
+}
+
+/// How many measured forces have several samples, no two of which are close enough for the estimator to bridge the time between them.
+fn unused_forces(loaded: &LoadedLog) -> usize {
+    let max_gap_ns = loaded.machine.longest_known_gap_ns();
+    let is_unused = |signal: &&Signal| {
+        let stamps = sorted_stamps(&signal.recording.stamps_ns);
+        let mut steps = stamps
+            .windows(2)
+            .map(|pair| pair[1].saturating_sub(pair[0]));
+        matches!(signal.sensor, Sensor::Actuator(_))
+            && stamps.len() > 1
+            && steps.all(|step| step > max_gap_ns)
+    };
+    loaded.signals.iter().filter(is_unused).count()
 }
 
 /// Time of the rows in which the machine lay on its side (s).

@@ -83,12 +83,21 @@ pub(super) fn gather(
         machine,
         table,
         options,
+        measured_loads,
         ..
     } = prepared;
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| MonteCarloPass::new(machine, draws));
     let mut bands: Vec<Vec<Band>> = Vec::new();
-    let mut events = AnyPass::new(machine, table, min_loads_n, sets, scope, rotations);
+    let mut events = AnyPass::new(
+        machine,
+        table,
+        min_loads_n,
+        sets,
+        scope,
+        rotations,
+        &measured_loads.held,
+    );
     let stories = Stories {
         machine,
         table,

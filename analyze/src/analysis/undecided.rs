@@ -31,6 +31,11 @@ pub enum Undecided {
         /// Of which time with known loads (s).
         computable_s: f64,
     },
+    /// Measured forces determine the loads, and none of their samples was used.
+    UnusedForces {
+        /// How many.
+        count: usize,
+    },
     /// Inputs are grossly wrong, so that computed loads mean nothing: one sentence each.
     GrossInputs(Vec<String>),
 }
@@ -56,6 +61,11 @@ impl Undecided {
             return Some(Self::Doubted {
                 doubted_s: coverage.doubted_s,
                 computable_s: coverage.computable_s,
+            });
+        }
+        if coverage.unused_forces > 0 {
+            return Some(Self::UnusedForces {
+                count: coverage.unused_forces,
             });
         }
         Some(Self::LiftNotExcluded {
@@ -103,6 +113,11 @@ impl std::fmt::Display for Undecided {
             } => write!(
                 formatter,
                 "signals contradict each other for {doubted_s:.1} of {computable_s:.1} s, and which one is wrong is unknown"
+            ),
+            Self::UnusedForces { count } => write!(
+                formatter,
+                "measured forces of cylinders or supports ({count}) are used in no row: their samples are farther apart than \
+                 max_gap of [estimator] in the machine file. Record them more often, or state a larger max_gap"
             ),
             Self::GrossInputs(findings) => {
                 write!(formatter, "inputs are wrong: {}", findings.join("; "))

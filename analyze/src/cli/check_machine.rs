@@ -96,10 +96,11 @@ pub(super) fn run(args: &CheckMachineArgs, terminal: Terminal) -> Result<Exit> {
     }
 }
 
-/// Weighings that contradict each other break a rule.
+/// Weighings that contradict each other break a rule; where they contradict the machine, either may be wrong.
 fn exit_of_weighings(check: &MachineCheck) -> Exit {
     Exit {
         broken: check.is_contradicted(),
+        undecided: check.leaves_a_weighing_open(),
         ..Exit::DONE
     }
 }

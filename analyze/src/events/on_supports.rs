@@ -13,6 +13,7 @@ use super::rotation::FoundRotation;
 use crate::base::rows::Rows;
 use crate::base::support_sets::SupportSet;
 use crate::base::table::Table;
+use crate::load::HeldForces;
 
 /// The times on one set of supports, and the table of their rows.
 pub(crate) struct OnSet<'a> {
@@ -68,6 +69,7 @@ impl<'a> AnyPass<'a> {
         sets: &'a [OnSet<'a>],
         scope: Scope,
         rotations: &'a [FoundRotation],
+        held: &'a HeldForces,
     ) -> Self {
         if table.supports().is_none() {
             return Self::Whole(Box::new(EventPass::new(
@@ -76,11 +78,19 @@ impl<'a> AnyPass<'a> {
                 min_loads_n,
                 scope,
                 rotations,
+                held,
             )));
         }
         let pass = |on: &'a OnSet<'a>| {
             let min_loads_n = on.min_loads_n.as_deref();
-            let pass = EventPass::new(&on.set.machine, &on.table, min_loads_n, scope, rotations);
+            let pass = EventPass::new(
+                &on.set.machine,
+                &on.table,
+                min_loads_n,
+                scope,
+                rotations,
+                held,
+            );
             (on, pass)
         };
         Self::Sets(SetsPass {

@@ -23,7 +23,7 @@ use super::tipping::{self, Tipping, is_small};
 use super::unloaded::UnloadedSupports;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
-use crate::load::LoadedLog;
+use crate::load::{HeldForces, LoadedLog};
 
 /// Time without anything between two spells (ns): longer than what merges episodes.
 const APART_NS: i64 = 1_000_000_000;
@@ -49,7 +49,7 @@ pub(crate) struct EventPass<'a> {
     /// Tipping in the waiting spells and shortly before.
     tippings: Vec<Tipping>,
     /// By their measured loads.
-    unloaded: UnloadedSupports,
+    unloaded: UnloadedSupports<'a>,
     events: Vec<Event>,
     lowest: Option<LowestOtf>,
 }
@@ -82,6 +82,7 @@ impl<'a> EventPass<'a> {
         min_loads_n: Option<&'a [f64]>,
         scope: Scope,
         rotations: &'a [FoundRotation],
+        held: &'a HeldForces,
     ) -> Self {
         let edges = 0..machine.polygon().edges().len();
         Self {
@@ -95,7 +96,7 @@ impl<'a> EventPass<'a> {
             open: None,
             waiting: VecDeque::new(),
             tippings: Vec::new(),
-            unloaded: UnloadedSupports::of(machine),
+            unloaded: UnloadedSupports::of(machine, held),
             events: Vec::new(),
             lowest: None,
         }

@@ -2,11 +2,13 @@
 
 use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::{ForceSource, Machine};
+use tipwatch_mechanics::state::Reason;
 
 use super::episodes::MERGED_NS;
 use super::event::{Event, EventKind};
 use super::normal::normal_distribution;
 use crate::base::rows::Rows;
+use crate::load::HeldForces;
 
 /// Shortest time for which a support measures nothing that is an event (ns).
 const LEAST_NS: i64 = 200_000_000;
@@ -21,6 +23,8 @@ struct Jack {
     sigma: f64,
     /// The mean load of the supports on the ground, at rest (N).
     mean_load: f64,
+    /// Shortest time for which it measures nothing that is an event (ns).
+    least_ns: i64,
     /// The time in which it measures nothing, if that goes on.
     open: Option<Unloaded>,
 }
@@ -37,14 +41,16 @@ struct Unloaded {
 }
 
 /// Finds the times in which supports on the ground measure no load.
-pub(super) struct UnloadedSupports {
+pub(super) struct UnloadedSupports<'a> {
     jacks: Vec<Jack>,
+    /// What is measured too slowly for the states.
+    held: &'a HeldForces,
     events: Vec<Event>,
 }
 
-impl UnloadedSupports {
+impl<'a> UnloadedSupports<'a> {
     /// Those of a machine on one set of supports.
-    pub(super) fn of(machine: &Machine) -> Self {
+    pub(super) fn of(machine: &Machine, held: &'a HeldForces) -> Self {
         let mean_load = machine.mass() * machine.gravity() / machine.wheels().len() as f64;
         let joints = machine.contact().actuated_joints.iter().enumerate();
         let jacks = joints.filter_map(|(index, joint)| match joint.source {
@@ -55,12 +61,15 @@ impl UnloadedSupports {
                 subject: machine.wheels()[wheel].name.to_lowercase(),
                 sigma: joint.force_sigma,
                 mean_load,
+                // a single sample is none
+                least_ns: held.period_ns(index).unwrap_or(0).max(LEAST_NS),
                 open: None,
             }),
             _ => None,
         });
         Self {
             jacks: jacks.collect(),
+            held,
             events: Vec::new(),
         }
     }
@@ -73,12 +82,18 @@ impl UnloadedSupports {
         let mut state = State::zero(machine);
         for row in 0..rows.len() {
             let time_ns = rows.times_ns[row];
-            if rows.reasons[row].leave_state_unknown() {
+            let reasons = rows.reasons[row];
+            // forces in another unit are below any noise
+            if reasons.leave_state_unknown() || reasons.has(Reason::GrossInput) {
                 continue;
             }
             rows.states.get(row, &mut state);
             for jack in &mut self.jacks {
-                let force = state.actuator_force[jack.joint];
+                let of_state = state.actuator_force[jack.joint];
+                let force = match of_state.is_nan() {
+                    true => self.held.at(jack.joint, time_ns),
+                    false => of_state,
+                };
                 // a load that is not known neither begins nor ends anything
                 if force.is_nan() {
                     continue;
@@ -177,7 +192,7 @@ impl Jack {
 
     /// The event of a time that is long enough.
     fn event(&self, found: &Unloaded, end_ns: Option<i64>) -> Option<Event> {
-        if found.last_ns.saturating_sub(found.start_ns) < LEAST_NS {
+        if found.last_ns.saturating_sub(found.start_ns) < self.least_ns {
             return None;
         }
         let mean = found.sum / found.samples;

@@ -12,6 +12,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
 
 use super::arrivals::for_each_arrival;
+use super::held_forces::HeldForces;
 use super::recording::Recording;
 use super::sample_store::SampleStore;
 use super::span::{self, RecordingSpan};
@@ -45,6 +46,8 @@ pub struct LoadedLog {
     pub span: RecordingSpan,
     /// When which supports are on the ground; `None` if they are always the same.
     pub(crate) supports: Option<SupportTimeline>,
+    /// Forces of supports that are measured too slowly for the estimator.
+    pub(super) held_forces: HeldForces,
 }
 
 impl LoadedLog {
@@ -184,7 +187,9 @@ pub fn load_within(
         notes: bound.notes,
         span: span::of(log, &used)?,
         supports: None,
+        held_forces: HeldForces::default(),
     };
+    loaded.held_forces = HeldForces::of(&loaded);
     let recordings = || loaded.signals.iter().map(|signal| &signal.recording);
     let start_ns = recordings().filter_map(|recording| recording.stamps_ns.iter().min());
     loaded.supports = supports::read(
@@ -194,9 +199,43 @@ pub fn load_within(
         start_ns.min().copied(),
         recordings().next().map(|recording| &recording.time_base),
     );
+    loaded.notes.extend(unmeasured(&loaded.signals));
     loaded.notes.extend(file.urdf_notes(log)?);
     if let Some(timeline) = &loaded.supports {
         loaded.notes.extend_from_slice(&timeline.notes);
     }
     Ok(loaded)
+}
+
+/// The quantities of an IMU without which no wheel load is computed, each with the place of its values in a sample and its key.
+const NEEDED_OF_IMU: [(&str, std::ops::Range<usize>, &str); 2] = [
+    ("specific force", 0..3, "specific_force"),
+    ("angular velocity", 3..6, "angular_velocity"),
+];
+
+/// Quantities that no message of an IMU gives, as sentences: its driver marks them as not measured. That is no fault of the sensor.
+fn unmeasured(signals: &[Signal]) -> Vec<String> {
+    let imus = signals
+        .iter()
+        .filter(|s| s.sensor == Sensor::Imu && !s.recording.is_empty());
+    let of_imu = |imu: &Signal| {
+        let is_missing = |values: std::ops::Range<usize>| {
+            let mut reader = imu.recording.reader();
+            let mut samples = 0..imu.recording.len();
+            samples.all(|at| reader.sample(at)[values.clone()].iter().all(|v| v.is_nan()))
+        };
+        let missing = NEEDED_OF_IMU
+            .into_iter()
+            .filter(|(_, values, _)| is_missing(values.clone()));
+        let notes = missing.map(|(quantity, _, key)| {
+            format!(
+                "Topic {}: no message gives the {quantity}; a first covariance of -1 marks it as not measured (REP 145). Without it no \
+                 wheel loads are computed; only what the attitude shows is told: tilt, and rotation about an edge. If another topic \
+                 measures it, bind it as {key} in [signals.imu].",
+                imu.topic
+            )
+        });
+        notes.collect::<Vec<String>>()
+    };
+    imus.flat_map(of_imu).collect()
 }

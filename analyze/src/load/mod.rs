@@ -2,6 +2,7 @@
 
 mod arrivals;
 mod column;
+mod held_forces;
 pub(crate) mod linkage_force;
 mod loaded;
 mod log_times;
@@ -14,6 +15,7 @@ mod standing;
 pub(crate) mod supports;
 mod wheel_load;
 
+pub(crate) use held_forces::HeldForces;
 pub use loaded::{LoadedLog, Signal, load, load_within};
 pub use log_times::LogTimes;
 pub use recording::{Recording, SampleReader};

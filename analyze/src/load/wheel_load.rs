@@ -6,6 +6,7 @@ use tipwatch_ingest::Log;
 use tipwatch_mechanics::machine::LoadSensor;
 
 use super::LoadedLog;
+use super::held_forces::HeldForces;
 use super::linkage_force::{Clocks, Series, series_of};
 use crate::base::error_text::error_text;
 
@@ -17,6 +18,8 @@ const NEAR_NS: i64 = 20_000_000;
 pub struct MeasuredLoads {
     /// The sensors that the log contains, with their samples.
     pub sensors: Vec<MeasuredLoad>,
+    /// Forces of supports that are measured too slowly for the estimator.
+    pub(crate) held: HeldForces,
     /// Longest gap between samples that is interpolated (ns).
     longest_gap_ns: i64,
     /// Bound sensors that the log does not contain, as sentences.
@@ -39,6 +42,7 @@ impl MeasuredLoads {
         let mut found = Self {
             // static rows hold their last samples, and so do the loads beside them
             longest_gap_ns: loaded.machine.longest_known_gap_ns(),
+            held: loaded.held_forces.clone(),
             ..Self::default()
         };
         for sensor in loaded.machine.load_sensors() {
@@ -122,6 +126,7 @@ mod tests {
                 samples: (stamps.collect(), values.collect()),
             }],
             longest_gap_ns,
+            held: HeldForces::default(),
             notes: Vec::new(),
         }
     }

@@ -1,8 +1,14 @@
-//! Whether a message gives an attitude.
+//! Which of its quantities a message gives.
 
-/// By convention, a first covariance of -1 marks an IMU without attitude.
-pub(super) fn gives_attitude(covariance: f64) -> bool {
+/// By convention (REP 145), a first covariance of -1 marks a quantity that an IMU does not measure.
+pub(super) fn is_given(covariance: f64) -> bool {
     covariance != -1.0
+}
+
+/// A vector, or three unknown values if none is given.
+#[inline]
+pub(super) fn given_vector(vector: [f64; 3], is_given: bool) -> [f64; 3] {
+    if is_given { vector } else { [f64::NAN; 3] }
 }
 
 /// A quaternion, or four unknown values if none is given.

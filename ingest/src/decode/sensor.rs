@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use super::{
-    attitude::{given_attitude, gives_attitude},
+    attitude::{given_attitude, given_vector, is_given},
     error::DecodeError,
     fields::Fields,
     layout::Layout,
-    shortcut::{Attitude, Credit, Shortcut},
+    shortcut::{Credit, Marks, Shortcut},
 };
 use crate::{
     decode::layout::layout_of,
@@ -30,11 +30,13 @@ const HEADER_PATHS: [&str; FIRST] = [
 // Indices of some of the sensor's fields, see below.
 const ATTITUDE: usize = FIRST;
 const TWIST: usize = FIRST + 4;
-const COVARIANCE: usize = FIRST + 4;
+const ATTITUDE_MARK: usize = FIRST + 4;
 const ANGULAR_VELOCITY: usize = FIRST + 5;
-const SPECIFIC_FORCE: usize = FIRST + 8;
+const ANGULAR_VELOCITY_MARK: usize = FIRST + 8;
+const SPECIFIC_FORCE: usize = FIRST + 9;
+const SPECIFIC_FORCE_MARK: usize = FIRST + 12;
 // Of the values of a sample, in their order.
-const IMU_VALUES: [usize; 10] = [11, 12, 13, 8, 9, 10, 3, 4, 5, 6];
+const IMU_VALUES: [usize; 10] = [12, 13, 14, 8, 9, 10, 3, 4, 5, 6];
 const ODOMETRY_VALUES: [usize; 10] = [7, 8, 9, 10, 11, 12, 3, 4, 5, 6];
 const WRENCH_VALUES: [usize; 6] = [3, 4, 5, 6, 7, 8];
 
@@ -51,9 +53,11 @@ fn paths_of(kind: SensorKind) -> &'static [&'static str] {
             "angular_velocity.x",
             "angular_velocity.y",
             "angular_velocity.z",
+            "angular_velocity_covariance[0]",
             "linear_acceleration.x",
             "linear_acceleration.y",
             "linear_acceleration.z",
+            "linear_acceleration_covariance[0]",
         ],
         SensorKind::Odometry => &[
             "pose.pose.orientation.x",
@@ -242,7 +246,7 @@ impl SensorDecoder {
             let single = |path: &usize| places.numbers(*path).map(Some);
             paths.iter().map(single).collect::<Option<Vec<_>>>()
         };
-        let (values, attitude) = match self.kind {
+        let (values, marks) = match self.kind {
             SensorKind::JointStates => {
                 let of_joints = |path: usize| {
                     let array = places.numbers(path);
@@ -250,17 +254,19 @@ impl SensorDecoder {
                     (self.joint_places.iter()).map(move |place| place.and_then(joint))
                 };
                 let joints = of_joints(FIRST + 1).chain(of_joints(FIRST + 2));
-                (joints.collect(), Attitude::None)
+                (joints.collect(), Marks::None)
             }
             SensorKind::Imu => {
-                let mark = places.numbers(COVARIANCE)?;
-                (singles(&IMU_VALUES)?, Attitude::MarkedBy(mark))
+                let marks = [SPECIFIC_FORCE_MARK, ANGULAR_VELOCITY_MARK, ATTITUDE_MARK];
+                let [force, turning, attitude] = marks.map(|mark| places.numbers(mark));
+                let marks = [force?, turning?, attitude?];
+                (singles(&IMU_VALUES)?, Marks::Imu(marks))
             }
-            SensorKind::Odometry => (singles(&ODOMETRY_VALUES)?, Attitude::Unmarked),
-            SensorKind::ToolWrench => (singles(&WRENCH_VALUES)?, Attitude::None),
+            SensorKind::Odometry => (singles(&ODOMETRY_VALUES)?, Marks::NoneOfAttitude),
+            SensorKind::ToolWrench => (singles(&WRENCH_VALUES)?, Marks::None),
             SensorKind::Number => return None,
         };
-        Shortcut::new(places, stamp, values.into_iter(), attitude)
+        Shortcut::new(places, stamp, values.into_iter(), marks)
     }
 
     /// The frame of the first decoded message, without a leading slash.
@@ -308,9 +314,14 @@ impl SensorDecoder {
     }
 
     fn imu_values(&self, values: &mut Vec<f64>) {
-        self.extend(values, SPECIFIC_FORCE, 3);
-        self.extend(values, ANGULAR_VELOCITY, 3);
-        let has_attitude = gives_attitude(self.fields.number(COVARIANCE));
+        for (first, mark) in [
+            (SPECIFIC_FORCE, SPECIFIC_FORCE_MARK),
+            (ANGULAR_VELOCITY, ANGULAR_VELOCITY_MARK),
+        ] {
+            let vector = [0, 1, 2].map(|part| self.fields.number(first + part));
+            values.extend(given_vector(vector, is_given(self.fields.number(mark))));
+        }
+        let has_attitude = is_given(self.fields.number(ATTITUDE_MARK));
         self.extend_attitude(values, ATTITUDE, has_attitude);
     }
 

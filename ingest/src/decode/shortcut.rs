@@ -1,7 +1,7 @@
 //! Copies the values of a sample from where they were in an earlier message.
 
 use super::{
-    attitude::{given_attitude, gives_attitude},
+    attitude::{given_attitude, given_vector, is_given},
     places::{NumberPlace, Places},
 };
 use crate::schema::NumberType;
@@ -10,6 +10,8 @@ use crate::schema::NumberType;
 const NOWHERE: usize = usize::MAX;
 /// The values of an attitude, the last ones of a sample.
 const ATTITUDE: usize = 4;
+/// The values of an IMU: specific force, angular velocity, attitude.
+const IMU: usize = 10;
 
 /// Where the values of a sample are in messages like one that was decoded.
 #[derive(Debug, Clone)]
@@ -19,16 +21,18 @@ pub(super) struct Shortcut {
     stamp: [NumberPlace; 2],
     /// Offsets of doubles, in the order of the values.
     values: Vec<usize>,
-    attitude: Attitude,
+    marks: Marks,
 }
 
-/// The number that marks that there is no attitude.
+/// The numbers that mark which quantities a message does not give.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Attitude {
-    /// The sample has no such values.
+pub(super) enum Marks {
+    /// The sample has no attitude.
     None,
-    Unmarked,
-    MarkedBy(NumberPlace),
+    /// It has one, which nothing marks.
+    NoneOfAttitude,
+    /// Of specific force, angular velocity and attitude, in this order.
+    Imu([NumberPlace; 3]),
 }
 
 impl Shortcut {
@@ -37,7 +41,7 @@ impl Shortcut {
         places: Places,
         stamp: [NumberPlace; 2],
         values: impl Iterator<Item = Option<NumberPlace>>,
-        attitude: Attitude,
+        marks: Marks,
     ) -> Option<Self> {
         let offset = |place: Option<NumberPlace>| match place {
             Some(place) => (place.number == NumberType::F64).then_some(place.offset),
@@ -47,7 +51,7 @@ impl Shortcut {
             places,
             stamp,
             values: values.map(offset).collect::<Option<_>>()?,
-            attitude,
+            marks,
         })
     }
 
@@ -63,14 +67,21 @@ impl Shortcut {
             bytes.map_or(f64::NAN, |bytes| f64::from_le_bytes(*bytes))
         };
         values.extend(self.values.iter().map(double));
-        let is_given = match self.attitude {
-            Attitude::MarkedBy(mark) => gives_attitude(mark.first_in(message)),
-            Attitude::None | Attitude::Unmarked => true,
-        };
-        if !matches!(self.attitude, Attitude::None)
+        let mut has_attitude = true;
+        if let Marks::Imu(marks) = self.marks
+            && let Some(of_sample) = values.last_chunk_mut::<IMU>()
+        {
+            let [force, turning, attitude] = marks.map(|mark| is_given(mark.first_in(message)));
+            let [fx, fy, fz, wx, wy, wz, ..] = *of_sample;
+            let [fx, fy, fz] = given_vector([fx, fy, fz], force);
+            let [wx, wy, wz] = given_vector([wx, wy, wz], turning);
+            of_sample[..IMU - ATTITUDE].copy_from_slice(&[fx, fy, fz, wx, wy, wz]);
+            has_attitude = attitude;
+        }
+        if !matches!(self.marks, Marks::None)
             && let Some(attitude) = values.last_chunk_mut::<ATTITUDE>()
         {
-            *attitude = given_attitude(*attitude, is_given);
+            *attitude = given_attitude(*attitude, has_attitude);
         }
         Some(self.stamp.map(|place| place.first_in(message)))
     }

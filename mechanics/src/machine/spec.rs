@@ -8,6 +8,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::{Deserialize, Deserializer};
 
 use super::exactly::exactly;
+use super::toml_error::not_finite;
 use crate::machine::HydraulicsSpec;
 
 use super::{
@@ -590,6 +591,9 @@ pub struct SuspensionSpec {
     pub control: SuspensionControl,
 }
 
+/// The key whose numbers may be NaN: where only the change of an identified parameter has a meaning.
+const MAY_BE_NAN: &str = "identified.nominal";
+
 impl MachineSpec {
     /// What tells it from other machines: its name, and its serial number where the machine file states one. Both are quoted then, so
     /// that it is seen where the one ends and the other begins.
@@ -611,7 +615,7 @@ impl MachineSpec {
     /// Parses the text of a machine file; `file` is its name for messages.
     ///
     /// # Errors
-    /// Invalid TOML, or an unknown, missing or mistyped key, with line and column.
+    /// Invalid TOML, or an unknown, missing or mistyped key, with line and column; a number that is not finite.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, MachineError> {
         let spec: Self = toml::from_str(text).map_err(|e| MachineError::MachineFile {
             file: file.into(),
@@ -621,6 +625,9 @@ impl MachineSpec {
             file: file.into(),
             ..spec
         };
+        if let Some((key, found)) = not_finite(text, MAY_BE_NAN) {
+            return Err(MachineError::value(file, key, "a finite number", found));
+        }
         spec.add_supports()?;
         Ok(spec)
     }

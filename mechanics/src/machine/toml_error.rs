@@ -1,4 +1,4 @@
-//! Errors of TOML files with the path of the key that they are about.
+//! Errors of TOML files with the path of the key that they are about, and numbers that no key takes.
 
 use std::ops::Range;
 
@@ -25,11 +25,7 @@ fn path_at(text: &str, place: &Range<usize>) -> Option<String> {
 
 fn in_table(table: &DeTable<'_>, above: &str, at: usize, found: &mut Option<String>) {
     for (key, value) in table {
-        let name = quoted_if_needed(key.get_ref());
-        let path = match above {
-            "" => name,
-            above => format!("{above}.{name}"),
-        };
+        let path = path_of_key(above, key.get_ref());
         // what is inside is found after, and replaces it
         if key.span().contains(&at) || value.span().contains(&at) {
             *found = Some(path.clone());
@@ -59,6 +55,45 @@ fn quoted_if_needed(key: &str) -> String {
     match !key.is_empty() && key.chars().all(is_bare) {
         true => key.into(),
         false => format!("\"{key}\""),
+    }
+}
+
+/// The first number that is NaN or infinite, and the path of its key; keys below `except` may hold such numbers. A text that is no TOML is
+/// refused where it is read.
+pub(super) fn not_finite(text: &str, except: &str) -> Option<(String, String)> {
+    let document = DeTable::parse(text).ok()?;
+    not_finite_in_table(document.get_ref(), "", except)
+}
+
+fn not_finite_in_table(table: &DeTable<'_>, above: &str, except: &str) -> Option<(String, String)> {
+    table.iter().find_map(|(key, value)| {
+        let path = path_of_key(above, key.get_ref());
+        not_finite_in_value(value.get_ref(), &path, except)
+    })
+}
+
+fn not_finite_in_value(value: &DeValue<'_>, path: &str, except: &str) -> Option<(String, String)> {
+    match value {
+        _ if path == except => None,
+        // a decimal beyond the largest number is infinite, too
+        DeValue::Float(float) => {
+            let written = float.as_str();
+            let is_finite = written.parse().is_ok_and(f64::is_finite);
+            (!is_finite).then(|| (path.into(), written.into()))
+        }
+        DeValue::Table(table) => not_finite_in_table(table, path, except),
+        DeValue::Array(values) => values.iter().enumerate().find_map(|(index, value)| {
+            not_finite_in_value(value.get_ref(), &format!("{path}[{index}]"), except)
+        }),
+        _ => None,
+    }
+}
+
+fn path_of_key(above: &str, key: &str) -> String {
+    let name = quoted_if_needed(key);
+    match above {
+        "" => name,
+        above => format!("{above}.{name}"),
     }
 }
 

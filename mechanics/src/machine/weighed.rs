@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::exactly::exactly_if_any;
+use super::{Machine, MeasuredJoint};
 
 /// `[weighed]`: measured loads of the real machine at rest on level ground.
 #[derive(Debug, Clone, Deserialize)]
@@ -67,24 +68,33 @@ pub struct WeighedPosture {
     pub specific_force: Option<[f64; 3]>,
     /// Standard deviation of that mean along each axis, without its bias (m/s^2).
     pub specific_force_sigma: Option<f64>,
+    /// Whether it was in the posture under evaluation: that of `[weighed]` itself, if it states none.
+    #[serde(skip)]
+    pub in_evaluated_posture: bool,
 }
 
 /// Slopes of ground that nobody measured are within this standard deviation (rad).
 const UNKNOWN_SLOPE: f64 = 0.1;
 
 impl WeighedSpec {
+    /// Whether `[weighed]` itself has readings.
+    #[must_use]
+    pub fn has_own(&self) -> bool {
+        !(self.wheels.is_empty() && self.sums.is_empty())
+    }
+
     /// All weighings: that of `[weighed]` itself, if it has readings, then those of `[[weighed.postures]]`.
     #[must_use]
     pub fn weighings(&self) -> Vec<WeighedPosture> {
         let own = WeighedPosture {
             name: Some("[weighed]".into()),
+            in_evaluated_posture: self.posture.is_empty(),
             posture: self.posture.clone(),
             supports: self.supports.clone(),
             wheels: self.wheels.clone(),
             sums: self.sums.clone(),
             ..WeighedPosture::default()
         };
-        let has_own = !(own.wheels.is_empty() && own.sums.is_empty());
         let more = self.postures.iter().enumerate().map(|(i, posture)| {
             let name = posture.name.clone();
             WeighedPosture {
@@ -92,7 +102,7 @@ impl WeighedSpec {
                 ..posture.clone()
             }
         });
-        let all = has_own.then_some(own).into_iter().chain(more);
+        let all = self.has_own().then_some(own).into_iter().chain(more);
         all.map(|posture| WeighedPosture {
             sigma: posture.sigma.or(Some(self.sigma)),
             ..posture
@@ -102,6 +112,20 @@ impl WeighedSpec {
 }
 
 impl WeighedPosture {
+    /// Joint positions during the weighing, as the encoders showed them (rad or m): as stated; joints that are not listed are at zero, or where
+    /// they always are. `evaluated` is the posture under evaluation.
+    #[must_use]
+    pub fn positions(&self, machine: &Machine, evaluated: &[f64]) -> Vec<f64> {
+        if self.in_evaluated_posture {
+            return evaluated.to_vec();
+        }
+        let of_joint = |joint: &MeasuredJoint| {
+            let stated = self.posture.get(&joint.name).copied();
+            stated.or(joint.constant).unwrap_or(0.0)
+        };
+        machine.joints().iter().map(of_joint).collect()
+    }
+
     /// Its name.
     #[must_use]
     pub fn label(&self) -> &str {

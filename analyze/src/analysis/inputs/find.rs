@@ -27,7 +27,7 @@ pub fn gross_inputs(
     rotations: &[FoundRotation],
 ) -> Result<Vec<GrossInput>> {
     // each looks through all samples of a signal
-    let checks: [&(dyn Fn() -> Result<Vec<GrossInput>> + Sync); 9] = [
+    let checks: [&(dyn Fn() -> Result<Vec<GrossInput>> + Sync); 10] = [
         &|| Ok(Vec::from_iter(specific_force::scale(loaded))),
         &|| Ok(joints::scales(loaded)),
         &|| fields::angles_in_degrees(log, file),
@@ -37,6 +37,7 @@ pub fn gross_inputs(
         &|| Ok(Vec::from_iter(odometry::scale(loaded))),
         &|| Ok(Vec::from_iter(odometry::exchanged(loaded))),
         &|| Ok(actuators::scales(loaded)),
+        &|| Ok(Vec::from_iter(actuators::support_scale(loaded))),
     ];
     let found = checks.into_par_iter().with_max_len(1).map(|check| check());
     let found: Vec<Vec<GrossInput>> = found.collect::<Result<_>>()?;

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use tipwatch_binding::MachineFile;
 use tipwatch_calibration::identification::{Data, agreement};
-use tipwatch_mechanics::machine::{Machine, MeasuredJoint, MountSource, Wheel};
+use tipwatch_mechanics::machine::{Machine, MeasuredJoint, MountSource, WeighedSpec, Wheel};
 use tipwatch_mechanics::{MassShare, RestingMachine};
 
 use super::document::{MachineCheck, PartMass, SCHEMA, WheelCheck, posture, triple};
@@ -55,8 +55,12 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
     let weighed = file.spec.weighed.as_ref();
     let mut scales = Data::default();
     if let Some(weighed) = weighed {
-        notes.extend(weighings::add(&machine, weighed, &mut scales));
+        notes.extend(weighings::add(&machine, weighed, &positions, &mut scales));
     }
+    let mut weighings = weighed.map_or(Vec::new(), |weighed| {
+        readings::compare(&machine, weighed, &positions, &posture)
+    });
+    let has_own = weighed.is_some_and(WeighedSpec::has_own);
     Ok(MachineCheck {
         schema: SCHEMA,
         name: machine.name().into(),
@@ -69,11 +73,8 @@ pub fn check(file: &MachineFile, log: Option<&Path>) -> Result<MachineCheck> {
         wheels: wheels(&machine, &standing),
         sums: sums(&machine, &standing),
         imu_mounting: imu_mounting(&machine, log.is_some()),
-        weighed: weighed
-            .and_then(|weighed| readings::compare(&machine, weighed, &positions, &posture)),
-        weighings: weighed.map_or(Vec::new(), |weighed| {
-            readings::compare_postures(&machine, weighed, &positions)
-        }),
+        weighed: has_own.then(|| weighings.remove(0)),
+        weighings,
         agreement: agreement(&machine, &scales).map(AgreementRow::from),
         posture,
         notes,

@@ -130,7 +130,22 @@ pub(super) struct Reading {
     pub(super) is_within: Option<bool>,
 }
 
+/// From so many standard deviations on, a weighing contradicts the machine.
+const CONTRADICTS_SIGMAS: f64 = 3.0;
+
 impl MachineCheck {
+    /// Whether a weighing contradicts the machine, or cannot be compared with it: which of the two is wrong is open.
+    #[must_use]
+    pub fn leaves_a_weighing_open(&self) -> bool {
+        let weighings = self.weighed.iter().chain(&self.weighings);
+        let mut readings = weighings.flat_map(|weighed| &weighed.readings);
+        readings.any(|reading| {
+            reading
+                .sigmas
+                .is_none_or(|sigmas| sigmas.abs() > CONTRADICTS_SIGMAS)
+        })
+    }
+
     /// Whether the weighings contradict each other.
     #[must_use]
     pub fn is_contradicted(&self) -> bool {

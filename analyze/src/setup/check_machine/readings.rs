@@ -1,7 +1,7 @@
 //! Compares weighed loads with the model.
 
 use tipwatch_mechanics::RestingMachine;
-use tipwatch_mechanics::machine::{Machine, MeasuredJoint, WeighedPosture, WeighedSpec};
+use tipwatch_mechanics::machine::{Machine, WeighedPosture, WeighedSpec};
 
 use super::document::{Posture, Reading, Weighed, posture};
 use crate::base::number::known;
@@ -11,69 +11,33 @@ const WITHIN_SIGMAS: f64 = 2.0;
 /// Step of the difference by slope (rad).
 const SLOPE_STEP: f64 = 1e-3;
 
-/// Compares weighed loads with the model in the posture of `[weighed]`, else in the displayed one. `None` if `[weighed]`
-/// has further postures only.
+/// Compares every weighing with the model in its posture; a `[weighed]` that states none is compared in the posture under evaluation.
 pub(super) fn compare(
     machine: &Machine,
     weighed: &WeighedSpec,
     positions: &[f64],
     shown: &Posture,
-) -> Option<Weighed> {
-    if weighed.wheels.is_empty() && weighed.sums.is_empty() && !weighed.postures.is_empty() {
-        return None;
-    }
-    let is_stated = !weighed.posture.is_empty();
-    let own = WeighedPosture {
-        posture: weighed.posture.clone(),
-        supports: weighed.supports.clone(),
-        wheels: weighed.wheels.clone(),
-        sums: weighed.sums.clone(),
-        ..WeighedPosture::default()
-    };
-    let positions = match is_stated {
-        true => stated(machine, &own, positions),
-        false => positions.to_vec(),
-    };
-    let source = match is_stated {
-        true => "posture of [weighed]".into(),
-        false => shown.source.clone(),
-    };
-    Some(in_posture(machine, weighed, &own, positions, source))
-}
-
-/// Compares the weighings of `[[weighed.postures]]`.
-pub(super) fn compare_postures(
-    machine: &Machine,
-    weighed: &WeighedSpec,
-    positions: &[f64],
 ) -> Vec<Weighed> {
-    let own = usize::from(!(weighed.wheels.is_empty() && weighed.sums.is_empty()));
-    let further = weighed.weighings().into_iter().skip(own);
-    further
-        .map(|weighing| {
-            let mut source = weighing.label().to_string();
-            if let Some([forward, left]) = weighing.slope {
-                source +=
-                    &format!(", ground rises {forward} rad forward and {left} rad to the left");
-            }
-            if weighing.slope_unknown {
-                source += ", slope unknown";
-            }
-            let positions = stated(machine, &weighing, positions);
-            in_posture(machine, weighed, &weighing, positions, source)
-        })
-        .collect()
-}
-
-/// The joint positions of a weighing, with the errors of the encoders that are known.
-fn stated(machine: &Machine, weighing: &WeighedPosture, shown: &[f64]) -> Vec<f64> {
-    let at = |(joint, &shown): (&MeasuredJoint, &f64)| {
-        let other = if joint.constant.is_some() { shown } else { 0.0 };
-        weighing.posture.get(&joint.name).copied().unwrap_or(other)
+    let compared = |weighing: &WeighedPosture| {
+        let mut source = match (weighing.in_evaluated_posture, weighing.label()) {
+            (true, _) => shown.source.clone(),
+            (false, "[weighed]") => "posture of [weighed]".into(),
+            (false, label) => label.into(),
+        };
+        if let Some([forward, left]) = weighing.slope {
+            source += &format!(", ground rises {forward} rad forward and {left} rad to the left");
+        }
+        if weighing.slope_unknown {
+            source += ", slope unknown";
+        }
+        let mut stood = weighing.positions(machine, positions);
+        // those under evaluation are corrected where they come from
+        if !weighing.in_evaluated_posture {
+            machine.correct_positions(&mut stood);
+        }
+        in_posture(machine, weighed, weighing, stood, source)
     };
-    let mut positions: Vec<f64> = machine.joints().iter().zip(shown).map(at).collect();
-    machine.correct_positions(&mut positions);
-    positions
+    weighed.weighings().iter().map(compared).collect()
 }
 
 fn in_posture(

@@ -179,7 +179,8 @@ pub fn identify(file: &MachineFile, request: &Request) -> Result<Identified> {
     };
     if let Some(weighed) = &file.spec.weighed {
         let before = data.sources.len();
-        notes.extend(weighings::add(&machine, weighed, &mut data));
+        let evaluated = &machine.reference().posture.positions;
+        notes.extend(weighings::add(&machine, weighed, evaluated, &mut data));
         let added = data.sources.len() - before;
         from.push(format!("{added} weighings of the machine file"));
     }

@@ -11,10 +11,11 @@ const DEFAULT_SCALE: f64 = 0.005;
 const DEFAULT_SPECIFIC_FORCE: f64 = 0.01;
 
 /// Adds the weighings to the data, and returns the readings that were left out because they were calculated from others.
-/// Every reading has an error of its own.
+/// Every reading has an error of its own. `evaluated` is the posture of a `[weighed]` that states none.
 pub(in crate::setup) fn add(
     machine: &Machine,
     weighed: &WeighedSpec,
+    evaluated: &[f64],
     data: &mut Data,
 ) -> Vec<String> {
     let mut left_out = Vec::new();
@@ -35,7 +36,7 @@ pub(in crate::setup) fn add(
             instants: vec![Instant {
                 time_s: 0.0,
                 supports: supports.into(),
-                situation: situation(machine, &weighing),
+                situation: situation(machine, &weighing, evaluated),
                 readings,
             }],
         });
@@ -43,20 +44,9 @@ pub(in crate::setup) fn add(
     left_out
 }
 
-/// Positions as the encoders showed them. Joints that are not listed are at zero, or where they always are.
-pub(super) fn positions(machine: &Machine, weighing: &WeighedPosture) -> Vec<f64> {
-    let joints = machine.joints().iter();
-    joints
-        .map(|joint| {
-            let stated = weighing.posture.get(&joint.name).copied();
-            stated.or(joint.constant).unwrap_or(0.0)
-        })
-        .collect()
-}
-
-fn situation(machine: &Machine, weighing: &WeighedPosture) -> Situation {
+fn situation(machine: &Machine, weighing: &WeighedPosture, evaluated: &[f64]) -> Situation {
     Situation::AtRest {
-        positions: positions(machine, weighing),
+        positions: weighing.positions(machine, evaluated),
         slope: weighing.slope.unwrap_or([0.0; 2]),
         slope_sigma: weighing.slope_uncertainty(),
     }

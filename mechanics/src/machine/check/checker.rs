@@ -97,7 +97,7 @@ impl Checker<'_> {
         let reference = self.reference(&driving)?;
         let supports =
             self.supports(&wheels, &contact, &driving.joints, &reference.optimal_load)?;
-        let (imu, mut notes) = self.imu()?;
+        let (imu, mut notes) = self.imu(&wheels)?;
         notes.extend(inertias.notes.into_iter().map(Note::from));
         let arm_root = spec
             .arm
@@ -154,6 +154,7 @@ impl Checker<'_> {
         };
         let weight = machine.mass() * machine.gravity;
         machine.load_sensors = self.load_sensors(&machine.supports, weight)?;
+        self.check_against_machine(&machine)?;
         self.add_doubts(&mut machine)?;
         if let Some(supports) = Arc::get_mut(&mut machine.supports) {
             supports.all.clone_from(&machine.wheels);

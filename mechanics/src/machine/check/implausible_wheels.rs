@@ -79,11 +79,7 @@ impl Checker<'_> {
     /// The largest distance between wheels (m).
     fn widest(&self, wheels: &[Wheel]) -> Result<f64, MachineError> {
         let [least, largest] = WHEEL_DISTANCE_M;
-        let centres = wheels.iter().map(|wheel| wheel.centre_at_zero);
-        let pairs = centres
-            .clone()
-            .flat_map(|a| centres.clone().map(move |b| (a - b).norm()));
-        let widest = pairs.fold(0.0, f64::max);
+        let widest = widest_distance(wheels);
         if !(least..=largest).contains(&widest) {
             return Err(self.implausible(
                 "wheels",
@@ -241,6 +237,15 @@ impl Checker<'_> {
             "Exchange the links, rename the wheels, or turn the base frame of the URDF: x forward, y left.",
         ))
     }
+}
+
+/// The largest distance between two wheels (m).
+pub(super) fn widest_distance(wheels: &[Wheel]) -> f64 {
+    let centres = wheels.iter().map(|wheel| wheel.centre_at_zero);
+    let pairs = centres
+        .clone()
+        .flat_map(|a| centres.clone().map(move |b| (a - b).norm()));
+    pairs.fold(0.0, f64::max)
 }
 
 /// What a length was probably given in, by its ratio to the expected one, with the factor to metres.

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::checker::Checker;
 use crate::machine::static_transform::ancestors;
-use crate::machine::{MachineError, Mount, MountSource, Note, NoteKind};
+use crate::machine::{MachineError, Mount, MountSource, Note, NoteKind, Wheel};
 
 /// Distance between two sources of the mounting pose beyond which they conflict (m).
 const CONFLICT_M: f64 = 1e-3;
@@ -14,14 +14,14 @@ const CONFLICT_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
 impl Checker<'_> {
     /// The mounting of the IMU, and descriptions of conflicts between its sources.
-    pub(super) fn imu(&self) -> Result<(Mount, Vec<Note>), MachineError> {
+    pub(super) fn imu(&self, wheels: &[Wheel]) -> Result<(Mount, Vec<Note>), MachineError> {
         let at_base = |source| self.mount(self.base(), Isometry3::identity(), source);
         if self.log.lacks_imu {
             return Ok((at_base(MountSource::NoSensor), Vec::new()));
         }
         let frame = self.log.imu_frame.map(|f| f.trim_start_matches('/'));
         let frame = frame.filter(|frame| !frame.is_empty());
-        let mut sources: Vec<Mount> = self.stated_imu()?.into_iter().collect();
+        let mut sources: Vec<Mount> = self.stated_imu(wheels)?.into_iter().collect();
         if let Some(frame) = frame {
             sources.extend(self.imu_link(frame));
             sources.extend(self.transformed_imus(frame));
@@ -42,7 +42,7 @@ impl Checker<'_> {
         self.tree.link(&self.tree.base_link).unwrap_or(0)
     }
 
-    fn stated_imu(&self) -> Result<Option<Mount>, MachineError> {
+    fn stated_imu(&self, wheels: &[Wheel]) -> Result<Option<Mount>, MachineError> {
         let Some(imu) = &self.spec.imu else {
             return Ok(None);
         };
@@ -50,6 +50,8 @@ impl Checker<'_> {
             Some(name) => self.link("imu.link", name)?,
             None => self.base(),
         };
+        self.check_place("imu.xyz", imu.xyz, wheels)?;
+        self.check_turn("imu.rpy", imu.rpy)?;
         let [roll, pitch, yaw] = imu.rpy;
         let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
         let pose = Isometry3::from_parts(Translation3::from(Vector3::from(imu.xyz)), rotation);

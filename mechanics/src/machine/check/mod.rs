@@ -8,6 +8,7 @@ mod doubts;
 mod driving;
 mod identified;
 mod implausible_masses;
+mod implausible_units;
 mod implausible_wheels;
 mod imu_mount;
 mod inertias;

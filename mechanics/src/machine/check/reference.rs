@@ -6,30 +6,78 @@ use super::checker::Checker;
 use super::driving::Driving;
 use crate::machine::linkage::LinkageInput;
 use crate::machine::tree::TreeJoint;
-use crate::machine::{Linkage, MachineError, MachineSpec, Reference, ReferencePosture};
+use crate::machine::{JointKind, Linkage, MachineError, MachineSpec, Reference, ReferencePosture};
+
+/// A joint whose position a posture may state.
+pub(super) struct PostureJoint<'a> {
+    pub(super) name: &'a str,
+    pub(super) limits: Option<[f64; 2]>,
+    pub(super) slides: bool,
+}
 
 impl MachineSpec {
-    /// Rejects positions of joints that the machine does not measure.
+    /// Rejects positions of joints that the machine does not measure, and positions that they cannot have.
     pub(super) fn check_posture(
         &self,
         place: &str,
         posture: &BTreeMap<String, f64>,
-        joints: &[&str],
+        joints: &[PostureJoint<'_>],
     ) -> Result<(), MachineError> {
         for (joint, position) in posture {
             let place = format!("{place}.{joint}");
             let fault = |expected: &str, found: String| {
-                Err(MachineError::value(&self.file, place, expected, found))
+                Err(MachineError::value(&self.file, &place, expected, found))
             };
-            if !joints.contains(&joint.as_str()) {
-                let expected = format!("a measured joint ({})", joints.join(", "));
+            let Some(known) = joints.iter().find(|known| known.name == joint) else {
+                let names: Vec<&str> = joints.iter().map(|known| known.name).collect();
+                let expected = format!("a measured joint ({})", names.join(", "));
                 return fault(&expected, format!("\"{joint}\""));
-            }
+            };
             if !position.is_finite() {
                 return fault("a position [rad or m]", position.to_string());
             }
+            self.check_within_limits(&place, *position, known)?;
         }
         Ok(())
+    }
+
+    /// Rejects a position beyond the limits of the URDF by more than a measured one may be.
+    fn check_within_limits(
+        &self,
+        place: &str,
+        position: f64,
+        joint: &PostureJoint<'_>,
+    ) -> Result<(), MachineError> {
+        let Some([least, greatest]) = joint.limits else {
+            return Ok(());
+        };
+        let plausibility = &self.plausibility;
+        // the unit, and the one for which it is likely mistaken
+        let (unit, margin, of_other) = match joint.slides {
+            true => ("m", plausibility.joint_margin_linear, 1e-3),
+            false => ("rad", plausibility.joint_margin, 1_f64.to_radians()),
+        };
+        let is_within = |position: f64| (least - margin..=greatest + margin).contains(&position);
+        if is_within(position) {
+            return Ok(());
+        }
+        let converted = (position * of_other * 1e6).round() / 1e6;
+        let remedy = match (is_within(position * of_other), joint.slides) {
+            (true, true) => format!("It looks like millimetres: write {converted} (m)."),
+            (true, false) => format!("It looks like degrees: write {converted} (rad)."),
+            (false, _) => {
+                "Check the position, its zero and its sign, and the limits in the URDF.".into()
+            }
+        };
+        Err(MachineError::Implausible {
+            file: self.file.clone(),
+            place: place.into(),
+            expected: format!(
+                "a position within the limits of the joint in the URDF, {least} to {greatest} {unit}"
+            ),
+            found: format!("{position} {unit}"),
+            remedy,
+        })
     }
 }
 
@@ -38,11 +86,23 @@ impl Checker<'_> {
     pub(super) fn reference(&self, driving: &Driving) -> Result<Reference, MachineError> {
         let limits = &self.spec.limits;
         let stated = &limits.reference_posture;
-        let names: Vec<&str> = (driving.joints.iter().map(|joint| joint.name.as_str()))
-            .chain(driving.linkages.iter().flat_map(|l| self.ends_of(l)))
+        let measured = driving.joints.iter().map(|joint| joint.name.as_str());
+        let ends = driving.linkages.iter().flat_map(|l| self.ends_of(l));
+        let joints: Vec<PostureJoint<'_>> = measured
+            .chain(ends)
+            .map(|name| {
+                let of_name = |joint: &&TreeJoint| joint.name == name;
+                let mut joints = self.tree.bodies.iter().filter_map(|b| b.joint.as_ref());
+                let joint = joints.find(of_name);
+                PostureJoint {
+                    name,
+                    limits: joint.and_then(TreeJoint::stated_limits),
+                    slides: joint.is_some_and(|joint| joint.kind == JointKind::Prismatic),
+                }
+            })
             .collect();
         self.spec
-            .check_posture("limits.reference_posture", stated, &names)?;
+            .check_posture("limits.reference_posture", stated, &joints)?;
         let positions = driving.joints.iter().enumerate().map(|(index, joint)| {
             (stated.get(&joint.name).copied())
                 .or_else(|| self.by_other_end(index, stated, driving))

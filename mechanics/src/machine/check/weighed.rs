@@ -1,5 +1,6 @@
 //! Loads that scales told: of wheels and joints that the machine has.
 
+use super::reference::PostureJoint;
 use crate::machine::{Machine, MachineError, MachineSpec, SupportId, WeighedPosture, WeighedSpec};
 
 impl MachineSpec {
@@ -9,8 +10,14 @@ impl MachineSpec {
             return Ok(());
         };
         self.check_sigmas(weighed.sigma, "weighed.sigma")?;
-        let joints = machine.joints().iter();
-        let names: Vec<&str> = joints.map(|joint| joint.name.as_str()).collect();
+        let joints = machine.joints().iter().enumerate();
+        let joints: Vec<PostureJoint<'_>> = joints
+            .map(|(index, joint)| PostureJoint {
+                name: &joint.name,
+                limits: joint.limits,
+                slides: machine.joint_slides(index),
+            })
+            .collect();
         let own = WeighedPosture {
             posture: weighed.posture.clone(),
             supports: weighed.supports.clone(),
@@ -18,10 +25,10 @@ impl MachineSpec {
             sums: weighed.sums.clone(),
             ..WeighedPosture::default()
         };
-        self.check_weighing("weighed", &own, &names, machine)?;
+        self.check_weighing("weighed", &own, &joints, machine)?;
         for (i, posture) in weighed.postures.iter().enumerate() {
             let place = format!("weighed.postures {}", i + 1);
-            self.check_weighing(&place, posture, &names, machine)?;
+            self.check_weighing(&place, posture, &joints, machine)?;
             self.check_slope(&place, posture)?;
             let readings = posture.wheels.len() + posture.sums.len();
             if readings == 0 && posture.specific_force.is_none() {
@@ -60,7 +67,7 @@ impl MachineSpec {
         &self,
         place: &str,
         weighing: &WeighedPosture,
-        joints: &[&str],
+        joints: &[PostureJoint<'_>],
         machine: &Machine,
     ) -> Result<(), MachineError> {
         let fault = |place: String, expected: &str, found: String| {

@@ -1,0 +1,91 @@
+//! Measured loads of supports whose samples are too far apart for the estimator, each held until the next one.
+
+use tipwatch_mechanics::machine::ForceSource;
+use tipwatch_mechanics::state::Sensor;
+
+use super::loaded::{LoadedLog, Signal};
+
+/// How long a sample holds, as a multiple of the median time between two.
+const HOLDS_PERIODS: f64 = 1.5;
+/// A sample never holds longer (ns): a jack lifts within seconds.
+const LONGEST_NS: f64 = 3e9;
+
+/// The loads of supports that are measured slowly.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct HeldForces {
+    forces: Vec<HeldForce>,
+}
+
+#[derive(Debug, Clone)]
+struct HeldForce {
+    /// Index of the actuated joint.
+    joint: usize,
+    /// Stamps (ns), rising, and forces (N).
+    samples: Vec<(i64, f64)>,
+    period_ns: i64,
+}
+
+impl HeldForces {
+    /// Those of a log whose samples are still loaded.
+    pub(super) fn of(loaded: &LoadedLog) -> Self {
+        let machine = &loaded.machine;
+        let joints = &machine.contact().actuated_joints;
+        let of_signal = |signal: &Signal| {
+            let Sensor::Actuator(at) = signal.sensor else {
+                return None;
+            };
+            let of_joint = &loaded.matched.sensors.actuators[at];
+            let joint = &joints[of_joint.joint];
+            if !matches!(joint.source, ForceSource::Support { .. }) {
+                return None;
+            }
+            let mut sorted = signal.recording.stamps_ns.clone();
+            sorted.sort_unstable();
+            let mut steps: Vec<i64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            steps.sort_unstable();
+            let period_ns = *steps.get(steps.len() / 2)?;
+            if period_ns <= machine.longest_known_gap_ns() {
+                return None;
+            }
+            let factor = joint.signals[of_joint.signal];
+            let mut reader = signal.recording.reader();
+            let stamps = signal.recording.stamps_ns.iter().enumerate();
+            let mut samples: Vec<(i64, f64)> = stamps
+                .map(|(at, &stamp)| (stamp, factor * reader.sample(at)[0]))
+                .collect();
+            samples.sort_by_key(|(stamp, _)| *stamp);
+            Some(HeldForce {
+                joint: of_joint.joint,
+                samples,
+                period_ns,
+            })
+        };
+        Self {
+            forces: loaded.signals.iter().filter_map(of_signal).collect(),
+        }
+    }
+
+    /// The median time between two samples of an actuated joint that is measured slowly (ns).
+    pub(crate) fn period_ns(&self, joint: usize) -> Option<i64> {
+        self.of_joint(joint).map(|force| force.period_ns)
+    }
+
+    /// The force of an actuated joint at a time (N): the last sample until then; NaN if it is too old, or if the joint is not measured slowly.
+    pub(crate) fn at(&self, joint: usize, time_ns: i64) -> f64 {
+        let held = || {
+            let force = self.of_joint(joint)?;
+            let next = force
+                .samples
+                .partition_point(|(stamp, _)| *stamp <= time_ns);
+            let (stamp, value) = force.samples[next.checked_sub(1)?];
+            let longest_ns = (HOLDS_PERIODS * force.period_ns as f64).min(LONGEST_NS);
+            let is_young = (time_ns.saturating_sub(stamp) as f64) <= longest_ns;
+            is_young.then_some(value)
+        };
+        held().unwrap_or(f64::NAN)
+    }
+
+    fn of_joint(&self, joint: usize) -> Option<&HeldForce> {
+        self.forces.iter().find(|force| force.joint == joint)
+    }
+}
