@@ -28,6 +28,11 @@ fn machine(weighed: &str, urdf: impl Fn(String) -> String) -> (TempDir, String) 
 }
 
 fn checked(machine: &str, in_log: bool) -> Value {
+    // the log is too short to show what the sensors are
+    checked_with(machine, in_log, if in_log { 8 } else { 0 })
+}
+
+fn checked_with(machine: &str, in_log: bool, code: i32) -> Value {
     let log = data("tiny.mcap");
     let mut args = vec!["check-machine", machine, "--json"];
     if in_log {
@@ -35,8 +40,6 @@ fn checked(machine: &str, in_log: bool) -> Value {
     }
     let output = tipwatch(&args);
     let messages = String::from_utf8_lossy(&output.stderr);
-    // the log is too short to show what the sensors are
-    let code = if in_log { 8 } else { 0 };
     assert_eq!(output.status.code(), Some(code), "{messages}");
     serde_json::from_slice(&output.stdout).unwrap()
 }
@@ -197,7 +200,8 @@ fn several_postures_are_compared_each_on_its_slope() {
         sums(fl + fr)
     );
     let (_folder, machine) = machine(&weighed, |urdf| urdf);
-    let check = checked(&machine, false);
+    // the loads of level ground contradict the machine nose up
+    let check = checked_with(&machine, false, 8);
     assert!(check["weighed"].is_null());
     let weighings = check["weighings"].as_array().unwrap();
     let number = |weighing: usize, reading: usize, key: &str| {
