@@ -100,7 +100,7 @@ fn no_number_of_a_machine_file_may_be_nan_or_infinite() {
     let file: toml::Table = full().parse().unwrap();
     let mut count = 0;
     numbers(&mut toml::Value::Table(file.clone()), "", &mut |_, _| {
-        count += 1
+        count += 1;
     });
     assert!(count > 60, "{count}");
     for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

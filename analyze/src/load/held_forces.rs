@@ -1,9 +1,9 @@
 //! Measured loads of supports whose samples are too far apart for the estimator, each held until the next one.
 
-use tipwatch_mechanics::machine::ForceSource;
-use tipwatch_mechanics::state::Sensor;
+use tipwatch_mechanics::machine::{ForceSource, Machine};
+use tipwatch_mechanics::state::{Sensor, Sensors};
 
-use super::loaded::{LoadedLog, Signal};
+use super::recording::Recording;
 
 /// How long a sample holds, as a multiple of the median time between two.
 const HOLDS_PERIODS: f64 = 1.5;
@@ -26,20 +26,23 @@ struct HeldForce {
 }
 
 impl HeldForces {
-    /// Those of a log whose samples are still loaded.
-    pub(super) fn of(loaded: &LoadedLog) -> Self {
-        let machine = &loaded.machine;
+    /// Those among the recordings of these sensors.
+    pub(super) fn of<'r>(
+        machine: &Machine,
+        sensors: &Sensors,
+        recordings: impl Iterator<Item = (Sensor, &'r Recording)>,
+    ) -> Self {
         let joints = &machine.contact().actuated_joints;
-        let of_signal = |signal: &Signal| {
-            let Sensor::Actuator(at) = signal.sensor else {
+        let of_signal = |(sensor, recording): (Sensor, &Recording)| {
+            let Sensor::Actuator(at) = sensor else {
                 return None;
             };
-            let of_joint = &loaded.matched.sensors.actuators[at];
+            let of_joint = &sensors.actuators[at];
             let joint = &joints[of_joint.joint];
             if !matches!(joint.source, ForceSource::Support { .. }) {
                 return None;
             }
-            let mut sorted = signal.recording.stamps_ns.clone();
+            let mut sorted = recording.stamps_ns.clone();
             sorted.sort_unstable();
             let mut steps: Vec<i64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
             steps.sort_unstable();
@@ -48,8 +51,8 @@ impl HeldForces {
                 return None;
             }
             let factor = joint.signals[of_joint.signal];
-            let mut reader = signal.recording.reader();
-            let stamps = signal.recording.stamps_ns.iter().enumerate();
+            let mut reader = recording.reader();
+            let stamps = recording.stamps_ns.iter().enumerate();
             let mut samples: Vec<(i64, f64)> = stamps
                 .map(|(at, &stamp)| (stamp, factor * reader.sample(at)[0]))
                 .collect();
@@ -61,7 +64,7 @@ impl HeldForces {
             })
         };
         Self {
-            forces: loaded.signals.iter().filter_map(of_signal).collect(),
+            forces: recordings.filter_map(of_signal).collect(),
         }
     }
 
@@ -70,7 +73,8 @@ impl HeldForces {
         self.of_joint(joint).map(|force| force.period_ns)
     }
 
-    /// The force of an actuated joint at a time (N): the last sample until then; NaN if it is too old, or if the joint is not measured slowly.
+    /// The force of an actuated joint at a time (N): the last sample until then; NaN if it is too old, or if the joint is
+    /// not measured slowly.
     pub(crate) fn at(&self, joint: usize, time_ns: i64) -> f64 {
         let held = || {
             let force = self.of_joint(joint)?;

@@ -189,7 +189,8 @@ pub fn load_within(
         supports: None,
         held_forces: HeldForces::default(),
     };
-    loaded.held_forces = HeldForces::of(&loaded);
+    let of_signals = (loaded.signals.iter()).map(|signal| (signal.sensor, &signal.recording));
+    loaded.held_forces = HeldForces::of(&loaded.machine, &loaded.matched.sensors, of_signals);
     let recordings = || loaded.signals.iter().map(|signal| &signal.recording);
     let start_ns = recordings().filter_map(|recording| recording.stamps_ns.iter().min());
     loaded.supports = supports::read(

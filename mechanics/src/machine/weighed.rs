@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::exactly::exactly_if_any;
-use super::{Machine, MeasuredJoint};
 
 /// `[weighed]`: measured loads of the real machine at rest on level ground.
 #[derive(Debug, Clone, Deserialize)]
@@ -112,20 +111,6 @@ impl WeighedSpec {
 }
 
 impl WeighedPosture {
-    /// Joint positions during the weighing, as the encoders showed them (rad or m): as stated; joints that are not listed are at zero, or where
-    /// they always are. `evaluated` is the posture under evaluation.
-    #[must_use]
-    pub fn positions(&self, machine: &Machine, evaluated: &[f64]) -> Vec<f64> {
-        if self.in_evaluated_posture {
-            return evaluated.to_vec();
-        }
-        let of_joint = |joint: &MeasuredJoint| {
-            let stated = self.posture.get(&joint.name).copied();
-            stated.or(joint.constant).unwrap_or(0.0)
-        };
-        machine.joints().iter().map(of_joint).collect()
-    }
-
     /// Its name.
     #[must_use]
     pub fn label(&self) -> &str {

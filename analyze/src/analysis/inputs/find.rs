@@ -19,7 +19,7 @@ use crate::load::LoadedLog;
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn gross_inputs(
+pub(crate) fn gross_inputs(
     log: &Log,
     file: &MachineFile,
     loaded: &LoadedLog,

@@ -18,6 +18,6 @@ mod stance;
 mod windows;
 
 pub(crate) use attitude::notes_on_slope;
-pub use find::gross_inputs;
+pub(crate) use find::gross_inputs;
 pub use gross_input::{GrossInput, GrossInputKind};
 pub(crate) use stance::{is_quiet, looked_at};

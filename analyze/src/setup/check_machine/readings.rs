@@ -30,7 +30,7 @@ pub(super) fn compare(
         if weighing.slope_unknown {
             source += ", slope unknown";
         }
-        let mut stood = weighing.positions(machine, positions);
+        let mut stood = weighing.positions(machine.joints(), positions);
         // those under evaluation are corrected where they come from
         if !weighing.in_evaluated_posture {
             machine.correct_positions(&mut stood);

@@ -46,7 +46,7 @@ pub(in crate::setup) fn add(
 
 fn situation(machine: &Machine, weighing: &WeighedPosture, evaluated: &[f64]) -> Situation {
     Situation::AtRest {
-        positions: weighing.positions(machine, evaluated),
+        positions: weighing.positions(machine.joints(), evaluated),
         slope: weighing.slope.unwrap_or([0.0; 2]),
         slope_sigma: weighing.slope_uncertainty(),
     }
