@@ -412,7 +412,7 @@ fn a_joint_without_messages_takes_a_constant() {
             format!("{text}\n[signals.joints.turret]\nposition = {constant}\n"),
         )
         .unwrap();
-        let file = MachineFile::read(&path).unwrap();
+        let file = MachineFile::read(&path)?;
         analyse(&log, &file, Options::default(), &mut |_| {})
     };
     let measured = mean_loads(&analysed(&log, &data("tiny_lift.toml")));

@@ -33,7 +33,7 @@ pub struct EventPair {
     pub a: Option<EventSide>,
     /// On side B.
     pub b: Option<EventSide>,
-    /// The side without the event has rows in its time, and no load can be computed in any: it may or may not be there, too.
+    /// The side without the event has rows in its time, of which fewer than one in ten is valid: it may or may not be there, too.
     pub is_open_elsewhere: bool,
 }
 
@@ -224,16 +224,16 @@ fn is_same(a: &SideEvent, b: &SideEvent) -> bool {
     a.kind == b.kind && a.subject == b.subject && overlap
 }
 
-/// Whether a side has rows in the time of an event, and no load in any of them.
+/// Whether a side has rows in the time of an event, and fewer than one in ten is valid.
 fn is_open(side: &Side, event: &SideEvent) -> bool {
     let before = |time_ns: i64| side.times_ns.partition_point(|&of_row| of_row < time_ns);
     let first = before(event.start_ns);
     let after = event.end_ns.map_or(side.times_ns.len(), |end_ns| {
         before(end_ns.saturating_add(1))
     });
-    let loads = side.columns.iter().filter(|column| column.unit == "N");
-    let mut loads = loads.flat_map(|column| &column.values[first..after.max(first)]);
-    first < after && !loads.any(|load| load.is_finite())
+    let rows = &side.valid[first..after.max(first)];
+    let valid = rows.iter().filter(|valid| **valid).count();
+    10 * valid < rows.len()
 }
 
 fn event_side(side: &Side, event: &SideEvent) -> EventSide {
