@@ -46,7 +46,7 @@ pub struct Coverage {
     #[serde(default)]
     pub doubted_s: f64,
     /// Measured forces of actuators and supports that were used in no row, because their samples are too far apart; absent if there are none.
-    #[serde(default, skip_serializing_if = "is_none")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub unused_forces: usize,
     /// What is known between the rows; absent for a log that is not sparse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -113,12 +113,8 @@ impl std::fmt::Display for Coverage {
     }
 }
 
-fn is_zero(seconds: &f64) -> bool {
-    *seconds == 0.0
-}
-
-fn is_none(count: &usize) -> bool {
-    *count == 0
+fn is_zero<N: Default + PartialEq>(number: &N) -> bool {
+    *number == N::default()
 }
 
 /// How many measured forces have several samples, no two of which are close enough for the estimator to bridge the time between them.

@@ -137,10 +137,8 @@ pub(super) fn estimate(
     let (mut rows, mut quality) = estimated?;
     let first_ns = rows.times_ns.first().copied().unwrap_or(0);
     let at = |seconds: f64| first_ns.saturating_add((seconds * 1e9).round() as i64);
-    quality.rotations = match (found, options.to_s) {
-        (Some(found), _) => found?,
-        (None, to_s) => rotations::until(loaded, to_s.map_or(i64::MAX, at))?,
-    };
+    let until_end = || rotations::until(loaded, options.to_s.map_or(i64::MAX, at));
+    quality.rotations = found.unwrap_or_else(until_end)?;
     if let Some(from_ns) = options.from_s.map(at) {
         (quality.rotations).retain(|found| found.end_ns.is_none_or(|end_ns| end_ns >= from_ns));
     }
@@ -151,23 +149,11 @@ pub(super) fn estimate(
             .iter()
             .map(FoundRotation::span_ns)
             .collect();
-        for &[first, last] in &quality.rotating {
-            let pairs = rows.times_ns.iter().zip(&mut rows.reasons);
-            for (_, reasons) in pairs.filter(|(time, _)| (first..=last).contains(time)) {
-                reasons.add(Reason::Tipping);
-            }
-        }
+        rows.add_reason(&quality.rotating, Reason::Tipping);
         let on_side: Vec<[i64; 2]> = (quality.rotations.iter())
             .filter_map(FoundRotation::on_side_ns)
             .collect();
-        for (time, reasons) in rows.times_ns.iter().zip(&mut rows.reasons) {
-            if on_side
-                .iter()
-                .any(|[first, last]| (first..=last).contains(&time))
-            {
-                reasons.add(Reason::SupportsUnknown);
-            }
-        }
+        rows.add_reason(&on_side, Reason::SupportsUnknown);
     }
     Ok((within(rows, options), quality))
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::state::{Reason, Reasons};
 
 use super::changed_states::ChangedStates;
 use super::state_source::StateSource;
@@ -138,9 +138,9 @@ impl EstimatedRows {
         spans_ns: &[[i64; 2]],
         change: impl Fn(usize, &mut State<f64>) + Send + Sync + 'static,
     ) {
-        let at = |time_ns: i64| self.times_ns.partition_point(|&time| time < time_ns);
-        let rows = spans_ns.iter().map(|&[from_ns, to_ns]| {
-            self.first + at(from_ns)..self.first + at(to_ns.saturating_add(1))
+        let rows = spans_ns.iter().map(|&span_ns| {
+            let rows = self.rows_at(span_ns);
+            self.first + rows.start..self.first + rows.end
         });
         let rows: Vec<Range<usize>> = rows.filter(|rows| !rows.is_empty()).collect();
         if rows.is_empty() {
@@ -157,6 +157,21 @@ impl EstimatedRows {
             change: Arc::new(change),
             blank: State::zero(machine),
         });
+    }
+
+    /// Adds a reason to the rows at these times, first and last (ns).
+    pub(crate) fn add_reason(&mut self, spans_ns: &[[i64; 2]], reason: Reason) {
+        for &span_ns in spans_ns {
+            let rows = self.rows_at(span_ns);
+            let reasons = self.reasons.get_mut(rows).into_iter().flatten();
+            reasons.for_each(|reasons| reasons.add(reason));
+        }
+    }
+
+    /// The rows from a time to another one (ns).
+    fn rows_at(&self, [from_ns, to_ns]: [i64; 2]) -> Range<usize> {
+        let times = &self.times_ns;
+        times.partition_point(|&time| time < from_ns)..times.partition_point(|&time| time <= to_ns)
     }
 
     /// Keeps some consecutive rows.

@@ -1,5 +1,6 @@
 //! Measured loads of supports whose samples are too far apart for the estimator, each held until the next one.
 
+use tipwatch_mechanics::estimation::sorted_stamps;
 use tipwatch_mechanics::machine::{ForceSource, Machine};
 use tipwatch_mechanics::state::{Sensor, Sensors};
 
@@ -42,8 +43,7 @@ impl HeldForces {
             if !matches!(joint.source, ForceSource::Support { .. }) {
                 return None;
             }
-            let mut sorted = recording.stamps_ns.clone();
-            sorted.sort_unstable();
+            let sorted = sorted_stamps(&recording.stamps_ns);
             let mut steps: Vec<i64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
             steps.sort_unstable();
             let period_ns = *steps.get(steps.len() / 2)?;

@@ -250,7 +250,7 @@ impl KalmanFilter {
             means.restart();
         }
         if let Some(misfit) = &mut self.misfit {
-            misfit.restart();
+            *misfit = Misfit::default();
         }
         let factors = self.state.factors();
         let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.density();
@@ -290,13 +290,10 @@ impl KalmanFilter {
         }
         let variance = self.model.value_variance * factors.value;
         if let Some(misfit) = self.misfit.as_mut().filter(|_| doubt.value_variance == 0.0) {
-            let innovations = self
-                .state
-                .jets
-                .iter()
-                .zip(values)
-                .map(|(jet, z)| z - jet[0]);
-            misfit.step(innovations, self.state.covariance[0][0] + variance, dt);
+            let jets = &self.state.jets;
+            let squares = jets.iter().zip(values).map(|(jet, z)| (z - jet[0]).powi(2));
+            let stated = jets.len() as f64 * (self.state.covariance[0][0] + variance);
+            misfit.step(squares.sum::<f64>() / stated, dt);
         }
         self.update::<0>(variance, doubt.value_variance, values);
         if let Some(rates) = rates {

@@ -27,18 +27,8 @@ impl Default for Misfit {
 }
 
 impl Misfit {
-    /// The filter started anew.
-    pub(super) fn restart(&mut self) {
-        *self = Self::default();
-    }
-
-    /// Takes the innovations of all channels of a sample, `dt` seconds after the one before, and their stated variance.
-    pub(super) fn step(&mut self, innovations: impl Iterator<Item = f64>, variance: f64, dt: f64) {
-        let mut channels = 0.0;
-        let squares: f64 = (innovations.inspect(|_| channels += 1.0))
-            .map(|innovation| innovation * innovation)
-            .sum();
-        let size = squares / (channels * variance);
+    /// Takes nu^2 / S of a sample, on average over its channels, `dt` seconds after the one before.
+    pub(super) fn step(&mut self, size: f64, dt: f64) {
         if size.is_finite() {
             self.mean += dt / (dt + MEMORY_S) * (size - self.mean);
         }

@@ -19,6 +19,8 @@ mod history;
 mod kalman_filter;
 mod lag;
 mod misfit;
+#[cfg(test)]
+mod noise_of_tests;
 pub mod plausibility;
 pub mod quasi_static;
 pub mod rotation;

@@ -79,11 +79,8 @@ fn compare_loads(
         state.follows_supports = state.follows_supports * 0.0 + 1.0;
     });
     let open = comparison.contradictions.iter();
-    for span in open.filter(|span| !span.is_explained()) {
-        let pairs = rows.times_ns.iter().zip(&mut rows.reasons);
-        for (_, reasons) in pairs.filter(|(time, _)| (span.start_ns..=span.end_ns).contains(time)) {
-            reasons.add(Reason::Contradiction);
-        }
-    }
+    let open = open.filter(|span| !span.is_explained());
+    let spans: Vec<[i64; 2]> = open.map(|span| [span.start_ns, span.end_ns]).collect();
+    rows.add_reason(&spans, Reason::Contradiction);
     comparison
 }

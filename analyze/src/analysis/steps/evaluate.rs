@@ -65,13 +65,9 @@ impl EvaluatedLog {
         };
         if !task.is_recorded() {
             // how the platform moved in the recorded fall belongs to that fall, not to what is supposed
-            let falls: Vec<[i64; 2]> =
-                (quality.rotations.iter().map(FoundRotation::span_ns)).collect();
-            for (time_ns, reasons) in rows.times_ns.iter().zip(&mut rows.reasons) {
-                if (falls.iter()).any(|[first, last]| (first..=last).contains(&time_ns)) {
-                    reasons.add(Reason::SupportsUnknown);
-                }
-            }
+            let falls = quality.rotations.iter().map(FoundRotation::span_ns);
+            let falls: Vec<[i64; 2]> = falls.collect();
+            rows.add_reason(&falls, Reason::SupportsUnknown);
         }
         let record = match scope.sensitivities {
             true => verdicts::monitor_record(&task.log)?,

@@ -4,6 +4,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::super::noise_of_tests::Noise;
 use super::{PlatformRotation, RotationSpell, RotationWitness};
 use crate::machine::{LogFacts, Machine, MachineSpec};
 use crate::state::{Sample, Sensor, Sensors};
@@ -132,22 +133,6 @@ impl Run<'_> {
         }
         values[6..].copy_from_slice(measured.coords.as_slice());
         values
-    }
-}
-
-/// Normal noise, the same in every run.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        let mut uniform = || {
-            self.0 = self
-                .0
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (self.0 >> 40) as f64 / f64::from(1 << 24)
-        };
-        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
     }
 }
 

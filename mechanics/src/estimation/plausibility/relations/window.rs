@@ -143,7 +143,10 @@ impl Accumulated {
             it.rotation *= UnitQuaternion::from_scaled_axis(mean);
             it.scatter += (turning - last.turning).norm_squared();
             if let (Some(before), Some(now)) = (last.attitude, attitude) {
-                it.note_noise((before.inverse() * now).scaled_axis() - mean);
+                let beyond = (before.inverse() * now).scaled_axis() - mean;
+                if let Some(before) = it.beyond.replace(beyond) {
+                    note_noise(&mut it.noise, &(beyond - before));
+                }
             }
         }
         it.first.get_or_insert(reading);
@@ -177,9 +180,7 @@ impl Accumulated {
                 _ => it.has_turned = false,
             }
             if let Some((_, before)) = it.before {
-                // of white noise n, n_i - 2 n_(i-1) + n_(i-2) has six times the variance
-                let seen = (velocity - 2.0 * last + before).norm_squared() / 18.0;
-                it.noise += NOISE_WEIGHT * (seen - it.noise);
+                note_noise(&mut it.noise, &(velocity - 2.0 * last + before));
             }
             it.before = it.last;
         }
@@ -329,12 +330,10 @@ impl Imu {
             ..Self::new()
         };
     }
+}
 
-    /// White noise n of the attitude makes `n_i - 2 n_(i-1) + n_(i-2)` of two neighbouring steps, six times its variance.
-    fn note_noise(&mut self, beyond: Vector3<f64>) {
-        if let Some(before) = self.beyond.replace(beyond) {
-            let seen = (beyond - before).norm_squared() / 18.0;
-            self.noise += NOISE_WEIGHT * (seen - self.noise);
-        }
-    }
+/// Takes `n_i - 2 n_(i-1) + n_(i-2)` of the white noise n of a vector to the variance of its components: six times that each.
+fn note_noise(variance: &mut f64, second_difference: &Vector3<f64>) {
+    let seen = second_difference.norm_squared() / 18.0;
+    *variance += NOISE_WEIGHT * (seen - *variance);
 }

@@ -8,6 +8,7 @@ use super::super::super::signals::Sound;
 use super::super::super::{Axis, Explanation};
 use super::super::Relations;
 use super::{bogies, posture};
+use crate::estimation::noise_of_tests::Noise;
 use crate::machine::{FaultKind, Machine};
 use crate::state::{JointStream, Sample, Sensor, Sensors};
 
@@ -154,16 +155,9 @@ fn sound_sensors_contradict_nothing() {
 fn a_machine_that_rests_proves_nothing_by_noise_however_long() {
     let machine = bogies();
     for velocity_noise in [0.02, 0.08] {
-        let mut state = 7_u64;
-        let mut noise = move || {
-            let mut uniform = || {
-                state = (state.wrapping_mul(6_364_136_223_846_793_005)).wrapping_add(1);
-                (state >> 40) as f64 / f64::from(1 << 24)
-            };
-            (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-        };
+        let mut noise = Noise(7);
         let found = found_within(600, &machine, |_, shown| {
-            let mut scattered = |scale: f64| Vector3::from_fn(|_, _| scale * noise());
+            let mut scattered = |scale: f64| Vector3::from_fn(|_, _| scale * noise.next());
             shown.force = Vector3::z() * machine.gravity() + scattered(0.03);
             shown.gyro = scattered(2e-3);
             shown.attitude = UnitQuaternion::from_scaled_axis(scattered(1e-4));
