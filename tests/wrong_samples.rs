@@ -323,3 +323,36 @@ fn sound_samples_are_left_alone() {
         assert!(faults(&analysis).is_empty(), "{:?}", faults(&analysis));
     }
 }
+
+/// A driver without velocities fills them with zeros, or says that they are unknown: both are the same log.
+#[test]
+fn velocities_that_are_always_zero_are_not_measured() {
+    for estimator in BOTH {
+        let velocities = |value: f64| {
+            with(estimator, &mut |topic, values, _| {
+                if topic == "/joint_states" {
+                    let names: Vec<String> = (values.names())
+                        .filter(|name| name.starts_with("velocity."))
+                        .map(str::to_owned)
+                        .collect();
+                    assert!(!names.is_empty());
+                    names.iter().for_each(|name| values.set(name, value));
+                }
+            })
+        };
+        let (zeros, unknown) = (velocities(0.0), velocities(f64::NAN));
+        let apart_n = largest_error(&zeros, &unknown);
+        let mean_n = unknown.machine.mass() * unknown.machine.gravity() / 4.0;
+        assert!(
+            apart_n < 0.05 * mean_n,
+            "{estimator:?}: {apart_n} N of {mean_n} N"
+        );
+        let kinds = |analysis: &Analysis| -> Vec<(EventKind, String)> {
+            let events = analysis.events.iter();
+            events
+                .map(|event| (event.kind, event.subject.clone()))
+                .collect()
+        };
+        assert_eq!(kinds(&zeros), kinds(&unknown), "{estimator:?}");
+    }
+}

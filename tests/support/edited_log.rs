@@ -66,6 +66,11 @@ pub struct Values<'m> {
 }
 
 impl Values<'_> {
+    /// The names of all numbers.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.places.keys().map(String::as_str)
+    }
+
     /// The number with this name.
     ///
     /// # Panics

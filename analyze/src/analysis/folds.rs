@@ -96,7 +96,7 @@ pub(super) fn gather(
         sets,
         scope,
         rotations,
-        &measured_loads.held,
+        measured_loads,
     );
     let stories = Stories {
         machine,

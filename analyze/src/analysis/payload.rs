@@ -18,6 +18,11 @@ use crate::load::linkage_force::{LinkageForce, Series, at, series_in};
 /// Most rows used for an estimate; more are thinned out evenly.
 const MOST_ROWS: usize = 2000;
 
+/// A mass of more than so many times the machine's is an error value of a scale.
+const MOST_MASSES: f64 = 3.0;
+/// An empty scale may show less than nothing by this share of the machine's mass.
+const EMPTY_SHARE: f64 = 0.01;
+
 /// A payload whose mass was estimated.
 #[derive(Debug, Clone)]
 pub struct EstimatedPayload {
@@ -53,13 +58,18 @@ pub(crate) fn follow_signals(
         );
         let series = series_in(log, file, loaded, &mass.signal).with_context(|| place)?;
         let [from_s, to_s] = machine.payloads()[payload].window_s;
-        let masses: Vec<f64> = (0..rows.len())
+        let possible = [-EMPTY_SHARE, MOST_MASSES].map(|share| share * machine.mass());
+        let logged: Vec<f64> = (0..rows.len())
             .map(|row| match (from_s..to_s).contains(&rows.seconds(row)) {
                 true => held(&series, rows.times_ns[row], mass),
                 false => 0.0,
             })
             .collect();
-        notes.push(as_logged(payload, mass, &masses));
+        notes.push(as_logged(payload, mass, &logged, possible));
+        let is_possible = |mass: f64| possible[0] <= mass && mass <= possible[1];
+        let masses: Vec<f64> = (logged.into_iter())
+            .map(|mass| if is_possible(mass) { mass } else { f64::NAN })
+            .collect();
         for (reasons, mass) in rows.reasons.iter_mut().zip(&masses) {
             if mass.is_nan() {
                 reasons.add(Reason::ToolWrenchGap);
@@ -84,11 +94,10 @@ fn held((stamps, values): &Series, time_ns: i64, mass: &MassSignal) -> f64 {
     let last = next.checked_sub(1);
     let young = last.filter(|&last| time_ns.saturating_sub(stamps[last]) <= max_age_ns);
     let value = young.map_or(f64::NAN, |last| values[last]);
-    // neither an error value of a scale nor less than nothing is a mass
     if value.is_finite() { value } else { f64::NAN }
 }
 
-fn as_logged(payload: usize, mass: &MassSignal, masses: &[f64]) -> String {
+fn as_logged(payload: usize, mass: &MassSignal, masses: &[f64], possible: [f64; 2]) -> String {
     let known = masses.iter().filter(|mass| mass.is_finite());
     let (least, largest) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &mass| {
         (a.min(mass), b.max(mass))
@@ -106,8 +115,19 @@ fn as_logged(payload: usize, mass: &MassSignal, masses: &[f64]) -> String {
             short(mass.max_age)
         ),
     };
+    let is_impossible = |mass: &&f64| **mass < possible[0] || **mass > possible[1];
+    let impossible = match masses.iter().filter(is_impossible).count() {
+        0 => String::new(),
+        rows => format!(
+            "; in {rows} rows it is none, expected {} to {} kg ({} times the machine's mass): an error value or another unit, and \
+             the loads are unknown (reason tool_wrench_gap)",
+            short(possible[0]),
+            short(possible[1]),
+            short(MOST_MASSES)
+        ),
+    };
     format!(
-        "Mass of payload {} as logged on {}: {seen}{missing}.",
+        "Mass of payload {} as logged on {}: {seen}{missing}{impossible}.",
         payload + 1,
         mass.signal.topic
     )

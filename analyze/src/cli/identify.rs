@@ -79,9 +79,9 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
     }
     let refusal = found.refusal();
     if let Some(refusal) = &refusal {
-        let kind = match refusal {
-            NoResult::WorseOnHeldBack => "not decided",
-            _ => "contradiction",
+        let kind = match refusal.is_undecided() {
+            true => "not decided",
+            false => "contradiction",
         };
         terminal.verdict(&format!("{kind}: {refusal}"));
     }
@@ -90,8 +90,8 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
         terminal.print(&format!("machine file: {}", path.display()));
     }
     Ok(Exit {
-        undecided: refusal == Some(NoResult::WorseOnHeldBack),
-        broken: (refusal.as_ref()).is_some_and(|refusal| *refusal != NoResult::WorseOnHeldBack),
+        undecided: refusal.as_ref().is_some_and(NoResult::is_undecided),
+        broken: (refusal.as_ref()).is_some_and(|refusal| !refusal.is_undecided()),
         lost: found.has_losses,
         ..Exit::DONE
     })

@@ -13,7 +13,7 @@ use super::rotation::FoundRotation;
 use crate::base::rows::Rows;
 use crate::base::support_sets::SupportSet;
 use crate::base::table::Table;
-use crate::load::HeldForces;
+use crate::load::MeasuredLoads;
 
 /// The times on one set of supports, and the table of their rows.
 pub(crate) struct OnSet<'a> {
@@ -69,7 +69,7 @@ impl<'a> AnyPass<'a> {
         sets: &'a [OnSet<'a>],
         scope: Scope,
         rotations: &'a [FoundRotation],
-        held: &'a HeldForces,
+        measured: &'a MeasuredLoads,
     ) -> Self {
         if table.supports().is_none() {
             return Self::Whole(Box::new(EventPass::new(
@@ -78,7 +78,7 @@ impl<'a> AnyPass<'a> {
                 min_loads_n,
                 scope,
                 rotations,
-                held,
+                measured,
             )));
         }
         let pass = |on: &'a OnSet<'a>| {
@@ -89,7 +89,7 @@ impl<'a> AnyPass<'a> {
                 min_loads_n,
                 scope,
                 rotations,
-                held,
+                measured,
             );
             (on, pass)
         };

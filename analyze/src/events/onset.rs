@@ -44,6 +44,8 @@ const RATE_PRIORS: [f64; 3] = [0.03, 2.0, 4.0];
 pub(super) const NEAR_SIGMAS: f64 = 3.0;
 /// Up to so many standard deviations a level is that of the stated machine.
 pub(super) const STATED_SIGMAS: f64 = 3.0;
+/// Values farther apart leave unknown what was between them (s).
+pub(super) const GAP_S: f64 = 0.25;
 /// Fewest values of a fit.
 const FEWEST: usize = 8;
 
@@ -124,6 +126,16 @@ impl Curve {
         let last_s = self.falls_through(-level_n).find(|t| *t > at_s);
         let last_s = last_s.map_or(lowest_s, |t| t.min(lowest_s));
         (at_s - first_s).max(last_s - at_s)
+    }
+
+    /// Whether values are missing somewhere between two times.
+    pub(super) fn has_gap(&self, from_s: f64, to_s: f64) -> bool {
+        let inside = self.between(from_s, to_s).map(|(t, _)| t);
+        let mut before = from_s;
+        let times = inside.chain(std::iter::once(to_s));
+        times
+            .into_iter()
+            .any(|t| t - std::mem::replace(&mut before, t) > GAP_S)
     }
 
     fn between(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = (f64, f64)> + Clone {
@@ -274,7 +286,8 @@ pub(super) fn corner(
         sigma_s: (variance + ROUNDING_S * ROUNDING_S).sqrt(),
         level_n: Some(sum(&|_, fit| fit.coefficients[0]) / total),
     })
-    .filter(|onset| onset.sigma_s.is_finite())
+    // what may have begun before the values do shows no corner
+    .filter(|onset| onset.sigma_s.is_finite() && onset.at_s - first >= FALLS_S[0])
 }
 
 /// When a rotation began, by its rate alone, between the ends of the curve.

@@ -23,7 +23,7 @@ use super::tipping::{self, Tipping, is_small};
 use super::unloaded::UnloadedSupports;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
-use crate::load::{HeldForces, LoadedLog};
+use crate::load::{LoadedLog, MeasuredLoads};
 
 /// Time without anything between two spells (ns): longer than what merges episodes.
 const APART_NS: i64 = 1_000_000_000;
@@ -82,7 +82,7 @@ impl<'a> EventPass<'a> {
         min_loads_n: Option<&'a [f64]>,
         scope: Scope,
         rotations: &'a [FoundRotation],
-        held: &'a HeldForces,
+        measured: &'a MeasuredLoads,
     ) -> Self {
         let edges = 0..machine.polygon().edges().len();
         Self {
@@ -96,7 +96,7 @@ impl<'a> EventPass<'a> {
             open: None,
             waiting: VecDeque::new(),
             tippings: Vec::new(),
-            unloaded: UnloadedSupports::of(machine, held),
+            unloaded: UnloadedSupports::of(machine, measured),
             events: Vec::new(),
             lowest: None,
         }

@@ -2,8 +2,9 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::Vector3;
-use tipwatch_mechanics::estimation::rotation::{PlatformRotation, RotationSpell, RotationWitness};
+use tipwatch_mechanics::estimation::rotation::{
+    PlatformRotation, RotationSpell, RotationWitness, ShownUp,
+};
 
 use super::onset::{self, Curve, Onset};
 
@@ -18,10 +19,10 @@ const FIRST_S: f64 = 0.1;
 /// A platform stood if it rotated by less than this for so long (rad, s).
 const STOOD_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
 const STOOD_S: f64 = 0.4;
+/// Ground on which a log begins is no steeper than so many standard deviations of a reference that is only assumed.
+const SLOPE_SIGMAS: f64 = 2.0;
 /// Gyro and attitude that turn together by so much in a log show a fall, wherever it began and however the IMU is mounted (rad).
 const FALL_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
-/// Samples farther apart leave unknown what was between them (s).
-const GAP_S: f64 = 0.25;
 
 /// A rotation about an edge.
 #[derive(Debug, Clone)]
@@ -121,11 +122,11 @@ pub(crate) struct RotationTrace {
     found: Vec<FoundRotation>,
 }
 
-/// What gyro and attitude show at a time: up direction and angular velocity, in base axes.
+/// What gyro and attitude show at a time.
 #[derive(Debug, Clone, Copy)]
 struct Point {
     at_ns: i64,
-    shown: [Option<[Vector3<f64>; 2]>; 2],
+    shown: [Option<ShownUp>; 2],
 }
 
 impl RotationTrace {
@@ -180,41 +181,35 @@ impl RotationTrace {
         let source = usize::from(!spell.witness.is_by_gyro());
         let from_ns = spell.left_ns.saturating_sub(BEFORE_NS);
         let points = points.into_iter().filter(|point| point.at_ns >= from_ns);
-        let shown: Vec<(i64, [Vector3<f64>; 2])> = points
+        let shown: Vec<(i64, ShownUp)> = points
             .filter_map(|point| Some((point.at_ns, point.shown[source]?)))
             .collect();
         let seconds = |at_ns: i64| at_ns.saturating_sub(from_ns) as f64 * 1e-9;
         let left = shown.partition_point(|(at_ns, _)| *at_ns < spell.left_ns);
-        let left_up = shown
-            .get(left.min(shown.len().saturating_sub(1)))
-            .map(|(_, [up, _])| *up);
+        let at_left = shown.get(left.min(shown.len().saturating_sub(1)));
         let rotation =
-            |from: &Vector3<f64>, to: &Vector3<f64>| spell.rotation_between(&axis, from, to);
+            |from: &ShownUp, to: &ShownUp| spell.rotation_between(&axis, &from.up, &to.up);
         let mut rates = Curve::default();
-        for (at_ns, [up, rate]) in &shown {
-            if left_up.is_some_and(|left_up| rotation(&left_up, up) > FITTED_RAD) {
+        for (at_ns, point) in &shown {
+            if at_left.is_some_and(|(_, at_left)| rotation(at_left, point) > FITTED_RAD) {
                 break;
             }
-            rates.push(seconds(*at_ns), axis.dot(rate));
+            rates.push(seconds(*at_ns), axis.dot(&point.rate));
         }
-        let fit_end = rates.times_s.len();
-        let has_gap = (rates.times_s.windows(2)).any(|pair| pair[1] - pair[0] > GAP_S)
-            || shown.get(fit_end).is_some_and(|(at_ns, _)| {
-                rates
-                    .times_s
-                    .last()
-                    .is_some_and(|last| seconds(*at_ns) - last > GAP_S)
-            });
+        let fitted_s = rates.times_s.first().copied().zip(
+            (shown.get(rates.times_s.len()).or(shown.last())).map(|(at_ns, _)| seconds(*at_ns)),
+        );
+        let has_gap = fitted_s.is_some_and(|(from_s, to_s)| rates.has_gap(from_s, to_s));
         let first_s = seconds(self.first_ns.unwrap_or(from_ns));
-        // from the reference, which is where the platform stood
-        let at_largest = shown.iter().rfind(|(at_ns, _)| *at_ns <= spell.largest_ns);
-        let up_at = |at_s: f64| {
+        let point_at = |at_s: f64| {
             let next = shown.partition_point(|(at_ns, _)| seconds(*at_ns) < at_s);
-            shown.get(next).or(shown.last()).map(|(_, [up, _])| *up)
+            shown.get(next).or(shown.last()).map(|(_, point)| point)
         };
-        let angle_at = |at_s: f64| {
-            let ups = up_at(at_s).zip(at_largest.map(|(_, [up, _])| *up));
-            ups.map_or(0.0, |(up, largest)| spell.largest - rotation(&up, &largest))
+        // from the reference of that time: a machine that drives takes the first degrees of its fall for the ground
+        let lean_at = |at_s: f64| {
+            point_at(at_s).map_or(0.0, |point| {
+                spell.rotation_between(&axis, &point.reference_up, &point.up)
+            })
         };
         let lean_rad = if spell.is_from_start {
             f64::INFINITY
@@ -223,8 +218,11 @@ impl RotationTrace {
         };
         // without a reference it must be seen that the platform stood at first; until the onset it may lean under a moving arm,
         // or on fewer wheels
+        let since_first = |at_s: f64| {
+            let points = point_at(first_s).zip(point_at(at_s));
+            points.map_or(0.0, |(first, point)| rotation(first, point).abs())
+        };
         let stood = |onset: &Onset| {
-            let since_first = |at_s: f64| (angle_at(at_s) - angle_at(first_s)).abs();
             // at the same rate in the shorter time that a log may contain
             let for_s = (onset.at_s - first_s).min(STOOD_S);
             !spell.is_from_start
@@ -232,12 +230,24 @@ impl RotationTrace {
                     && since_first(onset.at_s) < FITTED_RAD)
         };
         let onset: Option<Onset> = (!has_gap)
-            .then(|| onset::of_rates(&rates, angle_at, lean_rad))
+            .then(|| onset::of_rates(&rates, lean_at, lean_rad))
             .flatten()
             .filter(|onset| onset.at_s > first_s + FIRST_S && stood(onset));
         let start_ns = match onset {
             Some(onset) => from_ns + (onset.at_s * 1e9).round() as i64,
-            None if spell.is_from_start && !has_gap => self.first_ns.unwrap_or(spell.left_ns),
+            None if spell.is_from_start && !has_gap => {
+                // one that may have stood on some wheels at first began at or before the sample that shows it, not before the log
+                let stood_at_first = lean_at(first_s) < SLOPE_SIGMAS * spell.sigma
+                    && since_first(first_s + FIRST_S) < FITTED_RAD * FIRST_S / STOOD_S;
+                let shows = |(_, point): &&(i64, ShownUp)| {
+                    point_at(first_s).is_some_and(|first| rotation(first, point) > FITTED_RAD)
+                };
+                (shown.iter().filter(|_| stood_at_first))
+                    .find(shows)
+                    .map(|(at_ns, _)| *at_ns)
+                    .or(self.first_ns)
+                    .unwrap_or(spell.left_ns)
+            }
             None => spell.left_ns,
         };
         let begins = shown.partition_point(|(at_ns, _)| *at_ns < start_ns);
@@ -246,18 +256,16 @@ impl RotationTrace {
         let offset = match (since.first(), onset.is_none()) {
             (Some(_), true) => {
                 let last = since.iter().rfind(|(at_ns, _)| *at_ns <= spell.largest_ns);
-                let up = since.first().map(|(_, [up, _])| *up);
-                let of_last = last
-                    .zip(up)
-                    .map_or(0.0, |((_, [last, _]), up)| rotation(&up, last));
+                let of_last = (since.first().zip(last))
+                    .map_or(0.0, |(first, last)| rotation(&first.1, &last.1));
                 spell.largest - of_last
             }
             _ => 0.0,
         };
         let mut angles: Vec<(i64, f64)> = Vec::with_capacity(since.len());
-        if let Some((_, [first, _])) = since.first() {
-            for (at_ns, [up, _]) in since {
-                angles.push((*at_ns, offset + rotation(first, up)));
+        if let Some((_, first)) = since.first() {
+            for (at_ns, point) in since {
+                angles.push((*at_ns, offset + rotation(first, point)));
             }
         }
         FoundRotation {
@@ -268,5 +276,104 @@ impl RotationTrace {
             end_ns,
             angles,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+    use nalgebra::{UnitQuaternion, Vector3};
+    use tipwatch_mechanics::machine::{LogFacts, MachineSpec};
+    use tipwatch_mechanics::state::{Sample, Sensor, Sensors};
+
+    use super::*;
+
+    const GRAVITY: f64 = 9.8066;
+    const PERIOD_NS: i64 = 8_000_000;
+
+    /// The rotations of a platform on level ground that rolls (rad, to the right, by time in s) while it travels (m/s).
+    fn found(speed: f64, until_s: f64, roll: impl Fn(f64) -> f64) -> Vec<FoundRotation> {
+        let spec = include_str!("../../../mechanics/tests/data/rigid.toml");
+        let urdf = include_str!("../../../mechanics/tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let sensors = Sensors {
+            joints: Vec::new(),
+            imu: true,
+            odometry: true,
+            tool_wrench: false,
+            actuators: Vec::new(),
+        };
+        let mut watch = PlatformRotation::new(&machine, &sensors);
+        let mut trace = RotationTrace::default();
+        for step in 0..(until_s * 1e9) as i64 / PERIOD_NS {
+            let stamp_ns = step * PERIOD_NS;
+            let at_s = stamp_ns as f64 * 1e-9;
+            let attitude = UnitQuaternion::from_euler_angles(roll(at_s), 0.0, 0.0);
+            let force = attitude.inverse_transform_vector(&(Vector3::z() * GRAVITY));
+            let rate = (roll(at_s + 1e-4) - roll(at_s)) * 1e4;
+            // noise of a gyro, so that a fall has to stand out of something
+            let noise = 1e-3 * (91.0 * at_s).sin();
+            let mut values = [0.0; 10];
+            values[..3].copy_from_slice(force.as_slice());
+            values[3] = rate + noise;
+            values[6..].copy_from_slice(attitude.coords.as_slice());
+            let mut odometry = [0.0; 10];
+            (odometry[0], odometry[9]) = (speed, 1.0);
+            for (sensor, values) in [(Sensor::Odometry, odometry), (Sensor::Imu, values)] {
+                watch.step(&Sample {
+                    sensor,
+                    stamp_ns,
+                    values: &values,
+                });
+            }
+            trace.take(&watch, stamp_ns);
+        }
+        trace.finish(&watch)
+    }
+
+    /// A fall that begins at a time (s): the moment that turns it grows from zero.
+    fn fall(from_s: f64) -> impl Fn(f64) -> f64 {
+        move |at_s: f64| {
+            let since_s = (at_s - from_s).max(0.0);
+            (0.3 * ((2.5 * since_s).sinh() / 2.5 - since_s)).min(1.5)
+        }
+    }
+
+    #[test]
+    fn the_onset_of_a_fall_does_not_depend_on_the_speed() {
+        for speed in [0.0, 1.0, 3.0, 5.0, 8.0] {
+            let found = found(speed, 6.0, fall(3.0));
+            assert_eq!(found.len(), 1, "{speed} m/s: {found:?}");
+            let error_s = found[0].start_ns as f64 * 1e-9 - 3.0;
+            let sigma_s = found[0].start_sigma_s.unwrap();
+            assert!(error_s.abs() < 0.25, "{speed} m/s: {error_s} s");
+            assert!(
+                error_s.abs() < 2.0 * sigma_s,
+                "{speed} m/s: {error_s} +- {sigma_s} s"
+            );
+        }
+    }
+
+    #[test]
+    fn a_fall_in_the_first_moments_of_a_log_is_not_one_from_before_it() {
+        for begins_s in [0.05, 0.15, 0.3, 0.6] {
+            let found = found(0.0, 4.0, fall(begins_s));
+            assert_eq!(found.len(), 1, "{begins_s} s: {found:?}");
+            let error_s = found[0].start_ns as f64 * 1e-9 - begins_s;
+            // it began then, or at or before
+            match found[0].start_sigma_s {
+                Some(sigma_s) => {
+                    assert!(error_s.abs() < 2.0 * sigma_s, "{begins_s} s: {error_s} s")
+                }
+                None => assert!((0.0..0.8).contains(&error_s), "{begins_s} s: {error_s} s"),
+            }
+        }
+        let before = found(0.0, 4.0, fall(-0.5));
+        assert!(
+            before[0].start_sigma_s.is_none() && before[0].start_ns < 50_000_000,
+            "{before:?}"
+        );
     }
 }

@@ -221,11 +221,17 @@ impl OfEdge<'_, '_> {
         let near = rotation.onset(rows.times_ns[0]);
         let onset = near.and_then(|near| {
             let margin_s = onset::NEAR_SIGMAS * near.sigma_s;
-            let first = self.rows.row_from((near.at_s - margin_s).max(0.0));
+            let from_s = (near.at_s - margin_s).max(0.0);
+            let to_s = near.at_s + margin_s + FITTED_S;
+            let first = self.rows.row_from(from_s);
             let rotated_ns = rotation.reached(FITTED_RAD).unwrap_or(i64::MAX);
-            let until = self.rows.row_from(near.at_s + margin_s + FITTED_S);
-            let rotated = rows.at(rotated_ns).min(until).min(last);
-            let curve = self.curve(first, rotated, &load);
+            let rotated = rows.at(rotated_ns).min(self.rows.row_from(to_s));
+            let to_s = rows.seconds(rotated).min(to_s);
+            let curve = self.curve(first, rotated.min(last), &load);
+            // a corner is found on either side of missing rows, never between them
+            if curve.has_gap(from_s, to_s) {
+                return None;
+            }
             let axis = self.axis(begins)?;
             let rates = self.rates(&axis, &curve);
             onset::corner(&curve, &rates, sigma_n, Some(near))

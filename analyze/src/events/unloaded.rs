@@ -8,15 +8,14 @@ use super::episodes::MERGED_NS;
 use super::event::{Event, EventKind};
 use super::normal::normal_distribution;
 use crate::base::rows::Rows;
-use crate::load::HeldForces;
+use crate::load::MeasuredLoads;
 
 /// Shortest time for which a support measures nothing that is an event (ns).
 const LEAST_NS: i64 = 200_000_000;
 
-/// A support whose load is measured.
+/// A support whose load is measured by itself.
 struct Jack {
-    /// Index of its measured force.
-    joint: usize,
+    measured_by: Source,
     /// Its name, in lower case.
     subject: String,
     /// Standard deviation of one sample (N).
@@ -27,6 +26,15 @@ struct Jack {
     least_ns: i64,
     /// The time in which it measures nothing, if that goes on.
     open: Option<Unloaded>,
+}
+
+/// Where the load of a support is read.
+#[derive(Clone, Copy)]
+enum Source {
+    /// A force of the state, by the index of its actuated joint.
+    Force(usize),
+    /// A load sensor beside the state, by its index.
+    Sensor(usize),
 }
 
 /// A time in which a support measures nothing.
@@ -43,33 +51,51 @@ struct Unloaded {
 /// Finds the times in which supports on the ground measure no load.
 pub(super) struct UnloadedSupports<'a> {
     jacks: Vec<Jack>,
-    /// What is measured too slowly for the states.
-    held: &'a HeldForces,
+    measured: &'a MeasuredLoads,
     events: Vec<Event>,
 }
 
 impl<'a> UnloadedSupports<'a> {
     /// Those of a machine on one set of supports.
-    pub(super) fn of(machine: &Machine, held: &'a HeldForces) -> Self {
+    pub(super) fn of(machine: &Machine, measured: &'a MeasuredLoads) -> Self {
         let mean_load = machine.mass() * machine.gravity() / machine.wheels().len() as f64;
+        let subject = |wheel: usize| machine.wheels()[wheel].name.to_lowercase();
         let joints = machine.contact().actuated_joints.iter().enumerate();
-        let jacks = joints.filter_map(|(index, joint)| match joint.source {
+        let forces = joints.filter_map(|(index, joint)| match joint.source {
             ForceSource::Support {
                 wheel: Some(wheel), ..
             } => Some(Jack {
-                joint: index,
-                subject: machine.wheels()[wheel].name.to_lowercase(),
+                measured_by: Source::Force(index),
+                subject: subject(wheel),
                 sigma: joint.force_sigma,
                 mean_load,
                 // a single sample is none
-                least_ns: held.period_ns(index).unwrap_or(0).max(LEAST_NS),
+                least_ns: measured.held.period_ns(index).unwrap_or(0).max(LEAST_NS),
                 open: None,
             }),
             _ => None,
         });
+        let mut jacks: Vec<Jack> = forces.collect();
+        for (index, load) in measured.sensors.iter().enumerate() {
+            let mut places = load.sensor.places(machine);
+            let (Some(wheel), None) = (places.next(), places.next()) else {
+                continue;
+            };
+            let subject = subject(wheel);
+            if jacks.iter().all(|jack| jack.subject != subject) {
+                jacks.push(Jack {
+                    measured_by: Source::Sensor(index),
+                    subject,
+                    sigma: load.sensor.sigma,
+                    mean_load,
+                    least_ns: LEAST_NS,
+                    open: None,
+                });
+            }
+        }
         Self {
-            jacks: jacks.collect(),
-            held,
+            jacks,
+            measured,
             events: Vec::new(),
         }
     }
@@ -89,10 +115,12 @@ impl<'a> UnloadedSupports<'a> {
             }
             rows.states.get(row, &mut state);
             for jack in &mut self.jacks {
-                let of_state = state.actuator_force[jack.joint];
-                let force = match of_state.is_nan() {
-                    true => self.held.at(jack.joint, time_ns),
-                    false => of_state,
+                let force = match jack.measured_by {
+                    Source::Force(joint) if state.actuator_force[joint].is_nan() => {
+                        self.measured.held.at(joint, time_ns)
+                    }
+                    Source::Force(joint) => state.actuator_force[joint],
+                    Source::Sensor(index) => self.measured.at(index, time_ns),
                 };
                 // a load that is not known neither begins nor ends anything
                 if force.is_nan() {

@@ -9,12 +9,12 @@ use rayon::prelude::*;
 use tipwatch_binding::{MachineFile, bind};
 use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, TopicId, read_sensor_blocks};
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor};
+use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor, Sensors};
 
 use super::arrivals::for_each_arrival;
 use super::held_forces::HeldForces;
 use super::recording::Recording;
-use super::sample_store::SampleStore;
+use super::sample_store::{Expected, SampleStore};
 use super::span::{self, RecordingSpan};
 use super::standing::Standing;
 use super::supports::{self, SupportTimeline};
@@ -138,12 +138,14 @@ pub fn load_within(
     let urdf = file.urdf(None, Some(log))?;
     let bound = bind(log, &file.spec, &urdf.text, &urdf.name)?;
     let requests: Vec<SensorRequest> = bound.sensors.iter().map(|b| b.request.clone()).collect();
-    let messages = |request: &SensorRequest| {
-        let topic = log.topic(request.topic).ok();
-        topic.and_then(|topic| topic.message_count).unwrap_or(0)
-    };
-    let messages = requests.iter().map(messages).collect();
-    let mut samples = SampleStore::new(messages, most_in_memory);
+    let expected = bound.sensors.iter().map(|sensor| {
+        let topic = log.topic(sensor.request.topic).ok();
+        Expected {
+            messages: topic.and_then(|topic| topic.message_count).unwrap_or(0),
+            joints: joints_of(&bound.matched.sensors, sensor.sensor).map(<[usize]>::len),
+        }
+    });
+    let mut samples = SampleStore::new(expected.collect(), most_in_memory);
     let mut take = |block: &SensorBlock<'_>| samples.take(block);
     let (readings, losses) = read_sensor_blocks(log, &requests, &mut take, progress)?;
     let samples = samples.finish()?;
@@ -201,11 +203,40 @@ pub fn load_within(
         recordings().next().map(|recording| &recording.time_base),
     );
     loaded.notes.extend(unmeasured(&loaded.signals));
+    loaded.notes.extend(filled_velocities(&loaded));
     loaded.notes.extend(file.urdf_notes(log)?);
     if let Some(timeline) = &loaded.supports {
         loaded.notes.extend_from_slice(&timeline.notes);
     }
     Ok(loaded)
+}
+
+/// The joints of a stream of joint states, in the order of its samples.
+fn joints_of(sensors: &Sensors, sensor: Sensor) -> Option<&[usize]> {
+    match sensor {
+        Sensor::Joints(stream) => Some(&sensors.joints.get(stream)?.joints),
+        _ => None,
+    }
+}
+
+/// The joints whose velocity a driver fills with zeros, as a sentence for each topic.
+fn filled_velocities(loaded: &LoadedLog) -> Vec<String> {
+    let of_topic = |signal: &Signal| {
+        let joints = joints_of(&loaded.matched.sensors, signal.sensor)?;
+        let name = |place: usize| Some(loaded.machine.joints()[*joints.get(place)?].name.as_str());
+        let names: Vec<&str> = (signal.recording.filled_velocities())
+            .filter_map(name)
+            .collect();
+        (!names.is_empty()).then(|| {
+            format!(
+                "Topic {}: velocity exactly 0 in every message, while the position moves: {}. Such velocities are treated as not \
+                 measured; they follow from the positions.",
+                signal.topic,
+                names.join(", ")
+            )
+        })
+    };
+    loaded.signals.iter().filter_map(of_topic).collect()
 }
 
 /// The quantities of an IMU without which no wheel load is computed, each with the place of its values in a sample and its key.

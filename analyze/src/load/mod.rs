@@ -15,7 +15,6 @@ mod standing;
 pub(crate) mod supports;
 mod wheel_load;
 
-pub(crate) use held_forces::HeldForces;
 pub use loaded::{LoadedLog, Signal, load, load_within};
 pub use log_times::LogTimes;
 pub use recording::{Recording, SampleReader};

@@ -8,6 +8,7 @@ use tipwatch_ingest::{
     ClockFinding, Placement, SensorReading, StampCorrection, StampDecision, TimeBase,
     TopicStatistics, Treatment,
 };
+use tipwatch_mechanics::estimation::FilledVelocities;
 
 use super::log_times::LogTimes;
 use super::sample_store::{Arrival, Samples, Times, arrival, message_times};
@@ -129,6 +130,12 @@ impl Recording {
     #[must_use]
     pub fn width(&self) -> usize {
         self.samples.width
+    }
+
+    /// The joints whose velocity the driver fills with zeros, by their place in a sample of joint states: NaN takes its place.
+    pub(super) fn filled_velocities(&self) -> impl Iterator<Item = usize> {
+        let filled = self.samples.filled_velocities.iter();
+        filled.flat_map(FilledVelocities::filled)
     }
 
     /// Frees the memory of the samples, which nobody reads any more.

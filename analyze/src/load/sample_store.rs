@@ -3,6 +3,7 @@
 use std::io;
 
 use tipwatch_ingest::{MessageTimes, SensorBlock};
+use tipwatch_mechanics::estimation::FilledVelocities;
 
 use super::column::Column;
 
@@ -13,12 +14,22 @@ const NO_STAMP: i64 = i64::MIN;
 #[derive(Debug)]
 pub(super) struct SampleStore {
     sensors: Vec<Samples>,
-    /// The number of messages of each sensor, by the index of the log.
-    expected: Vec<u64>,
+    expected: Vec<Expected>,
+    /// Values of a block without velocities that are filled in.
+    measured: Vec<f64>,
     /// Values that may still be taken into memory.
     room: usize,
     in_files: bool,
     failure: Option<io::Error>,
+}
+
+/// What is known of a sensor before its samples are read.
+#[derive(Debug)]
+pub(super) struct Expected {
+    /// The number of messages, by the index of the log; zero where it is unknown.
+    pub(super) messages: u64,
+    /// The number of joints in a sample of joint states.
+    pub(super) joints: Option<usize>,
 }
 
 /// The samples of one sensor, in file order.
@@ -30,6 +41,8 @@ pub(super) struct Samples {
     pub(super) values: Column<f64>,
     /// Of each sample, its [`Times`].
     pub(super) times: Column<i64>,
+    /// Velocities that the driver of joint states fills in; NaN takes their place in `values`.
+    pub(super) filled_velocities: Option<FilledVelocities>,
 }
 
 /// When a sample was measured (ns), sent (ns) and received by the recorder (ns), and its position among the messages
@@ -54,11 +67,16 @@ pub(super) fn message_times([header_ns, publish_ns, log_ns, _]: Times) -> Messag
 }
 
 impl SampleStore {
-    /// Keeps at most `most_in_memory` values in memory. `expected` has the number of messages of each sensor, or zero.
-    pub(super) fn new(expected: Vec<u64>, most_in_memory: usize) -> Self {
+    /// Keeps at most `most_in_memory` values in memory.
+    pub(super) fn new(expected: Vec<Expected>, most_in_memory: usize) -> Self {
+        let sensors = expected.iter().map(|sensor| Samples {
+            filled_velocities: sensor.joints.map(FilledVelocities::new),
+            ..Samples::default()
+        });
         Self {
-            sensors: expected.iter().map(|_| Samples::default()).collect(),
+            sensors: sensors.collect(),
             expected,
+            measured: Vec::new(),
             room: most_in_memory,
             in_files: false,
             failure: None,
@@ -94,12 +112,22 @@ impl SampleStore {
         let times: Vec<Times> = times.collect();
         let sensor = &mut self.sensors[block.sensor];
         if block.first == 0 && !self.in_files {
-            let expected = usize::try_from(self.expected[block.sensor]).unwrap_or(usize::MAX);
+            let messages = self.expected[block.sensor].messages;
+            let expected = usize::try_from(messages).unwrap_or(usize::MAX);
             let fit = expected.min(most_in_memory / block.width().max(1));
             sensor.reserve(fit, block.width());
         }
         sensor.width = block.width();
-        sensor.values.append(values)?;
+        match &mut sensor.filled_velocities {
+            Some(filled) if !filled.are_all_measured() => {
+                self.measured.clear();
+                self.measured.extend_from_slice(values);
+                let samples = self.measured.chunks_exact_mut(block.width().max(1));
+                samples.for_each(|sample| filled.mark(sample));
+                sensor.values.append(&self.measured)?;
+            }
+            _ => sensor.values.append(values)?,
+        }
         sensor.times.append(times.as_flattened())
     }
 
@@ -129,6 +157,7 @@ impl Samples {
     pub(super) fn emptied(&self) -> io::Result<Self> {
         let mut empty = Self {
             width: self.width,
+            filled_velocities: self.filled_velocities.clone(),
             ..Self::default()
         };
         if self.values.in_memory().is_none() {

@@ -184,7 +184,8 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         }
         ("none_of_these", _) => {
             format!(
-                "{about} contradicts the stated machine, and no explanation tried holds {chance}"
+                "{about} contradicts the stated machine, and no explanation tried holds {chance}; a pull or push that changes \
+                 with time, on the tool or the machine, is not among them"
             )
         }
         _ => format!(

@@ -35,8 +35,9 @@ pub struct BandCheck {
     /// Share of them within two standard deviations, by the stated model share.
     pub inside_two_sigma: f64,
     /// Residuals are this many times as large as stated: twice this many standard deviations hold 95.4 % of what each reading
-    /// shows beside the split between the diagonals, which is open. 0 if all that is read is that split.
-    pub excess: f64,
+    /// shows beside the split between the diagonals, which is open. `None` if all that is read is that split: then nothing
+    /// stands against what was stated.
+    pub excess: Option<f64>,
     /// The stated model share.
     pub stated_share: f64,
     /// The model share at which two standard deviations hold 95.4 % of the readings, of those that were fitted too, and of
@@ -126,10 +127,7 @@ impl BandCheck {
         Some(Self {
             readings: count,
             inside_two_sigma: 1.0 - outside(&readings(&judged), stated_share) as f64 / count as f64,
-            excess: match beside.is_empty() {
-                true => 0.0,
-                false => 0.5 * at_share(beside),
-            },
+            excess: (!beside.is_empty()).then(|| 0.5 * at_share(beside)),
             stated_share,
             model_share,
         })

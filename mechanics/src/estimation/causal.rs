@@ -1,6 +1,7 @@
 //! The causal estimator: it uses past samples only, live and to reproduce a live run offline.
 
 use super::bias::BiasEstimator;
+use super::filled_velocities::FilledVelocities;
 use super::followed::Followed;
 use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
@@ -22,6 +23,10 @@ pub struct CausalEstimator {
     state_builder: StateBuilder,
     sensors: Sensors,
     plausibility: Plausibility,
+    /// By stream of joint states.
+    filled_velocities: Vec<FilledVelocities>,
+    /// A sample of joint states without the velocities that are filled in.
+    measured: Vec<f64>,
     /// Sees every sample as it was measured, those that are implausible or not later, too.
     rotation: PlatformRotation,
     /// Effect of each sensor's last sample on rows.
@@ -45,6 +50,15 @@ impl CausalEstimator {
             state_builder: StateBuilder::new(machine, sensors),
             sensors: sensors.clone(),
             plausibility: Plausibility::new(machine, sensors),
+            filled_velocities: (sensors.joints.iter())
+                .map(|stream| FilledVelocities::new(stream.joints.len()))
+                .collect(),
+            measured: Vec::with_capacity(
+                (sensors.joints.iter())
+                    .map(|stream| 2 * stream.joints.len())
+                    .max()
+                    .unwrap_or(0),
+            ),
             rotation: PlatformRotation::new(machine, sensors),
             standing: sensors
                 .iter()
@@ -125,6 +139,35 @@ impl CausalEstimator {
     /// [`SampleError`] where the sample is not used; it is counted, and the estimator continues. A joint
     /// sample with a non-finite value still completes its row, marked invalid.
     pub fn push(
+        &mut self,
+        machine: &Machine,
+        sample: &Sample<'_>,
+        row: &mut dyn FnMut(&Estimate),
+    ) -> Result<(), SampleError> {
+        let mut measured = std::mem::take(&mut self.measured);
+        let sample = self.as_measured(sample, &mut measured);
+        let result = self.push_measured(machine, &sample, row);
+        self.measured = measured;
+        result
+    }
+
+    /// The sample without velocities that a driver fills in; `values` holds what changes.
+    fn as_measured<'a>(&mut self, sample: &Sample<'a>, values: &'a mut Vec<f64>) -> Sample<'a> {
+        let Sensor::Joints(stream) = sample.sensor else {
+            return *sample;
+        };
+        let filled = self.filled_velocities.get_mut(stream);
+        let is_of_stream = self.sensors.value_count(sample.sensor) == Some(sample.values.len());
+        let Some(filled) = filled.filter(|it| is_of_stream && !it.are_all_measured()) else {
+            return *sample;
+        };
+        values.clear();
+        values.extend_from_slice(sample.values);
+        filled.mark(values);
+        Sample { values, ..*sample }
+    }
+
+    fn push_measured(
         &mut self,
         machine: &Machine,
         sample: &Sample<'_>,

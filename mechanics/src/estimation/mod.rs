@@ -13,6 +13,7 @@
 mod adaptation;
 mod bias;
 mod causal;
+mod filled_velocities;
 mod followed;
 mod held;
 mod history;
@@ -33,6 +34,7 @@ mod turns;
 mod white_jerk;
 
 pub use causal::CausalEstimator;
+pub use filled_velocities::FilledVelocities;
 pub(crate) use kalman_filter::{Doubt, FilterModel, KalmanFilter};
 pub use rows::{Estimate, RowClock};
 pub use shown_noise::ShownNoise;

@@ -5,13 +5,12 @@
 
 use nalgebra::Vector3;
 
-use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::outcome::Outcome;
 use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
 use crate::machine::{LoadOnTool, Machine};
 use crate::state::State;
-use crate::studies::static_posture::{AtRest, at_rest};
+use crate::studies::static_posture::{AtRest, at_rest, evaluate_at_rest};
 
 /// A load of more than so many times the machine's mass is no limit of the machine.
 const MOST_MASSES: f64 = 20.0;
@@ -69,10 +68,7 @@ impl LadenMachine {
         if let Some(share) = self.state.payload_share.last_mut() {
             *share = mass_kg;
         }
-        // the tyres give way: level is along the normal of the plane that they leave
-        let up = evaluate(&self.machine, &self.state, &mut self.workspace).contact_normal;
-        self.state.imu.specific_force = up * self.machine.gravity();
-        evaluate(&self.machine, &self.state, &mut self.workspace)
+        evaluate_at_rest(&self.machine, &mut self.state, &mut self.workspace)
     }
 
     /// Where the load is, in the base frame (m).
@@ -173,5 +169,50 @@ impl LadenMachine {
             }
         }
         carried(high, by)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+    use super::*;
+    use crate::machine::{LogFacts, MachineSpec};
+
+    /// The machine that the search leaves and one set up anew agree on which load tips it, in any posture and after any load.
+    #[test]
+    fn a_load_below_the_limit_stands_and_one_above_it_tips() {
+        let spec = include_str!("../../tests/data/rigid.toml");
+        let urdf = include_str!("../../tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        let machine = spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap();
+        let load = machine.load_on_tool().unwrap();
+        let mut found = 0;
+        for place in 0..400_u32 {
+            // joints anywhere within their limits, by the digits of golden ratios
+            let position = |(joint, of): (usize, &crate::machine::MeasuredJoint)| {
+                let share = (f64::from(place) * (0.618_034 + 0.13 * joint as f64)).fract();
+                let [least, greatest] = of.limits.unwrap_or([-3.0, 3.0]);
+                least + (greatest - least) * share
+            };
+            let positions: Vec<f64> = machine.joints().iter().enumerate().map(position).collect();
+            let anew = || LadenMachine::new(&machine, &positions, load);
+            let Some(carried) = anew().and_then(|mut laden| laden.tipping()) else {
+                continue;
+            };
+            if carried.mass_kg == 0.0 {
+                continue;
+            }
+            found += 1;
+            let margin = |share: f64| {
+                let mut laden = anew().unwrap();
+                let outcome = laden.with(share * carried.mass_kg);
+                let margins = outcome.itom_full.iter().map(|itom| -itom);
+                margins.fold(f64::INFINITY, f64::min)
+            };
+            assert!(margin(0.999) > 0.0, "{positions:?}: {carried:?}");
+            assert!(margin(1.001) < 0.0, "{positions:?}: {carried:?}");
+        }
+        assert!(found > 200, "{found}");
     }
 }

@@ -60,15 +60,25 @@ pub(crate) fn at_rest(machine: &Machine, joint_positions: &[f64], scope: Scope) 
     let resting = machine.with_imu_at_base();
     let mut state = resting_state(&resting, joint_positions);
     let mut workspace = Workspace::with_scope(&resting, scope);
-    state.imu.specific_force = Vector3::z() * resting.gravity();
-    let up = evaluate(&resting, &state, &mut workspace).contact_normal;
-    state.imu.specific_force = up * resting.gravity();
-    evaluate(&resting, &state, &mut workspace);
+    evaluate_at_rest(&resting, &mut state, &mut workspace);
     AtRest {
         machine: resting,
         state,
         workspace,
     }
+}
+
+/// Evaluates a state at rest on level ground, whatever specific force it had before. The tyres give way: level is along the
+/// normal of the plane that they leave.
+pub(crate) fn evaluate_at_rest<'w>(
+    machine: &Machine,
+    state: &mut State<f64>,
+    workspace: &'w mut Workspace<f64>,
+) -> &'w Outcome<f64> {
+    state.imu.specific_force = Vector3::z() * machine.gravity();
+    let up = evaluate(machine, state, workspace).contact_normal;
+    state.imu.specific_force = up * machine.gravity();
+    evaluate(machine, state, workspace)
 }
 
 /// Joint positions of a row in which the machine can stand: the signals determine them (the estimator may still be

@@ -13,9 +13,10 @@ const NOISE_S: f64 = 0.1;
 const LEAN_SHARE: f64 = 0.03;
 /// Noise of a measured lean (rad).
 const LEAN_NOISE_RAD: f64 = 2e-4;
-/// Correlation time of errors that no explanation has, and their size: as a share of weight times half the track for
-/// moments, as a multiple of the lean for the lean.
+/// Correlation time of errors that no explanation has, and their usual size: as a share of weight times half the track for
+/// moments, as a multiple of the lean for the lean. They are as large as usual, or so many times larger.
 const UNEXPLAINED_S: f64 = 1.0;
+const UNEXPLAINED_FACTORS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
 const UNEXPLAINED_SHARE: f64 = 0.2;
 const UNEXPLAINED_LEAN: f64 = 1.0;
 
@@ -47,6 +48,17 @@ pub(super) struct Equations {
     model: Vec<f64>,
     /// Of errors that no explanation has.
     unexplained: Vec<f64>,
+}
+
+/// What is left of an error after so many correlation times, if it changes at any time.
+fn rough(times: f64) -> f64 {
+    (-times).exp()
+}
+
+/// The same of an error whose rate does (a Matern process of order 3/2).
+fn smooth(times: f64) -> f64 {
+    let root = 3.0_f64.sqrt() * times;
+    (1.0 + root) * (-root).exp()
 }
 
 impl Equations {
@@ -114,22 +126,31 @@ impl Equations {
     /// Covariance of noise and of the model's errors; `factor` multiplies the standard deviation of the latter.
     pub(super) fn covariance(&self, factor: f64) -> DMatrix<f64> {
         let model: Vec<f64> = self.model.iter().map(|sigma| sigma * factor).collect();
-        let mut sum = self.correlated(&model, MODEL_S) + self.correlated(&self.signals, NOISE_S);
+        let mut sum = self.correlated(&model, MODEL_S, rough)
+            + self.correlated(&self.signals, NOISE_S, rough);
         for (place, sigma) in self.white.iter().enumerate() {
             sum[(place, place)] += sigma * sigma;
         }
         sum
     }
 
-    /// Covariance of errors that no explanation has, as a share of the largest that they may be.
-    pub(super) fn unexplained(&self, share: f64) -> DMatrix<f64> {
-        let sigmas: Vec<f64> = self.unexplained.iter().map(|sigma| sigma * share).collect();
-        self.correlated(&sigmas, UNEXPLAINED_S)
+    /// Covariances that errors which no explanation has may be of: of several sizes, rough as an arm that knocks against
+    /// something, or smooth as a rope that pulls.
+    pub(super) fn unexplained(&self) -> impl Iterator<Item = DMatrix<f64>> {
+        UNEXPLAINED_FACTORS.into_iter().flat_map(|factor| {
+            let sigmas: Vec<f64> = self
+                .unexplained
+                .iter()
+                .map(|sigma| sigma * factor)
+                .collect();
+            let kernels: [fn(f64) -> f64; 2] = [rough, smooth];
+            kernels.map(|kernel| self.correlated(&sigmas, UNEXPLAINED_S, kernel))
+        })
     }
 
-    /// An error that is forgotten exponentially: that of moments in one process, that of each component of the lean in
-    /// another.
-    fn correlated(&self, sigmas: &[f64], time_s: f64) -> DMatrix<f64> {
+    /// An error that is forgotten with time, given in correlation times: that of moments in one process, that of each component
+    /// of the lean in another.
+    fn correlated(&self, sigmas: &[f64], time_s: f64, kernel: fn(f64) -> f64) -> DMatrix<f64> {
         let kind = |place: usize| {
             let equation = self.all[place];
             match equation.part {
@@ -140,7 +161,7 @@ impl Equations {
         let at_s = |place: usize| self.rows[self.all[place].row].time_s;
         DMatrix::from_fn(self.all.len(), self.all.len(), |a, b| {
             match kind(a) == kind(b) {
-                true => sigmas[a] * sigmas[b] * (-(at_s(a) - at_s(b)).abs() / time_s).exp(),
+                true => sigmas[a] * sigmas[b] * kernel((at_s(a) - at_s(b)).abs() / time_s),
                 false => 0.0,
             }
         })

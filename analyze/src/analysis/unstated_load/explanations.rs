@@ -23,6 +23,8 @@ const UNKNOWN_STIFFNESS: f64 = 0.5;
 /// An encoder whose position changes by less than this (rad or m) has stopped, if it did for so long (s).
 const STOPPED: f64 = 1e-6;
 const STOPPED_S: f64 = 0.5;
+/// An amount of more than so many prior standard deviations explains nothing, however well it fits: what is wrong is not tried.
+const MOST_SIGMAS: f64 = 5.0;
 /// Errors of the model are as large as stated, or so many times larger.
 pub(super) const MODEL_FACTORS: [f64; 3] = [1.0, 3.0, 10.0];
 /// Rounds in which the derivatives are taken anew at the fitted amounts.
@@ -130,13 +132,10 @@ impl Trial {
         for _ in 0..rounds {
             let linear = self.linear(scene, of, &amounts);
             let errors: Vec<DMatrix<f64>> = match self.kind {
-                // how large they are is as unknown
-                "none_of_these" => MODEL_FACTORS
-                    .map(|factor| {
-                        let share = factor / MODEL_FACTORS[2];
-                        of.equations.covariance(1.0) + of.equations.unexplained(share)
-                    })
-                    .into(),
+                // how large they are, and how fast they change, is as unknown
+                "none_of_these" => (of.equations.unexplained())
+                    .map(|unexplained| of.equations.covariance(1.0) + unexplained)
+                    .collect(),
                 _ => MODEL_FACTORS
                     .map(|factor| of.equations.covariance(factor))
                     .into(),
@@ -148,12 +147,12 @@ impl Trial {
             let posteriors: Vec<Posterior> = posteriors.collect::<Option<_>>()?;
             let best = (posteriors.iter().enumerate())
                 .max_by(|a, b| a.1.log_evidence.total_cmp(&b.1.log_evidence));
-            let factor = best.map_or(1.0, |(place, _)| MODEL_FACTORS[place]);
+            let factor = best.and_then(|(place, _)| MODEL_FACTORS.get(place).copied());
             let posterior = mixed(&posteriors)?;
             amounts = posterior.mean.iter().copied().collect();
             found = Some(Fitted {
                 posterior,
-                factor,
+                factor: factor.unwrap_or(1.0),
                 ..linear
             });
         }
@@ -224,19 +223,27 @@ impl Trial {
 }
 
 impl Fitted {
-    /// Whether nothing that is there weighs less than nothing. `scene` tells what a load could lack.
+    /// Whether nothing that is there weighs less than nothing, and nothing is beyond belief. `scene` tells what a load could
+    /// lack.
     pub(super) fn is_possible(&self, trial: &Trial, scene: &Scene<'_>) -> bool {
         let links = scene.machine.links();
         let mass_of = |link: usize| links[link].inertia.mass;
-        let pairs = trial.fitted.iter().zip(self.posterior.mean.iter());
-        pairs.into_iter().all(|(wanted, &amount)| match wanted.of {
-            Unstated::LoadMass => {
-                let on_tool = scene.load.map_or(0.0, |load| mass_of(load.link));
-                let payloads = scene.machine.payloads().iter();
-                amount >= -(on_tool + payloads.map(|of| of.inertia.mass).sum::<f64>())
+        let mut pairs = trial.fitted.iter().zip(self.posterior.mean.iter());
+        pairs.all(|(wanted, &amount)| {
+            let is_credible = amount.abs() <= MOST_SIGMAS * wanted.sigma;
+            match wanted.of {
+                Unstated::LoadMass => {
+                    let on_tool = scene.load.map_or(0.0, |load| mass_of(load.link));
+                    let payloads = scene.machine.payloads().iter();
+                    amount >= -(on_tool + payloads.map(|of| of.inertia.mass).sum::<f64>())
+                }
+                // how much a machine is overloaded by nobody knows beforehand
+                Unstated::OutwardForce => true,
+                Unstated::Parameter(Parameter::LinkMass(link)) => {
+                    is_credible && amount >= -mass_of(link)
+                }
+                _ => is_credible,
             }
-            Unstated::Parameter(Parameter::LinkMass(link)) => amount >= -mass_of(link),
-            _ => true,
         })
     }
 }

@@ -98,7 +98,7 @@ struct HeldBackRow {
 struct BandRow {
     readings: usize,
     inside_two_sigma: f64,
-    residuals_over_stated: f64,
+    residuals_over_stated: Option<f64>,
     stated_model_share: f64,
     model_share: f64,
 }

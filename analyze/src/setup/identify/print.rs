@@ -112,11 +112,15 @@ fn bands(out: &mut String, found: &Identified) -> std::fmt::Result {
     };
     writeln!(
         out,
-        "\nbands: {:.0} % of {} readings of loads inside two standard deviations (95 % expected); residuals {:.1} times as \
-         large as stated at most",
+        "\nbands: {:.0} % of {} readings of loads inside two standard deviations (95 % expected); {}",
         100.0 * bands.inside_two_sigma,
         bands.readings,
-        bands.excess
+        match bands.excess {
+            Some(excess) => format!("residuals {excess:.1} times as large as stated at most"),
+            None =>
+                "they show only how the supports share the load, which is open: nothing tests the stated standard deviations"
+                    .into(),
+        }
     )?;
     if bands.model_share > bands.stated_share {
         writeln!(

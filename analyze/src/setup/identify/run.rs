@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_calibration::identification::{
-    Agreement, BandCheck, Data, Disagreement, HeldBack, Identification, agreement,
+    Agreement, Data, Disagreement, Estimate, HeldBack, Identification, agreement,
 };
 use tipwatch_mechanics::machine::Machine;
 
@@ -43,6 +43,10 @@ pub struct Identified {
 
 /// Residuals more than this many times as large as stated are no errors of measurement: the result explains nothing.
 const MOST_EXCESS: f64 = 3.0;
+/// A parameter that must change by more than this many of its stated standard deviations is not the one that is wrong.
+const MOST_CHANGE: f64 = 6.0;
+/// Two standard deviations of a load are its mean at twice this model share: no split is so open.
+const MOST_MODEL_SHARE: f64 = 0.5;
 
 /// Why a result is none.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,8 +60,33 @@ pub enum NoResult {
         /// The factor of `--widen-sigmas` that would be enough.
         wanted: f64,
     },
+    /// The readings differ from the computed loads by more than any split of the load between the supports explains.
+    BeyondSplit {
+        /// The model share that would be needed.
+        model_share: f64,
+    },
+    /// A parameter would have to be far beyond what the machine file states of it.
+    BeyondMachine {
+        /// Its name.
+        parameter: String,
+        /// By how many of its stated standard deviations.
+        sigmas: f64,
+    },
+    /// Nothing of a log could be used.
+    Unused {
+        /// Its name.
+        log: String,
+    },
     /// The result predicts data that were held back worse than the machine before.
     WorseOnHeldBack,
+}
+
+impl NoResult {
+    /// Whether the data decide nothing, rather than contradict what was stated.
+    #[must_use]
+    pub fn is_undecided(&self) -> bool {
+        matches!(self, Self::WorseOnHeldBack | Self::Unused { .. })
+    }
 }
 
 impl std::fmt::Display for NoResult {
@@ -89,6 +118,22 @@ impl std::fmt::Display for NoResult {
                  Something else is wrong: a sensor, the posture, the supports, a payload that is not stated. If the stated \
                  standard deviations are too small, widen them by --widen-sigmas {wanted:.0}"
             ),
+            Self::BeyondSplit { model_share } => write!(
+                formatter,
+                "the measured loads differ from the computed ones by a model_share of {model_share:.2}, expected at most \
+                 {MOST_MODEL_SHARE}: no split of the load between the supports explains that. A sensor, its place or its unit is \
+                 wrong, or the posture, the supports or a payload"
+            ),
+            Self::BeyondMachine { parameter, sigmas } => write!(
+                formatter,
+                "{parameter} would have to change by {sigmas:.1} of its stated standard deviations, expected at most \
+                 {MOST_CHANGE}: the readings contradict the machine as stated. A reading, its place or its posture is wrong, or \
+                 the machine is less known than [uncertainty] says: then state larger standard deviations there"
+            ),
+            Self::Unused { log } => write!(
+                formatter,
+                "{log}: none of its instants could be used: wheels off the ground, or loads that cannot be computed"
+            ),
             Self::WorseOnHeldBack => {
                 formatter.write_str("the result does not hold on the data that were held back")
             }
@@ -110,11 +155,36 @@ impl Identified {
             return Some(NoResult::WeighingsDisagree(agreement.suspects.clone()));
         }
         let factor = self.result.identified.sigma_factor.unwrap_or(1.0);
-        let beyond = |bands: &&BandCheck| !(bands.excess <= MOST_EXCESS);
-        if let Some(bands) = self.result.bands.as_ref().filter(beyond) {
+        let mut sources = self.result.sources.iter();
+        if let Some(unused) = sources.find(|source| source.instants == 0) {
+            return Some(NoResult::Unused {
+                log: unused.name.clone(),
+            });
+        }
+        let bands = self.result.bands.as_ref();
+        let excess = bands.and_then(|bands| bands.excess);
+        if let Some(excess) = excess.filter(|excess| !(*excess <= MOST_EXCESS)) {
             return Some(NoResult::BeyondStated {
-                excess: bands.excess,
-                wanted: (factor * bands.excess).ceil(),
+                excess,
+                wanted: (factor * excess).ceil(),
+            });
+        }
+        let share = bands.map(|bands| bands.model_share);
+        let beyond = |share: &f64| !(*share <= MOST_MODEL_SHARE);
+        if let Some(model_share) = share.filter(beyond) {
+            return Some(NoResult::BeyondSplit { model_share });
+        }
+        let sigmas = |of: &Estimate| (of.change / of.prior_sigma).abs();
+        let changed = self
+            .result
+            .estimates
+            .iter()
+            .filter(|of| of.prior_sigma > 0.0);
+        let farthest = changed.max_by(|a, b| sigmas(a).total_cmp(&sigmas(b)));
+        if let Some(of) = farthest.filter(|of| sigmas(of) > MOST_CHANGE) {
+            return Some(NoResult::BeyondMachine {
+                parameter: of.name.clone(),
+                sigmas: sigmas(of),
             });
         }
         (self.holds() == Some(false)).then_some(NoResult::WorseOnHeldBack)

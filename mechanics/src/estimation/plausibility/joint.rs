@@ -166,7 +166,8 @@ impl JointWatch {
             found(Notice::not_finite(stamp_ns, Component::Value));
             return;
         }
-        self.has_rates |= rate.is_finite();
+        // exactly zero may stand for a velocity that is not measured
+        self.has_rates |= rate.is_finite() && rate != 0.0;
         self.begin(stamp_ns, limits);
         self.check_range(stamp_ns, position, found);
         let here = Held {

@@ -182,6 +182,11 @@ impl Reference {
         self.assumed > 0.25 * FIRST_SLOPE * FIRST_SLOPE
     }
 
+    /// The up direction, once there is one.
+    pub(super) fn up(&self) -> Option<Vector3<f64>> {
+        self.up
+    }
+
     /// Rotation of an up direction about an edge (rad), outwards positive; `None` without a reference.
     pub(super) fn rotation(&self, up: &Vector3<f64>, axis: &Vector3<f64>) -> Option<f64> {
         Some(rotation(&self.up?, up, axis))

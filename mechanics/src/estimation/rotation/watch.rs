@@ -72,7 +72,18 @@ struct Source {
     claimed: Option<(u32, i64)>,
 }
 
-/// What a source shows.
+/// What a source shows of the platform at a time, all in base axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShownUp {
+    /// Up direction.
+    pub up: Vector3<f64>,
+    /// Up direction that it has where it stands on its wheels: what a rotation is counted from at that time.
+    pub reference_up: Vector3<f64>,
+    /// Angular velocity (rad/s).
+    pub rate: Vector3<f64>,
+}
+
+/// The last that a source shows.
 #[derive(Debug, Clone, Copy)]
 struct Shown {
     at_ns: i64,
@@ -131,12 +142,16 @@ impl PlatformRotation {
         (self.edges.all.get(edge)).map_or_else(Vector3::zeros, |edge| edge.axis)
     }
 
-    /// Up direction and angular velocity by gyro and by attitude (base axes), as far as they were measured at this stamp.
+    /// What gyro and attitude show, as far as they were measured at this stamp.
     #[must_use]
-    pub fn shown_at(&self, stamp_ns: i64) -> [Option<[Vector3<f64>; 2]>; 2] {
+    pub fn shown_at(&self, stamp_ns: i64) -> [Option<ShownUp>; 2] {
         let of = |source: &Source| {
             let shown = source.last.filter(|shown| shown.at_ns == stamp_ns)?;
-            Some([shown.up, shown.rate])
+            Some(ShownUp {
+                up: shown.up,
+                reference_up: source.reference.up()?,
+                rate: shown.rate,
+            })
         };
         [of(&self.by_gyro), of(&self.by_attitude)]
     }

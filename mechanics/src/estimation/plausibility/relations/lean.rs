@@ -72,13 +72,15 @@ pub(super) struct LeanRelation {
     has_imu: bool,
     gyro: Gyro,
     turned: Vector2<f64>,
+    turning: Vector2<f64>,
     last_ns: Option<i64>,
     joints_ns: Option<i64>,
     start_ns: Option<i64>,
     tool_ns: Option<i64>,
     /// How much the ground may rock the platform, 0 to 1.
     rocking: f64,
-    lean: Option<(i64, Lean)>,
+    /// At the last sample of joints.
+    last: Option<End>,
     before: Option<End>,
     settling: u32,
     sound: Unknowns<UNKNOWNS>,
@@ -89,12 +91,16 @@ pub(super) struct LeanRelation {
     arm: Vec<usize>,
 }
 
-/// End of a window.
+/// End of a window, at a sample of joints: they may be rarer than those of the IMU by far.
 #[derive(Debug, Clone, Copy)]
 struct End {
     stamp_ns: i64,
     turned: Vector2<f64>,
+    /// How fast the platform turns (rad/s), smoothed.
+    turning: Vector2<f64>,
     lean: Lean,
+    /// Time since the sample of joints before (s).
+    step_s: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -172,12 +178,13 @@ impl LeanRelation {
             has_imu,
             gyro: Gyro::new(),
             turned: Vector2::zeros(),
+            turning: Vector2::zeros(),
             last_ns: None,
             joints_ns: None,
             start_ns: None,
             tool_ns: None,
             rocking: 1.0,
-            lean: None,
+            last: None,
             before: None,
             settling: 1,
             sound: unknowns(SMALL_LOAD),
@@ -248,7 +255,13 @@ impl LeanRelation {
             .up
             .unwrap_or_else(|| Vector3::z() * self.model.gravity());
         let lean = self.model.lean(step_s, &up);
-        self.lean = lean.map(|lean| (stamp_ns, lean));
+        self.last = lean.map(|lean| End {
+            stamp_ns,
+            turned: self.turned,
+            turning: self.turning,
+            lean,
+            step_s,
+        });
         lean.and_then(|_| self.model.rolled())
     }
 
@@ -266,16 +279,17 @@ impl LeanRelation {
         });
         self.rocking = now.max(self.rocking * (-step_s / COMES_TO_REST_S).exp());
         self.up = Some(self.model.level(step_s, force, self.rocking));
-        let turning = self.gyro.step(step_s, &turning.xy());
-        self.turned += turning * step_s;
+        self.turning = self.gyro.step(step_s, &turning.xy());
+        self.turned += self.turning * step_s;
     }
 
     /// Weighs what the windows up to `stamp_ns` show.
     pub(super) fn weigh(&mut self, start_ns: i64, stamp_ns: i64) {
-        let (Some((at_ns, lean)), Some(up), true) = (self.lean, self.up, self.has_imu) else {
+        let (Some(now), Some(up), true) = (self.last, self.up, self.has_imu) else {
             return;
         };
-        let is_old = stamp_ns.saturating_sub(at_ns) > stamp_ns.saturating_sub(start_ns);
+        let End { lean, turned, .. } = now;
+        let is_old = stamp_ns.saturating_sub(now.stamp_ns) > stamp_ns.saturating_sub(start_ns);
         if is_old || lean.is_beyond_model {
             self.distrust();
             return;
@@ -284,19 +298,14 @@ impl LeanRelation {
             self.settling -= 1;
             return;
         }
-        let now = End {
-            stamp_ns,
-            turned: self.turned,
-            lean,
-        };
         let Some(before) = self.before else {
             self.before = Some(now);
             self.note_postures(&up);
             return;
         };
         self.before = Some(now);
-        let window_s = stamp_ns.saturating_sub(before.stamp_ns) as f64 * 1e-9;
-        let (a, b) = (lean.angle - before.lean.angle, now.turned - before.turned);
+        let window_s = now.stamp_ns.saturating_sub(before.stamp_ns) as f64 * 1e-9;
+        let (a, b) = (lean.angle - before.lean.angle, turned - before.turned);
         // A platform that turns farther than its tyres give way tips over, or the ground turns it.
         if b.norm() > self.model.largest {
             self.distrust();
@@ -306,10 +315,12 @@ impl LeanRelation {
         if b.norm() > TURNED_BY_GROUND * (UNEVEN * self.rocking + a.norm()) && self.rocking > 0.5 {
             return;
         }
+        // the smoothed motion of the joints is late or early by up to half a step of theirs
+        let late = (now.turning - before.turning) * (0.5 * now.step_s);
         let compared = Compared {
             start_ns: before.stamp_ns,
             window_s,
-            sigma: self.sigma(&a, &b, window_s),
+            sigma: self.sigma(&a, &b, window_s).zip_map(&late, f64::hypot),
             measured: b,
             per_load: lean.by_load - before.lean.by_load,
             by_load: lean.by_load,
