@@ -24,6 +24,9 @@ const LIFTING: [&str; 2] = ["tiny_lift", "side_reach"];
 /// When its joint slips (samples), after which nobody knows where the arm is.
 const SLIPS_AT: usize = 300;
 
+/// What goes wrong in the samples of a session from the next one on.
+type Failure<'f> = &'f dyn Fn(&mut Feed<Steered>);
+
 /// The slew encoder slips by a quarter of a turn.
 fn slews(feed: &mut Feed<Steered>) {
     shift(feed, "slew", std::f64::consts::FRAC_PI_2);
@@ -126,7 +129,7 @@ impl Bench {
     }
 
     /// A session in which this fails: its monitor has seen it, `after` so many samples.
-    fn failed(&self, failure: &dyn Fn(&mut Feed<Steered>), after: usize) -> Feed<Steered> {
+    fn failed(&self, failure: Failure<'_>, after: usize) -> Feed<Steered> {
         let mut feed = feed(&self.node, self.machine, self.monitor());
         feed.rows(SLIPS_AT);
         failure(&mut feed);
@@ -180,7 +183,7 @@ fn doubts(row: &WireVerdict, signal: Proof) -> bool {
 // requirement: TW-VERDICT-31
 #[test]
 fn what_failed_visibly_is_never_safe_after_a_restart() {
-    let failures: [(&str, &dyn Fn(&mut Feed<Steered>)); 7] = [
+    let failures: [(&str, Failure<'_>); 7] = [
         ("slew by 90 degrees", &slews),
         ("slew by -90 degrees", &|feed| shift(feed, "slew", -1.571)),
         ("slew to zero", &slew_shows_zero),
@@ -234,6 +237,40 @@ fn what_failed_visibly_is_never_safe_after_a_restart() {
     }
     // without what is kept the test would show nothing
     assert!(forgotten > 0);
+}
+
+/// The lean of the platform ends a doubt only of a joint that is right: one that is still off is doubted however the arm moves.
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_that_is_still_off_is_doubted_however_the_arm_moves() {
+    let mut bench = Bench::new("off");
+    let slips = [
+        ("slew", 0.3),
+        ("slew", -std::f64::consts::FRAC_PI_2),
+        ("slew", std::f64::consts::PI),
+        ("lift", 0.3),
+        ("lift", -0.3),
+        ("tilt", 0.4),
+        ("tilt", -0.4),
+        ("extension", 0.4),
+        ("extension", -0.3),
+    ];
+    for (joint, by) in slips {
+        let slips = |feed: &mut Feed<Steered>| shift(feed, joint, by);
+        let mut next = feed(&bench.node, MACHINE, ended(bench.failed(&slips, 400)));
+        slips(&mut next);
+        let rows = next.rows(bench.samples);
+        let is_doubted = |row: &&WireVerdict| row.doubted != 0 || row.row_reasons().have_doubt();
+        let doubted = rows.iter().filter(is_doubted).count();
+        println!(
+            "{joint} by {by}: {doubted} of {} rows are doubted",
+            rows.len()
+        );
+        assert!(rows.len() > 1000, "{joint} by {by}: {} rows", rows.len());
+        assert_eq!(doubted, rows.len(), "{joint} by {by}");
+        assert!(!rows.iter().any(is_calm), "{joint} by {by}");
+        bench.forget(next);
+    }
 }
 
 /// The session after one in which the slew has slipped: it is doubted there.
