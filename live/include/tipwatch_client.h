@@ -274,23 +274,47 @@ static inline double tipwatch_opening_now(const struct tipwatch_command *command
     return command->opening[actuator];
 }
 
+/* Sends an acknowledgement of a verdict, of these signals or, with 0, of its alarm: see the next two. */
+static inline int tipwatch_send_acknowledge_of(const struct tipwatch_transport *transport, uint64_t source,
+                                               uint64_t *sequence, const struct tipwatch_verdict *seen, uint64_t signals)
+{
+    struct tipwatch_head head = {0, *sequence, source, seen->machine_hash, 0, 0};
+    struct tipwatch_acknowledge message;
+    memset(&message, 0, sizeof message);
+    message.verdict_source = seen->source;
+    message.verdict_sequence = seen->sequence;
+    message.signals = signals;
+    head.published_ns = transport->now_ns(transport->context);
+    *sequence += 1;
+    tipwatch_seal(&message, sizeof message, &head);
+    return transport->send(transport->context, TIPWATCH_ACKNOWLEDGE_SERVICE, &message, sizeof message);
+}
+
 /* Acknowledges the alarm of a verdict that somebody has seen. `source` and `sequence` number the acknowledgements of this
  * client. Fails if the verdict has no alarm. The monitor confirms it by alarm_acknowledged, or by alarm 0. */
 static inline int tipwatch_send_acknowledge(const struct tipwatch_transport *transport, uint64_t source,
                                             uint64_t *sequence, const struct tipwatch_verdict *seen)
 {
-    struct tipwatch_head head = {0, *sequence, source, seen->machine_hash, 0, 0};
-    struct tipwatch_acknowledge message;
-    if (seen->alarm == 0) {
-        return -1;
+    return seen->alarm == 0 ? -1 : tipwatch_send_acknowledge_of(transport, source, sequence, seen, 0);
+}
+
+/* Trusts a joint again, as it is now, which a verdict that somebody has seen doubts since it jumped: its name as in the URDF.
+ * Fails if the machine has no such joint, or if the verdict does not doubt it. The monitor confirms it by the joint's bit in
+ * doubted, which is 0 then. */
+static inline int tipwatch_send_acknowledge_joint(const struct tipwatch_transport *transport, uint64_t source,
+                                                  uint64_t *sequence, const struct tipwatch_verdict *seen,
+                                                  const struct tipwatch_machine *machine, const char *joint)
+{
+    size_t length = strlen(joint);
+    uint32_t place;
+    for (place = 0; place < machine->joint_count && place < TIPWATCH_MAX_JOINTS; place++) {
+        if (length < TIPWATCH_NAME_BYTES && memcmp(machine->joint_names[place], joint, length + 1) == 0) {
+            /* all joints from the 56th on share the last bit */
+            uint64_t bit = (uint64_t)1 << (place < 55 ? 8 + place : 63);
+            return (seen->doubted & bit) == 0 ? -1 : tipwatch_send_acknowledge_of(transport, source, sequence, seen, bit);
+        }
     }
-    memset(&message, 0, sizeof message);
-    message.verdict_source = seen->source;
-    message.verdict_sequence = seen->sequence;
-    head.published_ns = transport->now_ns(transport->context);
-    *sequence += 1;
-    tipwatch_seal(&message, sizeof message, &head);
-    return transport->send(transport->context, TIPWATCH_ACKNOWLEDGE_SERVICE, &message, sizeof message);
+    return -1;
 }
 
 #endif

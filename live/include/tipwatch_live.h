@@ -51,7 +51,7 @@
 #endif
 
 #define TIPWATCH_MAGIC UINT64_C(216265421728270676)
-#define TIPWATCH_CONTRACT UINT64_C(868970589699790202)
+#define TIPWATCH_CONTRACT UINT64_C(5629748965170273838)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
 #define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
@@ -487,8 +487,8 @@ struct tipwatch_sample {
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_sample) == 1104, "tipwatch_sample");
 
 /* What a reader of verdicts must know about the machine, and about the monitor that computes them. */
-#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v3"
-#define TIPWATCH_MACHINE_LAYOUT "e734814463dcc446"
+#define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v4"
+#define TIPWATCH_MACHINE_LAYOUT "3159d14a8bccfc46"
 struct tipwatch_machine {
     /* MAGIC */
     uint64_t magic;
@@ -512,8 +512,8 @@ struct tipwatch_machine {
     uint32_t edge_count;
     /* Number of joints. */
     uint32_t joint_count;
-    /* Zero. */
-    uint32_t reserved;
+    /* Number of signals that failed visibly in a session before, and that the session begins by doubting. */
+    uint32_t doubted_count;
     /* Name of the machine. */
     uint8_t name[64];
     /* Names of the wheels, in lower case. */
@@ -522,6 +522,12 @@ struct tipwatch_machine {
     uint8_t edge_names[12][64];
     /* Names of the joints, in the order of the bits of the verdict's unproven. */
     uint8_t joint_names[64][64];
+    /* Which signals these are: 0 specific force, 8 + k: joint k of the machine. */
+    uint32_t doubted_signals[64];
+    /* By how much each is off (rad, m, m/s2), as far as was seen. */
+    double doubted_by[64];
+    /* What of that may be motion (same unit). */
+    double doubted_moved[64];
     /* Version of the monitor; empty, and all hashes zero, if it did not state what it is. */
     uint8_t version[64];
     /* SHA-256 of the monitor's executable. */
@@ -539,12 +545,12 @@ struct tipwatch_machine {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 6536, "tipwatch_machine");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 7816, "tipwatch_machine");
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
-#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v4"
-#define TIPWATCH_VERDICT_LAYOUT "a0f31528571a9553"
+#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v5"
+#define TIPWATCH_VERDICT_LAYOUT "f84e2a9d691d8708"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -583,6 +589,11 @@ struct tipwatch_verdict {
      * odometry, tool wrench, actuator forces, ground; bit 8 + k: joint k of the machine. Without any, and without
      * a doubt, the basis is proven. */
     uint64_t unproven;
+    /* Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved,
+     * in this session or before. They are doubted until they are back, or somebody acknowledges them. */
+    uint64_t doubted;
+    /* Bits: the signals that somebody has acknowledged since the last row. */
+    uint64_t acknowledged_signals;
     /* 1 a row; 2 between rows: the numbers are those of the last row. */
     uint32_t event;
     /* Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault, 6 assumed: no danger is seen, but
@@ -703,7 +714,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2936, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2952, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */
@@ -798,11 +809,11 @@ struct tipwatch_refusal {
 };
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_refusal) == 584, "tipwatch_refusal");
 
-/* An operator has acknowledged the alarm. It counts only if magic and checksum are right, machine_hash is that of
- * the monitor, and the named verdict carried the alarm. A rod that does not obey its valve is acknowledged likewise,
+/* An operator has acknowledged the alarm, or trusts signals again that failed visibly. It counts only if magic and
+ * checksum are right, machine_hash is that of the monitor, and the named verdict carried the alarm or the doubt. A rod that does not obey its valve is acknowledged likewise,
  * by naming a command whose reasons tell of it. */
-#define TIPWATCH_ACKNOWLEDGE_TYPE "tipwatch.Acknowledge.v2"
-#define TIPWATCH_ACKNOWLEDGE_LAYOUT "a69888bed1142670"
+#define TIPWATCH_ACKNOWLEDGE_TYPE "tipwatch.Acknowledge.v3"
+#define TIPWATCH_ACKNOWLEDGE_LAYOUT "953ec2877e0822cc"
 struct tipwatch_acknowledge {
     /* MAGIC */
     uint64_t magic;
@@ -820,10 +831,12 @@ struct tipwatch_acknowledge {
     uint64_t verdict_source;
     /* Sequence number of the acknowledged verdict, not below its alarm_sequence, or of the command. */
     uint64_t verdict_sequence;
+    /* Bits, as in the verdict's doubted: the signals that are trusted again as they are now. 0: it is of the alarm. */
+    uint64_t signals;
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_acknowledge) == 72, "tipwatch_acknowledge");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_acknowledge) == 80, "tipwatch_acknowledge");
 
 /* Progress of a reader of samples. Its source is the session that it reads. */
 #define TIPWATCH_PROGRESS_TYPE "tipwatch.Progress.v1"

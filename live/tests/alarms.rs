@@ -9,7 +9,7 @@ use tipwatch_binding::{Commissioning, MachineFile};
 use tipwatch_live::alarm::{AlarmFile, AlarmStore, Kept};
 use tipwatch_live::node::{LiveNode, Sender};
 use tipwatch_live::wire::session::machine_hash;
-use tipwatch_live::wire::topics::{EVENT_ROW, Head, Kind, Wire, WireAcknowledge, WireVerdict};
+use tipwatch_live::wire::topics::{Head, Kind, Wire, WireAcknowledge, WireVerdict};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::verdict::{Basis, InputFault, Latch, Level};
 
@@ -325,19 +325,6 @@ const DRIVE: &str = "commissioning";
 /// Samples of a part of it that turns the machine.
 const TURNS: usize = 6000;
 
-/// Sends samples of a session; returns its verdicts on rows.
-fn rows(feed: &mut Feed<Steered>, samples: usize) -> Vec<WireVerdict> {
-    let mut rows = Vec::new();
-    for _ in 0..samples / 20 {
-        feed.send(20);
-        while let Some(verdict) = feed.verdicts.receive(|v| *v).unwrap() {
-            let is_ours = verdict.session == feed.source;
-            rows.extend((is_ours && verdict.event == EVENT_ROW).then_some(verdict));
-        }
-    }
-    rows
-}
-
 /// Ends a session without its monitor.
 fn ended(mut feed: Feed<Steered>) -> Steered {
     feed.end();
@@ -371,7 +358,7 @@ fn contradiction_stays_until_another_commissioning() {
             }
         }
     }
-    let found = rows(&mut wrong, TURNS);
+    let found = wrong.rows(TURNS);
     let first = found.iter().position(is_doubted).unwrap();
     assert!(found[first..].iter().all(is_doubted), "from row {first} on");
     let hash = wrong.hash;
@@ -379,7 +366,7 @@ fn contradiction_stays_until_another_commissioning() {
 
     // the next session, whose sensors show nothing
     let mut next = feed_of(&node, DRIVE, ended(wrong));
-    let inherited = rows(&mut next, 400);
+    let inherited = next.rows(400);
     assert!(inherited.len() > 50);
     assert!(inherited.iter().all(is_doubted));
     assert!(inherited.iter().all(|row| row.inherited_contradiction == 1));
@@ -394,7 +381,7 @@ fn contradiction_stays_until_another_commissioning() {
     let mut acknowledger: Sender<WireAcknowledge> = node.sender(0, 0).unwrap();
     let mut message = WireAcknowledge::of(&seen);
     acknowledger.send_for(hash, &mut message).unwrap();
-    assert!(rows(&mut next, 400).iter().all(is_doubted));
+    assert!(next.rows(400).iter().all(is_doubted));
 
     // a commissioning ends it if its drive is later and shows all that the loads hang on, and as long as it is bound
     let old = commissioned();
@@ -445,7 +432,7 @@ fn contradiction_stays_until_another_commissioning() {
         time.commissioning = Some(Box::leak(Box::new(commissioning)));
         time.start_monitor();
         let mut good = feed_of(&node, DRIVE, time);
-        let judged = rows(&mut good, 400);
+        let judged = good.rows(400);
         let inherits = |row: &WireVerdict| row.inherited_contradiction == 1;
         assert!(judged.len() > 50, "{what}");
         assert!(judged.iter().all(|row| inherits(row) != ends), "{what}");
@@ -528,7 +515,7 @@ fn serial_number_tells_machines_of_one_name_apart() {
     };
     let raised = Kept::alarm(Latch::raised(Level::Danger)).contradicted_at(Timestamp::now());
     let (mut first, _) = open("A-1", "");
-    first.keep(raised);
+    first.keep(&raised);
     drop(first);
     assert_eq!(open("A-2", "").1, Kept::default());
     assert_eq!(open("A-1", "").1, raised);
@@ -537,7 +524,7 @@ fn serial_number_tells_machines_of_one_name_apart() {
     let (mut first, kept) = open("A-1", "");
     assert_eq!(kept, raised);
     // taken over: it is not there twice
-    first.keep(Kept::default());
+    first.keep(&Kept::default());
     drop(first);
     assert_eq!(open("A-1", "# edited").1, Kept::default());
     assert_eq!(open("A-2", "# edited").1, Kept::default());

@@ -5,13 +5,17 @@ use std::process::Command;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::analysis::{Analysis, run};
+use tipwatch_analyze::base::options::Options;
+use tipwatch_binding::MachineFile;
 use tipwatch_ingest::{FieldRequest, Log, record_fields};
-use tipwatch_live::alarm::{AlarmFile, Kept};
+use tipwatch_live::alarm::{AlarmFile, DoubtedSignal, Kept};
+use tipwatch_live::node::Sender;
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::session::machine_hash;
-use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireVerdict};
+use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireAcknowledge, WireVerdict};
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::verdict::{InputFault, Latch, Level};
 
 use crate::support::feed::Feed;
@@ -75,9 +79,12 @@ fn assert_reproduced(live: &[WireVerdict], analysis: &Analysis) {
     }
 }
 
-/// Sends a session with every kind of fault to a monitor and a recorder; the rows that the monitor
-/// published.
-fn faulty_session(world: &World, folder: &Path) -> Vec<WireVerdict> {
+/// Sends a session to a monitor and a recorder; the rows that the monitor published.
+fn recorded_session(
+    world: &World,
+    folder: &Path,
+    mut send_next: impl FnMut(&mut Feed<Steered>, &[WireVerdict]),
+) -> (Vec<WireVerdict>, Ended) {
     let recorder = world.record(&data("tiny_lift.toml"), folder, &[]);
     let monitor = Steered::monitor(world, "tiny_lift");
     let mut feed = Feed::new(&world.join(), "tiny_lift", monitor);
@@ -88,6 +95,21 @@ fn faulty_session(world: &World, folder: &Path) -> Vec<WireVerdict> {
     }
     let mut rows = Vec::new();
     while feed.next < 1000 {
+        send_next(&mut feed, &rows);
+        while let Some(row) = feed.find(|v| v.event == EVENT_ROW && v.session == feed.source) {
+            rows.push(row);
+        }
+    }
+    feed.end();
+    while let Some(row) = feed.find(|v| v.event == EVENT_ROW && v.session == feed.source) {
+        rows.push(row);
+    }
+    (rows, recorder.end())
+}
+
+/// The same with every kind of fault.
+fn faulty_session(world: &World, folder: &Path) -> Vec<WireVerdict> {
+    let (rows, recorder) = recorded_session(world, folder, |feed, _| {
         match feed.next {
             // lost: few, then many
             200..=202 => feed.next += 3,
@@ -132,15 +154,7 @@ fn faulty_session(world: &World, folder: &Path) -> Vec<WireVerdict> {
             760 => feed.next += 90,
             _ => feed.send(1),
         }
-        while let Some(row) = feed.find(|v| v.event == EVENT_ROW && v.session == feed.source) {
-            rows.push(row);
-        }
-    }
-    feed.end();
-    while let Some(row) = feed.find(|v| v.event == EVENT_ROW && v.session == feed.source) {
-        rows.push(row);
-    }
-    let recorder = recorder.end();
+    });
     assert!(recorder.err.contains("not recorded"), "{}", recorder.err);
     rows
 }
@@ -182,11 +196,61 @@ fn offline_reproduces_an_inherited_alarm() {
     let hash = machine_hash(&file, &urdf);
     let alarm = AlarmFile::new(&world.state_folder, hash, &file.spec.name);
     let kept = Kept::alarm(Latch::raised(Level::Danger));
-    alarm.write(kept).unwrap();
+    alarm.write(&kept).unwrap();
     let rows = faulty_session(&world, folder.path());
     assert_eq!(rows[0].latched_level, Level::Danger as u32);
     let analysis = causal(&session_in(folder.path()), &data("tiny_lift.toml"));
     assert_reproduced(&rows, &analysis);
+}
+
+// requirement: TW-RECORD-05, TW-VERDICT-31
+#[test]
+fn offline_reproduces_an_inherited_doubt_and_its_acknowledgement() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("doubted");
+    let (file, urdf) = crate::support::feed::machine("tiny_lift");
+    let hash = machine_hash(&file, &urdf);
+    let alarm = AlarmFile::new(&world.state_folder, hash, &file.spec.name);
+    let slipped = |signal: &str| signal.parse::<DoubtedSignal>().unwrap();
+    let kept = Kept::default()
+        .doubting(slipped("joint.lift=0.4~0.02@2026-11-27T10:00:00Z"))
+        .doubting(slipped("joint.slew=-1.5~0.02@2026-11-27T10:00:00Z"));
+    alarm.write(&kept).unwrap();
+    let mut acknowledger: Sender<WireAcknowledge> = world.join().sender(0, 0).unwrap();
+    let (rows, _) = recorded_session(&world, folder.path(), |feed, rows| {
+        if let (Some(seen), 300 | 500) = (rows.last(), feed.next) {
+            // one of them, then what is left
+            let doubted = Proofs::from_bits(seen.doubted).iter(64).next();
+            let signals = doubted.into_iter().collect();
+            let mut message = WireAcknowledge::of_signals(seen, signals);
+            acknowledger.send_for(hash, &mut message).unwrap();
+        }
+        feed.send(1);
+    });
+    let doubts = |row: &WireVerdict| row.doubted.count_ones();
+    assert_eq!(doubts(&rows[0]), 2);
+    assert_eq!(doubts(rows.last().unwrap()), 0);
+    assert!(rows.iter().any(|row| doubts(row) == 1));
+    let acknowledged = rows.iter().filter(|row| row.acknowledged_signals != 0);
+    assert_eq!(acknowledged.count(), 2);
+    let log = session_in(folder.path());
+    let analysis = causal(&log, &data("tiny_lift.toml"));
+    assert_reproduced(&rows, &analysis);
+    // with samples of both sides in view, rows that the monitor doubted are doubted, too
+    let file = MachineFile::read(&data("tiny_lift.toml")).unwrap();
+    let smoothed = run::analyse(&log, &file, Options::default(), &mut |_| {}).unwrap();
+    let at = |time_ns| {
+        smoothed
+            .rows
+            .times_ns
+            .iter()
+            .position(|it| *it == time_ns)
+            .unwrap()
+    };
+    for row in [&rows[30], &rows[rows.len() - 2]] {
+        let reasons = smoothed.rows.reasons[at(row.time_ns)];
+        assert_eq!(reasons.have_doubt(), row.doubted != 0);
+    }
 }
 
 /// Replays a log to a monitor and a recorder, losing nothing: the rows that the monitor published.

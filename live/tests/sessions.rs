@@ -211,7 +211,7 @@ impl SessionHost for AnySession {
         *session
     }
 
-    fn begin(&mut self, announced: &WireSession) -> Result<u64> {
+    fn begin(&mut self, announced: &WireSession, _: Option<&u64>) -> Result<u64> {
         Ok(announced.source)
     }
 

@@ -28,6 +28,8 @@ mod delays;
 mod evidence;
 /// Every fault of the input, injected in shared memory.
 mod faults;
+/// Good sensors are never called faulty.
+mod good_sensors;
 /// The edges of the limits of the guard.
 mod guard;
 /// The C header is current, and the client in C works.
@@ -58,3 +60,5 @@ mod safety;
 mod sessions;
 /// Isolated worlds in shared memory, and the programs in them.
 mod support;
+/// Signals that failed visibly are doubted over restarts, until they are back or trusted.
+mod visible_failures;

@@ -192,9 +192,18 @@ fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>
 fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
+    let doubts = &loaded.signal_doubts;
+    (doubts.inherited.iter()).for_each(|doubt| estimator.remember_doubt(doubt));
+    let mut trusted = doubts.trusted.iter().peekable();
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
     loaded.for_each_arrival(|sample| {
+        // somebody trusts a signal from the sample after a row on
+        while let Some((_, signals)) = trusted
+            .next_if(|(time_ns, _)| estimates.last().is_some_and(|row| *time_ns <= row.time_ns))
+        {
+            estimator.trust(*signals);
+        }
         // the estimator counts rejected samples
         let pushed = estimator.push(machine, sample, &mut |row| estimates.push(row.clone()));
         if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {

@@ -1,6 +1,6 @@
 //! What a monitor recorded in a log, as far as the verdicts of its rows depend on it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
@@ -9,15 +9,20 @@ use tipwatch_mechanics::verdict::{Conditions, InputFaults, Latch, Level};
 
 use crate::base::verdicts::MonitorRecord;
 
-/// Reads the record.
+/// Reads the record. `inherits_doubts`: whether its session began by doubting signals, and their doubts are not followed sample by
+/// sample.
 ///
 /// # Errors
 /// The log cannot be read.
-pub(crate) fn monitor_record(log: &Log) -> Result<MonitorRecord> {
+pub(crate) fn monitor_record(log: &Log, inherits_doubts: bool) -> Result<MonitorRecord> {
     Ok(MonitorRecord {
         conditions: recorded(log)?,
         inherited: inherited_alarm(log)?,
         is_contradicted: inherited_contradiction(log)?,
+        doubted_rows: match inherits_doubts {
+            true => monitor_topic::doubted_rows(log)?.into_iter().collect(),
+            false => BTreeSet::new(),
+        },
     })
 }
 

@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use rayon::prelude::*;
-use tipwatch_binding::{MachineFile, bind};
+use tipwatch_binding::{MachineFile, bind, monitor_topic};
 use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, TopicId, read_sensor_blocks};
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
+use tipwatch_mechanics::machine::{Machine, Proofs};
 use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor, Sensors};
 
 use super::arrivals::for_each_arrival;
@@ -46,8 +47,19 @@ pub struct LoadedLog {
     pub span: RecordingSpan,
     /// When which supports are on the ground; `None` if they are always the same.
     pub(crate) supports: Option<SupportTimeline>,
+    /// What a monitor that recorded the log knew of its signals.
+    pub(crate) signal_doubts: SignalDoubts,
     /// Forces of supports that are measured too slowly for the estimator.
     pub(super) held_forces: HeldForces,
+}
+
+/// What a monitor knew of signals that fail visibly, where it recorded the log.
+#[derive(Debug, Default)]
+pub(crate) struct SignalDoubts {
+    /// Those that its session began by doubting.
+    pub(crate) inherited: Vec<SignalDoubt>,
+    /// Those that somebody trusted again, by time of the row (ns), in order.
+    pub(crate) trusted: Vec<(i64, Proofs)>,
 }
 
 impl LoadedLog {
@@ -189,6 +201,10 @@ pub fn load_within(
         notes: bound.notes,
         span: span::of(log, &used)?,
         supports: None,
+        signal_doubts: SignalDoubts {
+            inherited: monitor_topic::inherited_doubts(log)?,
+            trusted: monitor_topic::trusted_signals(log)?,
+        },
         held_forces: HeldForces::default(),
     };
     let of_signals = (loaded.signals.iter()).map(|signal| (signal.sensor, &signal.recording));

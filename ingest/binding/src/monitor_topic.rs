@@ -3,7 +3,9 @@
 //! offsets of the machine file are applied already.
 
 use tipwatch_ingest::{Error, FieldRecording, FieldRequest, Log, record_fields};
+use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::{FieldSpec, MachineSpec, OneOrMany, SignalSpec, SignalsSpec};
+use tipwatch_mechanics::machine::{Proof, Proofs};
 
 /// Name of the verdict topic. Offline reads from it which samples were missing, late or refused.
 pub const NAME: &str = "/tipwatch/verdict";
@@ -17,6 +19,20 @@ pub const FIELDS: [&str; 4] = ["event", "faults", "cautions", "acknowledged"];
 pub const INHERITED_FIELDS: [&str; 2] = ["inherited_alarm", "inherited_acknowledged"];
 /// The field that tells whether the sensors were contradicted in a session before. Earlier recordings lack it.
 pub const CONTRADICTED_FIELD: &str = "inherited_contradiction";
+/// The fields of the verdicts that tell which signals somebody trusts again since the row before: the lower and the upper half
+/// of the bits, which a number holds exactly only so. Earlier recordings lack them and the next.
+pub const ACKNOWLEDGED_SIGNALS_FIELDS: [&str; 2] =
+    ["acknowledged_signals_low", "acknowledged_signals_high"];
+/// The field of the verdicts that tells which signals are doubted since they failed visibly, as bits.
+pub const DOUBTED_FIELD: &str = "doubted";
+/// Name of the topic on which the monitor tells what it is, and what its session begins with.
+pub const PROGRAM: &str = "/tipwatch/program";
+/// Type of its messages.
+pub const PROGRAM_TYPE_NAME: &str = "tipwatch_msgs/msg/Program";
+/// The field that tells how many signals the session begins by doubting. Earlier recordings lack it and the following ones.
+pub const DOUBTED_COUNT_FIELD: &str = "doubted_count";
+/// The lists of that many numbers: which signals these are, by how much each is off, and what of that may be motion.
+pub const DOUBTED_FIELDS: [&str; 3] = ["doubted_signals", "doubted_by", "doubted_moved"];
 /// Value of `event` for a verdict on a row, see [`FIELDS`].
 pub const EVENT_ROW: u32 = 1;
 /// Name of the topic on which the recorder reports what it missed.
@@ -101,20 +117,84 @@ pub fn inherited_contradictions(log: &Log) -> Result<Option<[FieldRecording; 1]>
     known_columns(log, [CONTRADICTED_FIELD])
 }
 
+/// The signals that somebody trusts again, by time of the row; none if the log is not from the monitor's recorder, or from an
+/// earlier version of it.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn trusted_signals(log: &Log) -> Result<Vec<(i64, Proofs)>, Error> {
+    let [low, high] = ACKNOWLEDGED_SIGNALS_FIELDS;
+    let Some([event, low, high]) = known_columns(log, ["event", low, high])? else {
+        return Ok(Vec::new());
+    };
+    let bits = |at: usize| low.values[at] as u64 | (high.values[at] as u64) << 32;
+    let rows = (0..event.values.len()).filter(|&at| event.values[at] == f64::from(EVENT_ROW));
+    let trusted = rows.map(|at| (event.stamps_ns[at], Proofs::from_bits(bits(at))));
+    Ok(trusted.filter(|(_, signals)| !signals.is_empty()).collect())
+}
+
+/// The times of the rows in which the monitor doubted a signal that failed visibly; none if the log is not from the monitor's
+/// recorder, or from an earlier version of it.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn doubted_rows(log: &Log) -> Result<Vec<i64>, Error> {
+    let Some([event, doubted]) = known_columns(log, ["event", DOUBTED_FIELD])? else {
+        return Ok(Vec::new());
+    };
+    let is_doubted =
+        |at: &usize| event.values[*at] == f64::from(EVENT_ROW) && doubted.values[*at] != 0.0;
+    let rows = (0..event.values.len()).filter(is_doubted);
+    Ok(rows.map(|at| event.stamps_ns[at]).collect())
+}
+
+/// The signals that the session begins by doubting; none if the log is not from the monitor's recorder, or from an earlier
+/// version of it. Of a monitor that was restarted meanwhile only the first run counts.
+///
+/// # Errors
+/// The log cannot be read.
+pub fn inherited_doubts(log: &Log) -> Result<Vec<SignalDoubt>, Error> {
+    let has_count = has_fields(log, PROGRAM, &[DOUBTED_COUNT_FIELD]);
+    let counts = match has_count {
+        true => columns(log, PROGRAM, PROGRAM_TYPE_NAME, [DOUBTED_COUNT_FIELD])?,
+        false => None,
+    };
+    let first = counts.and_then(|[counts]| counts.values.first().copied());
+    let count = first.unwrap_or(0.0) as usize;
+    let mut doubts = Vec::new();
+    for place in 0..count {
+        let fields = DOUBTED_FIELDS.map(|field| format!("{field}[{place}]"));
+        let fields = [&*fields[0], &*fields[1], &*fields[2]];
+        let Some(numbers) = columns(log, PROGRAM, PROGRAM_TYPE_NAME, fields)? else {
+            continue;
+        };
+        let [number, by, moved] = numbers.map(|column| column.values.first().copied());
+        let signal = number.and_then(|number| Proof::from_number(number as u32));
+        if let (Some(signal), Some(by), Some(moved)) = (signal, by, moved) {
+            doubts.push(SignalDoubt { signal, by, moved });
+        }
+    }
+    Ok(doubts)
+}
+
 /// Fields of the verdicts, if the definition of the topic has them.
 fn known_columns<const N: usize>(
     log: &Log,
     fields: [&str; N],
 ) -> Result<Option<[FieldRecording; N]>, Error> {
-    let mut topics = log.topics().iter().filter(|topic| topic.name == NAME);
-    let has_fields = topics.any(|topic| {
+    match has_fields(log, NAME, &fields) {
+        true => columns(log, NAME, TYPE_NAME, fields),
+        false => Ok(None),
+    }
+}
+
+/// Whether the definition of a topic has these fields.
+fn has_fields(log: &Log, name: &str, fields: &[&str]) -> bool {
+    let mut topics = log.topics().iter().filter(|topic| topic.name == name);
+    topics.any(|topic| {
         let definition = topic.definition.as_deref().unwrap_or_default();
         fields.iter().all(|field| definition.contains(field))
-    });
-    if !has_fields {
-        return Ok(None);
-    }
-    columns(log, NAME, TYPE_NAME, fields)
+    })
 }
 
 /// [`GAPS_FIELDS`] of all gaps in the recording; `None` if the log is not from the monitor's

@@ -1,15 +1,28 @@
-//! Which acknowledgements count: those of somebody who has seen the alarm.
+//! Which acknowledgements count: those of somebody who has seen the alarm, or that a signal is doubted.
+
+use tipwatch_mechanics::machine::Proofs;
 
 use crate::wire::command::HoldReason;
 use crate::wire::topics::{ALARM_BEGINS, Wire, WireAcknowledge, WireCommand, WireVerdict};
 
-/// The published verdicts, or commands, that carry the latched alarm.
+/// What an acknowledgement is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Acknowledged {
+    /// The latched alarm.
+    Alarm,
+    /// These signals, which are doubted.
+    Signals(Proofs),
+}
+
+/// The published verdicts, or commands, that carry the latched alarm, and the doubt of each signal.
 #[derive(Debug, Clone, Copy)]
 pub struct AlarmSeen {
     source: u64,
     machine_hash: u64,
     /// The first of them.
     first: Option<u64>,
+    /// The first that doubts each signal, by its bit.
+    first_doubting: [Option<u64>; u64::BITS as usize],
 }
 
 impl AlarmSeen {
@@ -20,6 +33,7 @@ impl AlarmSeen {
             source,
             machine_hash,
             first: None,
+            first_doubting: [None; u64::BITS as usize],
         }
     }
 
@@ -34,6 +48,12 @@ impl AlarmSeen {
             0 => 0,
             _ => *self.first.get_or_insert(sequence),
         };
+        for (place, first) in self.first_doubting.iter_mut().enumerate() {
+            *first = match verdict.doubted >> place & 1 {
+                0 => None,
+                _ => first.or(Some(sequence)),
+            };
+        }
     }
 
     /// Tells of a command whether it carries an alarm, a rod that does not obey; `sequence` is its own number.
@@ -44,15 +64,21 @@ impl AlarmSeen {
         };
     }
 
-    /// Whether this acknowledgement is of a message that carried the alarm; `next` is the number of the next
-    /// message.
+    /// What this acknowledgement is of; `None` if the message that it names did not carry that. `next` is the number of the
+    /// next message.
     #[must_use]
-    pub fn is_acknowledged(&self, by: &WireAcknowledge, next: u64) -> bool {
-        by.is_for(self.machine_hash)
-            && by.verdict_source == self.source
-            && self
-                .first
-                .is_some_and(|first| (first..next).contains(&by.verdict_sequence))
+    pub fn acknowledged(&self, by: &WireAcknowledge, next: u64) -> Option<Acknowledged> {
+        if !by.is_for(self.machine_hash) || by.verdict_source != self.source {
+            return None;
+        }
+        let is_seen = |first: &u64| (*first..next).contains(&by.verdict_sequence);
+        if by.signals == 0 {
+            return (self.first.as_ref().is_some_and(is_seen)).then_some(Acknowledged::Alarm);
+        }
+        let places = self.first_doubting.iter().enumerate();
+        let seen = places.filter(|(_, first)| first.as_ref().is_some_and(is_seen));
+        let seen = seen.fold(0, |bits, (place, _)| bits | 1 << place) & by.signals;
+        (seen != 0).then_some(Acknowledged::Signals(Proofs::from_bits(seen)))
     }
 }
 
@@ -64,6 +90,15 @@ impl WireAcknowledge {
             verdict_source: verdict.source,
             verdict_sequence: verdict.sequence,
             ..Self::blank()
+        }
+    }
+
+    /// The acknowledgement of signals that this verdict doubts, without head.
+    #[must_use]
+    pub fn of_signals(verdict: &WireVerdict, signals: Proofs) -> Self {
+        Self {
+            signals: signals.bits(),
+            ..Self::of(verdict)
         }
     }
 
@@ -95,6 +130,8 @@ impl WireCommand {
 
 #[cfg(test)]
 mod tests {
+    use tipwatch_mechanics::machine::Proof;
+
     use super::*;
     use crate::wire::command::HoldReasons;
     use crate::wire::topics::Head;
@@ -127,10 +164,11 @@ mod tests {
     fn only_verdicts_with_the_alarm_can_be_acknowledged() {
         let mut seen = AlarmSeen::new(5, 9);
         published(&mut seen, 0, 0, 10);
-        assert!(!seen.is_acknowledged(&acknowledgement(5, 10), 11));
+        assert_eq!(seen.acknowledged(&acknowledgement(5, 10), 11), None);
         assert_eq!(published(&mut seen, 4, ALARM_BEGINS, 11), 11);
         assert_eq!(published(&mut seen, 4, 11, 12), 11);
-        let counts = |message: &WireAcknowledge| seen.is_acknowledged(message, 13);
+        let counts =
+            |message: &WireAcknowledge| seen.acknowledged(message, 13) == Some(Acknowledged::Alarm);
         assert!(counts(&acknowledgement(5, 11)) && counts(&acknowledgement(5, 12)));
         assert!(!counts(&acknowledgement(5, 10)), "before the alarm");
         assert!(!counts(&acknowledgement(5, 13)), "not published yet");
@@ -144,7 +182,41 @@ mod tests {
         assert!(!counts(&foreign), "another machine");
         // the next alarm
         assert_eq!(published(&mut seen, 4, ALARM_BEGINS, 20), 20);
-        assert!(!seen.is_acknowledged(&acknowledgement(5, 12), 21));
+        assert_eq!(seen.acknowledged(&acknowledgement(5, 12), 21), None);
+    }
+
+    // requirement: TW-VERDICT-21, TW-VERDICT-31
+    #[test]
+    fn signals_are_acknowledged_by_who_has_seen_that_they_are_doubted() {
+        let signals =
+            |joints: &[usize]| -> Proofs { joints.iter().copied().map(Proof::Joint).collect() };
+        let mut seen = AlarmSeen::new(5, 9);
+        for (sequence, joints) in [(10, &[][..]), (11, &[1]), (12, &[1, 2]), (13, &[2])] {
+            let mut verdict = WireVerdict {
+                doubted: signals(joints).bits(),
+                ..WireVerdict::blank()
+            };
+            seen.publish(&mut verdict, sequence);
+        }
+        let taken = |sequence, joints: &[usize]| {
+            let verdict = WireVerdict {
+                source: 5,
+                sequence,
+                ..WireVerdict::blank()
+            };
+            let mut message = WireAcknowledge::of_signals(&verdict, signals(joints));
+            message.seal(Head {
+                machine_hash: 9,
+                ..Head::default()
+            });
+            seen.acknowledged(&message, 14)
+        };
+        let both = Some(Acknowledged::Signals(signals(&[2])));
+        assert_eq!(taken(12, &[1, 2]), both, "the other one is back");
+        assert_eq!(taken(13, &[2]), both);
+        assert_eq!(taken(11, &[2]), None, "before it was doubted");
+        assert_eq!(taken(13, &[1, 3]), None, "nobody doubts them");
+        assert_eq!(taken(13, &[]), None, "there is no alarm");
     }
 
     // requirement: TW-VERDICT-21
@@ -163,16 +235,16 @@ mod tests {
         seen.publish_command(&command(false), 10);
         seen.publish_command(&command(true), 11);
         seen.publish_command(&command(true), 12);
-        let counts =
-            |source, sequence| seen.is_acknowledged(&acknowledgement(source, sequence), 13);
+        let counts = |source, sequence| {
+            let message = acknowledgement(source, sequence);
+            seen.acknowledged(&message, 13).is_some()
+        };
         assert!(counts(5, 11) && counts(5, 12));
         assert!(!counts(5, 10), "before the fault");
         assert!(!counts(5, 13), "not published yet");
         assert!(!counts(4, 11), "a verdict, or another control");
         seen.publish_command(&command(false), 13);
-        assert!(
-            !seen.is_acknowledged(&acknowledgement(5, 12), 14),
-            "it is over"
-        );
+        let over = seen.acknowledged(&acknowledgement(5, 12), 14);
+        assert_eq!(over, None, "it is over");
     }
 }

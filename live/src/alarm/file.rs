@@ -1,12 +1,13 @@
 //! One small file for each machine, replaced as a whole: after a power cut it holds the old alarm or the new one.
 //!
 //! ```text
-//!     tipwatch-alarm 3 MACHINE_HASH IDENTITY_CRC32 LEVEL ACKNOWLEDGED CONTRADICTION CRC32
+//!     tipwatch-alarm 4 MACHINE_HASH IDENTITY_CRC32 LEVEL ACKNOWLEDGED CONTRADICTION DOUBTED CRC32
 //! ```
 //! Whoever changes the machine file gets another hash. The alarm is then taken over from the files of machines of the same
 //! identity, which is the name with the serial number; IDENTITY_CRC32 is its checksum. CONTRADICTION is `-`, or the time at which
 //! the sensors were contradicted last (UTC). It is never erased: a commissioning whose drive is later overrules it, an earlier one
-//! does not. Version 2 names no time; its contradictions count as of when they are read.
+//! does not. DOUBTED is `-`, or the signals that failed visibly, see [`super::doubted`]. Version 3 has none. Version 2 names no time
+//! either; its contradictions count as of when they are read.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
@@ -16,9 +17,12 @@ use std::path::{Path, PathBuf};
 use jiff::Timestamp;
 use tipwatch_mechanics::verdict::{Latch, Level};
 
+use super::doubted::{DoubtedSignal, DoubtedSignals, Full};
+
 /// First words of the file.
 const BEGINNING: &str = "tipwatch-alarm";
-const VERSION: &str = "3";
+const VERSION: &str = "4";
+const VERSION_WITHOUT_SIGNALS: &str = "3";
 const VERSION_WITHOUT_TIME: &str = "2";
 
 /// The folder for alarms if none is stated: that of systemd's service (`StateDirectory=`), else
@@ -35,12 +39,14 @@ pub fn default_folder(variable: impl Fn(&str) -> Option<OsString>) -> Option<Pat
 }
 
 /// What outlives a session, a restart and a power cut.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Kept {
     /// The latched alarm.
     pub latch: Latch,
     /// When the mounting, a sign, the order or a scale of a sensor was contradicted last. `None` if it never was.
     pub contradicted: Option<Timestamp>,
+    /// The signals that failed visibly, and that nobody trusts yet.
+    pub doubted: DoubtedSignals,
 }
 
 impl Kept {
@@ -49,7 +55,7 @@ impl Kept {
     pub fn alarm(latch: Latch) -> Self {
         Self {
             latch,
-            contradicted: None,
+            ..Self::default()
         }
     }
 
@@ -58,6 +64,15 @@ impl Kept {
     pub fn contradicted_at(mut self, time: Timestamp) -> Self {
         self.contradicted = self.contradicted.max(Some(to_the_second(time)));
         self
+    }
+
+    /// The same, and this signal is doubted, too. Where there is no room for another one, all sensors are contradicted.
+    #[must_use]
+    pub fn doubting(mut self, signal: DoubtedSignal) -> Self {
+        match self.doubted.push(signal) {
+            Ok(()) => self,
+            Err(Full) => self.contradicted_at(signal.since),
+        }
     }
 }
 
@@ -166,7 +181,7 @@ impl AlarmFile {
     ///
     /// # Errors
     /// The disk cannot be written.
-    pub fn write(&self, kept: Kept) -> io::Result<()> {
+    pub fn write(&self, kept: &Kept) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let new = self.path().with_extension("new");
         let mut file = File::create(&new)?;
@@ -182,11 +197,11 @@ impl AlarmFile {
         let _ = fs::copy(self.path(), self.path().with_extension("damaged"));
     }
 
-    fn text(&self, kept: Kept) -> String {
+    fn text(&self, kept: &Kept) -> String {
         let written = Written {
             machine_hash: self.machine_hash,
             identity_checksum: self.identity_checksum,
-            kept,
+            kept: *kept,
         };
         written.text()
     }
@@ -226,7 +241,8 @@ impl Written {
         let acknowledged = u8::from(kept.latch.is_acknowledged);
         let contradiction = (kept.contradicted).map_or("-".into(), |time| time.to_string());
         sealed(&format!(
-            "{BEGINNING} {VERSION} {machine_hash:016x} {identity_checksum:08x} {level} {acknowledged} {contradiction}"
+            "{BEGINNING} {VERSION} {machine_hash:016x} {identity_checksum:08x} {level} {acknowledged} {contradiction} {}",
+            kept.doubted
         ))
     }
 
@@ -241,10 +257,15 @@ impl Written {
             level,
             acknowledged,
             contradiction,
-            _,
+            ref rest @ ..,
         ] = words[..]
         else {
             return None;
+        };
+        let doubted = match (version, rest) {
+            (VERSION_WITHOUT_TIME | VERSION_WITHOUT_SIGNALS, [_]) => DoubtedSignals::default(),
+            (VERSION, [doubted, _]) => doubted.parse().ok()?,
+            _ => return None,
         };
         let (content, _) = text.rsplit_once(' ')?;
         let known = [None, Some(Level::Danger), Some(Level::Fault)];
@@ -264,11 +285,12 @@ impl Written {
                     is_acknowledged: acknowledged == "1",
                 },
                 contradicted: contradicted.map(to_the_second),
+                doubted,
             },
         };
         let is_good = match version {
-            VERSION_WITHOUT_TIME => content.starts_with(BEGINNING) && sealed(content) == text,
-            _ => written.text() == text,
+            VERSION => written.text() == text,
+            _ => content.starts_with(BEGINNING) && sealed(content) == text,
         };
         is_good.then_some(written)
     }
@@ -298,15 +320,49 @@ mod tests {
         let time = |second| Timestamp::from_second(second).unwrap();
         for contradicted in [None, Some(time(0)), Some(time(1_800_000_000))] {
             let kept = Kept {
-                latch,
                 contradicted,
+                ..Kept::alarm(latch)
             };
-            file.write(kept).unwrap();
+            let slipped = slipped("joint.slew");
+            file.write(&kept.doubting(slipped)).unwrap();
+            assert_eq!(file.read().unwrap(), kept.doubting(slipped));
+            file.write(&kept).unwrap();
             assert_eq!(file.read().unwrap(), kept);
             latch.acknowledge();
         }
-        file.write(Kept::default()).unwrap();
+        file.write(&Kept::default()).unwrap();
         assert_eq!(file.read().unwrap(), Kept::default());
+    }
+
+    fn slipped(name: &str) -> DoubtedSignal {
+        format!("{name}=1.5~0.02@2026-11-27T10:00:00Z")
+            .parse()
+            .unwrap()
+    }
+
+    /// As version 3 wrote it.
+    #[test]
+    fn file_of_before_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = AlarmFile::new(folder.path(), 7, "m");
+        let identity = file.identity_checksum;
+        for version in ["3", "4"] {
+            let content = format!(
+                "tipwatch-alarm {version} {:016x} {identity:08x} fault 1 2026-11-27T10:00:00Z",
+                7
+            );
+            fs::write(file.path(), sealed(&content)).unwrap();
+            let read = file.read();
+            assert_eq!(read.is_ok(), version == "3");
+            if let Ok(kept) = read {
+                assert!(kept.latch.is_acknowledged && kept.doubted.is_empty());
+                assert_eq!(kept.contradicted, "2026-11-27T10:00:00Z".parse().ok());
+            }
+        }
+        // and none of a later version
+        let content = format!("tipwatch-alarm 5 {:016x} {identity:08x} none 0 - -", 7);
+        fs::write(file.path(), sealed(&content)).unwrap();
+        assert!(file.read().is_err());
     }
 
     /// Nobody knows when it was: it counts as of now, so that only a drive from now on can be later.
@@ -331,7 +387,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = AlarmFile::new(folder.path(), 7, "m");
         let alarm = Kept::alarm(Latch::raised(Level::Danger));
-        file.write(alarm.contradicted_at(Timestamp::now())).unwrap();
+        let alarm = alarm.contradicted_at(Timestamp::now());
+        file.write(&alarm.doubting(slipped("joint.slew"))).unwrap();
         let good = fs::read(file.path()).unwrap();
         for at in 0..good.len() {
             let mut bytes = good.clone();
@@ -344,7 +401,7 @@ mod tests {
         // another machine's file under this machine's name
         fs::write(
             file.path(),
-            AlarmFile::new(folder.path(), 8, "m").text(Kept::default()),
+            AlarmFile::new(folder.path(), 8, "m").text(&Kept::default()),
         )
         .unwrap();
         assert!(file.read().is_err());

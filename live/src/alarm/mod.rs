@@ -1,10 +1,12 @@
-//! The latched alarm on the disk: over the end of a session, a restart of the monitor and a power cut.
+//! The latched alarm on the disk, and what is doubted: over the end of a session, a restart of the monitor and a power cut.
 
 mod acknowledgement;
+mod doubted;
 mod exchange;
 mod file;
 mod store;
 
-pub use acknowledgement::AlarmSeen;
+pub use acknowledgement::{Acknowledged, AlarmSeen};
+pub use doubted::{DoubtedSignal, DoubtedSignals, SignalName};
 pub use file::{AlarmFile, Kept, default_folder};
 pub use store::AlarmStore;

@@ -10,22 +10,42 @@ use anyhow::Result;
 use jiff::Timestamp;
 use tipwatch_mechanics::verdict::{Latch, Level};
 
+use super::doubted::DoubtedSignals;
 use super::exchange::Exchange;
 use super::file::{AlarmFile, Kept};
 use crate::safety_limits::ALARM_SAVE_NS;
 use crate::system::clock::monotonic_ns;
+use crate::system::sync::{Mutex, MutexGuard, PoisonError};
 
 /// How often the thread looks for a changed alarm.
 const LOOK_PERIOD: Duration = Duration::from_millis(2);
 /// How often it checks that the file is still there, and retries after a failure.
 const CHECK_PERIOD: Duration = Duration::from_secs(1);
 
+/// What the loop and the writing thread share: what is to be written, and its number.
+#[derive(Debug)]
+struct Shared {
+    exchange: Exchange,
+    kept: Mutex<Kept>,
+}
+
+impl Shared {
+    /// What is to be written. The writing thread holds it only to copy it.
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        // a copy leaves nothing half done
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
 /// Keeps the alarm of a machine on the disk. Dropping it waits for the last write.
 #[derive(Debug)]
 pub struct AlarmStore {
-    exchange: Arc<Exchange>,
+    shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
-    wanted: u64,
+    wanted: Kept,
+    /// Its number among all that was wanted, and whether the thread knows of it.
+    number: u64,
+    is_handed_over: bool,
     /// When the alarm last changed (ns).
     changed_ns: i64,
 }
@@ -64,53 +84,70 @@ impl AlarmStore {
             }
             kept = worse(kept, before.kept);
         }
-        let wanted = number_of(kept);
-        let exchange = Arc::new(Exchange::new(wanted));
+        let shared = Arc::new(Shared {
+            exchange: Exchange::new(0),
+            kept: Mutex::new(kept),
+        });
         // the first write shows whether the folder can be written
-        exchange.save(&mut |alarm, had_failed| write(&file, kept_of(alarm), had_failed));
+        let exchange = &shared.exchange;
+        exchange.save(&mut |_, had_failed| write(&file, &kept, had_failed));
         if !exchange.has_failed() {
             for before in &predecessors {
                 // if this fails it is taken over once more
-                let _ = before.file.write(Kept::default());
+                let _ = before.file.write(&Kept::default());
             }
         }
         let thread = {
-            let exchange = Arc::clone(&exchange);
+            let shared = Arc::clone(&shared);
             std::thread::Builder::new()
                 .name("alarm".into())
-                .spawn(move || write_all(&exchange, &file))?
+                .spawn(move || write_all(&shared, &file))?
         };
         let store = Self {
-            exchange,
+            shared,
             thread: Some(thread),
-            wanted,
+            wanted: kept,
+            number: 0,
+            is_handed_over: true,
             changed_ns: monotonic_ns(),
         };
         Ok((store, kept))
     }
 
     /// Keeps this from now on. It neither waits nor allocates.
-    pub fn keep(&mut self, kept: Kept) {
-        let wanted = number_of(kept);
-        if wanted != self.wanted {
-            self.wanted = wanted;
+    pub fn keep(&mut self, kept: &Kept) {
+        if *kept != self.wanted {
+            self.wanted = *kept;
+            self.number += 1;
+            self.is_handed_over = false;
             self.changed_ns = monotonic_ns();
-            self.exchange.want(wanted);
+        }
+        // while the thread copies the one before, this one waits for the next call
+        if !self.is_handed_over
+            && let Ok(mut slot) = self.shared.kept.try_lock()
+        {
+            *slot = self.wanted;
+            self.is_handed_over = true;
+            self.shared.exchange.want(self.number);
         }
     }
 
     /// Whether a power cut would lose the alarm: writing has failed, or takes too long.
     #[must_use]
     pub fn is_unsaved(&self) -> bool {
-        self.exchange.has_failed()
-            || !self.exchange.is_saved(self.wanted)
+        self.shared.exchange.has_failed()
+            || !self.shared.exchange.is_saved(self.number)
                 && monotonic_ns().saturating_sub(self.changed_ns) > ALARM_SAVE_NS
     }
 }
 
 impl Drop for AlarmStore {
     fn drop(&mut self) {
-        self.exchange.end();
+        if !self.is_handed_over {
+            *self.shared.kept() = self.wanted;
+            self.shared.exchange.want(self.number);
+        }
+        self.shared.exchange.end();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -118,7 +155,7 @@ impl Drop for AlarmStore {
 }
 
 /// The store in its own thread.
-fn write_all(exchange: &Exchange, file: &AlarmFile) {
+fn write_all(shared: &Shared, file: &AlarmFile) {
     let mut checked = Instant::now();
     let pause = |exchange: &Exchange| {
         std::thread::sleep(LOOK_PERIOD);
@@ -138,8 +175,9 @@ fn write_all(exchange: &Exchange, file: &AlarmFile) {
         }
         is_check
     };
-    exchange.run(pause, |alarm, had_failed| {
-        write(file, kept_of(alarm), had_failed)
+    shared.exchange.run(pause, |_, had_failed| {
+        let kept = *shared.kept();
+        write(file, &kept, had_failed)
     });
 }
 
@@ -152,7 +190,7 @@ fn tell_unknown(path: &Path, error: &io::Error) {
 }
 
 /// Writes an alarm; returns whether that has succeeded. The first failure and the first success after it are told.
-fn write(file: &AlarmFile, kept: Kept, had_failed: bool) -> bool {
+fn write(file: &AlarmFile, kept: &Kept, had_failed: bool) -> bool {
     let path = file.path();
     match file.write(kept) {
         Ok(()) => {
@@ -173,47 +211,44 @@ fn write(file: &AlarmFile, kept: Kept, had_failed: bool) -> bool {
     }
 }
 
-/// Of two alarms the higher one, acknowledged if both are; the later contradiction.
+/// Of two alarms the higher one, acknowledged if both are; the later contradiction; all doubted signals, each as of later.
 fn worse(a: Kept, b: Kept) -> Kept {
     let is_done = |latch: Latch| latch.level.is_none() || latch.is_acknowledged;
     let level = a.latch.level.max(b.latch.level);
-    Kept {
-        latch: Latch {
+    let mut kept = Kept {
+        contradicted: a.contradicted.max(b.contradicted),
+        ..Kept::alarm(Latch {
             level,
             is_acknowledged: level.is_some() && is_done(a.latch) && is_done(b.latch),
-        },
-        contradicted: a.contradicted.max(b.contradicted),
+        })
+    };
+    let later =
+        |one: &DoubtedSignals, other: &DoubtedSignals, counts: fn(Timestamp, Timestamp) -> bool| {
+            let mut signals = DoubtedSignals::default();
+            for signal in one.iter() {
+                let same = other.find(&signal.name);
+                if same.is_none_or(|same| counts(signal.since, same.since)) {
+                    // there was room for it before
+                    let _ = signals.push(*signal);
+                }
+            }
+            signals
+        };
+    for signals in [
+        later(&a.doubted, &b.doubted, |own, other| own >= other),
+        later(&b.doubted, &a.doubted, |own, other| own > other),
+    ] {
+        kept = signals
+            .iter()
+            .fold(kept, |kept, signal| kept.doubting(*signal));
     }
-}
-
-/// Bits below the time of a contradiction: the level, and whether it was acknowledged.
-const TIME_SHIFT: u32 = 4;
-
-/// An alarm as a number: its acknowledgement, its level, and the time of a contradiction (s since 1970, and one more).
-fn number_of(kept: Kept) -> u64 {
-    let level = kept.latch.level.map_or(0, |level| level as u64);
-    let second = |time: Timestamp| u64::try_from(time.as_second()).unwrap_or(0) + 1;
-    kept.contradicted.map_or(0, second) << TIME_SHIFT
-        | level << 1
-        | u64::from(kept.latch.is_acknowledged)
-}
-
-fn kept_of(number: u64) -> Kept {
-    let level = (number >> 1) as u32 & 0b111;
-    let second = (number >> TIME_SHIFT).checked_sub(1);
-    let time = |second: u64| Timestamp::from_second(i64::try_from(second).unwrap_or(i64::MAX));
-    Kept {
-        latch: Latch {
-            level: Some(Level::from_number(level)).filter(|_| level != 0),
-            is_acknowledged: number & 1 == 1,
-        },
-        contradicted: second.map(|second| time(second).unwrap_or(Timestamp::MAX)),
-    }
+    kept
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alarm::DoubtedSignal;
 
     fn open(folder: &Path, hash: u64, identity: &str) -> (AlarmStore, Kept) {
         AlarmStore::open(folder, hash, identity).unwrap()
@@ -225,7 +260,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (mut store, kept) = open(folder.path(), 3, "m");
         assert_eq!(kept, Kept::default());
-        store.keep(Kept::alarm(Latch::raised(Level::Danger)));
+        store.keep(&Kept::alarm(Latch::raised(Level::Danger)));
         drop(store);
         let danger = Kept::alarm(Latch::raised(Level::Danger));
         let (store, kept) = open(folder.path(), 3, "m");
@@ -241,7 +276,7 @@ mod tests {
         let (mut store, kept) = open(folder.path(), 3, "m");
         assert_eq!(kept, danger);
         // once it is acknowledged and over, no file has it
-        store.keep(Kept::default());
+        store.keep(&Kept::default());
         drop(store);
         for hash in [5, 3, 5] {
             assert_eq!(open(folder.path(), hash, "m").1, Kept::default());
@@ -254,27 +289,51 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (mut store, _) = open(folder.path(), 3, "m");
         let kept = Kept::default().contradicted_at(Timestamp::now());
-        store.keep(kept);
+        store.keep(&kept);
         drop(store);
         for hash in [3, 4, 3] {
             assert_eq!(open(folder.path(), hash, "m").1, kept);
         }
     }
 
+    // requirement: TW-VERDICT-31
     #[test]
-    fn alarms_are_numbers_on_their_way() {
-        let levels = [None, Some(Level::Danger), Some(Level::Fault)];
-        for (level, is_acknowledged) in levels.into_iter().zip([false, true, false]) {
-            let latch = Latch {
-                level,
-                is_acknowledged,
-            };
-            let kept = Kept::alarm(latch);
-            let contradicted = kept.contradicted_at(Timestamp::from_second(1_800_000_000).unwrap());
-            for kept in [kept, contradicted] {
-                assert_eq!(kept_of(number_of(kept)), kept);
-            }
+    fn doubted_signals_outlive_their_store_with_any_machine_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let signal = |text: &str| text.parse::<DoubtedSignal>().unwrap();
+        let slew = signal("joint.slew=1.5~0.02@2026-11-27T10:00:00Z");
+        let later = signal("joint.slew=3~0.04@2026-11-27T10:00:01Z");
+        let lift = signal("joint.lift=-0.5~0.02@2026-11-27T10:00:00Z");
+        let kept = Kept::default().doubting(slew).doubting(lift);
+        let (mut store, _) = open(folder.path(), 3, "m");
+        store.keep(&kept);
+        drop(store);
+        for hash in [3, 4, 3] {
+            assert_eq!(open(folder.path(), hash, "m").1, kept);
         }
+        assert!(open(folder.path(), 9, "other").1.doubted.is_empty());
+        // of the same signal in two files the later one counts
+        for (a, b) in [(slew, later), (later, slew)] {
+            let merged = worse(Kept::default().doubting(a), Kept::default().doubting(b));
+            assert_eq!(merged, Kept::default().doubting(later));
+        }
+    }
+
+    /// The loop hands over what it wants whenever the thread does not look; at the end at the latest.
+    #[test]
+    fn what_cannot_be_handed_over_at_once_is_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let danger = Kept::alarm(Latch::raised(Level::Danger));
+        let (mut store, _) = open(folder.path(), 3, "m");
+        {
+            let shared = Arc::clone(&store.shared);
+            let held = shared.kept();
+            store.keep(&danger);
+            assert!(!store.is_handed_over);
+            drop(held);
+        }
+        drop(store);
+        assert_eq!(open(folder.path(), 3, "m").1, danger);
     }
 
     /// What is damaged may have been this machine's alarm; it is another's only if it says so.
@@ -291,7 +350,7 @@ mod tests {
         let (mut store, kept) = open(folder.path(), 3, "m");
         assert_eq!(kept.latch, Latch::raised(Level::Fault));
         // once it was acknowledged it does not come back
-        store.keep(Kept::default());
+        store.keep(&Kept::default());
         drop(store);
         assert_eq!(open(folder.path(), 3, "m").1, Kept::default());
         // another machine under whose name it is does not take it for nothing

@@ -19,13 +19,13 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use tipwatch_storage::redact;
 
-use arguments::{MachineArgs, ServiceArgs};
+use arguments::MachineArgs;
 use bridge::{BridgeArgs, DbcArgs, print_dbc, print_msg, run_bridge};
 use check_machine::{CheckMachineArgs, run_check_machine};
 use control::{ControlArgs, run_control};
 use exit::FAILED;
 use monitor::{MonitorArgs, run_monitor};
-use operator::{WatchArgs, run_acknowledge, run_watch};
+use operator::{AcknowledgeArgs, WatchArgs, run_acknowledge, run_watch};
 use play::{PlayArgs, run_play};
 use record::{RecordArgs, run_record};
 use rehearse::{RehearseArgs, run_rehearse};
@@ -55,8 +55,8 @@ enum Command {
     Record(RecordArgs),
     /// Show loads, margins and the verdict in the terminal.
     Watch(WatchArgs),
-    /// Acknowledge the monitor's alarm.
-    Acknowledge(ServiceArgs),
+    /// Acknowledge the monitor's alarm, or trust a signal again that failed visibly.
+    Acknowledge(AcknowledgeArgs),
     /// Commission the machine: guide a person through a drive that proves signs, axes, order, scale and mounting of its
     /// sensors. The same as `tipwatch check-machine --live`.
     CheckMachine(CheckMachineArgs),

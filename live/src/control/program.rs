@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use tipwatch_binding::{MachineFile, Urdf};
 
 use super::session_control::Control;
-use crate::alarm::AlarmSeen;
+use crate::alarm::{Acknowledged, AlarmSeen};
 use crate::node::{
     ExpiringSender, Housekeeping, LiveNode, LoopOptions, Receiver, SessionFollower, SessionHost,
     Waiter,
@@ -57,7 +57,7 @@ impl SessionHost for Host<'_> {
         control.session()
     }
 
-    fn begin(&mut self, announced: &WireSession) -> Result<Control> {
+    fn begin(&mut self, announced: &WireSession, _: Option<&Control>) -> Result<Control> {
         // valves never follow a clock that cannot be checked
         let (session, machine, sensors) =
             open_session(announced, self.file, self.urdf, Untimed::Refused)?;
@@ -151,7 +151,8 @@ impl<'a> ControlProgram<'a> {
             follower.look_for_session(host)?;
         }
         let (_, next) = host.commands.next();
-        let is_of_a_fault = |by: &WireAcknowledge| host.faults.is_acknowledged(by, next);
+        let is_of_a_fault =
+            |by: &WireAcknowledge| host.faults.acknowledged(by, next) == Some(Acknowledged::Alarm);
         while let Some(counts) = self.acknowledgements.receive(is_of_a_fault)? {
             let counting = follower.active.iter_mut().filter(|_| counts);
             counting.for_each(Control::acknowledge);

@@ -1,7 +1,9 @@
 //! The state estimator behind the guard: the one place that takes the guard's steps, in their order.
 
 use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
+use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::Conditions;
 
@@ -77,6 +79,21 @@ impl CheckedEstimator {
     /// It was contradicted in a session before.
     pub fn remember_contradiction(&mut self) {
         self.estimator.remember_contradiction();
+    }
+
+    /// The signals that are doubted since they failed visibly, in this session or before.
+    pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
+        self.estimator.doubts()
+    }
+
+    /// A signal failed visibly in a session before.
+    pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
+        self.estimator.remember_doubt(doubt);
+    }
+
+    /// A person trusts these signals as they are now.
+    pub fn trust(&mut self, signals: Proofs) {
+        self.estimator.trust(signals);
     }
 
     /// Takes a message.

@@ -180,6 +180,10 @@ impl<W: Write> Printer<W> {
             let unproven = self.names.unproven(verdict);
             write!(self.out, "  not proven: {}", unproven.join(", "))?;
         }
+        if verdict.doubted != 0 {
+            let doubted = self.names.doubted(verdict);
+            write!(self.out, "  doubted: {}", doubted.join(", "))?;
+        }
         for fault in held.faults.iter() {
             write!(self.out, "  fault: {}", fault.name())?;
         }
@@ -221,6 +225,7 @@ impl Serialize for Line<'_> {
         map.serialize_entry("verdict_latched", verdict.verdict().latched_level.name())?;
         map.serialize_entry("basis", verdict.verdict().basis.name())?;
         map.serialize_entry("unproven", &self.names.unproven(verdict))?;
+        map.serialize_entry("doubted", &self.names.doubted(verdict))?;
         map.serialize_entry("faults", &FaultNames(conditions.faults))?;
         map.serialize_entry("cautions", &FaultNames(conditions.cautions))?;
         let held = verdict.verdict().held;

@@ -5,15 +5,19 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use jiff::Timestamp;
 use tipwatch_binding::{Commissioning, MachineFile, Urdf};
-use tipwatch_mechanics::machine::Proofs;
+use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
+use tipwatch_mechanics::machine::{Proof, Proofs};
 use tipwatch_mechanics::verdict::{
     Conditions, HeldProblems, InputFault, InputFaults, Level, Verdict,
 };
 
-use super::contradiction::{overrules, recorded_from};
+use super::contradiction::{Stands, overrules, recorded_from};
 use super::observer::Observer;
-use super::session_monitor::Monitor;
-use crate::alarm::{AlarmSeen, AlarmStore, Kept};
+use super::session_monitor::{Monitor, measured};
+use crate::alarm::{
+    Acknowledged, AlarmSeen, AlarmStore, DoubtedSignal, DoubtedSignals, Kept, SignalName,
+};
 use crate::node::{
     ExpiringSender, LiveNode, LoopOptions, Receiver, Sender, SessionFollower, SessionHost, Waiter,
 };
@@ -90,6 +94,13 @@ struct Cycle<'c, 'a> {
 }
 
 impl Cycle<'_, '_> {
+    /// Keeps what outlives a session.
+    fn keep(&mut self, monitor: &Monitor) {
+        self.kept.latch = monitor.latch();
+        self.keep_contradiction(monitor);
+        self.keep_doubts(monitor);
+    }
+
     /// Keeps the time of a contradiction that a session has found.
     fn keep_contradiction(&mut self, monitor: &Monitor) {
         let session = Some(monitor.session());
@@ -97,10 +108,75 @@ impl Cycle<'_, '_> {
             return;
         }
         *self.contradicted_session = session;
-        // whatever the clock of the computer says, it is after the drive that it contradicts
+        *self.kept = (self.kept).contradicted_at(self.after_the_drive());
+    }
+
+    /// Now; whatever the clock of the computer says, it is after the drive of the commissioning that was bound before.
+    fn after_the_drive(&self) -> Timestamp {
         let drive = self.outputs.commissioning.and_then(recorded_from);
         let now = Timestamp::now();
-        *self.kept = (self.kept).contradicted_at(drive.map_or(now, |drive| drive.max(now)));
+        drive.map_or(now, |drive| drive.max(now))
+    }
+
+    /// Keeps the signals that a session doubts, and no others of those that it measures.
+    fn keep_doubts(&mut self, monitor: &Monitor) {
+        if self.kept.doubted.is_empty() && monitor.doubts().next().is_none() {
+            return;
+        }
+        let machine = monitor.machine();
+        let measured = monitor.measured();
+        let before = std::mem::take(&mut self.kept.doubted);
+        let is_measured = |signal: &DoubtedSignal| {
+            let of_machine = signal.of_machine(machine);
+            of_machine.is_some_and(|doubt| measured.has(doubt.signal))
+        };
+        for signal in before.iter().filter(|signal| !is_measured(signal)) {
+            *self.kept = self.kept.doubting(*signal);
+        }
+        for doubt in monitor.doubts() {
+            *self.kept = self.doubting(&before, &doubt, machine);
+        }
+    }
+
+    /// What is kept, and this doubt, since when it was kept `before`.
+    fn doubting(&self, before: &DoubtedSignals, doubt: &SignalDoubt, machine: &Machine) -> Kept {
+        let Some(name) = SignalName::of(doubt.signal, machine) else {
+            return self.kept.contradicted_at(self.after_the_drive());
+        };
+        let known = before.find(&name);
+        // the mean of a specific force goes on changing: what was found first suffices
+        let known = known.filter(|it| it.by == doubt.by || doubt.signal == Proof::SpecificForce);
+        let found = || DoubtedSignal {
+            name,
+            by: doubt.by,
+            moved: doubt.moved,
+            since: self.after_the_drive(),
+        };
+        self.kept.doubting(known.copied().unwrap_or_else(found))
+    }
+
+    /// The signals that a session begins by doubting: those that it measures, and that no commissioning has proven since.
+    fn inherited_doubts(&mut self, machine: &Machine, measured: Proofs) -> Vec<SignalDoubt> {
+        let mut doubts = Vec::new();
+        let before = std::mem::take(&mut self.kept.doubted);
+        for signal in before.iter() {
+            let doubt = signal.of_machine(machine);
+            let Some(doubt) = doubt.filter(|doubt| measured.has(doubt.signal)) else {
+                *self.kept = self.kept.doubting(*signal);
+                continue;
+            };
+            let needed = [doubt.signal].into_iter().collect();
+            let commissioning = self.outputs.commissioning;
+            match overrules(commissioning, signal.since, needed, machine) {
+                Ok(()) => eprintln!("monitor: {}: proven by the commissioning", signal.name),
+                Err(stands) => {
+                    tell_doubt(signal, &stands);
+                    *self.kept = self.kept.doubting(*signal);
+                    doubts.push(doubt);
+                }
+            }
+        }
+        doubts
     }
 
     fn publish(&mut self, verdict: &mut WireVerdict) -> i64 {
@@ -125,7 +201,8 @@ impl Cycle<'_, '_> {
             ..
         } = *self.outputs;
         let (session, machine, sensors) = open_session(announced, file, urdf, untimed)?;
-        let mut message = WireMachine::new(&machine, session.id)?;
+        let doubts = self.inherited_doubts(&machine, measured(&sensors));
+        let mut message = WireMachine::new(&machine, session.id)?.doubting(&doubts);
         if let Some(fingerprint) = fingerprint {
             fingerprint.write_to(&mut message)?;
         }
@@ -140,6 +217,9 @@ impl Cycle<'_, '_> {
         let mut monitor =
             Monitor::new(machine, &sensors, &session, now_ns).commissioned(commissioned);
         monitor.resume(self.kept.latch);
+        doubts
+            .iter()
+            .for_each(|doubt| monitor.remember_doubt(doubt));
         if let Some((time, Some(stands))) = contradicted {
             eprintln!(
                 "monitor: the sensors were contradicted at {time}, and stay doubted: {stands}. Mend them, record a new drive, and \
@@ -159,7 +239,10 @@ impl SessionHost for Cycle<'_, '_> {
         monitor.session()
     }
 
-    fn begin(&mut self, announced: &WireSession) -> Result<Monitor> {
+    fn begin(&mut self, announced: &WireSession, before: Option<&Monitor>) -> Result<Monitor> {
+        if let Some(before) = before {
+            self.keep(before);
+        }
         let opened = self.open(announced);
         self.outputs.refused = None;
         if let Err(error) = &opened {
@@ -175,13 +258,8 @@ impl SessionHost for Cycle<'_, '_> {
         opened
     }
 
-    fn succeed(&mut self, next: &mut Monitor, before: Monitor) -> Result<()> {
+    fn succeed(&mut self, _: &mut Monitor, before: Monitor) -> Result<()> {
         tell_untested(&before);
-        self.keep_contradiction(&before);
-        next.resume(before.latch());
-        if before.is_contradicted() {
-            next.remember_contradiction();
-        }
         Ok(())
     }
 
@@ -305,13 +383,16 @@ impl<'a> MonitorProgram<'a> {
         let progress = follower.take_samples(&mut cycle)?;
         while let Some(acknowledged) = self.acknowledgements.receive(|message| *message)? {
             let (_, next) = cycle.outputs.verdicts.next();
-            if !cycle.outputs.alarm.is_acknowledged(&acknowledged, next) {
+            let Some(acknowledged) = cycle.outputs.alarm.acknowledged(&acknowledged, next) else {
                 self.ignored_acknowledgements += 1;
                 continue;
-            }
-            match &mut follower.active {
-                Some(monitor) => monitor.acknowledge(),
-                None => cycle.kept.latch.acknowledge(),
+            };
+            match (acknowledged, &mut follower.active) {
+                (Acknowledged::Alarm, Some(monitor)) => monitor.acknowledge(),
+                (Acknowledged::Alarm, None) => cycle.kept.latch.acknowledge(),
+                (Acknowledged::Signals(signals), Some(monitor)) => monitor.trust(signals),
+                // without a session no verdict doubts a signal
+                (Acknowledged::Signals(_), None) => self.ignored_acknowledgements += 1,
             }
         }
         let now_ns = cycle.outputs.verdicts.now_ns();
@@ -330,12 +411,11 @@ impl<'a> MonitorProgram<'a> {
                 }
                 monitor.tick(now_ns, &mut |verdict| cycle.publish(verdict));
                 self.counts = monitor.counts();
-                cycle.kept.latch = monitor.latch();
-                cycle.keep_contradiction(monitor);
+                cycle.keep(monitor);
             }
             None => (self.idle).tick(now_ns, is_unsaved, &mut cycle),
         }
-        self.store.keep(*cycle.kept);
+        self.store.keep(cycle.kept);
         cycle.outputs.verdicts.check()?;
         cycle.observer.cycle();
         if let Some(refused) = &self.outputs.refused
@@ -358,6 +438,17 @@ impl<'a> MonitorProgram<'a> {
         self.outputs.refusals.update_connections()?;
         Ok(Progress::Running)
     }
+}
+
+/// Tells which signal a session begins by doubting, and what would end that.
+fn tell_doubt(signal: &DoubtedSignal, stands: &Stands) {
+    let DoubtedSignal {
+        name, by, since, ..
+    } = signal;
+    eprintln!(
+        "monitor: {name} has been off by {by} since {since}, and stays doubted: {stands}. Mend it, and acknowledge it: tipwatch-live \
+         acknowledge --signal {name}"
+    );
 }
 
 /// Tells what a session that is over has not shown.

@@ -1,7 +1,7 @@
 //! Verdicts on one session. It does not know where messages come from or go to.
 
-use tipwatch_mechanics::estimation::plausibility::Excitation;
-use tipwatch_mechanics::machine::Proofs;
+use tipwatch_mechanics::estimation::plausibility::{Excitation, SignalDoubt};
+use tipwatch_mechanics::machine::{Proof, Proofs};
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{
@@ -30,7 +30,11 @@ pub struct Monitor {
     /// What the loads hang on, and what a commissioning has proven.
     needed: Proofs,
     commissioned: Proofs,
+    /// The joints and the specific force that this session measures.
+    measured: Proofs,
     is_acknowledged: bool,
+    /// The signals that were acknowledged since the last row.
+    trusted: Proofs,
     /// Number of alarms raised up to the last verdict published.
     alarms: u64,
     timeliness: Timeliness,
@@ -74,7 +78,9 @@ impl Monitor {
             excitation: Excitation::new(&machine),
             input,
             machine,
+            measured: measured(sensors),
             is_acknowledged: false,
+            trusted: Proofs::NONE,
             alarms: 0,
             timeliness: Timeliness::NoRow,
             late_cycles: 0,
@@ -156,6 +162,27 @@ impl Monitor {
         self.message.inherited_contradiction = 1;
     }
 
+    /// The signals that are doubted since they failed visibly, in this session or before.
+    pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
+        self.input.doubts()
+    }
+
+    /// A signal failed visibly in a session before. It is doubted from the first sample on.
+    pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
+        self.input.remember_doubt(doubt);
+    }
+
+    /// The joints and the specific force that this session measures.
+    #[must_use]
+    pub fn measured(&self) -> Proofs {
+        self.measured
+    }
+
+    /// An operator trusts these signals as they are now.
+    pub fn trust(&mut self, signals: Proofs) {
+        self.trusted.add_all(signals);
+    }
+
     /// An operator has acknowledged the latched alarm.
     pub fn acknowledge(&mut self) {
         self.is_acknowledged = true;
@@ -215,6 +242,10 @@ impl Monitor {
         let level = verdict.level;
         let prediction = (self.predictor).row(&self.machine, time_ns, state, reasons, level);
         self.message.set_prediction(prediction);
+        // from the next sample on, as offline
+        let trusted = std::mem::replace(&mut self.trusted, Proofs::NONE);
+        self.input.trust(trusted);
+        self.message.acknowledged_signals = trusted.bits();
         self.publish(verdict, row.conditions, publish);
         let guard = &self.input.guard;
         self.timeliness = self.timeliness.max(
@@ -243,6 +274,8 @@ impl Monitor {
         let counts = self.counts();
         self.message.set_verdict(verdict, conditions, counts);
         self.message.set_alarm(self.latch());
+        let doubted: Proofs = self.input.doubts().map(|doubt| doubt.signal).collect();
+        self.message.doubted = doubted.bits();
         if std::mem::replace(&mut self.alarms, self.judge.alarms()) != self.judge.alarms() {
             self.message.alarm_sequence = ALARM_BEGINS;
         }
@@ -261,4 +294,13 @@ impl Monitor {
             self.note(InputFault::VerdictLate);
         }
     }
+}
+
+/// The joints and the specific force that the sensors of a session measure.
+pub(super) fn measured(sensors: &Sensors) -> Proofs {
+    let joints = sensors.joints.iter().flat_map(|stream| &stream.joints);
+    let joints = joints.map(|&joint| Proof::Joint(joint));
+    joints
+        .chain(sensors.imu.then_some(Proof::SpecificForce))
+        .collect()
 }

@@ -15,11 +15,15 @@ pub trait SessionHost {
     /// The identity of a session.
     fn id(session: &Self::Session) -> u64;
 
-    /// Prepares to follow an announced session.
+    /// Prepares to follow an announced session, after the one that is followed until now.
     ///
     /// # Errors
     /// It is a session of another machine, or cannot be followed.
-    fn begin(&mut self, announced: &WireSession) -> Result<Self::Session>;
+    fn begin(
+        &mut self,
+        announced: &WireSession,
+        before: Option<&Self::Session>,
+    ) -> Result<Self::Session>;
 
     /// Replaces one session by the next.
     ///
@@ -83,7 +87,8 @@ impl<S> SessionFollower<S> {
         let Some(announced) = self.reader.announced()? else {
             return Ok(());
         };
-        let begun = host.begin(&announced).and_then(|session| {
+        let begun = host.begin(&announced, self.active.as_ref());
+        let begun = begun.and_then(|session| {
             self.reader.follow(&announced)?;
             Ok(session)
         });

@@ -1,13 +1,15 @@
-//! Acknowledges the monitor's alarm, and the control's rod that does not obey.
+//! Acknowledges the monitor's alarm, a signal that is doubted, and the control's rod that does not obey.
 
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
+use tipwatch_mechanics::machine::Proofs;
 
 use crate::node::{LiveNode, Receiver, ServiceAddress, pause};
 use crate::safety_limits::HEARTBEAT_NS;
 use crate::wire::identity::new_identity;
-use crate::wire::topics::{Topic, WireAcknowledge, WireCommand, WireVerdict};
+use crate::wire::names::Names;
+use crate::wire::topics::{Topic, WireAcknowledge, WireCommand, WireMachine, WireVerdict};
 
 /// How long to wait for a verdict.
 const LIMIT: Duration = Duration::from_secs(1);
@@ -28,12 +30,7 @@ pub fn acknowledge(address: &ServiceAddress) -> Result<&'static str> {
     let verdicts = node.receiver::<WireVerdict>()?;
     let commands = node.receiver::<WireCommand>()?;
     let mut sender = node.sender::<WireAcknowledge>(new_identity(0), 0)?;
-    let Some(seen) = wait_for(&verdicts, LIMIT, |_| true)? else {
-        bail!(
-            "expected a verdict within {} s, found none; is a monitor running?",
-            LIMIT.as_secs()
-        );
-    };
+    let seen = seen(&verdicts)?;
     let command = wait_for(&commands, COMMAND_LIMIT, |_| true)?;
     if let Some(command) = command.filter(WireCommand::has_rod_fault) {
         let mut message = WireAcknowledge::of_command(&command);
@@ -53,6 +50,61 @@ pub fn acknowledge(address: &ServiceAddress) -> Result<&'static str> {
         Some(_) => Ok("acknowledged; the alarm stays until it is over"),
         None => bail!("the monitor has not accepted the acknowledgement; has the alarm changed?"),
     }
+}
+
+/// Trusts a signal again that is doubted since it failed visibly, as it is now, and waits until the monitor confirms it; returns
+/// what became of it, as a sentence. `name`: as in the verdicts' `doubted`; of a joint, its own name suffices.
+///
+/// # Errors
+/// There is no monitor that follows a session, it does not doubt the signal or does not accept the acknowledgement, or the shared
+/// memory fails.
+pub fn acknowledge_signal(address: &ServiceAddress, name: &str) -> Result<String> {
+    let node = LiveNode::new(address, "tipwatch-acknowledge")?;
+    let verdicts = node.receiver::<WireVerdict>()?;
+    let machines = node.receiver::<WireMachine>()?;
+    let mut sender = node.sender::<WireAcknowledge>(new_identity(0), 0)?;
+    let seen = seen(&verdicts)?;
+    let is_followed = |machine: &WireMachine| machine.session == seen.session;
+    let Some(machine) = wait_for(&machines, LIMIT, is_followed)? else {
+        bail!("expected a monitor that follows a session: without one, no signal is doubted");
+    };
+    let names = Names::try_from(&machine)?;
+    let doubted = || match names.doubted(&seen) {
+        doubted if doubted.is_empty() => "none".to_owned(),
+        doubted => doubted.join(", "),
+    };
+    let is_doubted = |verdict: &WireVerdict, signal| Proofs::from_bits(verdict.doubted).has(signal);
+    let signal = names
+        .signal(name)
+        .filter(|&signal| is_doubted(&seen, signal));
+    let Some(signal) = signal else {
+        bail!(
+            "{name}: expected a signal that is doubted, found these: {}",
+            doubted()
+        );
+    };
+    let mut message = WireAcknowledge::of_signals(&seen, [signal].into_iter().collect());
+    sender.send_for(seen.machine_hash, &mut message)?;
+    let confirms =
+        |verdict: &WireVerdict| verdict.sequence > seen.sequence && !is_doubted(verdict, signal);
+    match wait_for(&verdicts, LIMIT, confirms)? {
+        Some(_) => Ok(format!("{name} is trusted as it is now")),
+        None => bail!(
+            "{name}: the monitor has not accepted the acknowledgement within {} s; do its sensors still send?",
+            LIMIT.as_secs()
+        ),
+    }
+}
+
+/// The next verdict.
+fn seen(verdicts: &Receiver<WireVerdict>) -> Result<WireVerdict> {
+    let Some(seen) = wait_for(verdicts, LIMIT, |_| true)? else {
+        bail!(
+            "expected a verdict within {} s, found none; is a monitor running?",
+            LIMIT.as_secs()
+        );
+    };
+    Ok(seen)
 }
 
 /// The first undamaged message for which `is_it` holds; `None` if there is none in time.

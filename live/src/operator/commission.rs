@@ -91,7 +91,7 @@ impl SessionHost for Host<'_> {
         session.id
     }
 
-    fn begin(&mut self, announced: &WireSession) -> Result<Guided> {
+    fn begin(&mut self, announced: &WireSession, _: Option<&Guided>) -> Result<Guided> {
         let (session, machine, sensors) =
             open_session(announced, self.file, self.urdf, Untimed::Allowed)?;
         Ok(Guided {

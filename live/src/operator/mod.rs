@@ -5,6 +5,6 @@ mod commission;
 mod screen;
 mod watch;
 
-pub use acknowledge::acknowledge;
+pub use acknowledge::{acknowledge, acknowledge_signal};
 pub use commission::{LiveCommissioning, commission};
 pub use watch::watch;

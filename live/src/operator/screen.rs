@@ -115,6 +115,13 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
     if shown.level == Level::Assumed {
         second.push(Span::from(missing_proof(view, verdict)));
     }
+    if verdict.doubted != 0 {
+        let doubted = view.names.doubted(verdict).join(", ");
+        let gap = if second.is_empty() { "" } else { "   " };
+        second.push(Span::from(format!(
+            "{gap}doubted since it failed: {doubted} (mend it, then acknowledge --signal NAME)"
+        )));
+    }
     let title = format!(" {} ", view.names.machine);
     let ahead = prediction_text(verdict, &view.names.wheels).filter(|_| expired.is_none());
     let text = vec![

@@ -81,6 +81,14 @@ pub(super) fn program(wire: &WireMachine) -> Vec<u8> {
         cdr.text(&if is_known { hex(&hash) } else { String::new() });
     }
     cdr.u64(wire.source);
+    let count = (wire.doubted_count as usize).min(wire.doubted_signals.len());
+    cdr.u32(count as u32);
+    cdr.u32(count as u32);
+    wire.doubted_signals[..count]
+        .iter()
+        .for_each(|&signal| cdr.u32(signal));
+    cdr.list(&wire.doubted_by[..count]);
+    cdr.list(&wire.doubted_moved[..count]);
     cdr.finish()
 }
 
@@ -108,6 +116,8 @@ pub(crate) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
         verdict.inherited_acknowledged,
         verdict.basis,
         verdict.inherited_contradiction,
+        verdict.acknowledged_signals as u32,
+        (verdict.acknowledged_signals >> 32) as u32,
     ] {
         cdr.u32(number);
     }
@@ -120,6 +130,7 @@ pub(crate) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
         verdict.refused,
         verdict.repeated,
         verdict.unproven,
+        verdict.doubted,
     ] {
         cdr.u64(number);
     }

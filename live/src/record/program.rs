@@ -97,7 +97,11 @@ impl SessionHost for Host<'_> {
         session.id()
     }
 
-    fn begin(&mut self, announced: &WireSession) -> Result<SessionRecorder> {
+    fn begin(
+        &mut self,
+        announced: &WireSession,
+        _: Option<&SessionRecorder>,
+    ) -> Result<SessionRecorder> {
         SessionRecorder::begin(self.place, announced)
     }
 

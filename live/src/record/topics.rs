@@ -150,7 +150,7 @@ pub(crate) fn verdict(names: &Names) -> Topic {
 }
 
 /// Fields of a verdict, as on the wire.
-pub(super) const VERDICT_INTEGERS: [&str; 19] = [
+pub(super) const VERDICT_INTEGERS: [&str; 21] = [
     "event",
     "level",
     "latched_level",
@@ -170,8 +170,10 @@ pub(super) const VERDICT_INTEGERS: [&str; 19] = [
     "inherited_acknowledged",
     "basis",
     "inherited_contradiction",
+    monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[0],
+    monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[1],
 ];
-pub(super) const VERDICT_COUNTS: [&str; 8] = [
+pub(super) const VERDICT_COUNTS: [&str; 9] = [
     "sequence",
     "source",
     "sample_sequence",
@@ -180,6 +182,7 @@ pub(super) const VERDICT_COUNTS: [&str; 8] = [
     "refused",
     "repeated",
     "unproven",
+    monitor_topic::DOUBTED_FIELD,
 ];
 pub(super) const VERDICT_TIMES: [&str; 3] =
     ["published_ns", "valid_until_ns", "sample_published_ns"];
@@ -217,11 +220,16 @@ const COMMAND_LISTS: [&str; 5] = ["opening", "measured", "reference", "velocity"
 /// another monitor goes on.
 pub(super) fn program() -> Topic {
     Topic {
-        name: "/tipwatch/program".into(),
-        type_name: "tipwatch_msgs/msg/Program",
+        name: monitor_topic::PROGRAM.into(),
+        type_name: monitor_topic::PROGRAM_TYPE_NAME,
         definition: format!(
             "std_msgs/Header header\nstring version\nstring options\nstring program_sha256\nstring options_sha256\n\
-             string machine_sha256\nstring urdf_sha256\nstring commissioning_sha256\nuint64 source{HEADER}"
+             string machine_sha256\nstring urdf_sha256\nstring commissioning_sha256\nuint64 source\nuint32 {}\nuint32[] {}\n\
+             float64[] {}\nfloat64[] {}{HEADER}",
+            monitor_topic::DOUBTED_COUNT_FIELD,
+            monitor_topic::DOUBTED_FIELDS[0],
+            monitor_topic::DOUBTED_FIELDS[1],
+            monitor_topic::DOUBTED_FIELDS[2],
         ),
     }
 }

@@ -1,6 +1,7 @@
 //! Names of wheels and edges, and of the numbers of a verdict.
 
 use anyhow::Result;
+use tipwatch_mechanics::machine::{Proof, Proofs};
 use tipwatch_mechanics::prediction::{
     Law, PREDICTED_AGE, PREDICTED_OTF, PredictedNumber, predicted_column,
 };
@@ -50,9 +51,31 @@ impl Names {
     /// Names of what is not proven.
     #[must_use]
     pub fn unproven(&self, verdict: &WireVerdict) -> Vec<String> {
-        let proofs = verdict.verdict().unproven.iter(self.joints.len());
-        let names = proofs.map(|proof| proof.name(|joint| self.joint(joint)));
+        self.named(verdict.verdict().unproven)
+    }
+
+    /// Names of the signals that are doubted since they failed visibly.
+    #[must_use]
+    pub fn doubted(&self, verdict: &WireVerdict) -> Vec<String> {
+        self.named(Proofs::from_bits(verdict.doubted))
+    }
+
+    fn named(&self, signals: Proofs) -> Vec<String> {
+        let signals = signals.iter(self.joints.len());
+        let names = signals.map(|signal| signal.name(|joint| self.joint(joint)));
         names.collect()
+    }
+
+    /// The signal of this name; of a joint, its own name suffices.
+    #[must_use]
+    pub fn signal(&self, name: &str) -> Option<Proof> {
+        let joints = (0..self.joints.len()).map(Proof::Joint);
+        let mut signals = Proof::OTHERS.into_iter().chain(joints);
+        signals.find(|signal| {
+            let is_joint = |joint: usize| self.joint(joint) == name;
+            matches!(signal, Proof::Joint(joint) if is_joint(*joint))
+                || signal.name(|joint| self.joint(joint)) == name
+        })
     }
 
     /// Calls `each` with every number of a verdict, in the order of [`Self::columns`].

@@ -154,7 +154,7 @@ wire! {
 
 wire! {
     /// What a reader of verdicts must know about the machine, and about the monitor that computes them.
-    "tipwatch.Machine.v3"
+    "tipwatch.Machine.v4"
     pub struct WireMachine {
         /// The session that the monitor follows.
         pub session: u64,
@@ -166,8 +166,8 @@ wire! {
         pub edge_count: u32,
         /// Number of joints.
         pub joint_count: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// Number of signals that failed visibly in a session before, and that the session begins by doubting.
+        pub doubted_count: u32,
         /// Name of the machine.
         pub name: [u8; NAME_BYTES],
         /// Names of the wheels, in lower case.
@@ -176,6 +176,12 @@ wire! {
         pub edge_names: [[u8; NAME_BYTES]; MAX_PLACES],
         /// Names of the joints, in the order of the bits of the verdict's unproven.
         pub joint_names: [[u8; NAME_BYTES]; MAX_JOINTS],
+        /// Which signals these are: 0 specific force, 8 + k: joint k of the machine.
+        pub doubted_signals: [u32; MAX_JOINTS],
+        /// By how much each is off (rad, m, m/s2), as far as was seen.
+        pub doubted_by: [f64; MAX_JOINTS],
+        /// What of that may be motion (same unit).
+        pub doubted_moved: [f64; MAX_JOINTS],
         /// Version of the monitor; empty, and all hashes zero, if it did not state what it is.
         pub version: [u8; NAME_BYTES],
         /// SHA-256 of the monitor's executable.
@@ -205,7 +211,7 @@ macro_rules! verdict_message {
         wire! {
             /// The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
             /// Consumers must treat a verdict past valid_until_ns as a fault.
-            "tipwatch.Verdict.v4"
+            "tipwatch.Verdict.v5"
             pub struct WireVerdict {
                 /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
                 pub valid_until_ns: i64,
@@ -232,6 +238,11 @@ macro_rules! verdict_message {
                 /// odometry, tool wrench, actuator forces, ground; bit 8 + k: joint k of the machine. Without any, and without
                 /// a doubt, the basis is proven.
                 pub unproven: u64,
+                /// Bits, as in unproven: signals that failed visibly, such as a joint that jumped where it cannot have moved,
+                /// in this session or before. They are doubted until they are back, or somebody acknowledges them.
+                pub doubted: u64,
+                /// Bits: the signals that somebody has acknowledged since the last row.
+                pub acknowledged_signals: u64,
                 /// 1 a row; 2 between rows: the numbers are those of the last row.
                 pub event: u32,
                 /// Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault, 6 assumed: no danger is seen, but
@@ -372,15 +383,17 @@ wire! {
 }
 
 wire! {
-    /// An operator has acknowledged the alarm. It counts only if magic and checksum are right, machine_hash is that of
-    /// the monitor, and the named verdict carried the alarm. A rod that does not obey its valve is acknowledged likewise,
+    /// An operator has acknowledged the alarm, or trusts signals again that failed visibly. It counts only if magic and
+    /// checksum are right, machine_hash is that of the monitor, and the named verdict carried the alarm or the doubt. A rod that does not obey its valve is acknowledged likewise,
     /// by naming a command whose reasons tell of it.
-    "tipwatch.Acknowledge.v2"
+    "tipwatch.Acknowledge.v3"
     pub struct WireAcknowledge {
         /// Source of the acknowledged verdict or command: that run of the monitor or control.
         pub verdict_source: u64,
         /// Sequence number of the acknowledged verdict, not below its alarm_sequence, or of the command.
         pub verdict_sequence: u64,
+        /// Bits, as in the verdict's doubted: the signals that are trusted again as they are now. 0: it is of the alarm.
+        pub signals: u64,
     }
 }
 

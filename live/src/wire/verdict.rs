@@ -1,6 +1,7 @@
 //! Verdicts: conversion between the monitor and the wire.
 
 use anyhow::Result;
+use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap};
 use tipwatch_mechanics::state::Reasons;
@@ -260,6 +261,20 @@ impl WireMachine {
             *name = name_to_wire(&edge.name)?;
         }
         Ok(wire)
+    }
+}
+
+impl WireMachine {
+    /// With the signals that the session begins by doubting.
+    #[must_use]
+    pub fn doubting(mut self, doubts: &[SignalDoubt]) -> Self {
+        self.doubted_count = doubts.len().min(MAX_JOINTS) as u32;
+        for (place, doubt) in doubts.iter().take(MAX_JOINTS).enumerate() {
+            self.doubted_signals[place] = doubt.signal.number();
+            self.doubted_by[place] = doubt.by;
+            self.doubted_moved[place] = doubt.moved;
+        }
+        self
     }
 }
 

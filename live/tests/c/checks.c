@@ -102,6 +102,7 @@ int main(void)
     static struct tipwatch_session session;
     struct tipwatch_sample sample;
     struct tipwatch_acknowledge acknowledge;
+    static struct tipwatch_machine machine;
     double values[TIPWATCH_MAX_VALUES + 1] = {1.5, 2.5};
     uint64_t acknowledged = 0;
     memset(&producer, 0, sizeof producer);
@@ -166,6 +167,20 @@ int main(void)
     EXPECT(tipwatch_send_acknowledge(&transport, 8, &acknowledged, &subscriber.verdict) == 0 && acknowledged == 1);
     memcpy(&acknowledge, memory.sent, sizeof acknowledge);
     EXPECT(acknowledge.verdict_source == 4 && acknowledge.verdict_sequence == 3 && acknowledge.machine_hash == 77);
+    EXPECT(acknowledge.signals == 0);
+    EXPECT(tipwatch_check_message(&acknowledge, sizeof acknowledge, 77) == TIPWATCH_CHECK_GOOD);
+
+    machine.joint_count = 2;
+    memcpy(machine.joint_names[0], "slew", 5);
+    memcpy(machine.joint_names[1], "lift", 5);
+    subscriber.verdict.doubted = (uint64_t)1 << 9;
+    EXPECT(tipwatch_send_acknowledge_joint(&transport, 8, &acknowledged, &subscriber.verdict, &machine, "slew") < 0);
+    EXPECT(tipwatch_send_acknowledge_joint(&transport, 8, &acknowledged, &subscriber.verdict, &machine, "nobody") < 0);
+    EXPECT(tipwatch_send_acknowledge_joint(&transport, 8, &acknowledged, &subscriber.verdict, &machine, "") < 0);
+    EXPECT(acknowledged == 1);
+    EXPECT(tipwatch_send_acknowledge_joint(&transport, 8, &acknowledged, &subscriber.verdict, &machine, "lift") == 0);
+    memcpy(&acknowledge, memory.sent, sizeof acknowledge);
+    EXPECT(acknowledge.signals == subscriber.verdict.doubted && acknowledge.verdict_sequence == 3 && acknowledged == 2);
     EXPECT(tipwatch_check_message(&acknowledge, sizeof acknowledge, 77) == TIPWATCH_CHECK_GOOD);
     return 0;
 }

@@ -9,7 +9,7 @@ use tipwatch_live::replay::LogSamples;
 use tipwatch_live::system::clock::monotonic_ns;
 use tipwatch_live::wire::identity::new_identity;
 use tipwatch_live::wire::session::{Session, StampClock, machine_hash};
-use tipwatch_live::wire::topics::{Head, Wire, WireSample, WireSession, WireVerdict};
+use tipwatch_live::wire::topics::{EVENT_ROW, Head, Wire, WireSample, WireSession, WireVerdict};
 use tipwatch_mechanics::verdict::{InputFault, Level};
 
 use super::data;
@@ -205,6 +205,22 @@ impl<T: Time> Feed<T> {
             self.raw(&sample);
             self.next += 1;
         }
+    }
+
+    /// Sends samples; returns the verdicts on rows that came meanwhile.
+    pub fn rows(&mut self, count: usize) -> Vec<WireVerdict> {
+        let mut rows = Vec::new();
+        let mut left = count;
+        while left > 0 {
+            let some = left.min(20);
+            self.send(some);
+            left -= some;
+            let is_row = |v: &WireVerdict| v.session == self.source && v.event == EVENT_ROW;
+            while let Some(verdict) = self.find(is_row) {
+                rows.push(verdict);
+            }
+        }
+        rows
     }
 
     /// Sends the end of the session.

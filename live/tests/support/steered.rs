@@ -31,7 +31,8 @@ pub struct Steered {
     urdf: &'static Urdf,
     node: LiveNode,
     state: PathBuf,
-    monitor: Option<MonitorProgram<'static>>,
+    // a test moves several of them
+    monitor: Option<Box<MonitorProgram<'static>>>,
     control: Option<ControlProgram<'static>>,
     /// While they hang, time goes on without them.
     pub hang: bool,
@@ -72,7 +73,8 @@ impl Steered {
             state: &self.state,
         };
         let started = MonitorProgram::new(&self.node, self.file, self.urdf, self.clock, options);
-        self.monitor = Some(started.unwrap().with_commissioning(self.commissioning));
+        let started = started.unwrap().with_commissioning(self.commissioning);
+        self.monitor = Some(Box::new(started));
     }
 
     pub fn stop_monitor(&mut self) {

@@ -8,8 +8,8 @@ use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
 use super::state_builder::{Channel, FilterStatus, Filters, Reading, StateBuilder};
 use super::white_jerk::seconds;
-use crate::estimation::plausibility::{Finding, Plausibility, RowEffect};
-use crate::machine::Machine;
+use crate::estimation::plausibility::{Finding, Plausibility, RowEffect, SignalDoubt};
+use crate::machine::{Machine, Proofs};
 use crate::state::{Credible, Reason, Sample, SampleError, Sensor, Sensors, StreamCounts};
 
 /// Takes samples in order of arrival and emits a row at each sample of the first stream of joint states,
@@ -125,6 +125,21 @@ impl CausalEstimator {
     /// It was contradicted in a session before, and the machine was not commissioned since.
     pub fn remember_contradiction(&mut self) {
         self.plausibility.remember_contradiction();
+    }
+
+    /// The signals that are doubted since they failed visibly, in this session or before.
+    pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
+        self.plausibility.doubts()
+    }
+
+    /// A signal failed visibly in a session before.
+    pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
+        self.plausibility.remember_doubt(doubt);
+    }
+
+    /// A person trusts these signals as they are now: rows do not doubt them from the next samples on.
+    pub fn trust(&mut self, signals: Proofs) {
+        self.plausibility.trust(signals);
     }
 
     /// The last row emitted.

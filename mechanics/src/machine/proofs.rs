@@ -38,9 +38,9 @@ impl Proof {
         Self::Ground,
     ];
 
-    /// The number of its bit in messages and files. All joints from the 56th on share the last.
+    /// Its number in messages and files.
     #[must_use]
-    pub fn place(self) -> u32 {
+    pub fn number(self) -> u32 {
         match self {
             Self::SpecificForce => 0,
             Self::AngularVelocity => 1,
@@ -49,24 +49,48 @@ impl Proof {
             Self::ActuatorForces => 4,
             Self::Ground => 5,
             Self::Joint(joint) => {
-                let place = u32::try_from(joint).ok();
-                let place = place.and_then(|joint| joint.checked_add(FIRST_JOINT));
-                place.unwrap_or(LAST_PLACE).min(LAST_PLACE)
+                let joint = u32::try_from(joint).unwrap_or(u32::MAX);
+                joint.saturating_add(FIRST_JOINT)
             }
+        }
+    }
+
+    /// The proof with this number; `None` if there is none.
+    #[must_use]
+    pub fn from_number(number: u32) -> Option<Self> {
+        let joint = number
+            .checked_sub(FIRST_JOINT)
+            .map(|joint| Self::Joint(joint as usize));
+        joint.or_else(|| Self::OTHERS.get(number as usize).copied())
+    }
+
+    /// The number of its bit in sets. All joints from the 56th on share the last.
+    #[must_use]
+    pub fn place(self) -> u32 {
+        self.number().min(LAST_PLACE)
+    }
+
+    /// What begins its name; of a joint, a dot and the name of the joint follow.
+    #[must_use]
+    pub fn stem(self) -> &'static str {
+        match self {
+            Self::SpecificForce => "imu.specific_force",
+            Self::AngularVelocity => "imu.angular_velocity",
+            Self::Odometry => "odometry",
+            Self::ToolWrench => "tool_wrench",
+            Self::ActuatorForces => "actuator_forces",
+            Self::Ground => "ground",
+            Self::Joint(_) => "joint",
         }
     }
 
     /// Its name in tables and messages; `joint` names a joint by its index.
     #[must_use]
     pub fn name(self, joint: impl Fn(usize) -> String) -> String {
+        let stem = self.stem();
         match self {
-            Self::SpecificForce => "imu.specific_force".into(),
-            Self::AngularVelocity => "imu.angular_velocity".into(),
-            Self::Odometry => "odometry".into(),
-            Self::ToolWrench => "tool_wrench".into(),
-            Self::ActuatorForces => "actuator_forces".into(),
-            Self::Ground => "ground".into(),
-            Self::Joint(index) => format!("joint.{}", joint(index)),
+            Self::Joint(index) => format!("{stem}.{}", joint(index)),
+            _ => stem.into(),
         }
     }
 
@@ -221,6 +245,15 @@ mod tests {
         set.add(Proof::Joint(usize::MAX));
         assert!(set.has(Proof::Joint(70)), "never proven by omission");
         assert!(set.without(set).is_empty());
+        for proof in [
+            Proof::Ground,
+            Proof::SpecificForce,
+            Proof::Joint(0),
+            Proof::Joint(90),
+        ] {
+            assert_eq!(Proof::from_number(proof.number()), Some(proof));
+        }
+        assert_eq!(Proof::from_number(FIRST_JOINT - 1), None);
         let mut places: Vec<u32> = Proof::OTHERS.map(Proof::place).into();
         places.dedup();
         assert_eq!(places.len(), OTHERS);

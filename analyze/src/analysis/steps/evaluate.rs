@@ -69,14 +69,21 @@ impl EvaluatedLog {
             let falls: Vec<[i64; 2]> = falls.collect();
             rows.add_reason(&falls, Reason::SupportsUnknown);
         }
+        // the causal estimator follows them itself, and the smoother knows nothing of what was before
+        let inherits_doubts =
+            options.estimator == Estimator::Smoother && !loaded.signal_doubts.inherited.is_empty();
         let record = match scope.sensitivities {
-            true => verdicts::monitor_record(&task.log)?,
+            true => verdicts::monitor_record(&task.log, inherits_doubts)?,
             false => MonitorRecord::default(),
         };
         if record.is_contradicted {
             let reasons = rows.reasons.iter_mut();
             reasons.for_each(|reasons| reasons.add(Reason::Contradiction));
         }
+        let times = rows.times_ns.iter().zip(&mut rows.reasons);
+        times
+            .filter(|(time_ns, _)| record.doubted_rows.contains(time_ns))
+            .for_each(|(_, reasons)| reasons.add(Reason::Contradiction));
         let commissioning = commissioning(task.file, loaded)?;
         let commissioned =
             (commissioning.as_ref()).map_or(Proofs::NONE, |(_, found)| found.proven(machine));

@@ -4,10 +4,11 @@ use super::explanation::Explanation;
 use super::fault::{Finding, Part};
 use super::notice::{Note, Rules};
 use super::relations::Relations;
+use super::signal_doubt::SignalDoubt;
 use super::signals::SignalChecks;
 use super::treatment::{Judgement, RowEffect};
 use super::weight::WeightWatch;
-use crate::machine::{Machine, SessionProofs};
+use crate::machine::{FaultKind, Machine, Policy, Proof, Proofs, SessionProofs};
 use crate::state::{Sample, SampleError, Sensor, Sensors};
 
 /// Checks samples, each sensor's in stamp order.
@@ -67,6 +68,45 @@ impl Plausibility {
     /// It was contradicted before the first sample: in a session before.
     pub fn remember_contradiction(&mut self) {
         self.remembers_contradiction = true;
+    }
+
+    /// The signals that are doubted since they failed visibly, in this session or before, unless the machine file wants such
+    /// faults reported only.
+    pub fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
+        let counts = |kind: FaultKind| self.rules.policies[kind as usize] != Policy::Report;
+        let force = (self.weight.beyond()).map(|beyond| SignalDoubt {
+            signal: Proof::SpecificForce,
+            by: beyond,
+            moved: 0.0,
+        });
+        // a joint that jumps again stays doubted by what is known
+        let is_known = |jump: &SignalDoubt| {
+            let mut offsets = self.relations.offsets();
+            offsets.any(|offset| offset.signal == jump.signal)
+        };
+        let jumps = self.signals.jumps().filter(move |jump| !is_known(jump));
+        let joints = self.relations.offsets().chain(jumps);
+        let joints = joints.filter(move |_| counts(FaultKind::Contradiction));
+        joints.chain(force.filter(|_| counts(FaultKind::OutOfRange)))
+    }
+
+    /// A signal failed visibly before the first sample: in a session before.
+    pub fn remember_doubt(&mut self, doubt: &SignalDoubt) {
+        match doubt.signal {
+            Proof::Joint(joint) => self.relations.remember_offset(joint, doubt.by, doubt.moved),
+            Proof::SpecificForce => self.weight.remember(doubt.by),
+            // nothing else fails like that
+            _ => {}
+        }
+    }
+
+    /// A person trusts these signals as they are now.
+    pub fn trust(&mut self, signals: Proofs) {
+        self.signals.trust(signals);
+        self.relations.trust(signals);
+        if signals.has(Proof::SpecificForce) {
+            self.weight.trust();
+        }
     }
 
     /// What the samples so far have shown of the sensors.

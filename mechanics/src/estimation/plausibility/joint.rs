@@ -148,6 +148,24 @@ impl JointWatch {
         self.has_left_zero
     }
 
+    /// By how much the joint has jumped, and what of it may be motion, where at least two samples say so and nobody knows yet
+    /// whether it stays; `None` without a jump. What a jump begins with, zeros before the hardware is read, does not count.
+    pub(super) fn jump(&self) -> Option<[f64; 2]> {
+        let jump = (self.jump).filter(|jump| jump.last.stamp_ns > jump.since_ns)?;
+        self.zero_since_ns
+            .is_none()
+            .then_some([jump.by, jump.moved])
+    }
+
+    /// A person trusts the joint where it is now.
+    pub(super) fn trust(&mut self) {
+        if let Some(jump) = self.jump.take() {
+            self.good = Some(jump.last);
+            self.forget_motion(jump.last.stamp_ns);
+        }
+        self.before_gap = None;
+    }
+
     /// Reports faults of a position and its velocity (NaN if absent) to `found`. `moves_elsewhere`: whether something else
     /// moves.
     pub(super) fn check(
@@ -168,7 +186,7 @@ impl JointWatch {
         }
         // exactly zero may stand for a velocity that is not measured
         self.has_rates |= rate.is_finite() && rate != 0.0;
-        self.begin(stamp_ns, limits);
+        self.begin(stamp_ns, limits, found);
         self.check_range(stamp_ns, position, found);
         let here = Held {
             stamp_ns,
@@ -236,13 +254,18 @@ impl JointWatch {
     }
 
     /// Tracks the usual sampling interval; restarts all checks after a gap.
-    fn begin(&mut self, stamp_ns: i64, limits: &Limits) {
+    fn begin(&mut self, stamp_ns: i64, limits: &Limits, found: &mut Found<'_>) {
         let Some(last_ns) = self.last_ns.replace(stamp_ns) else {
             self.agreement.quiet_ns = stamp_ns;
             return;
         };
         let step_s = limits.elapsed_s(last_ns, stamp_ns);
         if step_s > limits.max_gap_s {
+            if let (Some([by, moved]), Some(jump)) = (self.jump(), self.jump) {
+                // nobody will see whether it would have stayed
+                found(Notice::offset(jump.since_ns, by, moved));
+                self.good = Some(jump.last);
+            }
             let is_known = self.is_confirmed && self.zero_since_ns.is_none();
             self.before_gap = self.good.take().filter(|_| is_known);
             self.jump = None;
@@ -654,6 +677,48 @@ mod tests {
         // a second, at 1 rad/s
         assert_eq!(offsets(hole(0.9)), [] as [f64; 0]);
         assert_eq!(offsets(hole(2.0)), [2.0]);
+    }
+
+    #[test]
+    fn a_jump_that_a_gap_follows_at_once_is_a_jump() {
+        let slips = |gap: std::ops::Range<usize>, after: f64| {
+            move |k: usize| match k {
+                0..50 => Some(0.125),
+                k if gap.contains(&k) => None,
+                k => Some(if k < 100 { 1.625 } else { after }),
+            }
+        };
+        // after a gap in which it could have moved anywhere, and after one in which it cannot have moved back
+        assert_eq!(offsets(slips(55..350, 1.625)), [1.5]);
+        assert_eq!(offsets(slips(55..100, 1.625)), [1.5]);
+        assert_eq!(offsets(slips(55..100, 0.125)), [1.5, -1.5]);
+        // one sample is none
+        assert_eq!(offsets(slips(51..350, 0.125)), [] as [f64; 0]);
+    }
+
+    #[test]
+    fn a_person_may_trust_it_before_it_is_known_whether_it_stays() {
+        let mut watch = JointWatch::new(LIMITS, 25.0);
+        let faulty = |watch: &mut JointWatch, sample: i64, position: f64| {
+            let mut count = 0;
+            let values = [position, f64::NAN];
+            watch.check(
+                sample * 10_000_000,
+                values,
+                false,
+                &Limits::OF_TESTS,
+                &mut |_| count += 1,
+            );
+            count > 0
+        };
+        (0..50).for_each(|sample| assert!(!faulty(&mut watch, sample, 0.125)));
+        assert!(faulty(&mut watch, 50, 1.625));
+        assert_eq!(watch.jump(), None, "one sample is none");
+        assert!(faulty(&mut watch, 51, 1.625));
+        assert_eq!(watch.jump().unwrap()[0], 1.5);
+        watch.trust();
+        assert_eq!(watch.jump(), None);
+        (52..200).for_each(|sample| assert!(!faulty(&mut watch, sample, 1.625)));
     }
 
     #[test]

@@ -7,6 +7,7 @@ use super::fault::{Finding, Part};
 use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
 use super::notice::{Note, Rules};
+use super::signal_doubt::SignalDoubt;
 use super::vector::{Slew, VectorWatch};
 use crate::machine::{FaultKind, Machine, Proof, Proofs};
 use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
@@ -174,13 +175,37 @@ impl SignalChecks {
         })
     }
 
+    /// The joints that have jumped where they cannot have moved, and of which nobody knows yet whether they stay there.
+    pub(super) fn jumps(&self) -> impl Iterator<Item = SignalDoubt> {
+        self.watched_joints().filter_map(|(watch, joint)| {
+            let [by, moved] = watch.jump()?;
+            Some(SignalDoubt {
+                signal: Proof::Joint(joint),
+                by,
+                moved,
+            })
+        })
+    }
+
+    /// A person trusts these joints where they are now.
+    pub(super) fn trust(&mut self, signals: Proofs) {
+        let streams = self.joints.iter_mut().zip(&self.sensors.joints);
+        let joints = streams.flat_map(|(watches, stream)| watches.iter_mut().zip(&stream.joints));
+        joints
+            .filter(|&(_, &joint)| signals.has(Proof::Joint(joint)))
+            .for_each(|(watch, _)| watch.trust());
+    }
+
+    fn watched_joints(&self) -> impl Iterator<Item = (&JointWatch, usize)> {
+        let streams = self.joints.iter().zip(&self.sensors.joints);
+        streams.flat_map(|(watches, stream)| watches.iter().zip(stream.joints.iter().copied()))
+    }
+
     /// The joints whose every position so far was exactly zero.
     pub(in crate::estimation) fn only_zeros(&self) -> Proofs {
-        let streams = self.joints.iter().zip(&self.sensors.joints);
-        let joints = streams.flat_map(|(watches, stream)| watches.iter().zip(&stream.joints));
-        joints
+        self.watched_joints()
             .filter(|(watch, _)| !watch.has_left_zero())
-            .map(|(_, &joint)| Proof::Joint(joint))
+            .map(|(_, joint)| Proof::Joint(joint))
             .collect()
     }
 

@@ -36,6 +36,34 @@ impl WeightWatch {
         }
     }
 
+    /// How far the mean is beyond what is possible (m/s^2, signed); `None` while it is credible.
+    pub(super) fn beyond(&self) -> Option<f64> {
+        let nearest = self.mean.clamp(self.least(), self.largest());
+        (self.mean != nearest).then_some(self.mean - nearest)
+    }
+
+    /// It was so far beyond what is possible when the session before ended.
+    pub(super) fn remember(&mut self, beyond: f64) {
+        let nearest = match beyond > 0.0 {
+            true => self.largest(),
+            false => self.least(),
+        };
+        self.mean = nearest + beyond;
+    }
+
+    /// Whatever it has shown so far is trusted.
+    pub(super) fn trust(&mut self) {
+        (self.mean, self.since_ns) = (self.gravity, None);
+    }
+
+    fn least(&self) -> f64 {
+        self.gravity - FALLS / AVERAGED_S
+    }
+
+    fn largest(&self) -> f64 {
+        self.gravity + RISES / AVERAGED_S
+    }
+
     /// Reports a specific force (m/s^2) that is too large or too small for too long; returns whether it is credible. It is
     /// trusted again when the mean is back.
     pub(super) fn check(
@@ -51,11 +79,7 @@ impl WeightWatch {
         // a hole says nothing about the time in it
         let step_s = step_s.min(limits.max_gap_s);
         self.mean += (length - self.mean) * step_s / (step_s + AVERAGED_S);
-        let range = [
-            self.gravity - FALLS / AVERAGED_S,
-            self.gravity + RISES / AVERAGED_S,
-        ];
-        let nearest = self.mean.clamp(range[0], range[1]);
+        let nearest = self.mean.clamp(self.least(), self.largest());
         if self.mean == nearest {
             self.since_ns = None;
             return true;
@@ -123,6 +147,36 @@ mod tests {
         });
         assert!(first.is_some());
         assert!((15.0..19.0).contains(&last.unwrap()), "{last:?}");
+    }
+
+    /// A level that takes seconds to be found anew is not believed for that long after a restart, and a good one is not
+    /// doubted for longer than it was off.
+    #[test]
+    fn what_was_off_before_is_off_from_the_first_sample_on_until_it_is_back() {
+        let mut before = WeightWatch::new(9.81);
+        let watched = |watch: &mut WeightWatch, force: f64, step: i64| {
+            watch.check(
+                step * 10_000_000,
+                &[force, 0.0, 0.0],
+                &Limits::OF_TESTS,
+                &mut |_| (),
+            )
+        };
+        for step in 0..500 {
+            watched(&mut before, 13.0, step);
+        }
+        let beyond = before.beyond().unwrap();
+        let mut still_off = WeightWatch::new(9.81);
+        still_off.remember(beyond);
+        assert!((0..1000).all(|step| !watched(&mut still_off, 13.0, step)));
+        let mut mended = WeightWatch::new(9.81);
+        mended.remember(beyond);
+        let doubted = (0..1000).filter(|&step| !watched(&mut mended, 9.81, step));
+        assert!((1..400).contains(&doubted.count()));
+        assert_eq!(mended.beyond(), None);
+        still_off.trust();
+        assert_eq!(still_off.beyond(), None);
+        assert!(watched(&mut still_off, 9.81, 1001));
     }
 
     #[test]

@@ -42,6 +42,7 @@ use super::explanation::Explanation;
 use super::false_alarms;
 use super::fault::{Finding, Part, YawBy};
 use super::notice::{Found, Note, Notice, Rules};
+use super::signal_doubt::SignalDoubt;
 use super::signals::Sound;
 use crate::machine::{Machine, Proof, Proofs};
 use crate::state::{Sample, Sensor, Sensors, tilt_is_measured};
@@ -113,7 +114,7 @@ impl Relations {
             way: WayRelation::new(threshold),
             tilt: TiltRelation::new(machine, threshold),
             lean: LeanRelation::new(machine, has_imu, threshold),
-            offsets: Offsets::default(),
+            offsets: Offsets::new(machine.joints().len()),
             joints: streams.map(|stream| stream.joints.clone()).collect(),
             threshold,
             proven: Proofs::NONE,
@@ -255,7 +256,7 @@ impl Relations {
         let mut note = Note::new(findings, policies, sample);
         if let Sensor::Joints(stream) = sample.sensor {
             for &joint in &self.joints[stream] {
-                if let Some(notice) = self.offsets.standing(joint) {
+                if let Some(notice) = self.offsets.standing(joint, sample.stamp_ns) {
                     note.of(Part::Joint(joint))(notice);
                 }
             }
@@ -280,6 +281,32 @@ impl Relations {
 }
 
 impl Relations {
+    /// The joints that contradict themselves since they jumped.
+    pub(in crate::estimation) fn offsets(&self) -> impl Iterator<Item = SignalDoubt> {
+        self.offsets.doubts()
+    }
+
+    /// A joint jumped in a session before, by so much, of which so much may be motion.
+    pub(in crate::estimation) fn remember_offset(&mut self, joint: usize, by: f64, moved: f64) {
+        self.offsets.remember(joint, by, moved);
+        if let Some(lean) = &mut self.lean {
+            lean.suppose_offset(joint, Some(by));
+        }
+    }
+
+    /// A person trusts these joints where they are now.
+    pub(in crate::estimation) fn trust(&mut self, signals: Proofs) {
+        if let Some(lean) = &mut self.lean {
+            let joints = self.offsets.doubts().map(|doubt| doubt.signal);
+            for signal in joints.filter(|&signal| signals.has(signal)) {
+                if let Proof::Joint(joint) = signal {
+                    lean.suppose_offset(joint, None);
+                }
+            }
+        }
+        self.offsets.trust(signals);
+    }
+
     /// The evidence of every alternative so far, and the threshold.
     pub(in crate::estimation) fn evidence(&self) -> (Vec<(Part, Explanation, f64)>, f64) {
         let mut all = Vec::new();

@@ -8,23 +8,55 @@
 use super::super::explanation::Explanation;
 use super::super::fault::{Finding, Part};
 use super::super::notice::Notice;
+use super::super::signal_doubt::SignalDoubt;
 use super::lean::LeanRelation;
-use crate::machine::FaultKind;
+use crate::machine::{FaultKind, Proof, Proofs};
 
 /// The jumps that stand.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Offsets(Vec<Offset>);
 
 #[derive(Debug, Clone, Copy)]
 struct Offset {
     joint: usize,
-    since_ns: i64,
+    /// `None` if it jumped before the first sample.
+    since_ns: Option<i64>,
     /// Sum of the jumps (rad or m), and what of it may be motion.
     by: f64,
     moved: f64,
 }
 
 impl Offsets {
+    /// None yet, and room for one of each joint.
+    pub(super) fn new(joints: usize) -> Self {
+        Self(Vec::with_capacity(joints))
+    }
+
+    /// What stands.
+    pub(super) fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
+        self.0.iter().map(|it| SignalDoubt {
+            signal: Proof::Joint(it.joint),
+            by: it.by,
+            moved: it.moved,
+        })
+    }
+
+    /// A joint jumped before the first sample.
+    pub(super) fn remember(&mut self, joint: usize, by: f64, moved: f64) {
+        self.0.retain(|it| it.joint != joint);
+        self.0.push(Offset {
+            joint,
+            since_ns: None,
+            by,
+            moved,
+        });
+    }
+
+    /// A person trusts these joints where they are now.
+    pub(super) fn trust(&mut self, signals: Proofs) {
+        self.0.retain(|it| !signals.has(Proof::Joint(it.joint)));
+    }
+
     /// Takes the jumps among the findings of a sample by itself.
     pub(super) fn take(
         &mut self,
@@ -51,7 +83,7 @@ impl Offsets {
         let Some(known) = self.0.iter_mut().find(|it| it.joint == joint) else {
             self.0.push(Offset {
                 joint,
-                since_ns: jump.since_ns,
+                since_ns: Some(jump.since_ns),
                 by,
                 moved,
             });
@@ -73,12 +105,13 @@ impl Offsets {
         self.0.iter().find(|it| it.joint == joint)
     }
 
-    /// That a joint contradicts itself since it jumped.
-    pub(super) fn standing(&self, joint: usize) -> Option<Notice> {
-        let known = self.of(joint)?;
+    /// That a joint contradicts itself since it jumped; of one that jumped before, since the first sample, which is at `stamp_ns`.
+    pub(super) fn standing(&mut self, joint: usize, stamp_ns: i64) -> Option<Notice> {
+        let known = self.0.iter_mut().find(|it| it.joint == joint)?;
+        let since_ns = *known.since_ns.get_or_insert(stamp_ns);
         Some(Notice {
             explanation: Some(Explanation::JointOffset(joint)),
-            ..Notice::offset(known.since_ns, known.by, known.moved)
+            ..Notice::offset(since_ns, known.by, known.moved)
         })
     }
 }

@@ -1,0 +1,480 @@
+//! A signal that failed visibly, such as a slew encoder that slipped, stays doubted over restarts of the monitor and from
+//! session to session, until it is back, somebody trusts it as it is, or a later commissioning has proven it.
+
+use std::collections::BTreeSet;
+
+use jiff::{SignedDuration, Timestamp};
+use tipwatch_binding::{Commissioning, CommissioningItem};
+use tipwatch_live::alarm::AlarmFile;
+use tipwatch_live::node::{LiveNode, Sender};
+use tipwatch_live::operator::acknowledge_signal;
+use tipwatch_live::wire::names::Names;
+use tipwatch_live::wire::topics::{Kind, WireAcknowledge, WireMachine, WireVerdict};
+use tipwatch_mechanics::machine::{Proof, Proofs};
+use tipwatch_mechanics::verdict::{Basis, Latch, Level};
+
+use crate::support::World;
+use crate::support::feed::Feed;
+use crate::support::steered::Steered;
+
+/// All joints of this machine move, and no wheel lifts.
+const MACHINE: &str = "commissioning";
+/// A wheel of these lifts, while the slew is not near zero.
+const LIFTING: [&str; 2] = ["tiny_lift", "side_reach"];
+/// When its joint slips (samples), after which nobody knows where the arm is.
+const SLIPS_AT: usize = 300;
+
+/// What goes wrong in the samples of a session from the next one on.
+type Failure<'f> = &'f dyn Fn(&mut Feed<Steered>);
+
+/// The slew encoder slips by a quarter of a turn.
+fn slews(feed: &mut Feed<Steered>) {
+    shift(feed, "slew", std::f64::consts::FRAC_PI_2);
+}
+
+/// From the next sample on a joint shows so much more (rad).
+fn shift(feed: &mut Feed<Steered>, joint: &str, by: f64) {
+    let place = feed.place_of(joint);
+    let joints = feed
+        .samples
+        .iter_mut()
+        .filter(|it| it.kind == Kind::Joints as u32);
+    joints.for_each(|sample| sample.values[place] += by);
+}
+
+/// All joints show zero.
+fn joints_show_zero(feed: &mut Feed<Steered>) {
+    let joints = feed
+        .samples
+        .iter_mut()
+        .filter(|it| it.kind == Kind::Joints as u32);
+    joints.for_each(|sample| {
+        let count = sample.value_count as usize;
+        sample.values[..count].fill(0.0);
+    });
+}
+
+/// The slew shows zero, and its velocity.
+fn slew_shows_zero(feed: &mut Feed<Steered>) {
+    let place = feed.place_of("slew");
+    let joints = feed
+        .samples
+        .iter_mut()
+        .filter(|it| it.kind == Kind::Joints as u32);
+    joints.for_each(|sample| sample.values[place] = 0.0);
+}
+
+/// The accelerometer shows this length along its vertical axis (m/s^2).
+fn steps_to(feed: &mut Feed<Steered>, length: f64) {
+    let imu = feed
+        .samples
+        .iter_mut()
+        .filter(|it| it.kind == Kind::Imu as u32);
+    imu.for_each(|sample| sample.values[2] += length - 9.81);
+}
+
+struct Bench {
+    machine: &'static str,
+    world: World,
+    node: LiveNode,
+    slew: Proof,
+    lift: Proof,
+    /// Sequence numbers of samples that complete rows with a wheel off the ground.
+    lifted: BTreeSet<u64>,
+    samples: usize,
+}
+
+impl Bench {
+    fn new(test: &str) -> Self {
+        Self::of(test, MACHINE)
+    }
+
+    fn of(test: &str, machine: &'static str) -> Self {
+        let world = World::new(test);
+        let node = world.join();
+        let machines = node.receiver::<WireMachine>().unwrap();
+        let mut good = feed(&node, machine, Steered::monitor(&world, machine));
+        let described = machines.receive(|machine| *machine).unwrap().unwrap();
+        let names = Names::try_from(&described).unwrap();
+        let signal = |name| names.signal(name).unwrap();
+        let samples = good.samples.len();
+        let rows = good.rows(samples);
+        let is_up = |row: &&WireVerdict| {
+            let wheels = &row.otf[..row.wheel_count as usize];
+            wheels.iter().any(|otf| *otf <= 0.0)
+        };
+        let lifted = rows.iter().filter(is_up).map(|row| row.sample_sequence);
+        let lifted: BTreeSet<u64> = lifted.collect();
+        let mut bench = Self {
+            machine,
+            world,
+            node,
+            slew: signal("slew"),
+            lift: signal("joint.lift"),
+            lifted,
+            samples,
+        };
+        bench.forget(good);
+        bench
+    }
+
+    /// Ends a session and its monitor; nothing of both is kept.
+    fn forget(&mut self, feed: Feed<Steered>) {
+        drop(ended(feed));
+        std::fs::remove_dir_all(&self.world.state_folder).unwrap();
+    }
+
+    fn monitor(&self) -> Steered {
+        Steered::monitor(&self.world, self.machine)
+    }
+
+    /// A session in which this fails: its monitor has seen it, `after` so many samples.
+    fn failed(&self, failure: Failure<'_>, after: usize) -> Feed<Steered> {
+        let mut feed = feed(&self.node, self.machine, self.monitor());
+        feed.rows(SLIPS_AT);
+        failure(&mut feed);
+        feed.rows(after);
+        feed
+    }
+
+    /// Of rows with a wheel off the ground, how many there are and how many see no reason to stop.
+    fn lifted_and_calm(&self, rows: &[WireVerdict]) -> [usize; 2] {
+        let lifted = rows
+            .iter()
+            .filter(|row| self.lifted.contains(&row.sample_sequence));
+        let lifted: Vec<&WireVerdict> = lifted.collect();
+        let calm = lifted.iter().filter(|row| is_calm(row)).count();
+        [lifted.len(), calm]
+    }
+}
+
+fn feed(node: &LiveNode, machine: &str, time: Steered) -> Feed<Steered> {
+    let mut feed = Feed::new(node, machine, time);
+    feed.wait_for_monitor();
+    feed
+}
+
+/// Ends a session without its monitor.
+fn ended(mut feed: Feed<Steered>) -> Steered {
+    feed.end();
+    feed.time
+}
+
+/// Restarts the monitor in the middle of a session.
+fn restart(feed: &mut Feed<Steered>) {
+    feed.time.stop_monitor();
+    feed.time.start_monitor();
+    feed.wait_for_monitor();
+}
+
+fn is_calm(row: &WireVerdict) -> bool {
+    matches!(
+        row.verdict().level,
+        Level::Safe | Level::Assumed | Level::Notice
+    )
+}
+
+fn doubts(row: &WireVerdict, signal: Proof) -> bool {
+    Proofs::from_bits(row.doubted).has(signal)
+}
+
+/// Signals that fail visibly in a log, after which the monitor is restarted in the middle of the session, follows another one,
+/// and is restarted between sessions.
+// requirement: TW-VERDICT-31
+#[test]
+fn what_failed_visibly_is_never_safe_after_a_restart() {
+    let failures: [(&str, Failure<'_>); 7] = [
+        ("slew by 90 degrees", &slews),
+        ("slew by -90 degrees", &|feed| shift(feed, "slew", -1.571)),
+        ("slew to zero", &slew_shows_zero),
+        ("all joints to zero", &joints_show_zero),
+        ("accelerometer to 13", &|feed| steps_to(feed, 13.0)),
+        ("accelerometer to 20", &|feed| steps_to(feed, 20.0)),
+        ("accelerometer to 38", &|feed| steps_to(feed, 38.0)),
+    ];
+    // calm rows of those with a wheel up, of what is kept and of what is not
+    println!(
+        "machine      failure              restart after     same     next  monitor  forgotten"
+    );
+    let mut forgotten = 0;
+    for machine in LIFTING {
+        let mut bench = Bench::of("failed", machine);
+        for (what, failure) in failures {
+            // at once, before anybody knows whether it stays, and when that is known
+            for after in [60, 400] {
+                let mut same = bench.failed(failure, after);
+                restart(&mut same);
+                let left = bench.samples - same.next;
+                let in_same = bench.lifted_and_calm(&same.rows(left));
+                let mut next = feed(&bench.node, machine, ended(same));
+                failure(&mut next);
+                let in_next = bench.lifted_and_calm(&next.rows(bench.samples));
+                drop(ended(next));
+                let mut next = feed(&bench.node, machine, bench.monitor());
+                failure(&mut next);
+                let in_last = bench.lifted_and_calm(&next.rows(bench.samples));
+                bench.forget(next);
+                let mut anew = feed(&bench.node, machine, bench.monitor());
+                failure(&mut anew);
+                let in_anew = bench.lifted_and_calm(&anew.rows(bench.samples));
+                bench.forget(anew);
+                let said = [in_same, in_next, in_last, in_anew]
+                    .map(|[lifted, calm]| format!("{calm}/{lifted}"));
+                let [same, next, last, none] = said;
+                println!(
+                    "{machine:12} {what:20} {after:13} {same:>8} {next:>8} {last:>8} {none:>10}"
+                );
+                for [lifted, calm] in [in_same, in_next, in_last] {
+                    assert_eq!(
+                        calm, 0,
+                        "{machine}, {what}, restart after {after}: {lifted}"
+                    );
+                }
+                assert!(in_next[0] > 20 && in_last[0] > 20);
+                forgotten += in_anew[1];
+            }
+        }
+    }
+    // without what is kept the test would show nothing
+    assert!(forgotten > 0);
+}
+
+/// The lean of the platform ends a doubt only of a joint that is right: one that is still off is doubted however the arm moves.
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_that_is_still_off_is_doubted_however_the_arm_moves() {
+    let mut bench = Bench::new("off");
+    let slips = [
+        ("slew", 0.3),
+        ("slew", -std::f64::consts::FRAC_PI_2),
+        ("slew", std::f64::consts::PI),
+        ("lift", 0.3),
+        ("lift", -0.3),
+        ("tilt", 0.4),
+        ("tilt", -0.4),
+        ("extension", 0.4),
+        ("extension", -0.3),
+    ];
+    for (joint, by) in slips {
+        let slips = |feed: &mut Feed<Steered>| shift(feed, joint, by);
+        let mut next = feed(&bench.node, MACHINE, ended(bench.failed(&slips, 400)));
+        slips(&mut next);
+        let rows = next.rows(bench.samples);
+        let is_doubted = |row: &&WireVerdict| row.doubted != 0 || row.row_reasons().have_doubt();
+        let doubted = rows.iter().filter(is_doubted).count();
+        println!(
+            "{joint} by {by}: {doubted} of {} rows are doubted",
+            rows.len()
+        );
+        assert!(rows.len() > 1000, "{joint} by {by}: {} rows", rows.len());
+        assert_eq!(doubted, rows.len(), "{joint} by {by}");
+        assert!(!rows.iter().any(is_calm), "{joint} by {by}");
+        bench.forget(next);
+    }
+}
+
+/// The session after one in which the slew has slipped: it is doubted there.
+fn slipped(bench: &Bench) -> (Feed<Steered>, Proof) {
+    let slipped = bench.failed(&slews, 600);
+    let slew = bench.slew;
+    let mut next = feed(&bench.node, bench.machine, ended(slipped));
+    slews(&mut next);
+    let rows = next.rows(300);
+    assert!(rows.len() > 50 && rows.iter().all(|row| doubts(row, slew)));
+    assert!(
+        rows.iter()
+            .all(|row| row.verdict().basis == Basis::Doubted && !is_calm(row))
+    );
+    (next, slew)
+}
+
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_is_trusted_again_when_somebody_acknowledges_it() {
+    let bench = Bench::new("trusted");
+    let (mut feed, slew) = slipped(&bench);
+    let seen = feed.rows(20).pop().unwrap();
+    let mut sender: Sender<WireAcknowledge> = bench.node.sender(0, 0).unwrap();
+    let hash = feed.hash;
+    let mut send = |message: &mut WireAcknowledge| sender.send_for(hash, message).unwrap();
+    // of the alarm, of another joint, by who has not seen it
+    send(&mut WireAcknowledge::of(&seen));
+    let other = [bench.lift].into_iter().collect();
+    send(&mut WireAcknowledge::of_signals(&seen, other));
+    let slew_alone: Proofs = [slew].into_iter().collect();
+    let unseen = WireVerdict {
+        sequence: 0,
+        ..seen
+    };
+    send(&mut WireAcknowledge::of_signals(&unseen, slew_alone));
+    assert!(feed.rows(40).iter().all(|row| doubts(row, slew)));
+    send(&mut WireAcknowledge::of_signals(&seen, slew_alone));
+    let rows = feed.rows(600);
+    let first = rows
+        .iter()
+        .position(|row| row.acknowledged_signals != 0)
+        .unwrap();
+    assert_eq!(rows[first].acknowledged_signals, slew_alone.bits());
+    assert!(rows[first..].iter().all(|row| row.doubted == 0));
+    assert!(rows[first..].iter().any(is_calm), "it is trusted");
+    // for good
+    restart(&mut feed);
+    let rows = feed.rows(300);
+    assert!(!rows.is_empty() && rows.iter().all(|row| row.doubted == 0));
+}
+
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_is_trusted_again_when_it_is_back() {
+    let bench = Bench::new("back");
+    let (mut feed, slew) = slipped(&bench);
+    shift(&mut feed, "slew", -std::f64::consts::FRAC_PI_2);
+    let rows = feed.rows(600);
+    let first = rows.iter().position(|row| row.doubted == 0).unwrap();
+    assert!(rows[..first].iter().all(|row| doubts(row, slew)));
+    assert!(rows[first..].iter().all(|row| row.doubted == 0));
+    assert!(rows[first..].iter().any(is_calm), "it is trusted");
+    restart(&mut feed);
+    let rows = feed.rows(300);
+    assert!(!rows.is_empty() && rows.iter().all(|row| row.doubted == 0));
+}
+
+/// Only a later drive, and one that has proven this joint.
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_is_trusted_again_when_a_later_commissioning_has_proven_it() {
+    let bench = Bench::new("proven");
+    let (feed_before, slew) = slipped(&bench);
+    let mut time = ended(feed_before);
+    let slipped = Timestamp::now();
+    let drive = |begins: Timestamp, joint: &str| Commissioning {
+        recorded_from_ns: i64::try_from(begins.as_nanosecond()).ok(),
+        ..commissioning_of(joint)
+    };
+    let cases = [
+        (
+            "a drive of before",
+            drive(slipped - SignedDuration::from_hours(1), "slew"),
+            false,
+        ),
+        ("a drive of another joint", drive(slipped, "lift"), false),
+        ("a drive afterwards", drive(slipped, "slew"), true),
+    ];
+    for (what, commissioning, ends) in cases {
+        time.stop_monitor();
+        time.commissioning = Some(Box::leak(Box::new(commissioning)));
+        time.start_monitor();
+        let mut next = feed(&bench.node, bench.machine, time);
+        slews(&mut next);
+        let rows = next.rows(300);
+        assert!(rows.len() > 50, "{what}");
+        assert!(rows.iter().all(|row| doubts(row, slew) != ends), "{what}");
+        time = ended(next);
+    }
+}
+
+/// The result of a drive that has proven this joint, and nothing else.
+fn commissioning_of(joint: &str) -> Commissioning {
+    let item = |key: String| CommissioningItem {
+        key,
+        status: "proven".into(),
+        value: None,
+        sigma: None,
+        expected: None,
+        excluded_sigmas: None,
+        text: String::new(),
+    };
+    Commissioning {
+        schema: 2,
+        machine: "hdmm_rigid".into(),
+        machine_file_sha256: String::new(),
+        urdf_sha256: String::new(),
+        tipwatch_version: String::new(),
+        source: String::new(),
+        source_sha256: String::new(),
+        made_at: String::new(),
+        recorded_from_ns: None,
+        duration_s: 60.0,
+        items: ["sign", "scale", "identity"]
+            .map(|key| item(format!("joint.{joint}.{key}")))
+            .into(),
+        explanations: Vec::new(),
+        seal: String::new(),
+    }
+}
+
+/// What a person does.
+// requirement: TW-VERDICT-31
+#[test]
+fn joint_is_acknowledged_by_its_name() {
+    let bench = Bench::new("named");
+    let (mut feed, slew) = slipped(&bench);
+    let address = bench.world.address();
+    // the loops of the monitor and of the command are in two threads
+    let acknowledge = |feed: &mut Feed<Steered>, name: &'static str| {
+        let address = address.clone();
+        let asking = std::thread::spawn(move || acknowledge_signal(&address, name));
+        while !asking.is_finished() {
+            feed.send(1);
+        }
+        asking.join().unwrap()
+    };
+    let refused = acknowledge(&mut feed, "lift").unwrap_err().to_string();
+    assert!(refused.contains("joint.slew"), "{refused}");
+    assert!(acknowledge(&mut feed, "nobody").is_err());
+    assert!(feed.rows(20).iter().all(|row| doubts(row, slew)));
+    acknowledge(&mut feed, "slew").unwrap();
+    feed.find(|_| false);
+    assert!(feed.rows(20).iter().all(|row| row.doubted == 0));
+}
+
+/// What is kept, and a file of before that has nothing of it.
+// requirement: TW-VERDICT-31
+#[test]
+fn failed_signal_is_kept_by_name_and_in_a_file_of_before_there_is_none() {
+    let bench = Bench::new("kept");
+    let mut feed = bench.failed(&slews, 600);
+    let hash = feed.hash;
+    let file = AlarmFile::new(bench.world.state.path(), hash, "hdmm_rigid");
+    feed.time.stop_monitor();
+    let kept = file.read().unwrap();
+    let signals: Vec<_> = kept.doubted.iter().collect();
+    assert_eq!(signals.len(), 1);
+    assert_eq!(signals[0].name.to_string(), "joint.slew");
+    assert!((signals[0].by - std::f64::consts::FRAC_PI_2).abs() < 0.1);
+    assert!(signals[0].since <= Timestamp::now());
+    let text = std::fs::read_to_string(file.path()).unwrap();
+    let words: Vec<&str> = text.split(' ').collect();
+    assert_eq!(words[1], "4");
+    // as version 3 wrote it
+    let before = [&["tipwatch-alarm", "3"], &words[2..7]].concat().join(" ");
+    let checksum = crc32fast::hash(before.as_bytes());
+    std::fs::write(file.path(), format!("{before} {checksum:08x}\n")).unwrap();
+    assert!(file.read().unwrap().doubted.is_empty());
+    feed.time.start_monitor();
+    feed.wait_for_monitor();
+    assert!(feed.rows(300).iter().all(|row| row.doubted == 0));
+    feed.time.stop_monitor();
+    // damaged: a latched fault, as of any damage
+    std::fs::write(file.path(), text.replace("slew", "lift")).unwrap();
+    feed.time.start_monitor();
+    feed.wait_for_monitor();
+    let latched = feed.rows(20).pop().unwrap().latch();
+    assert_eq!(latched.level, Latch::raised(Level::Fault).level);
+}
+
+// requirement: TW-VERDICT-31, TW-FAULT-17
+#[test]
+fn good_sensors_are_never_doubted_through_restarts_in_motion() {
+    let bench = Bench::new("motion");
+    let mut good = feed(&bench.node, bench.machine, bench.monitor());
+    let step = bench.samples / 21;
+    for _ in 0..20 {
+        let rows = good.rows(step);
+        for row in &rows {
+            assert_eq!(row.doubted, 0);
+            assert_ne!(row.verdict().level, Level::Fault, "{:?}", row.verdict());
+        }
+        restart(&mut good);
+    }
+}
