@@ -327,7 +327,10 @@ fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
 /// The assumption that moves the result most.
 fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
     let Some(found) = &analysis.sensitivity else {
-        return Some(explanations::no_derivatives(analysis).into());
+        return Some(format!(
+            "Not known. {}",
+            explanations::no_derivatives(analysis)
+        ));
     };
     let machine = &analysis.machine;
     let first = *found.ranked().first()?;
