@@ -14,7 +14,7 @@ use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::analysis::states;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::setup::first_machine;
-use tipwatch_analyze::setup::inspect::read_databases;
+use tipwatch_analyze::setup::inspect::{Described, read_databases};
 use tipwatch_binding::MachineFile;
 use tipwatch_can::CandumpStream;
 use tipwatch_ingest::{FieldRequest, Log, NumberField, record_fields};
@@ -626,6 +626,13 @@ fn what_is_wrong_with_a_can_signal_is_said() {
     );
 }
 
+/// Writes the first machine file of a log.
+fn write_first(log: &Path, urdf: &Path, out: &Path, databases: &[Described]) {
+    let options = first_machine::WriteOptions::default();
+    let draft = first_machine::draft(log, Some(urdf), out, databases, options).unwrap();
+    first_machine::write(&draft).unwrap();
+}
+
 #[test]
 fn a_first_machine_file_binds_joints_and_imu_of_a_bus() {
     let folder = folder();
@@ -634,8 +641,7 @@ fn a_first_machine_file_binds_joints_and_imu_of_a_bus() {
     let [urdf, dbc, out] =
         ["tiny.urdf", "can_machine.dbc", "first.toml"].map(|name| folder.path().join(name));
     let databases = read_databases(&[dbc], None).unwrap();
-    let options = first_machine::WriteOptions::default();
-    first_machine::write(&log, Some(&urdf), &out, &databases, options).unwrap();
+    write_first(&log, &urdf, &out, &databases);
     let file = MachineFile::read(&out).unwrap();
     let signals = &file.spec.signals;
     let bound: Vec<&str> = signals.joints.keys().map(String::as_str).collect();
@@ -690,8 +696,7 @@ fn a_first_machine_file_takes_the_speed_of_the_front_axle_where_no_other_is_on_t
         }
         all.sort_by_key(|frame| frame.time_ns);
         std::fs::write(&log, candump(&all)).unwrap();
-        let options = first_machine::WriteOptions::default();
-        first_machine::write(&log, Some(&urdf), &out, &[], options).unwrap();
+        write_first(&log, &urdf, &out, &[]);
         let text = std::fs::read_to_string(&out).unwrap();
         assert!(text.contains(taken), "{text}");
         std::fs::remove_file(&out).unwrap();
@@ -708,8 +713,7 @@ fn first_machine_of(described: impl Fn(String) -> String) -> String {
     let text = described(std::fs::read_to_string(&dbc).unwrap());
     std::fs::write(&dbc, text).unwrap();
     let databases = read_databases(&[dbc], None).unwrap();
-    let options = first_machine::WriteOptions::default();
-    first_machine::write(&log, Some(&urdf), &out, &databases, options).unwrap();
+    write_first(&log, &urdf, &out, &databases);
     std::fs::read_to_string(&out).unwrap()
 }
 

@@ -135,3 +135,38 @@ fn without_a_steady_moment_causes_are_counted_from_two_seconds_before() {
     let lost_n = causes.otf_before_n - causes.otf_n;
     assert!((sum - lost_n).abs() < 1e-6 * lost_n, "{causes:?}");
 }
+
+/// A machine that tips about an edge has no load on any wheel off it: those lifts are at least as certain, under any split.
+#[test]
+fn a_lift_is_as_certain_as_the_tipping_that_needs_it() {
+    let mut compared = 0;
+    for log in ["swinging_drive", "swing_lift", "tip_over"] {
+        let analysis = analysed(&data(&format!("{log}.mcap")), Options::default());
+        let machine = &analysis.machine;
+        let of_kind = |kind| analysis.events.iter().filter(move |it| it.kind == kind);
+        for tipping in of_kind(EventKind::EdgeTipping) {
+            let edges = machine.polygon().edges().iter();
+            let mut named = edges.filter(|edge| edge.name.to_lowercase() == tipping.subject);
+            let edge = named.next().unwrap();
+            let is_off = |event: &&Event| {
+                let mut wheels = machine.wheels().iter().zip(&edge.carries);
+                let is_wheel = |name: &str| name.to_lowercase() == event.subject;
+                wheels.any(|(wheel, carries)| is_wheel(&wheel.name) && !carries)
+            };
+            let overlaps = |event: &&Event| {
+                let until = |event: &Event| event.end_ns.unwrap_or(i64::MAX);
+                event.start_ns < until(tipping) && tipping.start_ns < until(event)
+            };
+            for lift in of_kind(EventKind::WheelLift)
+                .filter(is_off)
+                .filter(overlaps)
+            {
+                assert!(lift.certainty >= tipping.certainty, "{lift:?} {tipping:?}");
+                let under_any = (lift.certainty_any_split, tipping.certainty_any_split);
+                assert!(under_any.0 >= under_any.1, "{lift:?} {tipping:?}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared >= 3, "{compared}");
+}

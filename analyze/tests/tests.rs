@@ -20,6 +20,7 @@ mod imu_mounting; // mounting from transforms, and mounting faults
 mod in_blocks; // nothing holds the whole table
 mod long_logs; // samples in temporary files
 mod outliers; // machines that stand out in a fleet
+mod questions; // what inspect --write-machine asks for
 mod report; // the report in a browser
 mod screen; // fleets of logs
 mod shards; // a fleet split over processes

@@ -17,7 +17,7 @@ mod sheet;
 mod weights;
 
 pub use body::{Joint, JointKind, Link, Machine, Shape, Solid, Wheel};
-pub use dialogue::{Question, ask, questions};
+pub use dialogue::{Question, ask, parts, prompt, questions, refusal};
 pub use error::SheetError;
 pub use prior::{Assumption, Template};
 pub use quantity::{Angle, Length, Mass, Quantity, Stiffness};

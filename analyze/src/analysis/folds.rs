@@ -38,6 +38,13 @@ pub trait RowSink: Send {
     }
 }
 
+/// Keeps no row: for what the analysis itself gathers.
+impl RowSink for () {
+    fn take(&mut self, _rows: &Arc<Rows>) -> Result<()> {
+        Ok(())
+    }
+}
+
 /// What a sink can know before the first row.
 #[derive(Debug, Clone, Copy)]
 pub struct Prepared<'a> {

@@ -46,6 +46,31 @@ pub struct SensitivityRow {
     pub worst_otf_n: f64,
 }
 
+impl SensitivityTable {
+    /// The signals and parameters of the worst wheel by how far they move its load, the farthest first: by their share of its
+    /// variance. Those whose effect cannot be computed are left out.
+    #[must_use]
+    pub fn ranked(&self) -> Vec<&SensitivityRow> {
+        let rows = self.rows.iter();
+        let known = rows.filter(|row| {
+            row.wheel == self.worst_wheel
+                && row.derivative.is_finite()
+                && row.variance_share.is_finite()
+        });
+        let mut ranked: Vec<_> = known.collect();
+        ranked.sort_by(|a, b| b.variance_share.total_cmp(&a.variance_share));
+        ranked
+    }
+}
+
+impl SensitivityRow {
+    /// How far two standard deviations of it alone move the OTF at the worst instant (N).
+    #[must_use]
+    pub fn two_sigma_change_n(&self) -> f64 {
+        (2.0 * self.sigma * self.derivative).abs()
+    }
+}
+
 /// Sums of the derivatives over the rows, and the worst row of each wheel.
 #[derive(Debug)]
 pub(crate) struct SensitivityPass {

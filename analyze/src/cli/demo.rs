@@ -12,16 +12,10 @@ use anyhow::{Context, Result};
 use clap::Args;
 use tipwatch_binding::MachineFile;
 
-use super::exit::{Ending, Exit, Terminal};
+use super::exit::{Exit, Terminal};
+use super::first_report;
 use super::live_program;
-use super::options::CaseArgs;
-use crate::analysis::{Analysis, DEFAULT_MIN_VALID, run};
-use crate::base::options::Options;
 use crate::base::output_place::OutputPlace;
-use crate::base::stdout::to_stdout;
-use crate::output::custody::{self, Files};
-use crate::output::{self, OutputOptions};
-use crate::report;
 
 const FILES: [(&str, &[u8]); 3] = [
     ("demo.mcap", include_bytes!("../../demo/demo.mcap")),
@@ -64,19 +58,10 @@ pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
         return Err(live_program::run_instead(command));
     }
     let file = MachineFile::read(&machine)?;
-    let mut analysis = run::analyse(&log, &file, Options::default(), &mut |_| {})?;
-    CaseArgs::default().origin().note(&mut analysis);
-    let written = output::write(&analysis, out, OutputOptions::default())?;
-    let files = Files {
-        log: &log,
-        policy: None,
-        written: &written,
-        transfers: &[],
-    };
-    custody::write(&analysis.provenance, files, out)?;
-    print_findings(&analysis, out)?;
+    let next = "tipwatch inspect YOUR.mcap --write-machine machine.toml";
+    let ending = first_report::write(&log, &file, out, next, terminal)?;
     terminal.print("the demo's log and machine file are in its folder input/");
-    Ok(Ending::of(&analysis, DEFAULT_MIN_VALID).tell(terminal))
+    Ok(ending.tell(terminal))
 }
 
 /// Unpacks the demo's log and machine into `folder`; gives the paths of log and machine file.
@@ -92,17 +77,4 @@ fn unpack(folder: &Path) -> Result<(PathBuf, PathBuf)> {
             .with_context(|| format!("{}: cannot be written", path.display()))?;
     }
     Ok((folder.join("demo.mcap"), folder.join("demo.toml")))
-}
-
-/// Prints what happened, the gravest finding, where the report is and how to go on.
-fn print_findings(analysis: &Analysis, out: &Path) -> Result<()> {
-    let mut lines = report::story(analysis);
-    let findings = report::findings(analysis).into_iter().take(1);
-    lines.extend(findings.map(|finding| format!("- {finding}")));
-    lines.push(report::BANDS.into());
-    let report = out.join("report.html");
-    let report = report.canonicalize().unwrap_or(report);
-    lines.push(format!("report: {}", report.display()));
-    lines.push("next: tipwatch inspect YOUR.mcap --write-machine machine.toml\n".into());
-    to_stdout(&lines.join("\n"))
 }

@@ -7,6 +7,7 @@ mod command_line;
 mod compare;
 mod demo;
 mod exit;
+mod first_report;
 mod identify;
 mod inspect;
 mod live_program;

@@ -145,13 +145,15 @@ impl<'a> Evidence<'a> {
     }
 
     /// How certain it is that the load of a wheel was below `limit_n` in an episode, from the row that shows it
-    /// best. Rows in which the machine rotates about an edge count through the certainty of that.
+    /// best. Rows in which the machine rotates about an edge count through the certainty of that. Tipping about an edge, by
+    /// loads or by a rotation, needs every wheel off it unloaded, under any split: no wheel off it was less certainly below.
     pub(super) fn below(&self, wheel: usize, limit_n: f64, episode: Episode) -> Confidence {
-        let rotating: Vec<&Tipping> = (self.tippings.iter())
-            .filter(|tipping| tipping.rotates && tipping.factors[wheel] > 0.0)
+        let unloading: Vec<&Tipping> = (self.tippings.iter())
+            .filter(|tipping| tipping.factors[wheel] > 0.0)
             .collect();
         let falls = |row: usize| {
-            let mut covers = rotating.iter().map(|t| t.episode.first..=t.episode.last);
+            let rotating = unloading.iter().filter(|tipping| tipping.rotates);
+            let mut covers = rotating.map(|t| t.episode.first..=t.episode.last);
             covers.any(|rows| rows.contains(&row))
         };
         let rows = || (episode.first..=episode.last).filter(|&row| !falls(row));
@@ -164,10 +166,10 @@ impl<'a> Evidence<'a> {
         let stated = lowest(&|row| self.held_load(wheel, row))
             .or_else(|| lowest(&|row| self.at(Quantity::Otf(wheel), row)));
         let largest = lowest(&|row| self.at(Quantity::LoadLargest(wheel), row));
-        let touching = rotating.iter().filter(|tipping| {
+        let touching = unloading.iter().filter(|tipping| {
             tipping.episode.first <= episode.last && episode.first <= tipping.episode.last
         });
-        let by_rotation = touching.filter_map(|t| t.certainty).reduce(f64::max);
+        let by_tipping = touching.filter_map(|t| t.certainty).reduce(f64::max);
         let by_load = stated.and_then(|(row, load_n)| {
             let error = self.known_error(wheel, row);
             let sigma_n = self.load_sigma(wheel, row) * error.variance_share.sqrt();
@@ -177,9 +179,9 @@ impl<'a> Evidence<'a> {
             probability((limit_n - load_n) / self.largest_sigma(wheel, row, load_n))
         });
         let best = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
-        let stated_certainty = best(by_load, by_rotation);
+        let stated_certainty = best(by_load, by_tipping);
         // What holds under any split holds under the stated one.
-        let any_split = best(any_split, by_rotation)
+        let any_split = best(any_split, by_tipping)
             .map(|any| stated_certainty.map_or(any, |stated| any.min(stated)));
         Confidence {
             stated: stated_certainty,

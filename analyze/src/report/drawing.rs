@@ -11,6 +11,11 @@ const BORDER: f64 = 58.0;
 /// Largest height of a picture, in the same units.
 const TALLEST: f64 = 420.0;
 
+/// Width of a letter as a share of its height, on the wide side.
+const LETTER_WIDTH: f64 = 0.62;
+/// How far a label may move up or down (the picture's own units), the nearest first.
+const MOVES: [f64; 9] = [0.0, 10.0, -10.0, 20.0, -20.0, 30.0, -30.0, 40.0, -40.0];
+
 /// A point (m): to the right and up in the picture.
 pub(super) type Point = [f64; 2];
 
@@ -112,6 +117,45 @@ impl Drawing {
         );
     }
 
+    /// How far up a label of two lines beside a point must move (the picture's own units) to lie on none of the `lines` and on
+    /// no label placed before; zero if it would lie on something anywhere. Its box is added to those `placed`.
+    pub(super) fn room(
+        &self,
+        at: Point,
+        beside: f64,
+        texts: [&str; 2],
+        lines: &[[Point; 2]],
+        placed: &mut Vec<[Point; 2]>,
+    ) -> f64 {
+        let longest = texts.iter().map(|text| text.chars().count()).max();
+        let width = longest.unwrap_or(0) as f64 * LETTER_WIDTH * LETTERS;
+        let [x, y] = self.at(at);
+        let left = if beside < 0.0 {
+            x + beside - width
+        } else {
+            x + beside
+        };
+        let lines: Vec<[Point; 2]> = lines
+            .iter()
+            .map(|line| line.map(|end| self.at(end)))
+            .collect();
+        let around = |up: f64| {
+            let middle = y - up + 4.0;
+            [
+                [left, middle - 1.5 * LETTERS],
+                [left + width, middle + 1.2 * LETTERS],
+            ]
+        };
+        let is_free = |up: &f64| {
+            let place = around(*up);
+            !lines.iter().any(|line| crosses(*line, place))
+                && !placed.iter().any(|it| overlap(*it, place))
+        };
+        let up = MOVES.into_iter().find(is_free).unwrap_or(0.0);
+        placed.push(around(up));
+        up
+    }
+
     /// A horizontal dimension, so many of the picture's own units below (negative: above) the lower point.
     pub(super) fn width(&mut self, from: Point, to: Point, below: f64, name: &str) {
         let level = match below >= 0.0 {
@@ -172,6 +216,29 @@ impl Drawing {
     }
 }
 
+/// Whether a line enters a box, given by two opposite corners.
+fn crosses([from, to]: [Point; 2], [low, high]: [Point; 2]) -> bool {
+    // the part of the line, 0 to 1, that is within both pairs of sides
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let along = to[axis] - from[axis];
+        let [a, b] = [low, high].map(|side| (side[axis] - from[axis]) / along);
+        if along == 0.0 {
+            if from[axis] < low[axis] || from[axis] > high[axis] {
+                return false;
+            }
+        } else {
+            (first, last) = (first.max(a.min(b)), last.min(a.max(b)));
+        }
+    }
+    first <= last
+}
+
+/// Whether two boxes have an area in common.
+fn overlap([a_low, a_high]: [Point; 2], [b_low, b_high]: [Point; 2]) -> bool {
+    (0..2).all(|axis| a_low[axis] < b_high[axis] && b_low[axis] < a_high[axis])
+}
+
 fn tenth(value: f64) -> String {
     format!("{:.1}", value + 0.0)
 }
@@ -190,5 +257,35 @@ mod tests {
         let text = drawing.finish("side", true).into_string();
         assert!(text.contains("wheelbase 4.00 m") && text.contains("1 m<"));
         assert!(Drawing::around(&[[f64::NAN, 0.0]]).is_none());
+    }
+
+    #[test]
+    fn a_label_makes_room_for_lines_and_other_labels() {
+        let drawing = Drawing::around(&[[0.0, 0.0], [4.0, 4.0]]).unwrap();
+        let texts = ["FL", "19.6 kN"];
+        let mut placed = Vec::new();
+        assert_eq!(drawing.room([2.0, 2.0], 8.0, texts, &[], &mut placed), 0.0);
+        // where one is already, the next has to move
+        assert_ne!(drawing.room([2.0, 2.0], 8.0, texts, &[], &mut placed), 0.0);
+        assert!(!overlap(placed[0], placed[1]));
+        let arm = [[2.0, 2.0], [4.0, 2.0]];
+        let mut placed = Vec::new();
+        assert_ne!(
+            drawing.room([2.0, 2.0], 8.0, texts, &[arm], &mut placed),
+            0.0
+        );
+        let arm = arm.map(|end| drawing.at(end));
+        assert!(!crosses(arm, placed[0]));
+    }
+
+    #[test]
+    fn a_line_crosses_a_box_or_passes_it() {
+        let place = [[0.0, 0.0], [2.0, 1.0]];
+        assert!(crosses([[-1.0, -1.0], [3.0, 2.0]], place));
+        assert!(crosses([[0.5, 0.5], [0.6, 0.6]], place));
+        assert!(crosses([[1.0, -5.0], [1.0, 5.0]], place));
+        assert!(!crosses([[-1.0, 0.0], [1.0, 3.0]], place));
+        assert!(!crosses([[3.0, -5.0], [3.0, 5.0]], place));
+        assert!(!crosses([[-3.0, 0.5], [-1.0, 0.5]], place));
     }
 }

@@ -6,7 +6,6 @@ use super::findings::{MOST_OF_KIND, Scene, worst_of_each_kind};
 use super::parameter_words::{in_words, uncertainty_in_words};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
-use crate::analysis::sensitivity::{SensitivityRow, SensitivityTable};
 use crate::events::EventCauses;
 use crate::events::support_words::SupportWord;
 use crate::page::{number, readable, short, table};
@@ -74,34 +73,23 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
     }
 }
 
-/// The rows of the wheel that came closest to lifting.
-fn worst_rows(found: &SensitivityTable) -> impl Iterator<Item = &SensitivityRow> {
-    found
-        .rows
-        .iter()
-        .filter(|row| row.wheel == found.worst_wheel)
-}
-
-fn no_derivatives(analysis: &Analysis) -> Markup {
-    let why = match analysis.rows.supports() {
+/// Why nothing is known of how the loads depend on signals and parameters.
+pub(super) fn no_derivatives(analysis: &Analysis) -> &'static str {
+    match analysis.rows.supports() {
         Some(_) => {
             "Derivatives are computed only for a machine that is always on the same supports."
         }
         None => "The chosen model does not compute derivatives.",
-    };
-    html! { p { (why) } }
+    }
 }
 
 /// How the load of the wheel that came closest to lifting depends on signals and parameters.
 pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     let Some(found) = &analysis.sensitivity else {
-        return no_derivatives(analysis);
+        return html! { p { (no_derivatives(analysis)) } };
     };
     let machine = &analysis.machine;
-    let mut rows: Vec<&SensitivityRow> = worst_rows(found).collect();
-    // a derivative that cannot be computed says nothing
-    rows.retain(|row| row.derivative.is_finite() && row.variance_share.is_finite());
-    rows.sort_by(|a, b| b.variance_share.total_cmp(&a.variance_share));
+    let rows = found.ranked();
     let Some(first) = rows.first() else {
         return html! {};
     };

@@ -216,6 +216,7 @@ impl View<'_> {
             let r = drawing.metres(6.0);
             drawing.polygon("zmp", &[[x, y + r], [x + r, y], [x, y - r], [x - r, y]]);
         }
+        let mut placed = Vec::new();
         for (wheel, (facts, at)) in machine.wheels().iter().zip(&contacts).enumerate() {
             if !carries[wheel] {
                 continue;
@@ -226,11 +227,8 @@ impl View<'_> {
             let outside = disc.max(0.8 * facts.radius);
             let beside = drawing_shift(&drawing, outside, is_left);
             let anchor = if is_left { Anchor::End } else { Anchor::Start };
-            drawing.text(*at, [beside, 2.0], anchor, &facts.name);
-            if self.contradicted {
-                continue;
-            }
             let load = match load.is_finite() {
+                _ if self.contradicted => String::new(),
                 // plus zero: no sign before zero
                 true if largest >= 1000.0 => {
                     format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0)
@@ -238,7 +236,11 @@ impl View<'_> {
                 true => format!("{:.1} N", (load * 10.0).round() / 10.0 + 0.0),
                 false => "unknown".into(),
             };
-            drawing.text(*at, [beside, -10.0], anchor, &load);
+            let up = drawing.room(*at, beside, [&facts.name, &load], &arm, &mut placed);
+            drawing.text(*at, [beside, 2.0 + up], anchor, &facts.name);
+            if !self.contradicted {
+                drawing.text(*at, [beside, up - 10.0], anchor, &load);
+            }
         }
         let standing: Vec<Point> = self.standing(&contacts).copied().collect();
         if let Some((left, right)) = self.widest_axle(&standing) {

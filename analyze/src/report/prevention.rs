@@ -74,7 +74,7 @@ pub(super) fn brief(analysis: &Analysis) -> Markup {
     let word = SupportWord::of(&analysis.machine).one;
     html! {
         div {
-            h3 { "What would have kept every " (word) " at its limit" }
+            h3 { "Simulated: what keeps every " (word) " at its limit" }
             @if rows.is_empty() {
                 p { (analysis.advice.as_ref().map_or_else(|| without_advice(analysis), |advice| conclusion(analysis, advice))) }
             } @else {

@@ -6,6 +6,7 @@ use serde::Serialize;
 use tipwatch_mechanics::machine::Axis;
 use tipwatch_mechanics::{BaseMotion, Parameter, Quantity, State};
 
+use super::explanations::no_derivatives;
 use super::findings::{Scene, incidents};
 use crate::analysis::Analysis;
 use crate::analysis::advice::Change;
@@ -214,7 +215,12 @@ fn joints(
 /// The sliders as a part of a page, with the numbers that the script reads.
 pub(super) fn section(analysis: &Analysis) -> Markup {
     let Some(found) = sliders(analysis) else {
-        return html! {};
+        return match analysis.sensitivity {
+            Some(_) => html! {},
+            None => {
+                html! { p.hint { "There are no sliders to try a change. " (no_derivatives(analysis)) } }
+            }
+        };
     };
     html! {
         div.screen id="what-if" {

@@ -3,6 +3,7 @@
 use std::io::{BufRead, Result, Write};
 
 use super::list::{fixed_answers, questions};
+use super::prompt::{parts, prompt, refusal};
 use super::question::{Kind, Question};
 use crate::prior::Template;
 use crate::quantity::{Angle, Length, Mass};
@@ -40,29 +41,14 @@ pub fn ask(template: Template, input: &mut dyn BufRead, output: &mut dyn Write) 
     toml::to_string(&root).map_err(std::io::Error::other)
 }
 
-/// One line, without the line break.
-fn line(input: &mut dyn BufRead) -> Result<String> {
-    let mut text = String::new();
-    if input.read_line(&mut text)? == 0 {
-        return Err(std::io::Error::new(
-            std::io::ErrorKind::UnexpectedEof,
-            "expected an answer, found the end of the input",
-        ));
-    }
-    Ok(text.trim().to_owned())
-}
-
 fn axle_count(input: &mut dyn BufRead, output: &mut dyn Write) -> Result<usize> {
-    loop {
-        write!(output, "Number of axles, a pair of bogies as one [2]: ")?;
-        output.flush()?;
-        let text = line(input)?;
-        match (text.as_str(), text.parse::<usize>()) {
-            ("", _) => return Ok(2),
-            (_, Ok(count)) if (2..=6).contains(&count) => return Ok(count),
-            _ => writeln!(output, "Expected a number from 2 to 6, found \"{text}\".")?,
-        }
-    }
+    let read = |text: &str| match (text, text.parse::<usize>()) {
+        ("", _) => Ok(2),
+        (_, Ok(count)) if (2..=6).contains(&count) => Ok(count),
+        _ => Err(refusal("a number from 2 to 6", text)),
+    };
+    let text = "Number of axles, a pair of bogies as one [2]";
+    prompt(text, read, input, output)
 }
 
 /// A number as it is, or with its unit.
@@ -77,11 +63,8 @@ fn number(text: &str) -> Option<toml::Value> {
 }
 
 fn range(text: &str) -> Option<toml::Value> {
-    let (least, most) = text.split_once([',', ';'])?;
-    Some(toml::Value::Array(vec![
-        number(least.trim())?,
-        number(most.trim())?,
-    ]))
+    let both: Option<Vec<toml::Value>> = parts(text).map(number).collect();
+    both.filter(|both| both.len() == 2).map(toml::Value::Array)
 }
 
 impl Kind {
@@ -99,31 +82,23 @@ fn answer(
     input: &mut dyn BufRead,
     output: &mut dyn Write,
 ) -> Result<Option<toml::Value>> {
-    loop {
-        write!(output, "{}: ", question.text)?;
-        output.flush()?;
-        let text = line(input)?;
+    let read = |text: &str| {
         if text.is_empty() {
-            match question.is_required {
-                true => writeln!(output, "This value is needed.")?,
-                false => return Ok(None),
-            }
-            continue;
+            return match question.is_required {
+                true => Err("This value is needed.".into()),
+                false => Ok(None),
+            };
         }
         let value = match question.kind {
-            Kind::Text => Some(toml::Value::String(text.clone())),
-            Kind::Number => number(&text),
-            Kind::Range => range(&text),
+            Kind::Text => Some(toml::Value::String(text.into())),
+            Kind::Number => number(text),
+            Kind::Range => range(text),
         };
-        match value {
-            Some(value) => return Ok(Some(value)),
-            None => writeln!(
-                output,
-                "Expected {}, found \"{text}\".",
-                question.kind.expected()
-            )?,
-        }
-    }
+        value
+            .map(Some)
+            .ok_or_else(|| refusal(question.kind.expected(), text))
+    };
+    prompt(&question.text, read, input, output)
 }
 
 /// Sets a key such as `axles.0.load`; numbers are places in lists.

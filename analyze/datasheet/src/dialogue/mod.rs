@@ -3,8 +3,10 @@
 mod ask;
 mod list;
 mod parts;
+mod prompt;
 mod question;
 
 pub use ask::ask;
 pub use list::questions;
+pub use prompt::{parts, prompt, refusal};
 pub use question::Question;

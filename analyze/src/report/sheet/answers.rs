@@ -10,6 +10,7 @@ use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
 use crate::page::{number, percent, probability, short};
 use crate::report::deciding::Deciding;
+use crate::report::explanations;
 use crate::report::fact::is_fact;
 use crate::report::findings::{Incident, Scene};
 use crate::report::parameter_words::in_words;
@@ -18,6 +19,8 @@ use crate::report::when::Calendar;
 
 /// Most losses told.
 const MOST_LOST: usize = 2;
+/// From this probability on a step is told without it.
+const SURE: f64 = 0.95;
 
 /// Question and answer, in the order of their importance.
 pub(super) fn answers(
@@ -47,6 +50,26 @@ pub(super) fn answers(
         ("Is the machine known?", readiness(analysis)),
     ]);
     all
+}
+
+/// Under which condition a step is told, and how sure it is where a reader would take it for surer than it is.
+pub(super) fn reserve(scene: &Scene, event: &Event) -> String {
+    let confidence = doubt(event.certainty);
+    let reserves: Vec<String> = scene
+        .condition(event)
+        .into_iter()
+        .chain(confidence)
+        .collect();
+    match reserves.is_empty() {
+        true => String::new(),
+        false => format!(" ({})", reserves.join("; ")),
+    }
+}
+
+/// A confidence that a reader must know.
+fn doubt(certainty: Option<f64>) -> Option<String> {
+    let doubtful = certainty.filter(|certainty| *certainty < SURE);
+    doubtful.map(|certainty| format!("confidence {}", probability(certainty)))
 }
 
 fn which_lifted(word: SupportWord) -> &'static str {
@@ -139,9 +162,10 @@ fn tipped_over(analysis: &Analysis) -> String {
             TIP_OVER_RAD.to_degrees()
         ),
         Some(event) => format!(
-            "No tip-over {scope}. But it was tipping about the {} edge {}.",
+            "No tip-over {scope}. But it was tipping about the {} edge {}{}.",
             scene.subject(event),
-            at(event)
+            at(event),
+            reserve(&scene, event)
         ),
         None => format!("No tip-over {scope}."),
     }
@@ -153,6 +177,18 @@ pub(super) fn at_least_degrees(event: &Event) -> String {
     format!("{:.0}°", (event.worst.to_degrees() + 1e-9).floor())
 }
 
+/// The lifts of one wheel.
+struct Lifted {
+    name: String,
+    /// When the first began.
+    start: String,
+    times: usize,
+    /// Whether all of them depend on the load split.
+    depends: bool,
+    /// That of the surest.
+    certainty: Option<f64>,
+}
+
 fn lifted(analysis: &Analysis) -> String {
     if nothing_known(analysis).is_some() {
         return "Unknown.".into();
@@ -161,23 +197,38 @@ fn lifted(analysis: &Analysis) -> String {
     let lifts = of_kind(analysis, EventKind::WheelLift);
     let mut events: Vec<&Event> = lifts.filter(|event| is_fact(event)).collect();
     events.sort_by_key(|event| event.start_ns);
-    let mut wheels: Vec<(String, String, usize, bool)> = Vec::new();
+    let mut wheels: Vec<Lifted> = Vec::new();
     for event in events {
         let name = scene.subject(event);
         let depends = event.split_dependent != Some(false);
-        match wheels.iter_mut().find(|wheel| wheel.0 == name) {
-            Some(wheel) => (wheel.2, wheel.3) = (wheel.2 + 1, wheel.3 && depends),
-            None => wheels.push((name, scene.start(event), 1, depends)),
+        match wheels.iter_mut().find(|wheel| wheel.name == name) {
+            Some(wheel) => {
+                wheel.times += 1;
+                wheel.depends &= depends;
+                let both = wheel.certainty.into_iter().chain(event.certainty);
+                wheel.certainty = both.reduce(f64::max);
+            }
+            None => wheels.push(Lifted {
+                name,
+                start: scene.start(event),
+                times: 1,
+                depends,
+                certainty: event.certainty,
+            }),
         }
     }
-    let text = |(name, start, times, _): &(String, String, usize, bool)| match times {
-        1 => format!("{name} (from {start})"),
-        times => format!("{name} ({times} times, first from {start})"),
+    let text = |wheel: &Lifted| {
+        let Lifted { name, start, .. } = wheel;
+        let doubt = doubt(wheel.certainty).map_or(String::new(), |doubt| format!(", {doubt}"));
+        match wheel.times {
+            1 => format!("{name} (from {start}{doubt})"),
+            times => format!("{name} ({times} times, first from {start}{doubt})"),
+        }
     };
     let of = |depends: bool| -> Vec<String> {
         wheels
             .iter()
-            .filter(|wheel| wheel.3 == depends)
+            .filter(|wheel| wheel.depends == depends)
             .map(text)
             .collect()
     };
@@ -233,11 +284,12 @@ fn none(scope: &str, is_certain: bool) -> String {
 }
 
 /// Wheels that did not lift as computed and carry no load under some split.
-fn could_have_lifted(analysis: &Analysis, lifted: &[(String, String, usize, bool)]) -> Vec<usize> {
+fn could_have_lifted(analysis: &Analysis, lifted: &[Lifted]) -> Vec<usize> {
     let machine = &analysis.machine;
     let could_unload = |wheel: &usize| {
         let name = &machine.wheels()[*wheel].name;
-        analysis.digest.wheels[*wheel].could_unload && !lifted.iter().any(|known| known.0 == *name)
+        analysis.digest.wheels[*wheel].could_unload
+            && !lifted.iter().any(|known| known.name == *name)
     };
     (0..machine.wheels().len()).filter(could_unload).collect()
 }
@@ -274,16 +326,16 @@ fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
 
 /// The assumption that moves the result most.
 fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
-    let found = analysis.sensitivity.as_ref()?;
+    let Some(found) = &analysis.sensitivity else {
+        return Some(format!(
+            "Not known. {}",
+            explanations::no_derivatives(analysis)
+        ));
+    };
     let machine = &analysis.machine;
-    let rows = found
-        .rows
-        .iter()
-        .filter(|row| row.wheel == found.worst_wheel);
-    let known = rows.filter(|row| row.derivative.is_finite() && row.variance_share.is_finite());
-    let first = known.max_by(|a, b| a.variance_share.total_cmp(&b.variance_share))?;
+    let first = *found.ranked().first()?;
     let two_sigma = 2.0 * first.sigma;
-    let change_n = (two_sigma * first.derivative).abs();
+    let change_n = first.two_sigma_change_n();
     let wheel = &machine.wheels()[found.worst_wheel].name;
     let named = SupportWord::named(&machine.wheels()[found.worst_wheel]);
     // how fast the load fell before the lift tells how much earlier or later it would have been zero
@@ -378,14 +430,18 @@ fn readiness(analysis: &Analysis) -> String {
 /// The load of a wheel at a row, with its band.
 fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
     let found = analysis.rows.window(row..row + 1);
-    let load = number(found.value(Quantity::Load(wheel), 0));
+    let load_n = found.value(Quantity::Load(wheel), 0);
+    let load = number(load_n);
+    let share = percent(load_n / analysis.machine.reference().static_load[wheel]);
     let named = SupportWord::named(&analysis.machine.wheels()[wheel]);
     let sigma = Some(found.value(Quantity::LoadSigma(wheel), 0));
     let band = match sigma.filter(|sigma| sigma.is_finite()) {
         Some(sigma) => format!("± {} N", number(2.0 * sigma)),
         None => "N, of unknown uncertainty".into(),
     };
-    format!("The smallest load compared with that at rest was {load} {band} on {named}.")
+    format!(
+        "The smallest load compared with that at rest was {load} {band} on {named}, {share} of it."
+    )
 }
 
 fn assumptions(analysis: &Analysis) -> String {
@@ -396,7 +452,9 @@ fn assumptions(analysis: &Analysis) -> String {
             "the {}' points of contact lie where the model puts them (the shape of the ground is unknown)",
             SupportWord::of(&analysis.machine).many
         ),
-        Ground::Plane => "the ground is flat, as the machine file states".into(),
+        Ground::Plane => {
+            "that the ground is flat is stated in the machine file and was not observed".into()
+        }
     };
     let measured = measured_forces(&analysis.machine);
     let measured = measured.map_or(String::new(), |of| {

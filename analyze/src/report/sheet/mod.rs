@@ -108,7 +108,13 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let asked = |event: &&&Event| !event.counterfactuals.is_empty();
     let events = incident.events.iter().filter(asked);
     let Some(event) = events.min_by_key(|event| rank(event.kind)) else {
-        return html! {};
+        return match analysis.rows.supports() {
+            Some(_) => html! { div {
+                h3 { "Would it have happened otherwise?" }
+                p { "Open: level ground, another speed or another posture are supposed only for a machine that is always on the same supports." }
+            } },
+            None => html! {},
+        };
     };
     let scene = Scene::of(analysis);
     let rows = event.counterfactuals.iter().filter_map(|answer| {

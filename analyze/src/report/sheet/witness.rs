@@ -1,14 +1,11 @@
 //! What happened, in the order in which a witness would tell it.
 
-use super::answers;
+use super::answers::{self, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind, ShownBy};
-use crate::page::{number, probability};
+use crate::page::number;
 use crate::report::fact::is_fact;
 use crate::report::findings::{Incident, Scene, findings};
-
-/// From this probability on a step is told without it.
-const SURE: f64 = 0.95;
 
 /// At most three sentences on the gravest incident, or one on a log without any.
 pub(super) fn sentences(analysis: &Analysis, incidents: &[Incident<'_>]) -> Vec<String> {
@@ -137,21 +134,6 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
             scene.word.one,
             answers::scope(analysis)
         ),
-    }
-}
-
-/// Under which condition a step is told, and how sure it is where a reader would take it for surer than it is.
-fn reserve(scene: &Scene, event: &Event) -> String {
-    let doubtful = event.certainty.filter(|certainty| *certainty < SURE);
-    let confidence = doubtful.map(|certainty| format!("confidence {}", probability(certainty)));
-    let reserves: Vec<String> = scene
-        .condition(event)
-        .into_iter()
-        .chain(confidence)
-        .collect();
-    match reserves.is_empty() {
-        true => String::new(),
-        false => format!(" ({})", reserves.join("; ")),
     }
 }
 

@@ -13,6 +13,7 @@ use super::signals::Topics;
 use super::wheels::{self, Wheel};
 
 /// All guesses.
+#[derive(Clone)]
 pub(super) struct Guesses {
     pub(super) outline: Outline,
     pub(super) wheels: Vec<Wheel>,
@@ -25,6 +26,10 @@ pub(super) struct Guesses {
     pub(super) candidates: BTreeMap<String, Vec<Candidate>>,
     /// Those that are held still on request, and the joints of cylinders that drive a measured joint.
     pub(super) frozen: Vec<String>,
+    /// Cylinders of measured joints that are held still: what their eyes would free.
+    pub(super) held: Vec<LinkageGuess>,
+    /// What a person answered for the position of a frozen joint.
+    pub(super) stated: BTreeMap<String, StatedPosition>,
     pub(super) arm: Option<arm::Guess>,
     pub(super) tool: Option<arm::Guess>,
 }
@@ -75,8 +80,9 @@ impl Guesses {
         let candidates = unknown.iter().map(|joint| {
             let mut fitting = fitting(&outline, joint, topics);
             let is_bound = |it: &Candidate| {
-                let mut lines = joints.iter().flat_map(|guess| &guess.lines);
-                lines.any(|line| line.contains(it.text.trim_end_matches(" }")))
+                let source = it.text.trim_start_matches("{ ").trim_end_matches(" }");
+                let mut fields = joints.iter().flat_map(|guess| &guess.fields);
+                fields.any(|field| field.source == source)
             };
             fitting.retain(|it| !is_bound(it));
             (joint.clone(), fitting)
@@ -91,6 +97,8 @@ impl Guesses {
             joints,
             unknown,
             frozen: Vec::new(),
+            held: Vec::new(),
+            stated: BTreeMap::new(),
             outline,
         }
     }
@@ -104,13 +112,42 @@ impl Guesses {
             .drain(..)
             .partition(|linkage| is_measured(&linkage.pivot));
         self.linkages = driving;
-        let mut frozen = std::mem::take(&mut self.unknown);
-        frozen.extend(
-            idle.into_iter()
-                .flat_map(|linkage| [linkage.cylinder, linkage.rod]),
-        );
+        let mut frozen = std::mem::take(&mut self.frozen);
+        frozen.append(&mut self.unknown);
+        frozen.extend(idle.iter().flat_map(LinkageGuess::passive_joints).cloned());
         frozen.retain(|name| !logged.contains(name));
         self.frozen = frozen;
+        self.held.extend(idle);
+    }
+
+    /// Moves a cylinder that was held still, now that the places of its eyes are known.
+    pub(super) fn release(&mut self, name: &str, eyes: [[f64; 3]; 2]) {
+        let held = self.held.iter().position(|linkage| linkage.name == name);
+        if let Some(held) = held {
+            let linkage = self.held.remove(held);
+            self.frozen
+                .retain(|joint| !linkage.passive_joints().contains(&joint));
+            self.linkages.push(linkage);
+        }
+        for linkage in self.linkages.iter_mut().filter(|it| it.name == name) {
+            linkage.eyes = Some(eyes);
+        }
+    }
+
+    /// Joints with horizontal axes between base and wheels, which may carry no torque.
+    pub(super) fn pivots(&self) -> Vec<String> {
+        let carries_wheel = |link: usize| {
+            let mut wheels = self.wheels.iter();
+            wheels.any(|w| w.link != link && self.outline.is_below(w.link, link))
+        };
+        let links = self.outline.links.iter().enumerate();
+        let pivots = links.filter_map(|(index, link)| {
+            let joint = link.joint.as_ref()?;
+            let is_horizontal =
+                joint.motion != JointMotion::Prismatic && joint.axis_in_base.z.abs() < 0.5;
+            (link.moves() && is_horizontal && carries_wheel(index)).then(|| joint.name.clone())
+        });
+        pivots.collect()
     }
 
     /// The mass that a joint carries (kg), and its share of the whole.
@@ -135,6 +172,15 @@ impl Guesses {
         let limits = joints.find(|j| j.name == joint).and_then(|j| j.limits);
         limits.map_or(0.0, |[least, most]| 0.0_f64.clamp(least, most))
     }
+}
+
+/// The position of a joint that no joint states have, as a person states it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum StatedPosition {
+    /// It never moves (rad or m).
+    Constant(f64),
+    /// The table of a signal.
+    Signal(String),
 }
 
 /// The signals that may be the position of a joint, by unit and motion.

@@ -16,6 +16,8 @@ use super::words::has_word;
 #[derive(Debug, Default)]
 pub(super) struct ImuSection {
     pub(super) text: String,
+    /// The link on which a doubtful IMU is assumed; `None` is the base link.
+    pub(super) link: Option<String>,
     /// Whether position and orientation are a guess that a person must confirm.
     pub(super) is_doubtful: bool,
     /// Whether the log has a specific force at all.
@@ -37,8 +39,8 @@ pub(super) fn section(
             open(&mut text, None);
             return Ok(ImuSection {
                 text: text.finish().trim_end().to_owned(),
-                is_doubtful: false,
                 has_samples: true,
+                ..ImuSection::default()
             });
         }
         text.comment("No IMU with messages found.");
@@ -58,9 +60,10 @@ pub(super) fn section(
         |machine: &Machine| matches!(machine.imu().source, MountSource::Assumed { .. });
     let machine = machine.filter(|machine| !is_assumed(machine));
     let is_doubtful = !matches!((&machine, &topics.imu_frame), (Some(_), Some(_)));
+    let named = outline.and_then(named_imu);
     match (&machine, topics.imu_frame.as_deref()) {
         (Some(machine), Some(frame)) => known(&mut text, machine, frame),
-        (_, frame) => match outline.and_then(named_imu) {
+        (_, frame) => match named {
             Some(link) => by_name(&mut text, link, frame),
             None => open(&mut text, frame),
         },
@@ -81,9 +84,27 @@ pub(super) fn section(
     }
     Ok(ImuSection {
         text: text.finish().trim_end().to_owned(),
+        link: named.map(str::to_owned),
         is_doubtful,
         has_samples: mean.is_some(),
     })
+}
+
+impl ImuSection {
+    /// The section with the pose that a person stated: position (m), and roll, pitch and yaw (rad). It is confirmed where
+    /// both were.
+    pub(super) fn state(&mut self, base_link: &str, xyz: Option<[f64; 3]>, rpy: Option<[f64; 3]>) {
+        let mut text = Text::default();
+        text.gap().comment("Stated at the terminal.");
+        text.line(&format!(
+            "[imu]\nlink = {}\nxyz = {}\nrpy = {}",
+            quoted(self.link.as_deref().unwrap_or(base_link)),
+            triple(xyz.unwrap_or_default()),
+            triple(rpy.unwrap_or_default())
+        ));
+        self.text = text.finish().trim_end().to_owned();
+        self.is_doubtful = xyz.is_none() || rpy.is_none();
+    }
 }
 
 fn known(text: &mut Text, machine: &Machine, frame: &str) {

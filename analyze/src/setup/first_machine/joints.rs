@@ -31,11 +31,51 @@ const POSITION: [&str; 7] = [
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct JointGuess {
     pub(super) joint: String,
-    /// Lines of `[signals.joints.NAME]`.
-    pub(super) lines: Vec<String>,
+    /// The fields of `[signals.joints.NAME]`, its position first.
+    pub(super) fields: Vec<GuessedField>,
     pub(super) why: String,
     /// Whether unit, sign and zero are guesses that a person must confirm.
     pub(super) is_doubtful: bool,
+}
+
+/// A number of the log that a key of `[signals.joints.NAME]` may be.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct GuessedField {
+    key: &'static str,
+    /// The keys that name it, such as `topic = "/arm", field = "lift_deg"`.
+    pub(super) source: String,
+    /// Factor from the number to SI units.
+    pub(super) scale: f64,
+    /// What is added then (rad or m, of a position).
+    pub(super) offset: f64,
+}
+
+impl GuessedField {
+    /// Its line of the machine file.
+    pub(super) fn line(&self) -> String {
+        let key = |name: &str, value: f64, default: f64| match value == default {
+            true => String::new(),
+            false => format!(", {name} = {value:?}"),
+        };
+        let scale = key("scale", self.scale, 1.0);
+        let offset = key("offset", self.offset, 0.0);
+        format!("{} = {{ {}{scale}{offset} }}", self.key, self.source)
+    }
+}
+
+impl JointGuess {
+    /// The same with another factor and offset of its position, as a person states them. Its velocity is in the same unit and
+    /// has the same sign.
+    pub(super) fn confirm(&mut self, scale: f64, offset: f64) {
+        let before = self.fields.first().map_or(1.0, |position| position.scale);
+        for field in &mut self.fields {
+            field.scale *= scale / before;
+        }
+        if let Some(position) = self.fields.first_mut() {
+            (position.scale, position.offset) = (scale, offset);
+        }
+        self.is_doubtful = false;
+    }
 }
 
 /// A topic of joint states and its joint names.
@@ -66,19 +106,19 @@ fn in_joint_states(joint: &str, states: &[NamedJoints]) -> Option<JointGuess> {
     if alike.next().is_some() {
         return None;
     }
-    let at = |list: &str| {
-        format!(
-            "{{ topic = {}, field = \"{list}\", joint = {} }}",
+    let at = |list: &'static str| GuessedField {
+        key: list,
+        source: format!(
+            "topic = {}, field = \"{list}\", joint = {}",
             quoted(topic),
             quoted(name)
-        )
+        ),
+        scale: 1.0,
+        offset: 0.0,
     };
     Some(JointGuess {
         joint: joint.into(),
-        lines: vec![
-            format!("position = {}", at("position")),
-            format!("velocity = {}", at("velocity")),
-        ],
+        fields: vec![at("position"), at("velocity")],
         why: format!("similar to joint {name} on {topic}"),
         is_doubtful: false,
     })
@@ -103,26 +143,20 @@ fn in_fields(joint: &str, topics: &[Topic], can: &CanMessages) -> Option<JointGu
         return None;
     };
     let of_bus = |field: &str| can.field(&topic.name, field);
-    let line = |key: &str, field: &str, scale: f64| {
-        let named = of_bus(field);
-        let is_si = named.as_ref().is_some_and(|(_, is_si)| *is_si);
-        let scale = match is_si || scale == 1.0 {
-            true => String::new(),
-            false => format!(", scale = {scale:?}"),
-        };
-        if let Some((named, _)) = named {
-            return format!("{key} = {{ {named}{scale} }}");
+    let guessed = |key: &'static str, field: &str, scale: f64| {
+        let of_topic = || format!("topic = {}, field = {}", quoted(&topic.name), quoted(field));
+        let (source, is_si) = of_bus(field).unwrap_or_else(|| (of_topic(), false));
+        GuessedField {
+            key,
+            source,
+            scale: if is_si { 1.0 } else { scale },
+            offset: 0.0,
         }
-        let topic = quoted(&topic.name);
-        format!(
-            "{key} = {{ topic = {topic}, field = {}{scale} }}",
-            quoted(field)
-        )
     };
-    let mut lines = vec![line("position", field, number.scale)];
+    let mut fields = vec![guessed("position", field, number.scale)];
     let on_topic: Vec<_> = rates.iter().filter(|(t, ..)| t.id == topic.id).collect();
     if let [(_, field, number)] = on_topic[..] {
-        lines.push(line("velocity", field, number.scale));
+        fields.push(guessed("velocity", field, number.scale));
     }
     let is_si = of_bus(field).is_some_and(|(_, is_si)| is_si);
     let unit = match number.unit.is_empty() {
@@ -135,7 +169,7 @@ fn in_fields(joint: &str, topics: &[Topic], can: &CanMessages) -> Option<JointGu
     };
     Some(JointGuess {
         joint: joint.into(),
-        lines,
+        fields,
         why: format!("similar to field {field} of {}; {unit}", topic.name),
         is_doubtful: true,
     })

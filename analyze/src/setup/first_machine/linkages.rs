@@ -9,7 +9,7 @@ const PARALLEL: f64 = 0.99;
 const CYLINDER: [&str; 5] = ["cylinder", "piston", "ram", "actuator", "cyl"];
 
 /// A linear actuator that closes a triangle, as far as the URDF describes it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct LinkageGuess {
     pub(super) name: String,
     pub(super) pivot: String,
@@ -18,7 +18,16 @@ pub(super) struct LinkageGuess {
     /// The links of its two eyes.
     pub(super) rod_link: String,
     pub(super) pivot_link: String,
+    /// The places of the rod's eye and of its pin in those links (m), which no URDF has.
+    pub(super) eyes: Option<[[f64; 3]; 2]>,
     pub(super) why: String,
+}
+
+impl LinkageGuess {
+    /// The joints that only a cylinder moves.
+    pub(super) fn passive_joints(&self) -> [&String; 2] {
+        [&self.cylinder, &self.rod]
+    }
 }
 
 /// Finds cylinders: a sliding joint on an unmeasured hinge, next to a joint with a parallel axis on the
@@ -78,6 +87,7 @@ pub(super) fn linkages(outline: &Outline, logged: &[String]) -> Vec<LinkageGuess
             rod: rod.name.clone(),
             rod_link: link.name.clone(),
             pivot_link: outline.links[pivot_link].name.clone(),
+            eyes: None,
             why: format!(
                 "{} slides on the unmeasured hinge {}, next to {} with a parallel axis{from}",
                 rod.name, hinge.name, pivot.name

@@ -3,10 +3,12 @@
 
 mod arm;
 mod can;
+mod draft;
 mod guesses;
 mod imu;
 mod joints;
 mod linkages;
+mod questions;
 mod reference;
 mod render;
 mod section;
@@ -18,6 +20,8 @@ mod words;
 mod write;
 mod write_options;
 
+pub use draft::Draft;
+pub use questions::{Effect, OpenValue, OpenValues, ask, open_values};
 pub use section::signals;
-pub use write::write;
+pub use write::{draft, write};
 pub use write_options::WriteOptions;

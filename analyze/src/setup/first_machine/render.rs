@@ -1,26 +1,24 @@
 //! The text of a first machine file.
 
-use tipwatch_ingest::Log;
-use tipwatch_mechanics::machine::JointMotion;
-
-use super::guesses::Guesses;
+use super::draft::{Draft, Stated};
+use super::guesses::{Guesses, StatedPosition};
 use super::imu::ImuSection;
 use super::linkages::LinkageGuess;
 use super::reference;
-use super::signals::Topics;
-use super::text::{Text, array, key, number, quoted};
+use super::text::{Text, array, key, number, quoted, triple};
 use super::urdf::Urdf;
-use super::write_options::WriteOptions;
 
-pub(super) fn rendered(
-    log: &Log,
-    urdf: Option<&Urdf>,
-    topics: &Topics,
-    guesses: Option<&Guesses>,
-    imu: &ImuSection,
-    options: WriteOptions,
-    verdict: &str,
-) -> String {
+/// The text of a draft with these guesses.
+pub(super) fn rendered(draft: &Draft, guesses: Option<&Guesses>, verdict: &str) -> String {
+    let Draft {
+        log,
+        urdf,
+        topics,
+        imu,
+        options,
+        stated,
+        ..
+    } = draft;
     let mut text = Text::default();
     let path = log.path().display();
     text.comment(&format!(
@@ -59,7 +57,7 @@ pub(super) fn rendered(
         text.line(&imu.text);
         write_arm(&mut text, guesses);
         write_linkages(&mut text, &guesses.linkages);
-        write_contact(&mut text, guesses);
+        write_contact(&mut text, guesses, stated);
         reference::write(&mut text, guesses, &topics.joints());
     } else {
         text.gap()
@@ -70,6 +68,7 @@ pub(super) fn rendered(
     topics.write(log, &mut text);
     if let Some(guesses) = guesses {
         write_joints(&mut text, guesses);
+        write_stated(&mut text, guesses, stated);
     }
     topics.can.write_weights(&mut text);
     text.gap()
@@ -91,6 +90,7 @@ fn write_doubts(text: &mut Text, guesses: Option<&Guesses>, imu: &ImuSection) {
         let joints = guesses.joints.iter().filter(|joint| joint.is_doubtful);
         doubts.extend(joints.map(|joint| format!("signals.joints.{}", joint.joint)));
         let frozen = guesses.frozen.iter();
+        let frozen = frozen.filter(|joint| !guesses.stated.contains_key(*joint));
         doubts.extend(frozen.map(|joint| format!("signals.joints.{joint}")));
     }
     if !doubts.is_empty() {
@@ -157,48 +157,90 @@ fn write_arm(text: &mut Text, guesses: &Guesses) {
 
 fn write_linkages(text: &mut Text, linkages: &[LinkageGuess]) {
     for guess in linkages {
-        text.gap().comment(&format!(
-            "Cylinder: {}. Needed: the positions of its eyes (m), which are not in the URDF.",
-            guess.why
-        ));
-        text.open(&format!(
+        let [rod_end, anchor] = guess.eyes.unwrap_or_default().map(triple);
+        let table = format!(
             "[[linkage]]\nname = {}\npivot = {}\ncylinder = {}\nrod = {}\n\
-             rod_end = {{ link = {}, xyz = [0.0, 0.0, 0.0] }}\nanchor = {{ link = {}, xyz = [0.0, 0.0, 0.0] }}",
+             rod_end = {{ link = {}, xyz = {rod_end} }}\nanchor = {{ link = {}, xyz = {anchor} }}",
             quoted(&guess.name),
             quoted(&guess.pivot),
             quoted(&guess.cylinder),
             quoted(&guess.rod),
             quoted(&guess.rod_link),
             quoted(&guess.pivot_link)
-        ));
+        );
+        text.gap();
+        match guess.eyes {
+            Some(_) => {
+                text.comment(&format!("Cylinder: {}.", guess.why))
+                    .line(&table);
+            }
+            None => {
+                text.comment(&format!(
+                    "Cylinder: {}. Needed: the positions of its eyes (m), which are not in the URDF.",
+                    guess.why
+                ))
+                .open(&table);
+            }
+        }
     }
 }
 
-/// Joints with horizontal axes between base and wheels, which may be free.
-fn write_contact(text: &mut Text, guesses: &Guesses) {
-    let outline = &guesses.outline;
-    let carries_wheel = |link: usize| {
-        let wheels = guesses.wheels.iter();
-        wheels
-            .filter(|w| w.link != link && outline.is_below(w.link, link))
-            .count()
-            > 0
-    };
-    let pivots = outline
-        .links
-        .iter()
-        .enumerate()
-        .filter_map(|(index, link)| {
-            let joint = link.joint.as_ref()?;
-            let is_horizontal =
-                joint.motion != JointMotion::Prismatic && joint.axis_in_base.z.abs() < 0.5;
-            (link.moves() && is_horizontal && carries_wheel(index)).then(|| quoted(&joint.name))
-        });
-    let pivots: Vec<String> = pivots.collect();
-    if !pivots.is_empty() {
+/// How the wheels meet the ground.
+fn write_contact(text: &mut Text, guesses: &Guesses, stated: &Stated) {
+    let mut lines = Vec::new();
+    if !stated.free_joints.is_empty() {
+        lines.push(format!("free_joints = {}", array(&stated.free_joints)));
+    }
+    if let Some(stiffness) = stated.tyre_stiffness {
+        lines.push(format!(
+            "ground = \"plane\"\ntyre_stiffness = {stiffness:?}"
+        ));
+    }
+    if let Some(share) = stated.roll_moment_distribution {
+        lines.push(format!("roll_moment_distribution = {share:?}"));
+    }
+    if !lines.is_empty() {
         text.gap()
-            .comment("Joints between base and wheels. List those that carry no torque (bogies, a frame roll joint):")
-            .open(&format!("[contact]\nfree_joints = [{}]", pivots.join(", ")));
+            .comment("Stated at the terminal.")
+            .line("[contact]");
+        text.line(&lines.join("\n"));
+    }
+    let pivots = guesses.pivots();
+    if !pivots.is_empty() && stated.free_joints.is_empty() {
+        if lines.is_empty() {
+            text.gap();
+        }
+        text.comment("Joints between base and wheels. List those that carry no torque (bogies, a frame roll joint):");
+        if lines.is_empty() {
+            text.open("[contact]");
+        }
+        text.open(&format!("free_joints = {}", array(&pivots)));
+    }
+}
+
+/// What a person stated about masses and places.
+fn write_stated(text: &mut Text, guesses: &Guesses, stated: &Stated) {
+    let tool = guesses.tool.as_ref().map(|tool| &tool.link);
+    if let Some((mass, link)) = stated.payload.zip(tool) {
+        text.gap()
+            .comment("Stated at the terminal: the load on the tool.");
+        text.line(&format!(
+            "[[payload]]\nlink = {}\nmass = {mass:?}",
+            quoted(link)
+        ));
+    }
+    if let Some((sigma, link)) = stated.tool_mass_sigma.zip(tool) {
+        text.gap()
+            .comment("Stated at the terminal: how well the mass of the tool is known.");
+        text.line(&format!("[links.{}]\nmass_sigma = {sigma:?}", key(link)));
+    }
+    if !stated.uncertainty.is_empty() {
+        text.gap()
+            .comment("Stated at the terminal: standard deviations.")
+            .line("[uncertainty]");
+        for (key, sigma) in &stated.uncertainty {
+            text.line(&format!("{key} = {sigma:?}"));
+        }
     }
 }
 
@@ -207,11 +249,21 @@ pub(super) fn write_joints(text: &mut Text, guesses: &Guesses) {
         text.gap()
             .comment(&format!("{}: {}.", guess.joint, guess.why));
         text.line(&format!("[signals.joints.{}]", key(&guess.joint)));
-        for line in &guess.lines {
-            text.line(line);
+        for field in &guess.fields {
+            text.line(&field.line());
         }
     }
     for joint in &guesses.frozen {
+        if let Some(stated) = guesses.stated.get(joint) {
+            text.gap()
+                .comment(&format!("{joint}: stated at the terminal."));
+            text.line(&format!("[signals.joints.{}]", key(joint)));
+            text.line(&match stated {
+                StatedPosition::Constant(position) => format!("position = {}", number(*position)),
+                StatedPosition::Signal(table) => format!("position = {table}"),
+            });
+            continue;
+        }
         let [mass, share] = guesses.carried_mass(joint);
         text.gap().comment(&format!(
             "Held still: joint {joint} is in no message. It carries {mass:.1} kg, {:.1} % of the mass.",

@@ -11,29 +11,68 @@ use tipwatch_mechanics::MachineSpec;
 use tipwatch_mechanics::machine::Outline;
 
 use super::can::CanMessages;
+use super::draft::{Draft, Stated};
 use super::guesses::Guesses;
 use super::imu::{self, ImuSection};
 use super::render::rendered;
 use super::signals::Topics;
-use super::urdf::{Urdf, find_urdf};
+use super::urdf::find_urdf;
 use super::write_options::WriteOptions;
 use crate::setup::inspect::Described;
 
-/// Writes a first machine file to `out`, which must not exist; returns what is still missing, if anything.
+/// Guesses a first machine file, to be written to `out`.
 ///
 /// # Errors
-/// The log or the URDF cannot be read, or the file exists or cannot be written.
-pub fn write(
+/// The log or the URDF cannot be read.
+pub fn draft(
     log: &Path,
     urdf: Option<&Path>,
     out: &Path,
     databases: &[Described],
     options: WriteOptions,
-) -> Result<Option<String>> {
+) -> Result<Draft> {
     let mut log = Log::open(log)?;
     let can = CanMessages::decode(&mut log, databases, out)?;
     let urdf = find_urdf(&log, urdf, out)?;
-    let (body, missing) = machine_file(&log, urdf.as_ref(), can, out, options)?;
+    let topics = Topics::find(&log, can)?;
+    let outline = urdf
+        .as_ref()
+        .map(|urdf| Outline::read(&urdf.text, &urdf.name));
+    let outline = outline.transpose()?;
+    let mut guesses = outline.map(|outline| Guesses::of(outline, &topics, &log));
+    if let Some(guesses) = guesses.as_mut().filter(|_| options.freezes_passive) {
+        guesses.freeze(&topics.joints());
+    }
+    let mut draft = Draft {
+        log,
+        urdf,
+        topics,
+        guesses,
+        imu: ImuSection::default(),
+        options,
+        stated: Stated::default(),
+        out: out.into(),
+    };
+    // the mounting of the IMU depends on the rest of the machine
+    let spec = spec(&draft)?;
+    let outline = draft.guesses.as_ref().map(|guesses| &guesses.outline);
+    draft.imu = imu::section(
+        &draft.log,
+        &spec,
+        draft.urdf.as_ref(),
+        &draft.topics,
+        outline,
+    )?;
+    Ok(draft)
+}
+
+/// Writes a first machine file, which must not exist; returns its path and what is still missing, if anything.
+///
+/// # Errors
+/// The log cannot be read, or the file exists or cannot be written.
+pub fn write(draft: &Draft) -> Result<(&Path, Option<String>)> {
+    let out = &draft.out;
+    let (body, missing) = machine_file(draft)?;
     let mut file = OpenOptions::new()
         .write(true)
         .create_new(true)
@@ -46,51 +85,31 @@ pub fn write(
         })?;
     file.write_all(body.as_bytes())
         .with_context(|| format!("{}: cannot be written", out.display()))?;
-    Ok(missing)
+    Ok((out, missing))
+}
+
+fn spec(draft: &Draft) -> Result<MachineSpec> {
+    let text = rendered(draft, draft.guesses.as_ref(), "");
+    Ok(MachineSpec::from_toml(
+        &text,
+        &draft.out.display().to_string(),
+    )?)
 }
 
 /// The text of the file, and what is still missing.
-fn machine_file(
-    log: &Log,
-    urdf: Option<&Urdf>,
-    can: CanMessages,
-    out: &Path,
-    options: WriteOptions,
-) -> Result<(String, Option<String>)> {
-    let topics = Topics::find(log, can)?;
-    let outline = urdf.map(|urdf| Outline::read(&urdf.text, &urdf.name));
-    let outline = outline.transpose()?;
-    let mut guesses = outline.map(|outline| Guesses::of(outline, &topics, log));
-    if let Some(guesses) = guesses.as_mut().filter(|_| options.freezes_passive) {
-        guesses.freeze(&topics.joints());
-    }
-    let name = out.display().to_string();
-    // the mounting of the IMU depends on the rest of the machine
-    let without_imu = rendered(
-        log,
-        urdf,
-        &topics,
-        guesses.as_ref(),
-        &ImuSection::default(),
-        options,
-        "",
-    );
-    let spec = MachineSpec::from_toml(&without_imu, &name)?;
-    let outline = guesses.as_ref().map(|guesses| &guesses.outline);
-    let imu = imu::section(log, &spec, urdf, &topics, outline)?;
-    let whole = rendered(log, urdf, &topics, guesses.as_ref(), &imu, options, "");
-    let spec = MachineSpec::from_toml(&whole, &name)?;
-    let unbound = match urdf {
+fn machine_file(draft: &Draft) -> Result<(String, Option<String>)> {
+    let spec = spec(draft)?;
+    let unbound = match &draft.urdf {
         None => {
             Some("a URDF; the log has none on /robot_description, so give one with --urdf".into())
         }
-        Some(urdf) => bind(log, &spec, &urdf.text, &urdf.name)
+        Some(urdf) => bind(&draft.log, &spec, &urdf.text, &urdf.name)
             .err()
             .map(|error| error.to_string()),
     };
     let missing = match unbound {
         Some(missing) => Some(missing),
-        None => motion_missing(log, &topics, &imu)?,
+        None => motion_missing(&draft.log, &draft.topics, &draft.imu)?,
     };
     let verdict = match &missing {
         None if spec.unconfirmed.is_empty() => {
@@ -104,18 +123,8 @@ fn machine_file(
             format!("This file is incomplete. Missing first: {missing}")
         }
     };
-    Ok((
-        rendered(
-            log,
-            urdf,
-            &topics,
-            guesses.as_ref(),
-            &imu,
-            options,
-            &verdict,
-        ),
-        missing,
-    ))
+    let body = rendered(draft, draft.guesses.as_ref(), &verdict);
+    Ok((body, missing))
 }
 
 /// What is missing where neither an IMU nor odometry has values: wheel loads cannot be computed.

@@ -165,10 +165,7 @@ const NAMED_PARAMETERS: usize = 10;
 
 fn sensitivity_summary(analysis: &Analysis) -> Option<SensitivitySummary> {
     let (machine, table) = (&analysis.machine, analysis.sensitivity.as_ref()?);
-    let mut rows: Vec<_> = (table.rows.iter())
-        .filter(|row| row.wheel == table.worst_wheel)
-        .collect();
-    rows.sort_by(|a, b| b.variance_share.total_cmp(&a.variance_share));
+    let rows = table.ranked();
     let first = rows.first()?;
     Some(SensitivitySummary {
         wheel: machine.wheels()[table.worst_wheel].name.to_lowercase(),

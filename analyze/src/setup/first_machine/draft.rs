@@ -1,0 +1,44 @@
+//! A first machine file in the making.
+
+use std::path::PathBuf;
+
+use tipwatch_ingest::Log;
+
+use super::guesses::Guesses;
+use super::imu::ImuSection;
+use super::signals::Topics;
+use super::urdf::Urdf;
+use super::write_options::WriteOptions;
+
+/// A first machine file that is not written yet: what was guessed, and what a person stated.
+pub struct Draft {
+    pub(super) log: Log,
+    pub(super) urdf: Option<Urdf>,
+    pub(super) topics: Topics,
+    pub(super) guesses: Option<Guesses>,
+    pub(super) imu: ImuSection,
+    pub(super) options: WriteOptions,
+    pub(super) stated: Stated,
+    /// The path of the machine file.
+    pub(super) out: PathBuf,
+}
+
+/// What a person stated that replaces no guess.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Stated {
+    /// Joints that carry no torque.
+    pub(super) free_joints: Vec<String>,
+    /// Vertical stiffness of each tyre on flat ground (N/m).
+    pub(super) tyre_stiffness: Option<f64>,
+    pub(super) roll_moment_distribution: Option<f64>,
+    /// Mass of the load on the tool (kg).
+    pub(super) payload: Option<f64>,
+    /// Standard deviation of the mass of the tool (kg).
+    pub(super) tool_mass_sigma: Option<f64>,
+    /// Keys of `[uncertainty]` and their values.
+    pub(super) uncertainty: Vec<(&'static str, f64)>,
+    /// Position of the IMU in its link (m).
+    pub(super) imu_xyz: Option<[f64; 3]>,
+    /// Roll, pitch and yaw of the IMU in its link (rad).
+    pub(super) imu_rpy: Option<[f64; 3]>,
+}

@@ -1,0 +1,88 @@
+//! Asks for the open values of a draft at a terminal.
+
+use std::io::{BufRead, Result, Write};
+
+use tipwatch_datasheet::prompt;
+
+use super::apply::apply;
+use super::list::{settled, structure};
+use super::open_value::{OpenValue, OpenValues, Subject};
+use super::rank::open_values;
+use crate::base::number::number;
+use crate::setup::first_machine::draft::Draft;
+
+/// Asks for what a draft leaves open or assumes, and puts the answers into it: what the loads cannot be computed without, then
+/// what moves them most. An empty answer keeps the proposal, as a guess that nobody has confirmed.
+///
+/// # Errors
+/// The terminal cannot be read or written, or the answers end early. The draft then has the answers until there.
+pub fn ask(draft: &mut Draft, input: &mut dyn BufRead, output: &mut dyn Write) -> Result<()> {
+    writeln!(
+        output,
+        "\nWhat is open or assumed, what moves the loads of this log most first. Enter keeps what is in brackets.\n\
+         Numbers are in the unit of the question, or have one: 18.6 t, 3300 mm, 0.5 rad, 800 kN/m.\n\
+         The log is analysed first, with everything as proposed."
+    )?;
+    draft.guesses = settled(draft);
+    let structure = structure(draft, draft.guesses.as_ref());
+    for value in &structure {
+        ask_for(value, draft, input, output)?;
+    }
+    let open = open_values(draft);
+    if let Some(why) = &open.unranked {
+        writeln!(
+            output,
+            "In no order, because the loads cannot be computed yet: {why}"
+        )?;
+    }
+    let asked_already = |value: &&OpenValue| {
+        let mut before = structure.iter();
+        !before.any(|other| other.subject == value.subject)
+    };
+    for value in open.values.iter().filter(asked_already) {
+        ask_for(value, draft, input, output)?;
+    }
+    tell_minor(&open, output)
+}
+
+fn ask_for(
+    value: &OpenValue,
+    draft: &mut Draft,
+    input: &mut dyn BufRead,
+    output: &mut dyn Write,
+) -> Result<()> {
+    // tyres on flat ground have split the load already
+    let is_split = value.subject == Subject::RollMomentDistribution;
+    if is_split && draft.stated.tyre_stiffness.is_some() {
+        return Ok(());
+    }
+    writeln!(output)?;
+    if let Some(effect) = &value.effect {
+        writeln!(
+            output,
+            "± {} moves the load of {} by ± {} N in this log:",
+            effect.doubt,
+            effect.wheel,
+            number(effect.change_n)
+        )?;
+    }
+    let text = format!("{} [{}]", value.question, value.proposal);
+    if let Some(answer) = prompt(&text, |text| value.kind.read(text), input, output)? {
+        apply(draft, &value.subject, answer);
+    }
+    Ok(())
+}
+
+/// Names what is not asked for.
+fn tell_minor(open: &OpenValues, output: &mut dyn Write) -> Result<()> {
+    if open.minor.is_empty() {
+        return Ok(());
+    }
+    let keys: Vec<&str> = open.minor.iter().map(|value| value.key.as_str()).collect();
+    writeln!(
+        output,
+        "\nNot asked for, because each moves that load by less than {} N: {}",
+        number(open.least_n),
+        keys.join(", ")
+    )
+}

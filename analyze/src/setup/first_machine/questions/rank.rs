@@ -1,0 +1,131 @@
+//! Orders open values by how far what is not known of them moves the wheel loads of the log.
+
+use anyhow::{Context, Result};
+use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::machine::Machine;
+
+use super::list::{brief, parameters, settled, structure};
+use super::open_value::{Effect, OpenValue, OpenValues, Subject};
+use crate::analysis::run;
+use crate::analysis::sensitivity::{SensitivityRow, SensitivityTable};
+use crate::base::error_text::error_text;
+use crate::base::number::percent;
+use crate::base::options::Options;
+use crate::events::support_words::SupportWord;
+use crate::setup::first_machine::draft::Draft;
+use crate::setup::first_machine::guesses::Guesses;
+use crate::setup::first_machine::render::rendered;
+use crate::setup::first_machine::text::quoted;
+
+/// Standard deviation of a roll moment distribution that nobody stated: between the axles, everything is possible.
+const OPEN_DISTRIBUTION: f64 = 0.25;
+/// Standard deviation of a load that nobody stated, as a share of the mass of the machine.
+const OPEN_PAYLOAD_SHARE: f64 = 0.1;
+/// What moves the load of a wheel by a smaller share of its load at rest is not asked for.
+const LEAST_SHARE: f64 = 0.01;
+
+/// What a draft leaves open or assumes, by how far it moves the load of the wheel that came closest to lifting in the log.
+/// For that, the log is analysed with everything as proposed.
+pub fn open_values(draft: &Draft) -> OpenValues {
+    let guesses = settled(draft);
+    let mut values = structure(draft, guesses.as_ref());
+    let mut ranked = parameters(draft, guesses.as_ref());
+    let (machine, table) = match sensitivity(draft, guesses.as_ref()) {
+        Ok(found) => found,
+        Err(error) => {
+            values.append(&mut ranked);
+            return OpenValues {
+                values,
+                unranked: Some(error_text(&error)),
+                ..OpenValues::default()
+            };
+        }
+    };
+    for value in &mut ranked {
+        value.effect = effect(value, &machine, &table);
+    }
+    ranked.sort_by(|a, b| share(b).total_cmp(&share(a)));
+    let least_n = LEAST_SHARE * machine.reference().static_load[table.worst_wheel];
+    let is_minor = |value: &OpenValue| {
+        let effect = value.effect.as_ref();
+        effect.is_some_and(|effect| effect.change_n < least_n)
+    };
+    // the mounting of the IMU is confirmed as a whole
+    let asks_for_imu = ranked
+        .iter()
+        .any(|it| it.subject.is_of_imu() && !is_minor(it));
+    let (minor, mut major) = ranked
+        .into_iter()
+        .partition::<Vec<_>, _>(|it| is_minor(it) && !(it.subject.is_of_imu() && asks_for_imu));
+    values.append(&mut major);
+    OpenValues {
+        values,
+        minor,
+        least_n,
+        unranked: None,
+    }
+}
+
+/// Its share of the variance; what has none comes last.
+fn share(value: &OpenValue) -> f64 {
+    value
+        .effect
+        .as_ref()
+        .map_or(-1.0, |effect| effect.variance_share)
+}
+
+/// What the parameters of a value move together: they are not correlated.
+fn effect(value: &OpenValue, machine: &Machine, table: &SensitivityTable) -> Option<Effect> {
+    let ranked = table.ranked();
+    let of_value = |row: &&&SensitivityRow| value.subject.is_about(row.parameter, machine);
+    let rows: Vec<&SensitivityRow> = ranked.iter().filter(of_value).copied().collect();
+    let first = rows.first()?;
+    let changes = rows.iter().map(|row| row.two_sigma_change_n().powi(2));
+    let two_sigma = 2.0 * first.sigma;
+    let doubt = match (&value.subject, first.parameter.unit(machine), first.nominal) {
+        (Subject::TyreStiffness | Subject::RollMomentDistribution, ..) => {
+            let share = percent(two_sigma);
+            format!("{share} in how the axles share the load difference between the sides")
+        }
+        (Subject::OtherMasses(_), _, Some(mass)) => percent(two_sigma / mass),
+        (_, "rad", _) => format!("{}°", brief(two_sigma.to_degrees())),
+        (_, unit, _) => format!("{} {unit}", brief(two_sigma)),
+    };
+    Some(Effect {
+        wheel: SupportWord::named(&machine.wheels()[table.worst_wheel]),
+        doubt,
+        change_n: changes.sum::<f64>().sqrt(),
+        variance_share: rows.iter().map(|row| row.variance_share).sum(),
+    })
+}
+
+/// The derivatives of the loads of the log with everything as proposed, and with the doubt that is in it.
+fn sensitivity(draft: &Draft, guesses: Option<&Guesses>) -> Result<(Machine, SensitivityTable)> {
+    let file = MachineFile::from_text(&draft.out, &doubtful(draft, guesses))?;
+    let options = Options::default();
+    let (analysis, ()) =
+        run::analyse_into(draft.log.path(), &file, options, &mut |_| {}, |_| Ok(()))?;
+    let table = analysis.sensitivity;
+    let table = table.context("this machine's loads have no derivatives")?;
+    Ok((analysis.machine, table))
+}
+
+/// The machine file as proposed, with wide standard deviations of what nobody stated.
+fn doubtful(draft: &Draft, guesses: Option<&Guesses>) -> String {
+    let mut text = rendered(draft, guesses, "");
+    text.push_str(&format!(
+        "\n[uncertainty]\nroll_moment_distribution = {OPEN_DISTRIBUTION:?}\n"
+    ));
+    let tool = guesses.and_then(|guesses| {
+        let mass: f64 = guesses.outline.links.iter().map(|link| link.mass).sum();
+        Some((guesses.tool.as_ref()?, mass))
+    });
+    if let Some((tool, mass)) = tool {
+        text.push_str(&format!(
+            "[[payload]]\nlink = {}\nmass = 0.0\nmass_sigma = {:?}\n",
+            quoted(&tool.link),
+            OPEN_PAYLOAD_SHARE * mass
+        ));
+    }
+    text
+}
