@@ -365,7 +365,7 @@ mod tests {
             // it began then, or at or before
             match found[0].start_sigma_s {
                 Some(sigma_s) => {
-                    assert!(error_s.abs() < 2.0 * sigma_s, "{begins_s} s: {error_s} s")
+                    assert!(error_s.abs() < 2.0 * sigma_s, "{begins_s} s: {error_s} s");
                 }
                 None => assert!((0.0..0.8).contains(&error_s), "{begins_s} s: {error_s} s"),
             }
