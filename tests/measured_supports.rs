@@ -493,3 +493,17 @@ fn a_load_cell_that_measures_nothing_shows_the_lift_as_the_force_of_a_jack_does(
         assert!((found_s - true_s).abs() < 0.1, "{found:?} {by_force:?}");
     }
 }
+
+/// Without a switch, a jack that carries nothing while the others stand is lifted, not taken back.
+#[test]
+fn a_jack_without_a_switch_is_lifted_as_one_with_it() {
+    let without_switch = |text: String| {
+        let lines = text.lines().filter(|line| !line.starts_with("set"));
+        lines.collect::<Vec<_>>().join("\n") + "\n"
+    };
+    let with_switch = measured_lift(&Crane::new(same, same).analysed());
+    let found = measured_lift(&Crane::new(without_switch, same).analysed());
+    for (found_s, true_s) in found.into_iter().zip(with_switch) {
+        assert!((found_s - true_s).abs() < 0.1, "{found:?} {with_switch:?}");
+    }
+}

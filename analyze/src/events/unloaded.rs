@@ -1,8 +1,8 @@
 //! Supports off the ground by their own measured load: what dynamics computes without it may say otherwise.
 
-use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::{ForceSource, Machine};
 use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::{Quantity, State};
 
 use super::episodes::MERGED_NS;
 use super::event::{Event, EventKind};
@@ -12,6 +12,11 @@ use crate::load::MeasuredLoads;
 
 /// Shortest time for which a support measures nothing that is an event (ns).
 const LEAST_NS: i64 = 200_000_000;
+/// How probable it is beforehand that the sensor is dead, beside a lift.
+const DEAD: f64 = 0.05;
+/// Standard deviation of the computed total of all supports, as a share of it, and the time over which it is averaged before (s).
+const TOTAL_SHARE: f64 = 0.03;
+const BEFORE_S: f64 = 1.0;
 
 /// A support whose load is measured by itself.
 struct Jack {
@@ -20,10 +25,13 @@ struct Jack {
     subject: String,
     /// Standard deviation of one sample (N).
     sigma: f64,
-    /// The mean load of the supports on the ground, at rest (N).
+    /// The mean load of the supports on the ground, at rest, and the load of all (N).
     mean_load: f64,
+    weight: f64,
     /// Shortest time for which it measures nothing that is an event (ns).
     least_ns: i64,
+    /// What all supports measured beyond the computed total while this one last measured a load (N), and when.
+    before: Option<(i64, f64)>,
     /// The time in which it measures nothing, if that goes on.
     open: Option<Unloaded>,
 }
@@ -46,6 +54,8 @@ struct Unloaded {
     least: (f64, i64),
     sum: f64,
     samples: f64,
+    /// The same of what all supports measure beyond the computed total, more than before, where all are known.
+    total: (f64, f64),
 }
 
 /// Finds the times in which supports on the ground measure no load.
@@ -58,7 +68,8 @@ pub(super) struct UnloadedSupports<'a> {
 impl<'a> UnloadedSupports<'a> {
     /// Those of a machine on one set of supports.
     pub(super) fn of(machine: &Machine, measured: &'a MeasuredLoads) -> Self {
-        let mean_load = machine.mass() * machine.gravity() / machine.wheels().len() as f64;
+        let weight = machine.mass() * machine.gravity();
+        let mean_load = weight / machine.wheels().len() as f64;
         let subject = |wheel: usize| machine.wheels()[wheel].name.to_lowercase();
         let joints = machine.contact().actuated_joints.iter().enumerate();
         let forces = joints.filter_map(|(index, joint)| match joint.source {
@@ -69,8 +80,10 @@ impl<'a> UnloadedSupports<'a> {
                 subject: subject(wheel),
                 sigma: joint.force_sigma,
                 mean_load,
+                weight,
                 // a single sample is none
                 least_ns: measured.held.period_ns(index).unwrap_or(0).max(LEAST_NS),
+                before: None,
                 open: None,
             }),
             _ => None,
@@ -88,7 +101,9 @@ impl<'a> UnloadedSupports<'a> {
                     subject,
                     sigma: load.sensor.sigma,
                     mean_load,
+                    weight,
                     least_ns: LEAST_NS,
+                    before: None,
                     open: None,
                 });
             }
@@ -106,6 +121,7 @@ impl<'a> UnloadedSupports<'a> {
             return;
         }
         let mut state = State::zero(machine);
+        let normal_force = rows.outcomes.column(Quantity::NormalForce);
         for row in 0..rows.len() {
             let time_ns = rows.times_ns[row];
             let reasons = rows.reasons[row];
@@ -114,23 +130,35 @@ impl<'a> UnloadedSupports<'a> {
                 continue;
             }
             rows.states.get(row, &mut state);
+            let measured = self.measured;
+            let force_of = |jack: &Jack| match jack.measured_by {
+                Source::Force(joint) if state.actuator_force[joint].is_nan() => {
+                    measured.held.at(joint, time_ns)
+                }
+                Source::Force(joint) => state.actuator_force[joint],
+                Source::Sensor(index) => measured.at(index, time_ns),
+            };
+            // of a load that leaves one support the others carry more
+            let is_whole = self.jacks.len() == machine.wheels().len();
+            let total: f64 = self.jacks.iter().map(force_of).sum();
+            let beyond = match is_whole {
+                true => total - normal_force[row],
+                false => f64::NAN,
+            };
             for jack in &mut self.jacks {
-                let force = match jack.measured_by {
-                    Source::Force(joint) if state.actuator_force[joint].is_nan() => {
-                        self.measured.held.at(joint, time_ns)
-                    }
-                    Source::Force(joint) => state.actuator_force[joint],
-                    Source::Sensor(index) => self.measured.at(index, time_ns),
-                };
+                let force = force_of(jack);
                 // a load that is not known neither begins nor ends anything
                 if force.is_nan() {
                     continue;
                 }
                 if force <= jack.sigma {
-                    jack.add(time_ns, force, &mut self.events);
-                } else if let Some(ended) = jack.ended(time_ns) {
+                    jack.add(time_ns, force, beyond, &mut self.events);
+                    continue;
+                }
+                if let Some(ended) = jack.ended(time_ns) {
                     self.events.extend(ended);
                 }
+                jack.note_total(time_ns, beyond);
             }
         }
     }
@@ -192,7 +220,7 @@ impl<'a> UnloadedSupports<'a> {
 }
 
 impl Jack {
-    fn add(&mut self, time_ns: i64, force: f64, events: &mut Vec<Event>) {
+    fn add(&mut self, time_ns: i64, force: f64, beyond: f64, events: &mut Vec<Event>) {
         if let Some(ended) = self.ended(time_ns) {
             events.extend(ended);
         }
@@ -202,13 +230,32 @@ impl Jack {
             least: (force, time_ns),
             sum: 0.0,
             samples: 0.0,
+            total: (0.0, 0.0),
         });
+        if beyond.is_finite() {
+            // a mass that is not as stated is the same before and now
+            let more = beyond - self.before.map_or(0.0, |(_, before)| before);
+            found.total = (found.total.0 + more, found.total.1 + 1.0);
+        }
         found.last_ns = time_ns;
         found.sum += force;
         found.samples += 1.0;
         if force < found.least.0 {
             found.least = (force, time_ns);
         }
+    }
+
+    /// Averages what all supports measure beyond the computed total while this one is loaded.
+    fn note_total(&mut self, time_ns: i64, beyond: f64) {
+        if !beyond.is_finite() || self.open.is_some() {
+            return;
+        }
+        let share = self.before.map_or(1.0, |(last_ns, _)| {
+            let step_s = time_ns.saturating_sub(last_ns) as f64 * 1e-9;
+            step_s / (step_s + BEFORE_S)
+        });
+        let (_, before) = self.before.unwrap_or((time_ns, beyond));
+        self.before = Some((time_ns, before + share * (beyond - before)));
     }
 
     /// The time that is over, if there is one; close ones are one.
@@ -224,7 +271,12 @@ impl Jack {
             return None;
         }
         let mean = found.sum / found.samples;
-        let certainty = unloaded_certainty(mean, self.sigma, self.mean_load);
+        let mut certainty = unloaded_certainty(mean, self.sigma, self.mean_load);
+        let (beyond, rows) = found.total;
+        if rows > 0.0 {
+            let sigma = self.sigma.hypot(TOTAL_SHARE * self.weight);
+            certainty *= alive_certainty(beyond / rows, sigma, self.mean_load);
+        }
         Some(Event {
             end_ns,
             worst: found.least.0,
@@ -256,9 +308,31 @@ fn unloaded_certainty(reading: f64, sigma: f64, mean_load: f64) -> f64 {
     off / (off + on)
 }
 
+/// Probability that a support that reads nothing is off the ground, and not its sensor dead. All supports together measure R
+/// more than is computed, beyond what they did before, with the standard deviation s: nothing more or less if it is off the ground, for the others carry its
+/// load; less by that load, anything up to the mean load L, if its sensor is dead.
+/// ```text
+///     p = f / (f + q g),   f = exp(-(R / s)^2 / 2) / (s sqrt(2 pi)),   g = (P((R + L) / s) - P(R / s)) / L
+/// ```
+/// with P the normal distribution and q how probable a dead sensor is beforehand. More than is computed speaks for neither.
+fn alive_certainty(beyond: f64, sigma: f64, mean_load: f64) -> f64 {
+    let [less, mean_load] = [beyond.min(0.0) / sigma, mean_load / sigma];
+    let off = (-0.5 * less * less).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    let dead = (normal_distribution(less + mean_load) - normal_distribution(less)) / mean_load;
+    off / (off + DEAD * dead)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_dead_sensor_takes_its_load_from_the_total() {
+        let alive = |beyond| alive_certainty(beyond, 7_000.0, 30_000.0);
+        assert!(alive(0.0) > 0.98, "{}", alive(0.0));
+        assert!(alive(25_000.0) > 0.98, "{}", alive(25_000.0));
+        assert!(alive(-30_000.0) < 0.02, "{}", alive(-30_000.0));
+    }
 
     #[test]
     fn a_measured_zero_is_as_certain_as_its_sensor_is_exact() {

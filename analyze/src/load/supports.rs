@@ -113,7 +113,19 @@ pub(crate) fn read(
             (None, None) => always(is_foot),
         }
     });
-    let courses: Vec<Course> = courses.collect();
+    let mut courses: Vec<Course> = courses.collect();
+    let feet: Vec<usize> = (supports.ids())
+        .filter(|id| supports.support(*id).kind == SupportKind::Foot)
+        .map(SupportId::index)
+        .collect();
+    for support in supports.ids() {
+        let presence = supports.presence_of(support);
+        if presence.told.is_none() && presence.load.is_some() {
+            let others = feet.iter().filter(|foot| **foot != support.index());
+            let others: Vec<Course> = others.map(|foot| courses[*foot].clone()).collect();
+            keep_set(&mut courses[support.index()], &others);
+        }
+    }
     let mut timeline = timeline(supports, &courses);
     timeline.notes = notes;
     Some(timeline)
@@ -188,6 +200,35 @@ fn by_samples(samples: &[(i64, f64)], above: f64, max_age_s: f64) -> Course {
         }
     }
     course
+}
+
+/// A foot whose load alone tells whether it is set stays set where it carries nothing for some time while another one of the
+/// `others` stays set: then it was lifted. Whoever takes it back takes all of them back.
+fn keep_set(course: &mut Course, others: &[Course]) {
+    let is_on = |(_, status): &(i64, Status)| *status == Status::On;
+    let stays_set = |other: &Course, from_ns: i64, to_ns: i64| {
+        let first = other.partition_point(|(at, _)| *at <= from_ns);
+        let until = other.partition_point(|(at, _)| *at <= to_ns);
+        let known = other
+            .get(first.saturating_sub(1)..until)
+            .unwrap_or_default();
+        !known.is_empty() && known.iter().all(is_on)
+    };
+    let runs: Vec<&[(i64, Status)]> = course.chunk_by(|a, b| is_on(a) == is_on(b)).collect();
+    let mut kept = Course::with_capacity(course.len());
+    for (place, run) in runs.iter().enumerate() {
+        let is_known = run.iter().all(|(_, status)| *status != Status::Missing);
+        let is_lifted = match (place.checked_sub(1), runs.get(place + 1)) {
+            (Some(_), Some(next)) if !is_on(&run[0]) && is_known => {
+                (others.iter()).any(|other| stays_set(other, run[0].0, next[0].0))
+            }
+            _ => false,
+        };
+        if !is_lifted {
+            kept.extend_from_slice(run);
+        }
+    }
+    *course = kept;
 }
 
 /// The set of supports at all times, from what is known about each.
@@ -346,6 +387,56 @@ mod tests {
         assert_eq!(status(5 * S), Status::Missing);
         assert_eq!(status(11 * S), Status::On);
         assert_eq!(status(13 * S), Status::Missing);
+    }
+
+    /// Loads of feet without switches, by second.
+    fn courses(loads: &[&[f64]]) -> Vec<Course> {
+        let course = |loads: &&[f64]| {
+            let samples: Vec<(i64, f64)> =
+                (0..).map(|at| at * S).zip(loads.iter().copied()).collect();
+            by_samples(&samples, 100.0, 2.0)
+        };
+        loads.iter().map(course).collect()
+    }
+
+    fn statuses(course: &Course) -> Vec<Status> {
+        let at = |second: i64| {
+            course
+                .iter()
+                .rfind(|(from, _)| *from <= second * S)
+                .unwrap()
+                .1
+        };
+        (0..7).map(at).collect()
+    }
+
+    #[test]
+    fn a_foot_that_is_lifted_while_others_stand_was_not_taken_back() {
+        use Status::{Off, On};
+        let lifted = [900.0, 900.0, 0.0, 0.0, 0.0, 900.0, 900.0];
+        let stands = [900.0; 7];
+        let taken_back = [900.0, 900.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let kept = |of: &[f64], beside: &[f64]| {
+            let [mut course, other] = courses(&[of, beside]).try_into().unwrap();
+            keep_set(&mut course, &[other]);
+            statuses(&course)
+        };
+        assert_eq!(kept(&lifted, &stands), [On; 7]);
+        // all of them, and one that does not come back
+        let all = [On, On, Off, Off, Off, On, On];
+        assert_eq!(kept(&lifted, &lifted), all);
+        assert_eq!(
+            kept(&taken_back, &stands),
+            [On, On, Off, Off, Off, Off, Off]
+        );
+        // one that comes into use
+        let set_later = [0.0, 0.0, 900.0, 900.0, 900.0, 900.0, 900.0];
+        assert_eq!(kept(&set_later, &stands), [Off, Off, On, On, On, On, On]);
+        // a hole in its samples is not known
+        let [other] = courses(&[&stands]).try_into().unwrap();
+        let mut course = by_samples(&[(0, 900.0), (S, 0.0), (5 * S, 900.0)], 100.0, 2.0);
+        keep_set(&mut course, &[other]);
+        assert_eq!(statuses(&course)[4], Status::Missing);
     }
 
     #[test]
