@@ -315,10 +315,14 @@ fn joint_is_trusted_again_when_somebody_acknowledges_it() {
         .position(|row| row.acknowledged_signals != 0)
         .unwrap();
     assert_eq!(rows[first].acknowledged_signals, slew_alone.bits());
-    assert!(rows[first..].iter().all(|row| row.doubted == 0));
-    assert!(rows[first..].iter().any(is_calm), "it is trusted");
-    // for good
-    restart(&mut feed);
+    assert_trusted_for_good(&rows[first..], &mut feed);
+}
+
+/// That no signal is doubted in these rows, nor in the next session.
+fn assert_trusted_for_good(rows: &[WireVerdict], feed: &mut Feed<Steered>) {
+    assert!(rows.iter().all(|row| row.doubted == 0));
+    assert!(rows.iter().any(is_calm), "it is trusted");
+    restart(feed);
     let rows = feed.rows(300);
     assert!(!rows.is_empty() && rows.iter().all(|row| row.doubted == 0));
 }
@@ -332,11 +336,7 @@ fn joint_is_trusted_again_when_it_is_back() {
     let rows = feed.rows(600);
     let first = rows.iter().position(|row| row.doubted == 0).unwrap();
     assert!(rows[..first].iter().all(|row| doubts(row, slew)));
-    assert!(rows[first..].iter().all(|row| row.doubted == 0));
-    assert!(rows[first..].iter().any(is_calm), "it is trusted");
-    restart(&mut feed);
-    let rows = feed.rows(300);
-    assert!(!rows.is_empty() && rows.iter().all(|row| row.doubted == 0));
+    assert_trusted_for_good(&rows[first..], &mut feed);
 }
 
 /// Only a later drive, and one that has proven this joint.

@@ -1,5 +1,7 @@
 //! Masses of payloads from the log: as a signal states them, or estimated from the force of the cylinder that lifts them.
 
+use std::ops::RangeInclusive;
+
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
@@ -58,18 +60,19 @@ pub(crate) fn follow_signals(
         );
         let series = series_in(log, file, loaded, &mass.signal).with_context(|| place)?;
         let [from_s, to_s] = machine.payloads()[payload].window_s;
-        let possible = [-EMPTY_SHARE, MOST_MASSES].map(|share| share * machine.mass());
+        let possible = -EMPTY_SHARE * machine.mass()..=MOST_MASSES * machine.mass();
         let logged: Vec<f64> = (0..rows.len())
             .map(|row| match (from_s..to_s).contains(&rows.seconds(row)) {
                 true => held(&series, rows.times_ns[row], mass),
                 false => 0.0,
             })
             .collect();
-        notes.push(as_logged(payload, mass, &logged, possible));
-        let is_possible = |mass: f64| possible[0] <= mass && mass <= possible[1];
-        let masses: Vec<f64> = (logged.into_iter())
-            .map(|mass| if is_possible(mass) { mass } else { f64::NAN })
-            .collect();
+        notes.push(as_logged(payload, mass, &logged, &possible));
+        let known = |mass: f64| match possible.contains(&mass) {
+            true => mass,
+            false => f64::NAN,
+        };
+        let masses: Vec<f64> = logged.into_iter().map(known).collect();
         for (reasons, mass) in rows.reasons.iter_mut().zip(&masses) {
             if mass.is_nan() {
                 reasons.add(Reason::ToolWrenchGap);
@@ -97,7 +100,12 @@ fn held((stamps, values): &Series, time_ns: i64, mass: &MassSignal) -> f64 {
     if value.is_finite() { value } else { f64::NAN }
 }
 
-fn as_logged(payload: usize, mass: &MassSignal, masses: &[f64], possible: [f64; 2]) -> String {
+fn as_logged(
+    payload: usize,
+    mass: &MassSignal,
+    masses: &[f64],
+    possible: &RangeInclusive<f64>,
+) -> String {
     let known = masses.iter().filter(|mass| mass.is_finite());
     let (least, largest) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &mass| {
         (a.min(mass), b.max(mass))
@@ -115,14 +123,14 @@ fn as_logged(payload: usize, mass: &MassSignal, masses: &[f64], possible: [f64; 
             short(mass.max_age)
         ),
     };
-    let is_impossible = |mass: &&f64| **mass < possible[0] || **mass > possible[1];
-    let impossible = match masses.iter().filter(is_impossible).count() {
+    let known = masses.iter().filter(|mass| mass.is_finite());
+    let impossible = match known.filter(|mass| !possible.contains(mass)).count() {
         0 => String::new(),
         rows => format!(
             "; in {rows} rows it is none, expected {} to {} kg ({} times the machine's mass): an error value or another unit, and \
              the loads are unknown (reason tool_wrench_gap)",
-            short(possible[0]),
-            short(possible[1]),
+            short(*possible.start()),
+            short(*possible.end()),
             short(MOST_MASSES)
         ),
     };

@@ -1,6 +1,6 @@
 //! What a monitor recorded in a log, as far as the verdicts of its rows depend on it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
@@ -20,8 +20,8 @@ pub(crate) fn monitor_record(log: &Log, inherits_doubts: bool) -> Result<Monitor
         inherited: inherited_alarm(log)?,
         is_contradicted: inherited_contradiction(log)?,
         doubted_rows: match inherits_doubts {
-            true => monitor_topic::doubted_rows(log)?.into_iter().collect(),
-            false => BTreeSet::new(),
+            true => monitor_topic::doubted_rows(log)?,
+            false => Vec::new(),
         },
     })
 }

@@ -1,6 +1,6 @@
 //! Judges rows in order, with the same judge as live.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use tipwatch_mechanics::machine::{Machine, Proofs, SessionProofs};
 use tipwatch_mechanics::prediction::{PacedPredictor, Prediction, PredictionGap};
@@ -23,7 +23,7 @@ pub(crate) struct MonitorRecord {
     /// Whether the sensors were contradicted in a session before: all rows are doubted.
     pub(crate) is_contradicted: bool,
     /// Times of rows in which signals are doubted since they failed visibly in a session before (ns).
-    pub(crate) doubted_rows: BTreeSet<i64>,
+    pub(crate) doubted_rows: Vec<i64>,
 }
 
 /// What the verdicts of a log stand on.

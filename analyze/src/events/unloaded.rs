@@ -122,6 +122,9 @@ impl<'a> UnloadedSupports<'a> {
         }
         let mut state = State::zero(machine);
         let normal_force = rows.outcomes.column(Quantity::NormalForce);
+        // of a load that leaves one support the others carry more
+        let is_whole = self.jacks.len() == machine.wheels().len();
+        let mut forces = Vec::with_capacity(self.jacks.len());
         for row in 0..rows.len() {
             let time_ns = rows.times_ns[row];
             let reasons = rows.reasons[row];
@@ -138,15 +141,13 @@ impl<'a> UnloadedSupports<'a> {
                 Source::Force(joint) => state.actuator_force[joint],
                 Source::Sensor(index) => measured.at(index, time_ns),
             };
-            // of a load that leaves one support the others carry more
-            let is_whole = self.jacks.len() == machine.wheels().len();
-            let total: f64 = self.jacks.iter().map(force_of).sum();
+            forces.clear();
+            forces.extend(self.jacks.iter().map(force_of));
             let beyond = match is_whole {
-                true => total - normal_force[row],
+                true => forces.iter().sum::<f64>() - normal_force[row],
                 false => f64::NAN,
             };
-            for jack in &mut self.jacks {
-                let force = force_of(jack);
+            for (jack, &force) in self.jacks.iter_mut().zip(&forces) {
                 // a load that is not known neither begins nor ends anything
                 if force.is_nan() {
                     continue;

@@ -114,8 +114,7 @@ impl DoubtedSignal {
     /// What it is in this machine; `None` if that has no such signal.
     #[must_use]
     pub fn of_machine(&self, machine: &Machine) -> Option<SignalDoubt> {
-        let joints = (0..machine.joints().len()).map(Proof::Joint);
-        let mut signals = Proof::OTHERS.into_iter().chain(joints);
+        let mut signals = Proof::all(machine.joints().len());
         let signal = signals.find(|&it| SignalName::of(it, machine) == Some(self.name))?;
         Some(SignalDoubt {
             signal,

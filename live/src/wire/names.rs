@@ -69,8 +69,7 @@ impl Names {
     /// The signal of this name; of a joint, its own name suffices.
     #[must_use]
     pub fn signal(&self, name: &str) -> Option<Proof> {
-        let joints = (0..self.joints.len()).map(Proof::Joint);
-        let mut signals = Proof::OTHERS.into_iter().chain(joints);
+        let mut signals = Proof::all(self.joints.len());
         signals.find(|signal| {
             let is_joint = |joint: usize| self.joint(joint) == name;
             matches!(signal, Proof::Joint(joint) if is_joint(*joint))

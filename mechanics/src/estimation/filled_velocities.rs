@@ -1,6 +1,6 @@
 //! Velocities of joints that nobody measures: a driver without them fills its messages with zeros.
 
-use std::f64::consts::{PI, TAU};
+use super::turns::shorter_way;
 
 /// How far a joint must have gone beyond two of its largest steps to have moved (rad or m): farther than noise and resolution of
 /// a position, and no encoder that jumped.
@@ -88,15 +88,8 @@ impl Zeros {
         if self.is_filled || !position.is_finite() {
             return;
         }
-        let step = self.last.replace(position).map_or(0.0, |last| {
-            let step = position - last;
-            // a wheel's position may begin a new turn
-            if step.abs() > PI {
-                step - TAU * (step / TAU).round()
-            } else {
-                step
-            }
-        });
+        let last = self.last.replace(position);
+        let step = last.map_or(0.0, |last| shorter_way(position - last));
         self.way += step;
         self.least = self.least.min(self.way);
         self.greatest = self.greatest.max(self.way);
@@ -107,6 +100,8 @@ impl Zeros {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     /// The samples from which on the velocity of one joint is not measured, of 200.

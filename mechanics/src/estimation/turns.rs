@@ -9,6 +9,14 @@ use crate::state::Sensors;
 /// Rounding of an angle within a turn (rad).
 const ROUNDING: f64 = 1e-3;
 
+/// The same step, the shorter way round (rad): a position may have begun a new turn.
+pub(in crate::estimation) fn shorter_way(step: f64) -> f64 {
+    match step.abs() > PI {
+        true => step - TAU * (step / TAU).round(),
+        false => step,
+    }
+}
+
 /// The joints that may turn without end.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Turns {

@@ -38,6 +38,12 @@ impl Proof {
         Self::Ground,
     ];
 
+    /// All proofs of a machine with so many joints, in order.
+    pub fn all(joints: usize) -> impl Iterator<Item = Self> {
+        let of_joints = (0..joints).map(Self::Joint);
+        Self::OTHERS.into_iter().chain(of_joints)
+    }
+
     /// Its number in messages and files.
     #[must_use]
     pub fn number(self) -> u32 {
@@ -169,9 +175,7 @@ impl Proofs {
 
     /// The proofs about a machine with so many joints, in order.
     pub fn iter(self, joints: usize) -> impl Iterator<Item = Proof> {
-        let of_joints = (0..joints).map(Proof::Joint);
-        let all = Proof::OTHERS.into_iter().chain(of_joints);
-        all.filter(move |&proof| self.has(proof))
+        Proof::all(joints).filter(move |&proof| self.has(proof))
     }
 
     /// The set as bits, for messages and files; see [`Self::from_bits`].

@@ -80,10 +80,9 @@ impl EvaluatedLog {
             let reasons = rows.reasons.iter_mut();
             reasons.for_each(|reasons| reasons.add(Reason::Contradiction));
         }
-        let times = rows.times_ns.iter().zip(&mut rows.reasons);
-        times
-            .filter(|(time_ns, _)| record.doubted_rows.contains(time_ns))
-            .for_each(|(_, reasons)| reasons.add(Reason::Contradiction));
+        let doubted = record.doubted_rows.iter();
+        let doubted: Vec<[i64; 2]> = doubted.map(|&time_ns| [time_ns; 2]).collect();
+        rows.add_reason(&doubted, Reason::Contradiction);
         let commissioning = commissioning(task.file, loaded)?;
         let commissioned =
             (commissioning.as_ref()).map_or(Proofs::NONE, |(_, found)| found.proven(machine));

@@ -131,28 +131,31 @@ impl Trial {
         let rounds = if sigmas.is_empty() { 1 } else { ROUNDS };
         for _ in 0..rounds {
             let linear = self.linear(scene, of, &amounts);
-            let errors: Vec<DMatrix<f64>> = match self.kind {
+            // of the model, each with its factor
+            let errors: Vec<(f64, DMatrix<f64>)> = match self.kind {
                 // how large they are, and how fast they change, is as unknown
-                "none_of_these" => (of.equations.unexplained())
-                    .map(|unexplained| of.equations.covariance(1.0) + unexplained)
-                    .collect(),
+                "none_of_these" => {
+                    let stated = of.equations.covariance(1.0);
+                    let unexplained = of.equations.unexplained();
+                    unexplained.map(|more| (1.0, &stated + more)).collect()
+                }
                 _ => MODEL_FACTORS
-                    .map(|factor| of.equations.covariance(factor))
+                    .map(|factor| (factor, of.equations.covariance(factor)))
                     .into(),
             };
-            let posteriors = errors.iter().map(|errors| {
+            let posteriors = errors.iter().map(|(_, errors)| {
                 let errors = errors + &linear.uncertain;
                 regress(&linear.y, &linear.derivatives, &sigmas, &errors)
             });
             let posteriors: Vec<Posterior> = posteriors.collect::<Option<_>>()?;
             let best = (posteriors.iter().enumerate())
                 .max_by(|a, b| a.1.log_evidence.total_cmp(&b.1.log_evidence));
-            let factor = best.and_then(|(place, _)| MODEL_FACTORS.get(place).copied());
+            let factor = best.map_or(1.0, |(place, _)| errors[place].0);
             let posterior = mixed(&posteriors)?;
             amounts = posterior.mean.iter().copied().collect();
             found = Some(Fitted {
                 posterior,
-                factor: factor.unwrap_or(1.0),
+                factor,
                 ..linear
             });
         }

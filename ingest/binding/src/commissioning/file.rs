@@ -284,8 +284,7 @@ impl Commissioning {
                 asked.contains(&true) && are_shown(&prefix)
             }
         };
-        let joints = (0..machine.joints().len()).map(Proof::Joint);
-        let all = Proof::OTHERS.into_iter().chain(joints);
+        let all = Proof::all(machine.joints().len());
         all.filter(|&proof| is_proven(proof)).collect()
     }
 

@@ -4,6 +4,7 @@ use super::fault::{Amount, Component};
 use super::flicker::Flicker;
 use super::notice::{Found, Limits, Notice};
 use super::outliers::Outliers;
+use crate::estimation::turns::shorter_way;
 use crate::machine::FaultKind;
 
 /// Time constant of the comparison of velocity and position (s).
@@ -554,12 +555,9 @@ impl JointWatch {
 
     /// Difference between two positions; for a joint without limits the shorter way round.
     fn step(&self, from: f64, to: f64) -> f64 {
-        use std::f64::consts::{PI, TAU};
-        let step = to - from;
-        if self.limits.wraps && step.abs() > PI {
-            step - TAU * (step / TAU).round()
-        } else {
-            step
+        match self.limits.wraps {
+            true => shorter_way(to - from),
+            false => to - from,
         }
     }
 }
