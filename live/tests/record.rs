@@ -257,15 +257,15 @@ fn offline_reproduces_an_inherited_doubt_and_its_acknowledgement() {
 fn recorded_replay(world: &World, log: &Path, machine: &Path, out: &Path) -> Vec<WireVerdict> {
     let _prioritised = prioritise();
     let recorder = world.record(machine, out, &["--split", "0.001"]);
-    let monitor = world.monitor(machine, &["--quiet", "--allow-untimed"]);
+    let mut monitor = world.monitor(machine, &["--quiet", "--allow-untimed"]);
     let reading = Reading::new(&world.join());
     let options = ["--speed", "max", "--lossless", "--readers", "2"];
-    let mut replay = world.replay_log(log, machine, &[&options[..], &["--wait", "60"]].concat());
+    let replay = world.replay_log(log, machine, &[&options[..], &["--wait", "60"]].concat());
     let mut rows = Vec::new();
     let mut is_over = false;
     while !is_over {
-        // a look after the end: what was published before it is still there
-        is_over = replay.child.try_wait().unwrap().is_some();
+        // the monitor may judge long after the replay's end; a look after its own end: what it published is still there
+        is_over = monitor.child.try_wait().unwrap().is_some();
         while let Some(row) = reading.0.receive(|v| *v).unwrap() {
             if row.event == EVENT_ROW {
                 rows.push(row);
