@@ -110,8 +110,8 @@ impl SupportSets {
     }
 }
 
-/// Marks the rows in which the measured load of a support contradicts equilibrium: a support that is reported as set
-/// while its load says that it is not, or a wrong sensor.
+/// Marks the rows in which the measured load of a support contradicts equilibrium. One that is reported as set while it measures
+/// no load may not stand on the ground; one that carries another load than computed leaves the row doubted.
 fn mark_contradictions(
     machine: &Machine,
     states: &StateColumns,
@@ -147,7 +147,11 @@ fn mark_contradictions(
             };
             let sigma = joint.force_sigma.hypot(friction).hypot(of_load);
             if residual[row].abs() > CONTRADICTS_SIGMAS * sigma {
-                reasons.add(Reason::SupportsUnknown);
+                let carries = state.actuator_force[index] > CONTRADICTS_SIGMAS * joint.force_sigma;
+                reasons.add(match carries {
+                    true => Reason::Contradiction,
+                    false => Reason::SupportsUnknown,
+                });
             }
         }
     }

@@ -48,7 +48,7 @@ pub enum Reason {
     GrossInput,
     /// Signals contradict each other, and which one is wrong is unknown: the row is valid, and doubted.
     Contradiction,
-    /// Which supports are on the ground is unknown, is changing, or contradicts a measured load.
+    /// Which supports are on the ground is unknown or is changing, or one that is reported as set measures no load.
     SupportsUnknown,
 }
 

@@ -107,8 +107,10 @@ impl Comparison<'_> {
         let loads = evaluate_one(machine, state, &mut workspace).load.clone();
         let sensors = &self.measured.sensors;
         let unobserved = (self.motion).and_then(|motion| motion.loads(machine, state, time_ns));
-        let by_motion =
-            |factors: &[f64]| (unobserved.as_ref()).map_or(0.0, |motion| motion.sigma(factors));
+        let sigma_of = |factors: &[f64]| {
+            let by_motion = (unobserved.as_ref()).map_or(0.0, |motion| motion.sigma(factors));
+            combination_sigma(machine, state, &workspace, factors).hypot(by_motion)
+        };
         let singles = Singles::of(machine, state, self.measured, time_ns);
         let of_sensors = all.map(|all| {
             let measured: f64 = all.iter().map(|&k| self.measured.at(k, time_ns)).sum();
@@ -117,28 +119,18 @@ impl Comparison<'_> {
         });
         let measured = of_sensors.filter(|(total, _)| total.is_finite());
         let measured = measured.or_else(|| singles.as_ref().map(Singles::total));
-        let total = measured.map(|(measured, of_sensors)| {
-            let each = vec![1.0; loads.len()];
-            let computed = combination_sigma(machine, state, &workspace, &each);
-            TotalRow {
-                time_ns,
-                difference: measured - loads.iter().sum::<f64>(),
-                sigma: of_sensors.hypot(computed).hypot(by_motion(&each)),
-                gravity: loads.iter().sum::<f64>() / machine.mass(),
-                acts: (singles.as_ref()).map(|all| all.acts(machine, state, &workspace)),
-            }
+        let total = measured.map(|(measured, of_sensors)| TotalRow {
+            time_ns,
+            difference: measured - loads.iter().sum::<f64>(),
+            sigma: of_sensors.hypot(sigma_of(&vec![1.0; loads.len()])),
+            gravity: loads.iter().sum::<f64>() / machine.mass(),
+            acts: (singles.as_ref()).map(|all| all.acts(machine, &workspace, sigma_of)),
         });
         let total = total.filter(|total| total.difference.is_finite());
         if sensors.is_empty() || !loads.iter().all(|load| *load > 0.0) {
             return Some((None, total));
         }
         let factors: Vec<Vec<f64>> = sensors.iter().map(|m| m.sensor.factors(machine)).collect();
-        let sigma_of = |factors: &[f64]| match unobserved {
-            Some(_) => {
-                combination_sigma(machine, state, &workspace, factors).hypot(by_motion(factors))
-            }
-            None => combination_sigma(machine, state, &workspace, factors),
-        };
         let mut found = ComparedRow {
             row,
             time_ns,

@@ -7,6 +7,7 @@
 
 use tipwatch_mechanics::machine::LoadSensor;
 
+use super::TOTAL;
 use super::compared_row::ComparedRow;
 use super::unstated::UnstatedLoad;
 
@@ -58,11 +59,16 @@ impl Contradiction {
         }
     }
 
-    /// "; a load of 2500 kg ... would explain it", or nothing.
+    /// "; a load of 2500 kg ... would explain it", or nothing. A sum that does not show it alone is said to act elsewhere, too.
     #[must_use]
     pub fn explanation(&self) -> String {
+        let shows_in_sum = self.difference_n.abs() > (1.0 + EXCESS) * self.sigma_n;
+        let elsewhere = match self.sensor == TOTAL && !shows_in_sum {
+            true => ", and they act elsewhere",
+            false => "",
+        };
         let unstated = self.unstated.as_ref();
-        unstated.map_or(String::new(), |load| format!("; {load}"))
+        unstated.map_or(String::new(), |load| format!("{elsewhere}; {load}"))
     }
 }
 

@@ -6,9 +6,9 @@
 //!     D = sum of D_i,      acts at  sum of D_i p_i / D
 //! ```
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use tipwatch_mechanics::machine::{ForceSource, Machine};
-use tipwatch_mechanics::{State, Workspace, combination_sigma};
+use tipwatch_mechanics::{State, Workspace};
 
 use crate::load::MeasuredLoads;
 
@@ -33,12 +33,67 @@ pub(super) struct Acts {
     pub(super) at: [f64; 2],
     /// Standard deviation of either (m).
     pub(super) sigma: [f64; 2],
-    /// How far that is from where the arm carries loads, and from the nearest support: in standard deviations of both
-    /// directions, the load's own extent included for the arm.
-    pub(super) from_tool: f64,
+    /// How far the difference's force and moments are from none, all three together (standard deviations).
+    pub(super) distance: f64,
+    /// The force where the arm carries loads that explains it best; `None` without such a place.
+    pub(super) on_tool: Option<PointForce>,
+    /// How far the best force at a support leaves it unexplained (standard deviations).
     pub(super) from_support: f64,
     /// Whether computed loads can follow the measured ones.
     pub(super) can_be_followed: bool,
+}
+
+/// A vertical force at one place.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PointForce {
+    /// The force (N), downwards.
+    pub(super) force: f64,
+    /// Its standard deviation (N).
+    pub(super) sigma: f64,
+    /// How far it leaves the difference unexplained, in both directions together (standard deviations).
+    pub(super) misfit: f64,
+}
+
+/// Force and moments of the difference about the base frame's origin, r = (D, sum of y_i D_i, sum of x_i D_i), with their
+/// covariance S.
+struct Difference {
+    wrench: Vector3<f64>,
+    covariance: Matrix3<f64>,
+}
+
+impl Difference {
+    /// The root of r' S^-1 r; infinite for a covariance that is none.
+    fn distance(&self) -> f64 {
+        let root = self.covariance.cholesky();
+        root.map_or(f64::INFINITY, |root| {
+            self.wrench.dot(&root.solve(&self.wrench)).sqrt()
+        })
+    }
+
+    /// The force f at a place that explains it best, with a = (1, y, x):
+    /// ```text
+    ///     f = a' S^-1 r / a' S^-1 a,      var f = 1 / a' S^-1 a
+    /// ```
+    /// The place is known to `extent` (m), which moves the moments by f times as much.
+    fn force_at(&self, place: &Vector3<f64>, extent: f64) -> Option<PointForce> {
+        let a = Vector3::new(1.0, place.y, place.x);
+        let mut found: Option<PointForce> = None;
+        // the extent counts by the force of the first pass
+        for _ in 0..2 {
+            let of_extent = found.map_or(0.0, |found| (found.force * extent).powi(2));
+            let of_extent = Matrix3::from_diagonal(&Vector3::new(0.0, of_extent, of_extent));
+            let root = (self.covariance + of_extent).cholesky()?;
+            let information = a.dot(&root.solve(&a));
+            let force = a.dot(&root.solve(&self.wrench)) / information;
+            let left = self.wrench - a * force;
+            found = Some(PointForce {
+                force,
+                sigma: information.recip().sqrt(),
+                misfit: left.dot(&root.solve(&left)).sqrt(),
+            });
+        }
+        found
+    }
 }
 
 impl Singles {
@@ -86,41 +141,64 @@ impl Singles {
         (self.loads.iter().sum(), variance.sqrt())
     }
 
-    /// Where the difference from the computed loads acts, after the evaluation of `workspace`.
+    /// Where the difference from the computed loads acts, after the evaluation of `workspace`. `sigma_of` is the standard
+    /// deviation of a weighted sum of the computed loads (N, or Nm for levers).
     pub(super) fn acts(
         &self,
         machine: &Machine,
-        state: &State<f64>,
         workspace: &Workspace<f64>,
+        sigma_of: impl Fn(&[f64]) -> f64,
     ) -> Acts {
         let computed = &workspace.outcome().load;
         let off: Vec<f64> = (self.loads.iter().zip(computed))
             .map(|(measured, computed)| measured - computed)
             .collect();
-        let difference: f64 = off.iter().sum();
         let centres = workspace.wheel_centres();
-        let along = |axis: usize| {
-            let moments = off.iter().zip(centres).map(|(off, at)| off * at[axis]);
-            let at = moments.sum::<f64>() / difference;
-            let levers: Vec<f64> = centres.iter().map(|centre| centre[axis] - at).collect();
-            let of_model = combination_sigma(machine, state, workspace, &levers);
+        let levers = |about: &Vector3<f64>| -> [Vec<f64>; 3] {
+            [
+                vec![1.0; centres.len()],
+                centres.iter().map(|centre| centre.y - about.y).collect(),
+                centres.iter().map(|centre| centre.x - about.x).collect(),
+            ]
+        };
+        let variance_of = |levers: &[f64]| {
             let of_sensors = levers.iter().zip(&self.sigmas);
-            let of_sensors: f64 = of_sensors.map(|(a, sigma)| (a * sigma).powi(2)).sum();
-            (at, of_model.hypot(of_sensors.sqrt()) / difference.abs())
+            let of_sensors: f64 = of_sensors
+                .map(|(lever, sigma)| (lever * sigma).powi(2))
+                .sum();
+            sigma_of(levers).powi(2) + of_sensors
         };
-        let (x, y) = (along(0), along(1));
-        let distance = |place: &Vector3<f64>, extent: f64| {
-            let of = |along: (f64, f64), place: f64| (along.0 - place) / along.1.hypot(extent);
-            of(x, place.x).hypot(of(y, place.y))
-        };
+        let about_origin = levers(&Vector3::zeros());
+        let sums = (about_origin.iter())
+            .map(|levers| levers.iter().zip(&off).map(|(l, off)| l * off).sum());
+        let wrench = Vector3::from_iterator(sums);
+        // cov(a, b) = (var(a + b) - var(a) - var(b)) / 2
+        let variances: Vec<f64> = about_origin
+            .iter()
+            .map(|levers| variance_of(levers))
+            .collect();
+        let covariance = Matrix3::from_fn(|i, j| match i == j {
+            true => variances[i],
+            false => {
+                let pairs = about_origin[i].iter().zip(&about_origin[j]);
+                let both: Vec<f64> = pairs.map(|(a, b)| a + b).collect();
+                0.5 * (variance_of(&both) - variances[i] - variances[j])
+            }
+        });
+        let difference = Difference { wrench, covariance };
+        let at = Vector3::new(wrench.z, wrench.y, 0.0) / wrench.x;
+        let [_, y, x] = levers(&at).map(|levers| variance_of(&levers).sqrt() / wrench.x.abs());
         let tool = machine.load_on_tool();
         let tool = tool.map(|tool| workspace.point(tool.body, &tool.place));
-        let supports = centres.iter().map(|centre| distance(centre, 0.0));
+        let misfits = centres
+            .iter()
+            .filter_map(|centre| Some(difference.force_at(centre, 0.0)?.misfit));
         Acts {
-            at: [x.0, y.0],
-            sigma: [x.1, y.1],
-            from_tool: tool.map_or(f64::INFINITY, |tool| distance(&tool, EXTENT_M)),
-            from_support: supports.fold(f64::INFINITY, f64::min),
+            at: [at.x, at.y],
+            sigma: [x, y],
+            distance: difference.distance(),
+            on_tool: tool.and_then(|tool| difference.force_at(&tool, EXTENT_M)),
+            from_support: misfits.fold(f64::INFINITY, f64::min),
             can_be_followed: self.are_forces,
         }
     }

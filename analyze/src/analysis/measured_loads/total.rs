@@ -1,10 +1,13 @@
-//! The total of the measured loads against the weight and the vertical acceleration of all masses.
+//! The total of the measured loads against the weight and the vertical acceleration of all masses, and where every support is
+//! measured by itself, their moments as well.
 //!
-//! It holds whatever the split, and also while a wheel is off the ground, where single loads are not compared:
+//! They hold whatever the split, and also while a wheel is off the ground, where single loads are not compared:
 //! ```text
 //!     r = sum of F_measured - N,   s^2 = sum of s_sensor^2 + s_N^2
 //! ```
-//! F are sensors of one or more supports, or the forces of jacks.
+//! F are sensors of one or more supports, or the forces of jacks. A row is off where the distance of these one or three quantities
+//! exceeds the root of their number by 3.5, as in the comparison of single loads. A load at the end of a boom shows in the moments
+//! long before it shows in the total.
 
 use tipwatch_mechanics::machine::{LoadSensor, Machine};
 
@@ -16,7 +19,10 @@ use super::unstated::UnstatedLoad;
 pub const TOTAL: &str = "total";
 
 fn is_off(row: &TotalRow) -> bool {
-    row.difference.abs() > (1.0 + EXCESS) * row.sigma
+    match row.acts {
+        Some(acts) => acts.distance > 3_f64.sqrt() + EXCESS,
+        None => row.difference.abs() > (1.0 + EXCESS) * row.sigma,
+    }
 }
 
 /// Sensors that together carry every support on the ground once, if there are any.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::singles::Acts;
+use super::singles::{Acts, PointForce};
 use super::total_row::TotalRow;
 
 /// A load that the machine file does not state.
@@ -36,12 +36,26 @@ impl UnstatedLoad {
         let mean = |value: &dyn Fn(&TotalRow) -> f64| -> f64 {
             rows.iter().map(|row| value(row)).sum::<f64>() / count
         };
+        let acts: Option<Vec<Acts>> = rows.iter().map(|row| row.acts).collect();
+        let on_tool =
+            (acts.as_ref()).and_then(|acts| acts.iter().map(|acts| acts.on_tool).collect());
+        let on_tool = on_tool.filter(|of: &Vec<PointForce>| {
+            // in the mean over the rows, for no single one decides
+            of.iter().map(|force| force.misfit).sum::<f64>() / count < SAME_PLACE
+        });
+        let (force, sigma) = match &on_tool {
+            // a known place: the moments weigh it, too
+            Some(of) => (
+                of.iter().map(|force| force.force).sum::<f64>() / count,
+                of.iter().map(|force| force.sigma).sum::<f64>() / count,
+            ),
+            None => (mean(&|row| row.difference), mean(&|row| row.sigma)),
+        };
         let gravity = mean(&|row| row.gravity);
-        let mass_kg = mean(&|row| row.difference) / gravity;
+        let mass_kg = force / gravity;
         if !mass_kg.is_finite() {
             return None;
         }
-        let acts: Option<Vec<Acts>> = rows.iter().map(|row| row.acts).collect();
         let along = |axis: usize| {
             let acts = acts.as_ref()?;
             let of = |value: &dyn Fn(usize) -> f64| -> f64 {
@@ -51,21 +65,18 @@ impl UnstatedLoad {
             let spread = of(&|row| (acts[row].at[axis] - at).powi(2)).sqrt();
             Some((at, of(&|row| acts[row].sigma[axis]).hypot(spread)))
         };
-        // in the mean over the rows, for no single one decides
-        let is_near = |distance: &dyn Fn(&Acts) -> f64| {
-            let all = acts.as_ref().filter(|acts| !acts.is_empty());
-            all.is_some_and(|acts| acts.iter().map(distance).sum::<f64>() / count < SAME_PLACE)
-        };
-        let at_support = is_near(&|acts| acts.from_support);
+        let at_support = (acts.as_ref()).is_some_and(|acts| {
+            acts.iter().map(|acts| acts.from_support).sum::<f64>() / count < SAME_PLACE
+        });
         let all_forces = |acts: &Vec<Acts>| acts.iter().all(|acts| acts.can_be_followed);
         let at = along(0).zip(along(1));
         let at = at.filter(|(x, y)| (x.0 + x.1 + y.0 + y.1).is_finite());
         Some(Self {
             mass_kg,
-            mass_sigma_kg: mean(&|row| row.sigma) / gravity,
+            mass_sigma_kg: sigma / gravity,
             at_m: at.map(|(x, y)| [x.0, y.0]),
             at_sigma_m: at.map(|(x, y)| [x.1, y.1]),
-            at_tool: is_near(&|acts| acts.from_tool),
+            at_tool: on_tool.is_some(),
             at_support,
             followed: !at_support && acts.as_ref().is_some_and(all_forces),
         })
