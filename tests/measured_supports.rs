@@ -269,6 +269,117 @@ fn moments_show_a_load_on_the_hook_that_the_sum_does_not() {
     assert_eq!(known(&analysis), sound);
 }
 
+/// A field of the jacks' forces that is edited in the machine file.
+fn with_force(text: &str, k: usize, edited: &str) -> String {
+    let field = format!("force = {{ topic = \"/outriggers/force\", field = \"data[{k}]\" }}");
+    assert!(text.contains(&field));
+    text.replace(
+        &field,
+        &format!("force = {{ topic = \"/outriggers/force\", {edited} }}"),
+    )
+}
+
+/// The certainty of the surest lift of a support.
+fn lift_certainty(analysis: &Analysis, foot: &str) -> f64 {
+    let lifts = lifts(analysis)
+        .into_iter()
+        .filter(|event| event.subject == foot);
+    lifts
+        .filter_map(|event| event.certainty)
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn dead_cells_are_no_fall_and_no_lift() {
+    // both on the left, and all
+    for dead in [&[0, 2][..], &[0, 1, 2, 3]] {
+        let edit = |text: String| {
+            dead.iter().fold(text, |text, &k| {
+                with_force(&text, k, &format!("field = \"data[{k}]\", scale = 1e-6"))
+            })
+        };
+        let analysis = Crane::new(edit, same).analysed();
+        let spans = &analysis.load_comparison.contradictions;
+        assert!(!spans.iter().any(|span| span.is_followed()), "{spans:?}");
+        for event in &analysis.events {
+            let is_fall = matches!(event.kind, EventKind::EdgeTipping | EventKind::TipOver);
+            assert!(!is_fall || event.certainty < Some(0.5), "{event:?}");
+        }
+        for &k in dead {
+            let foot = FEET[k];
+            let certainty = lift_certainty(&analysis, foot);
+            // the rear right foot does leave the ground, and nothing that measures says so
+            assert!(certainty < 0.5, "{foot} {certainty}");
+        }
+    }
+}
+
+#[test]
+fn exchanged_cells_are_named_and_lift_no_support_for_sure() {
+    let edit = |text: String| {
+        let text = with_force(&text, 2, "field = \"data[33]\"");
+        let text = with_force(&text, 3, "field = \"data[2]\"");
+        text.replace("data[33]", "data[3]")
+    };
+    let analysis = Crane::new(edit, same).analysed();
+    let spans = &analysis.load_comparison.contradictions;
+    let named = spans.iter().filter_map(|span| span.exchanged.clone());
+    assert!(named.clone().count() > 0, "{spans:?}");
+    for pair in named {
+        assert_eq!(pair, ["ORL", "ORR"]);
+    }
+    assert!(!spans.iter().any(|span| span.is_followed()), "{spans:?}");
+    let certainty = lift_certainty(&analysis, "orl");
+    assert!(certainty < 0.6, "{certainty}");
+}
+
+#[test]
+fn a_support_that_carries_is_not_taken_for_one_that_is_not_set() {
+    let edit = |text: String| {
+        text.replace(
+            "set = { topic = \"/outriggers/set\", field = \"data[0]\" }",
+            "set = { topic = \"/outriggers/set\", field = \"data[0]\", above = 2.0 }",
+        )
+    };
+    let analysis = Crane::new(edit, same).analysed();
+    let rows = &analysis.rows;
+    let jacked = (0..rows.len()).filter(|&row| (13.0..31.0).contains(&rows.seconds(row)));
+    for row in jacked {
+        assert!(rows.reasons[row].has(Reason::SupportsUnknown), "{row}");
+    }
+    let notes = analysis.notes.join("\n");
+    assert!(notes.contains("OFL is reported as not set"), "{notes}");
+}
+
+/// Jacks that are logged twice a second show the load, too, and the loads of the rows between follow their last sample.
+#[test]
+fn slow_jacks_are_followed_by_their_last_sample() {
+    let hook = |urdf: String| urdf.replacen("value=\"1400\"", "value=\"200\"", 1);
+    let crane = Crane::new(without_friction, hook);
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("slow.mcap");
+    let mut is_due = every(0.5, 0.0);
+    thinned(&crane.log, &log, &mut |topic, t| {
+        topic != "/outriggers/force" || is_due(topic, t)
+    });
+    let analysis = analysed_with(&log, &crane.machine, Options::default());
+    let spans = &analysis.load_comparison.contradictions;
+    let span = spans.iter().find(|span| span.is_explained());
+    let span = span.unwrap_or_else(|| panic!("{spans:?}"));
+    let load = span.unstated.unwrap();
+    assert!(
+        (load.mass_kg - 1200.0).abs() < 2.0 * load.mass_sigma_kg,
+        "{load:?}"
+    );
+    let [from, to] = [span.start_ns, span.end_ns].map(|ns| seconds(&analysis, ns));
+    let truth = Truth::of("crane", &FEET);
+    let with = error(&analysis, &truth, &FEET, [from, to]);
+    // half a second of slewing is left
+    let blind = Crane::new(without_forces, hook).analysed();
+    let without = error(&blind, &truth, &FEET, [from, to]);
+    assert!(without > 2.0 * with, "{without} {with}");
+}
+
 /// The finding whose headline contains a text.
 fn finding<'f>(findings: &'f [Finding], text: &str) -> &'f Finding {
     let found = findings.iter().find(|it| it.headline.contains(text));

@@ -65,7 +65,7 @@ impl Coverage {
         let on_side_s = on_side_s(rows, rotations).min(covered_s);
         let on_wheels_s = covered_s - on_side_s;
         let [computable_s, doubted_s] =
-            computable_s(rows, &holes(loaded)).map(|s| s.min(covered_s));
+            computable_s(rows, &holes(loaded)).map(|s| s.min(on_wheels_s));
         let computable = rows.reasons.iter().filter(|reasons| reasons.leave_loads());
         Self {
             covered_s,

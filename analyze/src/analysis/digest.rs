@@ -17,6 +17,8 @@ const LOOKED_AT: usize = 50;
 pub struct Digest {
     /// Number of valid rows.
     pub valid_rows: usize,
+    /// Of these, rows whose signals contradict each other.
+    pub doubted_rows: usize,
     /// Figures of each wheel over the valid rows.
     pub wheels: Vec<WheelDigest>,
     /// The margins.
@@ -116,6 +118,7 @@ impl<'a> DigestPass<'a> {
             attitude_step: (table.len() / LOOKED_AT).max(1),
             digest: Digest {
                 valid_rows: 0,
+                doubted_rows: 0,
                 wheels: vec![none; wheels],
                 margins: MarginPass::new(machine, table).finish(),
                 lightest: None,
@@ -136,6 +139,8 @@ impl<'a> DigestPass<'a> {
         self.look_for_attitude(rows);
         let valid: Vec<usize> = (0..rows.len()).filter(|&row| rows.is_valid(row)).collect();
         self.digest.valid_rows += valid.len();
+        let doubted = valid.iter().filter(|&&row| rows.reasons[row].have_doubt());
+        self.digest.doubted_rows += doubted.count();
         for wheel in 0..self.digest.wheels.len() {
             self.take_wheel(rows, wheel, &valid);
         }

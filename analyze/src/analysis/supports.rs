@@ -134,6 +134,12 @@ fn told(
                 "the signal of support {} is missing or too old",
                 named.supports().support(*support).name
             ),
+            Unknown::Carries(support) => {
+                let name = &named.supports().support(*support).name;
+                format!(
+                    "support {name} is reported as not set while its own sensor measures a load"
+                )
+            }
             Unknown::Impossible(error) => {
                 format!("the machine cannot stand on what is reported: {error}")
             }

@@ -127,6 +127,13 @@ fn mark_contradictions(
         else {
             continue;
         };
+        for (row, reasons) in reasons.iter_mut().enumerate() {
+            states.get(first + row, &mut state);
+            // measured loads contradict the computed ones in this time, and here they are missing
+            if state.follows_supports > 0.0 && state.actuator_force[index].is_nan() {
+                reasons.add(Reason::Contradiction);
+            }
+        }
         let has = |quantity: Quantity| outcomes.quantities.contains(&quantity);
         if !has(Quantity::TorqueResidual(index)) || !has(Quantity::LoadSigma(wheel)) {
             continue;

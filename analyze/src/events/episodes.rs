@@ -1,7 +1,7 @@
 //! Episodes: runs of rows in which a condition holds.
 
 /// Shortest episode that counts as an event (ns).
-const SHORTEST_NS: i64 = 50_000_000;
+pub(crate) const SHORTEST_NS: i64 = 50_000_000;
 /// Episodes closer than this are merged (ns).
 pub(super) const MERGED_NS: i64 = 200_000_000;
 

@@ -169,6 +169,15 @@ pub struct InputFault {
     pub loads_are_right: Option<f64>,
 }
 
+impl Event {
+    /// Whether gyro and attitude both show it: then neither loads nor joints are needed to know of it.
+    #[must_use]
+    pub fn is_measured(&self) -> bool {
+        let rotation = self.measured_rotation.as_ref();
+        rotation.is_some_and(|rotation| rotation.witness == RotationWitness::Both)
+    }
+}
+
 /// Causes of the load loss (OTF) of an event's wheels up to its onset. What follows the onset, such as the
 /// rotation of a machine that tips over, is a consequence and is left out.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]

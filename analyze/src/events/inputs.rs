@@ -94,7 +94,7 @@ fn loads_are_right(finding: &Finding, has_imu: bool) -> Option<f64> {
 }
 
 /// Weighs the events of the machine: where signals that its loads rest on contradict each other meanwhile, its certainty is
-/// multiplied by the probability that the loads are right all the same.
+/// multiplied by the probability that the loads are right all the same. What gyro and attitude show needs no load.
 pub(crate) fn add_doubts(events: &mut [Event]) {
     let doubts: Vec<(i64, i64, String, f64)> = (events.iter())
         .filter_map(|event| {
@@ -103,7 +103,8 @@ pub(crate) fn add_doubts(events: &mut [Event]) {
             Some((event.start_ns, end_ns, event.subject.clone(), right))
         })
         .collect();
-    for event in events.iter_mut().filter(|event| event.kind.is_observed()) {
+    let rest_on_loads = |event: &&mut Event| event.kind.is_observed() && !event.is_measured();
+    for event in events.iter_mut().filter(rest_on_loads) {
         let end_ns = event.end_ns.unwrap_or(i64::MAX);
         let meanwhile =
             |doubt: &&(i64, i64, String, f64)| doubt.0 <= end_ns && event.start_ns <= doubt.1;
@@ -126,4 +127,47 @@ pub(crate) fn add_doubts(events: &mut [Event]) {
 
 fn ends(rows: &Table) -> (i64, i64) {
     (rows.times_ns[0], rows.times_ns[rows.len() - 1])
+}
+
+#[cfg(test)]
+mod tests {
+    use tipwatch_mechanics::estimation::rotation::RotationWitness;
+    use tipwatch_mechanics::machine::Policy;
+
+    use super::*;
+    use crate::events::MeasuredRotation;
+
+    #[test]
+    fn a_joint_that_is_doubted_takes_nothing_from_a_measured_fall() {
+        let fall = Event {
+            certainty: Some(0.999),
+            ..Event::blank(EventKind::TipOver, 0, "left".into())
+        };
+        let measured = Event {
+            measured_rotation: Some(MeasuredRotation {
+                witness: RotationWitness::Both,
+                sigma_rad: 0.01,
+                onset_in_log: true,
+                ten_degrees_ns: None,
+                at_rest_ns: None,
+                no_return: None,
+            }),
+            ..fall.clone()
+        };
+        let doubt = Event {
+            fault: Some(InputFault {
+                kind: FaultKind::Contradiction,
+                policy: Policy::Widen,
+                limit: None,
+                samples: 1,
+                explanation: None,
+                loads_are_right: Some(0.5),
+            }),
+            ..Event::blank(EventKind::InputFault, 0, "lift".into())
+        };
+        let mut events = [fall, measured, doubt];
+        add_doubts(&mut events);
+        assert_eq!(events[0].certainty, Some(0.4995));
+        assert_eq!(events[1].certainty, Some(0.999));
+    }
 }

@@ -22,6 +22,7 @@ mod tipping;
 mod unloaded;
 
 pub use counterfactual::{Answer, Counterfactual, Supposition};
+pub(crate) use episodes::SHORTEST_NS;
 pub(crate) use event::TIP_OVER_RAD;
 pub use event::*;
 pub use finding::Finding;

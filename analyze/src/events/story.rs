@@ -3,6 +3,8 @@
 //! A measured rotation decides whether it happened, how far it went and how certain that is. The loads sharpen when it
 //! began, where their onset fits that of the rotation.
 
+use std::f64::consts::FRAC_PI_2;
+
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Scope, State};
 
@@ -17,6 +19,9 @@ use crate::base::table::Table;
 const BEFORE_NS: i64 = 1_500_000_000;
 /// An onset by loads fits that of a rotation within so many standard deviations.
 const FITS_SIGMAS: f64 = 3.0;
+/// A platform beyond the point of no return has rotated by more than this many standard deviations of what tyres and ground
+/// explain.
+const CERTAIN_SIGMAS: f64 = 3.3;
 
 /// Tells the rotations of a log and the events by its loads as one.
 pub(crate) struct Stories<'a> {
@@ -118,7 +123,12 @@ impl Stories<'_> {
                 ..no_return
             }),
         });
-        let over = (largest_rad >= super::TIP_OVER_RAD).then(|| Event {
+        // beyond 10 degrees, or for certain beyond the point from which no machine comes back
+        let is_past = no_return.is_some_and(|no_return| {
+            let surely_rad = no_return.rotation_rad + 2.0 * no_return.sigma_rad.unwrap_or(0.0);
+            surely_rad > CERTAIN_SIGMAS * rotation.spell.sigma && reached(surely_rad).is_some()
+        });
+        let over = (largest_rad >= super::TIP_OVER_RAD || is_past).then(|| Event {
             kind: EventKind::TipOver,
             worst: largest_rad,
             worst_ns: largest_ns,
@@ -178,7 +188,8 @@ impl Stories<'_> {
             sigma_rad: (self.scope.sensitivities).then(sigma).flatten(),
             at_ns: None,
         })
-        .filter(|it| it.rotation_rad.is_finite())
+        // of a posture that is not known, or that no machine has
+        .filter(|it| it.rotation_rad.abs() < FRAC_PI_2 && it.sigma_rad.unwrap_or(0.0) < FRAC_PI_2)
     }
 }
 

@@ -315,9 +315,10 @@ fn unloaded_certainty(reading: f64, sigma: f64, mean_load: f64) -> f64 {
 /// ```text
 ///     p = f / (f + q g),   f = exp(-(R / s)^2 / 2) / (s sqrt(2 pi)),   g = (P((R + L) / s) - P(R / s)) / L
 /// ```
-/// with P the normal distribution and q how probable a dead sensor is beforehand. More than is computed speaks for neither.
+/// with P the normal distribution and q how probable a dead sensor is beforehand. More than is computed speaks for neither, and
+/// a total without more than this support's load for more than one dead sensor.
 fn alive_certainty(beyond: f64, sigma: f64, mean_load: f64) -> f64 {
-    let [less, mean_load] = [beyond.min(0.0) / sigma, mean_load / sigma];
+    let [less, mean_load] = [beyond.clamp(-mean_load, 0.0) / sigma, mean_load / sigma];
     let off = (-0.5 * less * less).exp() / (2.0 * std::f64::consts::PI).sqrt();
     let dead = (normal_distribution(less + mean_load) - normal_distribution(less)) / mean_load;
     off / (off + DEAD * dead)
@@ -333,6 +334,8 @@ mod tests {
         assert!(alive(0.0) > 0.98, "{}", alive(0.0));
         assert!(alive(25_000.0) > 0.98, "{}", alive(25_000.0));
         assert!(alive(-30_000.0) < 0.02, "{}", alive(-30_000.0));
+        // all sensors are dead
+        assert!(alive(-120_000.0) < 0.02, "{}", alive(-120_000.0));
     }
 
     #[test]

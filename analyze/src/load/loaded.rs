@@ -214,7 +214,7 @@ pub fn load_within(
     loaded.supports = supports::read(
         log,
         file,
-        loaded.machine.supports(),
+        &loaded.machine,
         start_ns.min().copied(),
         recordings().next().map(|recording| &recording.time_base),
     );

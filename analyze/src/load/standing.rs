@@ -32,6 +32,11 @@ impl<'a> Standing<'a> {
         }
     }
 
+    /// The index of the set of supports at a time (ns); `None` where it is unknown, and on supports that never change.
+    pub(crate) fn set_at(&self, time_ns: i64) -> Option<usize> {
+        self.timeline?.set_at(time_ns)
+    }
+
     /// The machine on whichever supports: states are the same for all of them.
     pub(crate) fn machine(&self) -> &Machine {
         self.machine

@@ -3,7 +3,9 @@
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, number_field};
 use tipwatch_ingest::{FieldRequest, Log, TimeBase, record_fields};
-use tipwatch_mechanics::machine::{FieldSpec, PresenceSpec, SupportId, SupportKind, Supports};
+use tipwatch_mechanics::machine::{
+    FieldSpec, Machine, PresenceSpec, SupportId, SupportKind, Supports,
+};
 
 use crate::base::error_text::error_text;
 
@@ -11,6 +13,9 @@ use crate::base::error_text::error_text;
 const LOAD_MAX_AGE_S: f64 = 2.0;
 /// A support without a switch is set while its measured load is above so many of its standard deviations.
 const LOADED_SIGMAS: f64 = 2.0;
+/// A support that is told not to be set, and carries this share of the mean load of all feet, is set all the same: a retracted
+/// cylinder that presses against its stop measures less.
+const CARRIES_SHARE: f64 = 0.25;
 
 /// What is known about a support.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +26,8 @@ enum Status {
     Changing,
     /// No sample that is young enough.
     Missing,
+    /// Told not to be set, while it carries a load by its own sensor.
+    Carries,
 }
 
 /// Times (ns) from which on a status holds, rising; the first is `i64::MIN`.
@@ -33,6 +40,8 @@ pub(crate) enum Unknown {
     Transition,
     /// The signal of this support is missing or too old.
     Missing(SupportId),
+    /// This support is told not to be set, while its own sensor measures a load.
+    Carries(SupportId),
     /// The machine cannot stand on what is reported.
     Impossible(String),
 }
@@ -78,13 +87,19 @@ impl SupportTimeline {
 pub(crate) fn read(
     log: &Log,
     file: &MachineFile,
-    supports: &Supports,
+    machine: &Machine,
     start_ns: Option<i64>,
     time_base: Option<&TimeBase>,
 ) -> Option<SupportTimeline> {
+    let supports = machine.supports();
     if !supports.vary() {
         return None;
     }
+    let feet: Vec<usize> = (supports.ids())
+        .filter(|id| supports.support(*id).kind == SupportKind::Foot)
+        .map(SupportId::index)
+        .collect();
+    let weight = machine.mass() * machine.gravity();
     let mut notes = Vec::new();
     let courses = supports.ids().map(|support| {
         let presence = supports.presence_of(support);
@@ -102,22 +117,33 @@ pub(crate) fn read(
                 vec![(i64::MIN, Status::Missing)]
             }
         };
-        match (&presence.told, &presence.load) {
-            (Some(PresenceSpec::Always(told)), _) => always(*told),
-            (Some(PresenceSpec::Spans(spans)), _) => by_spans(spans, start_ns),
-            (Some(PresenceSpec::Signal(switch)), _) => {
+        let told = match &presence.told {
+            Some(PresenceSpec::Always(told)) => always(*told),
+            Some(PresenceSpec::Spans(spans)) => by_spans(spans, start_ns),
+            Some(PresenceSpec::Signal(switch)) => {
                 from_log(&switch.number, switch.above, switch.max_age)
             }
-            (None, Some(load)) => from_log(&load.field, LOADED_SIGMAS * load.sigma, LOAD_MAX_AGE_S),
-            // a wheel or track that is never raised
-            (None, None) => always(is_foot),
+            None => match &presence.load {
+                Some(load) => from_log(&load.field, LOADED_SIGMAS * load.sigma, LOAD_MAX_AGE_S),
+                // a wheel or track that is never raised
+                None => always(is_foot),
+            },
+        };
+        match &presence.load {
+            Some(load) if is_foot && presence.told.is_some() => {
+                let carries = CARRIES_SHARE * weight / feet.len() as f64;
+                let samples = series(log, file, time_base, &load.field).unwrap_or_default();
+                let load = by_samples(
+                    &samples,
+                    carries.max(LOADED_SIGMAS * load.sigma),
+                    LOAD_MAX_AGE_S,
+                );
+                carrying(&told, &load)
+            }
+            _ => told,
         }
     });
     let mut courses: Vec<Course> = courses.collect();
-    let feet: Vec<usize> = (supports.ids())
-        .filter(|id| supports.support(*id).kind == SupportKind::Foot)
-        .map(SupportId::index)
-        .collect();
     for support in supports.ids() {
         let presence = supports.presence_of(support);
         if presence.told.is_none() && presence.load.is_some() {
@@ -199,6 +225,24 @@ fn by_samples(samples: &[(i64, f64)], above: f64, max_age_s: f64) -> Course {
             course.push((stamp.saturating_add(1), Status::Changing));
         }
     }
+    course
+}
+
+/// What is told of a support, but where it is told not to be set while its measured load says that it is.
+fn carrying(told: &Course, load: &Course) -> Course {
+    let mut times: Vec<i64> = told.iter().chain(load).map(|(from, _)| *from).collect();
+    times.sort_unstable();
+    times.dedup();
+    let at = |course: &Course, time: i64| {
+        let next = course.partition_point(|(from, _)| *from <= time);
+        next.checked_sub(1).map(|place| course[place].1)
+    };
+    let status = |time: i64| match (at(told, time), at(load, time)) {
+        (Some(Status::Off), Some(Status::On)) => Status::Carries,
+        (told, _) => told.unwrap_or(Status::Missing),
+    };
+    let mut course: Course = times.into_iter().map(|time| (time, status(time))).collect();
+    course.dedup_by_key(|(_, status)| *status);
     course
 }
 
@@ -296,6 +340,7 @@ fn on_ground(
             (Status::On, false) | (Status::Off, true) => {}
             (Status::Changing, _) => is_changing = true,
             (Status::Missing, _) => return Err(Unknown::Missing(support)),
+            (Status::Carries, _) => return Err(Unknown::Carries(support)),
         }
     }
     match is_changing {

@@ -119,6 +119,9 @@ pub struct EventFacts {
     /// Signals that contradict each other during the event, so that its sensors may be wrong.
     #[serde(default)]
     pub doubted_by: Vec<String>,
+    /// Whether gyro and attitude show it, whatever the loads are.
+    #[serde(default)]
+    pub is_measured: bool,
 }
 
 impl LogFacts {
@@ -229,6 +232,7 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
                 .doubt
                 .as_ref()
                 .map_or_else(Vec::new, |doubt| doubt.subjects.clone()),
+            is_measured: event.is_measured(),
         }
     });
     facts.collect()

@@ -5,6 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::facts::{EventFacts, LogFacts};
 use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 use crate::analysis::Undecided;
+use crate::events::EventKind;
+
+/// A tipping that stands when the log ends leaves open whether the machine tipped over, from this probability on.
+const LIKELY: f64 = 0.5;
 
 /// The judgement of a log: `policy.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -85,19 +89,23 @@ impl Policy {
 
 impl Rule {
     fn judge(&self, facts: &LogFacts, events: &[EventFacts]) -> RuleOutcome {
-        let (passed, found) = match &self.check {
-            Check::Events { which, at_most } => which.judge(*at_most, facts, events),
+        let (passed, decided, found) = match &self.check {
+            Check::Events { which, at_most } => which.judge(*at_most, facts.start_ns, events),
             Check::Number {
                 quantity,
                 at_least,
                 at_most,
                 unknown,
-            } => judge_number(quantity.of(facts), *at_least, *at_most, *unknown),
+            } => {
+                let value = quantity.of(facts);
+                let (passed, found) = judge_number(value, *at_least, *at_most, *unknown);
+                (passed, true, found)
+            }
         };
         RuleOutcome {
             rule: self.name.clone(),
             passed,
-            decided: true,
+            decided,
             found,
         }
     }
@@ -111,9 +119,19 @@ impl Rule {
         reason: &Undecided,
     ) -> RuleOutcome {
         let outcome = self.judge(facts, events);
-        let is_broken_by_value = !outcome.passed && self.has_value(facts);
+        let is_broken_by_value = !outcome.passed && outcome.decided && self.has_value(facts);
         if reason.leaves_events() && is_broken_by_value {
             return outcome;
+        }
+        // what gyro and attitude show stands, whichever other input is wrong
+        let measured: Vec<EventFacts> = (events.iter().filter(|event| event.is_measured))
+            .cloned()
+            .collect();
+        if let Check::Events { .. } = self.check {
+            let of_measured = self.judge(facts, &measured);
+            if !of_measured.passed && of_measured.decided {
+                return of_measured;
+            }
         }
         RuleOutcome {
             passed: false,
@@ -133,17 +151,43 @@ impl Rule {
 }
 
 impl Events {
-    fn judge(&self, at_most: u64, facts: &LogFacts, events: &[EventFacts]) -> (bool, String) {
-        let counted: Vec<&EventFacts> = events.iter().filter(|event| self.counts(event)).collect();
+    /// Whether the events satisfy the rule, whether they decide it, and what was expected and found.
+    fn judge(&self, at_most: u64, start_ns: i64, events: &[EventFacts]) -> (bool, bool, String) {
+        let seconds = |event: &EventFacts| (event.start_ns - start_ns) as f64 * 1e-9;
+        let mut counted: Vec<&EventFacts> = events.iter().filter(|it| self.counts(it)).collect();
+        if counted.is_empty() && self.kind == EventKind::WheelLift && self.subjects.is_empty() {
+            // every wheel off the edge of a tipping is off the ground, also where no load is known
+            let tipping = Self {
+                kind: EventKind::EdgeTipping,
+                ..self.clone()
+            };
+            counted.extend(events.iter().filter(|event| tipping.counts(event)));
+        }
         let mut found = format!("expected at most {at_most}, found {}", counted.len());
         if let Some(first) = counted.first() {
-            let start_s = (first.start_ns - facts.start_ns) as f64 * 1e-9;
+            let start_s = seconds(first);
             found.push_str(&format!(
                 " (the first: {} at t = {start_s:.2} s)",
                 first.subject
             ));
         }
-        (counted.len() as u64 <= at_most, found)
+        let passed = counted.len() as u64 <= at_most;
+        let is_falling = |event: &&EventFacts| {
+            event.kind == EventKind::EdgeTipping.name()
+                && event.end_ns.is_none()
+                && event.certainty.is_none_or(|certainty| certainty >= LIKELY)
+        };
+        match events.iter().find(is_falling) {
+            Some(open) if passed && counted.is_empty() && self.kind == EventKind::TipOver => {
+                let edge = &open.subject;
+                let found = format!(
+                    "not decided: from t = {:.2} s until the end of the log the machine was tipping about the {edge} edge",
+                    seconds(open)
+                );
+                (false, false, found)
+            }
+            _ => (passed, true, found),
+        }
     }
 
     fn counts(&self, event: &EventFacts) -> bool {
@@ -203,7 +247,6 @@ fn judge_number(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::events::EventKind;
 
     fn event(certainty: Option<f64>, duration_s: f64, split_dependent: bool) -> EventFacts {
         EventFacts {
@@ -223,7 +266,37 @@ mod tests {
             main_cause: None,
             main_cause_percent: None,
             doubted_by: Vec::new(),
+            is_measured: false,
         }
+    }
+
+    fn tipping(end_ns: Option<i64>) -> EventFacts {
+        EventFacts {
+            kind: "edge_tipping".into(),
+            subject: "left".into(),
+            end_ns,
+            ..event(Some(0.99), 1.0, false)
+        }
+    }
+
+    #[test]
+    fn a_tipping_counts_as_a_lift_where_no_load_is_known() {
+        let lifts = Events::all_of(EventKind::WheelLift);
+        assert!(!lifts.judge(0, 0, &[tipping(Some(1))]).0);
+        assert!(
+            lifts
+                .judge(1, 0, &[tipping(Some(1)), event(None, 1.0, false)])
+                .0
+        );
+    }
+
+    #[test]
+    fn a_log_that_ends_in_a_fall_does_not_decide_on_a_tip_over() {
+        let falls = Events::all_of(EventKind::TipOver);
+        let (passed, decided, _) = falls.judge(0, 0, &[tipping(None)]);
+        assert!(!passed && !decided);
+        let (passed, decided, _) = falls.judge(0, 0, &[tipping(Some(1))]);
+        assert!(passed && decided);
     }
 
     #[test]

@@ -24,8 +24,8 @@ use crate::identification::model::{Changed, places};
 const WITHIN: f64 = 0.954_499_736;
 /// Fewest readings by which the fit has not been chosen; with fewer, all are judged.
 const FEWEST: usize = 20;
-/// Length below which nothing is left of a reading beside the split, whose directions have the length one.
-const LEAST_BESIDE: f64 = 1e-6;
+/// A reading whose variance is that of the split to this share shows only the split, while it lies within two standard deviations.
+const ONLY_SPLIT: f64 = 0.9;
 
 /// Readings of loads against the bands of the identified machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,9 +60,16 @@ struct Residual {
     variance: f64,
     /// What a model share of one adds to the variance (N^2).
     per_share: f64,
+    /// Part of the variance that is the split's (N^2).
+    of_split: f64,
 }
 
 impl Residual {
+    /// Whether it shows nothing beside how the supports share the load.
+    fn shows_only_split(&self) -> bool {
+        self.of_split >= ONLY_SPLIT * self.variance && self.ratio(0.0) <= 2.0
+    }
+
     fn is_known(&self) -> bool {
         self.residual.is_finite() && self.variance.is_finite() && self.per_share > 0.0
     }
@@ -204,7 +211,8 @@ fn of_instant(changed: &Changed, known: &Machine, data: &Data, instant: &Instant
         .filter(|read| read.residual.is_finite() && read.factors.sum() > 0.0)
         .collect();
     // Of a sum of readings: residual, variance without what the model leaves out, and what a share of one adds.
-    let sum = |weights: &DVector<f64>| {
+    let (beside, moved) = without_split(&read, self_equilibrated_loads(&workspace), normal_force);
+    let sum = |weights: &DVector<f64>, moved: &[DVector<f64>]| {
         let mut factors = DVector::zeros(count);
         let mut by_slope = vec![0.0; by_slope.len()];
         let (mut residual, mut of_sensors) = (0.0, 0.0);
@@ -218,22 +226,23 @@ fn of_instant(changed: &Changed, known: &Machine, data: &Data, instant: &Instant
         let of_parameters = combination_sigma(&machine, &state, &workspace, factors.as_slice());
         let of_slope: f64 = by_slope.iter().map(|by| by * by).sum();
         let per_share = factors.norm_squared() * (normal_force / count as f64).powi(2);
-        let variance = of_parameters.powi(2) + of_sensors + of_slope;
+        let of_split: f64 = moved.iter().map(|moved| moved.dot(weights).powi(2)).sum();
+        let variance = of_parameters.powi(2) + of_sensors + of_slope + of_split;
         Residual {
             residual,
             variance,
             per_share,
+            of_split,
         }
     };
-    let beside = without_split(&read, self_equilibrated_loads(&workspace));
     let judged = (0..read.len()).map(|place| {
         let mut alone = DVector::zeros(read.len());
         alone[place] = 1.0;
         let weights = beside.column(place).into_owned();
-        let beside_split = (weights.norm() > LEAST_BESIDE).then(|| sum(&weights));
+        let beside_split = Some(sum(&weights, &moved)).filter(Residual::is_known);
         Judged {
-            reading: sum(&alone),
-            beside_split: beside_split.filter(Residual::is_known),
+            reading: sum(&alone, &[]),
+            beside_split: beside_split.filter(|of| !of.shows_only_split()),
         }
     });
     judged.filter(|of| of.reading.is_known()).collect()
@@ -250,22 +259,33 @@ struct Read {
     by_slope: Vec<f64>,
 }
 
-/// What is left of each reading, as a sum of all of an instant, without those that the split moves: the projection on what
-/// is orthogonal to them. One reading a column; it is symmetric.
-fn without_split(read: &[Read], split: Vec<Vec<f64>>) -> DMatrix<f64> {
+/// What is left of each reading, as a sum of all of an instant, without those that the split moves, and those sums, each by as
+/// much as a split can move it (N). With h one of these and s the standard deviation of a sensor, what is left is multiplied by
+/// ```text
+///     1 - h h' / (s^2 + h' h)
+/// ```
+/// so that a split that moves the readings by less than their sensors know hides nothing, and one that moves them far hides its
+/// direction. One reading a column; it is symmetric.
+fn without_split(
+    read: &[Read],
+    split: Vec<Vec<f64>>,
+    normal_force: f64,
+) -> (DMatrix<f64>, Vec<DVector<f64>>) {
     let mut left = DMatrix::identity(read.len(), read.len());
+    let mut moved = Vec::new();
+    let sensor = read.iter().map(|read| read.sensor.powi(2)).sum::<f64>() / read.len() as f64;
     for direction in split {
+        // a direction of length one moves every support by its mean load
+        let most = normal_force / (direction.len() as f64).sqrt();
         let direction = DVector::from_vec(direction);
-        let shown = read.iter().map(|read| read.factors.dot(&direction));
+        let shown = read.iter().map(|read| most * read.factors.dot(&direction));
         // beside those before
         let shown: DVector<f64> = &left * DVector::from_iterator(read.len(), shown);
-        let length = shown.norm();
-        if length > LEAST_BESIDE {
-            let shown = shown / length;
-            left -= &shown * shown.transpose();
-        }
+        let (length, known) = (shown.norm_squared(), sensor.max(f64::MIN_POSITIVE));
+        left -= &shown * shown.transpose() / (known + length);
+        moved.push(shown);
     }
-    left
+    (left, moved)
 }
 
 /// The machine as it stood at an instant and its state, with the errors of the signals corrected.
@@ -285,6 +305,34 @@ fn placed(changed: &Changed, known: &Machine, instant: &Instant) -> (Machine, St
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Front and rear axle of a machine whose one wheel is some millimetres out of square.
+    #[test]
+    fn a_split_that_moves_a_reading_by_little_hides_little() {
+        let axle = |wheels: [f64; 4]| Read {
+            residual: 0.0,
+            factors: DVector::from_column_slice(&wheels),
+            sensor: 50.0,
+            by_slope: Vec::new(),
+        };
+        let read = [axle([1.0, 1.0, 0.0, 0.0]), axle([0.0, 0.0, 1.0, 1.0])];
+        let split = |off: f64| vec![vec![0.5 + off, -0.5, -0.5 - off, 0.5]];
+        // by 10 N, beside 50 N of the sensor
+        let (left, _) = without_split(&read, split(4e-4), 50_000.0);
+        let apart = DVector::from_column_slice(&[1.0, -1.0]);
+        assert!((&left * &apart).norm() > 0.9 * apart.norm(), "{left}");
+        // by 5 kN: what stands apart is the split, and its variance says so
+        let (left, moved) = without_split(&read, split(0.2), 50_000.0);
+        let left = &left * &apart;
+        assert!(left.norm() < 1e-3, "{left}");
+        let of_split: f64 = moved.iter().map(|moved| moved.dot(&left).powi(2)).sum();
+        let of_sensors = (50.0 * left.norm()).powi(2);
+        assert!(of_split > 0.99 * (of_split + of_sensors));
+        // what both axles show together is never the split
+        let together = DVector::from_column_slice(&[1.0, 1.0]);
+        let (left, _) = without_split(&read, split(0.2), 50_000.0);
+        assert!((&left * &together - together).norm() < 1e-9);
+    }
 
     #[test]
     fn the_quantile_leaves_one_in_twenty_out() {

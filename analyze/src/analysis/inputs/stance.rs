@@ -64,7 +64,11 @@ pub(super) fn direction(machine: &Machine, rows: &EstimatedRows) -> Option<Gross
         true => {
             "the specific force has the opposite sign (scale = -1 in [signals.imu]), or the IMU is mounted upside down ([imu] rpy)"
         }
-        false => "correct the mounting of the IMU: [imu] link and rpy",
+        // attitude and specific force are of one device: a wrong mounting turns both alike
+        false => {
+            "correct the mounting of the IMU ([imu] link and rpy), unless the machine lay on its side in the whole log: then no wheel \
+             carried it, and the log does not show how it fell"
+        }
     };
     Some(GrossInput {
         kind: GrossInputKind::SpecificForceDirection,

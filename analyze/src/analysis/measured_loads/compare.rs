@@ -15,8 +15,11 @@ use super::statistics::{SensorStatistics, statistics};
 use super::total::{self, sensors_of_all};
 use super::total_row::TotalRow;
 use crate::base::estimated::EstimatedRows;
+use crate::events::Event;
 use crate::load::{MeasuredLoads, Standing};
 
+/// Probability of either of two supports whose sensors may be exchanged.
+const EITHER: f64 = 0.5;
 /// Most rows that are compared; more are thinned out evenly.
 const MOST_ROWS: usize = 2000;
 
@@ -31,6 +34,31 @@ pub struct LoadComparison {
     pub contradictions: Vec<Contradiction>,
     /// Rows left out because a wheel is off the ground.
     pub lifted: usize,
+}
+
+impl LoadComparison {
+    /// Where the sensors of two supports may be exchanged, either of both may be the one that is off the ground.
+    pub(crate) fn doubt_lifts(&self, events: &mut [Event]) {
+        for event in events
+            .iter_mut()
+            .filter(|event| event.measured_load_n.is_some())
+        {
+            let may_be_other = self.contradictions.iter().any(|span| {
+                let names = span.exchanged.iter().flatten();
+                let overlaps = event.start_ns <= span.end_ns
+                    && event.end_ns.is_none_or(|end_ns| span.start_ns <= end_ns);
+                overlaps
+                    && names
+                        .map(|name| name.to_lowercase())
+                        .any(|name| name == event.subject)
+            });
+            if may_be_other {
+                for certainty in [&mut event.certainty, &mut event.certainty_any_split] {
+                    *certainty = certainty.map(|certainty| EITHER * certainty);
+                }
+            }
+        }
+    }
 }
 
 /// Rows that are looked at, of `count`.
@@ -79,7 +107,7 @@ impl Comparison<'_> {
         let rows: Vec<ComparedRow> = compared.into_iter().flatten().collect();
         let totals: Vec<TotalRow> = totals.into_iter().flatten().collect();
         let mut contradictions = contradictions(&sensors, &rows);
-        contradictions.extend(total::contradictions(&totals));
+        contradictions.extend(total::contradictions(&totals, self.standing));
         LoadComparison {
             sensors: statistics(&sensors, &rows),
             contradictions,
@@ -121,6 +149,7 @@ impl Comparison<'_> {
         let measured = measured.or_else(|| singles.as_ref().map(Singles::total));
         let total = measured.map(|(measured, of_sensors)| TotalRow {
             time_ns,
+            set: self.standing.set_at(time_ns),
             difference: measured - loads.iter().sum::<f64>(),
             sigma: of_sensors.hypot(sigma_of(&vec![1.0; loads.len()])),
             gravity: loads.iter().sum::<f64>() / machine.mass(),
@@ -134,6 +163,7 @@ impl Comparison<'_> {
         let mut found = ComparedRow {
             row,
             time_ns,
+            set: self.standing.set_at(time_ns),
             measured: (0..sensors.len())
                 .map(|k| self.measured.at(k, time_ns))
                 .collect(),

@@ -7,6 +7,8 @@ pub struct ComparedRow {
     pub row: usize,
     /// Its time (ns).
     pub time_ns: i64,
+    /// Index of the set of supports on the ground.
+    pub(super) set: Option<usize>,
     /// Measured load by sensor (N); NaN where there is none.
     pub measured: Vec<f64>,
     /// Computed load by sensor (N).

@@ -30,8 +30,10 @@ pub struct Contradiction {
     pub difference_n: f64,
     /// Mean standard deviation of that difference (N).
     pub sigma_n: f64,
-    /// The load that would explain it; `None` where single sensors contradict each other.
+    /// The load that would explain it; `None` where single sensors contradict each other, or no load would.
     pub unstated: Option<UnstatedLoad>,
+    /// The supports whose sensors explain it if they are exchanged.
+    pub exchanged: Option<[String; 2]>,
 }
 
 impl Contradiction {
@@ -51,7 +53,9 @@ impl Contradiction {
     #[must_use]
     pub fn consequence(&self) -> &'static str {
         match (self.is_explained(), self.is_followed()) {
-            (true, _) => "The loads of these rows follow the measured ones, and so include it",
+            (true, _) => {
+                "The loads of these rows follow the measured ones, and so include it; those of all other rows do not"
+            }
             (false, true) => {
                 "The loads of these rows follow the measured ones, but either may be wrong, so nothing is concluded from them"
             }
@@ -62,34 +66,62 @@ impl Contradiction {
     /// "; a load of 2500 kg ... would explain it", or nothing. A sum that does not show it alone is said to act elsewhere, too.
     #[must_use]
     pub fn explanation(&self) -> String {
-        let shows_in_sum = self.difference_n.abs() > (1.0 + EXCESS) * self.sigma_n;
-        let elsewhere = match self.sensor == TOTAL && !shows_in_sum {
+        let elsewhere = match self.sensor == TOTAL && !shows(self.difference_n, self.sigma_n) {
             true => ", and they act elsewhere",
             false => "",
         };
-        let unstated = self.unstated.as_ref();
-        unstated.map_or(String::new(), |load| format!("{elsewhere}; {load}"))
+        let load = (self.unstated).map_or(String::new(), |load| format!("; {load}"));
+        let exchanged = self.exchanged.as_ref().map_or(String::new(), |[a, b]| {
+            let also = if self.unstated.is_some() {
+                "and so would "
+            } else {
+                ""
+            };
+            format!(
+                "; {also}exchanged sensors of {a} and {b}{}",
+                match self.unstated {
+                    Some(_) => "",
+                    None => " would explain it",
+                }
+            )
+        });
+        format!("{elsewhere}{load}{exchanged}")
     }
+}
+
+/// Whether a sum alone contradicts what is computed.
+pub(super) fn shows(difference: f64, sigma: f64) -> bool {
+    difference.abs() > (1.0 + EXCESS) * sigma
 }
 
 pub(super) fn contradictions(sensors: &[&LoadSensor], rows: &[ComparedRow]) -> Vec<Contradiction> {
     let is_off = |row: &ComparedRow| row.distance.sqrt() > (row.sensors as f64).sqrt() + EXCESS;
     // rows without a number say nothing and end nothing
     let judged: Vec<&ComparedRow> = rows.iter().filter(|row| row.distance.is_finite()).collect();
-    let long = lasting(&judged, |row| is_off(row), |row| row.time_ns);
+    let long = lasting(&judged, |row| is_off(row), |row| (row.time_ns, row.set));
     long.map(|span| worst(sensors, span)).collect()
 }
 
-/// The spans of rows that are off long enough.
+/// The spans of rows that are off long enough: without a hole, on the same supports.
 pub(super) fn lasting<'r, 's, R>(
     rows: &'s [&'r R],
     is_off: impl Fn(&R) -> bool + Copy + 's,
-    time_ns: impl Fn(&R) -> i64 + 's,
+    place: impl Fn(&R) -> (i64, Option<usize>) + Copy + 's,
 ) -> impl Iterator<Item = &'s [&'r R]> {
-    let spans = rows.chunk_by(move |a, b| is_off(a) == is_off(b));
+    let mut steps: Vec<i64> = rows
+        .windows(2)
+        .map(|pair| place(pair[1]).0.saturating_sub(place(pair[0]).0))
+        .collect();
+    steps.sort_unstable();
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(0);
+    let hole_ns = LEAST_NS.max(step.saturating_mul(3));
+    let spans = rows.chunk_by(move |a, b| {
+        let ((from_ns, on), (to_ns, next)) = (place(a), place(b));
+        is_off(a) == is_off(b) && on == next && to_ns.saturating_sub(from_ns) < hole_ns
+    });
     spans.filter(move |span| {
-        let length = time_ns(span[span.len() - 1]).saturating_sub(time_ns(span[0]));
-        is_off(span[0]) && length >= LEAST_NS && span.len() >= FEWEST_ROWS
+        let (first, last) = (place(span[0]).0, place(span[span.len() - 1]).0);
+        is_off(span[0]) && last.saturating_sub(first) >= LEAST_NS && span.len() >= FEWEST_ROWS
     })
 }
 
@@ -121,5 +153,6 @@ fn worst(sensors: &[&LoadSensor], span: &[&ComparedRow]) -> Contradiction {
         difference_n,
         sigma_n,
         unstated: None,
+        exchanged: None,
     }
 }

@@ -22,12 +22,12 @@ pub(super) struct Singles {
     loads: Vec<f64>,
     /// Standard deviation of each (N).
     sigmas: Vec<f64>,
-    /// Whether each is a force that the state holds, so that computed loads can follow it.
+    /// Whether each is a force that the state can hold, so that computed loads can follow it.
     are_forces: bool,
 }
 
 /// Where the difference of measured and computed loads acts.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Acts {
     /// Forward and to the left of the base frame's origin (m).
     pub(super) at: [f64; 2],
@@ -39,6 +39,8 @@ pub(super) struct Acts {
     pub(super) on_tool: Option<PointForce>,
     /// How far the best force at a support leaves it unexplained (standard deviations).
     pub(super) from_support: f64,
+    /// Each pair of supports, and how far from none the difference is if their sensors are exchanged (standard deviations).
+    pub(super) exchanged: Vec<([usize; 2], f64)>,
     /// Whether computed loads can follow the measured ones.
     pub(super) can_be_followed: bool,
 }
@@ -56,6 +58,7 @@ pub(super) struct PointForce {
 
 /// Force and moments of the difference about the base frame's origin, r = (D, sum of y_i D_i, sum of x_i D_i), with their
 /// covariance S.
+#[derive(Clone, Copy)]
 struct Difference {
     wrench: Vector3<f64>,
     covariance: Matrix3<f64>,
@@ -105,8 +108,12 @@ impl Singles {
         time_ns: i64,
     ) -> Option<Self> {
         let mut known: Vec<Option<(f64, f64)>> = vec![None; machine.wheels().len()];
-        let joints = machine.contact().actuated_joints.iter();
-        for (joint, &force) in joints.zip(&state.actuator_force) {
+        let joints = machine.contact().actuated_joints.iter().enumerate();
+        for ((index, joint), &force) in joints.zip(&state.actuator_force) {
+            let force = match force.is_nan() {
+                true => measured.held.at(index, time_ns),
+                false => force,
+            };
             if let ForceSource::Support {
                 wheel: Some(place), ..
             } = joint.source
@@ -193,12 +200,24 @@ impl Singles {
         let misfits = centres
             .iter()
             .filter_map(|centre| Some(difference.force_at(centre, 0.0)?.misfit));
+        let count = centres.len();
+        let pairs = (0..count).flat_map(|i| (i + 1..count).map(move |j| [i, j]));
+        let exchanged = pairs.map(|pair| {
+            let [a, b] = pair.map(|at| Vector3::new(1.0, centres[at].y, centres[at].x));
+            let wrench = difference.wrench + (a - b) * (self.loads[pair[1]] - self.loads[pair[0]]);
+            let exchanged = Difference {
+                wrench,
+                ..difference
+            };
+            (pair, exchanged.distance())
+        });
         Acts {
             at: [at.x, at.y],
             sigma: [x, y],
             distance: difference.distance(),
             on_tool: tool.and_then(|tool| difference.force_at(&tool, EXTENT_M)),
             from_support: misfits.fold(f64::INFINITY, f64::min),
+            exchanged: exchanged.collect(),
             can_be_followed: self.are_forces,
         }
     }

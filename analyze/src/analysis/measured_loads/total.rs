@@ -11,17 +11,19 @@
 
 use tipwatch_mechanics::machine::{LoadSensor, Machine};
 
-use super::contradiction::{Contradiction, EXCESS, lasting};
+use super::contradiction::{Contradiction, EXCESS, lasting, shows};
+use super::singles::Acts;
 use super::total_row::TotalRow;
-use super::unstated::UnstatedLoad;
+use super::unstated::{SAME_PLACE, UnstatedLoad};
+use crate::load::Standing;
 
 /// Name of the total beside those of the sensors.
 pub const TOTAL: &str = "total";
 
 fn is_off(row: &TotalRow) -> bool {
-    match row.acts {
+    match &row.acts {
         Some(acts) => acts.distance > 3_f64.sqrt() + EXCESS,
-        None => row.difference.abs() > (1.0 + EXCESS) * row.sigma,
+        None => shows(row.difference, row.sigma),
     }
 }
 
@@ -63,21 +65,41 @@ fn complete(sensors: &[Vec<usize>], covered: &mut [bool], found: &mut Vec<usize>
 }
 
 /// The spans in which the totals contradict each other.
-pub(super) fn contradictions(rows: &[TotalRow]) -> Vec<Contradiction> {
+pub(super) fn contradictions(rows: &[TotalRow], standing: &Standing<'_>) -> Vec<Contradiction> {
     let judged: Vec<&TotalRow> = rows.iter().filter(|row| row.sigma.is_finite()).collect();
-    let spans = lasting(&judged, is_off, |row| row.time_ns);
+    let spans = lasting(&judged, is_off, |row| (row.time_ns, row.set));
     let of_span = |span: &[&TotalRow]| {
         let mean = |value: fn(&TotalRow) -> f64| {
             span.iter().map(|row| value(row)).sum::<f64>() / span.len() as f64
         };
+        let name = |machine: &Machine, place: usize| machine.wheels()[place].name.clone();
+        let exchanged = exchanged(span);
+        let unstated = UnstatedLoad::of(span, exchanged.is_some());
+        let exchanged = exchanged.zip(standing.at(span[0].time_ns));
         Contradiction {
             start_ns: span[0].time_ns,
             end_ns: span[span.len() - 1].time_ns,
             sensor: TOTAL.into(),
             difference_n: mean(|row| row.difference),
             sigma_n: mean(|row| row.sigma),
-            unstated: UnstatedLoad::of(span),
+            unstated,
+            exchanged: exchanged.map(|(pair, machine)| pair.map(|place| name(machine, place))),
         }
     };
     spans.map(of_span).collect()
+}
+
+/// The supports whose sensors, exchanged, leave nothing to explain: in the mean over the rows, for no single one decides.
+pub(super) fn exchanged(rows: &[&TotalRow]) -> Option<[usize; 2]> {
+    let acts: Option<Vec<&Acts>> = rows.iter().map(|row| row.acts.as_ref()).collect();
+    let acts = acts?;
+    let pairs = acts.first()?.exchanged.iter().enumerate();
+    let misfits = pairs.map(|(index, (pair, _))| {
+        let all = acts.iter().filter_map(|acts| acts.exchanged.get(index));
+        let sum: f64 = all.map(|(_, misfit)| misfit).sum();
+        (*pair, sum / acts.len() as f64)
+    });
+    let best = misfits.min_by(|(_, a), (_, b)| a.total_cmp(b));
+    best.filter(|(_, misfit)| *misfit < SAME_PLACE)
+        .map(|(pair, _)| pair)
 }

@@ -3,9 +3,11 @@
 use super::singles::Acts;
 
 /// A row at which the totals are compared.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct TotalRow {
     pub(super) time_ns: i64,
+    /// Index of the set of supports on the ground.
+    pub(super) set: Option<usize>,
     /// Measured minus computed total (N).
     pub(super) difference: f64,
     /// Its standard deviation (N).

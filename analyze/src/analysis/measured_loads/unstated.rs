@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::contradiction::shows;
 use super::singles::{Acts, PointForce};
 use super::total_row::TotalRow;
 
@@ -27,16 +28,16 @@ pub struct UnstatedLoad {
 }
 
 /// Places this near to each other (standard deviations) are one.
-const SAME_PLACE: f64 = 3.0;
+pub(super) const SAME_PLACE: f64 = 3.0;
 
 impl UnstatedLoad {
-    /// The mean over some rows; `None` without any.
-    pub(super) fn of(rows: &[&TotalRow]) -> Option<Self> {
+    /// The mean over some rows, whose sensors are `exchanged` or not; `None` without any, and where no load explains it.
+    pub(super) fn of(rows: &[&TotalRow], exchanged: bool) -> Option<Self> {
         let count = rows.len() as f64;
         let mean = |value: &dyn Fn(&TotalRow) -> f64| -> f64 {
             rows.iter().map(|row| value(row)).sum::<f64>() / count
         };
-        let acts: Option<Vec<Acts>> = rows.iter().map(|row| row.acts).collect();
+        let acts: Option<Vec<Acts>> = rows.iter().map(|row| row.acts.clone()).collect();
         let on_tool =
             (acts.as_ref()).and_then(|acts| acts.iter().map(|acts| acts.on_tool).collect());
         let on_tool = on_tool.filter(|of: &Vec<PointForce>| {
@@ -69,6 +70,11 @@ impl UnstatedLoad {
             acts.iter().map(|acts| acts.from_support).sum::<f64>() / count < SAME_PLACE
         });
         let all_forces = |acts: &Vec<Acts>| acts.iter().all(|acts| acts.can_be_followed);
+        let (difference, sigma_of_sum) = (mean(&|row| row.difference), mean(&|row| row.sigma));
+        let is_more = shows(difference, sigma_of_sum) && difference > 0.0;
+        if !(on_tool.is_some() || at_support || shows(difference, sigma_of_sum)) {
+            return None;
+        }
         let at = along(0).zip(along(1));
         let at = at.filter(|(x, y)| (x.0 + x.1 + y.0 + y.1).is_finite());
         Some(Self {
@@ -78,7 +84,11 @@ impl UnstatedLoad {
             at_sigma_m: at.map(|(x, y)| [x.1, y.1]),
             at_tool: on_tool.is_some(),
             at_support,
-            followed: !at_support && acts.as_ref().is_some_and(all_forces),
+            // less than is computed is a stated load that is not there, or dead sensors
+            followed: !at_support
+                && !exchanged
+                && (on_tool.is_some() || is_more)
+                && acts.as_ref().is_some_and(all_forces),
         })
     }
 }
@@ -106,8 +116,12 @@ impl std::fmt::Display for UnstatedLoad {
             )?;
         }
         formatter.write_str(match (self.at_tool, self.at_support) {
-            (true, false) => " would explain it: it acts where the arm carries loads. State it as a payload in the machine file",
             (_, true) => " would explain it, and so would a wrong sensor of the support where it acts",
+            (true, false) if self.mass_kg < 0.0 => {
+                " would explain it: it acts where the arm carries loads. Correct the payload or the tool in the machine file"
+            }
+            (true, false) if !self.followed => " would explain it: it acts where the arm carries loads",
+            (true, false) => " would explain it: it acts where the arm carries loads. State it as a payload in the machine file",
             (false, false) => " would explain it",
         })
     }

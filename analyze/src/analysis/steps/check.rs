@@ -56,7 +56,7 @@ impl CheckedLog {
 }
 
 /// Compares measured with computed loads. Where all supports are measured, the loads of rows in which they contradict the
-/// computed ones follow them. Where no load on the tool explains the difference, either may be wrong: such rows are in
+/// computed ones follow them, those that are measured slowly by their last sample. Where no load on the tool explains the difference, either may be wrong: such rows are in
 /// doubt.
 fn compare_loads(
     standing: &Standing<'_>,
@@ -74,9 +74,18 @@ fn compare_loads(
     let followed = comparison.contradictions.iter();
     let followed = followed.filter(|span| span.is_followed());
     let spans: Vec<[i64; 2]> = followed.map(|span| [span.start_ns, span.end_ns]).collect();
-    rows.change(standing.machine(), &spans, |_, state| {
+    let (held, times_ns) = match spans.is_empty() {
+        true => Default::default(),
+        false => (measured.held.clone(), rows.times_ns.clone()),
+    };
+    rows.change(standing.machine(), &spans, move |row, state| {
         // what is unknown stays unknown
         state.follows_supports = state.follows_supports * 0.0 + 1.0;
+        for (joint, force) in state.actuator_force.iter_mut().enumerate() {
+            if force.is_nan() {
+                *force = held.at(joint, times_ns[row]);
+            }
+        }
     });
     let open = comparison.contradictions.iter();
     let open = open.filter(|span| !span.is_explained());

@@ -7,8 +7,8 @@ use tipwatch_mechanics::state::Reason;
 use super::incident::Incident;
 use super::scene::Scene;
 use crate::analysis::Analysis;
-use crate::events::Finding;
 use crate::events::support_words::SupportWord;
+use crate::events::{Finding, SHORTEST_NS};
 use crate::page::{number, readable};
 use crate::report::open_split::{self, OpenWheel};
 
@@ -17,6 +17,8 @@ struct LowestLoad {
     load_n: f64,
     time_ns: i64,
     valid_rows: usize,
+    /// Of these, rows whose signals contradict each other.
+    doubted_rows: usize,
     /// Whether equilibrium leaves the load of a wheel open.
     is_split_open: bool,
 }
@@ -31,7 +33,15 @@ impl Scene {
             };
         };
         let wheel = &self.wheels[lowest.wheel];
+        let is_brief = wheel.limit_n.is_some_and(|limit_n| lowest.load_n < limit_n);
         let claim = match wheel.limit_n {
+            Some(_) if is_brief => {
+                let seconds = SHORTEST_NS as f64 * 1e-9;
+                format!(
+                    "{} fell below its load limit for {seconds} s or longer",
+                    self.word.one
+                )
+            }
             Some(_) => format!("{} fell below its load limit", self.word.one),
             None => format!("{} left the ground", self.word.one),
         };
@@ -46,6 +56,13 @@ impl Scene {
                 self.word.one
             ),
             None => format!("No {claim}"),
+        };
+        let claim = match lowest.doubted_rows {
+            0 => claim,
+            doubted => format!(
+                "{claim} by the computed loads, which signals contradict in {doubted} of their {} rows",
+                lowest.valid_rows
+            ),
         };
         let split = match (open.is_empty(), lowest.is_split_open) {
             _ if self.is_split_stated => String::new(),
@@ -186,6 +203,7 @@ fn lowest_load(analysis: &Analysis) -> Option<LowestLoad> {
         load_n: lowest.load_n,
         time_ns: analysis.rows.times_ns[lowest.row],
         valid_rows: analysis.digest.valid_rows,
+        doubted_rows: analysis.digest.doubted_rows,
         is_split_open: lowest.is_split_open,
     })
 }

@@ -77,6 +77,8 @@ pub enum NoResult {
         /// Its name.
         log: String,
     },
+    /// Loads were read, and the band of none of them could be computed.
+    Unjudged,
     /// The result predicts data that were held back worse than the machine before.
     WorseOnHeldBack,
 }
@@ -85,7 +87,10 @@ impl NoResult {
     /// Whether the data decide nothing, rather than contradict what was stated.
     #[must_use]
     pub fn is_undecided(&self) -> bool {
-        matches!(self, Self::WorseOnHeldBack | Self::Unused { .. })
+        matches!(
+            self,
+            Self::WorseOnHeldBack | Self::Unused { .. } | Self::Unjudged
+        )
     }
 }
 
@@ -134,6 +139,10 @@ impl std::fmt::Display for NoResult {
                 formatter,
                 "{log}: none of its instants could be used: wheels off the ground, or loads that cannot be computed"
             ),
+            Self::Unjudged => formatter.write_str(
+                "by the identified machine a wheel is off the ground wherever loads were read, so nothing tests the result: \
+                 correct the readings or their posture",
+            ),
             Self::WorseOnHeldBack => {
                 formatter.write_str("the result does not hold on the data that were held back")
             }
@@ -162,6 +171,9 @@ impl Identified {
             });
         }
         let bands = self.result.bands.as_ref();
+        if bands.is_none() && self.result.fitted.iter().any(|channel| channel.is_load) {
+            return Some(NoResult::Unjudged);
+        }
         let excess = bands.and_then(|bands| bands.excess);
         if let Some(excess) = excess.filter(|excess| !(*excess <= MOST_EXCESS)) {
             return Some(NoResult::BeyondStated {

@@ -13,6 +13,12 @@ const FIRST_SLOPE: f64 = 10.0 * DEGREE;
 const RAMP: f64 = 25.0 * DEGREE;
 /// Steepest slope on which a machine is taken to stand (rad).
 const STEEPEST: f64 = 35.0 * DEGREE;
+/// Soft ground gives way under a standing machine: how fast it may turn the machine (rad/s), and how far (rad). A machine that
+/// falls is faster, and goes farther.
+const SETTLES: f64 = 1.25 * DEGREE;
+const SETTLES_MOST: f64 = 10.0 * DEGREE;
+/// Slower than this a machine stands (m/s).
+const STANDS: f64 = 0.1;
 /// Share of the machine's length over which the reference follows.
 const FOLLOWED: f64 = 0.5;
 /// From so many standard deviations on the reference follows no longer.
@@ -34,6 +40,8 @@ pub(super) struct Reference {
     distance: f64,
     /// Variance of a reference that was only assumed (rad^2).
     assumed: f64,
+    /// How far soft ground can have turned the machine while it stood (rad).
+    settled: f64,
     /// How long the platform has been quiet on standing wheels, and has not rotated (s).
     quiet_s: f64,
     steady_s: f64,
@@ -50,8 +58,8 @@ pub(super) struct Claim {
     pub(super) edge: usize,
     pub(super) angle: f64,
     pub(super) sigma: f64,
-    /// How far a ramp can have turned the machine about this edge on its way (rad).
-    pub(super) by_ramp: f64,
+    /// How far a ramp can have turned the machine about this edge on its way, and soft ground under it (rad).
+    pub(super) by_ground: f64,
 }
 
 impl Claim {
@@ -60,14 +68,14 @@ impl Claim {
         self.in_sigmas(self.angle)
     }
 
-    /// What no ramp explains of the rotation, in standard deviations.
-    pub(super) fn sigmas_beyond_ramps(&self) -> f64 {
-        self.in_sigmas(self.beyond_ramps())
+    /// What neither ramp nor soft ground explains of the rotation, in standard deviations.
+    pub(super) fn sigmas_beyond_ground(&self) -> f64 {
+        self.in_sigmas(self.beyond_ground())
     }
 
-    /// What no ramp explains of the rotation (rad).
-    pub(super) fn beyond_ramps(&self) -> f64 {
-        (self.angle - self.by_ramp).max(0.0)
+    /// What neither ramp nor soft ground explains of the rotation (rad).
+    pub(super) fn beyond_ground(&self) -> f64 {
+        (self.angle - self.by_ground).max(0.0)
     }
 
     fn in_sigmas(&self, angle: f64) -> f64 {
@@ -128,6 +136,9 @@ impl Reference {
             self.assumed = FIRST_SLOPE * FIRST_SLOPE;
             Vector3::z()
         });
+        if !stands && step.speed < STANDS {
+            self.settle(&up, step);
+        }
         self.claim = self.largest(&up, step, edges);
         if stands {
             self.distance += travelled;
@@ -167,6 +178,14 @@ impl Reference {
         if is_far && self.steady_s >= STEADY_S && may_be_ground {
             self.begin(step.up);
         }
+    }
+
+    /// Follows the rotation of a standing machine as fast as soft ground gives way.
+    fn settle(&mut self, up: &Vector3<f64>, step: &Step) {
+        let turned = up.cross(&step.up).norm().atan2(up.dot(&step.up));
+        let most = SETTLES * step.dt;
+        self.settled += (turned - self.settled).clamp(-most, most);
+        self.settled = self.settled.min(SETTLES_MOST);
     }
 
     /// Makes an up direction the reference.
@@ -220,9 +239,9 @@ impl Reference {
                 edge,
                 angle,
                 sigma,
-                by_ramp: by_ramp * of_edge.axis.y.abs(),
+                by_ground: by_ramp * of_edge.axis.y.abs() + self.settled,
             };
-            let size = |claim: &Claim| (claim.sigmas_beyond_ramps(), claim.sigmas());
+            let size = |claim: &Claim| (claim.sigmas_beyond_ground(), claim.sigmas());
             if angle > 0.0 && size(&claim) > size(&best) {
                 best = claim;
             }

@@ -78,8 +78,8 @@ pub struct RotationSpell {
     pub largest_ns: i64,
     /// Standard deviation of what tyres, ground and sensor explain of it (rad).
     pub sigma: f64,
-    /// How far a ramp can have turned the machine about the edge on its way until the rotation was certain (rad).
-    pub by_ramp: f64,
+    /// How far a ramp and soft ground can have turned the machine about the edge until the rotation was certain (rad).
+    pub by_ground: f64,
     /// Which measurement shows it.
     pub witness: RotationWitness,
     /// Probability that the platform rotates about the edge, and not the ground under it or the sensor.
@@ -117,7 +117,7 @@ const LARGEST: f64 = std::f64::consts::FRAC_PI_2;
 ///     rotates: angle anywhere from 0 to 90 degrees,      does not: angle ~ N(0, sigma^2)
 /// ```
 pub(super) fn certainty(claim: &Claim, witness: RotationWitness) -> f64 {
-    let (angle, sigma) = (claim.beyond_ramps(), claim.sigma);
+    let (angle, sigma) = (claim.beyond_ground(), claim.sigma);
     let density =
         |x: f64| (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt());
     let rotates = 1.0 / LARGEST;

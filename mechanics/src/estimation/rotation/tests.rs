@@ -184,6 +184,29 @@ fn smooth(time_s: f64, from_s: f64, to_s: f64) -> f64 {
 }
 
 #[test]
+fn ground_that_gives_way_is_no_fall_and_hides_none() {
+    let settles = |time_s: f64| Pose {
+        roll: 8.0 * DEGREE * smooth(time_s, 4.0, 14.0),
+        ..Pose::default()
+    };
+    let seen = run(20.0, &settles);
+    assert!(seen.spells.is_empty(), "{seen:?}");
+    // it falls from where the ground has left it
+    let falls = |time_s: f64| {
+        let fall = fall(20.0, 2.0)(time_s);
+        Pose {
+            roll: settles(time_s).roll + fall.roll,
+            ..fall
+        }
+    };
+    let seen = run(26.0, &falls);
+    let (_, spell) = seen.only();
+    assert!(seen.is_open && spell.certainty > 0.999, "{spell:?}");
+    let at = falls(seconds(spell.certain_ns)).roll - 8.0 * DEGREE;
+    assert!(at < 6.0 * DEGREE, "{}", at / DEGREE);
+}
+
+#[test]
 fn falls_are_found_from_the_first_degrees_on() {
     for (first_rate, most_degrees) in [(2.0, 6.0), (0.5, 6.0), (15.0, 8.0)] {
         let seen = run(12.0, &fall(4.0, first_rate));

@@ -318,7 +318,7 @@ impl PlatformRotation {
             largest_ns: now_ns,
             sigma: claim.sigma,
             witness,
-            by_ramp: claim.by_ramp,
+            by_ground: claim.by_ground,
             certainty: certainty(&claim, witness),
             at_rest_ns: None,
             is_from_start: reference.is_assumed(),
@@ -417,7 +417,7 @@ impl PlatformRotation {
             edge: spell.edge,
             angle: spell.largest,
             sigma: spell.sigma,
-            by_ramp: spell.by_ramp,
+            by_ground: spell.by_ground,
         };
         spell.certainty = certainty(&largest, spell.witness);
         let is_still = spell.rate.abs() < REST_RATE && angle >= ON_SIDE;
@@ -456,7 +456,7 @@ impl Source {
             up: step.up,
             rate,
         });
-        self.claimed = match self.reference.claim.sigmas_beyond_ramps() >= CERTAIN {
+        self.claimed = match self.reference.claim.sigmas_beyond_ground() >= CERTAIN {
             true => {
                 let (samples, since_ns) = self.claimed.unwrap_or((0, step.now_ns));
                 Some((samples.saturating_add(1), since_ns))
