@@ -776,7 +776,7 @@ fn a_data_set_answers_sql() {
             "SELECT path FROM logs WHERE kind = 'x'",
             "\"kind\" (logs has",
         ),
-        ("SELECT path FROM logs ORDER BY pth", "\"pth\" (logs has"),
+        ("SELECT path FROM logs ORDER BY pth", "(logs has machine, "),
         (
             "SELECT e.kind, l.pth FROM events e JOIN logs l ON e.log_id = l.log_id",
             "; events has ",
