@@ -14,6 +14,8 @@ fn pytest(tests: &str, without: Option<&str>) {
     pytest
         .arg(folder.join(tests))
         .env("PYTHONPATH", python_package());
+    // where the sources of the package hide the one that was built
+    pytest.current_dir(folder.join(".."));
     if let Some(without) = without {
         pytest.arg("--ignore").arg(folder.join(without));
     }

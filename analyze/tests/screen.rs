@@ -149,6 +149,15 @@ fn each_log_is_listed_once_with_the_reason_of_failure() {
     assert!(number("worst_margin", row("/lift.mcap")).unwrap() < 0.0);
     assert!(number("worst_margin", row("/calm.mcap")).unwrap() > 0.1);
     assert!(number("worst_margin_sigma", row("/calm.mcap")).unwrap() > 0.0);
+    // no split can be worse than the stated one for every log: four wheels at rest keep a margin under any of them
+    let any_split = |log: &str| number("margin_any_split", row(log)).unwrap();
+    assert!((0.3..=1.0).contains(&any_split("/calm.mcap")));
+    for log in ["/calm.mcap", "/lift.mcap"] {
+        assert!(
+            any_split(log) >= number("worst_margin", row(log)).unwrap(),
+            "{log}"
+        );
+    }
     let lasts = number("covered_s", row("/lift.mcap")).unwrap();
     let mut margins = good.column("margin_s").unwrap().values();
     let Some(cell::Value::List(margins)) = margins.nth(row("/lift.mcap")) else {
@@ -738,13 +747,51 @@ fn a_data_set_answers_sql() {
     let shown = String::from_utf8(shown.stdout).unwrap();
     assert!(shown.contains("1 of 4 rows"), "{shown}");
     for (sql, part) in [
-        ("SELEC path", "not a valid query"),
-        ("SELECT pth FROM logs", "pth"),
+        ("", "expected \"SELECT"),
+        ("SELEC path", "expected \"SELECT"),
+        ("INSERT INTO logs VALUES (1)", "read with SELECT"),
+        ("DELETE FROM logs", "read with SELECT"),
+        ("DROP TABLE logs", "read with SELECT"),
+        ("TRUNCATE logs", "read with SELECT"),
+        ("UPDATE logs SET path = 'x'", "read with SELECT"),
+        ("CREATE TABLE logs AS SELECT 1", "read with SELECT"),
+        (
+            "WITH a AS (SELECT 1) INSERT INTO logs SELECT * FROM a",
+            "not",
+        ),
+        ("SELECT * FROM", "Expected: identifier"),
+        ("SELECT FROM logs", "expected a column or *"),
+        ("SELECT path FROM logs WHERE", "Expected: an expression"),
+        (
+            "SELECT path FROM logs; SELECT path FROM logs",
+            "(and only one) statement",
+        ),
+        ("SELECT pth FROM logs", "logs has machine, machine_type, "),
+        (
+            "SELECT worst_margn FROM logs",
+            "Did you mean \"worst_margin\"",
+        ),
+        ("SELECT l.pth FROM logs l", "logs has machine, "),
+        (
+            "SELECT path FROM logs WHERE kind = 'x'",
+            "\"kind\" (logs has",
+        ),
+        ("SELECT path FROM logs ORDER BY pth", "(logs has machine, "),
+        (
+            "SELECT e.kind, l.pth FROM events e JOIN logs l ON e.log_id = l.log_id",
+            "; events has ",
+        ),
         ("SELECT * FROM machines", "logs and events"),
+        ("SELECT path FROM logs GROUP BY machine", "'path'"),
+        ("SELECT nothing(path) FROM logs", "'nothing'"),
+        ("SELECT path FROM logs WHERE path > 1", "string"),
     ] {
         let failed = run(&[sql]);
         assert_eq!(failed.status.code(), Some(1), "{sql}");
-        assert!(stderr(&failed).contains(part), "{sql}: {}", stderr(&failed));
+        let told = stderr(&failed);
+        assert!(told.contains(part), "{sql}: {told}");
+        // one sentence: no plan and no tree of the parser
+        assert_eq!(told.trim().lines().count(), 1, "{sql}: {told}");
     }
     let nothing = command(&["query", text(logs.path()), "SELECT * FROM logs"])
         .output()
@@ -768,14 +815,14 @@ fn files_of_older_versions_answer_too() {
     let old = ParquetReader::new(File::open(&path).unwrap())
         .finish()
         .unwrap();
-    let mut old = old.drop_many(["any_split_margin", "lifted_s", "worst_posture"]);
+    let mut old = old.drop_many(["margin_any_split", "lifted_s", "worst_posture"]);
     let older = out.join("logs/1999-01.parquet");
     ParquetWriter::new(File::create(older).unwrap())
         .finish(&mut old)
         .unwrap();
     let rows = ask(
         &out,
-        "SELECT count(*) AS logs, count(any_split_margin) AS known FROM logs WHERE status = 'analysed'",
+        "SELECT count(*) AS logs, count(margin_any_split) AS known FROM logs WHERE status = 'analysed'",
     );
     assert_eq!(rows, serde_json::json!([{"logs": 6, "known": 3}]), "{name}");
 }
@@ -972,4 +1019,36 @@ fn one_content_under_two_files_of_one_name_is_a_conflict() {
             assert!(reason.contains(part), "{reason}");
         }
     }
+    assert_eq!(reports_of(&result).len(), 2, "one for each");
+
+    // whichever copy goes, the other one keeps its own report
+    for (name, other) in [("a", "b"), ("b", "a")] {
+        let gone = logs.path().join(other).join("lift.mcap");
+        let kept = logs.path().join(name).join("lift.mcap");
+        fs::rename(&gone, at("gone.mcap")).unwrap();
+        let asked = ["--fleet", text(&fleet), "--resume", "--prune"];
+        let (code, messages) = screen(logs.path(), &result, &asked);
+        assert_eq!(code, 0, "{messages}");
+        let rows = ask(
+            &result,
+            "SELECT path, report, machine_file_sha256 FROM logs",
+        );
+        assert_eq!(rows[0]["path"], text(&kept), "{rows}");
+        let report = result.join(rows[0]["report"].as_str().unwrap());
+        let summary = json(&report.with_file_name("summary.json"));
+        assert_eq!(
+            summary["provenance"]["machine_file"]["sha256"], rows[0]["machine_file_sha256"],
+            "{summary}"
+        );
+        assert_eq!(reports_of(&result), [report.parent().unwrap()]);
+        fs::rename(at("gone.mcap"), &gone).unwrap();
+        screen(logs.path(), &result, &asked);
+    }
+}
+
+/// The folders of reports.
+fn reports_of(out: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(out.join("reports")).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    paths.filter(|path| path.is_dir()).collect()
 }

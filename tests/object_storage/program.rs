@@ -8,7 +8,7 @@ use tipwatch_storage::{Folder, Location};
 use tipwatch_tests::data;
 
 use super::image_log::image_log;
-use super::server::{Fault, SECRET, Server};
+use super::server::{Fault, SECRET, Seen, Server};
 use super::{serve, upload};
 
 fn run(server: &Server, arguments: &[&str]) -> Output {
@@ -244,6 +244,51 @@ fn copies_in_a_bucket_are_one_log_and_other_bytes_of_the_same_length_are_not() {
         (Some(2), Some(1)),
         "{totals:#} {told}"
     );
+}
+
+#[test]
+fn logs_that_a_bucket_does_not_deliver_fail_by_storage_with_the_code_of_the_service() {
+    let server = serve("undelivered");
+    let bytes = std::fs::read(data("tiny_lift.mcap")).unwrap();
+    let refusals = [
+        ("gone", 404, "NoSuchKey", None),
+        ("moved", 301, "PermanentRedirect", Some("eu-central-1")),
+        ("expired", 400, "ExpiredToken", None),
+        ("unknown", 403, "InvalidAccessKeyId", None),
+        ("slow", 503, "SlowDown", None),
+    ];
+    for (name, status, code, region) in refusals {
+        // each of them is listed
+        upload("undelivered", &format!("{name}.mcap"), &bytes);
+        let is_it = move |seen: &Seen| seen.path.contains(&format!("{name}.mcap"));
+        server.inject(99, is_it, Fault::Refusal(status, code, region));
+    }
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().join("fleet");
+    let (out, machine) = (out.to_str().unwrap(), data("tiny_lift.toml"));
+    let machine = ["--machine", machine.to_str().unwrap(), "--out", out];
+    let done = run(
+        &server,
+        &[&["screen", "s3://undelivered"], &machine[..]].concat(),
+    );
+    assert_eq!(done.status.code(), Some(1), "{}", text(&done.stderr));
+    let asked = [
+        "query",
+        out,
+        "SELECT path, failure, reason FROM logs",
+        "--json",
+    ];
+    let rows = run(&server, &asked).stdout;
+    let rows: serde_json::Value = serde_json::from_slice(&rows).unwrap();
+    for (name, status, code, region) in refusals {
+        let mut found = rows.as_array().unwrap().iter();
+        let row = found.find(|row| row["path"] == format!("s3://undelivered/{name}.mcap"));
+        let row = row.unwrap();
+        assert_eq!(row["failure"], "storage", "{row}");
+        let reason = row["reason"].as_str().unwrap();
+        assert!(reason.contains(&format!("{status} {code}")), "{row}");
+        assert!(reason.contains(region.unwrap_or_default()), "{row}");
+    }
 }
 
 #[test]

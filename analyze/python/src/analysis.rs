@@ -20,6 +20,7 @@ use tipwatch_mechanics::machine;
 
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, leavable};
+use crate::call::number::Whole;
 use crate::call::options::Stated;
 use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::{Place, paths};
@@ -371,20 +372,16 @@ pub(crate) fn analyze(
     closed_form_input: Option<String>,
     apply_clock_offsets: Option<String>,
     quasi_static: Option<String>,
-    monte_carlo: Option<usize>,
+    monte_carlo: Option<Whole>,
     parts: bool,
     terms: bool,
-    precision: u8,
+    precision: i64,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Analysis> {
     let file = machine_file(machine)?;
     let request = || {
-        if let Some(draws) = monte_carlo.filter(|draws| !(1..=MOST_DRAWS as usize).contains(draws))
-        {
-            bail!(Mistake(format!(
-                "expected monte_carlo from 1 to {MOST_DRAWS}, found {draws}"
-            )));
-        }
+        let draws = monte_carlo.map(|draws| draws.within("monte_carlo", 1..=MOST_DRAWS));
+        let draws = draws.transpose()?;
         let stated = Stated {
             rate,
             start,
@@ -399,7 +396,7 @@ pub(crate) fn analyze(
             log: log.into_path(),
             options: Options {
                 columns: MoreColumns { parts, terms },
-                monte_carlo,
+                monte_carlo: draws.map(|draws| draws as usize),
                 ..stated.options()?
             },
             precision: match precision {

@@ -8,8 +8,9 @@ use tipwatch_analyze::setup::identify::{
     IdentificationDocument, Request, identify as identified, text, write_machine_file,
 };
 
-use crate::call::error::exception;
+use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::leavable;
+use crate::call::number::positive;
 use crate::call::pickle::{Reduced, reduced};
 use crate::call::place::{Place, paths};
 use crate::machine::machine_file;
@@ -130,15 +131,15 @@ pub(crate) fn identify(
     let found = leavable(
         py,
         move |stop| {
-            if let Some(level) = level
-                && !(level.is_finite() && level > 0.0)
-            {
-                bail!("expected a positive level (rad), found {level}");
-            }
+            level
+                .map(|level| positive("level (rad)", level))
+                .transpose()?;
             if let Some(factor) = widen_sigmas
                 && !(factor.is_finite() && factor >= 1.0)
             {
-                bail!("expected widen_sigmas of at least 1, found {factor}");
+                bail!(Mistake(format!(
+                    "expected widen_sigmas of at least 1, found {factor}"
+                )));
             }
             let request = Request {
                 logs,

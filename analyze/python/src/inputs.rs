@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use anyhow::{Result, bail};
 use numpy::{AllowTypeChange, PyArrayLikeDyn};
+use tipwatch_mechanics::state::UNIT_TOLERANCE;
 use tipwatch_mechanics::{State, StateColumns, machine};
 
 use crate::call::error::Mistake;
@@ -45,7 +46,9 @@ impl Given<'_> {
         }
         let specific_force = match (&self.specific_force, frame) {
             (None, "base") => Input::constant(vec![0.0, 0.0, machine.gravity()]),
-            (None, _) => bail!("expected specific_force with frame \"imu\", found none"),
+            (None, _) => bail!(Mistake(
+                "expected specific_force with frame \"imu\", found none".into()
+            )),
             (Some(array), _) => Input::new("specific_force", array, 3)?,
         };
         Ok(Inputs {
@@ -54,7 +57,7 @@ impl Given<'_> {
             accelerations: input("accelerations", &self.accelerations, joints)?,
             specific_force,
             up: match (&self.up, &self.specific_force) {
-                (Some(up), _) => Input::new("up", up, 3)?,
+                (Some(up), _) => unit_vectors(Input::new("up", up, 3)?)?,
                 (None, None) => Input::constant(vec![0.0, 0.0, 1.0]),
                 (None, Some(_)) => Input::constant(vec![f64::NAN; 3]),
             },
@@ -116,6 +119,25 @@ impl<'a> Input<'a> {
 
     fn rows(&self) -> Option<usize> {
         (!self.is_constant).then(|| self.values.len() / self.width.max(1))
+    }
+}
+
+/// The attitude, unless it is neither a unit vector nor unknown.
+///
+/// # Errors
+/// A row has another length than 1.
+fn unit_vectors(up: Input<'_>) -> Result<Input<'_>> {
+    let mut rows = up.values.chunks_exact(3).enumerate();
+    let wrong = rows.find(|(_, up)| {
+        let length = up.iter().map(|x| x * x).sum::<f64>().sqrt();
+        // what is not known is NaN
+        !length.is_nan() && (length - 1.0).abs() > UNIT_TOLERANCE
+    });
+    match wrong {
+        Some((row, up)) => bail!(Mistake(format!(
+            "expected up as unit vectors, found {up:?} in row {row}"
+        ))),
+        None => Ok(up),
     }
 }
 

@@ -10,7 +10,8 @@ use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::SupportId;
 use tipwatch_mechanics::{Parameter, machine};
 
-use crate::call::error::exception;
+use crate::call::error::{Mistake, exception};
+use crate::call::options::Words;
 use crate::call::place::Place;
 use crate::evaluation::{Evaluation, evaluate};
 use crate::inputs::{Given, Numbers};
@@ -83,7 +84,9 @@ impl Machine {
         let mut known = all.iter().filter(|parameter| !parameter.is_signal());
         let found = known.find(|parameter| parameter.name(&self.machine) == name);
         found.copied().ok_or_else(|| {
-            anyhow!("expected the name of a parameter of the machine (Machine.parameters), found {name:?}")
+            anyhow!(Mistake(format!(
+                "expected the name of a parameter of the machine (Machine.parameters), found {name:?}"
+            )))
         })
     }
 }
@@ -97,7 +100,8 @@ fn position<'a>(
     let found = names.clone().position(|other| other == name);
     found.ok_or_else(|| {
         let names = names.collect::<Vec<_>>().join(", ");
-        exception(&anyhow!("expected a {what} ({names}), found {name:?}"))
+        let text = format!("expected a {what} ({names}), found {name:?}");
+        exception(&anyhow!(Mistake(text)))
     })
 }
 
@@ -281,9 +285,9 @@ impl Machine {
     fn changed(&self, changes: std::collections::BTreeMap<String, f64>) -> PyResult<Self> {
         let change = |(name, &amount): (&String, &f64)| {
             if !amount.is_finite() {
-                return Err(anyhow!(
+                return Err(anyhow!(Mistake(format!(
                     "expected a finite change of {name}, found {amount}"
-                ));
+                ))));
             }
             Ok((self.parameter(name)?, amount))
         };
@@ -309,16 +313,16 @@ impl Machine {
     ///     result.
     fn standing_on(&self, supports: Vec<String>) -> PyResult<Self> {
         if self.is_changed {
-            return Err(exception(&anyhow!(
-                "expected standing_on before changed, found a machine that was changed"
-            )));
+            return Err(exception(&anyhow!(Mistake(
+                "expected standing_on before changed, found a machine that was changed".into()
+            ))));
         }
         let names = self.supports();
         let all: Vec<SupportId> = self.machine.supports().ids().collect();
         let id = |name: &String| Ok(all[position("support", names.iter().copied(), name)?]);
         let on: Vec<SupportId> = supports.iter().map(id).collect::<PyResult<_>>()?;
         let machine = self.machine.standing_on(&on);
-        let machine = machine.map_err(|error| exception(&anyhow::Error::from(error)))?;
+        let machine = machine.map_err(|error| exception(&anyhow!(Mistake(error.to_string()))))?;
         let mut standing = Self::with(self.file.clone(), machine);
         standing.is_changed = true;
         Ok(standing)
@@ -498,33 +502,15 @@ impl Machine {
     }
 }
 
-/// One word, or a list of them.
-#[derive(FromPyObject)]
-enum Words {
-    #[pyo3(transparent, annotation = "str")]
-    One(String),
-    #[pyo3(transparent, annotation = "list of str")]
-    Many(Vec<String>),
-}
-
-impl Words {
-    fn list(self) -> Vec<String> {
-        match self {
-            Self::One(word) => vec![word],
-            Self::Many(words) => words,
-        }
-    }
-}
-
 /// Reads a machine file for an analysis: a machine, or the path of its file.
 pub(crate) fn machine_file(machine: &Bound<'_, PyAny>) -> PyResult<MachineFile> {
     if let Ok(machine) = machine.cast::<Machine>() {
         let machine = machine.get();
         if machine.is_changed {
-            return Err(exception(&anyhow!(
+            return Err(exception(&anyhow!(Mistake(format!(
                 "expected a machine as in its file {}, found one from Machine.changed or standing_on: change the machine file",
                 machine.file.path.display()
-            )));
+            )))));
         }
         return Ok(machine.file.clone());
     }

@@ -10,6 +10,7 @@ use tipwatch_mechanics::dynamics::kinematics::{BodyMotion, coordinates};
 use tipwatch_mechanics::geometry::coordinate::Coordinate;
 use tipwatch_mechanics::{Placement, State, machine, resting_state};
 
+use crate::call::error::Mistake;
 use crate::inputs::Numbers;
 
 /// A machine at rest in a posture.
@@ -26,18 +27,20 @@ impl<'a> Posture<'a> {
     /// The array has the wrong shape or is not finite, or a linkage cannot close.
     pub(crate) fn new(machine: &'a machine::Machine, positions: &[f64]) -> Result<Self> {
         if let Some(joint) = positions.iter().position(|q| !q.is_finite()) {
-            bail!(
+            bail!(Mistake(format!(
                 "expected finite joint positions, found {} of joint {}",
                 positions[joint],
                 machine.joints()[joint].name
-            );
+            )));
         }
         let mut state = resting_state(machine, positions);
         state.imu.specific_force = Vector3::new(0.0, 0.0, machine.gravity());
         let at_zero = Coordinate::turned(1.0, 0.0, 0.0, 0.0);
         let mut moved = vec![at_zero; machine.bodies().len()];
         if coordinates(machine, &state, &mut moved) < 0.0 {
-            bail!("expected joint positions in which every linkage closes, found {positions:?}");
+            bail!(Mistake(format!(
+                "expected joint positions in which every linkage closes, found {positions:?}"
+            )));
         }
         let zero = Vector3::zeros();
         let mut bodies = vec![BodyMotion::base(zero, zero, zero); machine.bodies().len()];
@@ -107,11 +110,11 @@ pub(crate) fn positions(given: Option<&Numbers<'_>>, zero: Vec<f64>) -> Result<V
     };
     let view = array.as_array();
     if view.shape() != [zero.len()] {
-        bail!(
+        bail!(Mistake(format!(
             "expected posture of shape ({},), found {:?}",
             zero.len(),
             view.shape()
-        );
+        )));
     }
     Ok(view.iter().copied().collect())
 }

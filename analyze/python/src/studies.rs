@@ -1,11 +1,12 @@
 //! Comparisons of two analyses, and replays with another motion of the suspension.
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use pyo3::prelude::*;
+use tipwatch_analyze::base::options::{HIGHEST_RATE_HZ, LONGEST_STEP_S};
 use tipwatch_analyze::compare::{Side, compare as differences};
 use tipwatch_analyze::suspension::{self, SuspensionMode, WhatIfOptions, what_if};
 
-use crate::call::error::exception;
+use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, leavable};
 use crate::call::options::{Stated, value};
 use crate::call::pickle::{Reduced, reduced};
@@ -168,6 +169,14 @@ pub(crate) fn whatif(
             ..Stated::default()
         };
         let options = stated.options()?;
+        let shortest = 1.0 / HIGHEST_RATE_HZ;
+        if let Some(step) = step
+            && !(shortest..=LONGEST_STEP_S).contains(&step)
+        {
+            bail!(Mistake(format!(
+                "expected a step from {shortest} to {LONGEST_STEP_S} s, found {step}"
+            )));
+        }
         let motion = WhatIfOptions {
             suspension: value(
                 "suspension",

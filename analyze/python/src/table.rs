@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
+use anyhow::anyhow;
 use arrow_array::ffi_stream::FFI_ArrowArrayStream;
 use arrow_array::{Array, RecordBatch, RecordBatchIterator, UInt64Array};
 use arrow_ipc::reader::StreamReader;
@@ -17,7 +18,7 @@ use pyo3::types::{PyBytes, PyCapsule, PyDict, PyIterator, PyList, PySlice};
 use tipwatch_analyze::tables::table;
 
 use crate::arrays::{array, numbers_of, object_of, text_of};
-use crate::call::error::exception;
+use crate::call::error::{Mistake, exception};
 use crate::call::pickle::{Reduced, reduced};
 
 /// Rows and columns that a notebook shows.
@@ -146,6 +147,20 @@ impl Table {
         projected().map_err(|error| exception(&error.into()))
     }
 
+    /// The table of the first rows.
+    fn first(&self, rows: usize) -> Self {
+        let mut left = rows;
+        let batches = self.batches.iter().map_while(|batch| {
+            let rows = left.min(batch.num_rows());
+            left -= rows;
+            (rows > 0).then(|| batch.slice(0, rows))
+        });
+        Self {
+            batches: batches.collect(),
+            schema: Arc::clone(&self.schema),
+        }
+    }
+
     /// The table of some rows, in any order.
     ///
     /// # Errors
@@ -240,20 +255,19 @@ impl Table {
     }
 
     /// The first ``n`` rows.
+    ///
+    /// Raises
+    /// ------
+    /// TipwatchError
+    ///     ``n`` is negative.
     #[pyo3(signature = (n=5))]
-    fn head(&self, n: usize) -> Self {
-        let mut left = n;
-        let batches = self.batches.iter().map_while(|batch| {
-            let rows = left.min(batch.num_rows());
-            left -= rows;
-            (rows > 0).then(|| batch.slice(0, rows))
+    fn head(&self, n: i64) -> PyResult<Self> {
+        let rows = usize::try_from(n).map_err(|_| {
+            let text = format!("expected n of at least 0, found {n}");
+            exception(&anyhow!(Mistake(text)))
         });
-        Self {
-            batches: batches.collect(),
-            schema: Arc::clone(&self.schema),
-        }
+        Ok(self.first(rows?))
     }
-
     /// As ``polars.DataFrame``, without a copy.
     fn to_polars<'py>(slf: Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("polars")?.call_method1("DataFrame", (slf,))
@@ -301,7 +315,7 @@ impl Table {
             let _ = write!(html, "<th>{}{unit}</th>", escaped(field.name()));
         }
         html.push_str("</tr></thead><tbody>");
-        for batch in self.head(SHOWN_ROWS).batches {
+        for batch in self.first(SHOWN_ROWS).batches {
             for row in 0..batch.num_rows() {
                 html.push_str("<tr>");
                 for column in &batch.columns()[..shown] {

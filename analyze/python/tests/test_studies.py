@@ -1,5 +1,7 @@
 """Sensors, comparisons, replays and fleets."""
 
+import inspect
+import re
 import shutil
 from pathlib import Path
 
@@ -58,6 +60,136 @@ def test_a_fleet_is_a_data_set(tmp_path):
         tw.screen(DATA / "tiny.mcap", machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet")
     with pytest.raises(tw.TipwatchError, match="either machine or fleet"):
         tw.screen(DATA / "tiny.mcap", out=tmp_path / "other")
+
+
+def test_the_parts_of_a_fleet_are_gathered(tmp_path):
+    asked = dict(machine=DATA / "tiny_lift.toml", records=tmp_path / "records")
+    logs = [DATA / "tiny.mcap", DATA / "tiny_lift.mcap"]
+    for part in ["1/2", "2/2"]:
+        fleet = tw.screen(logs, shard=part, attempts=2, **asked)
+        assert fleet.page is None and fleet.totals["logs"] == 1
+    assert not (tmp_path / "records" / "logs").exists()
+    fleet = tw.screen(gather=tmp_path / "records", out=tmp_path / "fleet")
+    assert fleet.totals["logs"] == 2 and fleet.page.exists() and len(fleet.logs) == 2
+    named = tw.screen([*logs, DATA / "second_paper.mcap"], gather=tmp_path / "records", out=tmp_path / "named")
+    assert named.totals["failed"] == 1
+    assert named.logs.to_polars()["failure"].drop_nulls().to_list() == ["no_record"]
+    again = tw.screen(gather=True, out=tmp_path / "records")
+    assert again.totals == fleet.totals and again.page == tmp_path / "records" / "fleet.html"
+
+
+def test_kinds_of_events_are_refused_as_by_a_policy(tmp_path):
+    asked = dict(machine=DATA / "tiny_lift.toml", resume=True, out=tmp_path / "fleet")
+    assert tw.screen(DATA / "tiny_lift.mcap", **asked).totals["breaking_policy"] == 0
+    assert tw.screen(DATA / "tiny_lift.mcap", fail_on="wheel_lift", **asked).totals["breaking_policy"] == 1
+    assert tw.screen(DATA / "tiny_lift.mcap", fail_on=["tip_over"], **asked).totals["breaking_policy"] == 0
+
+
+def test_impossible_inertias_are_accepted_in_a_fleet(tmp_path):
+    for name in ["tiny_lift.toml", "tiny_lift.urdf"]:
+        shutil.copy(DATA / name, tmp_path)
+    urdf = (tmp_path / "tiny_lift.urdf").read_text()
+    assert "ixx='480.0'" in urdf
+    (tmp_path / "tiny_lift.urdf").write_text(urdf.replace("ixx='480.0'", "ixx='4800.0'"))
+    asked = dict(machine=tmp_path / "tiny_lift.toml", reports="none")
+    refused = tw.screen(DATA / "tiny_lift.mcap", out=tmp_path / "refused", **asked)
+    accepted = tw.screen(DATA / "tiny_lift.mcap", out=tmp_path / "accepted", accept_inertias=True, **asked)
+    assert (refused.totals["failed"], accepted.totals["failed"]) == (1, 0)
+
+
+def test_every_option_of_the_program_is_a_keyword(capfd):
+    from tipwatch import _tipwatch
+
+    assert _tipwatch.main(["tipwatch", "screen", "--help"]) == 0
+    told = capfd.readouterr().out
+    options = set(re.findall(r"^ +(?:-\w, )?--([a-z-]+)", told, re.MULTILINE))
+    assert {"machine", "gather", "time-column", "help"} <= options
+    of_a_terminal = {"help", "quiet", "verbose"}
+    named_otherwise = {"no-header": "header"}
+    keywords = {named_otherwise.get(option, option.replace("-", "_")) for option in options - of_a_terminal}
+    assert keywords <= {*inspect.signature(tw.screen).parameters, *inspect.signature(tw.set_read_options).parameters}
+
+
+@pytest.mark.parametrize(
+    "wrong, told",
+    [
+        (dict(jobs=-1), "expected jobs from 1 to 1024, found -1"),
+        (dict(jobs=0), "expected jobs from 1 to 1024, found 0"),
+        (dict(jobs=2**70), f"expected jobs from 1 to 1024, found {2**70}"),
+        (dict(retries=-1, runner="ray"), "expected retries of at least 0"),
+        (dict(runner="spark"), "expected runner"),
+        (dict(memory=float("nan")), "expected a positive memory"),
+        (dict(memory=float("inf")), "expected a positive memory"),
+        (dict(rate=float("nan")), "expected a positive rate"),
+        (dict(rate=1e9), "expected a rate of at most 10000 Hz"),
+        (dict(min_valid=float("nan")), "expected min_valid from 0 to 1"),
+        (dict(reports="some"), "expected reports none or events or all"),
+        (dict(fail_on="explosion"), "expected fail_on wheel_light or"),
+        (dict(fail_on="tip_over", policy="policy.toml"), "expected policy without fail_on"),
+        (dict(shard="3/2"), "part 3 of 2 does not exist"),
+        (dict(shard=""), "expected I/N"),
+        (dict(shard="1/2", prune=True), "expected shard without prune"),
+        (dict(attempts=2), "expected attempts without out"),
+        (dict(attempts=0, records="records", out=None), "expected attempts of at least 1"),
+        (dict(records="records"), "expected records without out"),
+        (dict(out=None), "expected either out or records"),
+        (dict(gather=True), "expected gather without machine"),
+        (dict(gather=True, machine=None, jobs=2), "expected gather without jobs"),
+        (dict(fleet="fleet.toml"), "expected either machine or fleet"),
+        (dict(gather=True, machine=None, runner="dask"), 'expected gather with runner "threads" alone'),
+    ],
+)
+def test_what_no_screen_can_do_is_refused_before_it_begins(tmp_path, monkeypatch, wrong, told):
+    monkeypatch.chdir(tmp_path)
+    asked = dict(machine=DATA / "tiny_lift.toml", out="fleet") | wrong
+    with pytest.raises(ValueError, match=re.escape(told)) as refused:
+        tw.screen(DATA / "tiny.mcap", **asked)
+    assert refused.value.kind == "value"
+    assert not list(tmp_path.iterdir())
+
+
+def test_nonsense_is_a_value_error(machine, analysis):
+    nan, log = float("nan"), DEMO / "demo.mcap"
+    second_paper = DATA / "second_paper.mcap", DATA / "second_paper.toml"
+    calls = {
+        "expected a finite start": lambda: tw.read(log, machine, start=nan),
+        "expected start before end": lambda: tw.analyze(log, machine, start=3.0, end=1.0),
+        "expected monte_carlo from 1": lambda: tw.analyze(log, machine, monte_carlo=-1),
+        "expected precision 32 or 64": lambda: tw.analyze(log, machine, precision=512),
+        "expected a step from 0.0001 to 10 s": lambda: tw.whatif(*second_paper, step=nan),
+        "expected a step from 0.0001 to 10 s, found 0": lambda: tw.whatif(*second_paper, step=0.0),
+        "expected suspension": lambda: tw.whatif(*second_paper, suspension=""),
+        "expected a positive level": lambda: tw.identify(machine, level=nan),
+        "expected widen_sigmas": lambda: tw.identify(machine, widen_sigmas=nan),
+        "expected estimator": lambda: tw.compare(log, log, machine=machine, estimator=""),
+        "expected a finite change": lambda: machine.changed({machine.parameters[0]: nan}),
+        "expected the name of a parameter": lambda: machine.changed({"": 1.0}),
+        "expected a joint": lambda: machine.joint(""),
+        "expected a support": lambda: machine.standing_on([""]),
+        "expected finite joint positions": lambda: machine.layout([nan] * len(machine.joints)),
+        "expected posture of shape": lambda: machine.link_poses([]),
+        "expected positions of shape": lambda: machine.evaluate([]),
+        "in what": lambda: machine.evaluate(machine.zero_posture, what=""),
+        "expected frame": lambda: machine.evaluate(machine.zero_posture, frame=""),
+        "expected specific_force with frame": lambda: machine.evaluate(machine.zero_posture, frame="imu"),
+        "expected up as unit vectors, found [0.0, 0.0, 0.0] in row 0": lambda: machine.evaluate(
+            machine.zero_posture, up=[0, 0, 0]
+        ),
+        "in row 1": lambda: machine.evaluate(machine.zero_posture, up=[[0, 0, 1], [0, 0, float("inf")]]),
+        "expected n of at least 0": lambda: analysis.samples.head(-1),
+    }
+    for told, call in calls.items():
+        with pytest.raises(ValueError, match=re.escape(told)) as refused:
+            call()
+        assert refused.value.kind == "value", told
+    # what is not known is NaN
+    assert machine.evaluate(machine.zero_posture, up=[nan] * 3).load.tolist() == machine.evaluate(machine.zero_posture).load.tolist()
+
+
+def test_a_machine_stands_on_something(machine):
+    with pytest.raises(ValueError) as refused:
+        machine.standing_on([])
+    assert refused.value.kind == "value"
 
 
 def test_another_motion_of_the_suspension(tmp_path):

@@ -251,6 +251,7 @@ class FleetTask:
         closed_form_input: Literal["velocity", "accelerometer"] | None = None,
         apply_clock_offsets: Literal["stated", "estimated"] | None = None,
         quasi_static: Literal["auto", "always", "never"] | None = None,
+        accept_inertias: bool = False,
     ) -> Self: ...
     def files(self) -> list[Path]: ...
     def logs(self, logs: Sequence[str | PathLike[str]]) -> list[tuple[str, int]]: ...
@@ -262,11 +263,12 @@ class FleetTask:
     ) -> Fleet: ...
 
 def screen(
-    logs: str | PathLike[str] | Sequence[str | PathLike[str]],
+    logs: str | PathLike[str] | Sequence[str | PathLike[str]] = (),
     *,
-    out: str | PathLike[str],
+    out: str | PathLike[str] | None = None,
     machine: Machine | str | PathLike[str] | None = None,
     fleet: str | PathLike[str] | None = None,
+    accept_inertias: bool = False,
     resume: bool = False,
     jobs: int | None = None,
     rate: float | None = None,
@@ -277,9 +279,14 @@ def screen(
     quasi_static: Literal["auto", "always", "never"] | None = None,
     min_valid: float | None = None,
     policy: str | PathLike[str] | None = None,
+    fail_on: str | Sequence[str] | None = None,
     prune: bool = False,
     reports: Literal["none", "events", "all"] | None = None,
     memory: float | None = None,
+    shard: str | None = None,
+    records: str | PathLike[str] | None = None,
+    attempts: int | None = None,
+    gather: bool | str | PathLike[str] = False,
     progress: bool | Callable[[int, int], object] | None = None,
     runner: Literal["threads", "ray", "dask"] = "threads",
     retries: int = 2,

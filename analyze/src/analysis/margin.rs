@@ -144,8 +144,8 @@ pub(super) struct MarginPass<'a> {
 pub struct Margins {
     /// The smallest margin over the valid rows; `None` if there is none.
     pub worst: Option<WorstMargin>,
-    /// The smallest load that equilibrium allows for any wheel, however the load splits, as a share of the wheel's
-    /// static load, over the valid rows: 0 where a wheel may have been off the ground. `None` where it is unknown.
+    /// The smallest margin that holds under any split of the load, 0 to 1, see [`MarginPass::holds_under_any_split`].
+    /// `None` where it is unknown.
     pub any_split: Option<f64>,
     /// Largest utilisation over the valid rows.
     pub largest_utilisation: Option<f64>,
@@ -191,8 +191,8 @@ impl<'a> MarginPass<'a> {
         let notice_margin = 1.0 - self.machine.limits().notice;
         let max_gap_s = self.machine.estimator().max_gap;
         let utilisation = wheels.column(Quantity::Utilisation);
-        let least_loads: Vec<_> = (0..self.machine.wheels().len())
-            .map(|wheel| wheels.column(Quantity::LoadLeast(wheel)))
+        let largest_loads: Vec<_> = (0..self.machine.wheels().len())
+            .map(|wheel| wheels.column(Quantity::LoadLargest(wheel)))
             .collect();
         let mut worst_row = None;
         for row in 0..rows.len() {
@@ -201,10 +201,7 @@ impl<'a> MarginPass<'a> {
                 if self.look_for_worst(&wheels, row, margin) {
                     worst_row = Some(row);
                 }
-                for (load, static_load) in least_loads.iter().zip(wheels.static_load) {
-                    let share = load.map(|load| load[row] / static_load).and_then(known);
-                    self.any_split = self.any_split.into_iter().chain(share).reduce(f64::min);
-                }
+                self.holds_under_any_split(&wheels, row, &largest_loads);
                 let used = utilisation.map(|values| values[row]);
                 let used = used.filter(|used| used.is_finite());
                 self.largest_utilisation = self
@@ -232,6 +229,22 @@ impl<'a> MarginPass<'a> {
         }
         if let (Some(row), Some(worst)) = (worst_row, &mut self.worst) {
             worst.moment = Some(Moment::of(self.machine, rows, row));
+        }
+    }
+
+    /// The margin of a row under any split: the largest load that equilibrium allows the wheel that may have least of it, as
+    /// a share of its static load, at most 1. It is 0 where a wheel is off the ground under every split. (The smallest load
+    /// says nothing: more than three wheels always have a split that leaves one of them nothing.)
+    fn holds_under_any_split(
+        &mut self,
+        wheels: &Wheels<'_>,
+        row: usize,
+        largest_loads: &[Option<&[f64]>],
+    ) {
+        for (load, static_load) in largest_loads.iter().zip(wheels.static_load) {
+            let share = load.map(|load| load[row] / static_load).and_then(known);
+            let share = share.map(|share| share.min(1.0));
+            self.any_split = self.any_split.into_iter().chain(share).reduce(f64::min);
         }
     }
 

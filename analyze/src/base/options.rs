@@ -6,6 +6,12 @@ use serde::Serialize;
 /// Most machines that are drawn for a Monte Carlo study.
 pub const MOST_DRAWS: u32 = 10_000;
 
+/// Highest row rate (Hz): no sensor of a machine is faster.
+pub const HIGHEST_RATE_HZ: f64 = 10_000.0;
+
+/// Longest control period (s).
+pub const LONGEST_STEP_S: f64 = 10.0;
+
 /// How a log is analysed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Options {

@@ -7,7 +7,8 @@ use clap::Args;
 
 use crate::analysis::DEFAULT_MIN_VALID;
 use crate::base::options::{
-    ApplyClockOffsets, ClosedFormInput, Estimator, ModelKind, Options, QuasiStaticOption,
+    ApplyClockOffsets, ClosedFormInput, Estimator, HIGHEST_RATE_HZ, LONGEST_STEP_S, ModelKind,
+    Options, QuasiStaticOption,
 };
 use crate::events::EventKind;
 use crate::output::custody::Origin;
@@ -128,9 +129,6 @@ impl PolicyArgs {
     }
 }
 
-/// No sensor of a machine is faster.
-const HIGHEST_RATE_HZ: f64 = 10_000.0;
-
 /// A row rate.
 pub(super) fn rate(text: &str) -> Result<f64, String> {
     let value = positive(text)?;
@@ -143,9 +141,12 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
 /// A control period.
 pub(super) fn period(text: &str) -> Result<f64, String> {
     let value = positive(text)?;
-    match (1.0 / HIGHEST_RATE_HZ..=10.0).contains(&value) {
+    match (1.0 / HIGHEST_RATE_HZ..=LONGEST_STEP_S).contains(&value) {
         true => Ok(value),
-        false => Err(format!("expected {} to 10 s", 1.0 / HIGHEST_RATE_HZ)),
+        false => Err(format!(
+            "expected {} to {LONGEST_STEP_S} s",
+            1.0 / HIGHEST_RATE_HZ
+        )),
     }
 }
 

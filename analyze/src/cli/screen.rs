@@ -10,7 +10,8 @@ use super::machine_file::InertiaArgs;
 use super::options::{AnalysisArgs, PolicyArgs};
 use crate::base::progress::LogCount;
 use crate::screen::{
-    Fleet, Gate, Gathering, Output, Reports, Request, Screen, Shard, Update, gather, screen,
+    DEFAULT_ATTEMPTS, Fleet, Gate, Gathering, MOST_JOBS, Output, Reports, Request, Screen, Shard,
+    Update, gather, screen,
 };
 
 /// Logs that decide nothing, printed one by one; more with `--verbose`.
@@ -39,11 +40,11 @@ pub(super) struct ScreenArgs {
     records: Option<PathBuf>,
     /// With `--records`: number of processes that may be lost while they analyse a log, before it counts as
     /// failed.
-    #[arg(long, value_name = "N", default_value_t = 3, conflicts_with_all = ["out", "gather"],
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_ATTEMPTS, conflicts_with_all = ["out", "gather"],
           value_parser = clap::value_parser!(u32).range(1..))]
     attempts: u32,
     /// Number of logs analysed in parallel; default: number of processors.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_JOBS)))]
     jobs: Option<u32>,
     /// Limit of the estimated memory of all analyses (GiB); default: three quarters of the free memory.
     /// One log is always analysed.
@@ -76,6 +77,7 @@ pub(super) struct ScreenArgs {
 }
 
 pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
+    tipwatch_allocator::keep_between_tasks();
     let policy = args.policy.policy()?;
     let count = LogCount::new(terminal.quiet);
     let notify = |update: Update<'_>| match update {

@@ -36,10 +36,10 @@ pub struct LogFacts {
     pub gross_inputs: Vec<String>,
     /// Smallest margin over the valid rows.
     pub worst: Option<WorstMargin>,
-    /// Smallest load of any wheel under any split of the load, as a share of its static load, over the valid rows: 0
-    /// where a wheel may have been off the ground.
+    /// Smallest margin under any split of the load, 0 to 1, over the valid rows: 0 where a wheel was off the ground under
+    /// every split. Absent from results of older versions.
     #[serde(default)]
-    pub any_split_margin: Option<f64>,
+    pub margin_any_split: Option<f64>,
     /// Largest utilisation over the valid rows: U = 1 - (OTF - 2 sigma) / static load, of the worst
     /// wheel. OTF is the overturning force.
     pub largest_utilisation: Option<f64>,
@@ -142,7 +142,7 @@ impl LogFacts {
             coverage: analysis.coverage,
             gross_inputs: analysis.gross_inputs_in_words(),
             worst: analysis.digest.margins.worst.clone(),
-            any_split_margin: analysis.digest.margins.any_split,
+            margin_any_split: analysis.digest.margins.any_split,
             largest_utilisation: analysis.digest.margins.largest_utilisation,
             exposure: (analysis.digest.margins).exposure(analysis.coverage.covered_s),
             wheels: (0..analysis.machine.wheels().len())

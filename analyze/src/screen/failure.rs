@@ -1,8 +1,10 @@
 //! Why a log has no result: the kinds of failure, which programs can tell apart without reading a text.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 use strum::{Display, EnumString};
-use tipwatch_storage::ErrorKind;
+use tipwatch_storage::{ErrorKind, Location};
 
 use crate::base::storage_error::storage_error;
 
@@ -17,8 +19,8 @@ pub enum FailureKind {
     Log,
     /// No machine, or more than one, is assigned to it.
     Machine,
-    /// The storage did not deliver it: no answer, no permission, an error of the server, a key that no request can name. Another
-    /// run tries again.
+    /// The storage did not deliver it: no answer, no permission, an error of the server, an object that is no longer there, a
+    /// key that no request can name. Another run tries again.
     Storage,
     /// It changed while it was being read.
     Changed,
@@ -40,16 +42,20 @@ impl FailureKind {
         if let Some(marked) = error.downcast_ref::<Marked>() {
             return marked.kind;
         }
-        match storage_error(error).map(|error| error.kind) {
-            Some(ErrorKind::Changed) => Self::Changed,
-            Some(
-                ErrorKind::NotAPlace
-                | ErrorKind::PermissionDenied
-                | ErrorKind::TimedOut
-                | ErrorKind::Unavailable
-                | ErrorKind::Incomplete
-                | ErrorKind::Refused,
-            ) => Self::Storage,
+        let Some(error) = storage_error(error) else {
+            return Self::Log;
+        };
+        // what a bucket listed may be deleted before it is read
+        let is_remote = Location::is_remote_path(Path::new(&error.place));
+        match error.kind {
+            ErrorKind::Changed => Self::Changed,
+            ErrorKind::NotFound if is_remote => Self::Storage,
+            ErrorKind::NotAPlace
+            | ErrorKind::PermissionDenied
+            | ErrorKind::TimedOut
+            | ErrorKind::Unavailable
+            | ErrorKind::Incomplete
+            | ErrorKind::Refused => Self::Storage,
             _ => Self::Log,
         }
     }

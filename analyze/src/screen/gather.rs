@@ -11,7 +11,7 @@ use tipwatch_storage::{Folder, Location};
 use super::failure::FailureKind;
 use super::inputs;
 use super::merge::{LogRow, Present, latest, merge, without_gone};
-use super::one_log::{empty_record, remove_report};
+use super::one_log::empty_record;
 use super::outliers::comparisons;
 use super::place::Place;
 use super::policy_result::{judge, write_policy};
@@ -114,8 +114,6 @@ pub(super) fn present(
     } = without_gone(records, is_gone);
     let first = deleted.first().map(|record| record.path.clone());
     if prune {
-        let folders = deleted.iter().filter_map(Record::report_folder);
-        folders.for_each(|folder| remove_report(store.place(), &folder));
         store.remove(moved.iter().chain(&deleted))?;
     }
     let count = deleted.len();
@@ -144,6 +142,7 @@ pub(super) fn finish(
     gate: Gate<'_>,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Finished> {
+    let reports: BTreeSet<String> = records.iter().filter_map(Record::report_folder).collect();
     let rows = merge(records);
     note_versions(&rows, notify);
     // written again when the data set is complete
@@ -152,6 +151,7 @@ pub(super) fn finish(
         Some(folder) => {
             let (finished, totals) = build(&rows, folder, gate)?;
             copy_reports(&rows, place, out)?;
+            remove_other_reports(&reports, folder);
             write_atomically(&folder.join(TOTALS), totals.as_bytes())?;
             finished
         }
@@ -266,6 +266,27 @@ fn copy_reports(rows: &[LogRow], place: &Place, out: &Place) -> Result<()> {
     };
     copied.in_parallel(&names, |name| out.put(name, &place.read(name)?))?;
     Ok(())
+}
+
+/// Removes the reports that no record names: those of earlier versions of an analysis, and of logs that are gone. In a bucket
+/// nobody sees them.
+fn remove_other_reports(named: &BTreeSet<String>, out: &Path) {
+    // a folder that cannot be listed or removed harms nobody
+    for entry in fs::read_dir(out.join(REPORTS))
+        .into_iter()
+        .flatten()
+        .flatten()
+    {
+        let name = format!("{REPORTS}/{}", entry.file_name().to_string_lossy());
+        if named.contains(&name) || !entry.path().is_dir() {
+            continue;
+        }
+        for file in REPORT_FILES {
+            let _ = fs::remove_file(entry.path().join(file));
+        }
+        // what somebody else put there keeps it
+        let _ = fs::remove_dir(entry.path());
+    }
 }
 
 impl Gate<'_> {

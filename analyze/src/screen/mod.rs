@@ -37,7 +37,9 @@ pub use data_set::{Answer, NotAnswered, TABLES, query};
 pub use failure::FailureKind;
 pub use fleet_file::Fleet;
 pub use gather::gather;
-pub use request::{Gate, Gathering, Output, Reports, Request, Screen, Update};
+pub use request::{
+    DEFAULT_ATTEMPTS, Gate, Gathering, MOST_JOBS, Output, Reports, Request, Screen, Update,
+};
 pub use run::screen;
 pub use shard::Shard;
 pub use task::{Task, TaskResult, logs_of};

@@ -15,7 +15,7 @@ use super::fleet_file::Fleet;
 use super::identity::{Identity, identify};
 use super::place::Place;
 use super::record::{
-    MachineName, Outcome, RECORD_SCHEMA, REPORT_FILES, REPORT_PAGE, REPORTS, Record, report_folder,
+    MachineName, Outcome, RECORD_SCHEMA, REPORT_PAGE, REPORTS, Record, report_folder,
 };
 use super::request::Reports;
 use super::store::{Before, Store};
@@ -183,7 +183,7 @@ impl Screening<'_> {
                 if let Some(attempts) = &self.attempts {
                     *attempt = Some(attempts.begin(record)?);
                 }
-                self.analyse(path, machine, &identity)?
+                self.analyse(path, machine, &identity, &version)?
             }
         };
         lock(&self.current.done).insert(identity.id, record.clone());
@@ -215,7 +215,13 @@ impl Screening<'_> {
         }
     }
 
-    fn analyse(&self, path: &Path, machine: &MachineFile, identity: &Identity) -> Result<Outcome> {
+    fn analyse(
+        &self,
+        path: &Path,
+        machine: &MachineFile,
+        identity: &Identity,
+        version: &str,
+    ) -> Result<Outcome> {
         let begin = |prepared: &Prepared<'_>| Ok(LateSketch::begin(prepared));
         let (analysis, sketch) = analyse_into(path, machine, self.options, &mut |_| {}, begin)?;
         let read = analysis.provenance.log.iter().map(FileHash::identity);
@@ -228,12 +234,10 @@ impl Screening<'_> {
         }
         let facts = LogFacts::of(&analysis, &report::findings(&analysis));
         let has_report = self.is_reported(&facts);
-        let folder = report_folder(&identity.id, &machine.spec.name);
         if has_report {
             let library = self.current.library(&self.place)?;
+            let folder = report_folder(&identity.id, version);
             write_report(&analysis, &sketch.finish(), &self.place, &folder, &library)?;
-        } else {
-            remove_report(&self.place, &folder);
         }
         Ok(Outcome::Analysed {
             events: event_facts(&analysis),
@@ -286,19 +290,6 @@ fn write_report(
     place.put(&format!("{folder}/events.parquet"), &table)?;
     let page = report::render_beside(analysis, sketch, library);
     place.put(&format!("{folder}/{REPORT_PAGE}"), page.as_bytes())
-}
-
-/// Removes a report: of an earlier version that had findings, or of a log that was deleted.
-pub(super) fn remove_report(place: &Place, folder: &str) {
-    let Some(local) = place.local() else {
-        // without a record that names it nobody sees it
-        return;
-    };
-    for name in REPORT_FILES {
-        // usually there are no such files
-        let _ = std::fs::remove_file(local.join(folder).join(name));
-    }
-    let _ = std::fs::remove_dir(local.join(folder));
 }
 
 fn panic_message(panic: &(dyn Any + Send)) -> &str {

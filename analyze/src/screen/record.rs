@@ -10,7 +10,7 @@ use crate::policy::facts::{EventFacts, LogFacts};
 use crate::tables::frame::Day;
 
 /// Version of the document.
-pub(super) const RECORD_SCHEMA: u32 = 4;
+pub(super) const RECORD_SCHEMA: u32 = 5;
 /// The oldest version that is still read: what it does not tell is unknown.
 pub(super) const OLDEST_SCHEMA: u32 = 3;
 
@@ -108,15 +108,16 @@ impl Record {
             return None;
         };
         let log_id = self.log_id.as_deref()?;
-        match &self.machine {
-            Some(machine) if self.schema >= FIRST_WITH_MACHINE => {
-                Some(report_folder(log_id, &machine.name))
-            }
-            _ => Some(format!(
-                "{REPORTS}/{}",
-                log_id.get(..DIGITS).unwrap_or(log_id)
-            )),
-        }
+        let version = self.analysis_version.as_deref()?;
+        Some(match (self.schema, &self.machine) {
+            (FIRST_WITH_VERSION.., _) => report_folder(log_id, version),
+            (4, Some(machine)) => format!(
+                "{REPORTS}/{}{}",
+                beginning(log_id, DIGITS - 4),
+                beginning(&sha256(machine.name.as_bytes()), 4)
+            ),
+            _ => format!("{REPORTS}/{}", beginning(log_id, DIGITS)),
+        })
     }
 
     pub(super) fn is_failed(&self) -> bool {
@@ -161,7 +162,7 @@ const DIGITS: usize = 16;
 
 /// First part of the names of all records of this content and version.
 pub(super) fn content_key(log_id: &str, version: &str) -> String {
-    format!("{}-{version}-", log_id.get(..DIGITS).unwrap_or(log_id))
+    format!("{}-{version}-", beginning(log_id, DIGITS))
 }
 
 /// The part of a record's name that its path determines.
@@ -178,16 +179,20 @@ pub(super) const REPORT_PAGE: &str = "report.html";
 /// The files of a report, the page last: if it exists, the report is complete.
 pub(super) const REPORT_FILES: [&str; 3] = ["summary.json", "events.parquet", REPORT_PAGE];
 
-/// The first version in which the folder of a report depends on the machine, too.
-const FIRST_WITH_MACHINE: u32 = 4;
+/// The first version in which the folder of a report depends on the version of the analysis.
+const FIRST_WITH_VERSION: u32 = 5;
 
-/// Folder of a log's report within the output folder: one content may be analysed with two machines before that is found to be
-/// a mistake.
-pub(super) fn report_folder(log_id: &str, machine: &str) -> String {
-    let machine = sha256(machine.as_bytes());
+/// Folder of a log's report within the output folder: one content may be analysed with two machine files before that is found
+/// to be a mistake, and each has a report of its own.
+pub(super) fn report_folder(log_id: &str, version: &str) -> String {
     format!(
-        "{REPORTS}/{}{}",
-        log_id.get(..DIGITS - 4).unwrap_or(log_id),
-        machine.get(..4).unwrap_or_default()
+        "{REPORTS}/{}-{}",
+        beginning(log_id, DIGITS),
+        beginning(version, 8)
     )
+}
+
+/// The first digits of a hash.
+fn beginning(hash: &str, digits: usize) -> &str {
+    hash.get(..digits).unwrap_or(hash)
 }

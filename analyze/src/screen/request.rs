@@ -47,6 +47,12 @@ pub enum Output {
     },
 }
 
+/// Processes that may be lost while they analyse a log, before it counts as failed, unless another number is asked for.
+pub const DEFAULT_ATTEMPTS: u32 = 3;
+
+/// Most logs analysed in parallel.
+pub const MOST_JOBS: u32 = 1024;
+
 /// Which logs of a run get a report of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum Reports {

@@ -85,11 +85,6 @@ impl Store {
         self.place.put(&name_of(&record.key()), text.as_bytes())
     }
 
-    /// The place of the records.
-    pub(super) fn place(&self) -> &Place {
-        &self.place
-    }
-
     /// Removes records.
     pub(super) fn remove<'a>(&self, records: impl Iterator<Item = &'a Record>) -> Result<()> {
         let names: Vec<String> = records.map(|record| name_of(&record.key())).collect();

@@ -1,8 +1,8 @@
-//! Counts requests and bytes, and notes of a task's requests the last status and the keys that no request can name.
+//! Counts requests and bytes, and notes of a task's requests what the last answer said and the keys that no request can name.
 
 use std::future::Future;
-use std::sync::atomic::{AtomicU16, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use async_trait::async_trait;
 use object_store::client::{
@@ -32,10 +32,23 @@ impl std::ops::Add for Transfer {
     }
 }
 
+/// What a server said of a request.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Said {
+    /// `None` before an answer.
+    pub(crate) status: Option<u16>,
+    /// Its own code of what is wrong, as "SlowDown".
+    pub(crate) code: Option<String>,
+    /// The region that the bucket is in.
+    pub(crate) region: Option<String>,
+}
+
 #[derive(Debug, Default)]
 pub(crate) struct Counts {
     requests: AtomicU64,
     bytes: AtomicU64,
+    /// The last refusal that came with a code.
+    refused: Mutex<Said>,
 }
 
 impl Counts {
@@ -55,8 +68,8 @@ impl Counts {
 #[derive(Debug, Default)]
 struct Task {
     counts: Arc<Counts>,
-    /// Zero before an answer.
-    status: AtomicU16,
+    /// The last answer.
+    said: Mutex<Said>,
     /// Keys that were listed and that no request can name.
     unnameable: Mutex<Vec<String>>,
 }
@@ -65,18 +78,15 @@ tokio::task_local! {
     static TASK: Arc<Task>;
 }
 
-/// Runs a task and counts its requests; returns its result and the status of its last answer.
-pub(crate) async fn counted<T>(
-    counts: &Arc<Counts>,
-    task: impl Future<Output = T>,
-) -> (T, Option<u16>) {
+/// Runs a task and counts its requests; returns its result and what its last answer said.
+pub(crate) async fn counted<T>(counts: &Arc<Counts>, task: impl Future<Output = T>) -> (T, Said) {
     let own = Arc::new(Task {
         counts: Arc::clone(counts),
         ..Task::default()
     });
     let result = TASK.scope(Arc::clone(&own), task).await;
-    let status = own.status.load(Ordering::Relaxed);
-    (result, (status != 0).then_some(status))
+    let said = lock(&own.said).clone();
+    (result, said)
 }
 
 /// Takes the keys that the requests of this task have listed and that no request can name.
@@ -85,9 +95,9 @@ pub(crate) fn take_unnameable() -> Vec<String> {
     taken.unwrap_or_default()
 }
 
-fn lock(keys: &Mutex<Vec<String>>) -> std::sync::MutexGuard<'_, Vec<String>> {
-    // every key is complete on its own
-    keys.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock<T>(noted: &Mutex<T>) -> MutexGuard<'_, T> {
+    // every note is complete on its own
+    noted.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Makes clients whose requests are counted.
@@ -107,19 +117,31 @@ struct Service(HttpClient);
 #[async_trait]
 impl HttpService for Service {
     async fn call(&self, request: HttpRequest) -> Result<HttpResponse, HttpError> {
-        let note = |status: u16| {
+        let note = |said: Said| {
             // requests outside a counted task have nobody to report to
-            let _ = TASK.try_with(|task| task.status.store(status, Ordering::Relaxed));
+            let _ = TASK.try_with(|task| *lock(&task.said) = said);
         };
         let _ = TASK.try_with(|task| task.counts.requests.fetch_add(1, Ordering::Relaxed));
-        note(0);
+        note(Said::default());
         let lists = is_list(&request);
+        let has_no_body = request.method() == "HEAD";
         let response = self.0.execute(request).await?;
-        note(response.status().as_u16());
-        match lists && response.status().is_success() {
-            true => nameable(response).await,
-            false => Ok(response),
+        if response.status().is_success() {
+            note(Said {
+                status: Some(response.status().as_u16()),
+                ..Said::default()
+            });
+            return match lists {
+                true => nameable(response).await,
+                false => Ok(response),
+            };
         }
+        let (said, response) = refusal(response).await?;
+        note(match has_no_body {
+            true => with_code(said),
+            false => said,
+        });
+        Ok(response)
     }
 }
 
@@ -131,6 +153,50 @@ fn is_list(request: &HttpRequest) -> bool {
         && parts
             .into_iter()
             .any(|part| matches!(part, "list-type=2" | "comp=list"))
+}
+
+/// What an answer that is no success says, and the answer: the client drops the headers, and the body of some.
+async fn refusal(response: HttpResponse) -> Result<(Said, HttpResponse), HttpError> {
+    let (head, body) = response.into_parts();
+    let bytes = body.bytes().await?;
+    let text = String::from_utf8_lossy(&bytes);
+    let header = |name: &str| head.headers.get(name)?.to_str().ok().filter(is_word);
+    let code = between(&text, "<Code>", "</Code>").or_else(|| header("x-ms-error-code"));
+    let region = between(&text, "<Region>", "</Region>").or_else(|| header("x-amz-bucket-region"));
+    let said = Said {
+        status: Some(head.status.as_u16()),
+        code: code.map(ToOwned::to_owned),
+        region: region.map(ToOwned::to_owned),
+    };
+    if said.code.is_some() {
+        let _ = TASK.try_with(|task| *lock(&task.counts.refused) = said.clone());
+    }
+    Ok((said, HttpResponse::from_parts(head, bytes.into())))
+}
+
+/// An answer to HEAD, which says no more than its status: of the last refusal with this status the code.
+fn with_code(said: Said) -> Said {
+    let known = TASK.try_with(|task| lock(&task.counts.refused).clone());
+    match known {
+        Ok(known) if known.status == said.status => Said {
+            code: said.code.or(known.code),
+            region: said.region.or(known.region),
+            ..said
+        },
+        _ => said,
+    }
+}
+
+fn between<'t>(text: &'t str, start: &str, end: &str) -> Option<&'t str> {
+    let (_, rest) = text.split_once(start)?;
+    let (found, _) = rest.split_once(end)?;
+    Some(found).filter(is_word)
+}
+
+/// Whether a text is a code or a name: the rest of an answer may repeat credentials.
+fn is_word(text: &&str) -> bool {
+    let is_of_word = |c: char| c.is_ascii_alphanumeric() || c == '-';
+    (1..64).contains(&text.len()) && text.chars().all(is_of_word)
 }
 
 /// An answer without the keys that no request can name, which are noted for the task.

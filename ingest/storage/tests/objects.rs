@@ -135,3 +135,47 @@ fn objects_of_a_web_server_are_read_by_a_url_with_a_secret() {
         "{shown}"
     );
 }
+
+#[test]
+fn a_refusal_tells_the_code_and_the_region() {
+    let server = serve("refusing");
+    folder("s3://refusing").put("x", &content(10)).unwrap();
+    let elsewhere = Some("eu-central-1");
+    for (status, code, region, kind) in [
+        (301, "PermanentRedirect", elsewhere, ErrorKind::Refused),
+        (307, "TemporaryRedirect", elsewhere, ErrorKind::Refused),
+        (
+            400,
+            "AuthorizationHeaderMalformed",
+            elsewhere,
+            ErrorKind::Refused,
+        ),
+        (400, "ExpiredToken", None, ErrorKind::PermissionDenied),
+        (403, "InvalidAccessKeyId", None, ErrorKind::PermissionDenied),
+        (
+            403,
+            "AccessDenied",
+            Some("us-east-1"),
+            ErrorKind::PermissionDenied,
+        ),
+        (404, "NoSuchKey", None, ErrorKind::NotFound),
+        (503, "SlowDown", None, ErrorKind::Unavailable),
+    ] {
+        // GET, and HEAD, whose answer has no code
+        server.inject(9, |_| true, Fault::Refusal(status, code, region));
+        let error = Object::open(&Location::parse("s3://refusing/x").unwrap()).unwrap_err();
+        assert_eq!(error.kind, kind, "{code}: {error}");
+        let told = error.to_string();
+        assert!(told.contains(&format!("{status} {code}")), "{code}: {told}");
+        let is_elsewhere = region == elsewhere;
+        assert_eq!(
+            told.contains("AWS_REGION=eu-central-1"),
+            is_elsewhere,
+            "{told}"
+        );
+        assert_eq!(told.contains("AWS_REGION"), is_elsewhere, "{told}");
+        assert!(!told.contains(SECRET), "{told}");
+        server.heal();
+    }
+    assert_eq!(open("s3://refusing/x").size(), 10);
+}

@@ -49,6 +49,9 @@ pub struct Lag<T> {
     pub angular_acceleration: Vector3<T>,
 }
 
+/// How far the length of a stated upward unit vector may be from 1.
+pub const UNIT_TOLERANCE: f64 = 0.01;
+
 /// Attitude and velocity of the base, in base axes; NaN where unknown.
 ///
 /// The loads do not depend on them. They separate the specific force into slope, acceleration and cornering.

@@ -7,7 +7,7 @@ mod sample;
 
 pub use columns::StateColumns;
 pub use machine_state::{
-    AccelerometerBias, BaseState, ImuState, JetCovariance, Lag, SignalNoise, State,
+    AccelerometerBias, BaseState, ImuState, JetCovariance, Lag, SignalNoise, State, UNIT_TOLERANCE,
 };
 pub use reason::{Reason, Reasons};
 pub(crate) use sample::Credible;

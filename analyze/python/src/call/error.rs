@@ -45,7 +45,7 @@ pub(crate) fn exception(error: &anyhow::Error) -> PyErr {
 }
 
 /// Flags of the program that are keywords in Python, and what to write for them there. Longer ones come before their beginnings.
-const KEYWORDS: [(&str, &str); 19] = [
+const KEYWORDS: [(&str, &str); 27] = [
     ("--estimator smoother", "estimator=\"smoother\""),
     ("--model whole-body", "model=\"whole-body\""),
     (
@@ -56,6 +56,14 @@ const KEYWORDS: [(&str, &str); 19] = [
     ("--model", "model"),
     ("--machine-b", "machine_b"),
     ("--machine", "machine"),
+    ("--fleet", "fleet"),
+    ("--out", "out"),
+    ("--records", "records"),
+    ("--attempts", "attempts"),
+    ("--shard", "shard"),
+    ("--gather", "gather"),
+    ("--fail-on", "fail_on"),
+    ("--accept-inertias", "accept_inertias=True"),
     ("--resume", "resume=True"),
     ("--prune", "prune=True"),
     ("--rate", "rate"),

@@ -3,6 +3,7 @@
 
 pub(crate) mod error;
 pub(crate) mod interrupt;
+pub(crate) mod number;
 pub(crate) mod options;
 pub(crate) mod pickle;
 pub(crate) mod place;

@@ -4,9 +4,10 @@ use anyhow::{Result, anyhow, bail};
 use clap::ValueEnum;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::base::options::{HIGHEST_RATE_HZ, Options};
 
 use super::error::Mistake;
+use super::number::positive;
 
 /// What a caller states of the options of an analysis; what is absent is as on the command line.
 #[derive(Default)]
@@ -40,10 +41,10 @@ impl Stated {
     /// A name is unknown, or a number is impossible.
     pub(crate) fn options(&self) -> Result<Options> {
         if let Some(rate) = self.rate
-            && !(rate.is_finite() && rate > 0.0)
+            && positive("rate (Hz)", rate)? > HIGHEST_RATE_HZ
         {
             bail!(Mistake(format!(
-                "expected a positive rate (Hz), found {rate}"
+                "expected a rate of at most {HIGHEST_RATE_HZ} Hz, found {rate}"
             )));
         }
         for (name, time) in [("start", self.start), ("end", self.end)] {
@@ -54,6 +55,13 @@ impl Stated {
                     "expected a finite {name} (s), found {time}"
                 )));
             }
+        }
+        if let (Some(start), Some(end)) = (self.start, self.end)
+            && start >= end
+        {
+            bail!(Mistake(format!(
+                "expected start before end, found {start} and {end} s"
+            )));
         }
         let usual = Options::default();
         let offsets = self.apply_clock_offsets.as_deref();
@@ -84,10 +92,15 @@ pub(crate) fn value<T: ValueEnum>(what: &str, given: Option<&str>, default: T) -
 /// # Errors
 /// There is none.
 fn named<T: ValueEnum>(what: &str, given: Option<&str>) -> Result<Option<T>> {
-    let Some(given) = given else {
-        return Ok(None);
-    };
-    let found = T::from_str(given, false).map_err(|_| {
+    given.map(|given| one_of(what, given)).transpose()
+}
+
+/// The value with this name.
+///
+/// # Errors
+/// There is none.
+pub(crate) fn one_of<T: ValueEnum>(what: &str, given: &str) -> Result<T> {
+    T::from_str(given, false).map_err(|_| {
         let values = T::value_variants().iter();
         let names =
             values.filter_map(|value| Some(value.to_possible_value()?.get_name().to_string()));
@@ -96,6 +109,23 @@ fn named<T: ValueEnum>(what: &str, given: Option<&str>) -> Result<Option<T>> {
             "expected {what} {}, found {given:?}",
             names.join(" or ")
         )))
-    });
-    found.map(Some)
+    })
+}
+
+/// One word, or a list of them.
+#[derive(FromPyObject)]
+pub(crate) enum Words {
+    #[pyo3(transparent, annotation = "str")]
+    One(String),
+    #[pyo3(transparent, annotation = "list of str")]
+    Many(Vec<String>),
+}
+
+impl Words {
+    pub(crate) fn list(self) -> Vec<String> {
+        match self {
+            Self::One(word) => vec![word],
+            Self::Many(words) => words,
+        }
+    }
 }

@@ -4,43 +4,48 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use anyhow::{anyhow, bail};
+use anyhow::{Result, anyhow, bail};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBool, PyDict};
+use tipwatch_analyze::analysis::DEFAULT_MIN_VALID;
+use tipwatch_analyze::events::EventKind;
 use tipwatch_analyze::policy::Policy;
 use tipwatch_analyze::screen::{
-    Fleet as Machines, Gate, Output, Reports, Request, Update, screen as screen_logs,
+    DEFAULT_ATTEMPTS, Fleet as Machines, Gate, Gathering, MOST_JOBS, Output, Reports, Request,
+    Screen, Shard, Update, gather as gather_records, screen as screen_logs,
 };
 use tipwatch_binding::MachineFile;
 
 use super::fleet::Fleet;
+use super::task::accepting;
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, interruptible};
-use crate::call::options::{Stated, value};
+use crate::call::number::{Whole, positive};
+use crate::call::options::{Stated, Words, one_of, value};
 use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
-
-/// Least share of a log's time that must be computable unless a policy states another.
-const LEAST_VALID: f64 = 0.5;
 
 /// Analyses many logs on all cores or on a cluster, and builds a data set and a page from them.
 ///
 /// Parameters
 /// ----------
 /// logs : path, or sequence of paths
-///     Folders, patterns, manifests and logs.
+///     Folders, patterns, manifests and logs. None are needed with ``gather``.
 /// out : path
-///     Output folder for data set, page and reports.
+///     Output folder for data set, page and reports; not with ``records``.
 /// machine : Machine or path
 ///     The machine of all logs; or
 /// fleet : path
 ///     the fleet file: rules that assign machine files to logs.
+/// accept_inertias : bool
+///     Inertias of the URDF that no body can have are replaced, with their uncertainty, instead of refused; as
+///     ``accept_inertias = true`` in the machine files.
 /// resume : bool
 ///     Resume the run in the folder: logs already analysed with the same content, machine, options and program are
 ///     skipped.
 /// jobs : int, optional
-///     Number of logs analysed in parallel; default: number of processors. With an engine: number of tasks it is given
+///     Number of logs analysed in parallel, 1 to 1024; default: number of processors. With an engine: number of tasks it is given
 ///     at a time; default: four for each of its processors.
 /// rate, estimator, model, closed_form_input, apply_clock_offsets, quasi_static
 ///     Those of ``analyze``.
@@ -49,12 +54,28 @@ const LEAST_VALID: f64 = 0.5;
 ///     0.5.
 /// policy : path, optional
 ///     The rules by which the logs are judged (``policy.json``); with threads.
+/// fail_on : str, or sequence of str, optional
+///     Kinds of events that no log may have, as "wheel_lift": a policy of these rules. ``Fleet.totals`` counts the logs that
+///     break it; with threads.
 /// prune : bool
 ///     Remove logs that no longer exist from the data set; with threads.
 /// reports : {"events", "all", "none"}, optional
 ///     Which logs get a report of their own: those with events of wheels or edges (default), all, or none; with threads.
 /// memory : float, optional
 ///     Limit of the estimated memory of all analyses (GiB); default: three quarters of what is free; with threads.
+/// shard : str, optional
+///     The part of the logs to analyse, as "2/8": the second of eight; ``gather`` combines the parts. "auto/8" takes the
+///     index from the variables of Kubernetes, AWS Batch, Slurm, Google Batch or Cloud Run, "auto" the number of parts, too;
+///     with threads.
+/// records : path, optional
+///     Write records and reports alone, into a folder that many processes share, instead of ``out``. Logs that have a
+///     record are skipped; ``gather`` makes the data set. With threads.
+/// attempts : int, optional
+///     With ``records``: number of processes that may be lost while they analyse a log, before it counts as failed;
+///     default: 3.
+/// gather : bool or path
+///     Analyse nothing: build data set and page in ``out`` from the records in this place, or with True from those in
+///     ``out``. Of logs that are named, those without a record are in the data set as failed. With threads.
 /// progress : bool or callable
 ///     True shows a bar on standard error (with tqdm or rich, if one of them is installed). A function is called some
 ///     times a second with the number of finished logs and that of all logs.
@@ -72,26 +93,31 @@ const LEAST_VALID: f64 = 0.5;
 /// Raises
 /// ------
 /// TipwatchError
-///     There is no log, or the folder cannot be used. A log that cannot be analysed is not an error: the data set
+///     There is no log, the folder cannot be used, or a keyword has a value that it cannot have or excludes another. A log that cannot be analysed is not an error: the data set
 ///     has it with the reason and its kind; so is a log whose worker is lost.
 /// KeyboardInterrupt
 ///     Ctrl+C, once the logs in work are finished (standard error says so): the data set stays whole, and
 ///     ``resume=True`` continues.
 #[pyfunction]
-#[pyo3(signature = (
-    logs, *, out, machine=None, fleet=None, resume=false, jobs=None, rate=None, estimator=None, model=None,
-    closed_form_input=None, apply_clock_offsets=None, quasi_static=None, min_valid=None, policy=None, prune=false,
-    reports=None, memory=None, progress=None, runner="threads", retries=2
-))]
+#[pyo3(
+    signature = (
+        logs=Logs::Several(Vec::new()), *, out=None, machine=None, fleet=None, accept_inertias=false, resume=false,
+        jobs=None, rate=None, estimator=None, model=None, closed_form_input=None, apply_clock_offsets=None,
+        quasi_static=None, min_valid=None, policy=None, fail_on=None, prune=false, reports=None, memory=None, shard=None,
+        records=None, attempts=None, gather=Gather::No, progress=None, runner="threads", retries=None
+    ),
+    text_signature = "(logs=(), *, out=None, machine=None, fleet=None, accept_inertias=False, resume=False, jobs=None, rate=None, estimator=None, model=None, closed_form_input=None, apply_clock_offsets=None, quasi_static=None, min_valid=None, policy=None, fail_on=None, prune=False, reports=None, memory=None, shard=None, records=None, attempts=None, gather=False, progress=None, runner='threads', retries=2)"
+)]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
 pub(crate) fn screen(
     py: Python<'_>,
     logs: Logs,
-    out: Place,
+    out: Option<Place>,
     machine: Option<&Bound<'_, PyAny>>,
     fleet: Option<Place>,
+    accept_inertias: bool,
     resume: bool,
-    jobs: Option<usize>,
+    jobs: Option<Whole>,
     rate: Option<f64>,
     estimator: Option<String>,
     model: Option<String>,
@@ -100,33 +126,34 @@ pub(crate) fn screen(
     quasi_static: Option<String>,
     min_valid: Option<f64>,
     policy: Option<Place>,
+    fail_on: Option<Words>,
     prune: bool,
     reports: Option<&str>,
     memory: Option<f64>,
+    shard: Option<&str>,
+    records: Option<Place>,
+    attempts: Option<Whole>,
+    gather: Gather,
     progress: Option<Bound<'_, PyAny>>,
     runner: &str,
-    retries: u32,
+    retries: Option<Whole>,
 ) -> PyResult<Py<Fleet>> {
-    if let Some(share) = min_valid
-        && !(0.0..=1.0).contains(&share)
-    {
-        let text = format!("expected min_valid from 0 to 1, found {share}");
-        return Err(exception(&anyhow!(Mistake(text))));
-    }
-    if let Some(gib) = memory
-        && !(gib > 0.0)
-    {
-        let text = format!("expected a positive memory (GiB), found {gib}");
-        return Err(exception(&anyhow!(Mistake(text))));
-    }
-    let machine = machine.map(machine_file).transpose()?;
-    let logs = match logs {
-        Logs::One(log) => vec![log.into_path()],
-        Logs::Several(logs) => paths(logs),
-    };
-    let out = out.into_path();
-    let fleet = fleet.map(Place::into_path);
-    let progress = Progress::of(py, progress, "Logs", ())?;
+    let given = [
+        ("out", out.is_some()),
+        ("machine", machine.is_some()),
+        ("fleet", fleet.is_some()),
+        ("resume", resume),
+        ("jobs", jobs.is_some()),
+        ("policy", policy.is_some()),
+        ("fail_on", fail_on.is_some()),
+        ("prune", prune),
+        ("reports", reports.is_some()),
+        ("memory", memory.is_some()),
+        ("shard", shard.is_some()),
+        ("records", records.is_some()),
+        ("attempts", attempts.is_some()),
+        ("gather", gather.is_asked()),
+    ];
     let stated = Stated {
         rate,
         estimator,
@@ -136,29 +163,56 @@ pub(crate) fn screen(
         quasi_static,
         ..Stated::default()
     };
-    if runner != "threads" {
-        let of_threads = [
-            ("policy", policy.is_some()),
-            ("prune", prune),
-            ("reports", reports.is_some()),
-            ("memory", memory.is_some()),
-        ];
-        if let Some((name, _)) = of_threads.iter().find(|(_, is_asked)| *is_asked) {
-            let text = format!(
-                "expected {name} with runner \"threads\" alone, found it with \"{runner}\""
-            );
-            return Err(exception(&anyhow!(Mistake(text))));
+    let checked = || {
+        refuse_conflicts(&given, runner)?;
+        if let Some(share) = min_valid
+            && !(0.0..=1.0).contains(&share)
+        {
+            bail!(Mistake(format!(
+                "expected min_valid from 0 to 1, found {share}"
+            )));
         }
+        let number = |name, given: &Option<Whole>, least, most| {
+            let given = given.as_ref();
+            given
+                .map(|given| given.within(name, least..=most))
+                .transpose()
+        };
+        Ok(Numbers {
+            jobs: number("jobs", &jobs, 1, MOST_JOBS)?,
+            attempts: number("attempts", &attempts, 1, u32::MAX)?.unwrap_or(DEFAULT_ATTEMPTS),
+            retries: number("retries", &retries, 0, u32::MAX)?.unwrap_or(DEFAULT_RETRIES),
+            memory_gib: memory
+                .map(|gib| positive("memory (GiB)", gib))
+                .transpose()?,
+        })
+    };
+    let numbers = checked().map_err(|error| exception(&error))?;
+    let machine = machine.map(machine_file).transpose()?;
+    let logs = match logs {
+        Logs::One(log) => vec![log.into_path()],
+        Logs::Several(logs) => paths(logs),
+    };
+    let fleet = fleet.map(Place::into_path);
+    let progress = Progress::of(py, progress, "Logs", ())?;
+    if runner != "threads" {
+        let Some(out) = out else {
+            return Err(exception(&anyhow!(Mistake(
+                "expected out, found none".into()
+            ))));
+        };
         let arguments = PyDict::new(py);
         // as text: a path object would not keep the two slashes of a URL
-        arguments.set_item("out", out.as_os_str())?;
+        arguments.set_item("out", out.into_path().into_os_string())?;
         arguments.set_item("machine", machine.map(as_in_its_file).transpose()?)?;
         arguments.set_item("fleet", fleet)?;
-        arguments.set_item("options", stated.keywords(py)?)?;
+        let options = stated.keywords(py)?;
+        options.set_item("accept_inertias", accept_inertias)?;
+        arguments.set_item("options", options)?;
         arguments.set_item("resume", resume)?;
-        arguments.set_item("jobs", jobs)?;
-        arguments.set_item("min_valid", min_valid.unwrap_or(LEAST_VALID))?;
-        arguments.set_item("retries", retries)?;
+        arguments.set_item("jobs", numbers.jobs)?;
+        arguments.set_item("min_valid", min_valid.unwrap_or(DEFAULT_MIN_VALID))?;
+        arguments.set_item("retries", numbers.retries)?;
         arguments.set_item("tell", progress.function())?;
         let logs: Vec<OsString> = logs.into_iter().map(PathBuf::into_os_string).collect();
         let engines = py.import("tipwatch._engines")?;
@@ -167,20 +221,40 @@ pub(crate) fn screen(
         return Ok(found?.cast_into::<Fleet>()?.unbind());
     }
     let read = || {
-        let fleet = match (machine, &fleet) {
-            (Some(machine), None) => Machines::of_one(machine),
-            (None, Some(fleet)) => Machines::read(fleet)?,
-            _ => bail!(Mistake("expected either machine or fleet".into())),
-        };
-        let policy = policy.as_deref().map(Policy::read).transpose()?;
         let options = stated.options()?;
-        let reports = value("reports", reports, Reports::default())?;
-        Ok((fleet, options, policy, reports))
+        let (place, output) = match (out, records) {
+            (Some(out), None) => (out.into_path(), Output::DataSet),
+            (None, Some(records)) => {
+                let attempts = numbers.attempts;
+                (records.into_path(), Output::Records { attempts })
+            }
+            _ => bail!(Mistake("expected either out or records".into())),
+        };
+        let policy = match (policy, fail_on) {
+            (Some(file), _) => Some(Policy::read(&file)?),
+            (None, Some(kinds)) => without(&kinds.list())?,
+            (None, None) => None,
+        };
+        let work = match gather.records(&place) {
+            Some(records) => Work::Gather(records),
+            None => {
+                let machines = match (machine, &fleet) {
+                    (Some(machine), None) => Machines::of_one(machine),
+                    (None, Some(fleet)) => Machines::read(fleet)?,
+                    _ => bail!(Mistake("expected either machine or fleet".into())),
+                };
+                Work::Analyse {
+                    machines: accepting(machines, accept_inertias)?,
+                    shard: shard.map(part).transpose()?,
+                    reports: value("reports", reports, Reports::default())?,
+                    output,
+                }
+            }
+        };
+        Ok((work, place, policy, options))
     };
-    let (fleet, options, policy, reports) =
+    let (work, place, policy, options) =
         read().map_err(|error: anyhow::Error| exception(&error))?;
-    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
-    let jobs = jobs.unwrap_or_else(processors).max(1);
     let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let notify = |update: Update<'_>| match update {
         Update::Begin(logs) => all.store(logs, Ordering::Relaxed),
@@ -189,34 +263,178 @@ pub(crate) fn screen(
         }
         Update::Note(_) => {}
     };
-    let compute = |stop: &Stop| {
-        let request = Request {
-            logs: &logs,
-            out: &out,
-            output: Output::DataSet,
-            jobs,
-            memory_bytes: memory.map(|gib| (gib * f64::from(1 << 30)) as u64),
-            shard: None,
-            resume,
-            prune,
-            reports,
-            options,
-            stop: Some(stop.flag()),
-        };
-        let gate = Gate {
-            policy: policy.as_ref(),
-            min_valid: min_valid
-                .or_else(|| policy.as_ref()?.min_valid)
-                .unwrap_or(LEAST_VALID),
-        };
-        screen_logs(&request, &fleet, gate, &notify)
+    let gate = Gate {
+        policy: policy.as_ref(),
+        min_valid: min_valid
+            .or_else(|| policy.as_ref()?.min_valid)
+            .unwrap_or(DEFAULT_MIN_VALID),
+    };
+    let compute = |stop: &Stop| -> Result<Screen> {
+        match &work {
+            Work::Gather(records) => {
+                let asked = Gathering {
+                    records,
+                    out: &place,
+                    logs: &logs,
+                    prune,
+                    options,
+                };
+                gather_records(&asked, gate, &notify)
+            }
+            Work::Analyse {
+                machines,
+                shard,
+                reports,
+                output,
+            } => {
+                let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+                let memory_bytes =
+                    (numbers.memory_gib).map(|gib| (gib * f64::from(1 << 30)) as u64);
+                let request = Request {
+                    logs: &logs,
+                    out: &place,
+                    output: *output,
+                    jobs: numbers.jobs.map_or_else(processors, |jobs| jobs as usize),
+                    memory_bytes,
+                    shard: *shard,
+                    resume,
+                    prune,
+                    reports: *reports,
+                    options,
+                    stop: Some(stop.flag()),
+                };
+                screen_logs(&request, machines, gate, &notify)
+            }
+        }
     };
     let found = interruptible(py, compute, |_| {
         progress.tell((done.load(Ordering::Relaxed), all.load(Ordering::Relaxed)))
     });
     progress.end(matches!(found, Ok(Ok(_))))?;
-    let found = found?.and_then(|found| Fleet::of(out, found));
+    let found = found?.and_then(|found| Fleet::of(place, found));
     Py::new(py, found.map_err(|error| exception(&error))?)
+}
+
+/// Further workers of an engine that a log may lose, unless another number is asked for.
+const DEFAULT_RETRIES: u32 = 2;
+
+/// The numbers of a call, checked.
+struct Numbers {
+    jobs: Option<u32>,
+    attempts: u32,
+    retries: u32,
+    memory_gib: Option<f64>,
+}
+
+/// What the threads of this process do.
+enum Work {
+    /// Build the data set from the records in this place.
+    Gather(PathBuf),
+    Analyse {
+        machines: Machines,
+        shard: Option<Shard>,
+        reports: Reports,
+        output: Output,
+    },
+}
+
+/// Keywords that exclude each other, as the flags of the program do.
+const EXCLUSIVE: [(&str, &str); 16] = [
+    ("machine", "fleet"),
+    ("policy", "fail_on"),
+    ("records", "out"),
+    ("records", "gather"),
+    ("records", "resume"),
+    ("records", "prune"),
+    ("attempts", "out"),
+    ("attempts", "gather"),
+    ("shard", "prune"),
+    ("gather", "machine"),
+    ("gather", "fleet"),
+    ("gather", "shard"),
+    ("gather", "resume"),
+    ("gather", "jobs"),
+    ("gather", "memory"),
+    ("gather", "reports"),
+];
+
+/// Keywords for which an engine has no use.
+const OF_THREADS: [&str; 9] = [
+    "policy", "fail_on", "prune", "reports", "memory", "shard", "records", "attempts", "gather",
+];
+
+/// Keywords, each with whether it was given, that cannot stand together.
+///
+/// # Errors
+/// There are some.
+fn refuse_conflicts(given: &[(&str, bool)], runner: &str) -> Result<()> {
+    let is_given = |name: &str| given.contains(&(name, true));
+    if runner != "threads"
+        && let Some(name) = OF_THREADS.iter().find(|name| is_given(name))
+    {
+        bail!(Mistake(format!(
+            "expected {name} with runner \"threads\" alone, found it with {runner:?}"
+        )));
+    }
+    let mut both = EXCLUSIVE.iter();
+    match both.find(|(one, other)| is_given(one) && is_given(other)) {
+        Some(("machine", "fleet")) => bail!(Mistake(
+            "expected either machine or fleet, found both".into()
+        )),
+        Some((one, other)) => bail!(Mistake(format!(
+            "expected {one} without {other}, found both"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// The rules against events of these kinds; none without a kind.
+fn without(kinds: &[String]) -> Result<Option<Policy>> {
+    let kinds = kinds.iter().map(|kind| one_of("fail_on", kind));
+    let kinds: Vec<EventKind> = kinds.collect::<Result<_>>()?;
+    Ok((!kinds.is_empty()).then(|| Policy::without(&kinds)))
+}
+
+/// A part of the logs.
+fn part(text: &str) -> Result<Shard> {
+    let read = Shard::read(text, |name| std::env::var(name).ok());
+    read.map_err(|error| anyhow!(Mistake(format!("{error:#}"))))
+}
+
+/// The argument `gather`.
+pub(crate) enum Gather {
+    No,
+    /// The records in the output folder.
+    FromOut,
+    From(Place),
+}
+
+impl<'py> FromPyObject<'_, 'py> for Gather {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        Ok(match given.cast::<PyBool>() {
+            Ok(wanted) if wanted.is_true() => Self::FromOut,
+            Ok(_) => Self::No,
+            Err(_) if given.is_none() => Self::No,
+            Err(_) => Self::From(given.extract()?),
+        })
+    }
+}
+
+impl Gather {
+    fn is_asked(&self) -> bool {
+        !matches!(self, Self::No)
+    }
+
+    /// The place of the records; `None` if nothing is to be gathered.
+    fn records(self, out: &std::path::Path) -> Option<PathBuf> {
+        match self {
+            Self::No => None,
+            Self::FromOut => Some(out.into()),
+            Self::From(place) => Some(place.into_path()),
+        }
+    }
 }
 
 /// The file of a machine, for workers, which read it by themselves.

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{PathBuf, absolute};
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::screen::{
@@ -12,7 +12,7 @@ use tipwatch_analyze::screen::{
 use tipwatch_binding::MachineFile;
 
 use super::fleet::Fleet;
-use crate::call::error::exception;
+use crate::call::error::{Mistake, exception};
 use crate::call::options::Stated;
 use crate::call::place::{Place, paths};
 
@@ -31,7 +31,7 @@ impl FleetTask {
     #[new]
     #[pyo3(signature = (
         records, *, machine=None, fleet=None, rate=None, estimator=None, model=None, closed_form_input=None,
-        apply_clock_offsets=None, quasi_static=None
+        apply_clock_offsets=None, quasi_static=None, accept_inertias=false
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn new(
@@ -44,6 +44,7 @@ impl FleetTask {
         closed_form_input: Option<String>,
         apply_clock_offsets: Option<String>,
         quasi_static: Option<String>,
+        accept_inertias: bool,
     ) -> PyResult<Self> {
         let stated = Stated {
             rate,
@@ -58,12 +59,12 @@ impl FleetTask {
             let (machines, file) = match (machine, fleet) {
                 (Some(file), None) => (Machines::of_one(MachineFile::read(&file)?), file),
                 (None, Some(file)) => (Machines::read(&file)?, file),
-                _ => bail!("expected either machine or fleet"),
+                _ => bail!(Mistake("expected either machine or fleet".into())),
             };
             Ok(Self {
                 records: records.into_path(),
                 file: file.into_path(),
-                machines,
+                machines: accepting(machines, accept_inertias)?,
                 options: stated.options()?,
             })
         };
@@ -143,6 +144,17 @@ impl FleetTask {
         });
         let fleet = gathered.and_then(|found| Fleet::of(out, found));
         fleet.map_err(|error| exception(&error))
+    }
+}
+
+/// Machines that accept impossible inertias if that `is_asked`.
+///
+/// # Errors
+/// A machine file says that it does not accept them.
+pub(super) fn accepting(machines: Machines, is_asked: bool) -> Result<Machines> {
+    match is_asked {
+        true => machines.with_machines(|file| Ok(file.accepting_inertias()?)),
+        false => Ok(machines),
     }
 }
 

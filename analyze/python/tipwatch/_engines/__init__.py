@@ -14,6 +14,7 @@ from pathlib import Path
 
 from tipwatch import _tipwatch
 from tipwatch._engines._parcel import Parcel
+from tipwatch._errors import error
 
 _ENGINES = {"ray": "ray", "dask": "dask[distributed]"}
 
@@ -34,7 +35,7 @@ def screen(
 ) -> _tipwatch.Fleet:
     """Analyses the logs on an engine; the arguments are those of ``tipwatch.screen``, ``options`` those of analyses."""
     if runner not in _ENGINES:
-        raise _tipwatch.TipwatchError(f"expected runner 'threads', 'ray' or 'dask', found {runner!r}")
+        raise error("value", f"expected runner 'threads', 'ray' or 'dask', found {runner!r}")
     try:
         engine = import_module(f"tipwatch._engines._{runner}")
     except ModuleNotFoundError as missing:

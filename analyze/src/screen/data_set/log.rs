@@ -61,9 +61,9 @@ record! {
         worst_margin: Option<f64> ["-"],
         /// its standard deviation
         worst_margin_sigma: Option<f64> ["-"],
-        /// smallest load of any wheel as a share of its static load under any split of the load: 0 where a wheel may
-        /// have been off the ground
-        any_split_margin: Option<f64> ["-"],
+        /// the same under any split of the load: smallest of the largest loads that equilibrium allows the wheels, as a share
+        /// of the static load, at most 1: 0 where a wheel was off the ground under every split
+        margin_any_split: Option<f64> ["-"],
         /// the wheel with the worst margin
         worst_wheel: Option<String>,
         /// when that was
@@ -211,7 +211,7 @@ impl FleetLog {
             valid_share: coverage.and_then(|coverage| coverage.valid_share),
             worst_margin: worst.map(|worst| worst.margin),
             worst_margin_sigma: worst.and_then(|worst| worst.sigma),
-            any_split_margin: facts.and_then(|facts| facts.any_split_margin),
+            margin_any_split: facts.and_then(|facts| facts.margin_any_split),
             worst_wheel: worst.map(|worst| worst.wheel.clone()),
             worst_ns: worst.map(|worst| worst.time_ns),
             worst_otf: worst.map(|worst| worst.otf_n),

@@ -4,6 +4,7 @@
 
 mod event;
 mod log;
+mod not_answered;
 mod query;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,10 +23,11 @@ use crate::base::files::{remove_unfinished, unfinished_of};
 use crate::tables::frame::{ColumnInfo, Record};
 
 pub(super) use self::log::lifted_s;
-pub use query::{Answer, NotAnswered, query};
+pub use not_answered::NotAnswered;
+pub use query::{Answer, query};
 
 /// Version of the columns.
-pub(super) const DATA_SET_SCHEMA: u32 = 4;
+pub(super) const DATA_SET_SCHEMA: u32 = 5;
 /// Most rows of a file, some 128 MB: a month of a large fleet has several.
 const MOST_ROWS: usize = 400_000;
 /// Rows of a row group, which readers skip as a whole.

@@ -12,6 +12,7 @@ use serde_json::{Map, Value};
 
 use super::event::FleetEvent;
 use super::log::FleetLog;
+use super::not_answered::{self, NotAnswered};
 use super::{TABLES, is_table};
 use crate::screen::place::Place;
 use crate::tables::frame::{Day, Record};
@@ -23,25 +24,14 @@ pub struct Answer {
     frame: DataFrame,
 }
 
-/// Why a query has no answer: it is not valid, or names what the tables do not have.
-#[derive(Debug)]
-pub struct NotAnswered(String);
-
-impl std::fmt::Display for NotAnswered {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for NotAnswered {}
-
 /// Asks a data set, in a folder or a bucket, in SQL. Its tables are `logs` and `events`.
 ///
 /// # Errors
 /// There is no data set, the query is not valid, or it names another table; see [`NotAnswered`].
 pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
+    NotAnswered::unless_reading(sql)?;
     let named = extract_table_identifiers(sql, false, true)
-        .map_err(|error| NotAnswered(format!("not a valid query: {sql}: {error}")))?;
+        .map_err(|error| NotAnswered::not_parsed(sql, &error))?;
     let named: BTreeSet<String> = named.iter().map(|name| name.to_lowercase()).collect();
     let place = Place::at(data_set)?;
     // tables of a bucket, until they are asked
@@ -66,21 +56,15 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
         bail!("{place}: expected a data set of tipwatch screen (logs/*.parquet), found none");
     }
     let answered = context.execute(sql).and_then(LazyFrame::collect);
-    let frame = answered.map_err(|error| {
-        // the plan behind an error tells nothing to who wrote the query
-        let text = error.to_string();
-        let reason = text.split("\n\nResolved plan").next().unwrap_or(&text);
-        let text = format!(
-            "not answered: {sql}: {reason} (the tables are logs and events; the reference page \"Fleet data set\" has their \
-             columns)"
-        );
-        match error {
-            // the files, not the query
-            PolarsError::IO { .. } => anyhow!(text),
-            _ => NotAnswered(text).into(),
-        }
+    let frame = answered.map_err(|error| match error {
+        // the files, not the query
+        PolarsError::IO { .. } => anyhow!(not_answered::text(sql, &error, &named)),
+        _ => NotAnswered::of(sql, &error, &named).into(),
     })?;
-    Ok(Answer { frame })
+    match frame.width() {
+        0 => Err(NotAnswered::without_columns(sql).into()),
+        _ => Ok(Answer { frame }),
+    }
 }
 
 /// The table of some files. Columns that files of older versions lack are null there.

@@ -123,9 +123,9 @@ pub(super) fn explorer(
         p.hint {
             "The worst margin is the smallest overturning force (OTF) of any wheel or support as a share of its static load, ± two standard "
             "deviations: 0 when it is about to lift, 100 % at rest on level ground. It holds under the split of the load that "
-            "the machine file states; the margin under any split is 0 where another split leaves it no load. "
+            "the machine file states; the margin under any split is 0 % where one is off the ground however the load splits. "
             "Logs in which the machine tipped over come first, then those in which it tipped about an edge and those in which a "
-            "wheel or support lifted, the longest first; then those that are not decided, then those in which one lifted under another split. Logs "
+            "wheel or support lifted, the longest first; then those that are not decided, then the others, by their worst margin. Logs "
             "that their margins cannot tell apart share a rank. "
             @if listed < all {
                 "The page holds the first " (listed) " of " (all) " logs; the data set has all (" code { "tipwatch query" } "). "
@@ -173,7 +173,7 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
     );
     let group = Group::ALL[ranked.group as usize].1;
     let cause = main_cause(log).map_or_else(String::new, |cause| readable(EXPOSURE_CAUSES[cause]));
-    let any_split = log.facts.any_split_margin.map_or("unknown".into(), percent);
+    let any_split = log.facts.margin_any_split.map_or("unknown".into(), percent);
     vec![
         html! { (rank) },
         html! { (log.machine()) },
@@ -262,7 +262,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             .push(whole(worst.map(|worst| worst.margin), 1e3));
         data.sigma
             .push(whole(worst.and_then(|worst| worst.sigma), 1e3));
-        data.any.push(whole(facts.any_split_margin, 1e2));
+        data.any.push(whole(facts.margin_any_split, 1e2));
         data.wheel
             .push(worst.map(|worst| wheels.place(&worst.wheel.to_uppercase())));
         data.lifted.push((log.lifted_s * 100.0).round() as i64);

@@ -16,21 +16,18 @@ pub(super) enum Group {
     WheelLift,
     /// Too little time is computable, or between the rows of a sparse log a lift cannot be excluded.
     Undecided,
-    /// By the stated split of the load no wheel lifted. By another one a wheel carried nothing, as on every rigid machine with
-    /// four wheels on ground that is not known.
-    LiftUnderAnotherSplit,
-    /// No wheel lifted.
+    /// No wheel lifted by the stated split of the load. By another one a wheel may have: more than three wheels always have a
+    /// split that leaves one of them no load, so that tells no log from another.
     NoLift,
 }
 
 impl Group {
-    pub(super) const ALL: [(Self, &'static str); 6] = [
+    pub(super) const ALL: [(Self, &'static str); 5] = [
         (Self::TipOver, "tipped over"),
         (Self::EdgeTipping, "tipped about an edge"),
         (Self::WheelLift, "a wheel or support lifted"),
         (Self::Undecided, "not decided"),
-        (Self::LiftUnderAnotherSplit, "no lift by the stated split"),
-        (Self::NoLift, "nothing lifted"),
+        (Self::NoLift, "no lift by the stated split"),
     ];
 
     pub(super) fn of(log: &Seen<'_>) -> Self {
@@ -45,8 +42,6 @@ impl Group {
             Self::WheelLift
         } else if log.is_undecided || worst.is_none() {
             Self::Undecided
-        } else if facts.any_split_margin.is_some_and(|margin| margin <= 0.0) {
-            Self::LiftUnderAnotherSplit
         } else {
             Self::NoLift
         }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use object_store::Error as StoreError;
 use object_store::client::{HttpError, HttpErrorKind};
 
-use crate::counted::{Counts, counted};
+use crate::counted::{Counts, Said, counted};
 use crate::error::{Error, ErrorKind};
 use crate::place::Access;
 use crate::redact::redact;
@@ -51,10 +51,10 @@ where
     loop {
         // twice: a request that sends no bytes is stopped by the client's own limit
         let limit = access.timeout.saturating_mul(2);
-        let (outcome, status) = counted(counts, tokio::time::timeout(limit, request())).await;
+        let (outcome, said) = counted(counts, tokio::time::timeout(limit, request())).await;
         let error = match outcome {
             Ok(Ok(value)) => return Ok(value),
-            Ok(Err(failure)) => typed(place, access, failure, status),
+            Ok(Err(failure)) => typed(place, access, failure, &said),
             Err(_) => Error::timed_out(place, limit),
         };
         let may_pass = matches!(
@@ -78,14 +78,13 @@ where
     }
 }
 
-fn typed(place: &str, access: &Access, failure: Failure, status: Option<u16>) -> Error {
+fn typed(place: &str, access: &Access, failure: Failure, said: &Said) -> Error {
     let error = match failure {
         Failure::Other(error) => return error,
         Failure::Incomplete(found) => return Error::new(place, ErrorKind::Incomplete, found),
         Failure::Store(error) => error,
     };
-    let said = || told(&error, status);
-    let kind = match (&error, status) {
+    let kind = match (&error, said.status) {
         (StoreError::NotFound { .. }, _) => ErrorKind::NotFound,
         (StoreError::PermissionDenied { .. } | StoreError::Unauthenticated { .. }, _) => {
             ErrorKind::PermissionDenied
@@ -98,6 +97,8 @@ fn typed(place: &str, access: &Access, failure: Failure, status: Option<u16>) ->
         }
         (StoreError::InvalidPath { .. }, _) => ErrorKind::NotAPlace,
         (_, Some(401 | 403)) => ErrorKind::PermissionDenied,
+        // S3 answers 400 to credentials that are no longer valid
+        (_, Some(400)) if is_expired(said) => ErrorKind::PermissionDenied,
         (_, Some(404)) => ErrorKind::NotFound,
         (_, Some(408 | 429 | 500..)) => ErrorKind::Unavailable,
         _ => match transport(&error) {
@@ -114,7 +115,14 @@ fn typed(place: &str, access: &Access, failure: Failure, status: Option<u16>) ->
             None => ErrorKind::Refused,
         },
     };
-    Error::new(place, kind, said())
+    Error::new(place, kind, told(&error, said, access))
+}
+
+fn is_expired(said: &Said) -> bool {
+    let codes = ["ExpiredToken", "InvalidToken", "TokenRefreshRequired"];
+    said.code
+        .as_deref()
+        .is_some_and(|code| codes.contains(&code))
 }
 
 fn no_ranges(place: &str) -> Error {
@@ -134,24 +142,17 @@ fn transport(error: &StoreError) -> Option<HttpErrorKind> {
     None
 }
 
-/// What the server said: its status and the code of its answer. The rest of an answer may repeat credentials.
-fn told(error: &StoreError, status: Option<u16>) -> String {
-    let text = error.to_string();
-    let code = between(&text, "<Code>", "</Code>");
-    let region = between(&text, "<Region>", "</Region>");
-    let region = match (region, status) {
-        (Some(region), _) => {
-            format!("; the bucket is in the region {region}: set AWS_REGION={region}")
-        }
-        // S3 answers so to a request in a wrong region, and may not name the right one
-        (None, Some(301)) => {
-            "; the bucket is in another region: set AWS_REGION to the one of the bucket".to_owned()
-        }
-        _ => String::new(),
+/// What the server said: its status and code, and the region to ask in.
+fn told(error: &StoreError, said: &Said, access: &Access) -> String {
+    let refused = |status: u16| {
+        let code = said
+            .code
+            .as_ref()
+            .map_or(String::new(), |code| format!(" {code}"));
+        format!("the server answered {status}{code}{}", region(said, access))
     };
-    match (status, code) {
-        (Some(status), Some(code)) => format!("the server answered {status} {code}{region}"),
-        (Some(status), None) if status >= 300 => format!("the server answered {status}{region}"),
+    match said.status {
+        Some(status) if status >= 300 => refused(status),
         _ => {
             // the innermost cause says most
             let mut cause: &(dyn std::error::Error + 'static) = error;
@@ -167,40 +168,34 @@ fn told(error: &StoreError, status: Option<u16>) -> String {
     }
 }
 
-fn between<'t>(text: &'t str, start: &str, end: &str) -> Option<&'t str> {
-    let (_, rest) = text.split_once(start)?;
-    let (found, _) = rest.split_once(end)?;
-    let is_code = |c: char| c.is_ascii_alphanumeric() || c == '-';
-    (found.len() < 64 && found.chars().all(is_code)).then_some(found)
-}
+/// The region that requests ask in, unless another one is stated.
+const DEFAULT_REGION: &str = "us-east-1";
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn said(body: &str, status: u16) -> String {
-        let error = StoreError::Generic {
-            store: "S3",
-            source: body.to_owned().into(),
-        };
-        told(&error, Some(status))
-    }
-
-    #[test]
-    fn the_region_of_a_bucket_is_told() {
-        let body = "<Error><Code>AuthorizationHeaderMalformed</Code><Message>wrong</Message>\
-                    <Region>eu-central-1</Region></Error>";
-        let found = said(body, 400);
-        assert!(
-            found.contains("400 AuthorizationHeaderMalformed"),
-            "{found}"
-        );
-        assert!(found.contains("AWS_REGION=eu-central-1"), "{found}");
-        assert!(said("redirect without a place", 301).contains("AWS_REGION"));
-        let odd = said(
-            "<Error><Code>AccessDenied</Code><Region>a b</Region></Error>",
-            403,
-        );
-        assert_eq!(odd, "the server answered 403 AccessDenied");
+/// What is wrong with the region of the requests, if that is known.
+fn region(said: &Said, access: &Access) -> String {
+    let variables = access.variables_of("AWS_");
+    let value = |name: &str| {
+        let mut found = variables.iter().rev();
+        found
+            .find(|(known, _)| known == name)
+            .map(|(_, value)| value.as_str())
+    };
+    let asked = value("AWS_REGION").or_else(|| value("AWS_DEFAULT_REGION"));
+    let asked = asked.unwrap_or(DEFAULT_REGION);
+    match (&said.region, said.status) {
+        // S3 names it in every refusal
+        (Some(region), _) if region == asked => String::new(),
+        (Some(region), _) => {
+            format!(
+                "; the bucket is in the region {region}, asked for in {asked}: set AWS_REGION={region}"
+            )
+        }
+        // S3 answers so to a request in a wrong region, and may not name the right one
+        (None, Some(301 | 307)) => {
+            format!(
+                "; the bucket is in another region than {asked}: set AWS_REGION to the one of the bucket"
+            )
+        }
+        _ => String::new(),
     }
 }

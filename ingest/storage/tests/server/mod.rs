@@ -43,6 +43,8 @@ pub(crate) struct Seen {
 pub(crate) enum Fault {
     /// Answers with this status.
     Status(u16),
+    /// Answers with this status, this code in the body, and this region in a header.
+    Refusal(u16, &'static str, Option<&'static str>),
     /// Never answers.
     Hang,
     /// Sends so many bytes of the content and closes the connection.
@@ -206,6 +208,20 @@ impl Answering {
                     format!("<Error><Code>Injected</Code><Message>{SECRET}</Message></Error>");
                 let response = Response::builder().status(*status).body(Full::from(text));
                 return Ok(response.unwrap());
+            }
+            Some(Fault::Refusal(status, code, region)) => {
+                let text = format!("<Error><Code>{code}</Code><Message>{SECRET}</Message></Error>");
+                let mut response = Response::builder().status(*status);
+                if let Some(region) = region {
+                    response = response.header("x-amz-bucket-region", *region);
+                }
+                // an answer to HEAD has no body
+                let text = if seen.method == "HEAD" {
+                    String::new()
+                } else {
+                    text
+                };
+                return Ok(response.body(Full::from(text)).unwrap());
             }
             Some(Fault::Hang) => {
                 tokio::time::sleep(Duration::from_secs(3600)).await;

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use tipwatch_mechanics::estimation::plausibility::Plausibility;
 use tipwatch_mechanics::geometry::coordinate::Motion;
 use tipwatch_mechanics::machine::{HydraulicParameters, Machine, SuspensionControl};
-use tipwatch_mechanics::state::{JointStream, Sample, Sensor, Sensors, State};
+use tipwatch_mechanics::state::{JointStream, Sample, Sensor, Sensors, State, UNIT_TOLERANCE};
 use tipwatch_mechanics::verdict::limits::GOOD_ROWS;
 
 use super::message::{Answer, Number, Opening, ProtocolError, Ready, Request, VERSION};
@@ -24,8 +24,6 @@ const LATE: &str = "late";
 const REPEATED: &str = "repeated";
 const STARTING: &str = "starting";
 const ENDED: &str = "ended";
-/// How far the length of an upward unit vector may be from 1.
-const UNIT_TOLERANCE: f64 = 0.01;
 /// How far the position of a rod's joint may be from the rod's stroke (m).
 const ROD_TOLERANCE_M: f64 = 5e-3;
 
