@@ -34,7 +34,9 @@ fn tasks_use_the_memory_of_those_before() {
     };
     let first = task();
     assert!(first as usize > BUFFERS * LENGTH / 4096 / 2, "{first}");
-    let others: u64 = (1..TASKS).map(|_| task()).sum();
-    // all of them together need less than the first
-    assert!(others < first / 2, "{first}, then {others} pages");
+    let mut others: Vec<u64> = (1..TASKS).map(|_| task()).collect();
+    others.sort_unstable();
+    // a busy computer may hold up some of them for more than a second
+    let usual = others[others.len() / 2];
+    assert!(usual < first / 20, "{first}, then {others:?} pages");
 }
