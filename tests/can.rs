@@ -729,7 +729,7 @@ fn a_joint_of_another_name_is_proposed_by_unit_and_motion() {
     // rates and what is bound are no candidates
     let others = text
         .lines()
-        .filter(|line| line.starts_with("# By unit and motion"));
+        .filter(|line| line.starts_with("# By name, unit and motion"));
     assert_eq!(others.count(), 1, "{text}");
     assert!(!text.contains("Sensor7\", signal = \"Velocity\""), "{text}");
     // another word for the same motion is enough
@@ -740,4 +740,146 @@ fn a_joint_of_another_name_is_proposed_by_unit_and_motion() {
         text.contains(&format!("[signals.joints.extension]\n{line}")),
         "{text}"
     );
+}
+
+/// Names as makers give them: what one signal alone names in its unit is bound, and nothing else.
+#[test]
+fn a_first_machine_file_binds_no_joint_to_the_signal_of_another() {
+    let folder = folder();
+    let [log, urdf, dbc, out] =
+        ["bus.log", "tiny.urdf", "names.dbc", "first.toml"].map(|name| folder.path().join(name));
+    let mut all = frames();
+    let loads = all.iter().filter(|frame| frame.id == 257).step_by(20);
+    let loads: Vec<Sent> = loads
+        .map(|frame| Sent {
+            id: 273,
+            data: [210, 0, 144, 1, 55, 0, 0, 0],
+            ..frame.clone()
+        })
+        .collect();
+    all.extend(loads);
+    all.sort_by_key(|frame| frame.time_ns);
+    std::fs::write(&log, candump(&all)).unwrap();
+    let named = [
+        ("'lift'", "'boom'"),
+        ("'extension'", "'boom_extension'"),
+        ("'tilt'", "'forks'"),
+        ("'slew'", "'turret'"),
+    ];
+    let mut text = std::fs::read_to_string(&urdf).unwrap();
+    for (tiny, name) in named {
+        text = text.replace(
+            &format!("<joint name={tiny}"),
+            &format!("<joint name={name}"),
+        );
+    }
+    std::fs::write(&urdf, text).unwrap();
+    let imu = 1u32 << 31 | 3 << 26 | 61485 << 8 | u32::from(IMU_SOURCE);
+    let described = format!(
+        r#"VERSION ""
+BU_: Crane
+BO_ 257 BoomStatus: 8 Crane
+ SG_ Boom_Angle : 0|32@1- (0.0005,0) [-360|360] "deg" Crane
+BO_ 258 Attachment: 8 Crane
+ SG_ Fork_Angle : 7|32@0- (0.0005,0) [-360|360] "deg" Crane
+BO_ 259 Upper: 8 Crane
+ SG_ Orientation : 0|32@1- (0.0005,0) [-360|360] "deg" Crane
+BO_ 260 Telescope: 8 Crane
+ SG_ Boom_Extension : 0|32@1- (0.01,0) [-20000|20000] "mm" Crane
+BO_ 273 Hook: 8 Crane
+ SG_ HookLoad : 0|16@1+ (0.01,0) [0|60] "t" Crane
+ SG_ Rated_Load : 16|16@1+ (0.01,0) [0|60] "t" Crane
+ SG_ LMI_Load : 32|8@1+ (1,0) [0|250] "%" Crane
+BO_ {imu} Inclination: 8 Crane
+ SG_ LatAcc : 0|16@1+ (0.01,-320) [-320|322.55] "m/s2" Crane
+"#
+    );
+    std::fs::write(&dbc, described).unwrap();
+    let databases = read_databases(&[dbc], None).unwrap();
+    write_first(&log, &urdf, &out, &databases);
+    let text = std::fs::read_to_string(&out).unwrap();
+    let signals = MachineFile::read(&out).unwrap().spec.signals;
+    let bound: Vec<&str> = signals.joints.keys().map(String::as_str).collect();
+    assert_eq!(bound, ["boom", "boom_extension", "forks"], "{text}");
+    let of = |message: &str, signal: &str| {
+        format!("{{ dbc = \"names.dbc\", message = \"{message}\", signal = \"{signal}\"")
+    };
+    for (joint, message, signal) in [
+        ("boom", "BoomStatus", "Boom_Angle"),
+        ("boom_extension", "Telescope", "Boom_Extension"),
+        ("forks", "Attachment", "Fork_Angle"),
+        ("# turret", "Upper", "Orientation"),
+    ] {
+        let (open, joint) = joint.split_once(' ').unwrap_or(("", joint));
+        let gap = if open.is_empty() { "" } else { " " };
+        let position = of(message, signal);
+        let lines =
+            format!("{open}{gap}[signals.joints.{joint}]\n{open}{gap}position = {position}");
+        assert!(text.contains(&lines), "{lines} is not in {text}");
+    }
+    // the mass on the hook, and neither what may hang there nor how much of it does
+    let masses: Vec<&str> = text
+        .lines()
+        .filter(|line| line.starts_with("# mass = "))
+        .collect();
+    assert_eq!(masses.len(), 1, "{text}");
+    assert!(masses[0].contains(&of("Hook", "HookLoad")), "{text}");
+    // the public group has the whole acceleration, whatever a DBC file makes of its frames
+    assert!(
+        signals.imu.is_some_and(|imu| imu.fields().is_some()),
+        "{text}"
+    );
+}
+
+/// Groups that need no DBC file, from frames to the results.
+#[test]
+fn val_speeds_and_weights_of_public_groups_reach_the_results() {
+    let folder = folder();
+    let log = folder.path().join("bus.log");
+    let (times, _) = rows("/odom", &[("twist.twist.linear.x", None)]);
+    let sent = |pgn: u32, data: [u8; 8]| {
+        let frames = times.iter().map(move |&time_ns| Sent {
+            time_ns,
+            id: 6 << 26 | pgn << 8 | 11,
+            is_extended: true,
+            data,
+        });
+        frames.collect::<Vec<_>>()
+    };
+    let mut all = frames();
+    // 9 km/h, which is 2.5 m/s
+    all.extend(sent(65265, [0xff, 0, 9, 0xff, 0xff, 0xff, 0xff, 0xff]));
+    all.extend(sent(65215, [0, 9, 125, 125, 125, 125, 125, 125]));
+    all.extend(sent(65134, [0, 9, 0, 9, 0, 9, 0, 9]));
+    // the first axle, and 320 kg of cargo
+    all.extend(sent(65258, [0, 0x10, 0x27, 0xff, 0xff, 160, 0, 0xff]));
+    all.sort_by_key(|frame| frame.time_ns);
+    std::fs::write(&log, candump(&all)).unwrap();
+    let drive = "dbc = \"can_machine.dbc\", message = \"Drive\", signal = \"Speed\"";
+    for (pgn, signal) in [
+        (65265, "wheel_based_vehicle_speed"),
+        (65215, "front_axle_speed"),
+        (65134, "rear_left_wheel_speed"),
+    ] {
+        let group = format!("pgn = {pgn}, source = 11, signal = \"{signal}\"");
+        let file = machine(folder.path(), &signals("").replace(drive, &group));
+        let samples = LogSamples::read(&log, &file, None).unwrap();
+        let odometry = samples
+            .samples()
+            .filter(|(it, _)| it.sensor == Sensor::Odometry);
+        let speeds: Vec<f64> = odometry.map(|(sample, _)| sample.values[0]).collect();
+        assert!(speeds.len() > 20, "{group}: {speeds:?}");
+        assert!(
+            speeds.iter().all(|speed| (speed - 2.5).abs() < 1e-12),
+            "{group}: {speeds:?}"
+        );
+    }
+    let weight = "[[payload]]\nlink = \"tool\"\nmass_sigma = 5.0\nmass = { signal = { pgn = 65258, source = 11, signal = \"cargo_weight\" } }\n";
+    let empty = analysed(&log, &signals("")).unwrap();
+    let loaded = analysed(&log, &(signals("") + weight)).unwrap();
+    let stated = "[[payload]]\nlink = \"tool\"\nmass = 320.0\n";
+    let stated = analysed(&log, &(signals("") + stated)).unwrap();
+    let (to_stated, rows) = difference(&loaded, &stated);
+    assert!(rows > 100 && to_stated < 1e-9, "{to_stated}, {rows} rows");
+    assert!(difference(&loaded, &empty).0 > 0.01);
 }

@@ -1,12 +1,16 @@
 //! `machine new`: from a data sheet to wheel loads.
 
 use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
+use tipwatch_analyze::setup::first_machine::{self, Draft, open_values};
+use tipwatch_analyze::setup::from_sheet::{self, LogOfMachine};
 use tipwatch_binding::MachineFile;
+use tipwatch_datasheet::{Sheet, Template};
 use tipwatch_ingest::Ros2Writer;
 use tipwatch_mechanics::{Quantity, RestingMachine};
 
@@ -235,6 +239,86 @@ fn signals_of_a_log_are_bound() {
         .iter()
         .sum();
     assert!((sum / (15_200.0 * 9.806_65) - 1.0).abs() < 1e-3, "{sum}");
+}
+
+/// As `inspect --write-machine` asks: where the IMU is, what the tool carries, and where joints stood that no message has.
+#[test]
+fn what_a_log_leaves_open_is_asked_for() {
+    let folder = TempDir::new().unwrap();
+    let log = folder.path().join("drive.mcap");
+    log_at_rest(
+        &log,
+        &["articulation", "boom"].map(String::from),
+        &[0.0, -0.63],
+    );
+    let out = folder.path().join("m");
+    let answers = [
+        ("imu.xyz", "-1 m, 0, 180 cm"),
+        ("imu.rpy", "0, 0, 90"),
+        ("payload.mass", "2 t"),
+        ("signals.joints.bucket.position", "20"),
+    ];
+    let mut asked = Vec::new();
+    let ask = &mut |draft: &mut Draft| {
+        let open = open_values(draft);
+        assert_eq!(open.unranked, None);
+        let mut input = String::new();
+        for value in &open.values {
+            let answer = answers.iter().find(|(key, _)| *key == value.key);
+            input.push_str(answer.map_or("", |(_, answer)| answer));
+            input.push('\n');
+            asked.push(value.key.clone());
+        }
+        first_machine::ask(draft, &mut Cursor::new(input), &mut Vec::new()).unwrap();
+        Ok(())
+    };
+    let sheet = Sheet::from_toml(Template::WheelLoader.example(), "sheet.toml").unwrap();
+    let of = LogOfMachine {
+        log: &log,
+        databases: &[],
+    };
+    let made = from_sheet::create(&sheet, &out, Some(of), None, ask).unwrap();
+    assert_eq!(made.of_log.unwrap().missing, None);
+    for (key, _) in answers {
+        assert!(asked.iter().any(|it| it == key), "{key}: {asked:?}");
+    }
+    let file = out.join("machine.toml");
+    let spec = MachineFile::read(&file).unwrap().spec;
+    let imu = spec.imu.unwrap();
+    assert_eq!(imu.xyz, [-1.0, 0.0, 1.8]);
+    assert!((imu.rpy[2] - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
+    assert_eq!(spec.payload.len(), 1);
+    assert_eq!(spec.unconfirmed, Vec::<String>::new());
+    let sum: f64 = mean_loads(&analysed(&log, &file)).iter().sum();
+    assert!((sum / (17_200.0 * 9.806_65) - 1.0).abs() < 1e-3, "{sum}");
+}
+
+/// Where nobody can be asked, the keys are named, and what is guessed of the log is marked as such.
+#[test]
+fn without_a_terminal_the_keys_are_named() {
+    let folder = TempDir::new().unwrap();
+    let log = folder.path().join("drive.mcap");
+    log_at_rest(
+        &log,
+        &["articulation", "boom"].map(String::from),
+        &[0.0, -0.63],
+    );
+    let out = folder.path().join("m");
+    let sheet = sheet(folder.path(), "wheel-loader");
+    let made = new(&sheet, &out, &["--log", text(&log)]);
+    let (code, messages) = code_and_stderr(&made);
+    assert_eq!(code, 0, "{messages}");
+    for part in [
+        "imu.xyz",
+        "payload.mass",
+        "signals.joints.bucket.position",
+        "bucket",
+    ] {
+        assert!(messages.contains(part), "{part}: {messages}");
+    }
+    let spec = MachineFile::read(&out.join("machine.toml")).unwrap().spec;
+    assert_eq!(spec.unconfirmed, ["imu"]);
+    assert!(spec.payload.is_empty());
 }
 
 #[test]

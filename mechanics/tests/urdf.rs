@@ -382,3 +382,90 @@ fn joints_that_nobody_moves_are_told_with_the_mass_they_carry() {
         assert!(text.contains(word), "{word}: {text}");
     }
 }
+
+/// A document type is passed over. No entity is expanded, so that those that stand for gigabytes or for other files do no
+/// harm, and a reference to one is told with its line.
+#[test]
+fn a_document_type_is_passed_over_and_no_entity_expanded() {
+    let plain = urdf(CHASSIS, "");
+    let alone = machine(&plain, "").unwrap();
+    let with = |document_type: &str, text: &str| {
+        text.replacen("<robot", &format!("{document_type}\n<robot"), 1)
+    };
+    let bomb: String = (0..9)
+        .map(|of: u8| {
+            let inside = format!("&e{of};").repeat(10);
+            format!("<!ENTITY e{} '{inside}'>\n", of + 1)
+        })
+        .collect();
+    let bomb = format!("<!DOCTYPE robot [\n<!ENTITY e0 'aaaaaaaaaa'>\n{bomb}]>");
+    let types = [
+        "<!DOCTYPE robot>",
+        "<!DOCTYPE robot SYSTEM 'robot.dtd'>",
+        "<!DOCTYPE robot [\n<!ELEMENT robot ANY>\n<!-- ]> -->\n<!ENTITY e9 SYSTEM 'file:///etc/hosts'>\n]>",
+        bomb.as_str(),
+    ];
+    for document_type in types {
+        let found = machine(&with(document_type, &plain), "").unwrap();
+        assert_eq!(found.mass(), alone.mass(), "{document_type}");
+        let used = urdf(CHASSIS, "<link name='&e9;'/>");
+        let line_before = used[..used.find("&e9;").unwrap()].matches('\n').count() + 1;
+        let refused = machine(&with(document_type, &used), "").unwrap_err();
+        let MachineError::Urdf { line, found, .. } = refused else {
+            panic!("{document_type}: {refused}");
+        };
+        let added = document_type.matches('\n').count() + 1;
+        assert_eq!(line as usize, line_before + added, "{document_type}");
+        assert!(found.contains("&e9;"), "{found}");
+    }
+}
+
+/// One message for each slip, with the line and what is there.
+#[test]
+fn slips_are_named_with_line_and_element() {
+    let arm = link("arm", 10.0, [1.0; 3], "");
+    let turning = |inside: &str| arm.clone() + "\n" + &joint("revolute", "chassis", "arm", inside);
+    let fixed = joint("fixed", "chassis", "arm", "");
+    for (more, parts) in [
+        (
+            turning("<axis xyz='0 1 0'/><limit lower='1.5' upper='-0.5'/>"),
+            &["\"arm_joint\"", "lower=\"1.5\"", "upper=\"-0.5\""][..],
+        ),
+        (
+            turning("<axis xyz='0 1e200 1e200'/>"),
+            &["\"arm_joint\"", "1e200"],
+        ),
+        (
+            arm.replace("'10'", "'nan'") + &fixed,
+            &["<mass>", "\"nan\""],
+        ),
+        (arm.replace("'10'", "'-4'") + &fixed, &["\"arm\"", "-4 kg"]),
+        (
+            format!("{arm}\n{arm}{fixed}"),
+            &["link \"arm\"", "another one in line 13"],
+        ),
+        (
+            format!("{arm}\n{fixed}\n{fixed}"),
+            &["joint \"arm_joint\"", "another one in line 15"],
+        ),
+        (arm.clone(), &["\"chassis\", \"arm\" in lines 3, 13"]),
+        (
+            arm.clone() + &joint("fixed", "arm", "arm", ""),
+            &["link \"arm\"", "a cycle"],
+        ),
+    ] {
+        let text = machine(&urdf(CHASSIS, &more), "").unwrap_err().to_string();
+        for part in parts.iter().chain(&["m.urdf", "line"]) {
+            assert!(text.contains(part), "{part} is not in: {text}");
+        }
+    }
+    // an axis of another length than one is a direction
+    let of_length = |length: f64| {
+        let found = machine(
+            &urdf(CHASSIS, &turning(&format!("<axis xyz='0 {length} 0'/>"))),
+            "",
+        );
+        found.unwrap().bodies()[1].parent_from_joint
+    };
+    assert_eq!(of_length(7.0), of_length(1.0));
+}

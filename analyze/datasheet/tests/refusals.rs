@@ -79,9 +79,12 @@ fn wrong_units_are_refused_with_the_likely_unit() {
 
 #[test]
 fn nonsense_is_refused_with_the_likely_unit() {
-    use Template::{Forklift, Forwarder, MobileCrane, WheelLoader};
+    use Template::{
+        CrawlerExcavator, Forklift, Forwarder, MobileCrane, MobileManipulator, Telehandler,
+        WheelLoader, WheeledExcavator,
+    };
     const BOOM: &str = "range = [-45, 42], at = -36";
-    let likely: [(Template, &str, &str, &[&str]); 18] = [
+    let likely: [(Template, &str, &str, &[&str]); 27] = [
         (
             WheelLoader,
             "length = 1.15",
@@ -199,6 +202,60 @@ fn nonsense_is_refused_with_the_likely_unit() {
             "name = 7",
             &["arm.tool.name", "`7`", "string"],
         ),
+        (
+            CrawlerExcavator,
+            "mass = \"22600 kg\"",
+            "mass = 221706",
+            &["mass: ", "newtons"],
+        ),
+        (
+            CrawlerExcavator,
+            "mass = \"22600 kg\"",
+            "mass = \"226 t\"",
+            &["mass: ", "4.450 m by 3.170 m"],
+        ),
+        (
+            MobileManipulator,
+            "mass = 68.4",
+            "mass = 671",
+            &["mass: ", "newtons"],
+        ),
+        (
+            WheeledExcavator,
+            "behind = 1.425",
+            "behind = \"1.425 mm\"",
+            &["slew.behind", "\"1.425 m\""],
+        ),
+        (
+            WheeledExcavator,
+            "behind = 1.425",
+            "behind = 2.85",
+            &["slew.behind", "between the axles"],
+        ),
+        (
+            WheeledExcavator,
+            "mass = \"602 kg\"",
+            "mass = \"6020 kg\"",
+            &["arm.tool.mass", "\"6020 lb\""],
+        ),
+        (
+            CrawlerExcavator,
+            "tail = \"2830 mm\"",
+            "tail = \"5660 mm\"",
+            &["superstructure.tail", "diameter"],
+        ),
+        (
+            Telehandler,
+            "mass = \"3200 kg\"",
+            "mass = \"7330 kg\"",
+            &["rated_load.mass"],
+        ),
+        (
+            WheelLoader,
+            "tyre = \"20.5R25\"",
+            "tyre = \"18x70-8\"",
+            &["axles[0].tyre", "designation such as"],
+        ),
     ];
     for (template, from, to, words) in likely {
         let message = refusal(template, from, to);
@@ -208,6 +265,21 @@ fn nonsense_is_refused_with_the_likely_unit() {
         for leak in ["untagged", "did not match any variant", "struct "] {
             assert!(!message.contains(leak), "{to}: {leak}: {message}");
         }
+    }
+}
+
+/// Loads of the wrong axles add up, too.
+#[test]
+fn exchanged_axle_loads_are_refused_where_a_wheel_would_carry_three_times_another() {
+    let text = Template::Harvester.example();
+    let (front, rear) = ("load = \"11.9 t\"", "load = \"7.3 t\"");
+    assert!(text.contains(front) && text.contains(rear));
+    let exchanged = text.replace(front, "load = X").replace(rear, front);
+    let exchanged = exchanged.replace("load = X", rear);
+    let made = Sheet::from_toml(&exchanged, "sheet.toml").and_then(|sheet| sheet.machine());
+    let message = made.err().unwrap().to_string();
+    for part in ["axles.load", "1825 kg", "5950 kg", "exchanged"] {
+        assert!(message.contains(part), "{part}: {message}");
     }
 }
 

@@ -116,6 +116,8 @@ pub struct Sources {
 pub struct Input {
     /// "joint_states", "imu", "odometry" or "tool_wrench".
     pub signal: &'static str,
+    /// The name that tells it from the others, and that its events have: "imu", "actuator.lift".
+    pub subject: String,
     /// Name of the topic.
     pub topic: String,
     /// Type of its messages.

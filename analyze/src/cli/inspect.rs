@@ -1,17 +1,16 @@
 //! `tipwatch inspect`.
 
-use std::io::{IsTerminal, stderr, stdin};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use clap::Args;
 
 use super::exit::{Exit, Terminal};
-use super::first_report;
 use super::machine_file::InertiaArgs;
+use super::open_values;
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
-use crate::setup::first_machine::{self, Draft, OpenValues, WriteOptions};
+use crate::setup::first_machine::{self, Draft, WriteOptions};
 use crate::setup::inspect::Described;
 use crate::setup::{check_machine, inspect};
 
@@ -77,73 +76,34 @@ fn write_machine(
         freezes_passive: args.freeze_passive,
     };
     let mut draft = first_machine::draft(&args.log, args.urdf.as_deref(), out, databases, options)?;
-    let asks = stdin().is_terminal() && stderr().is_terminal() && !terminal.quiet && !args.json;
-    if !asks {
+    if !open_values::is_asked(terminal) || args.json {
         write(&draft, terminal)?;
-        let open = first_machine::open_values(&draft);
-        name_open_values(&open, terminal);
+        open_values::name(&draft, terminal);
         return Ok(Exit::DONE);
     }
-    refuse_existing(out)?;
-    let asked = first_machine::ask(&mut draft, &mut stdin().lock(), &mut stderr());
-    // what was answered is kept, even if the answers ended early
-    let missing = write(&draft, terminal)?;
-    asked.context("the terminal")?;
-    match missing {
-        Some(_) => Ok(Exit::DONE),
-        None => report(args, out, terminal),
-    }
-}
-
-/// Answers to many questions must not be lost to a file that is there already.
-fn refuse_existing(out: &Path) -> Result<()> {
+    // answers to many questions must not be lost to a file that is there already
     ensure!(
         !out.exists(),
         "{}: expected a file that does not exist yet, in a writable folder",
         out.display()
     );
-    Ok(())
+    let asked = open_values::ask(&mut draft);
+    // what was answered is kept, even if the answers ended early
+    let missing = write(&draft, terminal)?;
+    asked?;
+    if missing.is_some() {
+        return Ok(Exit::DONE);
+    }
+    let file = args.inertias.read(out)?;
+    check_machine::print(&check_machine::check(&file, Some(&args.log))?, false)?;
+    to_stdout("\n")?;
+    open_values::report(&args.log, &file, terminal)
 }
 
 /// Writes the machine file; returns what is still missing, if anything.
 fn write(draft: &Draft, terminal: Terminal) -> Result<Option<String>> {
     let (out, missing) = first_machine::write(draft)?;
     terminal.print(&format!("machine file: {}", out.display()));
-    if let Some(missing) = &missing {
-        terminal.print(&format!("the machine file is incomplete: {missing}"));
-    }
+    open_values::tell_missing(missing.as_deref(), terminal);
     Ok(missing)
-}
-
-/// Where nobody can be asked: one line with the keys that a person would be asked for, in the same order.
-fn name_open_values(open: &OpenValues, terminal: Terminal) {
-    let keys: Vec<&str> = open.values.iter().map(|value| value.key.as_str()).collect();
-    if keys.is_empty() {
-        return;
-    }
-    let order = match open.unranked {
-        None => "what moves the loads of this log most first",
-        Some(_) => "in no order, because the loads cannot be computed yet",
-    };
-    terminal.print(&format!(
-        "open or assumed, {order}: {}; set these keys in the machine file, or run this command at a terminal to be asked",
-        keys.join(", ")
-    ));
-}
-
-/// Checks the machine file that was written, and writes a first report beside it.
-fn report(args: &InspectArgs, out: &Path, terminal: Terminal) -> Result<Exit> {
-    let file = args.inertias.read(out)?;
-    check_machine::print(&check_machine::check(&file, Some(&args.log))?, false)?;
-    to_stdout("\n")?;
-    let stem = out.file_stem().unwrap_or_default().to_string_lossy();
-    let results = out.with_file_name(format!("{stem}-results"));
-    let next = format!(
-        "tipwatch analyze {} --machine {} --out {}",
-        args.log.display(),
-        out.display(),
-        results.display()
-    );
-    let ending = first_report::write(&args.log, &file, &results, &next, terminal)?;
-    Ok(ending.tell(terminal))
 }

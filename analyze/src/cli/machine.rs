@@ -7,12 +7,15 @@ use anyhow::{Context, Result};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
 use strum::VariantNames;
+use tipwatch_binding::MachineFile;
 use tipwatch_datasheet::{Sheet, Template, ask};
 
 use super::exit::{Exit, Terminal, Usage};
+use super::open_values;
 use crate::base::output_place::OutputPlace;
 use crate::base::stdout::to_stdout;
-use crate::setup::from_sheet::{self, LogOfMachine};
+use crate::setup::first_machine::Draft;
+use crate::setup::from_sheet::{self, LogOfMachine, OfLog};
 use crate::setup::{check_machine, inspect};
 
 #[derive(Debug, Args)]
@@ -45,7 +48,8 @@ struct NewArgs {
     /// Output folder; existing files are never overwritten.
     #[arg(long, value_name = "DIR", default_value = "machine")]
     out: PathBuf,
-    /// A log of the machine, whose signals the machine file then binds.
+    /// A log of the machine, whose signals the machine file then binds. At a terminal, what moves the loads of this log most is
+    /// asked for, and a first report is written to machine-results/ in the folder.
     #[arg(long)]
     log: Option<PathBuf>,
     /// A DBC file that describes the messages of the log's CAN buses; may be given several times.
@@ -81,16 +85,39 @@ fn new(args: &NewArgs, terminal: Terminal) -> Result<Exit> {
         log,
         databases: &databases,
     });
+    let asks = open_values::is_asked(terminal);
+    let ask = &mut |draft: &mut Draft| match asks {
+        true => open_values::ask(draft),
+        false => Ok(()),
+    };
     let made = match &args.sheet {
-        Some(path) => from_sheet::create(&read(path)?, &args.out, log, None)?,
-        None => from_sheet::create_from_answers(&answers(args)?, &args.out, log)?,
+        Some(path) => from_sheet::create(&read(path)?, &args.out, log, None, ask)?,
+        None => from_sheet::create_from_answers(&answers(args)?, &args.out, log, ask)?,
     };
     to_stdout(&format!("{}\n", made.summary))?;
     check_machine::print(&made.check, false)?;
     for file in &made.files {
         terminal.print(&format!("wrote {}", file.display()));
     }
-    Ok(Exit::DONE)
+    match (made.of_log, log) {
+        (Some(made), Some(of)) => of_log(made, of.log, args, asks, terminal),
+        _ => Ok(Exit::DONE),
+    }
+}
+
+/// Ends as `inspect --write-machine` does: with a first report after questions, else with what is open.
+fn of_log(made: OfLog, log: &Path, args: &NewArgs, asks: bool, terminal: Terminal) -> Result<Exit> {
+    open_values::tell_missing(made.missing.as_deref(), terminal);
+    made.asked?;
+    if !asks {
+        open_values::name(&made.draft, terminal);
+        return Ok(Exit::DONE);
+    }
+    if made.missing.is_some() {
+        return Ok(Exit::DONE);
+    }
+    let file = MachineFile::read(&args.out.join("machine.toml"))?;
+    open_values::report(log, &file, terminal)
 }
 
 fn read(path: &Path) -> Result<Sheet> {

@@ -13,6 +13,7 @@ mod inspect;
 mod live_program;
 mod machine;
 mod machine_file;
+mod open_values;
 mod options;
 mod query;
 mod reading;

@@ -25,7 +25,7 @@ pub(crate) fn gaps(loaded: &LoadedLog, rows: &Table) -> Vec<Event> {
             worst: (pair[1] - pair[0]) as f64 * 1e-9,
             worst_ns: pair[0],
             unit: "s",
-            ..Event::blank(EventKind::InputGap, pair[0], signal.name.into())
+            ..Event::blank(EventKind::InputGap, pair[0], signal.subject.clone())
         });
         gaps.collect()
     };

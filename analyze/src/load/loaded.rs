@@ -118,6 +118,9 @@ pub struct Signal {
     pub sensor: Sensor,
     /// "joint_states", "imu", "odometry", "tool_wrench" or "actuator".
     pub name: &'static str,
+    /// The name that tells it from the others: "imu", "actuator.lift", or "joint_states.lift" where the joints have several
+    /// topics.
+    pub subject: String,
     /// Name of the topic.
     pub topic: String,
     /// Type of its messages.
@@ -184,6 +187,12 @@ pub fn load_within(
         signals.push(Signal {
             sensor: sensor.sensor,
             name: sensor.request.kind.signal_key(),
+            subject: subject(
+                sensor.sensor,
+                sensor.request.kind.signal_key(),
+                &bound.matched.sensors,
+                &bound.machine,
+            ),
             topic: topic.name.clone(),
             type_name: topic.type_name.clone(),
             why: sensor.why,
@@ -225,6 +234,26 @@ pub fn load_within(
         loaded.notes.extend_from_slice(&timeline.notes);
     }
     Ok(loaded)
+}
+
+/// What tells a sensor from the others: its key, with the names of its joints or of its actuator.
+fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> String {
+    match sensor {
+        Sensor::Joints(stream) if sensors.joints.len() > 1 => {
+            let joints = sensors.joints.get(stream).map_or(&[][..], |of| &of.joints);
+            let names = joints
+                .iter()
+                .map(|&joint| machine.joints()[joint].name.as_str());
+            format!("{key}.{}", names.collect::<Vec<_>>().join(", "))
+        }
+        Sensor::Actuator(index) => {
+            let signal = sensors.actuators.get(index);
+            let joint = signal.map(|signal| &machine.contact().actuated_joints[signal.joint]);
+            let name = joint.map_or("", |joint| joint.name(machine.linkages()));
+            format!("{key}.{}", name.to_lowercase())
+        }
+        _ => key.into(),
+    }
 }
 
 /// The joints of a stream of joint states, in the order of its samples.

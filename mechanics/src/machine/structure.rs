@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::error::MachineError;
-use super::urdf::{JOINT_TYPES, Urdf, UrdfJoint, UrdfJointKind};
+use super::urdf::{JOINT_TYPES, Urdf, UrdfJoint, UrdfJointKind, UrdfLink};
 
 /// The links and joints of a URDF by name, and what is wrong with them.
 pub(super) struct Structure<'a> {
@@ -29,8 +29,9 @@ impl<'a> Structure<'a> {
         };
         for (index, link) in urdf.links.iter().enumerate() {
             let name = link.name.as_str();
-            if structure.link_index.insert(name, index).is_some() {
-                structure.note(format!("link \"{name}\""), "one link with this name", "two");
+            if let Some(first) = structure.link_index.insert(name, index) {
+                let found = format!("another one in line {}", urdf.links[first].line);
+                structure.note(of_link(link), "one link with this name", found);
             }
         }
         for joint in &urdf.joints {
@@ -45,9 +46,10 @@ impl<'a> Structure<'a> {
     }
 
     fn add(&mut self, joint: &'a UrdfJoint) {
-        let place = || format!("joint \"{}\"", joint.name);
-        if self.joints.insert(&joint.name, joint).is_some() {
-            self.note(place(), "one joint with this name", "two");
+        let place = || of_joint(joint);
+        if let Some(first) = self.joints.insert(&joint.name, joint) {
+            let found = format!("another one in line {}", first.line);
+            self.note(place(), "one joint with this name", found);
         }
         let ends = [&joint.parent, &joint.child];
         let [parent, child] = ends.map(|name| self.link_index.get(name.as_str()).copied());
@@ -61,7 +63,10 @@ impl<'a> Structure<'a> {
         };
         match self.parents[child] {
             Some(other) => {
-                let found = format!("joint \"{}\" also carries \"{}\"", other.name, joint.child);
+                let found = format!(
+                    "joint \"{}\" in line {} also carries \"{}\"",
+                    other.name, other.line, joint.child
+                );
                 self.note(place(), "one parent joint per link", found);
             }
             None => {
@@ -84,11 +89,13 @@ impl<'a> Structure<'a> {
         let &[root] = roots.as_slice() else {
             let of_root = |&link: &usize| format!("\"{}\"", links[link].name);
             let names: Vec<String> = roots.iter().map(of_root).collect();
+            let lines = roots.iter().map(|&link| links[link].line.to_string());
+            let lines = lines.collect::<Vec<_>>().join(", ");
             let found = match (links.is_empty(), names.is_empty()) {
                 (true, _) => "no <link> at all".into(),
                 (_, true) => "a cycle of joints through all links".into(),
                 _ => format!(
-                    "{}: {}; connect them with joints (type fixed for a rigid connection)",
+                    "{}: {} in lines {lines}; connect them with joints (type fixed for a rigid connection)",
                     names.len(),
                     names.join(", ")
                 ),
@@ -118,7 +125,7 @@ impl<'a> Structure<'a> {
             .enumerate()
             .filter(|(_, reached)| !**reached)
         {
-            let place = format!("link \"{}\"", self.urdf.links[link].name);
+            let place = of_link(&self.urdf.links[link]);
             self.note(place, "a chain of joints to the root", "a cycle");
         }
     }
@@ -143,7 +150,7 @@ impl<'a> Structure<'a> {
                     "a floating or planar joint from \"{}\" to \"{}\"",
                     joint.parent, joint.child
                 );
-                self.note(format!("joint \"{}\"", joint.name), JOINT_TYPES, found);
+                self.note(of_joint(joint), JOINT_TYPES, found);
             }
         }
     }
@@ -178,10 +185,18 @@ impl<'a> Structure<'a> {
             }
             let found = ends.unwrap_or_else(|| "rules that follow each other in a circle".into());
             if !found.is_empty() {
-                let place = format!("joint \"{}\", <mimic>", joint.name);
+                let place = format!("{}, <mimic>", of_joint(joint));
                 self.note(place, "a rule that leads to an existing joint", found);
             }
         }
         resting
     }
+}
+
+fn of_link(link: &UrdfLink) -> String {
+    format!("line {}, link \"{}\"", link.line, link.name)
+}
+
+fn of_joint(joint: &UrdfJoint) -> String {
+    format!("line {}, joint \"{}\"", joint.line, joint.name)
 }

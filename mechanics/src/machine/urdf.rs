@@ -27,6 +27,7 @@ pub(super) struct Urdf {
 #[derive(Debug, Clone)]
 pub(super) struct UrdfLink {
     pub(super) name: String,
+    pub(super) line: u32,
     /// In the link's frame, as stated, be it possible or not; `None` for a massless frame.
     pub(super) inertia: Option<Inertia>,
     /// Whether it states an inertia without a mass.
@@ -45,6 +46,7 @@ pub(super) enum UrdfJointKind {
 #[derive(Debug, Clone)]
 pub(super) struct UrdfJoint {
     pub(super) name: String,
+    pub(super) line: u32,
     pub(super) kind: UrdfJointKind,
     pub(super) parent: String,
     pub(super) child: String,
@@ -76,12 +78,7 @@ impl Urdf {
             return Err(is_template(file, line));
         }
         let text = readable(text);
-        let document = Document::parse(&text).map_err(|e| MachineError::Urdf {
-            file: file.into(),
-            line: e.pos().row,
-            expected: "XML".into(),
-            found: e.to_string(),
-        })?;
+        let document = Document::parse(&text).map_err(|error| not_read(&error, file))?;
         let reader = UrdfParser {
             file,
             document: &document,
@@ -125,6 +122,23 @@ impl Urdf {
                 link.inertia = Some(replacement.used);
             }
         }
+    }
+}
+
+/// Why the parser stopped. Entities are never expanded: a few lines of them can stand for gigabytes, or for another file.
+fn not_read(error: &roxmltree::Error, file: &str) -> MachineError {
+    let (expected, found) = match error {
+        roxmltree::Error::UnknownEntityReference(name, _) => (
+            "XML without entities of its own (only &lt; &gt; &amp; &quot; &apos; are read)",
+            format!("&{name}; (write what it stands for in its place)"),
+        ),
+        _ => ("XML", error.to_string()),
+    };
+    MachineError::Urdf {
+        file: file.into(),
+        line: error.pos().row,
+        expected: expected.into(),
+        found,
     }
 }
 
@@ -191,6 +205,7 @@ impl UrdfParser<'_> {
         let lacks_mass = inertia.is_some_and(|i| i.mass == 0.0 && i.about_com != Matrix3::zeros());
         Some(UrdfLink {
             name,
+            line: self.line(node),
             inertia: inertia.filter(|inertia| inertia.mass != 0.0),
             lacks_mass,
         })
@@ -207,10 +222,10 @@ impl UrdfParser<'_> {
             }
         };
         if mass < 0.0 {
-            let place = format!("link \"{link}\"");
-            let expected = "a positive mass (or zero mass with zero inertia: a frame)";
-            let fault = MachineError::value(self.file, place, expected, format!("mass {mass} kg"));
-            self.faults.borrow_mut().push(fault);
+            let expected = format!(
+                "a positive mass of link \"{link}\" (or zero mass with zero inertia: a frame)"
+            );
+            self.note(node, expected, format!("mass {mass} kg"));
         }
         let tensor = match child(node, "inertia") {
             Some(n) => {
@@ -253,10 +268,9 @@ impl UrdfParser<'_> {
         // what a joint without a coordinate says about its motion means nothing
         let of_motion = |tag| child(node, tag).filter(|_| moves);
         let limits = match of_motion("limit") {
-            Some(limit) if node.attribute("type") != Some("continuous") => Some([
-                self.number_or(limit, "lower", 0.0),
-                self.number_or(limit, "upper", 0.0),
-            ]),
+            Some(limit) if node.attribute("type") != Some("continuous") => {
+                Some(self.limits(limit, &name))
+            }
             _ => None,
         };
         // Irrelevant to the mechanics: an unreadable limit counts as absent.
@@ -286,17 +300,35 @@ impl UrdfParser<'_> {
             max_velocity,
             mimic,
             name,
+            line: self.line(node),
         })
+    }
+
+    /// Which of two exchanged limits is meant to be which is not for a reader to guess: the joint may count the other way.
+    fn limits(&self, limit: Node<'_, '_>, joint: &str) -> [f64; 2] {
+        let [lower, upper] = ["lower", "upper"].map(|name| self.number_or(limit, name, 0.0));
+        if lower > upper {
+            let expected = format!("a lower limit below the upper one for joint \"{joint}\"");
+            let found = format!("lower=\"{lower}\" and upper=\"{upper}\"");
+            self.note(limit, expected, found);
+        }
+        [lower, upper]
     }
 
     fn axis(&self, axis: Node<'_, '_>, joint: &str) -> Vector3<f64> {
         let Some(xyz) = self.triple(axis, "xyz") else {
             return Vector3::x();
         };
+        let found = axis.attribute("xyz").unwrap_or_default().trim();
+        // a length that overflows is none that can be divided by
+        if !xyz.norm().is_finite() {
+            let expected = format!("an axis of finite length for joint \"{joint}\"");
+            self.note(axis, expected, found);
+            return Vector3::x();
+        }
         xyz.try_normalize(1e-9).unwrap_or_else(|| {
             let expected = format!("an axis of non-zero length for joint \"{joint}\"");
-            let found = axis.attribute("xyz").unwrap_or_default();
-            self.note(axis, expected, found.trim());
+            self.note(axis, expected, found);
             Vector3::x()
         })
     }
@@ -343,7 +375,8 @@ impl UrdfParser<'_> {
         let number = text.trim().parse::<f64>().ok();
         let number = number.filter(|value| value.is_finite());
         if number.is_none() {
-            let expected = format!("a finite number in {attribute}");
+            let tag = node.tag_name().name();
+            let expected = format!("a finite number in {attribute} of <{tag}>");
             self.note(node, expected, format!("\"{text}\""));
         }
         number

@@ -14,17 +14,18 @@ struct Tags<'a> {
     root_name_end: Option<usize>,
     /// Start of the first element of xacro.
     macro_start: Option<usize>,
-    /// An XML declaration that is not at the very beginning.
-    late_declaration: Option<Range<usize>>,
+    /// What is left out, in order: an XML declaration that is not at the very beginning, and a document type.
+    left_out: Vec<Range<usize>>,
 }
 
 /// The text with the prefixes declared that it uses without declaring them, and without an XML declaration that comes
-/// after blank lines or comments. Lines stay where they are.
+/// after blank lines or comments. A document type is left out, too, with the entities that it declares: a reference to one
+/// is unknown to the parser, and none is ever expanded. Lines stay where they are.
 pub(super) fn readable(text: &str) -> Cow<'_, str> {
     let tags = Tags::of(text);
     let is_undeclared = |prefix: &&&str| !tags.declared.contains(*prefix);
     let undeclared: Vec<&&str> = tags.prefixes.iter().filter(is_undeclared).collect();
-    if undeclared.is_empty() && tags.late_declaration.is_none() {
+    if undeclared.is_empty() && tags.left_out.is_empty() {
         return Cow::Borrowed(text);
     }
     let mut mended = text.to_owned();
@@ -35,10 +36,10 @@ pub(super) fn readable(text: &str) -> Cow<'_, str> {
             .map(|prefix| format!(" xmlns:{prefix}=\"urn:undeclared:{prefix}\""));
         mended.insert_str(end, &declarations.collect::<String>());
     }
-    if let Some(declaration) = tags.late_declaration {
+    for range in tags.left_out.into_iter().rev() {
         let blank = |c: char| if c == '\n' { '\n' } else { ' ' };
-        let blanks: String = text[declaration.clone()].chars().map(blank).collect();
-        mended.replace_range(declaration, &blanks);
+        let blanks: String = text[range.clone()].chars().map(blank).collect();
+        mended.replace_range(range, &blanks);
     }
     Cow::Owned(mended)
 }
@@ -65,8 +66,12 @@ impl<'a> Tags<'a> {
                 let end = end_of(text, start, "?>");
                 let is_late = start > 0 && text[..start] != *"\u{feff}";
                 if rest.starts_with("<?xml ") && is_late && tags.root_name_end.is_none() {
-                    tags.late_declaration = Some(start..end);
+                    tags.left_out.push(start..end);
                 }
+                end
+            } else if rest.starts_with("<!DOCTYPE") && tags.root_name_end.is_none() {
+                let end = end_of_document_type(text, start);
+                tags.left_out.push(start..end);
                 end
             } else if rest.starts_with("<!") || rest.starts_with("</") {
                 end_of(text, start, ">")
@@ -130,6 +135,29 @@ impl<'a> Tags<'a> {
     }
 }
 
+/// Behind the document type that starts here. Its brackets hold declarations, quotes and comments, which may hold
+/// anything; the end of the text if it does not end.
+fn end_of_document_type(text: &str, start: usize) -> usize {
+    let mut at = start;
+    let mut is_in_brackets = false;
+    while let Some(c) = text[at..].chars().next() {
+        let behind = at + c.len_utf8();
+        at = match c {
+            '<' if text[at..].starts_with("<!--") => end_of(text, at + 4, "-->"),
+            '<' if text[at..].starts_with("<?") => end_of(text, at, "?>"),
+            '"' | '\'' => end_of(text, behind, &c.to_string()),
+            '>' if !is_in_brackets => return behind,
+            _ => behind,
+        };
+        match c {
+            '[' => is_in_brackets = true,
+            ']' => is_in_brackets = false,
+            _ => {}
+        }
+    }
+    text.len()
+}
+
 /// Behind the next `mark`; the end of the text without one.
 fn end_of(text: &str, from: usize, mark: &str) -> usize {
     let rest = text.get(from..).unwrap_or_default();
@@ -150,6 +178,9 @@ mod tests {
             "\n\n<?xml version=\"1.0\" encoding=\"utf-8\"?><robot name='a:>'/>",
             "<robot xmlns:a='urn:a'><a:b><c:d/></a:b></robot>",
             "<robot><!-- <e:f/> --><![CDATA[ <g:h/> ]]></robot>",
+            "<?xml version='1.0'?>\n<!DOCTYPE robot>\n<robot><a:b/></robot>",
+            "\n<?xml version='1.0'?>\n<!DOCTYPE robot SYSTEM \"a>b\">\n<robot/>",
+            "<!DOCTYPE robot [\n<!ELEMENT robot ANY>\n<!-- ]> ' -->\n<!ENTITY a ']>ü'>\n<?p ]>?>\n]>\n<robot><a:b/></robot>",
         ] {
             let mended = readable(text);
             let document = Document::parse(&mended);
@@ -183,6 +214,10 @@ mod tests {
             "<a ü:ß='>'>",
             "</",
             "<a:='b:'",
+            "<!DOCTYPE",
+            "<!DOCTYPE [",
+            "<!DOCTYPE r [ 'ü",
+            "<!DOCTYPE r [<!-- ",
         ] {
             let _ = (readable(text), line_of_macro(text));
         }

@@ -238,6 +238,12 @@ impl Machine {
         loads.filter(|loads| !loads.is_empty())
     }
 
+    /// The link that carries the load, if there is a tool.
+    #[must_use]
+    pub fn tool(&self) -> Option<&str> {
+        self.tool.as_deref()
+    }
+
     /// Joints whose position the machine file states as a constant.
     #[must_use]
     pub fn constant_joints(&self) -> Vec<String> {

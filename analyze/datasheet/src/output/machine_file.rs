@@ -7,11 +7,27 @@ use super::text::{comment, float, quoted, triple};
 use crate::body::{Joint, Machine, Role, Wheel};
 use crate::prior::SHEET_MASS_SIGMA;
 
+/// What a log of the machine and its user add to a machine file.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FromLog<'a> {
+    /// The section `[signals]`.
+    pub signals: &'a str,
+    /// Keys of guesses in it that nobody has confirmed.
+    pub unconfirmed: &'a [String],
+    /// Position of the IMU in the base link (m), where it was stated.
+    pub imu_xyz: Option<[f64; 3]>,
+    /// Roll, pitch and yaw of the IMU in the base link (rad), where they were stated.
+    pub imu_rpy: Option<[f64; 3]>,
+    /// Mass of the load on the tool during the log (kg), where it was stated.
+    pub payload: Option<f64>,
+}
+
 impl Machine {
-    /// The machine file beside a URDF of this name. `signals` is the section about a log's signals, if one is known;
-    /// else the signals are left open.
+    /// The machine file beside a URDF of this name, with what a log of it adds; without one the signals are left open.
     #[must_use]
-    pub fn machine_file(&self, urdf: &str, signals: Option<&str>) -> String {
+    pub fn machine_file(&self, urdf: &str, log: Option<FromLog<'_>>) -> String {
+        let signals = log.map(|log| log.signals);
+        let log = log.unwrap_or_default();
         let mut out = String::new();
         comment(
             &mut out,
@@ -28,7 +44,7 @@ impl Machine {
             quoted(&self.name),
             quoted(urdf)
         );
-        Self::write_doubts(&mut out);
+        write_doubts(&mut out, &log);
         out.push('\n');
         for note in &self.notes {
             comment(&mut out, note);
@@ -41,7 +57,7 @@ impl Machine {
             false => self.write_wheels(&mut out),
         }
         supports::write(&mut out, self);
-        self.write_imu(&mut out);
+        self.write_imu(&mut out, &log);
         let _ = writeln!(out, "\n[arm]\nroot = {}", quoted(&self.arm_root));
         if let Some(tool) = &self.tool {
             let _ = writeln!(out, "tool = {}", quoted(tool));
@@ -49,20 +65,12 @@ impl Machine {
         self.write_linkages(&mut out);
         self.write_contact(&mut out);
         self.write_limits(&mut out);
-        self.write_payload(&mut out);
+        self.write_payload(&mut out, log.payload);
         self.write_uncertainty(&mut out);
         self.write_links(&mut out);
         self.write_weighed(&mut out);
         self.write_signals(&mut out, signals);
         out
-    }
-
-    fn write_doubts(out: &mut String) {
-        comment(
-            out,
-            "Guesses with a wide standard deviation. Check each value, then remove its name from this list:",
-        );
-        out.push_str("unconfirmed = [\"imu\"]\n");
     }
 
     fn write_wheels(&self, out: &mut String) {
@@ -80,18 +88,24 @@ impl Machine {
         }
     }
 
-    fn write_imu(&self, out: &mut String) {
+    fn write_imu(&self, out: &mut String, log: &FromLog<'_>) {
         out.push('\n');
-        comment(
-            out,
-            "assumed: the IMU is level, in the middle of the base at the height of the centre of mass, because a data sheet \
-             does not say where it is. Needed: link, position (m) and orientation (rad).",
-        );
+        if log.imu_xyz.is_some() || log.imu_rpy.is_some() {
+            comment(out, "The mounting of the IMU, stated at the terminal.");
+        }
+        if log.imu_xyz.is_none() || log.imu_rpy.is_none() {
+            comment(
+                out,
+                "assumed: the IMU is level, in the middle of the base at the height of the centre of mass, because a data \
+                 sheet does not say where it is. Needed: link, position (m) and orientation (rad).",
+            );
+        }
         let height = self.centre_of_mass[2];
         let _ = writeln!(
             out,
-            "[imu]\nlink = \"base_link\"\nxyz = {}\nrpy = [0.0, 0.0, 0.0]",
-            triple([0.0, 0.0, height])
+            "[imu]\nlink = \"base_link\"\nxyz = {}\nrpy = {}",
+            triple(log.imu_xyz.unwrap_or([0.0, 0.0, height])),
+            triple(log.imu_rpy.unwrap_or_default())
         );
     }
 
@@ -168,7 +182,21 @@ impl Machine {
         arm.next().map_or(String::new(), |joint| joint.name.clone())
     }
 
-    fn write_payload(&self, out: &mut String) {
+    fn write_payload(&self, out: &mut String, stated: Option<f64>) {
+        if let Some((mass, tool)) = stated.zip(self.tool.as_ref()) {
+            out.push('\n');
+            comment(out, "The load on the tool, stated at the terminal:");
+            let _ = writeln!(
+                out,
+                "[[payload]]\nlink = {}\nmass = {}",
+                quoted(tool),
+                exact(mass)
+            );
+            if let Some((_, centre)) = self.rated_load {
+                let _ = writeln!(out, "com = {}", triple([centre, 0.0, 0.0]));
+            }
+            return;
+        }
         let Some(((mass, centre), tool)) = self.rated_load.zip(self.tool.as_ref()) else {
             return;
         };
@@ -313,6 +341,21 @@ impl Machine {
             let _ = writeln!(out, "[signals.joints.{}]\nposition = 0.0", joint.name);
         }
     }
+}
+
+fn write_doubts(out: &mut String, log: &FromLog<'_>) {
+    let is_imu_stated = log.imu_xyz.is_some() && log.imu_rpy.is_some();
+    let imu = (!is_imu_stated).then(|| quoted("imu"));
+    let guesses = log.unconfirmed.iter().map(|key| quoted(key));
+    let doubts: Vec<String> = imu.into_iter().chain(guesses).collect();
+    if doubts.is_empty() {
+        return;
+    }
+    comment(
+        out,
+        "Guesses with a wide standard deviation. Check each value, then remove its name from this list:",
+    );
+    let _ = writeln!(out, "unconfirmed = [{}]", doubts.join(", "));
 }
 
 /// A number that is read back as it is.

@@ -7,3 +7,5 @@ mod summary;
 mod supports;
 mod text;
 mod urdf;
+
+pub use machine_file::FromLog;

@@ -70,6 +70,10 @@ pub(crate) struct Prior {
     pub(crate) mass: [f64; 2],
     /// Smallest and largest tyre radius (m).
     pub(crate) radius: [f64; 2],
+    /// Largest mass of the tool as a share of the operating mass.
+    pub(crate) tool: f64,
+    /// Largest rated load as a multiple of the operating mass.
+    pub(crate) rated: f64,
 }
 
 const BASIC: Prior = Prior {
@@ -87,6 +91,8 @@ const BASIC: Prior = Prior {
     hangs: false,
     mass: [1000.0, 100_000.0],
     radius: [0.2, 1.6],
+    tool: 0.25,
+    rated: 1.0,
 };
 
 impl Template {
@@ -120,6 +126,8 @@ impl Template {
                 arm: 0.3,
                 mass: [5.0, 10_000.0],
                 radius: [0.03, 1.0],
+                tool: 1.0,
+                rated: 20.0,
                 ..BASIC
             },
             Self::Forwarder => Prior {
@@ -166,6 +174,7 @@ impl Template {
                 arm: 0.17,
                 first_axle: 0.45,
                 mass: [1500.0, 60_000.0],
+                rated: 0.8,
                 ..BASIC
             },
             Self::Forklift => Prior {
@@ -185,6 +194,7 @@ impl Template {
                 has_superstructure: true,
                 hangs: true,
                 mass: [3000.0, 150_000.0],
+                rated: 20.0,
                 ..BASIC
             },
             Self::MobileCrane => Prior {
@@ -195,6 +205,7 @@ impl Template {
                 has_superstructure: true,
                 hangs: true,
                 mass: [3000.0, 250_000.0],
+                rated: 20.0,
                 ..BASIC
             },
             Self::WheeledExcavator => Prior {

@@ -40,10 +40,13 @@ const fn series(aspect: f64, band: f64) -> Series {
 /// Width with two decimals, quarters of an inch (7.00-12, 10.00-20, 18.00-25): truck, industrial, grader and dumper tyres
 /// of the first standard, whose section is about as high as wide.
 const CONVENTIONAL: Series = series(1.04, 0.04);
+/// The same of rigid dumpers, on rims from 33 inches (18.00R33, 27.00R49, 40.00R57).
+const DUMPER: Series = series(1.065, 0.04);
 /// Other two decimals (8.15-15): the low industrial series.
 const LOW_INDUSTRIAL: Series = series(0.8, 0.05);
-/// Earth-mover tyres of odd rims from 25 inches (17.5-25, 33.25-29): wide base.
-const WIDE_BASE: Series = series(0.82, 0.03);
+/// Earth-mover tyres of odd rims from 25 inches (17.5-25, 33.25-29): wide base. The deepest treads are at the upper end of
+/// the band.
+const WIDE_BASE: Series = series(0.82, 0.04);
 /// Agricultural drive wheels and implements for many purposes (9.5-24, 16.9-24, 24.5-32): the section is the lower the
 /// wider it is.
 const AGRICULTURAL_NARROW: Series = series(0.89, 0.04);
@@ -63,6 +66,13 @@ const METRIC_RADIAL: Series = series(0.8, 0.04);
 const METRIC_INDUSTRIAL: Series = series(0.73, 0.08);
 /// Stated ratio (710/45-26.5): makers round D and grow with the tread.
 const STATED_RATIO: f64 = 0.03;
+/// What treads add to a stated ratio of earth-mover tyres on the largest rims (35/65R33, 59/80R63).
+const TREAD: f64 = 0.015;
+/// Rims of rigid dumpers and the largest loaders (inches); the largest there is.
+const LARGE_RIM: f64 = 33.0;
+const LARGEST_RIM: f64 = 63.0;
+/// Width of the widest flotation tyre (66x43.00-25) as a share of its diameter, at most.
+const WIDEST: f64 = 0.8;
 /// Stated diameter (18x7-8): the name is a nominal one.
 const STATED_DIAMETER: f64 = 0.04;
 /// Stated diameter of a solid tyre without a rim (200x50, 16x7x10.5): moulded to size.
@@ -73,6 +83,9 @@ impl Tyre {
     /// others.
     pub(crate) fn parse(designation: &str) -> Option<Self> {
         let text = designation.trim().to_ascii_uppercase().replace(',', ".");
+        if text.starts_with(['-', '+']) {
+            return None;
+        }
         let text = text.trim_start_matches(|c: char| !c.is_ascii_digit());
         let (front, rim) = split_rim(text);
         let (radius, width, band) = match (front.split_once(['X', '×', '*']), rim) {
@@ -90,8 +103,10 @@ impl Tyre {
                     let (width, ratio) = (number(width)?.value, number(ratio)?.value);
                     // 4.10/3.50-4 states two widths
                     let is_ratio = (20.0..=100.0).contains(&ratio);
+                    let is_large = rim >= LARGE_RIM && width < IN_MILLIMETRES;
+                    let tread = if is_large { TREAD } else { 0.0 };
                     let width = length(width, width);
-                    let radius = rim * INCH / 2.0 + ratio / 100.0 * width;
+                    let radius = rim * INCH / 2.0 + (ratio / 100.0 + tread) * width;
                     is_ratio.then_some((radius, width, STATED_RATIO))?
                 }
                 None => return Self::by_series(front, rim, is_radial),
@@ -112,8 +127,13 @@ impl Tyre {
 
     fn checked(radius: f64, width: f64, band: f64, rim: Option<f64>) -> Option<Self> {
         // a rim fits into its tyre
-        let is_round = rim.is_none_or(|rim| rim * INCH / 2.0 < 0.97 * radius && rim >= 3.0);
-        let is_tyre = (0.02..2.5).contains(&radius) && (0.01..2.0).contains(&width) && is_round;
+        let is_round = rim.is_none_or(|rim| {
+            rim * INCH / 2.0 < 0.97 * radius && (3.0..=LARGEST_RIM).contains(&rim)
+        });
+        let is_tyre = (0.02..2.5).contains(&radius)
+            && (0.01..2.0).contains(&width)
+            && width <= WIDEST * 2.0 * radius
+            && is_round;
         is_tyre.then_some(Self {
             radius,
             width,
@@ -143,6 +163,7 @@ fn series_of(width: &Number, rim: f64, is_radial: bool) -> Series {
         _ if is_earth_mover && (hundredths == 50 || (value > 30.0 && hundredths == 25)) => {
             WIDE_BASE
         }
+        _ if rim >= LARGE_RIM && hundredths == 0 && value >= 18.0 => DUMPER,
         // 10.0-20 and 6.5-10 are 10.00-20 and 6.50-10
         1 if hundredths == 0 || value < 8.0 => CONVENTIONAL,
         1 if value < 12.0 => AGRICULTURAL_NARROW,
@@ -223,7 +244,7 @@ mod tests {
     use super::*;
 
     /// Designations and overall diameters (mm) as standards and makers list them.
-    const LISTED: [(&str, f64); 56] = [
+    const LISTED: [(&str, f64); 70] = [
         // industrial, named by diameter
         ("18x7-8", 457.0),
         ("16x6-8", 421.0),
@@ -270,6 +291,22 @@ mod tests {
         ("23.5R25", 1615.0),
         ("26.5R25", 1750.0),
         ("29.5-25", 1873.0),
+        // wide base with the deepest tread (L5S; Maxam MS502)
+        ("17.5R25", 1408.0),
+        ("20.5R25", 1547.0),
+        ("26.5R25", 1796.0),
+        ("29.5R25", 1928.0),
+        ("29.5R29", 2011.0),
+        ("35/65R33", 2069.0),
+        // rigid dumpers and the largest loaders (Michelin, Bridgestone; treads differ by some 20 mm)
+        ("18.00R33", 1870.0),
+        ("24.00R35", 2170.0),
+        ("27.00R49", 2700.0),
+        ("33.00R51", 3045.0),
+        ("40.00R57", 3580.0),
+        ("45/65R45", 2690.0),
+        ("53/80R63", 3780.0),
+        ("59/80R63", 4025.0),
         // agricultural
         ("11.2-24", 1105.0),
         ("12.4-24", 1160.0),
@@ -349,6 +386,21 @@ mod tests {
             "1/0-1",
             "18x7-30",
             "800",
+            "18x70-8",
+            "7x18-8",
+            "-18x7-8",
+            "+20.5R25",
+            "0x0-0",
+            "180x7-8",
+            "18x7-80",
+            "18x0-8",
+            "999/99R99",
+            "385/95R2",
+            "20.5R250",
+            "40.00R157",
+            "53/800R63",
+            "8 inch",
+            "nan",
         ] {
             assert_eq!(Tyre::parse(wrong), None, "{wrong}");
         }

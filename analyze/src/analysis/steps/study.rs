@@ -236,6 +236,7 @@ fn inputs(loaded: &LoadedLog, samples: &SampleFindings) -> Vec<Input> {
         let noise = noise.iter().filter(|noise| noise.sensor == sensor);
         Input {
             signal: signal.name,
+            subject: signal.subject.clone(),
             clock: format!("{}: {}", recording.clock.source, recording.clock.reason),
             counts: counts.map_or(StreamCounts::default(), |(_, counts)| *counts),
             noise: noise.copied().collect(),

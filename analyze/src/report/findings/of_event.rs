@@ -7,7 +7,7 @@ use super::scene::Scene;
 use crate::events::{
     Answer, Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
 };
-use crate::page::{input_in_words, number, percent, probability, readable, with_unit};
+use crate::page::{input_in_words, number, percent, probability, readable, short, with_unit};
 use crate::report::faults;
 
 /// Causes with a smaller share of the lost load are summed up as others (%).
@@ -172,11 +172,27 @@ impl Scene {
             ),
             EventKind::InputGap | EventKind::InputFault => {
                 format!(
-                    "No value for {:.2} s; nothing is computed there",
+                    "No value{} for {:.2} s; nothing is computed there",
+                    self.expected_of(event),
                     event.worst
                 )
             }
         }
+    }
+
+    /// What an input that has a gap should have: messages of its topic, at its rate. Empty where several topics are meant.
+    fn expected_of(&self, event: &Event) -> String {
+        let mut inputs = self.inputs.iter().filter(|it| it.subject == event.subject);
+        let (Some(input), None) = (inputs.next(), inputs.next()) else {
+            return String::new();
+        };
+        let rate = input
+            .rate_hz
+            .map_or(String::new(), |rate| format!(" at {} Hz", short(rate)));
+        format!(
+            " of {}, where {}{rate} was expected,",
+            input.topic, input.type_name
+        )
     }
 
     /// How much load was lost since when, and the largest causes.
@@ -318,7 +334,7 @@ mod tests {
     use crate::events::CauseShare;
     use crate::events::support_words::SupportWord;
     use crate::report::deciding::Deciding;
-    use crate::report::findings::scene::WheelFacts;
+    use crate::report::findings::scene::{InputFacts, WheelFacts};
 
     fn scene() -> Scene {
         let wheel = |name: &str| WheelFacts {
@@ -336,7 +352,26 @@ mod tests {
             word: SupportWord::of_kind(SupportKind::Wheel),
             is_split_stated: false,
             is_sparse: false,
+            inputs: vec![InputFacts {
+                subject: "actuator.lift".into(),
+                topic: "/lift/force".into(),
+                type_name: "std_msgs/msg/Float64".into(),
+                rate_hz: Some(50.0),
+            }],
         }
+    }
+
+    #[test]
+    fn a_gap_names_the_input_its_topic_and_what_was_expected() {
+        let gap = event(EventKind::InputGap, "actuator.lift", 1.5, "s");
+        let scene = scene();
+        assert_eq!(scene.subject(&gap), "actuator lift");
+        let expected = scene.expected_of(&gap);
+        for part in ["/lift/force", "std_msgs/msg/Float64", "50"] {
+            assert!(expected.contains(part), "{expected}");
+        }
+        let unknown = event(EventKind::InputGap, "imu", 1.5, "s");
+        assert_eq!(scene.expected_of(&unknown), "");
     }
 
     fn event(kind: EventKind, subject: &str, worst: f64, unit: &'static str) -> Event {

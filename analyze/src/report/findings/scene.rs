@@ -2,7 +2,7 @@
 
 use tipwatch_mechanics::machine::SupportKind;
 
-use crate::analysis::Analysis;
+use crate::analysis::{Analysis, Input};
 use crate::events::split_rule::{is_stated, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind};
@@ -22,6 +22,16 @@ pub(in crate::report) struct Scene {
     /// Whether the machine file states what determines the split: flat ground and the tyres' stiffness.
     pub(super) is_split_stated: bool,
     pub(super) is_sparse: bool,
+    pub(super) inputs: Vec<InputFacts>,
+}
+
+/// Where the numbers of a signal come from.
+pub(super) struct InputFacts {
+    /// Its name, as events have it.
+    pub(super) subject: String,
+    pub(super) topic: String,
+    pub(super) type_name: String,
+    pub(super) rate_hz: Option<f64>,
 }
 
 pub(super) struct WheelFacts {
@@ -31,6 +41,17 @@ pub(super) struct WheelFacts {
     pub(super) limit_n: Option<f64>,
     /// What would decide its load where equilibrium leaves it open.
     pub(super) deciding: Vec<Deciding>,
+}
+
+impl InputFacts {
+    fn of(input: &Input) -> Self {
+        Self {
+            subject: input.subject.clone(),
+            topic: input.topic.clone(),
+            type_name: input.type_name.clone(),
+            rate_hz: input.timing.rate_hz,
+        }
+    }
 }
 
 impl Scene {
@@ -53,6 +74,7 @@ impl Scene {
             word: SupportWord::of(machine),
             is_split_stated: is_stated(machine),
             is_sparse: analysis.coverage.between_rows.is_some(),
+            inputs: analysis.inputs.iter().map(InputFacts::of).collect(),
         }
     }
 

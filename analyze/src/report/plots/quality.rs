@@ -68,10 +68,9 @@ impl Plotter<'_> {
     fn present(&self) -> Vec<Lane> {
         let last = self.last_second();
         let lane = |input: &crate::analysis::Input| {
-            let gaps =
-                self.analysis.events.iter().filter(|event| {
-                    event.kind == EventKind::InputGap && event.subject == input.signal
-                });
+            let gaps = self.analysis.events.iter().filter(|event| {
+                event.kind == EventKind::InputGap && event.subject == input.subject
+            });
             let mut spans = Vec::new();
             let mut from = 0.0;
             for gap in gaps {

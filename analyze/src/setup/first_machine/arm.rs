@@ -23,7 +23,9 @@ const ARM: [&str; 12] = [
 const TOOL: [&[&str]; 3] = [
     &["tool", "tcp", "tool0"],
     &["flange", "effector", "ee", "eef"],
-    &["gripper", "grapple", "bucket", "fork", "hand", "hook"],
+    &[
+        "gripper", "grapple", "bucket", "fork", "forks", "hand", "hook",
+    ],
 ];
 /// Fewest moving joints of an arm without a descriptive name.
 const FEWEST_JOINTS: usize = 3;

@@ -1,32 +1,81 @@
 //! CAN (controller area network) messages of a log as topics, and how a machine file names their signals.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
-use tipwatch_can::CanId;
 use tipwatch_can::j1939::Identifier;
+use tipwatch_can::{CanId, Message};
 use tipwatch_ingest::{CanTopic, Log};
 use tipwatch_mechanics::machine::{CanMessageSpec, CanSpec};
 
-use super::text::{Text, quoted};
+use super::text::{Text, number, quoted};
 use super::urdf::beside;
-use super::words::is_no_position;
-use crate::setup::inspect::{Described, Reading, message_of, reading_of};
+use super::words::{is_no_position, words};
+use crate::setup::inspect::{Described, KnownSignal, Reading, descriptions_of};
 
 /// The public parameter groups of an inertial measurement unit: acceleration and angular rate.
 const ACCELERATION: u32 = 61485;
+const ACCELERATIONS: [&str; 3] = [
+    "longitudinal_acceleration",
+    "lateral_acceleration",
+    "vertical_acceleration",
+];
 const ANGULAR_RATE: u32 = 61482;
-/// The public parameter groups of wheel speeds and of weights.
-const SPEEDS: [(u32, &str); 2] = [
-    (65265, "wheel_based_vehicle_speed"),
-    (65215, "front_axle_speed"),
+const RATES: [&str; 3] = ["roll_rate", "pitch_rate", "yaw_rate"];
+/// The public parameter groups of wheel speeds, the best first, with what their speed is.
+const SPEEDS: [(u32, &str, &str); 3] = [
+    (65265, "wheel_based_vehicle_speed", "Speed by the wheels"),
+    (65215, "front_axle_speed", "Speed of the front axle"),
+    (
+        65134,
+        "front_left_wheel_speed",
+        "Speed of one wheel, which in a turn is not that of the machine",
+    ),
 ];
 const VEHICLE_WEIGHT: u32 = 65258;
+const CARGO: &str = "cargo_weight";
+/// Weights are sent every 10 s (s).
+const MASS_MAX_AGE: f64 = 15.0;
 /// Buses have some hundreds of identifiers.
 const MOST_IDS: usize = 2048;
 /// A signal that changes less does not show a joint that moves (rad or m).
 const LEAST_MOTION: f64 = 0.01;
+/// Words for the load on the tool, and for masses that are something else.
+const LOAD: [&str; 8] = [
+    "load", "payload", "hookload", "cargo", "weight", "mass", "scale", "lmi",
+];
+const NO_LOAD: [&str; 29] = [
+    "axle",
+    "wheel",
+    "front",
+    "rear",
+    "left",
+    "right",
+    "tare",
+    "gross",
+    "max",
+    "maximum",
+    "min",
+    "minimum",
+    "rated",
+    "permissible",
+    "permitted",
+    "allowed",
+    "allowable",
+    "limit",
+    "capacity",
+    "counterweight",
+    "ballast",
+    "vehicle",
+    "machine",
+    "trailer",
+    "preset",
+    "jack",
+    "command",
+    "target",
+    "setpoint",
+];
 
 /// The described messages of the buses of a log, which are topics now.
 #[derive(Debug, Default)]
@@ -37,33 +86,38 @@ pub(super) struct CanMessages {
 /// A message.
 #[derive(Debug)]
 struct CanMessage {
+    name: String,
     /// `pgn = 61485, source = 33`, or `dbc = "crane.dbc", message = "Joint_lift"`, after the bus if there are several.
     keys: String,
-    pgn: Option<u32>,
+    /// The public parameter group that describes it; `None` if a DBC file does.
+    group: Option<u32>,
     source: Option<u8>,
-    /// Signals whose values are in SI units by their description.
-    converted: BTreeSet<String>,
-    /// Those of them of a DBC file that change.
-    moving: Vec<Moving>,
+    signals: Vec<KnownSignal>,
 }
 
-/// A signal that changes.
-#[derive(Debug)]
-struct Moving {
-    signal: String,
-    unit: String,
-    /// Its least and its greatest number.
-    span: [f64; 2],
-}
-
-/// A signal that may be the position of a joint, by unit and motion.
+/// A signal of a bus that a machine file may name.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Candidate {
     /// The table of its keys.
     pub(super) text: String,
+    pub(super) message: String,
     pub(super) signal: String,
-    /// Its least and its greatest number (rad or m).
+    /// Its least and its greatest number (rad, m or kg).
     pub(super) span: [f64; 2],
+}
+
+impl Candidate {
+    /// Whether it shows a motion (rad or m).
+    pub(super) fn moves(&self) -> bool {
+        self.span[1] - self.span[0] >= LEAST_MOTION
+    }
+}
+
+/// A signal of a bus as the field of a topic.
+pub(super) struct CanField<'a> {
+    /// The keys that name it.
+    pub(super) source: String,
+    pub(super) signal: &'a KnownSignal,
 }
 
 impl CanMessages {
@@ -80,32 +134,30 @@ impl CanMessages {
         let mut found = Self::default();
         let mut topics = Vec::new();
         for (id, name) in &buses {
-            let mut seen: BTreeMap<CanId, Option<Reading>> = BTreeMap::new();
+            let mut seen: BTreeMap<CanId, Vec<Of>> = BTreeMap::new();
             log.read_can_frames(*id, &mut |frame| {
                 if seen.len() < MOST_IDS {
                     seen.entry(frame.id)
-                        .or_insert_with(|| reading_of(frame.id, databases));
+                        .or_insert_with(|| Of::all(frame.id, databases));
                 }
-                if let Some(Some(reading)) = seen.get_mut(&frame.id) {
-                    reading.take(frame);
+                for of in seen.get_mut(&frame.id).into_iter().flatten() {
+                    of.reading.take(frame);
                 }
             })?;
             let bus = (buses.len() > 1).then(|| name.clone());
-            for (id, reading) in seen {
-                let Some((path, message)) = message_of(id, databases) else {
-                    continue;
-                };
-                let group = Identifier::of(id);
+            let all = seen.into_iter();
+            for (id, of) in all.flat_map(|(id, all)| all.into_iter().map(move |of| (id, of))) {
+                let message = of.message;
                 let spec = CanSpec {
                     bus: bus.clone(),
-                    message: match path {
+                    message: match of.file {
                         Some(path) => CanMessageSpec::Dbc {
                             file: beside(path, out),
                             message: message.name.clone(),
                         },
                         None => CanMessageSpec::ParameterGroup(message.pgn().unwrap_or_default()),
                     },
-                    source: group
+                    source: Identifier::of(id)
                         .filter(|_| message.pgn().is_some())
                         .map(|group| group.source),
                     signal: String::new(),
@@ -114,18 +166,12 @@ impl CanMessages {
                 if found.by_topic.contains_key(&topic) {
                     continue;
                 }
-                let of_file = reading.iter().filter(|_| path.is_some());
-                let moving = of_file
-                    .flat_map(Reading::spans)
-                    .filter_map(moving)
-                    .collect();
-                let converted = message.signals.iter().filter(|signal| signal.is_converted);
                 let known = CanMessage {
+                    name: message.name.clone(),
                     keys: keys(&spec),
-                    pgn: message.pgn(),
+                    group: message.pgn().filter(|_| of.file.is_none()),
                     source: spec.source,
-                    converted: converted.map(|signal| signal.name.clone()).collect(),
-                    moving,
+                    signals: of.reading.known().collect(),
                 };
                 found.by_topic.insert(topic.clone(), known);
                 topics.push(CanTopic {
@@ -141,59 +187,83 @@ impl CanMessages {
         Ok(found)
     }
 
-    /// How a machine file names a field, and whether it is in SI units by its description; `None` if its topic is no CAN
-    /// message.
-    pub(super) fn field(&self, topic: &str, field: &str) -> Option<(String, bool)> {
+    /// A field of a topic, if that is a CAN message.
+    pub(super) fn field(&self, topic: &str, field: &str) -> Option<CanField<'_>> {
         let message = self.by_topic.get(topic)?;
-        let text = format!("{}, signal = {}", message.keys, quoted(field));
-        Some((text, message.converted.contains(field)))
+        Some(CanField {
+            source: format!("{}, signal = {}", message.keys, quoted(field)),
+            signal: message.signal(field)?,
+        })
     }
 
-    /// The signals of this unit that change, but for rates and forces by their names.
-    pub(super) fn candidates(&self, unit: &str) -> Vec<Candidate> {
-        let all = self.by_topic.values().flat_map(|message| {
-            let moving = message.moving.iter().filter(|it| it.unit == unit);
-            moving.map(|it| Candidate {
-                text: format!("{{ {}, signal = {} }}", message.keys, quoted(&it.signal)),
-                signal: it.signal.clone(),
-                span: it.span,
+    /// The signals of DBC files that may be a position of this unit: with numbers, and neither rates, forces nor commands by
+    /// their names.
+    pub(super) fn positions(&self, unit: &str) -> Vec<Candidate> {
+        let mut all = self.of_unit(unit);
+        all.retain(|it| !is_no_position(&it.signal));
+        all
+    }
+
+    /// The signals of DBC files that have numbers of this unit.
+    fn of_unit(&self, unit: &str) -> Vec<Candidate> {
+        let of_files = self.by_topic.values().filter(|it| it.group.is_none());
+        let all = of_files.flat_map(|message| {
+            let of_unit = message
+                .signals
+                .iter()
+                .filter(|it| it.is_si && it.unit == unit);
+            of_unit.filter_map(|it| {
+                Some(Candidate {
+                    text: format!("{{ {}, signal = {} }}", message.keys, quoted(&it.name)),
+                    message: message.name.clone(),
+                    signal: it.name.clone(),
+                    span: it.span?,
+                })
             })
         });
-        all.filter(|it| !is_no_position(&it.signal)).collect()
+        all.collect()
     }
 
-    fn of_group(&self, pgn: u32) -> impl Iterator<Item = &CanMessage> {
+    /// The messages of a public parameter group with numbers of all these signals.
+    fn of_group(&self, pgn: u32, signals: &[&str]) -> impl Iterator<Item = &CanMessage> {
         let messages = self.by_topic.values();
-        messages.filter(move |message| message.pgn == Some(pgn))
+        let messages = messages.filter(move |message| message.group == Some(pgn));
+        messages.filter(|message| signals.iter().all(|signal| message.has_numbers(signal)))
+    }
+
+    fn accelerations(&self) -> impl Iterator<Item = &CanMessage> {
+        self.of_group(ACCELERATION, &ACCELERATIONS)
     }
 
     /// Whether the log has an IMU on a bus.
     pub(super) fn has_imu(&self) -> bool {
-        self.of_group(ACCELERATION).next().is_some()
+        self.accelerations().next().is_some()
     }
 
     /// Writes the IMU of `[signals]`, if a bus has one.
     pub(super) fn write_imu(&self, text: &mut Text) {
-        let Some(acceleration) = self.of_group(ACCELERATION).next() else {
+        let Some(acceleration) = self.accelerations().next() else {
             return;
         };
         text.comment(
             "Parameter groups of SAE J1939. It does not fix the signs in the axes of the machine: CHECK them on a log \
              whose slope you know, and use scale = -1 where an axis is turned.",
         );
-        let signals = [
-            "longitudinal_acceleration",
-            "lateral_acceleration",
-            "vertical_acceleration",
-        ];
-        text.line(&triple("imu.specific_force", acceleration, signals));
+        let others = self.accelerations().skip(1);
+        let others: Vec<&str> = others.map(|message| message.keys.as_str()).collect();
+        if !others.is_empty() {
+            text.comment(&format!(
+                "CHECK which sensor it is; accelerations are also in: {}.",
+                others.join("; ")
+            ));
+        }
+        text.line(&triple("imu.specific_force", acceleration, ACCELERATIONS));
         // the rates of the same sensor, if it has some
-        let mut rates = self.of_group(ANGULAR_RATE);
+        let mut rates = self.of_group(ANGULAR_RATE, &RATES);
         let same = rates.find(|message| message.source == acceleration.source);
-        match same.or_else(|| self.of_group(ANGULAR_RATE).next()) {
+        match same.or_else(|| self.of_group(ANGULAR_RATE, &RATES).next()) {
             Some(rates) => {
-                let signals = ["roll_rate", "pitch_rate", "yaw_rate"];
-                text.line(&triple("imu.angular_velocity", rates, signals));
+                text.line(&triple("imu.angular_velocity", rates, RATES));
             }
             None => {
                 text.comment(
@@ -209,14 +279,14 @@ impl CanMessages {
     /// Writes the velocity of `[signals]`, if a bus has the speed of the wheels.
     pub(super) fn write_speed(&self, text: &mut Text) {
         let mut speeds = SPEEDS.iter();
-        let Some((speed, signal)) =
-            speeds.find_map(|&(pgn, signal)| Some((self.of_group(pgn).next()?, signal)))
-        else {
+        let Some((speed, signal, what)) = speeds.find_map(|&(pgn, signal, what)| {
+            Some((self.of_group(pgn, &[signal]).next()?, signal, what))
+        }) else {
             return;
         };
-        text.comment(
-            "Speed by the wheels, which has no sign: right where the machine only drives forward.",
-        );
+        text.comment(&format!(
+            "{what}. It has no sign: right where the machine only drives forward."
+        ));
         text.open(&format!(
             "odometry.velocity = [ {{ {}, signal = {} }}, 0, 0 ]",
             speed.keys,
@@ -224,31 +294,97 @@ impl CanMessages {
         ));
     }
 
-    /// Writes payload and axle loads that a bus has, to be completed.
-    pub(super) fn write_weights(&self, text: &mut Text) {
-        let Some(weight) = self.of_group(VEHICLE_WEIGHT).next() else {
-            return;
-        };
-        let keys = &weight.keys;
-        text.gap().comment(
-            "The bus has weights. A payload as weighed, with the link that carries it and its standard deviation (kg):",
-        );
-        text.open(&format!(
-            "[[payload]]\nlink = \"tool\"\nmass = {{ signal = {{ {keys}, signal = \"cargo_weight\" }}, max_age = 15.0 }}\nmass_sigma = 50.0"
-        ));
-        text.comment("Loads of axles, for comparison (N; weights of the bus are in kg):");
-        text.open(&format!(
-            "[[signals.load_sums]]\nwheels = [\"FL\", \"FR\"]\nload = {{ {keys}, signal = \"axle_1_weight\", scale = 9.80665 }}"
-        ));
+    /// Writes payload and axle loads that a bus has, to be completed; `tool` is the link that carries the load.
+    pub(super) fn write_weights(&self, text: &mut Text, tool: Option<&str>) {
+        let loads = self.loads();
+        if !loads.is_empty() {
+            text.gap().comment(
+                "The bus has the mass of a load. A payload as weighed, with the link that carries it and its standard \
+                 deviation (kg). CHECK that the signal is what hangs or lies on that link, and nothing else:",
+            );
+            let mass = |load: &Candidate| {
+                format!(
+                    "mass = {{ signal = {}, max_age = {MASS_MAX_AGE:?} }}  # {} to {} kg in this log",
+                    load.text,
+                    number(load.span[0]),
+                    number(load.span[1])
+                )
+            };
+            let masses: Vec<String> = loads.iter().map(mass).collect();
+            text.open(&format!(
+                "[[payload]]\nlink = {}\n{}\nmass_sigma = 50.0",
+                quoted(tool.unwrap_or("tool")),
+                masses.join("\n")
+            ));
+        }
+        for weight in self.of_group(VEHICLE_WEIGHT, &[]) {
+            let axles = weight.signals.iter().filter(|signal| signal.span.is_some());
+            let axles = axles.filter(|signal| signal.name.starts_with("axle_") && signal.is_si);
+            for axle in axles {
+                text.gap().comment(&format!(
+                    "{} of the bus, for comparison (N; weights of the bus are in kg). Name the wheels of that axle:",
+                    axle.name
+                ));
+                text.open(&format!(
+                    "[[signals.load_sums]]\nwheels = [\"LEFT\", \"RIGHT\"]\nload = {{ {}, signal = {}, scale = 9.80665 }}",
+                    weight.keys,
+                    quoted(&axle.name)
+                ));
+            }
+        }
+    }
+
+    /// What may be the mass of the load: the cargo of the public group, and masses of DBC files by their names.
+    fn loads(&self) -> Vec<Candidate> {
+        let of_group = self
+            .of_group(VEHICLE_WEIGHT, &[CARGO])
+            .filter_map(|message| {
+                Some(Candidate {
+                    text: format!("{{ {}, signal = {} }}", message.keys, quoted(CARGO)),
+                    message: message.name.clone(),
+                    signal: CARGO.into(),
+                    span: message.signal(CARGO)?.span?,
+                })
+            });
+        let of_files = self.of_unit("kg").into_iter().filter(|it| {
+            let has = |name: &str, wanted: &[&str]| {
+                let mut words = words(name).into_iter();
+                words.any(|word| wanted.contains(&word.as_str()))
+            };
+            (has(&it.signal, &LOAD) || has(&it.message, &LOAD)) && !has(&it.signal, &NO_LOAD)
+        });
+        of_files.chain(of_group).collect()
     }
 }
 
-fn moving((signal, unit, span): (&str, &str, [f64; 2])) -> Option<Moving> {
-    (span[1] - span[0] >= LEAST_MOTION).then(|| Moving {
-        signal: signal.to_owned(),
-        unit: unit.to_owned(),
-        span,
-    })
+impl CanMessage {
+    fn signal(&self, name: &str) -> Option<&KnownSignal> {
+        self.signals.iter().find(|signal| signal.name == name)
+    }
+
+    fn has_numbers(&self, name: &str) -> bool {
+        self.signal(name)
+            .is_some_and(|signal| signal.span.is_some())
+    }
+}
+
+/// A description of an identifier, and what it reads.
+struct Of<'a> {
+    file: Option<&'a Path>,
+    message: Message,
+    reading: Reading,
+}
+
+impl<'a> Of<'a> {
+    fn all(id: CanId, databases: &'a [Described]) -> Vec<Self> {
+        let all = descriptions_of(id, databases).into_iter();
+        all.map(|(file, message)| Self {
+            reading: Reading::of(&message, file),
+            file,
+            message,
+        })
+        .collect()
+    }
 }
 
 fn keys(spec: &CanSpec) -> String {

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use tipwatch_datasheet::Machine;
 use tipwatch_ingest::Log;
 
 use super::guesses::Guesses;
@@ -19,6 +20,8 @@ pub struct Draft {
     pub(super) imu: ImuSection,
     pub(super) options: WriteOptions,
     pub(super) stated: Stated,
+    /// The machine of a data sheet, which states all but the signals, the mounting of the IMU and the load.
+    pub(super) of_sheet: Option<Machine>,
     /// The path of the machine file.
     pub(super) out: PathBuf,
 }

@@ -62,11 +62,16 @@ impl Guesses {
             if is_known || linkages.iter().any(follows) {
                 continue;
             }
-            match joints::find(&joint.name, &topics.joint_states, log.topics(), &topics.can) {
+            let others = outline.links.iter().filter_map(|link| link.joint.as_ref());
+            let others = others.filter(|it| it.name != joint.name);
+            let others: Vec<&str> = others.map(|it| it.name.as_str()).collect();
+            let states = &topics.joint_states;
+            match joints::find(joint, &others, states, log.topics(), &topics.can) {
                 Some(guess) => joints.push(guess),
                 None => unknown.push(joint.name.clone()),
             }
         }
+        unknown.extend(without_contested(&mut joints));
         // a known pivot makes its rod redundant, and vice versa
         let found = |name: &String| joints.iter().any(|guess| guess.joint == *name);
         let redundant: Vec<&String> = (linkages.iter())
@@ -85,6 +90,7 @@ impl Guesses {
                 fields.any(|field| field.source == source)
             };
             fitting.retain(|it| !is_bound(it));
+            name_apart(&mut fitting);
             (joint.clone(), fitting)
         });
         Self {
@@ -118,6 +124,19 @@ impl Guesses {
         frozen.retain(|name| !logged.contains(name));
         self.frozen = frozen;
         self.held.extend(idle);
+    }
+
+    /// Leaves to the sheet what it states: joints that it holds still, and its cylinders, whose rods follow their pivots.
+    pub(super) fn leave_to_sheet(&mut self, constant: &[String]) {
+        let pivots_unknown: Vec<&LinkageGuess> = (self.linkages.iter())
+            .filter(|linkage| self.unknown.contains(&linkage.pivot))
+            .collect();
+        let is_rod = |name: &String| pivots_unknown.iter().any(|linkage| linkage.rod == *name);
+        let mut unknown = self.unknown.clone();
+        unknown.retain(|joint| !constant.contains(joint) && !is_rod(joint));
+        self.unknown = unknown;
+        self.joints.retain(|guess| !constant.contains(&guess.joint));
+        self.linkages.clear();
     }
 
     /// Moves a cylinder that was held still, now that the places of its eyes are known.
@@ -183,20 +202,51 @@ pub(super) enum StatedPosition {
     Signal(String),
 }
 
-/// The signals that may be the position of a joint, by unit and motion.
+/// Takes away the guesses that name the same number for several joints, and returns these joints.
+fn without_contested(joints: &mut Vec<JointGuess>) -> Vec<String> {
+    let source = |guess: &JointGuess| guess.fields.first().map(|it| it.source.clone());
+    let sources: Vec<_> = joints.iter().map(source).collect();
+    let is_contested = |guess: &JointGuess| {
+        let mine = source(guess);
+        sources.iter().filter(|other| **other == mine).count() > 1
+    };
+    let (contested, clear): (Vec<_>, Vec<_>) = joints.drain(..).partition(is_contested);
+    *joints = clear;
+    contested.into_iter().map(|guess| guess.joint).collect()
+}
+
+/// The signals that may be the position of a joint: those of its unit that its name names, whatever their motion; else those
+/// that move no further than it can, and that name no other joint.
 fn fitting(outline: &Outline, joint: &str, topics: &Topics) -> Vec<Candidate> {
-    let mut joints = outline.links.iter().filter_map(|link| link.joint.as_ref());
-    let Some(joint) = joints.find(|it| it.name == joint) else {
+    let joints = outline.links.iter().filter_map(|link| link.joint.as_ref());
+    let Some(joint) = joints.clone().find(|it| it.name == joint) else {
         return Vec::new();
     };
     let unit = match joint.motion {
         JointMotion::Prismatic => "m",
         _ => "rad",
     };
-    let mut found = topics.can.candidates(unit);
-    // zero and sign may differ, not the way
-    if let Some([least, most]) = joint.limits {
-        found.retain(|it| it.span[1] - it.span[0] <= 1.05 * (most - least));
+    let found = topics.can.positions(unit);
+    let names = |it: &Candidate, joint: &str| joints::is_named(joint, &it.message, &it.signal);
+    let (named, mut rest): (Vec<_>, Vec<_>) =
+        found.into_iter().partition(|it| names(it, &joint.name));
+    if !named.is_empty() {
+        return named;
     }
-    found
+    let others: Vec<&str> = joints.map(|it| it.name.as_str()).collect();
+    rest.retain(|it| {
+        let of_other = others.iter().any(|other| names(it, other));
+        it.moves() && joints::can_go(joint, it.span) && !of_other
+    });
+    rest
+}
+
+/// Signals of the same name are told apart by their messages.
+fn name_apart(candidates: &mut [Candidate]) {
+    let signals: Vec<String> = candidates.iter().map(|it| it.signal.clone()).collect();
+    for it in candidates {
+        if signals.iter().filter(|other| **other == it.signal).count() > 1 {
+            it.signal = format!("{}.{}", it.message, it.signal);
+        }
+    }
 }

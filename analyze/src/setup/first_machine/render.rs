@@ -1,8 +1,9 @@
 //! The text of a first machine file.
 
 use super::draft::{Draft, Stated};
-use super::guesses::{Guesses, StatedPosition};
+use super::guesses::Guesses;
 use super::imu::ImuSection;
+use super::joint_lines::{doubted, write_joints};
 use super::linkages::LinkageGuess;
 use super::reference;
 use super::text::{Text, array, key, number, quoted, triple};
@@ -70,7 +71,10 @@ pub(super) fn rendered(draft: &Draft, guesses: Option<&Guesses>, verdict: &str) 
         write_joints(&mut text, guesses);
         write_stated(&mut text, guesses, stated);
     }
-    topics.can.write_weights(&mut text);
+    let tool = guesses.and_then(|guesses| guesses.tool.as_ref());
+    topics
+        .can
+        .write_weights(&mut text, tool.map(|tool| tool.link.as_str()));
     text.gap()
         .comment("Weighed loads, for comparison with the model by `tipwatch check-machine`:")
         .open("[weighed]\nunit = \"kg\"\nsums = [ { name = \"front axle\", wheels = [\"FL\", \"FR\"], load = 0, sigma = 10 } ]");
@@ -87,11 +91,7 @@ fn write_doubts(text: &mut Text, guesses: Option<&Guesses>, imu: &ImuSection) {
         let wheels = guesses.wheels.iter();
         let guessed = wheels.filter(|wheel| wheel.is_doubtful && wheel.radius.is_some());
         doubts.extend(guessed.map(|wheel| format!("wheels.{}.radius", wheel.name)));
-        let joints = guesses.joints.iter().filter(|joint| joint.is_doubtful);
-        doubts.extend(joints.map(|joint| format!("signals.joints.{}", joint.joint)));
-        let frozen = guesses.frozen.iter();
-        let frozen = frozen.filter(|joint| !guesses.stated.contains_key(*joint));
-        doubts.extend(frozen.map(|joint| format!("signals.joints.{joint}")));
+        doubts.extend(doubted(guesses));
     }
     if !doubts.is_empty() {
         text.comment(
@@ -241,65 +241,5 @@ fn write_stated(text: &mut Text, guesses: &Guesses, stated: &Stated) {
         for (key, sigma) in &stated.uncertainty {
             text.line(&format!("{key} = {sigma:?}"));
         }
-    }
-}
-
-pub(super) fn write_joints(text: &mut Text, guesses: &Guesses) {
-    for guess in &guesses.joints {
-        text.gap()
-            .comment(&format!("{}: {}.", guess.joint, guess.why));
-        text.line(&format!("[signals.joints.{}]", key(&guess.joint)));
-        for field in &guess.fields {
-            text.line(&field.line());
-        }
-    }
-    for joint in &guesses.frozen {
-        if let Some(stated) = guesses.stated.get(joint) {
-            text.gap()
-                .comment(&format!("{joint}: stated at the terminal."));
-            text.line(&format!("[signals.joints.{}]", key(joint)));
-            text.line(&match stated {
-                StatedPosition::Constant(position) => format!("position = {}", number(*position)),
-                StatedPosition::Signal(table) => format!("position = {table}"),
-            });
-            continue;
-        }
-        let [mass, share] = guesses.carried_mass(joint);
-        text.gap().comment(&format!(
-            "Held still: joint {joint} is in no message. It carries {mass:.1} kg, {:.1} % of the mass.",
-            100.0 * share
-        ));
-        text.line(&format!("[signals.joints.{}]", key(joint)));
-        text.line(&format!("position = {}", number(guesses.rest(joint))));
-    }
-    for joint in &guesses.unknown {
-        let [mass, share] = guesses.carried_mass(joint);
-        text.gap().comment(&format!(
-            "Needed: the position of joint {joint} (rad or m), which is in no message and carries {mass:.1} kg, {:.1} % of the \
-             mass: a field, or a constant if it never moves, such as position = 0.0 (--freeze-passive writes that).",
-            100.0 * share
-        ));
-        let candidates = guesses
-            .candidates
-            .get(joint)
-            .map(Vec::as_slice)
-            .unwrap_or_default();
-        let position = match candidates.first() {
-            None => r#"{ topic = "/topic", field = "field", scale = 1.0, offset = 0.0 }"#,
-            Some(first) => {
-                let all = candidates
-                    .iter()
-                    .map(|it| format!("{} ({:.3} to {:.3})", it.signal, it.span[0], it.span[1]));
-                text.comment(&format!(
-                    "By unit and motion it may be: {}. CHECK which, its sign and its zero.",
-                    all.collect::<Vec<_>>().join(", ")
-                ));
-                &first.text
-            }
-        };
-        text.open(&format!(
-            "[signals.joints.{}]\nposition = {position}",
-            key(joint)
-        ));
     }
 }

@@ -3,7 +3,7 @@
 /// Words for the rate of a position.
 pub(super) const VELOCITY: [&str; 4] = ["velocity", "vel", "rate", "speed"];
 /// Words that exclude a joint position.
-pub(super) const OTHER: [&str; 10] = [
+pub(super) const OTHER: [&str; 19] = [
     "effort",
     "torque",
     "force",
@@ -14,6 +14,15 @@ pub(super) const OTHER: [&str; 10] = [
     "current",
     "acceleration",
     "temperature",
+    "cmd",
+    "demand",
+    "desired",
+    "request",
+    "requested",
+    "joystick",
+    "lever",
+    "pedal",
+    "valve",
 ];
 
 /// The words of a name in lower case, split where the kind of character changes: `frontWheel_2` gives
@@ -56,21 +65,49 @@ pub(super) fn is_no_position(name: &str) -> bool {
     words(name).iter().any(is_other)
 }
 
-/// The distinctive words of a joint, without those that any joint may have.
+/// The distinctive words of a joint, without those that any joint may have, in the singular and in one spelling.
 pub(super) fn own_words(name: &str) -> Vec<String> {
-    const COMMON: [&str; 9] = [
-        "joint", "link", "jnt", "state", "states", "sensor", "encoder", "actual", "measured",
+    const COMMON: [&str; 10] = [
+        "joint", "link", "jnt", "state", "states", "status", "sensor", "encoder", "actual",
+        "measured",
     ];
-    const TELESCOPE: [&str; 5] = ["telescope", "telescopic", "tele", "extend", "extender"];
+    const SPELLINGS: [(&str, &[&str]); 4] = [
+        (
+            "extension",
+            &[
+                "telescope",
+                "telescopic",
+                "telescoping",
+                "tele",
+                "extend",
+                "extender",
+            ],
+        ),
+        ("steer", &["steering", "steered"]),
+        ("slew", &["slewing", "swing"]),
+        ("stick", &["dipper"]),
+    ];
     let mut own = words(name);
     own.retain(|word| !COMMON.contains(&word.as_str()));
     for word in &mut own {
-        if TELESCOPE.contains(&word.as_str()) {
-            *word = "extension".into();
+        singular(word);
+        let known = SPELLINGS
+            .iter()
+            .find(|(_, all)| all.contains(&word.as_str()));
+        if let Some((one, _)) = known {
+            *word = (*one).into();
         }
     }
     own.sort();
     own
+}
+
+/// Takes the s of a plural away: forks and fork are the same part.
+fn singular(word: &mut String) {
+    let is_plural = word.len() > 3 && word.ends_with('s');
+    if is_plural && !["ss", "us", "is"].iter().any(|end| word.ends_with(end)) {
+        word.pop();
+    }
 }
 
 #[cfg(test)]
@@ -85,6 +122,9 @@ mod tests {
         assert!(has_word("tire", &["tire"]) && !has_word("entire", &["tire"]));
         assert_eq!(own_words("boom_joint"), own_words("Boom"));
         assert_eq!(own_words("BoomTelescope"), own_words("boom_extension"));
+        assert_eq!(own_words("forks"), own_words("Fork"));
+        assert_eq!(own_words("Steering_FL"), own_words("steer_fl"));
+        assert_ne!(own_words("chassis"), own_words("chassi"));
         assert!(words("").is_empty() && words("//__").is_empty());
     }
 }

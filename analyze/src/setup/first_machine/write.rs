@@ -14,6 +14,7 @@ use super::can::CanMessages;
 use super::draft::{Draft, Stated};
 use super::guesses::Guesses;
 use super::imu::{self, ImuSection};
+use super::of_sheet;
 use super::render::rendered;
 use super::signals::Topics;
 use super::urdf::find_urdf;
@@ -51,6 +52,7 @@ pub fn draft(
         imu: ImuSection::default(),
         options,
         stated: Stated::default(),
+        of_sheet: None,
         out: out.into(),
     };
     // the mounting of the IMU depends on the rest of the machine
@@ -72,7 +74,7 @@ pub fn draft(
 /// The log cannot be read, or the file exists or cannot be written.
 pub fn write(draft: &Draft) -> Result<(&Path, Option<String>)> {
     let out = &draft.out;
-    let (body, missing) = machine_file(draft)?;
+    let (body, missing) = finished(draft)?;
     let mut file = OpenOptions::new()
         .write(true)
         .create_new(true)
@@ -89,15 +91,26 @@ pub fn write(draft: &Draft) -> Result<(&Path, Option<String>)> {
 }
 
 fn spec(draft: &Draft) -> Result<MachineSpec> {
-    let text = rendered(draft, draft.guesses.as_ref(), "");
+    let text = text_of(draft, "");
     Ok(MachineSpec::from_toml(
         &text,
         &draft.out.display().to_string(),
     )?)
 }
 
+fn text_of(draft: &Draft, verdict: &str) -> String {
+    let guesses = draft.guesses.as_ref();
+    match &draft.of_sheet {
+        Some(machine) => of_sheet::rendered(draft, machine, guesses, of_sheet::URDF),
+        None => rendered(draft, guesses, verdict),
+    }
+}
+
 /// The text of the file, and what is still missing.
-fn machine_file(draft: &Draft) -> Result<(String, Option<String>)> {
+///
+/// # Errors
+/// The log cannot be read.
+pub fn finished(draft: &Draft) -> Result<(String, Option<String>)> {
     let spec = spec(draft)?;
     let unbound = match &draft.urdf {
         None => {
@@ -123,7 +136,7 @@ fn machine_file(draft: &Draft) -> Result<(String, Option<String>)> {
             format!("This file is incomplete. Missing first: {missing}")
         }
     };
-    let body = rendered(draft, draft.guesses.as_ref(), &verdict);
+    let body = text_of(draft, &verdict);
     Ok((body, missing))
 }
 

@@ -8,6 +8,7 @@ use anyhow::{Error, Result, anyhow};
 use tipwatch_datasheet::Sheet;
 
 use super::files::{LogOfMachine, NewMachine, create};
+use crate::setup::first_machine::Draft;
 
 /// As [`create`], from the text of a sheet that exists nowhere else. If no machine can be made of it, the text is kept
 /// as `sheet.toml` in the folder.
@@ -18,10 +19,11 @@ pub fn create_from_answers(
     answers: &str,
     out: &Path,
     log: Option<LogOfMachine<'_>>,
+    ask: &mut dyn FnMut(&mut Draft) -> Result<()>,
 ) -> Result<NewMachine> {
     let made = Sheet::from_toml(answers, "the answers")
         .map_err(Error::from)
-        .and_then(|sheet| create(&sheet, out, log, Some(answers)));
+        .and_then(|sheet| create(&sheet, out, log, Some(answers), ask));
     made.map_err(|error| kept(&error, answers, out))
 }
 
@@ -58,17 +60,17 @@ mod tests {
         let folder = tempfile::TempDir::new().unwrap();
         let out = folder.path().join("machine");
         let answers = "template = \"forklift\"\nname = \"seven\"\n";
-        let message = create_from_answers(answers, &out, None)
-            .unwrap_err()
-            .to_string();
+        let refused = |answers: &str| {
+            let made = create_from_answers(answers, &out, None, &mut |_| Ok(()));
+            made.err().unwrap().to_string()
+        };
+        let message = refused(answers);
         let path = out.join("sheet.toml");
         assert!(message.contains("the answers"), "{message}");
         assert!(message.contains(&path.display().to_string()), "{message}");
         assert_eq!(fs::read_to_string(&path).unwrap(), answers);
         // the next attempt overwrites nothing
-        let again = create_from_answers("name = \"eight\"\n", &out, None)
-            .unwrap_err()
-            .to_string();
+        let again = refused("name = \"eight\"\n");
         assert!(again.contains("eight"), "{again}");
         assert_eq!(fs::read_to_string(&path).unwrap(), answers);
     }

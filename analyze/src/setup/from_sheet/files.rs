@@ -9,11 +9,10 @@ use tipwatch_binding::MachineFile;
 use tipwatch_datasheet::Sheet;
 
 use crate::setup::check_machine::{self, MachineCheck};
-use crate::setup::first_machine;
+use crate::setup::first_machine::{self, Draft, URDF};
 use crate::setup::inspect::Described;
 
 /// What was written.
-#[derive(Debug)]
 pub struct NewMachine {
     /// Masses, loads, and everything that was assumed, as text.
     pub summary: String,
@@ -21,6 +20,18 @@ pub struct NewMachine {
     pub check: MachineCheck,
     /// The files, in the order of their use.
     pub files: Vec<PathBuf>,
+    /// The machine file as it was completed for a log, if one was given.
+    pub of_log: Option<OfLog>,
+}
+
+/// A machine file that was completed for a log.
+pub struct OfLog {
+    /// What is still open or assumed.
+    pub draft: Draft,
+    /// What the log lacks for an analysis, if anything.
+    pub missing: Option<String>,
+    /// Whether all questions could be asked. What was answered is in the machine file in any case.
+    pub asked: Result<()>,
 }
 
 /// A log of the machine, and the DBC files of its buses.
@@ -33,7 +44,8 @@ pub struct LogOfMachine<'a> {
 }
 
 /// Writes `machine.toml`, `machine.urdf` and `machine.svg` into a folder; existing files are never overwritten. With
-/// a log, its signals are bound. `answers` is the text of a sheet that exists nowhere else; it is written, too.
+/// a log, its signals are bound, and `ask` may put answers into the draft. `answers` is the text of a sheet that exists
+/// nowhere else; it is written, too.
 ///
 /// # Errors
 /// The sheet contradicts itself, a file exists or cannot be written, or the log cannot be read.
@@ -42,35 +54,13 @@ pub fn create(
     out: &Path,
     log: Option<LogOfMachine<'_>>,
     answers: Option<&str>,
+    ask: &mut dyn FnMut(&mut Draft) -> Result<()>,
 ) -> Result<NewMachine> {
     let machine = sheet.machine()?;
-    let urdf = machine.urdf();
-    let signals = log
-        .map(|of| {
-            let out = out.join("machine.toml");
-            first_machine::signals(
-                of.log,
-                of.databases,
-                &out,
-                &urdf,
-                &machine.constant_joints(),
-            )
-        })
-        .transpose()?;
-    let text = machine.machine_file("machine.urdf", signals.as_deref());
-    let picture = machine.picture();
-    let sheet_text = answers.map(|answers| ("sheet.toml", answers));
-    let contents: Vec<(&str, &str)> = sheet_text
-        .into_iter()
-        .chain([
-            ("machine.urdf", urdf.as_str()),
-            ("machine.toml", text.as_str()),
-            ("machine.svg", picture.as_str()),
-        ])
-        .collect();
-    let unwritable = |path: &Path| format!("{}: cannot be written", path.display());
-    fs::create_dir_all(out).with_context(|| unwritable(out))?;
-    for (name, _) in &contents {
+    let names = ["sheet.toml", URDF, "machine.toml", "machine.svg"];
+    let names = &names[usize::from(answers.is_none())..];
+    // answers to many questions must not be lost to a file that is there already
+    for name in names {
         let path = out.join(name);
         if path.exists() {
             bail!(
@@ -79,8 +69,29 @@ pub fn create(
             );
         }
     }
+    let (text, of_log) = match log {
+        None => (machine.machine_file(URDF, None), None),
+        Some(of) => {
+            let path = out.join("machine.toml");
+            let mut draft =
+                first_machine::draft_of_sheet(machine.clone(), of.log, &path, of.databases)?;
+            let asked = ask(&mut draft);
+            let (text, missing) = first_machine::finished(&draft)?;
+            let of_log = OfLog {
+                draft,
+                missing,
+                asked,
+            };
+            (text, Some(of_log))
+        }
+    };
+    let (urdf, picture) = (machine.urdf(), machine.picture());
+    let contents = [answers.unwrap_or_default(), &urdf, &text, &picture];
+    let contents = &contents[usize::from(answers.is_none())..];
+    let unwritable = |path: &Path| format!("{}: cannot be written", path.display());
+    fs::create_dir_all(out).with_context(|| unwritable(out))?;
     let mut files = Vec::new();
-    for (name, content) in contents {
+    for (name, content) in names.iter().zip(contents) {
         let path = out.join(name);
         let file = OpenOptions::new().write(true).create_new(true).open(&path);
         let written = file.and_then(|mut file| file.write_all(content.as_bytes()));
@@ -92,5 +103,6 @@ pub fn create(
         summary: machine.summary(),
         check: check_machine::check(&machine_file, None)?,
         files,
+        of_log,
     })
 }

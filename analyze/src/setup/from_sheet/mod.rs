@@ -4,4 +4,4 @@ mod answers;
 mod files;
 
 pub use answers::create_from_answers;
-pub use files::{LogOfMachine, NewMachine, create};
+pub use files::{LogOfMachine, NewMachine, OfLog, create};

@@ -8,7 +8,9 @@ use anyhow::Result;
 use serde::Serialize;
 use tipwatch_binding::{MachineFile, read_dbc};
 use tipwatch_can::j1939::{self, Identifier};
-use tipwatch_can::{Addressing, CanId, Database, Decoder, Frame, FrameKind, Message, Selection};
+use tipwatch_can::{
+    Addressing, CanId, Database, Decoder, Frame, FrameKind, Message, Selection, Signal,
+};
 use tipwatch_ingest::{Log, Losses, Topic};
 
 /// Buses have some hundreds of identifiers; further ones are counted together.
@@ -116,6 +118,18 @@ struct Seen {
     decoder: Option<Reading>,
 }
 
+/// A signal of a message, as its description and the log have it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct KnownSignal {
+    pub(crate) name: String,
+    /// The unit of its numbers; empty if none is described.
+    pub(crate) unit: String,
+    /// Whether its description has a unit that is known, so that the numbers are in SI units.
+    pub(crate) is_si: bool,
+    /// Its least and its greatest number; `None` if the log has none.
+    pub(crate) span: Option<[f64; 2]>,
+}
+
 /// The signals of a message.
 pub(crate) struct Reading {
     decoder: Decoder,
@@ -189,16 +203,14 @@ impl BusInspection {
 }
 
 /// Reads the signals of a described identifier.
-pub(crate) fn reading_of(id: CanId, databases: &[Described]) -> Option<Reading> {
-    let (path, message) = message_of(id, databases)?;
-    Some(Reading::new(
-        &message,
-        path.map_or("SAE J1939".into(), file_name),
-    ))
+fn reading_of(id: CanId, databases: &[Described]) -> Option<Reading> {
+    let (path, message) = descriptions_of(id, databases).into_iter().next()?;
+    Some(Reading::of(&message, path))
 }
 
-/// The description of an identifier: by the DBC files, else a public parameter group. With the file, if it is one.
-pub(crate) fn message_of(id: CanId, databases: &[Described]) -> Option<(Option<&Path>, Message)> {
+/// The descriptions of an identifier: by the first DBC file that has it, then its public parameter group. With the file,
+/// if it is one.
+pub(crate) fn descriptions_of(id: CanId, databases: &[Described]) -> Vec<(Option<&Path>, Message)> {
     let group = Identifier::of(id);
     let is_of = |message: &&Message| match (message.addressing, group) {
         (Addressing::Id(of), _) => of == id,
@@ -207,12 +219,13 @@ pub(crate) fn message_of(id: CanId, databases: &[Described]) -> Option<(Option<&
         }
         (Addressing::ParameterGroup { .. }, None) => false,
     };
-    for described in databases {
-        if let Some(message) = described.database.messages.iter().find(is_of) {
-            return Some((Some(&described.path), message.clone()));
-        }
-    }
-    Some((None, j1939::public_group(group?.pgn)?))
+    let of_file = databases.iter().find_map(|described| {
+        let message = described.database.messages.iter().find(is_of)?;
+        Some((Some(described.path.as_path()), message.clone()))
+    });
+    let public = group.and_then(|group| j1939::public_group(group.pgn));
+    let public = public.map(|message| (None, message));
+    of_file.into_iter().chain(public).collect()
 }
 
 /// Messages that no single frame holds.
@@ -222,7 +235,7 @@ fn long_messages(databases: &[Described]) -> Vec<Reading> {
         let messages = described.database.messages.iter();
         let is_long = |message: &&Message| message.pgn().is_some() && message.len > 8;
         for message in messages.filter(is_long) {
-            readings.push(Reading::new(message, file_name(&described.path)));
+            readings.push(Reading::of(message, Some(&described.path)));
         }
     }
     readings
@@ -234,11 +247,12 @@ fn file_name(path: &Path) -> String {
 }
 
 impl Reading {
-    fn new(message: &Message, described_by: String) -> Self {
+    /// Reads the signals of a message that this DBC file describes, or that is public.
+    pub(crate) fn of(message: &Message, file: Option<&Path>) -> Self {
         Self {
             numbers: vec![Numbers::default(); message.signals.len()],
             decoder: Decoder::new(vec![Selection::of(message.clone())]),
-            described_by,
+            described_by: file.map_or("SAE J1939".into(), file_name),
         }
     }
 
@@ -260,20 +274,29 @@ impl Reading {
             .map(|selection| &selection.message)
     }
 
-    /// Name, unit, least and greatest number of the signals that are in SI units by their description.
-    pub(crate) fn spans(&self) -> impl Iterator<Item = (&str, &str, [f64; 2])> {
-        let signals = self.message().map(|message| message.signals.as_slice());
-        let both = signals.unwrap_or_default().iter().zip(&self.numbers);
-        let known = both.filter(|(signal, numbers)| signal.is_converted && numbers.count > 0);
-        known.map(|(signal, numbers)| {
-            let span = [numbers.least, numbers.greatest];
-            (signal.name.as_str(), signal.si.symbol, span)
-        })
+    /// What is known of each signal.
+    pub(crate) fn known(&self) -> impl Iterator<Item = KnownSignal> {
+        self.signals()
+            .into_iter()
+            .zip(self.described())
+            .map(|(signal, described)| KnownSignal {
+                is_si: described.is_converted && !signal.unit.is_empty(),
+                span: signal
+                    .least
+                    .zip(signal.greatest)
+                    .map(|(least, greatest)| [least, greatest]),
+                name: signal.name,
+                unit: signal.unit,
+            })
+    }
+
+    fn described(&self) -> &[Signal] {
+        let message = self.message();
+        message.map_or(&[], |message| message.signals.as_slice())
     }
 
     fn signals(&self) -> Vec<CanSignalInspection> {
-        let signals = self.message().map(|message| message.signals.as_slice());
-        let both = signals.unwrap_or_default().iter().zip(&self.numbers);
+        let both = self.described().iter().zip(&self.numbers);
         both.map(|(signal, numbers)| {
             let known = |number: f64| (numbers.count > 0).then_some(number);
             CanSignalInspection {

@@ -77,6 +77,16 @@ const GROUPS: &[Group] = &[
         &[("vehicle_speed", 48, 16, KM_H, 0.0, "km/h")],
     ),
     (
+        65134,
+        "HighResolutionWheelSpeed",
+        &[
+            ("front_left_wheel_speed", 0, 16, KM_H, 0.0, "km/h"),
+            ("front_right_wheel_speed", 16, 16, KM_H, 0.0, "km/h"),
+            ("rear_left_wheel_speed", 32, 16, KM_H, 0.0, "km/h"),
+            ("rear_right_wheel_speed", 48, 16, KM_H, 0.0, "km/h"),
+        ],
+    ),
+    (
         65136,
         "CombinationVehicleWeight",
         &[
@@ -263,5 +273,14 @@ mod tests {
         );
         let speed = decoded(65265, &[0xff, 0x00, 0x24, 0xff, 0xff, 0xff, 0xff, 0xff]);
         assert_eq!(speed, [("wheel_based_vehicle_speed".to_owned(), 10.0)]);
+        // 256 counts are 1 km/h; the second says "not available", the third "error"
+        let wheels = decoded(65134, &[0x00, 0x24, 0xff, 0xff, 0x00, 0xfe, 0x00, 0x12]);
+        assert_eq!(
+            wheels,
+            [
+                ("front_left_wheel_speed".to_owned(), 10.0),
+                ("rear_right_wheel_speed".to_owned(), 5.0)
+            ]
+        );
     }
 }

@@ -20,15 +20,7 @@ pub(super) const TWO_TURNS: f64 = 720.0;
 impl Sheet {
     pub(super) fn check_arm(&self) -> Result<(), SheetError> {
         let arm = &self.arm;
-        if !(arm.ahead.si.abs() <= 30.0) {
-            let likely = in_other_unit(arm.ahead.si.abs(), [0.0, 30.0], LENGTH_UNITS);
-            return Err(self.wrong(
-                "arm.ahead",
-                "-30 to 30 m",
-                format!("{} m", arm.ahead.si),
-                likely,
-            ));
-        }
+        self.offset_in("arm.ahead", arm.ahead.si, 30.0)?;
         self.length_in("arm.height", arm.height.si, [0.01, 15.0])?;
         if let Some(mass) = arm.mass {
             self.part_in("arm.mass", mass.si, LEAST_ARM_SHARE)?;
@@ -79,8 +71,10 @@ impl Sheet {
                     "",
                 ));
             }
-            if let Some(mass) = tool.mass {
-                self.part_in("arm.tool.mass", mass.si, LEAST_PART_SHARE)?;
+            if let Some(mass) = tool.mass.filter(|mass| mass.si != 0.0) {
+                let shares = [LEAST_PART_SHARE, self.template.prior().tool];
+                let range = shares.map(|share| share * self.mass.si);
+                self.mass_in("arm.tool.mass", mass.si, range)?;
             }
             if let Some(length) = tool.length {
                 self.length_in("arm.tool.length", length.si, [0.0, LONGEST_TOOL])?;
@@ -109,12 +103,9 @@ impl Sheet {
         }
         if let Some(load) = &self.rated_load {
             if load.mass.si != 0.0 {
-                let least = LEAST_LOAD_SHARE * self.mass.si;
-                self.mass_in(
-                    "rated_load.mass",
-                    load.mass.si,
-                    [least, 20.0 * self.mass.si],
-                )?;
+                let shares = [LEAST_LOAD_SHARE, self.template.prior().rated];
+                let range = shares.map(|share| share * self.mass.si);
+                self.mass_in("rated_load.mass", load.mass.si, range)?;
             }
             self.length_in("rated_load.centre", load.centre.si, [0.0, LONGEST_TOOL])?;
         }

@@ -1,7 +1,7 @@
 //! Axles, tracks, and the loads on them.
 
 use crate::error::SheetError;
-use crate::prior::ROUNDING;
+use crate::prior::{ROUNDING, Template};
 use crate::sheet::spec::{Axle, Sheet};
 
 /// Mass of a wheel as a share of the operating mass, at least.
@@ -102,7 +102,7 @@ impl Sheet {
             };
             return Err(self.wrong(place("tyre"), expected, found, ""));
         };
-        self.length_in(&place("tyre_radius"), r, radius)?;
+        self.check_radius(index, axle, r, radius)?;
         self.check_radius_in_machine(index, axle, r)?;
         if let (Some(stated), Some(tyre)) = (stated, tyre)
             && !(0.75..=1.33).contains(&(stated / tyre))
@@ -156,6 +156,58 @@ impl Sheet {
         Ok(())
     }
 
+    /// The radius is one that this kind of machine has.
+    fn check_radius(
+        &self,
+        index: usize,
+        axle: &Axle,
+        r: f64,
+        range: [f64; 2],
+    ) -> Result<(), SheetError> {
+        let [least, most] = range;
+        match (axle.tyre_radius, &axle.tyre) {
+            (None, Some(name)) if !(least..=most).contains(&r) => Err(self.wrong(
+                format!("axles[{index}].tyre"),
+                format!("a radius of {least} to {most} m for a {}", self.template),
+                format!("\"{name}\", whose radius is {r:.3} m"),
+                "Check the designation, and the kind of the machine (template)",
+            )),
+            _ => self.length_in(&format!("axles[{index}].tyre_radius"), r, range),
+        }
+    }
+
+    /// The wheels of the unladen machine share its mass, but for castors of robots: an axle with bogies does not carry less
+    /// than one with two wheels.
+    fn check_wheel_loads(&self) -> Result<(), SheetError> {
+        /// The most loaded wheel by the least loaded one, at most.
+        const SHARED: f64 = 3.0;
+        if self.template == Template::MobileManipulator {
+            return Ok(());
+        }
+        // a single wheel in the middle is often a pair of twins
+        let of_wheel = |axle: &Axle| axle.load.map(|load| load.si / axle.wheels().max(2) as f64);
+        let loads: Vec<(usize, f64)> = (self.axles.iter().enumerate())
+            .filter_map(|(index, axle)| Some((index + 1, of_wheel(axle)?)))
+            .collect();
+        let least = loads.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let most = loads.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        let (Some(least), Some(most)) = (least, most) else {
+            return Ok(());
+        };
+        if most.1 <= SHARED * least.1 {
+            return Ok(());
+        }
+        Err(self.wrong(
+            "axles.load",
+            format!("loads of wheels that differ by a factor of {SHARED} at most"),
+            format!(
+                "{:.0} kg on a wheel of axle {} and {:.0} kg on one of axle {}",
+                least.1, least.0, most.1, most.0
+            ),
+            "Check that the loads of the axles are not exchanged, and that each is that of the whole axle",
+        ))
+    }
+
     /// Axle loads add up to the operating mass.
     fn check_loads(&self) -> Result<(), SheetError> {
         let loads: Vec<f64> = self
@@ -179,7 +231,7 @@ impl Sheet {
         }
         let (sum, mass) = (loads.iter().sum::<f64>(), self.mass.si);
         if (sum - mass).abs() <= ROUNDING * mass {
-            return Ok(());
+            return self.check_wheel_loads();
         }
         let laden = self.rated_load.as_ref().map(|load| load.mass.si);
         let is_laden = laden.is_some_and(|load| (sum - mass - load).abs() <= ROUNDING * sum);

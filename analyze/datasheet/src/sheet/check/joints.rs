@@ -1,7 +1,9 @@
 //! Articulation, slew and superstructure.
 
 use super::arm::TWO_TURNS;
+use super::range::{LENGTH_UNITS, in_other_unit};
 use crate::error::SheetError;
+use crate::prior::Balance;
 use crate::sheet::spec::Sheet;
 
 /// Mass of a frame or superstructure as a share of the operating mass, at least.
@@ -37,15 +39,8 @@ impl Sheet {
             (None, false) => {}
         }
         if let Some(slew) = &self.slew {
-            if !(slew.behind.si.abs() <= 30.0) {
-                let found = format!("{} m", slew.behind.si);
-                return Err(self.wrong(
-                    "slew.behind",
-                    "-30 to 30 m",
-                    found,
-                    "Write \"NUMBER mm\" for millimetres",
-                ));
-            }
+            self.offset_in("slew.behind", slew.behind.si, 30.0)?;
+            self.check_slew_of_excavator(slew.behind.si)?;
             self.length_in("slew.height", slew.height.si, [0.01, 10.0])?;
             self.range(
                 "slew",
@@ -54,9 +49,58 @@ impl Sheet {
                 TWO_TURNS,
             )?;
         }
+        self.check_superstructure()
+    }
+
+    /// An excavator turns above its axles or tracks: it digs all round.
+    fn check_slew_of_excavator(&self, behind: f64) -> Result<(), SheetError> {
+        /// Shares of the wheelbase, and of the length of the tracks either way from their middle.
+        const OF_WHEELBASE: [f64; 2] = [0.15, 0.85];
+        const OF_TRACKS: f64 = 0.3;
+        if self.template.prior().balance != Balance::Superstructure {
+            return Ok(());
+        }
+        let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);
+        let ([least, most], what) = match &self.tracks {
+            Some(tracks) => (
+                [-OF_TRACKS, OF_TRACKS].map(|share| share * tracks.length.si),
+                "above the tracks",
+            ),
+            None => (
+                OF_WHEELBASE.map(|share| share * wheelbase),
+                "between the axles",
+            ),
+        };
+        if (least..=most).contains(&behind) {
+            return Ok(());
+        }
+        let expected = format!("{least:.3} to {most:.3} m, {what}");
+        let likely = in_other_unit(behind.abs(), [0.0, most], LENGTH_UNITS);
+        Err(self.wrong("slew.behind", expected, format!("{behind} m"), likely))
+    }
+
+    /// A counterweight that reached further would tip the machine without its arm.
+    fn check_tail_of_excavator(&self, tail: f64) -> Result<(), SheetError> {
+        /// As a multiple of the wheelbase or the length of the tracks.
+        const FARTHEST: f64 = 1.4;
+        let on_ground = self.tracks.as_ref().map_or(0.0, |tracks| tracks.length.si);
+        let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);
+        let most = FARTHEST * wheelbase.max(on_ground);
+        if self.template.prior().balance != Balance::Superstructure || tail <= most {
+            return Ok(());
+        }
+        let expected = format!("at most {most:.3} m from the axis of the slew");
+        let likely =
+            "It looks like the diameter of the tail swing, or a length of the whole machine";
+        Err(self.wrong("superstructure.tail", expected, format!("{tail} m"), likely))
+    }
+
+    fn check_superstructure(&self) -> Result<(), SheetError> {
+        let prior = self.template.prior();
         match (&self.superstructure, prior.has_superstructure) {
             (Some(upper), true) => {
                 self.length_in("superstructure.tail", upper.tail.si, [0.3, 15.0])?;
+                self.check_tail_of_excavator(upper.tail.si)?;
                 if self.slew.is_none() {
                     return Err(self.wrong("slew", "[slew] below a superstructure", "none", ""));
                 }

@@ -1,6 +1,5 @@
 //! Outriggers.
 
-use super::range::{LENGTH_UNITS, in_other_unit};
 use crate::error::SheetError;
 use crate::sheet::spec::{OutriggersSet, Sheet};
 
@@ -14,11 +13,7 @@ impl Sheet {
             let place = |key: &str| format!("outriggers[{index}].{key}");
             self.length_in(&place("base"), pair.base.si, [0.3, 20.0])?;
             self.check_base(&place("base"), pair.base.si)?;
-            if !(pair.behind.si.abs() <= 30.0) {
-                let likely = in_other_unit(pair.behind.si.abs(), [0.0, 30.0], LENGTH_UNITS);
-                let found = format!("{} m", pair.behind.si);
-                return Err(self.wrong(place("behind"), "-30 to 30 m", found, likely));
-            }
+            self.offset_in(&place("behind"), pair.behind.si, 30.0)?;
             if let Some(pad) = pair.pad {
                 self.length_in(&place("pad"), pad.si, [0.02, 3.0])?;
             }

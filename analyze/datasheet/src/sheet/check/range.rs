@@ -38,6 +38,30 @@ impl Sheet {
         Err(self.wrong(place, trim(&expected), format!("{m} m"), likely))
     }
 
+    /// A place along the machine, ahead or behind: zero, or far enough to be meant.
+    pub(super) fn offset_in(&self, place: &str, m: f64, most: f64) -> Result<(), SheetError> {
+        /// As a share of the wheelbase or the length of the tracks.
+        const MEANT: f64 = 2e-3;
+        let on_ground = self.tracks.as_ref().map_or(0.0, |tracks| tracks.length.si);
+        let wheelbase = self.axle_positions().last().map_or(0.0, |x| -x);
+        let least = MEANT * wheelbase.max(on_ground);
+        let far = m.abs();
+        if m == 0.0 || (least..=most).contains(&far) {
+            return Ok(());
+        }
+        let (expected, likely) = match far < least {
+            true => (
+                format!("0, or at least {least:.4} m from it"),
+                format!("It looks like a number in m: write \"{} m\"", 1e3 * m),
+            ),
+            false => (
+                format!("-{most} to {most} m"),
+                in_other_unit(far, [least, most], LENGTH_UNITS),
+            ),
+        };
+        Err(self.wrong(place, trim(&expected), format!("{m} m"), likely))
+    }
+
     pub(super) fn angle_in(
         &self,
         place: &str,

@@ -6,6 +6,10 @@ use crate::sheet::spec::{Axle, Sheet};
 
 /// Height of the first pin of an arm as a multiple of the overall height, at most.
 const HIGHEST_PIN: f64 = 2.0;
+/// Mass by the box of length, width and height, least and most (kg/m^3): forwarders have 170, forklifts 700.
+const DENSITY: [f64; 2] = [30.0, 2000.0];
+/// Newtons by kilogram.
+const NEWTONS: f64 = 9.81;
 /// Clearance below the frame as a multiple of a wheel's radius, at most.
 const HIGHEST_CLEARANCE: f64 = 1.6;
 
@@ -45,7 +49,28 @@ impl Sheet {
             let expected = format!("at least {least:.3} m, {of}");
             return Err(self.wrong(place, expected, format!("{length} m"), likely));
         }
-        Ok(())
+        self.check_density()
+    }
+
+    /// The box of length, width and height weighs what machines of steel, air and a cab weigh.
+    fn check_density(&self) -> Result<(), SheetError> {
+        let sizes = [self.length, self.width, self.height].map(|size| size.map(|size| size.si));
+        let [Some(length), Some(width), Some(height)] = sizes else {
+            return Ok(());
+        };
+        let (mass, volume) = (self.mass.si, length * width * height);
+        let [least, most] = DENSITY.map(|density| density * volume);
+        if (least..=most).contains(&mass) {
+            return Ok(());
+        }
+        let likely = match (least..=most).contains(&(mass / NEWTONS)) {
+            true => "It looks like newtons: divide by 9.81; or a size is in another unit",
+            false => "Check the unit of the mass, and those of length, width and height",
+        };
+        let expected = format!(
+            "{least:.0} to {most:.0} kg for a machine of {length:.3} m by {width:.3} m by {height:.3} m"
+        );
+        Err(self.wrong("mass", expected, format!("{mass} kg"), likely))
     }
 
     /// A wheel is lower than the machine, and its frame not far above the axle.

@@ -55,7 +55,7 @@ pub(super) fn settled(draft: &Draft) -> Option<Guesses> {
 
 /// What must be known before any effect can be computed: without it there are no loads, or others.
 pub(super) fn structure(draft: &Draft, guesses: Option<&Guesses>) -> Vec<OpenValue> {
-    let Some(guesses) = guesses else {
+    let Some(guesses) = guesses.filter(|_| draft.of_sheet.is_none()) else {
         return Vec::new();
     };
     let mut list = Vec::new();
@@ -89,11 +89,20 @@ pub(super) fn structure(draft: &Draft, guesses: Option<&Guesses>) -> Vec<OpenVal
 pub(super) fn parameters(draft: &Draft, guesses: Option<&Guesses>) -> Vec<OpenValue> {
     let mut list = Vec::new();
     if draft.imu.is_doubtful {
-        imu(&mut list);
+        let height = draft.of_sheet.as_ref();
+        imu(
+            &mut list,
+            height.map_or(0.0, |machine| machine.centre_of_mass[2]),
+        );
     }
     let Some(guesses) = guesses else {
         return list;
     };
+    if draft.of_sheet.is_some() {
+        joints(&mut list, guesses);
+        payload(&mut list, guesses);
+        return list;
+    }
     let doubtful = guesses.wheels.iter().filter(|wheel| wheel.is_doubtful);
     let doubtful = doubtful.filter_map(|wheel| Some((&wheel.name, wheel.radius.as_ref()?.0)));
     list.extend(doubtful.map(|(name, guess)| radius(name, Some(guess))));
@@ -145,12 +154,13 @@ fn eyes(linkage: &LinkageGuess, proposal: &str) -> OpenValue {
     )
 }
 
-fn imu(list: &mut Vec<OpenValue>) {
+/// The mounting of the IMU, which is assumed so high above the origin of its link (m).
+fn imu(list: &mut Vec<OpenValue>, height: f64) {
     list.push(value(
         "imu.xyz",
         Subject::ImuPosition,
         "Position of the IMU (inertial measurement unit) in its link: x, y, z (m)",
-        "0, 0, 0",
+        format!("0, 0, {}", brief(height)),
         number(
             &[Unit::Length; 3],
             Range::Any,
@@ -249,7 +259,24 @@ fn contact(list: &mut Vec<OpenValue>, guesses: &Guesses) {
     }
 }
 
+fn payload(list: &mut Vec<OpenValue>, guesses: &Guesses) {
+    if let Some(tool) = &guesses.tool {
+        list.push(value(
+            "payload.mass",
+            Subject::Payload,
+            format!("Mass of a load on {} during this log (kg)", tool.link),
+            "0",
+            number(
+                &[Unit::Mass],
+                Range::NotNegative,
+                "a mass, such as 450 or 0.45 t",
+            ),
+        ));
+    }
+}
+
 fn masses(list: &mut Vec<OpenValue>, guesses: &Guesses) {
+    payload(list, guesses);
     let default = UncertaintySpec::default();
     let tool = guesses.tool.as_ref().map(|tool| tool.link.clone());
     let links = guesses.outline.links.iter();
@@ -259,30 +286,19 @@ fn masses(list: &mut Vec<OpenValue>, guesses: &Guesses) {
             .find(|link| link.name == *name)
             .map(|link| link.mass)
     };
-    if let Some(tool) = &tool {
+    if let Some(tool) = &tool
+        && let Some(mass) = mass_of(tool).filter(|mass| *mass > 0.0)
+    {
         list.push(value(
-            "payload.mass",
-            Subject::Payload,
-            format!("Mass of a load on {tool} during this log (kg)"),
-            "0",
-            number(
-                &[Unit::Mass],
-                Range::NotNegative,
-                "a mass, such as 450 or 0.45 t",
+            format!("links.{tool}.mass_sigma"),
+            Subject::ToolMass(tool.clone()),
+            format!(
+                "{tool} weighs {} kg by the URDF (if that is wrong, correct it there): how far may it be off (kg)",
+                brief(mass)
             ),
+            brief(2.0 * default.mass_share * mass),
+            number(&[Unit::Mass], Range::Positive, "a mass above zero, such as 20"),
         ));
-        if let Some(mass) = mass_of(tool).filter(|mass| *mass > 0.0) {
-            list.push(value(
-                format!("links.{tool}.mass_sigma"),
-                Subject::ToolMass(tool.clone()),
-                format!(
-                    "{tool} weighs {} kg by the URDF (if that is wrong, correct it there): how far may it be off (kg)",
-                    brief(mass)
-                ),
-                brief(2.0 * default.mass_share * mass),
-                number(&[Unit::Mass], Range::Positive, "a mass above zero, such as 20"),
-            ));
-        }
     }
     list.push(value(
         "uncertainty.mass_share",

@@ -1,6 +1,9 @@
 //! Orders open values by how far what is not known of them moves the wheel loads of the log.
 
+use std::io::Write;
+
 use anyhow::{Context, Result};
+use tempfile::NamedTempFile;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::Machine;
 
@@ -14,6 +17,7 @@ use crate::base::options::Options;
 use crate::events::support_words::SupportWord;
 use crate::setup::first_machine::draft::Draft;
 use crate::setup::first_machine::guesses::Guesses;
+use crate::setup::first_machine::of_sheet;
 use crate::setup::first_machine::render::rendered;
 use crate::setup::first_machine::text::quoted;
 
@@ -101,7 +105,20 @@ fn effect(value: &OpenValue, machine: &Machine, table: &SensitivityTable) -> Opt
 
 /// The derivatives of the loads of the log with everything as proposed, and with the doubt that is in it.
 fn sensitivity(draft: &Draft, guesses: Option<&Guesses>) -> Result<(Machine, SensitivityTable)> {
-    let file = MachineFile::from_text(&draft.out, &doubtful(draft, guesses))?;
+    // a sheet's URDF is not written yet
+    let of_sheet = draft.of_sheet.as_ref();
+    let urdf = of_sheet.map(|machine| {
+        let mut file = NamedTempFile::new()?;
+        file.write_all(machine.urdf().as_bytes()).map(|()| file)
+    });
+    let urdf = urdf.transpose().context("a temporary file")?;
+    let text = match of_sheet.zip(urdf.as_ref()) {
+        Some((machine, urdf)) => {
+            of_sheet::rendered(draft, machine, guesses, &urdf.path().display().to_string())
+        }
+        None => rendered(draft, guesses, "") + &open_distribution(),
+    };
+    let file = MachineFile::from_text(&draft.out, &(text + &open_payload(guesses)))?;
     let options = Options::default();
     let (analysis, ()) =
         run::analyse_into(draft.log.path(), &file, options, &mut |_| {}, |_| Ok(()))?;
@@ -110,22 +127,22 @@ fn sensitivity(draft: &Draft, guesses: Option<&Guesses>) -> Result<(Machine, Sen
     Ok((analysis.machine, table))
 }
 
-/// The machine file as proposed, with wide standard deviations of what nobody stated.
-fn doubtful(draft: &Draft, guesses: Option<&Guesses>) -> String {
-    let mut text = rendered(draft, guesses, "");
-    text.push_str(&format!(
-        "\n[uncertainty]\nroll_moment_distribution = {OPEN_DISTRIBUTION:?}\n"
-    ));
+/// A wide standard deviation of the split that nobody stated.
+fn open_distribution() -> String {
+    format!("\n[uncertainty]\nroll_moment_distribution = {OPEN_DISTRIBUTION:?}\n")
+}
+
+/// A load on the tool of nothing, with a wide standard deviation.
+fn open_payload(guesses: Option<&Guesses>) -> String {
     let tool = guesses.and_then(|guesses| {
         let mass: f64 = guesses.outline.links.iter().map(|link| link.mass).sum();
         Some((guesses.tool.as_ref()?, mass))
     });
-    if let Some((tool, mass)) = tool {
-        text.push_str(&format!(
+    tool.map_or(String::new(), |(tool, mass)| {
+        format!(
             "[[payload]]\nlink = {}\nmass = 0.0\nmass_sigma = {:?}\n",
             quoted(&tool.link),
             OPEN_PAYLOAD_SHARE * mass
-        ));
-    }
-    text
+        )
+    })
 }
