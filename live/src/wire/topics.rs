@@ -542,33 +542,24 @@ pub const EVENT_BETWEEN: u32 = 2;
 /// [`WireVerdict::alarm_sequence`] of a verdict with a new alarm, before it is sealed.
 pub(crate) const ALARM_BEGINS: u64 = u64::MAX;
 
-/// [`WireSample::kind`] as an enumeration; the numbers are part of the wire.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    strum::EnumMessage,
-    strum::FromRepr,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-#[repr(u32)]
-pub enum Kind {
-    /// Joint states.
-    Joints = 1,
-    /// The inertial measurement unit.
-    Imu = 2,
-    /// Odometry.
-    Odometry = 3,
-    /// The tool wrench.
-    ToolWrench = 4,
-    /// No sensor: the end of the session. Its sequence number is the number of samples.
-    End = 5,
-    /// A force or pressure signal of an actuator.
-    Actuator = 6,
+tipwatch_mechanics::named! {
+    /// [`WireSample::kind`] as an enumeration; the numbers are part of the wire.
+    #[derive(strum::FromRepr)]
+    #[repr(u32)]
+    pub enum Kind {
+        /// Joint states.
+        Joints = 1,
+        /// The inertial measurement unit.
+        Imu = 2,
+        /// Odometry.
+        Odometry = 3,
+        /// The tool wrench.
+        ToolWrench = 4,
+        /// No sensor: the end of the session. Its sequence number is the number of samples.
+        End = 5,
+        /// A force or pressure signal of an actuator.
+        Actuator = 6,
+    }
 }
 
 impl TryFrom<u32> for Kind {
