@@ -457,82 +457,29 @@ impl Expiring for WireCommand {
     }
 }
 
-macro_rules! topic {
-    ($type:ty, $suffix:expr, $queue:expr, $history:expr, $writers:expr, $has_events:expr) => {
-        impl Topic for $type {
+/// One service a row: message, suffix, queue, history, writers, whether it has events.
+macro_rules! topics {
+    ($($message:ident: $suffix:expr, $queue:expr, $history:expr, $writers:expr, $has_events:expr;)*) => {
+        $(impl Topic for $message {
             const SUFFIX: &'static str = $suffix;
             const QUEUE: usize = $queue;
             const HISTORY: usize = $history;
             const WRITERS: usize = $writers;
             const HAS_EVENTS: bool = $has_events;
-        }
+        })*
     };
 }
 
-topic!(
-    WireSession,
-    SESSION_SUFFIX,
-    LATEST,
-    LATEST,
-    ONE_WRITER,
-    false
-);
-topic!(
-    WireSample,
-    SAMPLES_SUFFIX,
-    SAMPLE_QUEUE,
-    0,
-    ONE_WRITER,
-    true
-);
-topic!(
-    WireMachine,
-    MACHINE_SUFFIX,
-    LATEST,
-    LATEST,
-    ONE_WRITER,
-    false
-);
-topic!(
-    WireVerdict,
-    VERDICT_SUFFIX,
-    VERDICT_QUEUE,
-    0,
-    ONE_WRITER,
-    true
-);
-topic!(
-    WireCommand,
-    COMMAND_SUFFIX,
-    COMMAND_QUEUE,
-    0,
-    ONE_WRITER,
-    true
-);
-topic!(
-    WireRefusal,
-    REFUSAL_SUFFIX,
-    LATEST,
-    LATEST,
-    ONE_WRITER,
-    false
-);
-topic!(
-    WireAcknowledge,
-    ACKNOWLEDGE_SUFFIX,
-    ACKNOWLEDGE_QUEUE,
-    0,
-    MAX_READERS,
-    false
-);
-topic!(
-    WireProgress,
-    PROGRESS_SUFFIX,
-    PROGRESS_QUEUE,
-    0,
-    MAX_READERS,
-    false
-);
+topics! {
+    WireSession: SESSION_SUFFIX, LATEST, LATEST, ONE_WRITER, false;
+    WireSample: SAMPLES_SUFFIX, SAMPLE_QUEUE, 0, ONE_WRITER, true;
+    WireMachine: MACHINE_SUFFIX, LATEST, LATEST, ONE_WRITER, false;
+    WireVerdict: VERDICT_SUFFIX, VERDICT_QUEUE, 0, ONE_WRITER, true;
+    WireCommand: COMMAND_SUFFIX, COMMAND_QUEUE, 0, ONE_WRITER, true;
+    WireRefusal: REFUSAL_SUFFIX, LATEST, LATEST, ONE_WRITER, false;
+    WireAcknowledge: ACKNOWLEDGE_SUFFIX, ACKNOWLEDGE_QUEUE, 0, MAX_READERS, false;
+    WireProgress: PROGRESS_SUFFIX, PROGRESS_QUEUE, 0, MAX_READERS, false;
+}
 
 /// [`WireVerdict::event`]: a row.
 pub const EVENT_ROW: u32 = tipwatch_binding::monitor_topic::EVENT_ROW;
