@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use tipwatch_binding::monitor_topic::{self, ACTUATOR_FIELD};
+use tipwatch_ingest::known_definition;
 use tipwatch_suspension::MAX_ACTUATORS;
 
 use crate::wire::names::Names;
@@ -26,96 +27,39 @@ MSG: builtin_interfaces/Time
 int32 sec
 uint32 nanosec
 ";
-const VECTOR: &str = "\
-================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-";
-const QUATERNION: &str = "\
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-";
 
 /// Joint states of a stream.
 pub(super) fn joint_states(stream: usize) -> Topic {
-    Topic {
-        name: monitor_topic::joint_states(stream),
-        type_name: "sensor_msgs/msg/JointState",
-        definition: format!(
-            "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort{HEADER}"
-        ),
-    }
+    of_ros(
+        monitor_topic::joint_states(stream),
+        "sensor_msgs/msg/JointState",
+    )
 }
 
 /// The inertial measurement unit.
 pub(super) fn imu() -> Topic {
-    Topic {
-        name: monitor_topic::IMU.into(),
-        type_name: "sensor_msgs/msg/Imu",
-        definition: format!(
-            "std_msgs/Header header\n\
-             geometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
-             geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
-             geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance{HEADER}{VECTOR}{QUATERNION}"
-        ),
-    }
+    of_ros(monitor_topic::IMU.into(), "sensor_msgs/msg/Imu")
 }
 
 /// Odometry.
 pub(super) fn odometry() -> Topic {
-    const PARTS: &str = "\
-================================================================================
-MSG: geometry_msgs/PoseWithCovariance
-geometry_msgs/Pose pose
-float64[36] covariance
-================================================================================
-MSG: geometry_msgs/Pose
-geometry_msgs/Point position
-geometry_msgs/Quaternion orientation
-================================================================================
-MSG: geometry_msgs/Point
-float64 x
-float64 y
-float64 z
-================================================================================
-MSG: geometry_msgs/TwistWithCovariance
-geometry_msgs/Twist twist
-float64[36] covariance
-================================================================================
-MSG: geometry_msgs/Twist
-geometry_msgs/Vector3 linear
-geometry_msgs/Vector3 angular
-";
-    Topic {
-        name: monitor_topic::ODOMETRY.into(),
-        type_name: "nav_msgs/msg/Odometry",
-        definition: format!(
-            "std_msgs/Header header\nstring child_frame_id\n\
-             geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist{HEADER}{PARTS}{VECTOR}{QUATERNION}"
-        ),
-    }
+    of_ros(monitor_topic::ODOMETRY.into(), "nav_msgs/msg/Odometry")
 }
 
 /// The tool wrench.
 pub(super) fn tool_wrench() -> Topic {
-    const WRENCH: &str = "\
-================================================================================
-MSG: geometry_msgs/Wrench
-geometry_msgs/Vector3 force
-geometry_msgs/Vector3 torque
-";
+    of_ros(
+        monitor_topic::TOOL_WRENCH.into(),
+        "geometry_msgs/msg/WrenchStamped",
+    )
+}
+
+/// A topic of a common type of ROS.
+fn of_ros(name: String, type_name: &'static str) -> Topic {
     Topic {
-        name: monitor_topic::TOOL_WRENCH.into(),
-        type_name: "geometry_msgs/msg/WrenchStamped",
-        definition: format!(
-            "std_msgs/Header header\ngeometry_msgs/Wrench wrench{HEADER}{WRENCH}{VECTOR}"
-        ),
+        name,
+        type_name,
+        definition: known_definition(type_name).expect("a type with a built-in definition"),
     }
 }
 
@@ -244,4 +188,16 @@ pub(super) fn gap() -> Topic {
 fn field_name(name: &str) -> String {
     let allowed = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     name.to_lowercase().chars().map(allowed).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn topics_of_ros_have_definitions_with_all_parts() {
+        for topic in [joint_states(1), imu(), odometry(), tool_wrench()] {
+            assert!(topic.definition.contains(HEADER));
+        }
+    }
 }
