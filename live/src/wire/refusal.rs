@@ -1,7 +1,5 @@
 //! Why a session is refused: a number on the wire, and a text.
 
-use std::fmt;
-
 use crate::wire::topics::{TEXT_BYTES, Wire, WireRefusal};
 
 tipwatch_mechanics::named! {
@@ -29,21 +27,14 @@ tipwatch_mechanics::named! {
 }
 
 /// The error of a session that is refused.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{text}")]
 pub struct SessionRefused {
     /// The kind of reason.
     pub reason: Refusal,
     /// What was expected, and what was found.
     pub text: String,
 }
-
-impl fmt::Display for SessionRefused {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.text)
-    }
-}
-
-impl std::error::Error for SessionRefused {}
 
 impl Refusal {
     /// The error with this reason.
