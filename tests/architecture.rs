@@ -33,6 +33,7 @@ const RULES: [Rule; 15] = [
         folder: "mechanics",
         crates: &[],
         floors: &[
+            "named",
             "number",
             "geometry",
             "machine",

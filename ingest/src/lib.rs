@@ -83,9 +83,9 @@ pub use crate::{
     table::{DateOrder, TableOptions, TimeUnit},
     topics::{
         Binding, FieldContents, JointNamedTwice, JointTopic, MetadataRecord, NamedTopics,
-        RobotDescription, SensorTopics, SignalRequest, StaticFrame, TopicContents, bind,
-        bind_joint_states, first_frame, first_string, joint_names_in, metadata_records,
-        robot_description, robot_descriptions, static_frames, topic_contents, topic_of_field,
+        RobotDescription, SensorTopics, StaticFrame, TopicContents, bind, bind_joint_states,
+        first_frame, first_string, joint_names_in, metadata_records, robot_description,
+        robot_descriptions, static_frames, topic_contents, topic_of_field,
     },
     write::{
         ClipReport, ClipRequest, RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic,

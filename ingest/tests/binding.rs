@@ -1,4 +1,4 @@
-use tipwatch_ingest::{Log, SensorKind, SignalRequest, Topic, bind, bind_joint_states};
+use tipwatch_ingest::{Log, SensorKind, Topic, bind, bind_joint_states};
 
 const IMU: &str = "sensor_msgs/msg/Imu";
 
@@ -21,11 +21,8 @@ fn only_topic_with_messages_is_bound() {
     assert_eq!(binding.topic.index(), 1);
     assert_eq!(binding.why, "the only sensor_msgs/msg/Imu topic");
     assert_eq!(bind(&topics, SensorKind::Odometry, None), Ok(None));
-    let named = SignalRequest {
-        kind: SensorKind::Imu,
-        topic: Some("/imu/a".to_owned()),
-    };
-    let binding = named.bind(&topics).unwrap().unwrap();
+    let binding = bind(&topics, SensorKind::Imu, Some("/imu/a"));
+    let binding = binding.unwrap().unwrap();
     assert_eq!(
         (binding.topic.index(), binding.why.as_str()),
         (0, "named by the machine file")

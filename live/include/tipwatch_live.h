@@ -232,7 +232,7 @@ enum tipwatch_reason {
     TIPWATCH_REASON_GROSS_INPUT = 1 << 13,
     /* Signals contradict each other, and which one is wrong is unknown: the row is valid, and doubted. */
     TIPWATCH_REASON_CONTRADICTION = 1 << 14,
-    /* Which supports are on the ground is unknown, is changing, or contradicts a measured load. */
+    /* Which supports are on the ground is unknown or is changing, or one that is reported as set measures no load. */
     TIPWATCH_REASON_SUPPORTS_UNKNOWN = 1 << 15,
 };
 

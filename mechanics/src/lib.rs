@@ -26,6 +26,9 @@
 //! ```
 
 #![forbid(unsafe_code)]
+#[macro_use]
+mod named;
+
 pub mod closed_form;
 pub mod dynamics;
 pub mod estimation;

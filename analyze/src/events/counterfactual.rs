@@ -7,45 +7,35 @@ use serde::Serialize;
 /// with yes.
 const TWO_SIGMA: f64 = 0.022_750_131_948_179;
 
-/// What is supposed instead of what was recorded.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Serialize,
-    JsonSchema,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[serde(rename_all = "snake_case")]
-#[strum(serialize_all = "snake_case")]
-pub enum Supposition {
-    /// Gravity is perpendicular to the ground under the wheels; all motion relative to the ground is as recorded.
-    LevelGround,
-    /// Machine and arm travel the same path at half the speed.
-    HalfSpeed,
-    /// The arm carries no payload, and nothing pushes on the tool.
-    WithoutLoad,
-    /// The arm rests in the steadiest posture that the machine had around the event, or in the stated reference posture if
-    /// that is steadier.
-    ArmIn,
+tipwatch_mechanics::named! {
+    /// What is supposed instead of what was recorded.
+    #[derive(PartialOrd, Ord, Serialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Supposition {
+        /// Gravity is perpendicular to the ground under the wheels; all motion relative to the ground is as recorded.
+        LevelGround,
+        /// Machine and arm travel the same path at half the speed.
+        HalfSpeed,
+        /// The arm carries no payload, and nothing pushes on the tool.
+        WithoutLoad,
+        /// The arm rests in the steadiest posture that the machine had around the event, or in the stated reference posture if
+        /// that is steadier.
+        ArmIn,
+    }
 }
 
-/// Whether the event would have happened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, strum::IntoStaticStr)]
-#[serde(rename_all = "snake_case")]
-#[strum(serialize_all = "snake_case")]
-pub enum Answer {
-    /// Yes, by two standard deviations.
-    Yes,
-    /// No, by two standard deviations.
-    No,
-    /// The probability is between, or cannot be computed.
-    Open,
+tipwatch_mechanics::named! {
+    /// Whether the event would have happened.
+    #[derive(Serialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Answer {
+        /// Yes, by two standard deviations.
+        Yes,
+        /// No, by two standard deviations.
+        No,
+        /// The probability is between, or cannot be computed.
+        Open,
+    }
 }
 
 /// The answer to one supposition, by evaluating the rows of the event again.
@@ -69,20 +59,6 @@ pub struct Counterfactual {
     pub why_not: Option<&'static str>,
 }
 
-impl Supposition {
-    /// All of them.
-    #[must_use]
-    pub fn all() -> &'static [Self] {
-        <Self as strum::VariantArray>::VARIANTS
-    }
-
-    /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-}
-
 impl Answer {
     /// By the probability that it would have happened.
     #[must_use]
@@ -92,11 +68,5 @@ impl Answer {
             Some(p) if p <= TWO_SIGMA => Self::No,
             _ => Self::Open,
         }
-    }
-
-    /// The word.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
     }
 }

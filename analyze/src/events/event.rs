@@ -72,24 +72,17 @@ pub struct Event {
     pub doubt: Option<Doubt>,
 }
 
-/// How the time of a start or of an end is meant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::IntoStaticStr)]
-#[strum(serialize_all = "snake_case")]
-pub enum Bound {
-    /// At this time.
-    #[default]
-    At,
-    /// At this time or before it.
-    AtOrBefore,
-    /// At this time or after it.
-    AtOrAfter,
-}
-
-impl Bound {
-    /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
+tipwatch_mechanics::named! {
+    /// How the time of a start or of an end is meant.
+    #[derive(Default)]
+    pub enum Bound {
+        /// At this time.
+        #[default]
+        At,
+        /// At this time or before it.
+        AtOrBefore,
+        /// At this time or after it.
+        AtOrAfter,
     }
 }
 
@@ -102,23 +95,15 @@ pub struct Doubt {
     pub loads_are_right: f64,
 }
 
-/// What shows a rotation about an edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
-#[strum(serialize_all = "snake_case")]
-pub enum ShownBy {
-    /// Gyro and attitude: the computed loads do not show it.
-    Rotation,
-    /// The computed loads: gyro and attitude show no rotation beyond what tyres and ground explain.
-    Loads,
-    /// Both.
-    Both,
-}
-
-impl ShownBy {
-    /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
+tipwatch_mechanics::named! {
+    /// What shows a rotation about an edge.
+    pub enum ShownBy {
+        /// Gyro and attitude: the computed loads do not show it.
+        Rotation,
+        /// The computed loads: gyro and attitude show no rotation beyond what tyres and ground explain.
+        Loads,
+        /// Both.
+        Both,
     }
 }
 
@@ -208,41 +193,30 @@ pub struct CauseShare {
     pub percent: f64,
 }
 
-/// Kinds of events.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    PartialOrd,
-    Ord,
-    clap::ValueEnum,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[value(rename_all = "snake_case")]
-#[strum(serialize_all = "snake_case")]
-pub enum EventKind {
-    /// A wheel's load is below the limit; `worst` is the lowest load (N).
-    WheelLight,
-    /// A wheel carries no load; `worst` is the lowest OTF (N).
-    WheelLift,
-    /// All wheels off an edge carry no load, shown by the loads alone or by a rotation about the edge while
-    /// they are within their error of zero; `worst` is the largest overturning moment (N m).
-    EdgeTipping,
-    /// Edge tipping in which the platform rotates outwards about the edge by 10 degrees or more; `worst` is
-    /// the rotation (rad).
-    TipOver,
-    /// A signal is missing for longer than the estimator bridges; `worst` is the duration (s).
-    InputGap,
-    /// A signal is implausible; the kind of fault defines `worst`. Unlike the others it is listed
-    /// however short it is.
-    InputFault,
-    /// Between the rows of a sparse log, motion within the greatest rates and accelerations can have lifted the
-    /// wheel; `worst` is the smallest OTF that they allow (N). Not a finding that it lifted.
-    LiftNotExcluded,
+tipwatch_mechanics::named! {
+    /// Kinds of events.
+    #[derive(PartialOrd, Ord, clap::ValueEnum)]
+    #[value(rename_all = "snake_case")]
+    pub enum EventKind {
+        /// A wheel's load is below the limit; `worst` is the lowest load (N).
+        WheelLight,
+        /// A wheel carries no load; `worst` is the lowest OTF (N).
+        WheelLift,
+        /// All wheels off an edge carry no load, shown by the loads alone or by a rotation about the edge while
+        /// they are within their error of zero; `worst` is the largest overturning moment (N m).
+        EdgeTipping,
+        /// Edge tipping in which the platform rotates outwards about the edge by 10 degrees or more; `worst` is
+        /// the rotation (rad).
+        TipOver,
+        /// A signal is missing for longer than the estimator bridges; `worst` is the duration (s).
+        InputGap,
+        /// A signal is implausible; the kind of fault defines `worst`. Unlike the others it is listed
+        /// however short it is.
+        InputFault,
+        /// Between the rows of a sparse log, motion within the greatest rates and accelerations can have lifted the
+        /// wheel; `worst` is the smallest OTF that they allow (N). Not a finding that it lifted.
+        LiftNotExcluded,
+    }
 }
 
 impl Event {
@@ -304,7 +278,7 @@ impl EventKind {
     /// All kinds.
     #[must_use]
     pub fn all() -> &'static [Self] {
-        <Self as strum::VariantArray>::VARIANTS
+        &Self::ALL
     }
 
     /// Whether it concerns the machine's stability, not the log.
@@ -324,11 +298,5 @@ impl EventKind {
     #[must_use]
     pub fn is_observed(self) -> bool {
         self.is_stability() && self != Self::LiftNotExcluded
-    }
-
-    /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
     }
 }

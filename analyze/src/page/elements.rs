@@ -25,6 +25,20 @@ pub(crate) fn table<C: Render>(head: &[impl Render], rows: &[Vec<C>]) -> Markup 
     }
 }
 
+/// A table of rows that state the head of each of their cells; nothing without rows.
+pub(crate) fn table_of<H: Render, const N: usize>(
+    rows: impl IntoIterator<Item = [(H, String); N]>,
+) -> Markup {
+    let mut head = Vec::new();
+    let mut cells: Vec<Vec<String>> = Vec::new();
+    for row in rows {
+        let (heads, values) = row.into_iter().unzip();
+        head = heads;
+        cells.push(values);
+    }
+    html! { @if !cells.is_empty() { (table(&head, &cells)) } }
+}
+
 /// A value that is never broken within.
 pub(crate) fn whole(value: impl Render) -> Markup {
     html! { span.whole { (value) } }

@@ -5,114 +5,82 @@ use tipwatch_ingest::Treatment;
 
 use crate::analysis::clock::{PairOffset, TopicOffset, text::TopicsFinding};
 use crate::analysis::{Analysis, Input};
-use crate::page::{or_dash, readable, table};
+use crate::page::{or_dash, readable, table_of};
 
 /// The section on clocks.
 pub(super) fn clocks(analysis: &Analysis) -> Markup {
-    let head = [
-        "Finding",
-        "Topics",
-        "Observation",
-        "Treatment",
-        "Action taken",
-    ];
-    let findings: Vec<_> = analysis.clock_findings.iter().map(finding_row).collect();
+    let findings = &analysis.clock_findings;
     html! {
         @if findings.is_empty() {
             p { "All signals are stamped by one clock, and its stamps are consistent." }
-        } @else {
-            (table(&head, &findings))
         }
-        (stamps(analysis))
+        (table_of(findings.iter().map(finding_row)))
+        (table_of(analysis.inputs.iter().map(stamp_row)))
         (offsets(analysis))
     }
 }
 
-fn finding_row(found: &TopicsFinding) -> Vec<String> {
+fn finding_row(found: &TopicsFinding) -> [(&'static str, String); 5] {
     let finding = &found.finding;
     let treatment = match finding.treatment {
         Treatment::Handled => "handled",
         Treatment::Refused => "refused",
         Treatment::Reported => "reported",
     };
-    vec![
-        readable(finding.kind.name()),
-        found.topics.join(", "),
-        finding.seen.clone(),
-        treatment.to_owned(),
-        finding.done.clone(),
+    [
+        ("Finding", readable(finding.kind.name())),
+        ("Topics", found.topics.join(", ")),
+        ("Observation", finding.seen.clone()),
+        ("Treatment", treatment.to_owned()),
+        ("Action taken", finding.done.clone()),
     ]
 }
 
 /// Stamps compared with the log time.
-fn stamps(analysis: &Analysis) -> Markup {
-    let head = [
-        "Topic",
-        "Header stamp minus log time, median [s]",
-        "Median absolute deviation [ms]",
-        "Drift [ppm]",
-        "Standard deviation of the drift [ppm]",
-        "Jitter [ms]",
-        "Zero stamps",
-        "Duplicate stamps",
-        "Backward stamps (largest [s])",
-        "Applied correction [s]",
-    ];
-    let rows: Vec<_> = analysis.inputs.iter().map(stamp_row).collect();
-    table(&head, &rows)
-}
-
-fn stamp_row(input: &Input) -> Vec<String> {
+fn stamp_row(input: &Input) -> [(&'static str, String); 10] {
     let timing = &input.timing;
     let offset = timing.header_minus_log;
     let backward = match timing.largest_backward {
         Some(largest) => format!("{} ({:.3})", timing.backward_stamps, largest.size_s()),
         None => timing.backward_stamps.to_string(),
     };
-    vec![
-        input.topic.clone(),
-        or_dash(offset.map(|o| o.median_s), 4),
-        or_dash(offset.map(|o| o.mad_s * 1e3), 2),
-        or_dash(offset.map(|o| o.drift_ppm), 1),
-        or_dash(offset.map(|o| o.drift_sigma_ppm), 1),
-        or_dash(offset.map(|o| o.jitter_s * 1e3), 2),
-        timing.zero_stamps.to_string(),
-        timing.duplicate_stamps.to_string(),
-        backward,
-        format!("{:.4}", input.correction.added_s),
+    let median_s = offset.map(|o| o.median_s);
+    let mad_ms = offset.map(|o| o.mad_s * 1e3);
+    let drift = offset.map(|o| o.drift_ppm);
+    let drift_sigma = offset.map(|o| o.drift_sigma_ppm);
+    let jitter_ms = offset.map(|o| o.jitter_s * 1e3);
+    let added_s = input.correction.added_s;
+    [
+        ("Topic", input.topic.clone()),
+        (
+            "Header stamp minus log time, median [s]",
+            or_dash(median_s, 4),
+        ),
+        ("Median absolute deviation [ms]", or_dash(mad_ms, 2)),
+        ("Drift [ppm]", or_dash(drift, 1)),
+        (
+            "Standard deviation of the drift [ppm]",
+            or_dash(drift_sigma, 1),
+        ),
+        ("Jitter [ms]", or_dash(jitter_ms, 2)),
+        ("Zero stamps", timing.zero_stamps.to_string()),
+        ("Duplicate stamps", timing.duplicate_stamps.to_string()),
+        ("Backward stamps (largest [s])", backward),
+        ("Applied correction [s]", format!("{added_s:.4}")),
     ]
 }
 
 /// Offsets between topics, from the motion that they measure.
 fn offsets(analysis: &Analysis) -> Markup {
     let clock = &analysis.clock;
-    let topic_head = [
-        "Topic",
-        "Offset [ms]",
-        "Standard deviation [ms]",
-        "Stated in the machine file [ms]",
-        "Applied",
-        "Why unknown",
-    ];
-    let pair_head = [
-        "Topic",
-        "Compared with",
-        "Quantity",
-        "Delay [ms]",
-        "Standard deviation [ms]",
-        "Correlation",
-        "Why unknown",
-    ];
-    let topics: Vec<_> = clock.topics.iter().map(topic_row).collect();
-    let pairs: Vec<_> = clock.pairs.iter().map(pair_row).collect();
     html! {
         @if let Some(reference) = &clock.reference {
             p {
                 "Offsets between topics, estimated from the motion that both measure: the value to add to the stamps of a topic "
                 "to align them with " (reference) ". Offsets are applied only on request."
             }
-            (table(&topic_head, &topics))
-            @if !pairs.is_empty() { (table(&pair_head, &pairs)) }
+            (table_of(clock.topics.iter().map(topic_row)))
+            (table_of(clock.pairs.iter().map(pair_row)))
         }
     }
 }
@@ -122,25 +90,29 @@ fn milliseconds(seconds: Option<f64>) -> String {
     or_dash(seconds.map(|s| s * 1e3 + 0.0), 1)
 }
 
-fn topic_row(topic: &TopicOffset) -> Vec<String> {
-    vec![
-        topic.topic.clone(),
-        milliseconds(topic.offset_s),
-        milliseconds(topic.sigma_s),
-        milliseconds(topic.stated_s),
-        if topic.applied { "yes" } else { "no" }.to_owned(),
-        topic.why_not.clone().unwrap_or_default(),
+fn topic_row(topic: &TopicOffset) -> [(&'static str, String); 6] {
+    let applied = if topic.applied { "yes" } else { "no" };
+    [
+        ("Topic", topic.topic.clone()),
+        ("Offset [ms]", milliseconds(topic.offset_s)),
+        ("Standard deviation [ms]", milliseconds(topic.sigma_s)),
+        (
+            "Stated in the machine file [ms]",
+            milliseconds(topic.stated_s),
+        ),
+        ("Applied", applied.to_owned()),
+        ("Why unknown", topic.why_not.clone().unwrap_or_default()),
     ]
 }
 
-fn pair_row(pair: &PairOffset) -> Vec<String> {
-    vec![
-        pair.topic.clone(),
-        pair.against.clone(),
-        pair.by.to_owned(),
-        milliseconds(pair.late_s),
-        milliseconds(pair.sigma_s),
-        or_dash(pair.correlation, 3),
-        pair.why_not.clone().unwrap_or_default(),
+fn pair_row(pair: &PairOffset) -> [(&'static str, String); 7] {
+    [
+        ("Topic", pair.topic.clone()),
+        ("Compared with", pair.against.clone()),
+        ("Quantity", pair.by.to_owned()),
+        ("Delay [ms]", milliseconds(pair.late_s)),
+        ("Standard deviation [ms]", milliseconds(pair.sigma_s)),
+        ("Correlation", or_dash(pair.correlation, 3)),
+        ("Why unknown", pair.why_not.clone().unwrap_or_default()),
     ]
 }

@@ -8,7 +8,7 @@ use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
 use crate::events::EventCauses;
 use crate::events::support_words::SupportWord;
-use crate::page::{number, readable, short, table};
+use crate::page::{number, readable, short, table, table_of};
 
 /// Most parameters listed.
 const MOST_PARAMETERS: usize = 15;
@@ -43,29 +43,22 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
         let listed = shares.filter(|share| share.percent.abs() >= LEAST_PERCENT);
         rows.extend(listed.enumerate().map(|(place, share)| {
             let once = |text: String| if place == 0 { text } else { String::new() };
-            vec![
-                once(names.join(", ")),
-                once(format!("{:.2}", scene.seconds(causes.since_ns))),
-                once(format!("{:.2}", scene.seconds(causes.at_ns))),
-                readable(share.cause),
-                number(share.taken_n),
-                format!("{:.0}", share.percent),
+            let seconds = |time_ns: i64| once(format!("{:.2}", scene.seconds(time_ns)));
+            [
+                ("Event", once(names.join(", "))),
+                ("From [s]", seconds(causes.since_ns)),
+                ("To [s]", seconds(causes.at_ns)),
+                ("Cause", readable(share.cause)),
+                ("OTF lost [N]", number(share.taken_n)),
+                ("Share [%]", format!("{:.0}", share.percent)),
             ]
         }));
     }
-    let head = [
-        "Event",
-        "From [s]",
-        "To [s]",
-        "Cause",
-        "OTF lost [N]",
-        "Share [%]",
-    ];
     html! {
         @if rows.is_empty() {
             p { "No event involves a " (scene.word.one) " load, or the chosen model does not compute load contributions." }
         } @else {
-            (table(&head, &rows))
+            (table_of(rows))
             @if !left_out.is_empty() {
                 p { "These are the " (MOST_OF_KIND) " worst events of each kind; the causes of all events are in events.parquet." }
             }
@@ -95,32 +88,25 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
     };
     let optional = |value: Option<f64>| value.map_or("–".into(), short);
     let cells = rows.iter().take(MOST_PARAMETERS).map(|row| {
-        vec![
-            in_words(row.parameter, machine),
-            row.parameter.unit(machine).trim_start_matches('-').into(),
-            optional(row.nominal),
-            short(row.sigma),
-            short(row.derivative),
-            optional(row.change_to_zero),
-            format!("{:.1}", 100.0 * row.variance_share),
+        let unit = row.parameter.unit(machine).trim_start_matches('-');
+        let share = format!("{:.1}", 100.0 * row.variance_share);
+        [
+            ("Parameter", in_words(row.parameter, machine)),
+            ("Unit", unit.into()),
+            ("Value", optional(row.nominal)),
+            ("σ", short(row.sigma)),
+            ("dOTF/dparameter [N per unit]", short(row.derivative)),
+            ("Change to OTF = 0", optional(row.change_to_zero)),
+            ("Share of variance [%]", share),
         ]
     });
-    let head = [
-        "Parameter",
-        "Unit",
-        "Value",
-        "σ",
-        "dOTF/dparameter [N per unit]",
-        "Change to OTF = 0",
-        "Share of variance [%]",
-    ];
     html! {
         p {
             "Contributions to the variance of the OTF of " (SupportWord::named(&machine.wheels()[found.worst_wheel])) " at t = "
             (format_args!("{:.2}", Scene::of(analysis).seconds(first.worst_ns))) " s (" (number(first.worst_otf_n)) " N), "
             "to first order, from the stated uncertainties. The file sensitivity.parquet has all signals and parameters."
         }
-        (table(&head, &cells.collect::<Vec<_>>()))
+        (table_of(cells))
     }
 }
 

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use crate::analysis::Analysis;
 use crate::analysis::health::{NumberHealth, RateChange, SensorHealth};
-use crate::page::{or_dash, percent, readable, short, table};
+use crate::page::{or_dash, percent, readable, short, table_of};
 
 /// Most changes of a rate that are written out.
 const MOST_CHANGES: usize = 3;
@@ -12,43 +12,19 @@ const MOST_CHANGES: usize = 3;
 /// The section.
 pub(super) fn section(analysis: &Analysis) -> Markup {
     let start_ns = analysis.rows.times_ns[0];
-    let sensors_head = [
-        "Signal",
-        "Topic",
-        "Samples",
-        "Rate [Hz]",
-        "Changes of the rate",
-        "Longest gap",
-        "Steps of its clock and the recorder's",
-        "Implausible samples",
-    ];
-    let numbers_head = [
-        "Signal",
-        "Number",
-        "Unit",
-        "Least to greatest",
-        "Resolution",
-        "Noise and vibration, usual (greatest, at)",
-        "At its limit",
-        "Longest time without change [s]",
-        "Outliers",
-    ];
     let sensors = analysis.health.iter();
-    let sensors: Vec<_> = sensors.map(|sensor| sensor_row(sensor, start_ns)).collect();
-    let rows = |sensor: &SensorHealth| -> Vec<Vec<String>> {
-        let numbers = sensor.numbers.iter();
+    let numbers = sensors.clone().flat_map(|sensor| {
         let row = |number| number_row(&sensor.signal, number, start_ns);
-        numbers.map(row).collect()
-    };
-    let numbers: Vec<_> = analysis.health.iter().flat_map(rows).collect();
+        sensor.numbers.iter().map(row)
+    });
     html! {
         p {
             "What the sensors show by themselves, whatever the machine. Noise and vibration is the root mean square of what is "
             "faster than some 3 Hz, in half a second. A dash means that the rate is too low to tell, or that a number may rest "
             "where it is."
         }
-        (table(&sensors_head, &sensors))
-        (table(&numbers_head, &numbers))
+        (table_of(sensors.map(|sensor| sensor_row(sensor, start_ns))))
+        (table_of(numbers))
     }
 }
 
@@ -56,7 +32,7 @@ fn seconds(time_ns: i64, start_ns: i64) -> f64 {
     time_ns.saturating_sub(start_ns) as f64 * 1e-9
 }
 
-fn sensor_row(sensor: &SensorHealth, start_ns: i64) -> Vec<String> {
+fn sensor_row(sensor: &SensorHealth, start_ns: i64) -> [(&'static str, String); 8] {
     let change = |change: &RateChange| {
         let RateChange {
             at_ns,
@@ -81,38 +57,54 @@ fn sensor_row(sensor: &SensorHealth, start_ns: i64) -> Vec<String> {
     let gap = gap.map(|(gap_s, from_ns)| {
         format!("{gap_s:.3} s from t = {:.2} s", seconds(from_ns, start_ns))
     });
-    vec![
-        readable(&sensor.signal),
-        sensor.topic.clone(),
-        sensor.samples.to_string(),
-        or_dash(sensor.rate_hz, 1),
-        changes,
-        gap.unwrap_or_else(|| "–".to_owned()),
-        sensor.clock_steps.to_string(),
-        sensor.implausible.to_string(),
+    let (clock_steps, implausible) = (sensor.clock_steps, sensor.implausible);
+    [
+        ("Signal", readable(&sensor.signal)),
+        ("Topic", sensor.topic.clone()),
+        ("Samples", sensor.samples.to_string()),
+        ("Rate [Hz]", or_dash(sensor.rate_hz, 1)),
+        ("Changes of the rate", changes),
+        ("Longest gap", gap.unwrap_or_else(|| "–".to_owned())),
+        (
+            "Steps of its clock and the recorder's",
+            clock_steps.to_string(),
+        ),
+        ("Implausible samples", implausible.to_string()),
     ]
 }
 
-fn number_row(signal: &str, number: &NumberHealth, start_ns: i64) -> Vec<String> {
+fn number_row(signal: &str, number: &NumberHealth, start_ns: i64) -> [(&'static str, String); 9] {
     let dash = || "–".to_owned();
     let range = number.least.zip(number.greatest);
     let vibration = number.vibration_rms.zip(number.greatest_vibration_rms);
     let vibration = vibration.zip(number.greatest_vibration_ns);
-    vec![
-        readable(signal),
-        readable(&number.name),
-        number.unit.clone(),
-        range.map_or_else(
-            || "in no sample".to_owned(),
-            |(least, greatest)| format!("{} to {}", short(least), short(greatest)),
+    let range = range.map_or_else(
+        || "in no sample".to_owned(),
+        |(least, greatest)| format!("{} to {}", short(least), short(greatest)),
+    );
+    let vibration = vibration.map_or_else(dash, |((usual, greatest), at_ns)| {
+        let at_s = seconds(at_ns, start_ns);
+        format!("{} ({} at t = {at_s:.1} s)", short(usual), short(greatest))
+    });
+    let (constant_s, outliers) = (number.longest_constant_s, number.outliers);
+    [
+        ("Signal", readable(signal)),
+        ("Number", readable(&number.name)),
+        ("Unit", number.unit.clone()),
+        ("Least to greatest", range),
+        ("Resolution", number.resolution.map_or_else(dash, short)),
+        ("Noise and vibration, usual (greatest, at)", vibration),
+        (
+            "At its limit",
+            number.clipped_share.map_or_else(dash, percent),
         ),
-        number.resolution.map_or_else(dash, short),
-        vibration.map_or_else(dash, |((usual, greatest), at_ns)| {
-            let at_s = seconds(at_ns, start_ns);
-            format!("{} ({} at t = {at_s:.1} s)", short(usual), short(greatest))
-        }),
-        number.clipped_share.map_or_else(dash, percent),
-        format!("{:.2}", number.longest_constant_s),
-        number.outliers.map_or_else(dash, |count| count.to_string()),
+        (
+            "Longest time without change [s]",
+            format!("{constant_s:.2}"),
+        ),
+        (
+            "Outliers",
+            outliers.map_or_else(dash, |count| count.to_string()),
+        ),
     ]
 }

@@ -9,7 +9,7 @@ use super::drawing::{Anchor, Drawing, Point};
 use crate::analysis::Analysis;
 use crate::base::rows::Rows;
 use crate::events::support_words::SupportWord;
-use crate::page::{number, table};
+use crate::page::{number, table_of};
 
 /// Radius of the disc of the largest load at rest, as a share of the smaller distance between wheels.
 const LARGEST_DISC: f64 = 0.24;
@@ -59,27 +59,24 @@ pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
             value(Quantity::LoadLeast(wheel)),
             value(Quantity::LoadLargest(wheel)),
         );
-        vec![
-            facts.name.clone(),
-            number(value(Quantity::Load(wheel))),
-            sigma,
-            match (least + largest).is_finite() {
-                true => format!("{} to {}", number(least), number(largest)),
-                false => "not computable".into(),
-            },
-            number(value(Quantity::Otf(wheel))),
-            number(machine.reference().static_load[wheel]),
+        let any_split = match (least + largest).is_finite() {
+            true => format!("{} to {}", number(least), number(largest)),
+            false => "not computable".into(),
+        };
+        let at_rest = machine.reference().static_load[wheel];
+        [
+            (SupportWord::of(machine).head, facts.name.clone()),
+            (
+                "Load, stated split [N]",
+                number(value(Quantity::Load(wheel))),
+            ),
+            ("± 2 σ [N]", sigma),
+            ("Load, any split [N]", any_split),
+            ("OTF [N]", number(value(Quantity::Otf(wheel)))),
+            ("At rest [N]", number(at_rest)),
         ]
     });
-    let head = [
-        SupportWord::of(machine).head,
-        "Load, stated split [N]",
-        "± 2 σ [N]",
-        "Load, any split [N]",
-        "OTF [N]",
-        "At rest [N]",
-    ];
-    table(&head, &cells.collect::<Vec<_>>())
+    table_of(cells)
 }
 
 /// The machine at one row.

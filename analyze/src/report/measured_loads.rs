@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use crate::analysis::Analysis;
 use crate::analysis::measured_loads::{Contradiction, TOTAL};
 use crate::events::Finding;
-use crate::page::{number, table};
+use crate::page::{number, table_of};
 
 /// The comparison by load sensor; `None` without one in the log.
 pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
@@ -16,32 +16,20 @@ pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
     let known = |value: Option<f64>| value.map_or("unknown".into(), number);
     let share =
         |value: Option<f64>| value.map_or("unknown".into(), |v| format!("{:.0} %", 100.0 * v));
-    let rows: Vec<Vec<String>> = (comparison.sensors.iter())
-        .map(|sensor| {
-            vec![
-                sensor.sensor.clone(),
-                sensor.rows.to_string(),
-                known(sensor.bias_n),
-                known(sensor.rms_n),
-                known(sensor.computed_sigma_n),
-                number(sensor.sensor_sigma_n),
-                share(sensor.inside_1_sigma),
-                share(sensor.inside_2_sigma),
-            ]
-        })
-        .collect();
-    let head = [
-        "Measured load",
-        "Rows",
-        "Mean of measured minus computed [N]",
-        "RMS [N]",
-        "σ computed [N]",
-        "σ sensor [N]",
-        "Inside 1 σ",
-        "Inside 2 σ",
-    ];
+    let rows = comparison.sensors.iter().map(|sensor| {
+        [
+            ("Measured load", sensor.sensor.clone()),
+            ("Rows", sensor.rows.to_string()),
+            ("Mean of measured minus computed [N]", known(sensor.bias_n)),
+            ("RMS [N]", known(sensor.rms_n)),
+            ("σ computed [N]", known(sensor.computed_sigma_n)),
+            ("σ sensor [N]", number(sensor.sensor_sigma_n)),
+            ("Inside 1 σ", share(sensor.inside_1_sigma)),
+            ("Inside 2 σ", share(sensor.inside_2_sigma)),
+        ]
+    });
     Some(html! {
-        (table(&head, &rows))
+        (table_of(rows))
         p.hint {
             "The computed loads do not use the measured ones. Compared are an even selection of valid rows with all \
              of them on the ground. The split between the diagonals is an assumption where equilibrium leaves it open."

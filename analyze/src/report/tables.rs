@@ -8,7 +8,7 @@ use crate::analysis::{Analysis, Input};
 use crate::base::file_hash::FileHash;
 use crate::events::{Event, EventKind};
 use crate::page::{
-    facts, input_in_words, number, or_dash, probability, readable, table, with_unit,
+    facts, input_in_words, number, or_dash, probability, readable, table_of, with_unit,
 };
 
 /// Most events listed; the output tables have all.
@@ -18,27 +18,14 @@ const MOST_LISTED: usize = 500;
 pub(super) fn events(analysis: &Analysis) -> Markup {
     let scene = Scene::of(analysis);
     let calendar = Calendar::of(analysis);
-    let head = [
-        "Event",
-        &format!("{} or edge", scene.word.head),
-        "Start [s]",
-        "Start, date and time",
-        "End [s]",
-        "Worst value",
-        "At [s]",
-        "Lead time [s]",
-        "Confidence",
-        "Depends on load split",
-    ];
     let events = analysis.events.iter();
     let (of_machine, of_inputs): (Vec<&Event>, Vec<&Event>) =
         events.partition(|event| event.kind.is_stability());
     let listed = of_machine.iter().take(MOST_LISTED);
-    let rows: Vec<_> = listed
-        .map(|event| event_row(&scene, calendar, event))
-        .collect();
+    let rows = listed.map(|event| event_row(&scene, calendar, event));
     html! {
-        @if rows.is_empty() { p { "No " (scene.word.one) " or edge event." } } @else { (table(&head, &rows)) }
+        @if of_machine.is_empty() { p { "No " (scene.word.one) " or edge event." } }
+        (table_of(rows))
         (not_listed(of_machine.len(), "events"))
         @if !of_inputs.is_empty() {
             h3 { "Faults and gaps of inputs" }
@@ -78,33 +65,22 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
             .filter_map(|event| event.fault.as_ref())
             .map(|f| f.samples)
             .sum();
-        vec![
-            name.clone(),
-            events.len().to_string(),
-            if samples > 0 {
-                samples.to_string()
-            } else {
-                "–".into()
-            },
-            format!("{total:.2}"),
-            seconds(first),
-            seconds(last),
-            worst.map_or("–".into(), |event| with_unit(event.worst, event.unit)),
+        let samples = (samples > 0).then(|| samples.to_string());
+        let worst = worst.map(|event| with_unit(event.worst, event.unit));
+        [
+            ("Input and fault", name.clone()),
+            ("Times", events.len().to_string()),
+            ("Samples", samples.unwrap_or_else(|| "–".into())),
+            ("Total duration [s]", format!("{total:.2}")),
+            ("First at [s]", seconds(first)),
+            ("Last at [s]", seconds(last)),
+            ("Worst value", worst.unwrap_or_else(|| "–".into())),
         ]
     });
-    let head = [
-        "Input and fault",
-        "Times",
-        "Samples",
-        "Total duration [s]",
-        "First at [s]",
-        "Last at [s]",
-        "Worst value",
-    ];
-    html! { (table(&head, &rows.collect::<Vec<_>>())) (not_listed(groups.len(), "groups")) }
+    html! { (table_of(rows)) (not_listed(groups.len(), "groups")) }
 }
 
-fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> Vec<String> {
+fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> [(String, String); 10] {
     let seconds = |time_ns: i64| format!("{:.2}", scene.seconds(time_ns));
     let worst = match event.kind {
         _ if !event.worst.is_finite() => number(event.worst),
@@ -120,44 +96,36 @@ fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> Vec<String> {
         (Some(false), _) => "no".to_string(),
         (None, _) => "–".to_string(),
     };
-    vec![
-        scene.kind(event),
-        scene.subject(event),
-        seconds(event.start_ns),
-        calendar
-            .utc(event.start_ns)
-            .unwrap_or_else(|| "unknown".into()),
-        end.unwrap_or_else(|| "end of the log".into()),
-        worst,
-        seconds(event.worst_ns),
-        or_dash(event.lead_s, 2),
-        (event.certainty).map_or("not computed".into(), probability),
-        split,
+    let date = calendar.utc(event.start_ns);
+    let confidence = event.certainty.map(probability);
+    let support = format!("{} or edge", scene.word.head);
+    [
+        ("Event", scene.kind(event)),
+        (&support, scene.subject(event)),
+        ("Start [s]", seconds(event.start_ns)),
+        (
+            "Start, date and time",
+            date.unwrap_or_else(|| "unknown".into()),
+        ),
+        ("End [s]", end.unwrap_or_else(|| "end of the log".into())),
+        ("Worst value", worst),
+        ("At [s]", seconds(event.worst_ns)),
+        ("Lead time [s]", or_dash(event.lead_s, 2)),
+        (
+            "Confidence",
+            confidence.unwrap_or_else(|| "not computed".into()),
+        ),
+        ("Depends on load split", split),
     ]
+    .map(|(head, cell)| (head.to_owned(), cell))
 }
 
 /// The table of inputs.
 pub(super) fn inputs(analysis: &Analysis) -> Markup {
-    let head = [
-        "Signal",
-        "Topic",
-        "Type",
-        "Reason for this topic",
-        "Clock and reason",
-        "Rate [Hz]",
-        "Header stamp minus log time, min / median / max [s]",
-        "Gaps",
-        "Duplicate stamps",
-        "Backward stamps",
-        "Undecodable",
-        "Messages used",
-    ];
-    let inputs = analysis.inputs.iter();
-    let rows: Vec<_> = inputs.map(input_row).collect();
-    table(&head, &rows)
+    table_of(analysis.inputs.iter().map(input_row))
 }
 
-fn input_row(input: &Input) -> Vec<String> {
+fn input_row(input: &Input) -> [(&'static str, String); 12] {
     let timing = &input.timing;
     let unknown = || "not computable".to_string();
     let offset = timing.header_minus_log.map_or_else(unknown, |offset| {
@@ -176,21 +144,26 @@ fn input_row(input: &Input) -> Vec<String> {
         count => format!("{count}, longest {longest_gap:.2} s"),
     };
     let messages = timing.message_count as u64 + input.undecodable;
-    vec![
-        readable(input.signal),
-        input.topic.clone(),
-        input.type_name.clone(),
-        input.why.clone(),
-        input.clock.clone(),
-        timing
-            .rate_hz
-            .map_or_else(unknown, |rate| format!("{rate:.1}")),
-        offset,
-        gaps,
-        timing.duplicate_stamps.to_string(),
-        timing.backward_stamps.to_string(),
-        input.undecodable.to_string(),
-        format!("{} of {messages}", input.counts.used),
+    let rate = timing.rate_hz.map(|rate| format!("{rate:.1}"));
+    [
+        ("Signal", readable(input.signal)),
+        ("Topic", input.topic.clone()),
+        ("Type", input.type_name.clone()),
+        ("Reason for this topic", input.why.clone()),
+        ("Clock and reason", input.clock.clone()),
+        ("Rate [Hz]", rate.unwrap_or_else(unknown)),
+        (
+            "Header stamp minus log time, min / median / max [s]",
+            offset,
+        ),
+        ("Gaps", gaps),
+        ("Duplicate stamps", timing.duplicate_stamps.to_string()),
+        ("Backward stamps", timing.backward_stamps.to_string()),
+        ("Undecodable", input.undecodable.to_string()),
+        (
+            "Messages used",
+            format!("{} of {messages}", input.counts.used),
+        ),
     ]
 }
 

@@ -48,7 +48,7 @@ pub fn events(events: &[Event]) -> Table {
     let doubted_by = doubt().map(|d| Some(d?.subjects.join("; ")));
     table.add("doubted_by", None, doubted_by);
     add_causes(&mut table, events);
-    for &supposed in Supposition::all() {
+    for supposed in Supposition::ALL {
         let probability = all().map(|event| {
             let mut answers = event.counterfactuals.iter();
             answers

@@ -3,28 +3,19 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// How a question ends.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    strum::VariantArray,
-    strum::IntoStaticStr,
-    strum::EnumString,
-)]
-#[strum(serialize_all = "snake_case")]
-pub enum Status {
-    /// The signals show that it is as the machine file says, and exclude the alternatives.
-    Proven,
-    /// A person confirmed it; the signals do not show it.
-    Confirmed,
-    /// It is not as the machine file says.
-    Contradicted,
-    /// The recording does not show it.
-    NotShown,
+tipwatch_mechanics::named! {
+    /// How a question ends.
+    #[derive(strum::EnumString)]
+    pub enum Status {
+        /// The signals show that it is as the machine file says, and exclude the alternatives.
+        Proven,
+        /// A person confirmed it; the signals do not show it.
+        Confirmed,
+        /// It is not as the machine file says.
+        Contradicted,
+        /// The recording does not show it.
+        NotShown,
+    }
 }
 
 impl Status {

@@ -1,5 +1,6 @@
 //! The identification: from data to a machine, with what they tell and what not.
 
+use serde::Serialize;
 use tipwatch_mechanics::machine::{Identified, Machine};
 
 use crate::identification::bands::BandCheck;
@@ -39,9 +40,10 @@ pub struct Identification {
 }
 
 /// A parameter after the identification.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
     /// Its name.
+    #[serde(rename = "parameter")]
     pub name: String,
     /// Its unit.
     pub unit: &'static str,
@@ -54,22 +56,26 @@ pub struct Estimate {
     /// Standard deviation after.
     pub sigma: f64,
     /// What the data tell of it by itself.
+    #[serde(rename = "told")]
     pub knowledge: Knowledge,
 }
 
 /// What the data tell of a parameter by itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Knowledge {
     /// Its standard deviation at least halved.
+    #[serde(rename = "yes")]
     Told,
     /// Something.
+    #[serde(rename = "partly")]
     Partly,
     /// Nothing: its standard deviation is that of the prior.
+    #[serde(rename = "no")]
     Untold,
 }
 
 /// How a log or a weighing was used.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SourceUse {
     /// Its name.
     pub name: String,
@@ -80,19 +86,23 @@ pub struct SourceUse {
     /// Instants without weight, because they are far off the others.
     pub outliers: usize,
     /// What they are worth in independent instants.
+    #[serde(rename = "independent_instants")]
     pub effective: f64,
     /// Residuals are this many times as large as stated; they have that much less weight.
+    #[serde(rename = "residuals_over_stated")]
     pub scale: f64,
 }
 
 /// Errors of the readings of a channel: measured minus computed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChannelError {
     /// Name of the channel.
+    #[serde(rename = "sensor")]
     pub name: String,
     /// Its unit.
     pub unit: &'static str,
     /// Whether it measures loads of supports.
+    #[serde(skip)]
     pub is_load: bool,
     /// Number of readings.
     pub readings: usize,

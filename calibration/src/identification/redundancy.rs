@@ -8,6 +8,7 @@
 //! deviations, have the distribution of chi-square with as many degrees of freedom.
 
 use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
 use tipwatch_mechanics::machine::{Machine, SupportId};
 
 use crate::identification::data::{Data, Instant, Measured, Reading, Situation};
@@ -37,15 +38,18 @@ pub struct Agreement {
 }
 
 /// A reading against what all other weighings say of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Disagreement {
     /// Name of the weighing.
     pub weighing: String,
     /// Name of the channel.
+    #[serde(rename = "reading")]
     pub channel: String,
     /// The reading minus what the others say (N).
+    #[serde(rename = "difference_n")]
     pub difference: f64,
     /// Standard deviation of that difference (N).
+    #[serde(rename = "difference_sigma_n")]
     pub sigma: f64,
 }
 

@@ -155,14 +155,6 @@ impl Losses {
             && self.missing_messages.is_empty()
     }
 
-    /// The number of chunks lost, in whole or in part.
-    pub fn chunks_lost(&self) -> usize {
-        self.ranges
-            .iter()
-            .filter(|range| range.part == LostPart::Chunk)
-            .count()
-    }
-
     /// Whether the end of a file is lost: what was recorded after the last intact message is not known.
     pub fn end_is_lost(&self) -> bool {
         self.ranges.iter().any(|range| range.last_time_ns.is_none())

@@ -5,22 +5,6 @@ use crate::{
     message::{BindingError, Error, SensorKind, Topic, TopicId},
 };
 
-/// A signal to look for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SignalRequest {
-    /// What it measures.
-    pub kind: SensorKind,
-    /// The topic that the machine file names, if any.
-    pub topic: Option<String>,
-}
-
-impl SignalRequest {
-    /// Finds the topic, as [`bind`] does.
-    pub fn bind(&self, topics: &[Topic]) -> Result<Option<Binding>, BindingError> {
-        bind(topics, self.kind, self.topic.as_deref())
-    }
-}
-
 /// A signal and the topic that carries it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Binding {

@@ -10,7 +10,7 @@ mod static_frames;
 
 pub(crate) use self::latched::{is_latched, is_static_transform};
 pub use self::{
-    binding::{Binding, SignalRequest, bind, bind_joint_states, topic_of_field},
+    binding::{Binding, bind, bind_joint_states, topic_of_field},
     contents::{FieldContents, TopicContents, topic_contents},
     first_messages::{JointNamedTwice, first_frame, first_string, joint_names_in},
     metadata_records::{MetadataRecord, metadata_records},

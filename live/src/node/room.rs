@@ -2,7 +2,6 @@
 //! what is no longer there (SIGBUS). So nothing is opened where there is no room for it, and what a writer may ever touch is
 //! reserved when it is opened: it cannot fail later, when somebody fills the rest.
 
-use std::fmt;
 use std::fs::File;
 use std::io::{Error, ErrorKind};
 use std::os::fd::AsRawFd;
@@ -24,7 +23,12 @@ const PLACE_BYTES: usize = 8;
 const LOANED: usize = 2;
 
 /// There is no room for shared memory.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{}: expected {} KiB of free shared memory, found {} KiB: remove what is not needed there, or enlarge it (`mount -o \
+     remount,size=256m`; of a container `--shm-size=256m`)",
+    .folder.display(), .needed >> 10, .free >> 10
+)]
 pub struct NoRoom {
     /// Where it would be.
     pub folder: PathBuf,
@@ -33,22 +37,6 @@ pub struct NoRoom {
     /// What is free (bytes).
     pub free: u64,
 }
-
-impl fmt::Display for NoRoom {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kib = |bytes: u64| bytes >> 10;
-        write!(
-            formatter,
-            "{}: expected {} KiB of free shared memory, found {} KiB: remove what is not needed there, or enlarge it (`mount -o \
-             remount,size=256m`; of a container `--shm-size=256m`)",
-            self.folder.display(),
-            kib(self.needed),
-            kib(self.free)
-        )
-    }
-}
-
-impl std::error::Error for NoRoom {}
 
 /// What a writer of these messages may ever touch (bytes). iceoryx2 has places for as many messages as if no two readers had
 /// the same one before them. But a full queue drops its oldest message, so all queues together never hold more than the

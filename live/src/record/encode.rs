@@ -6,6 +6,10 @@ use tipwatch_suspension::MAX_ACTUATORS;
 
 use super::cdr::Cdr;
 use super::pending::{Dropped, Encoded, Kind};
+use super::topics::{
+    COMMAND_COUNTS, COMMAND_INTEGERS, COMMAND_LISTS, COMMAND_TIMES, VERDICT_COUNTS,
+    VERDICT_INTEGERS, VERDICT_TIMES,
+};
 use crate::wire::names::Names;
 use crate::wire::topics::{WireCommand, WireMachine, WireVerdict};
 
@@ -96,51 +100,15 @@ pub(super) fn program(wire: &WireMachine) -> Vec<u8> {
 pub(crate) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
     let mut cdr = Cdr::with_capacity(2048);
     cdr.header(verdict.time_ns, "");
-    for number in [
-        verdict.event,
-        verdict.level,
-        verdict.latched_level,
-        verdict.faults,
-        verdict.cautions,
-        verdict.reasons,
-        verdict.held_faults,
-        verdict.held_cautions,
-        verdict.held_reasons,
-        verdict.acknowledged,
-        verdict.untimed,
-        verdict.next_wheel,
-        verdict.wheel_count,
-        verdict.alarm,
-        verdict.alarm_acknowledged,
-        verdict.inherited_alarm,
-        verdict.inherited_acknowledged,
-        verdict.basis,
-        verdict.inherited_contradiction,
-        verdict.acknowledged_signals as u32,
-        (verdict.acknowledged_signals >> 32) as u32,
-    ] {
-        cdr.u32(number);
-    }
-    for number in [
-        verdict.sequence,
-        verdict.source,
-        verdict.sample_sequence,
-        verdict.rows,
-        verdict.lost,
-        verdict.refused,
-        verdict.repeated,
-        verdict.unproven,
-        verdict.doubted,
-    ] {
-        cdr.u64(number);
-    }
-    for time_ns in [
-        verdict.published_ns,
-        verdict.valid_until_ns,
-        verdict.sample_published_ns,
-    ] {
-        cdr.i64(time_ns);
-    }
+    VERDICT_INTEGERS
+        .iter()
+        .for_each(|(_, of)| cdr.u32(of(verdict)));
+    VERDICT_COUNTS
+        .iter()
+        .for_each(|(_, of)| cdr.u64(of(verdict)));
+    VERDICT_TIMES
+        .iter()
+        .for_each(|(_, of)| cdr.i64(of(verdict)));
     names.each_number(verdict, |number| cdr.f64(number));
     cdr.finish()
 }
@@ -155,39 +123,18 @@ pub(super) fn command(command: &WireCommand) -> Vec<u8> {
     for reason in command.reasons().iter() {
         cdr.text(reason.name());
     }
-    for number in [
-        command.event,
-        command.level,
-        command.iterations,
-        command.evaluations,
-    ] {
-        cdr.u32(number);
-    }
-    for number in [
-        command.sequence,
-        command.source,
-        command.sample_sequence,
-        command.verdict_sequence,
-    ] {
-        cdr.u64(number);
-    }
-    for time_ns in [
-        command.published_ns,
-        command.valid_until_ns,
-        command.sample_published_ns,
-    ] {
-        cdr.i64(time_ns);
-    }
+    COMMAND_INTEGERS
+        .iter()
+        .for_each(|(_, of)| cdr.u32(of(command)));
+    COMMAND_COUNTS
+        .iter()
+        .for_each(|(_, of)| cdr.u64(of(command)));
+    COMMAND_TIMES
+        .iter()
+        .for_each(|(_, of)| cdr.i64(of(command)));
     let actuators = (command.actuator_count as usize).min(MAX_ACTUATORS);
-    for list in [
-        &command.opening,
-        &command.measured,
-        &command.reference,
-        &command.velocity,
-        &command.target,
-    ] {
-        cdr.list(&list[..actuators]);
-    }
+    let lists = COMMAND_LISTS.iter();
+    lists.for_each(|(_, of)| cdr.list(&of(command)[..actuators]));
     cdr.f64(command.cost);
     cdr.finish()
 }

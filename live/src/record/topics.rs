@@ -3,8 +3,11 @@
 use std::fmt::Write;
 
 use tipwatch_binding::monitor_topic::{self, ACTUATOR_FIELD};
+use tipwatch_ingest::known_definition;
+use tipwatch_suspension::MAX_ACTUATORS;
 
 use crate::wire::names::Names;
+use crate::wire::topics::{WireCommand, WireVerdict};
 
 /// A topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,96 +27,39 @@ MSG: builtin_interfaces/Time
 int32 sec
 uint32 nanosec
 ";
-const VECTOR: &str = "\
-================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-";
-const QUATERNION: &str = "\
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-";
 
 /// Joint states of a stream.
 pub(super) fn joint_states(stream: usize) -> Topic {
-    Topic {
-        name: monitor_topic::joint_states(stream),
-        type_name: "sensor_msgs/msg/JointState",
-        definition: format!(
-            "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort{HEADER}"
-        ),
-    }
+    of_ros(
+        monitor_topic::joint_states(stream),
+        "sensor_msgs/msg/JointState",
+    )
 }
 
 /// The inertial measurement unit.
 pub(super) fn imu() -> Topic {
-    Topic {
-        name: monitor_topic::IMU.into(),
-        type_name: "sensor_msgs/msg/Imu",
-        definition: format!(
-            "std_msgs/Header header\n\
-             geometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
-             geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
-             geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance{HEADER}{VECTOR}{QUATERNION}"
-        ),
-    }
+    of_ros(monitor_topic::IMU.into(), "sensor_msgs/msg/Imu")
 }
 
 /// Odometry.
 pub(super) fn odometry() -> Topic {
-    const PARTS: &str = "\
-================================================================================
-MSG: geometry_msgs/PoseWithCovariance
-geometry_msgs/Pose pose
-float64[36] covariance
-================================================================================
-MSG: geometry_msgs/Pose
-geometry_msgs/Point position
-geometry_msgs/Quaternion orientation
-================================================================================
-MSG: geometry_msgs/Point
-float64 x
-float64 y
-float64 z
-================================================================================
-MSG: geometry_msgs/TwistWithCovariance
-geometry_msgs/Twist twist
-float64[36] covariance
-================================================================================
-MSG: geometry_msgs/Twist
-geometry_msgs/Vector3 linear
-geometry_msgs/Vector3 angular
-";
-    Topic {
-        name: monitor_topic::ODOMETRY.into(),
-        type_name: "nav_msgs/msg/Odometry",
-        definition: format!(
-            "std_msgs/Header header\nstring child_frame_id\n\
-             geometry_msgs/PoseWithCovariance pose\ngeometry_msgs/TwistWithCovariance twist{HEADER}{PARTS}{VECTOR}{QUATERNION}"
-        ),
-    }
+    of_ros(monitor_topic::ODOMETRY.into(), "nav_msgs/msg/Odometry")
 }
 
 /// The tool wrench.
 pub(super) fn tool_wrench() -> Topic {
-    const WRENCH: &str = "\
-================================================================================
-MSG: geometry_msgs/Wrench
-geometry_msgs/Vector3 force
-geometry_msgs/Vector3 torque
-";
+    of_ros(
+        monitor_topic::TOOL_WRENCH.into(),
+        "geometry_msgs/msg/WrenchStamped",
+    )
+}
+
+/// A topic of a common type of ROS.
+fn of_ros(name: String, type_name: &'static str) -> Topic {
     Topic {
-        name: monitor_topic::TOOL_WRENCH.into(),
-        type_name: "geometry_msgs/msg/WrenchStamped",
-        definition: format!(
-            "std_msgs/Header header\ngeometry_msgs/Wrench wrench{HEADER}{WRENCH}{VECTOR}"
-        ),
+        name,
+        type_name,
+        definition: known_definition(type_name).expect("a type with a built-in definition"),
     }
 }
 
@@ -130,13 +76,13 @@ pub(super) fn actuator(name: String) -> Topic {
 /// The header's stamp is the time of the row.
 pub(crate) fn verdict(names: &Names) -> Topic {
     let mut definition = String::from("std_msgs/Header header\n");
-    for name in VERDICT_INTEGERS {
+    for (name, _) in VERDICT_INTEGERS {
         let _ = writeln!(definition, "uint32 {name}");
     }
-    for name in VERDICT_COUNTS {
+    for (name, _) in VERDICT_COUNTS {
         let _ = writeln!(definition, "uint64 {name}");
     }
-    for name in VERDICT_TIMES {
+    for (name, _) in VERDICT_TIMES {
         let _ = writeln!(definition, "int64 {name}");
     }
     for name in names.columns() {
@@ -149,58 +95,43 @@ pub(crate) fn verdict(names: &Names) -> Topic {
     }
 }
 
-/// Fields of a verdict, as on the wire.
-pub(super) const VERDICT_INTEGERS: [&str; 21] = [
-    "event",
-    "level",
-    "latched_level",
-    "faults",
-    "cautions",
-    "reasons",
-    "held_faults",
-    "held_cautions",
-    "held_reasons",
-    "acknowledged",
-    "untimed",
-    "next_wheel",
-    "wheel_count",
-    "alarm",
-    "alarm_acknowledged",
-    "inherited_alarm",
-    "inherited_acknowledged",
-    "basis",
-    "inherited_contradiction",
-    monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[0],
-    monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[1],
+/// Fields of a message that are recorded as they are on the wire, in order: the name of each, and its value.
+pub(super) type Fields<M, N> = &'static [(&'static str, fn(&M) -> N)];
+
+/// [`Fields`] by the names of the message's own fields, and others behind them.
+macro_rules! fields {
+    ($($field:ident),* $(; $($other:expr),*)?) => {
+        &[$((stringify!($field), |message| message.$field),)* $($($other),*)?]
+    };
+}
+
+pub(super) const VERDICT_INTEGERS: Fields<WireVerdict, u32> = fields![
+    event, level, latched_level, faults, cautions, reasons, held_faults, held_cautions, held_reasons, acknowledged, untimed,
+    next_wheel, wheel_count, alarm, alarm_acknowledged, inherited_alarm, inherited_acknowledged, basis, inherited_contradiction;
+    (monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[0], |verdict| verdict.acknowledged_signals as u32),
+    (monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[1], |verdict| (verdict.acknowledged_signals >> 32) as u32)
 ];
-pub(super) const VERDICT_COUNTS: [&str; 9] = [
-    "sequence",
-    "source",
-    "sample_sequence",
-    "rows",
-    "lost",
-    "refused",
-    "repeated",
-    "unproven",
-    monitor_topic::DOUBTED_FIELD,
+pub(super) const VERDICT_COUNTS: Fields<WireVerdict, u64> = fields![
+    sequence, source, sample_sequence, rows, lost, refused, repeated, unproven;
+    (monitor_topic::DOUBTED_FIELD, |verdict| verdict.doubted)
 ];
-pub(super) const VERDICT_TIMES: [&str; 3] =
-    ["published_ns", "valid_until_ns", "sample_published_ns"];
+pub(super) const VERDICT_TIMES: Fields<WireVerdict, i64> =
+    fields![published_ns, valid_until_ns, sample_published_ns];
 
 /// Valve commands, as on the wire. Lists have one entry per actuator.
 pub(super) fn command() -> Topic {
     let mut definition = String::from("std_msgs/Header header\nstring mode\nstring status\n");
     definition.push_str("string[] hold_reasons\n");
-    for name in COMMAND_INTEGERS {
+    for (name, _) in COMMAND_INTEGERS {
         let _ = writeln!(definition, "uint32 {name}");
     }
-    for name in COMMAND_COUNTS {
+    for (name, _) in COMMAND_COUNTS {
         let _ = writeln!(definition, "uint64 {name}");
     }
-    for name in VERDICT_TIMES {
+    for (name, _) in COMMAND_TIMES {
         let _ = writeln!(definition, "int64 {name}");
     }
-    for name in COMMAND_LISTS {
+    for (name, _) in COMMAND_LISTS {
         let _ = writeln!(definition, "float64[] {name}");
     }
     definition.push_str("float64 cost");
@@ -211,10 +142,15 @@ pub(super) fn command() -> Topic {
     }
 }
 
-/// Fields of a command, as on the wire.
-const COMMAND_INTEGERS: [&str; 4] = ["event", "level", "iterations", "evaluations"];
-const COMMAND_COUNTS: [&str; 4] = ["sequence", "source", "sample_sequence", "verdict_sequence"];
-const COMMAND_LISTS: [&str; 5] = ["opening", "measured", "reference", "velocity", "target"];
+pub(super) const COMMAND_INTEGERS: Fields<WireCommand, u32> =
+    fields![event, level, iterations, evaluations];
+pub(super) const COMMAND_COUNTS: Fields<WireCommand, u64> =
+    fields![sequence, source, sample_sequence, verdict_sequence];
+pub(super) const COMMAND_TIMES: Fields<WireCommand, i64> =
+    fields![published_ns, valid_until_ns, sample_published_ns];
+/// One number for each actuator.
+pub(super) const COMMAND_LISTS: Fields<WireCommand, [f64; MAX_ACTUATORS]> =
+    fields![opening, measured, reference, velocity, target];
 
 /// What the monitor is: hashes in hexadecimal, empty where unknown. It stands at the beginning of every file, and where
 /// another monitor goes on.
@@ -252,4 +188,16 @@ pub(super) fn gap() -> Topic {
 fn field_name(name: &str) -> String {
     let allowed = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     name.to_lowercase().chars().map(allowed).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn topics_of_ros_have_definitions_with_all_parts() {
+        for topic in [joint_states(1), imu(), odometry(), tool_wrench()] {
+            assert!(topic.definition.contains(HEADER));
+        }
+    }
 }

@@ -1,35 +1,22 @@
 //! Valve commands: modes, reasons to hold, and their numbers on the wire.
 
-use strum::VariantArray;
 use tipwatch_suspension::Status;
 
 use crate::wire::topics::WireCommand;
 
-/// Mode of the valves.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Default,
-    strum::EnumMessage,
-    strum::FromRepr,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-#[repr(u32)]
-pub enum Mode {
-    /// Held closed.
-    #[default]
-    Hold = 0,
-    /// Closing.
-    Ramp = 1,
-    /// Following the optimiser.
-    Follow = 2,
+tipwatch_mechanics::named! {
+    /// Mode of the valves.
+    #[derive(PartialOrd, Ord, Default, strum::FromRepr)]
+    #[repr(u32)]
+    pub enum Mode {
+        /// Held closed.
+        #[default]
+        Hold = 0,
+        /// Closing.
+        Ramp = 1,
+        /// Following the optimiser.
+        Follow = 2,
+    }
 }
 
 impl Mode {
@@ -38,50 +25,34 @@ impl Mode {
     pub fn from_number(number: u32) -> Self {
         Self::from_repr(number).unwrap_or_default()
     }
-
-    /// Name in recordings and on the screen.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
 }
 
-/// Why the valves do not follow the optimiser.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, strum::EnumMessage, strum::IntoStaticStr, strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-#[repr(u8)]
-pub enum HoldReason {
-    /// No row has been received, or none for too long.
-    NoRow,
-    /// The state of the row is unknown: a gap, an implausible signal, an estimate that has not settled.
-    RowInvalid,
-    /// There is no verdict of this session, or it has expired.
-    NoVerdict,
-    /// The verdict is unknown or fault, or a fault has not been acknowledged.
-    Verdict,
-    /// The control's own checks have found a fault in the input.
-    Input,
-    /// The optimiser has no solution.
-    NoSolution,
-    /// A rod has not moved although its valve was open. Needs an acknowledgement.
-    NotFollowing,
-    /// Commands are published too long after their samples.
-    Late,
-    /// Everything is good, but not for long enough.
-    Starting,
-    /// A rod has moved against its valve: valves or sensors are exchanged or reversed. Needs an acknowledgement.
-    WrongWay,
-    /// A measured rod is outside the stroke of the machine file.
-    OutsideStroke,
-}
-
-impl HoldReason {
-    /// Name in recordings and on the screen.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
+tipwatch_mechanics::named! {
+    /// Why the valves do not follow the optimiser.
+    #[repr(u8)]
+    pub enum HoldReason {
+        /// No row has been received, or none for too long.
+        NoRow,
+        /// The state of the row is unknown: a gap, an implausible signal, an estimate that has not settled.
+        RowInvalid,
+        /// There is no verdict of this session, or it has expired.
+        NoVerdict,
+        /// The verdict is unknown or fault, or a fault has not been acknowledged.
+        Verdict,
+        /// The control's own checks have found a fault in the input.
+        Input,
+        /// The optimiser has no solution.
+        NoSolution,
+        /// A rod has not moved although its valve was open. Needs an acknowledgement.
+        NotFollowing,
+        /// Commands are published too long after their samples.
+        Late,
+        /// Everything is good, but not for long enough.
+        Starting,
+        /// A rod has moved against its valve: valves or sensors are exchanged or reversed. Needs an acknowledgement.
+        WrongWay,
+        /// A measured rod is outside the stroke of the machine file.
+        OutsideStroke,
     }
 }
 
@@ -109,10 +80,8 @@ impl HoldReasons {
 
     /// The reasons, in order.
     pub fn iter(self) -> impl Iterator<Item = HoldReason> {
-        HoldReason::VARIANTS
-            .iter()
-            .copied()
-            .filter(move |&reason| self.has(reason))
+        let all = HoldReason::ALL.into_iter();
+        all.filter(move |&reason| self.has(reason))
     }
 
     /// The set as bits, for the wire.
@@ -131,7 +100,7 @@ impl HoldReasons {
 /// The number of a status on the wire; 0 if the optimiser was not asked.
 #[must_use]
 pub fn status_number(status: Option<Status>) -> u32 {
-    let place = Status::VARIANTS.iter().position(|&s| Some(s) == status);
+    let place = Status::ALL.iter().position(|&s| Some(s) == status);
     place.map_or(0, |place| place as u32 + 1)
 }
 
@@ -152,7 +121,7 @@ impl WireCommand {
     #[must_use]
     pub fn status(&self) -> Option<Status> {
         let place = self.status.checked_sub(1)?;
-        Status::VARIANTS.get(place as usize).copied()
+        Status::ALL.get(place as usize).copied()
     }
 
     /// Name of the status.
@@ -186,7 +155,7 @@ mod tests {
 
     #[test]
     fn statuses_survive_the_wire() {
-        for &status in Status::VARIANTS {
+        for status in Status::ALL {
             let wire = WireCommand {
                 status: status_number(Some(status)),
                 ..WireCommand::closed()
@@ -198,8 +167,8 @@ mod tests {
         // a damaged number never opens a valve
         assert_eq!(Mode::from_number(77), Mode::Hold);
         let mut reasons = HoldReasons::default();
-        for (count, reason) in HoldReason::VARIANTS.iter().enumerate() {
-            reasons.note(*reason, true);
+        for (count, reason) in HoldReason::ALL.into_iter().enumerate() {
+            reasons.note(reason, true);
             assert_eq!(reasons.iter().count(), count + 1);
         }
     }

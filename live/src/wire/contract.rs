@@ -55,12 +55,6 @@ pub struct Enumeration {
 /// All enumerations.
 #[must_use]
 pub fn enumerations() -> Vec<Enumeration> {
-    let list = |name, fields, coding, entries| Enumeration {
-        name,
-        fields,
-        coding,
-        entries,
-    };
     let mut statuses = entries(|status: Status| status_number(Some(status)));
     statuses.insert(
         0,
@@ -78,82 +72,34 @@ pub fn enumerations() -> Vec<Enumeration> {
             "Between rows: the numbers are those of the last row.",
         ),
     ];
-    use Coding::{Bit, Index, Number};
-    vec![
-        list(
-            "level",
-            "level, latched_level, alarm, inherited_alarm of the verdict; level of the command",
-            Number,
-            entries(|level: Level| level as u32),
-        ),
-        list(
-            "basis",
-            "basis of the verdict",
-            Number,
-            entries(|basis: Basis| basis as u32),
-        ),
-        list(
-            "fault",
-            "faults, cautions, held_faults, held_cautions of the verdict",
-            Bit,
-            entries(|fault: InputFault| fault as u32),
-        ),
-        list(
-            "reason",
-            "reasons, held_reasons of the verdict",
-            Bit,
-            entries(|reason: Reason| reason as u32),
-        ),
-        list(
-            "event",
-            "event of the verdict and of the command",
-            Number,
-            events,
-        ),
-        list(
-            "cause",
-            "causes of the verdict, and predicted_cause less 1",
-            Index,
-            entries(|cause: Contribution| cause as u32),
-        ),
-        list(
-            "law",
-            "assumed motions of the predictions of the verdict",
-            Index,
-            entries(|law: Law| law as u32),
-        ),
-        list(
-            "prediction_gap",
-            "prediction_gap of the verdict",
-            Number,
-            entries(|gap: PredictionGap| gap as u32),
-        ),
-        list(
-            "refusal_reason",
-            "refusal of the verdict; reason of the refusal",
-            Number,
-            entries(|reason: Refusal| reason as u32),
-        ),
-        list(
-            "kind",
-            "kind of the sample",
-            Number,
-            entries(|kind: Kind| kind as u32),
-        ),
-        list(
-            "mode",
-            "mode of the command",
-            Number,
-            entries(|mode: Mode| mode as u32),
-        ),
-        list(
-            "hold_reason",
-            "reasons of the command",
-            Bit,
-            entries(|reason: HoldReason| reason as u32),
-        ),
-        list("status", "status of the command", Number, statuses),
-    ]
+    // one enumeration a row: its numbers, how they stand in the fields, its name in C, the fields
+    macro_rules! enumerations {
+        ($($numbers:tt $coding:ident $name:literal $fields:literal;)*) => {
+            vec![$(Enumeration {
+                name: $name,
+                fields: $fields,
+                coding: Coding::$coding,
+                entries: enumerations!(@entries $numbers),
+            }),*]
+        };
+        (@entries ($entries:expr)) => { $entries };
+        (@entries $type:ident) => { entries(|variant: $type| variant as u32) };
+    }
+    enumerations! {
+        Level Number "level" "level, latched_level, alarm, inherited_alarm of the verdict; level of the command";
+        Basis Number "basis" "basis of the verdict";
+        InputFault Bit "fault" "faults, cautions, held_faults, held_cautions of the verdict";
+        Reason Bit "reason" "reasons, held_reasons of the verdict";
+        (events) Number "event" "event of the verdict and of the command";
+        Contribution Index "cause" "causes of the verdict, and predicted_cause less 1";
+        Law Index "law" "assumed motions of the predictions of the verdict";
+        PredictionGap Number "prediction_gap" "prediction_gap of the verdict";
+        Refusal Number "refusal_reason" "refusal of the verdict; reason of the refusal";
+        Kind Number "kind" "kind of the sample";
+        Mode Number "mode" "mode of the command";
+        HoldReason Bit "hold_reason" "reasons of the command";
+        (statuses) Number "status" "status of the command";
+    }
 }
 
 fn entry(name: &'static str, number: u32, doc: &str) -> Entry {

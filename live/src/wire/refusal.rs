@@ -1,58 +1,40 @@
 //! Why a session is refused: a number on the wire, and a text.
 
-use std::fmt;
-
 use crate::wire::topics::{TEXT_BYTES, Wire, WireRefusal};
 
-/// Kind of reason; the numbers are part of the wire.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    strum::EnumMessage,
-    strum::FromRepr,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-#[repr(u32)]
-pub enum Refusal {
-    /// The announcement is damaged, of another version, or contradicts itself.
-    Damaged = 1,
-    /// Another machine file or URDF.
-    OtherMachine = 2,
-    /// Its clock is unrelated to real time.
-    Untimed = 3,
-    /// A sensor that the machine file binds is missing.
-    SensorMissing = 4,
-    /// A sensor that the machine does not have.
-    SensorUnknown = 5,
-    /// A joint is missing, unknown or listed twice.
-    Joints = 6,
-    /// The mounting of the IMU is unknown, or its frame contradicts the machine file.
-    ImuMounting = 7,
-    /// The machine does not suit live use.
-    Unsuitable = 8,
+tipwatch_mechanics::named! {
+    /// Kind of reason; the numbers are part of the wire.
+    #[derive(strum::FromRepr)]
+    #[repr(u32)]
+    pub enum Refusal {
+        /// The announcement is damaged, of another version, or contradicts itself.
+        Damaged = 1,
+        /// Another machine file or URDF.
+        OtherMachine = 2,
+        /// Its clock is unrelated to real time.
+        Untimed = 3,
+        /// A sensor that the machine file binds is missing.
+        SensorMissing = 4,
+        /// A sensor that the machine does not have.
+        SensorUnknown = 5,
+        /// A joint is missing, unknown or listed twice.
+        Joints = 6,
+        /// The mounting of the IMU is unknown, or its frame contradicts the machine file.
+        ImuMounting = 7,
+        /// The machine does not suit live use.
+        Unsuitable = 8,
+    }
 }
 
 /// The error of a session that is refused.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{text}")]
 pub struct SessionRefused {
     /// The kind of reason.
     pub reason: Refusal,
     /// What was expected, and what was found.
     pub text: String,
 }
-
-impl fmt::Display for SessionRefused {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.text)
-    }
-}
-
-impl std::error::Error for SessionRefused {}
 
 impl Refusal {
     /// The error with this reason.
@@ -120,11 +102,10 @@ mod tests {
 
     #[test]
     fn documented_reasons_are_those_of_the_wire() {
-        use strum::VariantArray;
         let field = WireVerdict::FIELDS.iter().find(|f| f.name == "refusal");
         let doc = field.unwrap().doc.join(" ");
-        for reason in Refusal::VARIANTS {
-            assert!(doc.contains(&format!(" {} ", *reason as u32)), "{reason:?}");
+        for reason in Refusal::ALL {
+            assert!(doc.contains(&format!(" {} ", reason as u32)), "{reason:?}");
         }
     }
 }

@@ -1,7 +1,5 @@
 //! Samples: conversion between the wire and the estimator.
 
-use std::fmt;
-
 use anyhow::{Result, ensure};
 use tipwatch_mechanics::state::{Sample, Sensor};
 
@@ -32,16 +30,9 @@ pub enum Message<'a> {
 }
 
 /// The kind of a message is unknown, or it has too many values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("unknown kind of sensor, or too many values")]
 pub struct Malformed;
-
-impl fmt::Display for Malformed {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("unknown kind of sensor, or too many values")
-    }
-}
-
-impl std::error::Error for Malformed {}
 
 impl WireSample {
     /// A sample without head.

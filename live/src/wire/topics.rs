@@ -457,82 +457,29 @@ impl Expiring for WireCommand {
     }
 }
 
-macro_rules! topic {
-    ($type:ty, $suffix:expr, $queue:expr, $history:expr, $writers:expr, $has_events:expr) => {
-        impl Topic for $type {
+/// One service a row: message, suffix, queue, history, writers, whether it has events.
+macro_rules! topics {
+    ($($message:ident: $suffix:expr, $queue:expr, $history:expr, $writers:expr, $has_events:expr;)*) => {
+        $(impl Topic for $message {
             const SUFFIX: &'static str = $suffix;
             const QUEUE: usize = $queue;
             const HISTORY: usize = $history;
             const WRITERS: usize = $writers;
             const HAS_EVENTS: bool = $has_events;
-        }
+        })*
     };
 }
 
-topic!(
-    WireSession,
-    SESSION_SUFFIX,
-    LATEST,
-    LATEST,
-    ONE_WRITER,
-    false
-);
-topic!(
-    WireSample,
-    SAMPLES_SUFFIX,
-    SAMPLE_QUEUE,
-    0,
-    ONE_WRITER,
-    true
-);
-topic!(
-    WireMachine,
-    MACHINE_SUFFIX,
-    LATEST,
-    LATEST,
-    ONE_WRITER,
-    false
-);
-topic!(
-    WireVerdict,
-    VERDICT_SUFFIX,
-    VERDICT_QUEUE,
-    0,
-    ONE_WRITER,
-    true
-);
-topic!(
-    WireCommand,
-    COMMAND_SUFFIX,
-    COMMAND_QUEUE,
-    0,
-    ONE_WRITER,
-    true
-);
-topic!(
-    WireRefusal,
-    REFUSAL_SUFFIX,
-    LATEST,
-    LATEST,
-    ONE_WRITER,
-    false
-);
-topic!(
-    WireAcknowledge,
-    ACKNOWLEDGE_SUFFIX,
-    ACKNOWLEDGE_QUEUE,
-    0,
-    MAX_READERS,
-    false
-);
-topic!(
-    WireProgress,
-    PROGRESS_SUFFIX,
-    PROGRESS_QUEUE,
-    0,
-    MAX_READERS,
-    false
-);
+topics! {
+    WireSession: SESSION_SUFFIX, LATEST, LATEST, ONE_WRITER, false;
+    WireSample: SAMPLES_SUFFIX, SAMPLE_QUEUE, 0, ONE_WRITER, true;
+    WireMachine: MACHINE_SUFFIX, LATEST, LATEST, ONE_WRITER, false;
+    WireVerdict: VERDICT_SUFFIX, VERDICT_QUEUE, 0, ONE_WRITER, true;
+    WireCommand: COMMAND_SUFFIX, COMMAND_QUEUE, 0, ONE_WRITER, true;
+    WireRefusal: REFUSAL_SUFFIX, LATEST, LATEST, ONE_WRITER, false;
+    WireAcknowledge: ACKNOWLEDGE_SUFFIX, ACKNOWLEDGE_QUEUE, 0, MAX_READERS, false;
+    WireProgress: PROGRESS_SUFFIX, PROGRESS_QUEUE, 0, MAX_READERS, false;
+}
 
 /// [`WireVerdict::event`]: a row.
 pub const EVENT_ROW: u32 = tipwatch_binding::monitor_topic::EVENT_ROW;
@@ -542,33 +489,24 @@ pub const EVENT_BETWEEN: u32 = 2;
 /// [`WireVerdict::alarm_sequence`] of a verdict with a new alarm, before it is sealed.
 pub(crate) const ALARM_BEGINS: u64 = u64::MAX;
 
-/// [`WireSample::kind`] as an enumeration; the numbers are part of the wire.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    strum::EnumMessage,
-    strum::FromRepr,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-#[repr(u32)]
-pub enum Kind {
-    /// Joint states.
-    Joints = 1,
-    /// The inertial measurement unit.
-    Imu = 2,
-    /// Odometry.
-    Odometry = 3,
-    /// The tool wrench.
-    ToolWrench = 4,
-    /// No sensor: the end of the session. Its sequence number is the number of samples.
-    End = 5,
-    /// A force or pressure signal of an actuator.
-    Actuator = 6,
+tipwatch_mechanics::named! {
+    /// [`WireSample::kind`] as an enumeration; the numbers are part of the wire.
+    #[derive(strum::FromRepr)]
+    #[repr(u32)]
+    pub enum Kind {
+        /// Joint states.
+        Joints = 1,
+        /// The inertial measurement unit.
+        Imu = 2,
+        /// Odometry.
+        Odometry = 3,
+        /// The tool wrench.
+        ToolWrench = 4,
+        /// No sensor: the end of the session. Its sequence number is the number of samples.
+        End = 5,
+        /// A force or pressure signal of an actuator.
+        Actuator = 6,
+    }
 }
 
 impl TryFrom<u32> for Kind {

@@ -11,8 +11,9 @@
 //! ```
 //! use nalgebra::Vector3;
 //! use tipwatch_mechanics::Wrench;
-//! use tipwatch_mechanics::closed_form::{DemandContributions, EqualWheels, PlanarMotion, Platform};
+//! use tipwatch_mechanics::closed_form::{DemandContributions, PlanarMotion, Platform};
 //!
+//! let wheel_mass = 4.0 * 60.0;
 //! let platform = Platform {
 //!     gravity: 9.8066,
 //!     mass: 2200.0,
@@ -21,20 +22,18 @@
 //!     to_front: 1.15,
 //!     half_track_left: 0.875,
 //!     half_track_right: 0.875,
-//!     inertia_xz: 0.0,
-//!     inertia_yz: 0.0,
+//!     wheel_mass,
+//!     wheel_moment: Vector3::new(0.0, 0.0, 0.35 * wheel_mass),
 //!     roll_moment_distribution: 0.5,
 //!     arm_base: Vector3::new(0.5, 0.0, 0.25),
 //!     ..Platform::zero()
-//! }
-//! .with_equal_wheels(EqualWheels { mass: 60.0, radius: 0.35 });
+//! };
 //! let contributions = DemandContributions::of_motion(&platform, &Vector3::z(), &PlanarMotion::zero(), &Wrench::zero());
 //! for load in contributions.terms(&platform).loads() {
 //!     assert!((load - 5982.026_f64).abs() < 1e-6);
 //! }
 //! ```
 
-mod attitude;
 mod contributions;
 mod demand;
 mod error;
@@ -45,9 +44,7 @@ mod planar_motion;
 mod platform;
 mod solution;
 mod terms;
-mod velocity_gradient;
 
-pub use attitude::Attitude;
 pub use contributions::{DemandContributions, MeasuredMotion};
 pub use demand::Demand;
 pub use error::ClosedFormError;
@@ -56,10 +53,8 @@ pub use parts::PlatformParts;
 pub use placed::PlacedPlatform;
 pub use planar_motion::{
     LEAST_SPEED, PlanarMotion, PointVelocity, Velocities, axle_heading, heading_of_spin_axis,
-    steering_angle,
 };
-pub use platform::{Corner, EqualWheels, Platform, PlatformPose};
+pub use platform::{Corner, Platform, PlatformPose};
 pub(crate) use solution::Moving;
 pub use solution::{ClosedFormInput, ClosedFormOutcome, GroundMotion};
-pub use terms::{MeasuredTerms, TermTable, Terms};
-pub use velocity_gradient::{LoadGradient, sigma, sigma_gradient};
+pub use terms::Terms;

@@ -35,12 +35,6 @@ impl Counted {
         chassis_inertia: true,
         ..Self::TOM
     };
-
-    /// ITOM with the weight of the wheels: zero where the two wheels off the edge carry no load.
-    pub const ITOM_WITH_WHEELS: Self = Self {
-        wheel_weights: true,
-        ..Self::ITOM
-    };
 }
 
 /// Moments about the edges of the wheel rectangle, counter-clockwise seen from above (N m): negative is

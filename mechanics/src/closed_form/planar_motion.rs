@@ -130,9 +130,3 @@ pub fn heading_of_spin_axis<T: Real>(axis: &Vector3<T>) -> Vector2<T> {
 pub fn axle_heading<T: Real>(left: &Vector2<T>, right: &Vector2<T>) -> Vector2<T> {
     left + right
 }
-
-/// delta of (31): angle of a wheel's or axle's heading from forward, counter-clockwise (rad).
-#[must_use]
-pub fn steering_angle<T: Real>(heading: &Vector2<T>) -> T {
-    heading.y.atan2(heading.x)
-}

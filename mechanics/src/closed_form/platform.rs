@@ -30,10 +30,8 @@ impl Corner {
     ];
 }
 
-/// Parameters of the platform (Table 1 of the first paper), in platform axes.
-///
-/// The paper's four equal wheels on equal half tracks are a special case: see
-/// [`Platform::with_equal_wheels`].
+/// Parameters of the platform (Table 1 of the first paper), in platform axes; the paper's four equal wheels on equal half
+/// tracks are a special case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Platform<T> {
     /// g, gravitational acceleration (m/s^2).
@@ -66,15 +64,6 @@ pub struct Platform<T> {
     pub arm_base: Vector3<T>,
 }
 
-/// The wheels of assumption 6 of the first paper.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EqualWheels<T> {
-    /// m_w (kg).
-    pub mass: T,
-    /// R_w (m).
-    pub radius: T,
-}
-
 impl<T: Real> Platform<T> {
     /// All parameters zero, as a starting point.
     #[must_use]
@@ -94,22 +83,6 @@ impl<T: Real> Platform<T> {
             inertia_yz: zero,
             roll_moment_distribution: zero,
             arm_base: Vector3::zeros(),
-        }
-    }
-
-    /// The same platform on four equal wheels; its axles and half tracks must be set.
-    #[must_use]
-    pub fn with_equal_wheels(self, wheels: EqualWheels<T>) -> Self {
-        let two = T::constant(2.0);
-        let pair = two * wheels.mass;
-        Self {
-            wheel_mass: two * pair,
-            wheel_moment: Vector3::new(
-                pair * (self.to_front - self.to_rear),
-                pair * (self.half_track_left - self.half_track_right),
-                two * pair * wheels.radius,
-            ),
-            ..self
         }
     }
 

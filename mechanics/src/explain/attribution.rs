@@ -30,59 +30,33 @@ use crate::number::{Real, Wheels};
 use crate::state::BaseState;
 use crate::wheel_loads::LoadAdjoint;
 
-/// A contribution to a wheel's load.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    PartialOrd,
-    Ord,
-    strum::EnumCount,
-    strum::EnumMessage,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-pub enum Contribution {
-    /// Weight of all links other than wheels and arm, along the contact plane's normal.
-    ChassisWeight,
-    /// Weight of the wheels.
-    WheelWeight,
-    /// Weight of the arm and its payloads.
-    ArmWeight,
-    /// Gravity due to the inclination of the contact plane.
-    Slope,
-    /// Inertia forces of the motion of the arm's joints.
-    ArmMotion,
-    /// Linear and angular acceleration of the platform.
-    PlatformAcceleration,
-    /// Centripetal acceleration and gyroscopic moment of turning at speed.
-    Cornering,
-    /// Force and moment on the tool.
-    ToolForce,
-    /// Change of the load split due to measured joint torques, or due to wheel heights on ground declared a
-    /// plane.
-    Warp,
-    /// Load transferred from lifted wheels to the others: load minus OTF.
-    LiftOff,
-    /// Sum of slope and platform acceleration, where the attitude is unknown.
-    SpecificForce,
-}
-
-impl Contribution {
-    /// All contributions, in column order.
-    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
-        *<Self as strum::VariantArray>::VARIANTS
-            .first_chunk()
-            .expect("all variants");
-
-    /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
+named! {
+    /// A contribution to a wheel's load.
+    #[derive(PartialOrd, Ord)]
+    pub enum Contribution {
+        /// Weight of all links other than wheels and arm, along the contact plane's normal.
+        ChassisWeight,
+        /// Weight of the wheels.
+        WheelWeight,
+        /// Weight of the arm and its payloads.
+        ArmWeight,
+        /// Gravity due to the inclination of the contact plane.
+        Slope,
+        /// Inertia forces of the motion of the arm's joints.
+        ArmMotion,
+        /// Linear and angular acceleration of the platform.
+        PlatformAcceleration,
+        /// Centripetal acceleration and gyroscopic moment of turning at speed.
+        Cornering,
+        /// Force and moment on the tool.
+        ToolForce,
+        /// Change of the load split due to measured joint torques, or due to wheel heights on ground declared a
+        /// plane.
+        Warp,
+        /// Load transferred from lifted wheels to the others: load minus OTF.
+        LiftOff,
+        /// Sum of slope and platform acceleration, where the attitude is unknown.
+        SpecificForce,
     }
 }
 

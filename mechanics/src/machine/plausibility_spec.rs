@@ -5,24 +5,17 @@ use serde::Deserialize;
 
 use super::fault_kind::FaultKind;
 
-/// Treatment of rows that depend on an implausible sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, strum::IntoStaticStr)]
-#[strum(serialize_all = "snake_case")]
-#[serde(rename_all = "lowercase")]
-pub enum Policy {
-    /// The sample is not used and the rows are invalid.
-    Invalid,
-    /// The sample is down-weighted, and the rows' standard deviations grow by the discrepancy.
-    Widen,
-    /// The finding is reported; the sample is used unchanged.
-    Report,
-}
-
-impl Policy {
-    /// Name in the machine file and in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
+named! {
+    /// Treatment of rows that depend on an implausible sample.
+    #[derive(Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum Policy {
+        /// The sample is not used and the rows are invalid.
+        Invalid,
+        /// The sample is down-weighted, and the rows' standard deviations grow by the discrepancy.
+        Widen,
+        /// The finding is reported; the sample is used unchanged.
+        Report,
     }
 }
 

@@ -1,8 +1,6 @@
 //! Dual numbers: a value with its derivative along one direction.
 
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
-
-use num_traits::{One, Zero};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::real::Real;
 
@@ -96,40 +94,7 @@ impl<T: Real> Neg for Dual<T> {
     }
 }
 
-/// `Dual op= Dual` from `Dual op Dual`.
-macro_rules! assigning {
-    ($trait:ident, $method:ident, $operation:ident, $plain:ident) => {
-        impl<T: Real> $trait for Dual<T> {
-            #[inline]
-            fn $method(&mut self, other: Self) {
-                *self = $operation::$plain(*self, other);
-            }
-        }
-    };
-}
-
-assigning!(AddAssign, add_assign, Add, add);
-assigning!(SubAssign, sub_assign, Sub, sub);
-assigning!(MulAssign, mul_assign, Mul, mul);
-assigning!(DivAssign, div_assign, Div, div);
-
-impl<T: Real> Zero for Dual<T> {
-    #[inline]
-    fn zero() -> Self {
-        Self::fixed(T::zero())
-    }
-
-    fn is_zero(&self) -> bool {
-        self.value.is_zero() && self.slope.is_zero()
-    }
-}
-
-impl<T: Real> One for Dual<T> {
-    #[inline]
-    fn one() -> Self {
-        Self::fixed(T::one())
-    }
-}
+from_operations!([T: Real] Dual<T>);
 
 impl<T: Real> Real for Dual<T> {
     type Mask = T::Mask;

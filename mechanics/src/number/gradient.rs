@@ -1,8 +1,6 @@
 //! A value with its derivatives with respect to a few variables.
 
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
-
-use num_traits::{One, Zero};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::real::Real;
 
@@ -102,40 +100,7 @@ impl<const N: usize> Neg for Gradient<N> {
     }
 }
 
-/// `Gradient op= Gradient` from `Gradient op Gradient`.
-macro_rules! assigning {
-    ($trait:ident, $method:ident, $operation:ident, $plain:ident) => {
-        impl<const N: usize> $trait for Gradient<N> {
-            #[inline(always)]
-            fn $method(&mut self, other: Self) {
-                *self = $operation::$plain(*self, other);
-            }
-        }
-    };
-}
-
-assigning!(AddAssign, add_assign, Add, add);
-assigning!(SubAssign, sub_assign, Sub, sub);
-assigning!(MulAssign, mul_assign, Mul, mul);
-assigning!(DivAssign, div_assign, Div, div);
-
-impl<const N: usize> Zero for Gradient<N> {
-    #[inline(always)]
-    fn zero() -> Self {
-        Self::fixed(0.0)
-    }
-
-    fn is_zero(&self) -> bool {
-        *self == Self::zero()
-    }
-}
-
-impl<const N: usize> One for Gradient<N> {
-    #[inline(always)]
-    fn one() -> Self {
-        Self::fixed(1.0)
-    }
-}
+from_operations!([const N: usize] Gradient<N>);
 
 impl<const N: usize> Real for Gradient<N> {
     type Mask = bool;

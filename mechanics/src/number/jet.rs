@@ -1,8 +1,6 @@
 //! Second-order time derivatives carried along with a value.
 
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
-
-use num_traits::{One, Zero};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::real::Real;
 
@@ -109,40 +107,7 @@ impl<T: Real> Neg for Jet<T> {
     }
 }
 
-/// `Jet op= Jet` from `Jet op Jet`.
-macro_rules! assigning {
-    ($trait:ident, $method:ident, $operation:ident, $plain:ident) => {
-        impl<T: Real> $trait for Jet<T> {
-            #[inline(always)]
-            fn $method(&mut self, other: Self) {
-                *self = $operation::$plain(*self, other);
-            }
-        }
-    };
-}
-
-assigning!(AddAssign, add_assign, Add, add);
-assigning!(SubAssign, sub_assign, Sub, sub);
-assigning!(MulAssign, mul_assign, Mul, mul);
-assigning!(DivAssign, div_assign, Div, div);
-
-impl<T: Real> Zero for Jet<T> {
-    #[inline(always)]
-    fn zero() -> Self {
-        Self::fixed(T::zero())
-    }
-
-    fn is_zero(&self) -> bool {
-        *self == Self::zero()
-    }
-}
-
-impl<T: Real> One for Jet<T> {
-    #[inline(always)]
-    fn one() -> Self {
-        Self::fixed(T::one())
-    }
-}
+from_operations!([T: Real] Jet<T>);
 
 impl<T: Real> Real for Jet<T> {
     type Mask = T::Mask;

@@ -5,6 +5,9 @@
 //! square root, compare): no fused multiply-add, no platform `sin`. Every lane of a [`Lanes`] therefore
 //! holds the same bits as a scalar `f64` evaluation.
 
+#[macro_use]
+mod from_operations;
+
 mod atan2;
 mod dual;
 mod gradient;

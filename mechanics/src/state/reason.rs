@@ -1,68 +1,42 @@
 //! Why a row is invalid or doubted.
 
-/// What is said of a row: why it is invalid, or [`Reason::Contradiction`], which leaves it valid.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    PartialOrd,
-    Ord,
-    strum::EnumCount,
-    strum::EnumMessage,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-#[repr(u8)]
-pub enum Reason {
-    /// No joint states close enough in time.
-    JointsGap,
-    /// No IMU sample close enough in time.
-    ImuGap,
-    /// No odometry close enough in time, where it replaces another sensor.
-    OdometryGap,
-    /// No tool wrench, or no mass of a payload that a signal states, close enough in time.
-    ToolWrenchGap,
-    /// Implausible joint states.
-    JointsFault,
-    /// Implausible IMU samples.
-    ImuFault,
-    /// Implausible odometry, where it replaces another sensor.
-    OdometryFault,
-    /// Implausible tool wrench.
-    ToolWrenchFault,
-    /// The estimator is warming up after its start or a gap.
-    Settling,
-    /// A linkage cannot close at the measured position.
-    LinkageOpen,
-    /// The computed ground force does not push up: the machine is airborne, or an input is wrong.
-    NoGroundContact,
-    /// The machine is tipping about an edge.
-    Tipping,
-    /// An input or result is not finite.
-    NotFinite,
-    /// An input of the whole log is grossly wrong, such as one in another unit: nothing can be concluded.
-    GrossInput,
-    /// Signals contradict each other, and which one is wrong is unknown: the row is valid, and doubted.
-    Contradiction,
-    /// Which supports are on the ground is unknown or is changing, or one that is reported as set measures no load.
-    SupportsUnknown,
-}
-
-impl Reason {
-    /// All reasons, in order.
-    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
-        *<Self as strum::VariantArray>::VARIANTS
-            .first_chunk()
-            .expect("all variants");
-
-    /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
+named! {
+    /// What is said of a row: why it is invalid, or [`Reason::Contradiction`], which leaves it valid.
+    #[derive(PartialOrd, Ord)]
+    #[repr(u8)]
+    pub enum Reason {
+        /// No joint states close enough in time.
+        JointsGap,
+        /// No IMU sample close enough in time.
+        ImuGap,
+        /// No odometry close enough in time, where it replaces another sensor.
+        OdometryGap,
+        /// No tool wrench, or no mass of a payload that a signal states, close enough in time.
+        ToolWrenchGap,
+        /// Implausible joint states.
+        JointsFault,
+        /// Implausible IMU samples.
+        ImuFault,
+        /// Implausible odometry, where it replaces another sensor.
+        OdometryFault,
+        /// Implausible tool wrench.
+        ToolWrenchFault,
+        /// The estimator is warming up after its start or a gap.
+        Settling,
+        /// A linkage cannot close at the measured position.
+        LinkageOpen,
+        /// The computed ground force does not push up: the machine is airborne, or an input is wrong.
+        NoGroundContact,
+        /// The machine is tipping about an edge.
+        Tipping,
+        /// An input or result is not finite.
+        NotFinite,
+        /// An input of the whole log is grossly wrong, such as one in another unit: nothing can be concluded.
+        GrossInput,
+        /// Signals contradict each other, and which one is wrong is unknown: the row is valid, and doubted.
+        Contradiction,
+        /// Which supports are on the ground is unknown or is changing, or one that is reported as set measures no load.
+        SupportsUnknown,
     }
 }
 

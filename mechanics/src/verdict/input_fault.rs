@@ -2,77 +2,53 @@
 
 use crate::machine::FaultKind;
 
-/// A fault of the input.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    PartialOrd,
-    Ord,
-    strum::EnumCount,
-    strum::EnumMessage,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-#[repr(u8)]
-pub enum InputFault {
-    /// A sensor has never delivered a usable sample.
-    NeverReceived,
-    /// The last sample of a sensor is too old.
-    Stale,
-    /// Samples are missing.
-    Lost,
-    /// Samples were repeated, late or out of order.
-    Disordered,
-    /// A sensor's clock jumps or disagrees with the local clock.
-    ClockJump,
-    /// A required value is not finite.
-    NotFinite,
-    /// A value is outside the range of such a sensor.
-    OutOfRange,
-    /// A joint position is beyond the URDF limits.
-    JointLimit,
-    /// A value changes faster than physically possible.
-    ImpossibleRate,
-    /// Identical raw values repeat where noise is expected or motion is detected elsewhere.
-    Frozen,
-    /// An attitude quaternion does not have unit norm.
-    NotUnit,
-    /// Two signals that measure the same quantity disagree.
-    Disagreement,
-    /// A message is incomplete, malformed or of another version.
-    Torn,
-    /// A message comes from an unannounced source.
-    WrongSource,
-    /// A message or session belongs to another machine.
-    WrongMachine,
-    /// The producer of the samples has exited.
-    ProducerGone,
-    /// The verdict is too late after its sample.
-    VerdictLate,
-    /// A session was announced that the monitor refuses to follow.
-    SessionRefused,
-    /// The latched alarm is not on the disk: a power cut would lose it.
-    AlarmUnsaved,
+named! {
+    /// A fault of the input.
+    #[derive(PartialOrd, Ord)]
+    #[repr(u8)]
+    pub enum InputFault {
+        /// A sensor has never delivered a usable sample.
+        NeverReceived,
+        /// The last sample of a sensor is too old.
+        Stale,
+        /// Samples are missing.
+        Lost,
+        /// Samples were repeated, late or out of order.
+        Disordered,
+        /// A sensor's clock jumps or disagrees with the local clock.
+        ClockJump,
+        /// A required value is not finite.
+        NotFinite,
+        /// A value is outside the range of such a sensor.
+        OutOfRange,
+        /// A joint position is beyond the URDF limits.
+        JointLimit,
+        /// A value changes faster than physically possible.
+        ImpossibleRate,
+        /// Identical raw values repeat where noise is expected or motion is detected elsewhere.
+        Frozen,
+        /// An attitude quaternion does not have unit norm.
+        NotUnit,
+        /// Two signals that measure the same quantity disagree.
+        Disagreement,
+        /// A message is incomplete, malformed or of another version.
+        Torn,
+        /// A message comes from an unannounced source.
+        WrongSource,
+        /// A message or session belongs to another machine.
+        WrongMachine,
+        /// The producer of the samples has exited.
+        ProducerGone,
+        /// The verdict is too late after its sample.
+        VerdictLate,
+        /// A session was announced that the monitor refuses to follow.
+        SessionRefused,
+        /// The latched alarm is not on the disk: a power cut would lose it.
+        AlarmUnsaved,
+    }
 }
 
 impl InputFault {
-    /// All faults, in order.
-    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
-        *<Self as strum::VariantArray>::VARIANTS
-            .first_chunk()
-            .expect("all variants");
-
-    /// Name in messages and tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Whether it is about the values of a sensor, not about whether and when they arrive. A machine that
     /// overturns brings such faults about by itself.
     #[must_use]

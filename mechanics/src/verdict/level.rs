@@ -1,39 +1,28 @@
 //! The levels of a verdict.
 
-/// Stability level. Its order is that of urgency: unknown, safe, assumed, notice, warning, danger, fault; [`Level::Unknown`]
-/// is outside that order and never safe.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    Default,
-    strum::EnumCount,
-    strum::EnumMessage,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-#[repr(u8)]
-pub enum Level {
-    /// No statement is possible, or the signals contradict each other: not even that the machine is safe.
-    #[default]
-    Unknown = 0,
-    /// All inputs are complete, valid and proven, and every wheel carries enough load.
-    Safe = 1,
-    /// The worst wheel has lost much of its load.
-    Notice = 2,
-    /// The worst wheel has lost most of its load, or the input is late.
-    Warning = 3,
-    /// A wheel is about to lift, has lifted, or the machine is tipping.
-    Danger = 4,
-    /// The input or the computation has failed: the machine is not being monitored.
-    Fault = 5,
-    /// No danger is seen, but the sensors are not proven: every wheel carries enough load if they are right.
-    // The number is the last so that a program of before takes it for an unknown one, and not for safe.
-    Assumed = 6,
+named! {
+    /// Stability level. Its order is that of urgency: unknown, safe, assumed, notice, warning, danger, fault; [`Level::Unknown`]
+    /// is outside that order and never safe.
+    #[derive(Default)]
+    #[repr(u8)]
+    pub enum Level {
+        /// No statement is possible, or the signals contradict each other: not even that the machine is safe.
+        #[default]
+        Unknown = 0,
+        /// All inputs are complete, valid and proven, and every wheel carries enough load.
+        Safe = 1,
+        /// The worst wheel has lost much of its load.
+        Notice = 2,
+        /// The worst wheel has lost most of its load, or the input is late.
+        Warning = 3,
+        /// A wheel is about to lift, has lifted, or the machine is tipping.
+        Danger = 4,
+        /// The input or the computation has failed: the machine is not being monitored.
+        Fault = 5,
+        /// No danger is seen, but the sensors are not proven: every wheel carries enough load if they are right.
+        // The number is the last so that a program of before takes it for an unknown one, and not for safe.
+        Assumed = 6,
+    }
 }
 
 impl Ord for Level {
@@ -49,18 +38,6 @@ impl PartialOrd for Level {
 }
 
 impl Level {
-    /// All levels, in order.
-    pub const ALL: [Self; <Self as strum::EnumCount>::COUNT] =
-        *<Self as strum::VariantArray>::VARIANTS
-            .first_chunk()
-            .expect("all variants");
-
-    /// Name in tables and messages.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Place in the order of urgency.
     fn urgency(self) -> u8 {
         match self {

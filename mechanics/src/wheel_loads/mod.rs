@@ -26,7 +26,7 @@ mod unilateral;
 
 pub(crate) use actuated::Actuation;
 pub(crate) use adjoint::{LoadAdjoint, LoadAdjoints, SupportConfiguration};
-pub(crate) use deviation::sigma;
+pub use deviation::sigma;
 pub(crate) use equilibrium::{DistalSubtrees, distal_wrenches};
 pub use equilibrium::{Equations, GroundForce};
 pub(crate) use loads::Loads;

@@ -1,6 +1,8 @@
 //! Shared test support: machines from the files in `data/`.
 
+pub(crate) mod attitude;
 pub(crate) mod closed_form;
+pub(crate) mod velocity_gradient;
 
 use std::path::Path;
 

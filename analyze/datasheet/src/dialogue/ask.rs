@@ -2,9 +2,10 @@
 
 use std::io::{BufRead, Result, Write};
 
-use super::list::{fixed_answers, questions};
+use super::parts::fixed_answers;
 use super::prompt::{parts, prompt, refusal};
 use super::question::{Kind, Question};
+use super::questions::questions;
 use crate::prior::Template;
 use crate::quantity::{Angle, Length, Mass};
 

@@ -1,12 +1,12 @@
 //! Questions on a terminal instead of a sheet: the answers become a sheet.
 
 mod ask;
-mod list;
 mod parts;
 mod prompt;
 mod question;
+mod questions;
 
 pub use ask::ask;
-pub use list::questions;
 pub use prompt::{parts, prompt, refusal};
 pub use question::Question;
+pub use questions::questions;

@@ -24,27 +24,3 @@ pub(super) enum Kind {
     Range,
     Text,
 }
-
-pub(super) fn ask(list: &mut Vec<Question>, key: impl Into<String>, text: &str, is_required: bool) {
-    list.push(Question {
-        key: key.into(),
-        text: text.into(),
-        is_required,
-        after: None,
-        kind: Kind::Number,
-    });
-}
-
-/// A question that is asked if another one was answered; its own answer is then needed, or not.
-pub(super) fn ask_after(
-    list: &mut Vec<Question>,
-    after: impl Into<String>,
-    key: impl Into<String>,
-    text: &str,
-    is_required: bool,
-) {
-    ask(list, key, text, is_required);
-    if let Some(question) = list.last_mut() {
-        question.after = Some(after.into());
-    }
-}

@@ -163,8 +163,9 @@ pub struct Arm {
 }
 
 /// How a segment moves against the one before it.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, strum::Display)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
 pub enum SegmentKind {
     /// It lifts: positive is upwards.
     #[default]

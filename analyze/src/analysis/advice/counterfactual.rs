@@ -135,7 +135,7 @@ impl<'a> Question<'a> {
         // what the stated machine does not do as recorded, it tells nothing about otherwise: a load that nobody stated
         // would have tipped it at half the speed, too
         let is_shown = Answer::of(chance) != Answer::No;
-        let all = Supposition::all().iter();
+        let all = Supposition::ALL.iter();
         let answers = all.filter_map(|&supposed| {
             let mut answer = self.answer(supposed, recorded.and_then(|(n, _)| known(n)))?;
             if !is_shown {

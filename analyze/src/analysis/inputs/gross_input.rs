@@ -16,46 +16,34 @@ pub struct GrossInput {
     pub fix: String,
 }
 
-/// Kinds of gross inputs.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Serialize,
-    JsonSchema,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[serde(rename_all = "snake_case")]
-#[strum(serialize_all = "snake_case")]
-pub enum GrossInputKind {
-    /// The specific force does not have the length of gravity.
-    SpecificForceScale,
-    /// At rest the specific force does not point away from the ground.
-    SpecificForceDirection,
-    /// The angular velocity is not the change of the attitude or of the heading.
-    AngularVelocityScale,
-    /// Positions of joints are in another unit.
-    JointPositionScale,
-    /// Velocities of joints are not the derivative of their positions.
-    JointVelocityScale,
-    /// The attitude is in another unit, not a rotation, or contradicts the specific force.
-    Attitude,
-    /// Loads follow from the attitude, but no tilt is measured.
-    SlopeUnknown,
-    /// The velocity of the odometry does not fit the wheels.
-    OdometryScale,
-    /// The velocities of left and right wheels contradict the turn of the machine.
-    WheelsExchanged,
-    /// Forces or pressures of actuators are in another unit.
-    ActuatorScale,
-    /// The machine stands still in a state in which it would tip over.
-    RestsWhileTipping,
+tipwatch_mechanics::named! {
+    /// Kinds of gross inputs.
+    #[derive(PartialOrd, Ord, Serialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum GrossInputKind {
+        /// The specific force does not have the length of gravity.
+        SpecificForceScale,
+        /// At rest the specific force does not point away from the ground.
+        SpecificForceDirection,
+        /// The angular velocity is not the change of the attitude or of the heading.
+        AngularVelocityScale,
+        /// Positions of joints are in another unit.
+        JointPositionScale,
+        /// Velocities of joints are not the derivative of their positions.
+        JointVelocityScale,
+        /// The attitude is in another unit, not a rotation, or contradicts the specific force.
+        Attitude,
+        /// Loads follow from the attitude, but no tilt is measured.
+        SlopeUnknown,
+        /// The velocity of the odometry does not fit the wheels.
+        OdometryScale,
+        /// The velocities of left and right wheels contradict the turn of the machine.
+        WheelsExchanged,
+        /// Forces or pressures of actuators are in another unit.
+        ActuatorScale,
+        /// The machine stands still in a state in which it would tip over.
+        RestsWhileTipping,
+    }
 }
 
 impl GrossInputKind {
@@ -65,11 +53,5 @@ impl GrossInputKind {
             self,
             Self::SpecificForceDirection | Self::AngularVelocityScale | Self::Attitude
         )
-    }
-
-    /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
     }
 }

@@ -89,12 +89,6 @@ impl MassEstimate {
     pub fn band_kg(&self) -> [f64; 2] {
         [-2.0, 2.0].map(|sigmas| self.mass_kg + sigmas * self.sigma_kg)
     }
-
-    /// Whether zero is within two standard deviations.
-    #[must_use]
-    pub fn may_be_zero(&self) -> bool {
-        self.mass_kg.abs() <= 2.0 * self.sigma_kg
-    }
 }
 
 /// Whether estimates agree, by their joint covariance.

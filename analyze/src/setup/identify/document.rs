@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use tipwatch_calibration::identification::{
-    Agreement, ChannelError, Combination, Knowledge, SourceUse,
+    Agreement, ChannelError, Combination, Disagreement, Estimate, SourceUse,
 };
 
 use super::run::Identified;
@@ -19,8 +19,8 @@ pub struct IdentificationDocument {
     schema: u32,
     from: Vec<String>,
     notes: Vec<String>,
-    sources: Vec<SourceRow>,
-    parameters: Vec<ParameterRow>,
+    sources: Vec<SourceUse>,
+    parameters: Vec<Estimate>,
     /// Correlations of the estimates, the largest first.
     pub(super) correlations: Vec<CorrelationRow>,
     /// Combinations that the data tell, the best first.
@@ -29,7 +29,7 @@ pub struct IdentificationDocument {
     not_told: Vec<String>,
     /// Combinations of parameters that the data cannot tell apart.
     not_told_apart: Vec<CombinationRow>,
-    fitted: Vec<ErrorRow>,
+    fitted: Vec<ChannelError>,
     held_back: Option<HeldBackRow>,
     /// Readings of loads against the bands of the identified machine.
     bands: Option<BandRow>,
@@ -37,27 +37,6 @@ pub struct IdentificationDocument {
     weighings: Option<AgreementRow>,
     /// Why this is no result, and nothing is written.
     refused: Option<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct SourceRow {
-    name: String,
-    instants: usize,
-    left_out: usize,
-    outliers: usize,
-    independent_instants: f64,
-    residuals_over_stated: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct ParameterRow {
-    parameter: String,
-    unit: &'static str,
-    nominal: Option<f64>,
-    change: f64,
-    prior_sigma: f64,
-    sigma: f64,
-    told: &'static str,
 }
 
 /// Correlation of two estimates.
@@ -75,23 +54,12 @@ struct CombinationRow {
 }
 
 #[derive(Debug, Serialize)]
-struct ErrorRow {
-    sensor: String,
-    unit: &'static str,
-    readings: usize,
-    bias_before: Option<f64>,
-    rms_before: Option<f64>,
-    bias_after: Option<f64>,
-    rms_after: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
 struct HeldBackRow {
     instants: usize,
     loads_rms_before_n: Option<f64>,
     loads_rms_after_n: Option<f64>,
     is_no_worse: bool,
-    sensors: Vec<ErrorRow>,
+    sensors: Vec<ChannelError>,
 }
 
 #[derive(Debug, Serialize)]
@@ -111,17 +79,7 @@ pub struct AgreementRow {
     pub(in crate::setup) redundant_readings: usize,
     pub(in crate::setup) contradict_each_other: bool,
     /// The readings that disagree most with all others; several are equally suspect.
-    pub(in crate::setup) suspects: Vec<SuspectRow>,
-}
-
-/// A reading that disagrees with all others.
-#[derive(Debug, Serialize)]
-pub(in crate::setup) struct SuspectRow {
-    pub(in crate::setup) weighing: String,
-    pub(in crate::setup) reading: String,
-    /// The reading minus what the others say of it.
-    pub(in crate::setup) difference_n: f64,
-    pub(in crate::setup) difference_sigma_n: f64,
+    pub(in crate::setup) suspects: Vec<Disagreement>,
 }
 
 impl AgreementRow {
@@ -130,7 +88,7 @@ impl AgreementRow {
         let each = self.suspects.iter().map(|suspect| {
             format!(
                 "{} in {} ({:+.0} N from what the others say, expected 0 ± {:.0} N)",
-                suspect.reading, suspect.weighing, suspect.difference_n, suspect.difference_sigma_n
+                suspect.channel, suspect.weighing, suspect.difference, suspect.sigma
             )
         });
         let each: Vec<String> = each.collect();
@@ -150,14 +108,7 @@ impl From<Agreement> for AgreementRow {
             contradict_each_other: agreement.is_contradicted(),
             chi_square: agreement.chi_square,
             redundant_readings: agreement.redundant,
-            suspects: (agreement.suspects.into_iter())
-                .map(|suspect| SuspectRow {
-                    weighing: suspect.weighing,
-                    reading: suspect.channel,
-                    difference_n: suspect.difference,
-                    difference_sigma_n: suspect.sigma,
-                })
-                .collect(),
+            suspects: agreement.suspects,
         }
     }
 }
@@ -176,41 +127,23 @@ impl IdentificationDocument {
                 .map(|t| (name(t.unknown), t.weight))
                 .collect(),
         };
-        let source = |source: &SourceUse| SourceRow {
-            name: source.name.clone(),
-            instants: source.instants,
-            left_out: source.left_out,
-            outliers: source.outliers,
-            independent_instants: source.effective,
-            residuals_over_stated: source.scale,
-        };
         Self {
             schema: 1,
             from: found.from.clone(),
             notes: found.notes.clone(),
-            sources: result.sources.iter().map(source).collect(),
-            parameters: (result.estimates.iter())
-                .map(|e| ParameterRow {
-                    parameter: e.name.clone(),
-                    unit: e.unit,
-                    nominal: e.nominal,
-                    change: e.change,
-                    prior_sigma: e.prior_sigma,
-                    sigma: e.sigma,
-                    told: knowledge(e.knowledge),
-                })
-                .collect(),
+            sources: result.sources.clone(),
+            parameters: result.estimates.clone(),
             correlations: correlations(found),
             told: result.told.iter().map(combination).collect(),
             not_told: result.untold.iter().map(|&index| name(index)).collect(),
             not_told_apart: result.indistinguishable.iter().map(combination).collect(),
-            fitted: result.fitted.iter().map(error).collect(),
+            fitted: result.fitted.clone(),
             held_back: result.held_back.as_ref().map(|held| HeldBackRow {
                 instants: held.instants,
                 loads_rms_before_n: known(held.loads_before),
                 loads_rms_after_n: known(held.loads_after),
                 is_no_worse: held.is_no_worse(),
-                sensors: held.channels.iter().map(error).collect(),
+                sensors: held.channels.clone(),
             }),
             bands: result.bands.map(|bands| BandRow {
                 readings: bands.readings,
@@ -222,26 +155,6 @@ impl IdentificationDocument {
             weighings: found.agreement.clone().map(AgreementRow::from),
             refused: found.refusal().map(|refusal| refusal.to_string()),
         }
-    }
-}
-
-fn knowledge(of: Knowledge) -> &'static str {
-    match of {
-        Knowledge::Told => "yes",
-        Knowledge::Partly => "partly",
-        Knowledge::Untold => "no",
-    }
-}
-
-fn error(of: &ChannelError) -> ErrorRow {
-    ErrorRow {
-        sensor: of.name.clone(),
-        unit: of.unit,
-        readings: of.readings,
-        bias_before: known(of.bias_before),
-        rms_before: known(of.rms_before),
-        bias_after: known(of.bias_after),
-        rms_after: known(of.rms_after),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::fault::{Amount, Component};
+use super::fault::Component;
 use super::freeze::Freeze;
 use super::notice::{Found, Limits, Notice};
 use super::outliers::Outliers;
@@ -55,18 +55,11 @@ impl AttitudeWatch {
         self.was_given = true;
         let excess = (length - 1.0).abs();
         if excess > limits.quaternion_tolerance {
-            found(Notice {
-                kind: FaultKind::NotUnit,
-                component: Component::Value,
-                since_ns: stamp_ns,
-                measure: length,
-                limit: 1.0,
-                amount: Amount {
-                    value: excess,
-                    rate: 0.0,
-                },
-                explanation: None,
-            });
+            found(
+                Notice::of(FaultKind::NotUnit, stamp_ns)
+                    .measured(length, 1.0)
+                    .amount(excess, 0.0),
+            );
             return false;
         }
         let last_ns = self.last_ns.replace(stamp_ns);

@@ -11,7 +11,6 @@
 //!
 //! Where nothing shakes the machine, or the sensor does not resolve its noise, values repeat rightly, and nothing is weighed.
 
-use super::fault::{Amount, Component};
 use super::notice::{Limits, Notice};
 use crate::machine::FaultKind;
 
@@ -222,19 +221,10 @@ impl Axis {
 }
 
 fn notice(kind: FaultKind, since_ns: i64, measure: f64, value: f64) -> Notice {
-    Notice {
-        kind,
-        component: Component::Value,
-        since_ns,
-        measure,
-        limit: f64::NAN,
-        amount: Amount {
-            // how far the truth is beyond it, nobody knows
-            value: value.abs(),
-            rate: 0.0,
-        },
-        explanation: None,
-    }
+    Notice::of(kind, since_ns)
+        .measured(measure, f64::NAN)
+        // how far the truth is beyond it, nobody knows
+        .amount(value.abs(), 0.0)
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! Detection of frozen signals, which repeat bit for bit.
 
-use super::fault::{Amount, Component};
 use super::notice::{Limits, Notice};
 use crate::machine::FaultKind;
 
@@ -53,18 +52,11 @@ impl Freeze {
         limits: &Limits,
     ) -> Option<Notice> {
         let since_ns = self.since(stamp_ns, values, moves_elsewhere, limits.frozen_samples)?;
-        Some(Notice {
-            kind: FaultKind::Frozen,
-            component: Component::Value,
-            since_ns,
-            measure: limits.elapsed_s(since_ns, stamp_ns),
-            limit: f64::NAN,
-            amount: Amount {
-                value: self.spread(),
-                rate: 0.0,
-            },
-            explanation: None,
-        })
+        Some(
+            Notice::of(FaultKind::Frozen, since_ns)
+                .measured(limits.elapsed_s(since_ns, stamp_ns), f64::NAN)
+                .amount(self.spread(), 0.0),
+        )
     }
 
     /// Time since which the signal has been frozen, if it is. `values` are finite.

@@ -11,7 +11,6 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::fault::{Amount, Component};
 use super::notice::{Found, Limits, Notice};
 use crate::machine::FaultKind;
 
@@ -68,18 +67,11 @@ impl GravityWatch {
         }
         let apart = self.mean.norm();
         if self.known_s >= AVERAGED_S && apart > self.tolerance {
-            found(Notice {
-                kind: FaultKind::Disagreement,
-                component: Component::Value,
-                since_ns: stamp_ns,
-                measure: apart,
-                limit: self.tolerance,
-                amount: Amount {
-                    value: apart / self.gravity,
-                    rate: 0.0,
-                },
-                explanation: None,
-            });
+            found(
+                Notice::of(FaultKind::Disagreement, stamp_ns)
+                    .measured(apart, self.tolerance)
+                    .amount(apart / self.gravity, 0.0),
+            );
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Plausibility checks of a joint: position, velocity, and their consistency.
 
-use super::fault::{Amount, Component};
+use super::fault::Component;
 use super::flicker::Flicker;
 use super::notice::{Found, Limits, Notice};
 use super::outliers::Outliers;
@@ -239,18 +239,14 @@ impl JointWatch {
         if let Some(since_ns) = stopped {
             // where it froze is no place from which it could reach another
             self.is_confirmed = false;
-            found(Notice {
-                kind: FaultKind::Frozen,
-                component: Component::Value,
-                since_ns,
-                measure: limits.elapsed_s(since_ns, stamp_ns),
-                limit: f64::NAN,
-                amount: Amount {
-                    value: self.limits.max_velocity * limits.elapsed_s(since_ns, stamp_ns),
-                    rate: 0.0,
-                },
-                explanation: None,
-            });
+            found(
+                Notice::of(FaultKind::Frozen, since_ns)
+                    .measured(limits.elapsed_s(since_ns, stamp_ns), f64::NAN)
+                    .amount(
+                        self.limits.max_velocity * limits.elapsed_s(since_ns, stamp_ns),
+                        0.0,
+                    ),
+            );
         }
     }
 
@@ -294,18 +290,11 @@ impl JointWatch {
         let nearest = position.clamp(least, greatest);
         let excess = (position - nearest).abs();
         if excess > self.limits.margin {
-            found(Notice {
-                kind: FaultKind::JointLimit,
-                component: Component::Value,
-                since_ns: stamp_ns,
-                measure: position,
-                limit: nearest,
-                amount: Amount {
-                    value: excess,
-                    rate: 0.0,
-                },
-                explanation: None,
-            });
+            found(
+                Notice::of(FaultKind::JointLimit, stamp_ns)
+                    .measured(position, nearest)
+                    .amount(excess, 0.0),
+            );
         }
     }
 
@@ -341,18 +330,11 @@ impl JointWatch {
         let step = self.step(good.position, position).abs();
         let limit = self.limits.max_velocity;
         let mut notice = |since_ns: i64| {
-            found(Notice {
-                kind: FaultKind::ImpossibleRate,
-                component: Component::Value,
-                since_ns,
-                measure: step / elapsed_s,
-                limit,
-                amount: Amount {
-                    value: step,
-                    rate: step / elapsed_s,
-                },
-                explanation: None,
-            });
+            found(
+                Notice::of(FaultKind::ImpossibleRate, since_ns)
+                    .measured(step / elapsed_s, limit)
+                    .amount(step, step / elapsed_s),
+            );
         };
         let begins = Jump {
             since_ns: stamp_ns,
@@ -435,18 +417,12 @@ impl JointWatch {
         found: &mut Found<'_>,
     ) -> bool {
         let mut notice = |measure: f64, limit: f64| {
-            found(Notice {
-                kind: FaultKind::ImpossibleRate,
-                component: Component::Rate,
-                since_ns: stamp_ns,
-                measure,
-                limit,
-                amount: Amount {
-                    value: 0.0,
-                    rate: rate.abs(),
-                },
-                explanation: None,
-            });
+            found(
+                Notice::of(FaultKind::ImpossibleRate, stamp_ns)
+                    .about(Component::Rate)
+                    .measured(measure, limit)
+                    .amount(0.0, rate.abs()),
+            );
             false
         };
         if rate.abs() > self.limits.max_velocity {
@@ -519,37 +495,22 @@ impl JointWatch {
         let is_frozen = self.run >= FEWEST_IDENTICAL;
         // where it froze is no place from which it could reach another
         self.is_confirmed &= !is_frozen;
-        let since_ns = match is_frozen {
-            true => it.quiet_ns.max(self.run_since_ns),
-            false => it.quiet_ns,
+        let notice = match is_frozen {
+            true => {
+                let since_ns = it.quiet_ns.max(self.run_since_ns);
+                Notice::of(FaultKind::Frozen, since_ns)
+                    .measured(limits.elapsed_s(since_ns, stamp_ns), f64::NAN)
+                    .amount(it.since_quiet.abs(), it.difference.abs())
+            }
+            false => {
+                let allowed = tolerance + share * mean.abs().max((step / dt).abs());
+                Notice::of(FaultKind::Disagreement, it.quiet_ns)
+                    .about(Component::Rate)
+                    .measured(it.difference.abs(), allowed)
+                    .amount(it.apart.abs(), it.difference.abs())
+            }
         };
-        found(Notice {
-            since_ns,
-            kind: match is_frozen {
-                true => FaultKind::Frozen,
-                false => FaultKind::Disagreement,
-            },
-            component: match is_frozen {
-                true => Component::Value,
-                false => Component::Rate,
-            },
-            measure: match is_frozen {
-                true => limits.elapsed_s(since_ns, stamp_ns),
-                false => it.difference.abs(),
-            },
-            limit: match is_frozen {
-                true => f64::NAN,
-                false => tolerance + share * mean.abs().max((step / dt).abs()),
-            },
-            amount: Amount {
-                value: match is_frozen {
-                    true => it.since_quiet.abs(),
-                    false => it.apart.abs(),
-                },
-                rate: it.difference.abs(),
-            },
-            explanation: None,
-        });
+        found(notice);
         true
     }
 

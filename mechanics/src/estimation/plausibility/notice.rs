@@ -65,6 +65,43 @@ pub(super) struct Notice {
 }
 
 impl Notice {
+    /// A fault of the values since this time (ns), of which nothing more is known.
+    pub(super) fn of(kind: FaultKind, since_ns: i64) -> Self {
+        Self {
+            kind,
+            component: Component::Value,
+            since_ns,
+            measure: f64::NAN,
+            limit: f64::NAN,
+            amount: Amount::default(),
+            explanation: None,
+        }
+    }
+
+    /// The same fault of another component.
+    pub(super) fn about(mut self, component: Component) -> Self {
+        self.component = component;
+        self
+    }
+
+    /// With its magnitude and the limit of it, NaN if there is none, in the unit of its kind.
+    pub(super) fn measured(mut self, measure: f64, limit: f64) -> Self {
+        (self.measure, self.limit) = (measure, limit);
+        self
+    }
+
+    /// With the possible error of the value (in its unit) and of its derivative (per second).
+    pub(super) fn amount(mut self, value: f64, rate: f64) -> Self {
+        self.amount = Amount { value, rate };
+        self
+    }
+
+    /// With what would explain it best.
+    pub(super) fn explained(mut self, explanation: Explanation) -> Self {
+        self.explanation = Some(explanation);
+        self
+    }
+
     /// That sensors contradict each other, by the logarithm of a likelihood ratio.
     pub(super) fn contradiction(
         since_ns: i64,
@@ -72,43 +109,22 @@ impl Notice {
         threshold: f64,
         explanation: Explanation,
     ) -> Self {
-        Self {
-            kind: FaultKind::Contradiction,
-            component: Component::Value,
-            since_ns,
-            measure: evidence,
-            limit: threshold,
-            amount: Amount::default(),
-            explanation: Some(explanation),
-        }
+        Notice::of(FaultKind::Contradiction, since_ns)
+            .measured(evidence, threshold)
+            .explained(explanation)
     }
 
     /// That a position jumped `by` so much and stayed, of which `moved` may be motion: one side of the jump is wrong.
     pub(super) fn offset(since_ns: i64, by: f64, moved: f64) -> Self {
-        Self {
-            kind: FaultKind::Contradiction,
-            component: Component::Value,
-            since_ns,
-            measure: by,
-            limit: f64::NAN,
-            amount: Amount {
-                value: moved,
-                rate: 0.0,
-            },
-            explanation: None,
-        }
+        Notice::of(FaultKind::Contradiction, since_ns)
+            .measured(by, f64::NAN)
+            .amount(moved, 0.0)
     }
 
     pub(super) fn not_finite(stamp_ns: i64, component: Component) -> Self {
-        Self {
-            kind: FaultKind::NotFinite,
-            component,
-            since_ns: stamp_ns,
-            measure: 1.0,
-            limit: f64::NAN,
-            amount: Amount::default(),
-            explanation: None,
-        }
+        Notice::of(FaultKind::NotFinite, stamp_ns)
+            .about(component)
+            .measured(1.0, f64::NAN)
     }
 }
 

@@ -4,7 +4,7 @@
 //! is left out. If the next one differs, too, the signal has changed: it counts. So an impact costs one sample, and rows stay
 //! valid, because the filters bridge it.
 
-use super::fault::{Amount, Component};
+use super::fault::Component;
 use super::notice::Notice;
 use crate::machine::FaultKind;
 
@@ -65,18 +65,12 @@ impl<const N: usize> Outliers<N> {
         let is_far = self.count >= FEWEST && difference > limit;
         if is_far && !self.is_suspect {
             self.is_suspect = true;
-            return Some(Notice {
-                kind: FaultKind::Outlier,
-                component,
-                since_ns: stamp_ns,
-                measure: difference,
-                limit,
-                amount: Amount {
-                    value: difference,
-                    rate: 0.0,
-                },
-                explanation: None,
-            });
+            return Some(
+                Notice::of(FaultKind::Outlier, stamp_ns)
+                    .about(component)
+                    .measured(difference, limit)
+                    .amount(difference, 0.0),
+            );
         }
         self.is_suspect = false;
         self.last = Some(values);

@@ -1,7 +1,7 @@
 //! Plausibility checks of a vector: specific force, angular velocity, velocity, force, moment.
 
 use super::axes::AxesWatch;
-use super::fault::{Amount, Component};
+use super::fault::Component;
 use super::freeze::Freeze;
 use super::notice::{Found, Limits, Notice};
 use super::outliers::{FirstSamples, Outliers, distance};
@@ -93,18 +93,11 @@ impl VectorWatch {
             .good
             .map_or(length, |(_, good)| distance(good, [x, y, z]));
         if length > self.max {
-            found(Notice {
-                kind: FaultKind::OutOfRange,
-                component: Component::Value,
-                since_ns: stamp_ns,
-                measure: length,
-                limit: self.max,
-                amount: Amount {
-                    value: doubt.max(length - self.max),
-                    rate: 0.0,
-                },
-                explanation: None,
-            });
+            found(
+                Notice::of(FaultKind::OutOfRange, stamp_ns)
+                    .measured(length, self.max)
+                    .amount(doubt.max(length - self.max), 0.0),
+            );
             return false;
         }
         if let (Some(slew), Some((good_ns, good))) = (self.slew, self.good) {
@@ -115,18 +108,11 @@ impl VectorWatch {
                 if !self.is_confirmed {
                     self.good = Some((stamp_ns, [x, y, z]));
                 }
-                found(Notice {
-                    kind: FaultKind::ImpossibleRate,
-                    component: Component::Value,
-                    since_ns,
-                    measure: change / elapsed_s,
-                    limit: slew.per_second,
-                    amount: Amount {
-                        value: change,
-                        rate: change / elapsed_s,
-                    },
-                    explanation: None,
-                });
+                found(
+                    Notice::of(FaultKind::ImpossibleRate, since_ns)
+                        .measured(change / elapsed_s, slew.per_second)
+                        .amount(change, change / elapsed_s),
+                );
                 return false;
             }
         }
@@ -136,18 +122,11 @@ impl VectorWatch {
         {
             // from one sample to the next
             let per_second = 1.0 / self.period_s.max(f64::MIN_POSITIVE);
-            found(Notice {
-                kind: FaultKind::ImpossibleRate,
-                component: Component::Value,
-                since_ns: far.stamp_ns,
-                measure: far.distance * per_second,
-                limit: far.limit * per_second,
-                amount: Amount {
-                    value: far.distance,
-                    rate: far.distance * per_second,
-                },
-                explanation: None,
-            });
+            found(
+                Notice::of(FaultKind::ImpossibleRate, far.stamp_ns)
+                    .measured(far.distance * per_second, far.limit * per_second)
+                    .amount(far.distance, far.distance * per_second),
+            );
             return false;
         }
         let outliers = self.outliers.as_mut();

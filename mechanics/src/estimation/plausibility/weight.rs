@@ -6,7 +6,6 @@
 //! A machine that stands, drives or tips over has the mean g but for the vertical velocity that it gains: `|m - g| = v / T`. An
 //! accelerometer that has stepped to another level, or shows another unit, has not. Downwards more is possible: a fall.
 
-use super::fault::{Amount, Component};
 use super::notice::{Found, Limits, Notice};
 use crate::machine::FaultKind;
 
@@ -85,18 +84,11 @@ impl WeightWatch {
             return true;
         }
         let since_ns = *self.since_ns.get_or_insert(stamp_ns);
-        found(Notice {
-            kind: FaultKind::OutOfRange,
-            component: Component::Value,
-            since_ns,
-            measure: self.mean,
-            limit: nearest,
-            amount: Amount {
-                value: (length - self.gravity).abs(),
-                rate: 0.0,
-            },
-            explanation: None,
-        });
+        found(
+            Notice::of(FaultKind::OutOfRange, since_ns)
+                .measured(self.mean, nearest)
+                .amount((length - self.gravity).abs(), 0.0),
+        );
         false
     }
 }

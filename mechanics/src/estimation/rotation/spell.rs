@@ -4,39 +4,23 @@ use nalgebra::Vector3;
 
 use super::reference::{Claim, rotation};
 
-/// Which measurement shows a rotation.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Hash,
-    strum::EnumMessage,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-pub enum RotationWitness {
-    /// The angular velocity and the attitude.
-    Both,
-    /// The angular velocity: there is no attitude.
-    GyroAlone,
-    /// The attitude: there is no angular velocity.
-    AttitudeAlone,
-    /// The angular velocity. The attitude contradicts it.
-    GyroNotAttitude,
-    /// The attitude. The angular velocity contradicts it.
-    AttitudeNotGyro,
+named! {
+    /// Which measurement shows a rotation.
+    pub enum RotationWitness {
+        /// The angular velocity and the attitude.
+        Both,
+        /// The angular velocity: there is no attitude.
+        GyroAlone,
+        /// The attitude: there is no angular velocity.
+        AttitudeAlone,
+        /// The angular velocity. The attitude contradicts it.
+        GyroNotAttitude,
+        /// The attitude. The angular velocity contradicts it.
+        AttitudeNotGyro,
+    }
 }
 
 impl RotationWitness {
-    /// Name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
     /// Whether one measurement contradicts the other.
     #[must_use]
     pub fn is_contradicted(self) -> bool {

@@ -29,45 +29,34 @@ pub struct Command {
     pub evaluations: usize,
 }
 
-/// Outcome of the optimisation, from best to worst.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    strum::EnumMessage,
-    strum::IntoStaticStr,
-    strum::VariantArray,
-)]
-#[strum(serialize_all = "snake_case")]
-pub enum Status {
-    /// The optimum was found.
-    Optimal,
-    /// The best point found within the bounded number of evaluations; all margins are met.
-    WorkLimit,
-    /// No motion within the limits meets all load and angle margins: the smallest margin is maximised. Raises an
-    /// alarm.
-    MarginLost,
-    /// One-step mode: in the present arm posture the step would move the rods the wrong way; the rods stop.
-    StepTooShort,
-    /// A rod is outside its position or velocity limits and brakes. Raises an alarm.
-    OutsideLimits,
-    /// A value of the state is missing or not finite: the rods stop, and hold from the second such step on. Raises
-    /// an alarm.
-    NoSolution,
-    /// A position or velocity of a rod is not finite: hold. Raises an alarm.
-    PositionUnknown,
-    /// The motion was restrained to what every wheel can afford: it, or the braking that ends it, would have taken
-    /// load from a wheel that has none to spare.
-    Restrained,
-    /// A measured rod is outside the stroke of the machine file: hold. Raises an alarm.
-    PositionImplausible,
-    /// A rod does not obey its valve: hold. Raises an alarm.
-    NotFollowing,
+tipwatch_mechanics::named! {
+    /// Outcome of the optimisation, from best to worst.
+    #[derive(PartialOrd, Ord)]
+    pub enum Status {
+        /// The optimum was found.
+        Optimal,
+        /// The best point found within the bounded number of evaluations; all margins are met.
+        WorkLimit,
+        /// No motion within the limits meets all load and angle margins: the smallest margin is maximised. Raises an
+        /// alarm.
+        MarginLost,
+        /// One-step mode: in the present arm posture the step would move the rods the wrong way; the rods stop.
+        StepTooShort,
+        /// A rod is outside its position or velocity limits and brakes. Raises an alarm.
+        OutsideLimits,
+        /// A value of the state is missing or not finite: the rods stop, and hold from the second such step on. Raises
+        /// an alarm.
+        NoSolution,
+        /// A position or velocity of a rod is not finite: hold. Raises an alarm.
+        PositionUnknown,
+        /// The motion was restrained to what every wheel can afford: it, or the braking that ends it, would have taken
+        /// load from a wheel that has none to spare.
+        Restrained,
+        /// A measured rod is outside the stroke of the machine file: hold. Raises an alarm.
+        PositionImplausible,
+        /// A rod does not obey its valve: hold. Raises an alarm.
+        NotFollowing,
+    }
 }
 
 impl Status {
@@ -75,12 +64,6 @@ impl Status {
     #[must_use]
     pub fn is_alarm(self) -> bool {
         self >= Self::MarginLost && self != Self::Restrained
-    }
-
-    /// Name in logs.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.into()
     }
 }
 

@@ -109,9 +109,7 @@ impl Offsets {
     pub(super) fn standing(&mut self, joint: usize, stamp_ns: i64) -> Option<Notice> {
         let known = self.0.iter_mut().find(|it| it.joint == joint)?;
         let since_ns = *known.since_ns.get_or_insert(stamp_ns);
-        Some(Notice {
-            explanation: Some(Explanation::JointOffset(joint)),
-            ..Notice::offset(since_ns, known.by, known.moved)
-        })
+        let offset = Notice::offset(since_ns, known.by, known.moved);
+        Some(offset.explained(Explanation::JointOffset(joint)))
     }
 }

@@ -1,7 +1,7 @@
 //! Derivatives of the loads and of the tip-over avoidance function sigma with respect to the velocities.
 
-use super::{Demand, PlanarMotion, Platform};
-use crate::number::Real;
+use tipwatch_mechanics::Real;
+use tipwatch_mechanics::closed_form::{Demand, PlanarMotion, Platform};
 
 /// Partial derivatives of the loads FL FR RR RL at constant arm wrench and attitude.
 ///
@@ -9,11 +9,11 @@ use crate::number::Real;
 /// machine is close to tipping. Braking appears in `by_acceleration`: within a control step dt, where
 /// vdot = (xi_k - xi_(k-1)) / dt, add `by_acceleration / dt`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LoadGradient<T> {
+pub(crate) struct LoadGradient<T> {
     /// With respect to xi = (v_x, v_y, Psidot), from zeta_9 and zeta_10 (N s/m, N s/m, N s/rad).
-    pub by_velocity: [[T; 3]; 4],
+    pub(crate) by_velocity: [[T; 3]; 4],
     /// With respect to (vdot_x, vdot_y, Psiddot), from zeta_7, zeta_8 and zeta_11 (N s^2/m, N s^2/m, N s^2/rad).
-    pub by_acceleration: [[T; 3]; 4],
+    pub(crate) by_acceleration: [[T; 3]; 4],
 }
 
 impl<T: Real> LoadGradient<T> {
@@ -24,8 +24,7 @@ impl<T: Real> LoadGradient<T> {
     ///     db/dPsidot  = (-m z_C v_x - 2 I_yz Psidot, -m z_C v_y + 2 I_xz Psidot)
     ///     db/dvdot_x  = (0, m z_C)    db/dvdot_y = (-m z_C, 0)    db/dPsiddot = (I_xz, I_yz)
     /// ```
-    #[must_use]
-    pub fn of(platform: &Platform<T>, motion: &PlanarMotion<T>) -> Self {
+    pub(crate) fn of(platform: &Platform<T>, motion: &PlanarMotion<T>) -> Self {
         let zero = T::zero();
         let lever = platform.mass * platform.com_height;
         let (xz, yz) = (platform.inertia_xz, platform.inertia_yz);
@@ -55,15 +54,8 @@ fn by_wheel<T: Real>(demands: &[Demand<T>; 3], platform: &Platform<T>) -> [[T; 3
     std::array::from_fn(|wheel| std::array::from_fn(|k| loads[k][wheel]))
 }
 
-/// sigma = 1/2 sum (OTF_i - OTF_i,opt)^2 of (110), (111): squared distance from the optimal loads (N^2).
-#[must_use]
-pub fn sigma<T: Real>(loads: &[T; 4], optimal: &[T; 4]) -> T {
-    crate::wheel_loads::sigma(loads.iter().copied(), optimal.iter().copied())
-}
-
 /// dsigma/dxi = sum (OTF_i - OTF_i,opt) dOTF_i/dxi, from the derivatives of the loads with respect to any xi.
-#[must_use]
-pub fn sigma_gradient<T: Real>(
+pub(crate) fn sigma_gradient<T: Real>(
     loads: &[T; 4],
     optimal: &[T; 4],
     load_gradient: &[[T; 3]; 4],

@@ -1,8 +1,7 @@
 //! Slope angles of the platform and the up direction in its axes.
 
 use nalgebra::{Matrix3, Vector3};
-
-use crate::number::Real;
+use tipwatch_mechanics::Real;
 
 /// Theta, Phi and Psi of (8): rotations about y, then x, then z, from Earth axes to platform axes.
 ///
@@ -10,13 +9,13 @@ use crate::number::Real;
 /// Psi = 0 they are the platform's own: Theta > 0 is nose down; Phi > 0 is left side up, which loads the
 /// right wheels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Attitude<T> {
+pub(crate) struct Attitude<T> {
     /// Theta, about y (rad).
-    pub theta: T,
+    pub(crate) theta: T,
     /// Phi, about x (rad).
-    pub phi: T,
+    pub(crate) phi: T,
     /// Psi, about the plane's normal (rad).
-    pub psi: T,
+    pub(crate) psi: T,
 }
 
 impl<T: Real> Attitude<T> {
@@ -27,15 +26,13 @@ impl<T: Real> Attitude<T> {
     ///     r32 =  cosTheta cosPsi sinPhi + sinTheta sinPsi
     ///     r33 =  cosTheta cosPhi
     /// ```
-    #[must_use]
-    pub fn up(&self) -> Vector3<T> {
+    pub(crate) fn up(&self) -> Vector3<T> {
         let ((st, ct), (sf, cf), (sp, cp)) = self.sines_and_cosines();
         Vector3::new(ct * sf * sp - cp * st, ct * cp * sf + st * sp, ct * cf)
     }
 
     /// (8): maps platform axes to Earth axes.
-    #[must_use]
-    pub fn rotation(&self) -> Matrix3<T> {
+    pub(crate) fn rotation(&self) -> Matrix3<T> {
         let ((st, ct), (sf, cf), (sp, cp)) = self.sines_and_cosines();
         let up = self.up();
         Matrix3::new(
@@ -58,8 +55,7 @@ impl<T: Real> Attitude<T> {
     ///     q = Rz(Psi) up    Theta = atan2(-q_x, |(q_y, q_z)|)    Phi = atan2(q_y, q_z)
     /// ```
     /// Theta is within a quarter turn; Phi is 0 where the platform stands on its nose or tail.
-    #[must_use]
-    pub fn of_up(up: &Vector3<T>, psi: T) -> Self {
+    pub(crate) fn of_up(up: &Vector3<T>, psi: T) -> Self {
         let (sin, cos) = psi.sin_cos();
         let x = cos * up.x - sin * up.y;
         let y = sin * up.x + cos * up.y;
@@ -73,8 +69,7 @@ impl<T: Real> Attitude<T> {
     /// The angles of a rotation from platform axes to Earth axes.
     ///
     /// Theta = atan2(R13, R33), Phi = atan2(-R23, |(R21, R22)|), Psi = atan2(R21, R22)
-    #[must_use]
-    pub fn of_rotation(r: &Matrix3<T>) -> Self {
+    pub(crate) fn of_rotation(r: &Matrix3<T>) -> Self {
         Self {
             theta: r.m13.atan2(r.m33),
             phi: (-r.m23).atan2((r.m21 * r.m21 + r.m22 * r.m22).sqrt()),
@@ -84,8 +79,7 @@ impl<T: Real> Attitude<T> {
 
     /// (10): angular velocity in platform axes (rad/s) from the rates of the angles (rad/s). The model uses only
     /// its third component, as Psidot (11).
-    #[must_use]
-    pub fn angular_velocity(&self, rates: &Self) -> Vector3<T> {
+    pub(crate) fn angular_velocity(&self, rates: &Self) -> Vector3<T> {
         let (_, (sf, cf), (sp, cp)) = self.sines_and_cosines();
         Vector3::new(
             rates.phi * cp + rates.theta * cf * sp,

@@ -1,0 +1,54 @@
+//! Enums whose variants have names.
+
+/// Declares an enum without fields as a list of names: variants in order, [`Copy`], comparable, each with its name in snake case
+/// and its documentation.
+///
+/// The enum gets `ALL`, its variants in order, and `name()`, what tables, files and messages call a variant. Further derives and
+/// attributes are stated as usual; `#[strum(serialize = "...")]` gives a variant another name.
+///
+/// ```
+/// tipwatch_mechanics::named! {
+///     /// Sides of a machine.
+///     #[derive(PartialOrd, Ord)]
+///     pub enum Side {
+///         /// Where y is positive.
+///         LeftSide,
+///         /// Where y is negative.
+///         RightSide,
+///     }
+/// }
+/// assert_eq!(Side::ALL.map(Side::name), ["left_side", "right_side"]);
+/// ```
+#[macro_export]
+macro_rules! named {
+    ($(#[$attribute:meta])* $visible:vis enum $name:ident { $($variants:tt)* }) => {
+        #[derive(
+            Debug,
+            Clone,
+            Copy,
+            PartialEq,
+            Eq,
+            Hash,
+            strum::EnumMessage,
+            strum::IntoStaticStr,
+            strum::VariantArray,
+        )]
+        #[strum(serialize_all = "snake_case")]
+        $(#[$attribute])*
+        $visible enum $name { $($variants)* }
+
+        impl $name {
+            /// All variants, in order.
+            $visible const ALL: [Self; <Self as strum::VariantArray>::VARIANTS.len()] =
+                *<Self as strum::VariantArray>::VARIANTS
+                    .first_chunk()
+                    .expect("all variants");
+
+            /// Name in tables, files and messages.
+            #[must_use]
+            $visible fn name(self) -> &'static str {
+                self.into()
+            }
+        }
+    };
+}
