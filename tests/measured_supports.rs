@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use tempfile::TempDir;
-use tipwatch_analyze::analysis::measured_loads::TOTAL;
+use tipwatch_analyze::analysis::measured_loads::{Contradiction, TOTAL};
 use tipwatch_analyze::analysis::{Analysis, Undecided};
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::{Event, EventKind, Finding};
@@ -300,7 +300,7 @@ fn dead_cells_are_no_fall_and_no_lift() {
         };
         let analysis = Crane::new(edit, same).analysed();
         let spans = &analysis.load_comparison.contradictions;
-        assert!(!spans.iter().any(|span| span.is_followed()), "{spans:?}");
+        assert!(!spans.iter().any(Contradiction::is_followed), "{spans:?}");
         for event in &analysis.events {
             let is_fall = matches!(event.kind, EventKind::EdgeTipping | EventKind::TipOver);
             assert!(!is_fall || event.certainty < Some(0.5), "{event:?}");
@@ -328,7 +328,7 @@ fn exchanged_cells_are_named_and_lift_no_support_for_sure() {
     for pair in named {
         assert_eq!(pair, ["ORL", "ORR"]);
     }
-    assert!(!spans.iter().any(|span| span.is_followed()), "{spans:?}");
+    assert!(!spans.iter().any(Contradiction::is_followed), "{spans:?}");
     let certainty = lift_certainty(&analysis, "orl");
     assert!(certainty < 0.6, "{certainty}");
 }

@@ -7,10 +7,11 @@
 
 use tipwatch_mechanics::machine::LoadSensor;
 
-use super::TOTAL;
 use super::compared_row::ComparedRow;
 use super::unstated::UnstatedLoad;
 
+/// Name of the total beside those of the sensors.
+pub const TOTAL: &str = "total";
 /// Excess over the root of the number of sensors.
 pub(super) const EXCESS: f64 = 3.5;
 /// Shortest contradiction (ns), and the fewest rows of one.

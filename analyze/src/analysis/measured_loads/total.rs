@@ -11,14 +11,11 @@
 
 use tipwatch_mechanics::machine::{LoadSensor, Machine};
 
-use super::contradiction::{Contradiction, EXCESS, lasting, shows};
+use super::contradiction::{Contradiction, EXCESS, TOTAL, lasting, shows};
 use super::singles::Acts;
 use super::total_row::TotalRow;
 use super::unstated::{SAME_PLACE, UnstatedLoad};
 use crate::load::Standing;
-
-/// Name of the total beside those of the sensors.
-pub const TOTAL: &str = "total";
 
 fn is_off(row: &TotalRow) -> bool {
     match &row.acts {
