@@ -8,12 +8,11 @@
 use tipwatch_mechanics::machine::LoadSensor;
 
 use super::compared_row::ComparedRow;
+use super::excess::{EXCESS, shows};
 use super::unstated::UnstatedLoad;
 
 /// Name of the total beside those of the sensors.
 pub const TOTAL: &str = "total";
-/// Excess over the root of the number of sensors.
-pub(super) const EXCESS: f64 = 3.5;
 /// Shortest contradiction (ns), and the fewest rows of one.
 const LEAST_NS: i64 = 2_000_000_000;
 const FEWEST_ROWS: usize = 4;
@@ -88,11 +87,6 @@ impl Contradiction {
         });
         format!("{elsewhere}{load}{exchanged}")
     }
-}
-
-/// Whether a sum alone contradicts what is computed.
-pub(super) fn shows(difference: f64, sigma: f64) -> bool {
-    difference.abs() > (1.0 + EXCESS) * sigma
 }
 
 pub(super) fn contradictions(sensors: &[&LoadSensor], rows: &[ComparedRow]) -> Vec<Contradiction> {

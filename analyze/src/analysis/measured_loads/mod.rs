@@ -3,6 +3,7 @@
 mod compare;
 mod compared_row;
 mod contradiction;
+mod excess;
 mod singles;
 mod statistics;
 mod total;

@@ -11,7 +11,8 @@
 
 use tipwatch_mechanics::machine::{LoadSensor, Machine};
 
-use super::contradiction::{Contradiction, EXCESS, TOTAL, lasting, shows};
+use super::contradiction::{Contradiction, TOTAL, lasting};
+use super::excess::{EXCESS, shows};
 use super::singles::Acts;
 use super::total_row::TotalRow;
 use super::unstated::{SAME_PLACE, UnstatedLoad};

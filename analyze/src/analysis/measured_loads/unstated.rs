@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::contradiction::shows;
+use super::excess::shows;
 use super::singles::{Acts, PointForce};
 use super::total_row::TotalRow;
 
