@@ -294,6 +294,7 @@ fn analyze_one(
     print_violated(&judgement, terminal);
     Ok(Exit {
         broken: judgement.is_broken_by_evidence(),
+        undecided: exit.undecided || judgement.undecided.is_some(),
         ..exit
     })
 }

@@ -123,10 +123,12 @@ impl Stories<'_> {
                 ..no_return
             }),
         });
-        // beyond 10 degrees, or for certain beyond the point from which no machine comes back
+        // beyond 10 degrees, or for certain beyond the point of no return, and never back
         let is_past = no_return.is_some_and(|no_return| {
             let surely_rad = no_return.rotation_rad + 2.0 * no_return.sigma_rad.unwrap_or(0.0);
-            surely_rad > CERTAIN_SIGMAS * rotation.spell.sigma && reached(surely_rad).is_some()
+            rotation.end_ns.is_none()
+                && largest_rad > CERTAIN_SIGMAS * rotation.spell.sigma
+                && reached(surely_rad).is_some()
         });
         let over = (largest_rad >= super::TIP_OVER_RAD || is_past).then(|| Event {
             kind: EventKind::TipOver,

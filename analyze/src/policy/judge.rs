@@ -19,7 +19,7 @@ pub struct Judgement {
     pub policy_sha256: Option<String>,
     /// Whether the log satisfies every rule.
     pub passed: bool,
-    /// Why the log decides nothing; `None` if it does.
+    /// Why the log, or a rule, decides nothing; `None` if all do.
     pub undecided: Option<String>,
     /// Outcome of each rule.
     pub rules: Vec<RuleOutcome>,
@@ -60,8 +60,11 @@ impl Policy {
             None => rule.judge(facts, events),
             Some(reason) => rule.judge_undecided(facts, events, reason),
         });
+        let rules: Vec<RuleOutcome> = rules.collect();
         let reason = undecided.as_ref().map(ToString::to_string);
-        self.judgement(rules.collect(), reason)
+        let open = rules.iter().find(|outcome| !outcome.decided);
+        let reason = reason.or_else(|| open.map(|outcome| outcome.found.clone()));
+        self.judgement(rules, reason)
     }
 
     /// Judges a log that could not be analysed.

@@ -40,7 +40,13 @@ impl Totals {
     pub(super) fn of(rows: &[LogRow], judgements: &[Option<Judgement>], min_valid: f64) -> Self {
         let facts = || rows.iter().filter_map(|row| Some(row.record.analysed()?.0));
         let lost = facts().filter(|facts| facts.has_losses());
-        let undecided = facts().filter(|facts| facts.undecided(min_valid).is_some());
+        let undecided = rows.iter().zip(judgements).filter(|(row, judgement)| {
+            let facts = row.record.analysed().map(|(facts, _)| facts);
+            let is_open = |judgement: &Judgement| judgement.undecided.is_some();
+            facts.is_some_and(|facts| {
+                facts.undecided(min_valid).is_some() || judgement.as_ref().is_some_and(is_open)
+            })
+        });
         let with_findings = facts().filter(|facts| facts.has_findings());
         let broken = || {
             let judged = judgements.iter().flatten();
