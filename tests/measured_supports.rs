@@ -329,8 +329,10 @@ fn exchanged_cells_are_named_and_lift_no_support_for_sure() {
         assert_eq!(pair, ["ORL", "ORR"]);
     }
     assert!(!spans.iter().any(Contradiction::is_followed), "{spans:?}");
-    let certainty = lift_certainty(&analysis, "orl");
-    assert!(certainty < 0.6, "{certainty}");
+    for foot in FEET {
+        let certainty = lift_certainty(&analysis, foot);
+        assert!(certainty < 0.6, "{foot} {certainty}");
+    }
 }
 
 #[test]

@@ -15,10 +15,11 @@ use super::statistics::{SensorStatistics, statistics};
 use super::total::{self, sensors_of_all};
 use super::total_row::TotalRow;
 use crate::base::estimated::EstimatedRows;
-use crate::events::Event;
+use crate::events::{Doubt, Event};
 use crate::load::{MeasuredLoads, Standing};
 
-/// Probability of either of two supports whose sensors may be exchanged.
+/// Probability that the computed loads are right where measured ones contradict them, and that of either of two supports whose
+/// sensors may be exchanged.
 const EITHER: f64 = 0.5;
 /// Most rows that are compared; more are thinned out evenly.
 const MOST_ROWS: usize = 2000;
@@ -37,25 +38,31 @@ pub struct LoadComparison {
 }
 
 impl LoadComparison {
-    /// Where the sensors of two supports may be exchanged, either of both may be the one that is off the ground.
-    pub(crate) fn doubt_lifts(&self, events: &mut [Event]) {
-        for event in events
-            .iter_mut()
-            .filter(|event| event.measured_load_n.is_some())
-        {
-            let may_be_other = self.contradictions.iter().any(|span| {
-                let names = span.exchanged.iter().flatten();
+    /// Weighs the events of the loads where measured and computed ones contradict each other: either may be wrong. What one sensor
+    /// shows of its support is in doubt only where it may be another's.
+    pub(crate) fn weigh(&self, events: &mut [Event]) {
+        let rest_on_loads = |event: &&mut Event| event.kind.is_observed() && !event.is_measured();
+        for event in events.iter_mut().filter(rest_on_loads) {
+            let is_doubted = self.contradictions.iter().any(|span| {
                 let overlaps = event.start_ns <= span.end_ns
                     && event.end_ns.is_none_or(|end_ns| span.start_ns <= end_ns);
-                overlaps
-                    && names
-                        .map(|name| name.to_lowercase())
-                        .any(|name| name == event.subject)
+                let mut exchanged = span.exchanged.iter().flatten();
+                let in_doubt = match event.measured_load_n {
+                    Some(_) => exchanged.any(|name| name.to_lowercase() == event.subject),
+                    None => !span.is_explained(),
+                };
+                overlaps && in_doubt
             });
-            if may_be_other {
+            if is_doubted {
                 for certainty in [&mut event.certainty, &mut event.certainty_any_split] {
                     *certainty = certainty.map(|certainty| EITHER * certainty);
                 }
+                let doubt = event.doubt.get_or_insert(Doubt {
+                    subjects: Vec::new(),
+                    loads_are_right: 1.0,
+                });
+                doubt.subjects.push("measured loads".into());
+                doubt.loads_are_right *= EITHER;
             }
         }
     }

@@ -87,7 +87,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
     input_events.append(&mut gathered.not_excluded);
     let found = std::mem::take(&mut gathered.found.events);
     let mut events = all_events(found, input_events, &rotations);
-    checked.load_comparison.doubt_lifts(&mut events);
+    checked.load_comparison.weigh(&mut events);
     let is_explained = scope.sensitivities && task.is_recorded() && samples.gross_inputs.is_empty();
     if is_explained && prepared.on_supports.is_none() {
         ask_all(machine, &table, &mut events);
