@@ -144,7 +144,7 @@ pub(super) struct MarginPass<'a> {
 pub struct Margins {
     /// The smallest margin over the valid rows; `None` if there is none.
     pub worst: Option<WorstMargin>,
-    /// The smallest margin that holds under any split of the load, 0 to 1, see [`MarginPass::holds_under_any_split`].
+    /// The smallest margin that holds under any split of the load, 0 to 1, see `MarginPass::holds_under_any_split`.
     /// `None` where it is unknown.
     pub any_split: Option<f64>,
     /// Largest utilisation over the valid rows.
