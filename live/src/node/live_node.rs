@@ -25,6 +25,8 @@ const DEAD_WRITER_LIMIT: Duration = Duration::from_secs(1);
 
 /// How long a program whose place is kept waits for it, where readers that are not of Tipwatch hold all places.
 const NO_PLACE_LIMIT: Duration = Duration::from_secs(5);
+/// How often a reader is refused in a row though a place is free, before that has another cause.
+const TRIES_THOUGH_FREE: u32 = 5;
 
 /// Roles for which the last places of readers are kept.
 const RESERVED_ROLES: [&str; RESERVED_READERS] = [
@@ -150,11 +152,17 @@ impl LiveNode {
         );
         drop(service);
         let start = Instant::now();
+        let mut refused_though_free = 0;
         loop {
             match Receiver::new(self.service::<T>()?) {
-                // a reader that was just killed counts until its node is removed, and others may be about to end
-                Err(_) if self.has_place && self.is_full::<T>()? => {
-                    if start.elapsed() >= NO_PLACE_LIMIT {
+                Err(error) if self.has_place => {
+                    if !self.is_full::<T>()? {
+                        // the last place was taken, and has become free since
+                        refused_though_free += 1;
+                        if refused_though_free > TRIES_THOUGH_FREE {
+                            return Err(error);
+                        }
+                    } else if start.elapsed() >= NO_PLACE_LIMIT {
                         bail!(
                             "service \"{}\": expected a free place for a reader, found all {MAX_READERS} taken for {} s, by {}: end \
                              readers that are not needed",
@@ -163,6 +171,7 @@ impl LiveNode {
                             self.readers_of::<T>()?
                         );
                     }
+                    // a reader that was just killed counts until its node is removed, and others may be about to end
                     pause(NO_PLACE_LIMIT / 50)
                         .ok()
                         .context("stopped by a signal")?;
