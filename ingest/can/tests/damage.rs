@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use tipwatch_can::{Container, Frame, FrameSource};
+use tipwatch_can::{Container, ContainerFormat, Frame, FrameSource};
 
 use crate::support::{data, frames};
 
@@ -101,6 +101,35 @@ fn any_changed_byte_is_survived() {
                         "{name}: endless after a change at byte {at}"
                     );
                 }
+            }
+        }
+    }
+}
+
+/// Every link of a file leads back to each block of its list, one at a time: no list is read without end.
+#[test]
+fn lists_that_lead_back_into_themselves_end() {
+    let bytes = data("mixed.mf4");
+    let blocks: Vec<usize> = (0..bytes.len() - 24)
+        .step_by(8)
+        .filter(|&at| &bytes[at..at + 2] == b"##" && bytes[at + 2..at + 4].is_ascii())
+        .collect();
+    assert!(blocks.len() > 10, "{blocks:?}");
+    for &from in &blocks {
+        let kind = &bytes[from..from + 4];
+        for &to in blocks.iter().filter(|&&to| &bytes[to..to + 4] == kind) {
+            let mut bytes = bytes.clone();
+            // the first link of a list leads to its next block
+            bytes[from + 24..from + 32].copy_from_slice(&(to as u64).to_le_bytes());
+            let Ok(mut source) = Container::open_as(ContainerFormat::Mf4, Cursor::new(&bytes[..]))
+            else {
+                continue;
+            };
+            let mut frame = Frame::default();
+            let mut frames = 0;
+            while source.next_frame(&mut frame).unwrap_or(false) {
+                frames += 1;
+                assert!(frames < bytes.len(), "{from} {to}");
             }
         }
     }

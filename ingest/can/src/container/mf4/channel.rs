@@ -60,6 +60,11 @@ pub(super) fn collect<R: Read + Seek>(
     let mut next = first;
     while next != 0 && into.len() < MOST_CHANNELS {
         let at = next;
+        if into.iter().any(|channel| channel.is_at(at)) {
+            let reason = "a list of channels that leads back into itself";
+            lost.lose_link(at, file.len, reason);
+            return Ok(());
+        }
         let block = match file.block(at, *b"CN")? {
             Ok(block) => block,
             Err(reason) => {

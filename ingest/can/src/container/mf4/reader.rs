@@ -1,7 +1,7 @@
 //! A file as one sequence of frames: its groups merged by time.
 
 use std::{
-    collections::{HashMap, VecDeque},
+    collections::{HashMap, HashSet, VecDeque},
     io::{self, Read, Seek},
 };
 
@@ -18,6 +18,8 @@ use crate::{
 };
 
 const MOST_GROUPS: usize = 4096;
+/// Why the rest of a list of groups is lost.
+const LEADS_BACK: &str = "a list of groups that leads back into itself";
 
 #[derive(Debug)]
 pub(in super::super) struct Mf4<R> {
@@ -50,7 +52,12 @@ impl<R: Read + Seek> Mf4<R> {
         let mut groups = Vec::new();
         let mut others = 0;
         let mut next = header.link(0);
+        let mut seen = HashSet::new();
         while next != 0 && groups.len() + others < MOST_GROUPS {
+            if !seen.insert(next) {
+                lost.lose_link(next, file.len, LEADS_BACK);
+                break;
+            }
             match data_group(&mut file, next, is_finalised, lost)? {
                 Ok((Some(group), after)) => {
                     groups.push((group, None));
@@ -140,7 +147,12 @@ fn data_group<R: Read + Seek>(
     let id_bytes = usize::from(block.data.first().copied().unwrap_or(0));
     let mut records = HashMap::new();
     let mut channel_group = block.link(1);
+    let mut seen = HashSet::new();
     while channel_group != 0 && records.len() < MOST_GROUPS {
+        if !seen.insert(channel_group) {
+            lost.lose_link(channel_group, file.len, LEADS_BACK);
+            break;
+        }
         let group = match file.block(channel_group, *b"CG")? {
             Ok(group) => group,
             Err(reason) => {
