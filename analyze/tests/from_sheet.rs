@@ -241,16 +241,19 @@ fn signals_of_a_log_are_bound() {
     assert!((sum / (15_200.0 * 9.806_65) - 1.0).abs() < 1e-3, "{sum}");
 }
 
+/// A log of a wheel loader at rest that has two of its three joints.
+fn without_the_bucket(folder: &Path) -> PathBuf {
+    let log = folder.join("drive.mcap");
+    let names = ["articulation", "boom"].map(String::from);
+    log_at_rest(&log, &names, &[0.0, -0.63]);
+    log
+}
+
 /// As `inspect --write-machine` asks: where the IMU is, what the tool carries, and where joints stood that no message has.
 #[test]
 fn what_a_log_leaves_open_is_asked_for() {
     let folder = TempDir::new().unwrap();
-    let log = folder.path().join("drive.mcap");
-    log_at_rest(
-        &log,
-        &["articulation", "boom"].map(String::from),
-        &[0.0, -0.63],
-    );
+    let log = without_the_bucket(folder.path());
     let out = folder.path().join("m");
     let answers = [
         ("imu.xyz", "-1 m, 0, 180 cm"),
@@ -297,12 +300,7 @@ fn what_a_log_leaves_open_is_asked_for() {
 #[test]
 fn without_a_terminal_the_keys_are_named() {
     let folder = TempDir::new().unwrap();
-    let log = folder.path().join("drive.mcap");
-    log_at_rest(
-        &log,
-        &["articulation", "boom"].map(String::from),
-        &[0.0, -0.63],
-    );
+    let log = without_the_bucket(folder.path());
     let out = folder.path().join("m");
     let sheet = sheet(folder.path(), "wheel-loader");
     let made = new(&sheet, &out, &["--log", text(&log)]);

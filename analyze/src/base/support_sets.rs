@@ -127,13 +127,6 @@ fn mark_contradictions(
         else {
             continue;
         };
-        for (row, reasons) in reasons.iter_mut().enumerate() {
-            states.get(first + row, &mut state);
-            // measured loads contradict the computed ones in this time, and here they are missing
-            if state.follows_supports > 0.0 && state.actuator_force[index].is_nan() {
-                reasons.add(Reason::Contradiction);
-            }
-        }
         let has = |quantity: Quantity| outcomes.quantities.contains(&quantity);
         if !has(Quantity::TorqueResidual(index)) || !has(Quantity::LoadSigma(wheel)) {
             continue;
@@ -141,11 +134,14 @@ fn mark_contradictions(
         let residual = outcomes.column(Quantity::TorqueResidual(index));
         let load_sigma = outcomes.column(Quantity::LoadSigma(wheel));
         for (row, reasons) in reasons.iter_mut().enumerate() {
-            // NaN where the load is not measured
-            if !(residual[row].abs() > CONTRADICTS_SIGMAS * joint.force_sigma) {
+            if residual[row].abs() <= CONTRADICTS_SIGMAS * joint.force_sigma {
                 continue;
             }
             states.get(first + row, &mut state);
+            // measured loads contradict the computed ones in this time, and here they are missing
+            if state.follows_supports > 0.0 && state.actuator_force[index].is_nan() {
+                reasons.add(Reason::Contradiction);
+            }
             let friction = joint.friction_share * state.actuator_force[index];
             let of_load = if load_sigma[row].is_finite() {
                 load_sigma[row]

@@ -161,6 +161,35 @@ impl Event {
         let rotation = self.measured_rotation.as_ref();
         rotation.is_some_and(|rotation| rotation.witness == RotationWitness::Both)
     }
+
+    /// Its time, first and last (ns); without an end, all that follows.
+    pub(crate) fn span_ns(&self) -> [i64; 2] {
+        [self.start_ns, self.end_ns.unwrap_or(i64::MAX)]
+    }
+
+    /// Whether a part of it is in this time, first and last (ns).
+    pub(crate) fn overlaps(&self, [from_ns, to_ns]: [i64; 2]) -> bool {
+        let [start_ns, end_ns] = self.span_ns();
+        from_ns <= end_ns && start_ns <= to_ns
+    }
+
+    /// Whether it says something of the machine that would be wrong with its loads.
+    pub(crate) fn rests_on_loads(&self) -> bool {
+        self.kind.is_observed() && !self.is_measured()
+    }
+
+    /// Multiplies its certainty by the probability that its loads are right although these subjects contradict each other.
+    pub(crate) fn doubt_by(&mut self, subjects: Vec<String>, loads_are_right: f64) {
+        for certainty in [&mut self.certainty, &mut self.certainty_any_split] {
+            *certainty = certainty.map(|certainty| certainty * loads_are_right);
+        }
+        let doubt = self.doubt.get_or_insert(Doubt {
+            subjects: Vec::new(),
+            loads_are_right: 1.0,
+        });
+        doubt.subjects.extend(subjects);
+        doubt.loads_are_right *= loads_are_right;
+    }
 }
 
 /// Causes of the load loss (OTF) of an event's wheels up to its onset. What follows the onset, such as the

@@ -5,7 +5,7 @@ use tipwatch_mechanics::estimation::plausibility::{FaultSpan, Finding};
 use tipwatch_mechanics::machine::FaultKind;
 
 use super::episodes::MERGED_NS;
-use super::event::{Doubt, Event, EventKind, InputFault};
+use super::event::{Event, EventKind, InputFault};
 use crate::base::table::Table;
 use crate::load::{LoadedLog, Signal};
 
@@ -96,32 +96,24 @@ fn loads_are_right(finding: &Finding, has_imu: bool) -> Option<f64> {
 /// Weighs the events of the machine: where signals that its loads rest on contradict each other meanwhile, its certainty is
 /// multiplied by the probability that the loads are right all the same. What gyro and attitude show needs no load.
 pub(crate) fn add_doubts(events: &mut [Event]) {
-    let doubts: Vec<(i64, i64, String, f64)> = (events.iter())
+    let doubts: Vec<([i64; 2], String, f64)> = (events.iter())
         .filter_map(|event| {
             let right = event.fault.as_ref()?.loads_are_right?;
-            let end_ns = event.end_ns.unwrap_or(i64::MAX);
-            Some((event.start_ns, end_ns, event.subject.clone(), right))
+            Some((event.span_ns(), event.subject.clone(), right))
         })
         .collect();
-    let rest_on_loads = |event: &&mut Event| event.kind.is_observed() && !event.is_measured();
-    for event in events.iter_mut().filter(rest_on_loads) {
-        let end_ns = event.end_ns.unwrap_or(i64::MAX);
-        let meanwhile =
-            |doubt: &&(i64, i64, String, f64)| doubt.0 <= end_ns && event.start_ns <= doubt.1;
-        let of_event: Vec<&(i64, i64, String, f64)> = doubts.iter().filter(meanwhile).collect();
-        let Some(loads_are_right) = of_event.iter().map(|doubt| doubt.3).reduce(f64::min) else {
+    for event in events.iter_mut().filter(|event| event.rests_on_loads()) {
+        let meanwhile = doubts
+            .iter()
+            .filter(|(span_ns, ..)| event.overlaps(*span_ns));
+        let of_event: Vec<(&String, f64)> = meanwhile.map(|(_, of, right)| (of, *right)).collect();
+        let Some(loads_are_right) = of_event.iter().map(|doubt| doubt.1).reduce(f64::min) else {
             continue;
         };
-        let mut subjects: Vec<String> = of_event.iter().map(|doubt| doubt.2.clone()).collect();
+        let mut subjects: Vec<String> = of_event.iter().map(|doubt| doubt.0.clone()).collect();
         subjects.sort_unstable();
         subjects.dedup();
-        for certainty in [&mut event.certainty, &mut event.certainty_any_split] {
-            *certainty = certainty.map(|certainty| certainty * loads_are_right);
-        }
-        event.doubt = Some(Doubt {
-            subjects,
-            loads_are_right,
-        });
+        event.doubt_by(subjects, loads_are_right);
     }
 }
 

@@ -12,16 +12,13 @@ use super::event::{Bound, Event, EventKind, MeasuredRotation, NoReturn, ShownBy}
 use super::pages::MOST_ROWS_BACK;
 use super::rotation::FoundRotation;
 use super::row_derivatives::RowDerivatives;
-use super::tipping::distances;
+use super::tipping::{ROTATES_SIGMAS, distances};
 use crate::base::table::Table;
 
 /// Time before a rotation in which the loads may show its beginning (ns).
 const BEFORE_NS: i64 = 1_500_000_000;
 /// An onset by loads fits that of a rotation within so many standard deviations.
 const FITS_SIGMAS: f64 = 3.0;
-/// A platform beyond the point of no return has rotated by more than this many standard deviations of what tyres and ground
-/// explain.
-const CERTAIN_SIGMAS: f64 = 3.3;
 
 /// Tells the rotations of a log and the events by its loads as one.
 pub(crate) struct Stories<'a> {
@@ -127,7 +124,7 @@ impl Stories<'_> {
         let is_past = no_return.is_some_and(|no_return| {
             let surely_rad = no_return.rotation_rad + 2.0 * no_return.sigma_rad.unwrap_or(0.0);
             rotation.end_ns.is_none()
-                && largest_rad > CERTAIN_SIGMAS * rotation.spell.sigma
+                && largest_rad > ROTATES_SIGMAS * rotation.spell.sigma
                 && reached(surely_rad).is_some()
         });
         let over = (largest_rad >= super::TIP_OVER_RAD || is_past).then(|| Event {

@@ -30,7 +30,7 @@ const NEAR_SHARE: f64 = 0.03;
 const STANDING_SIGMA_RAD: f64 = 0.6 * DEGREE;
 const DRIVING_SIGMA_RAD: f64 = 2.0 * DEGREE;
 /// The platform rotates for certain from this many standard deviations on.
-const ROTATES_SIGMAS: f64 = 3.3;
+pub(super) const ROTATES_SIGMAS: f64 = 3.3;
 /// Faster than this a machine drives (m/s).
 const DRIVES_M_PER_S: f64 = 0.1;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;

@@ -189,8 +189,7 @@ impl<'a> UnloadedSupports<'a> {
             let overlaps = |event: &Event| {
                 event.kind == EventKind::WheelLift
                     && event.subject == measured.subject
-                    && event.start_ns <= measured.end_ns.unwrap_or(i64::MAX)
-                    && measured.start_ns <= event.end_ns.unwrap_or(i64::MAX)
+                    && event.overlaps(measured.span_ns())
             };
             let same = computed.iter().filter(|event| overlaps(event));
             let Some(first) = same.min_by_key(|event| event.start_ns).cloned() else {

@@ -126,12 +126,10 @@ impl Rule {
         if reason.leaves_events() && is_broken_by_value {
             return outcome;
         }
-        // what gyro and attitude show stands, whichever other input is wrong
-        let measured: Vec<EventFacts> = (events.iter().filter(|event| event.is_measured))
-            .cloned()
-            .collect();
         if let Check::Events { .. } = self.check {
-            let of_measured = self.judge(facts, &measured);
+            // what gyro and attitude show stands, whichever other input is wrong
+            let measured = events.iter().filter(|event| event.is_measured);
+            let of_measured = self.judge(facts, &measured.cloned().collect::<Vec<_>>());
             if !of_measured.passed && of_measured.decided {
                 return of_measured;
             }
@@ -168,10 +166,10 @@ impl Events {
         }
         let mut found = format!("expected at most {at_most}, found {}", counted.len());
         if let Some(first) = counted.first() {
-            let start_s = seconds(first);
             found.push_str(&format!(
-                " (the first: {} at t = {start_s:.2} s)",
-                first.subject
+                " (the first: {} at t = {:.2} s)",
+                first.subject,
+                seconds(first)
             ));
         }
         let passed = counted.len() as u64 <= at_most;

@@ -15,7 +15,7 @@ use super::statistics::{SensorStatistics, statistics};
 use super::total::{self, sensors_of_all};
 use super::total_row::TotalRow;
 use crate::base::estimated::EstimatedRows;
-use crate::events::{Doubt, Event};
+use crate::events::Event;
 use crate::load::{MeasuredLoads, Standing};
 
 /// Probability that the computed loads are right where measured ones contradict them, and that of either of two supports whose
@@ -41,28 +41,18 @@ impl LoadComparison {
     /// Weighs the events of the loads where measured and computed ones contradict each other: either may be wrong. What one sensor
     /// shows of its support is in doubt only where it may be another's.
     pub(crate) fn weigh(&self, events: &mut [Event]) {
-        let rest_on_loads = |event: &&mut Event| event.kind.is_observed() && !event.is_measured();
-        for event in events.iter_mut().filter(rest_on_loads) {
-            let is_doubted = self.contradictions.iter().any(|span| {
-                let overlaps = event.start_ns <= span.end_ns
-                    && event.end_ns.is_none_or(|end_ns| span.start_ns <= end_ns);
-                let mut exchanged = span.exchanged.iter().flatten();
-                let in_doubt = match event.measured_load_n {
-                    Some(_) => exchanged.any(|name| name.to_lowercase() == event.subject),
-                    None => !span.is_explained(),
-                };
-                overlaps && in_doubt
-            });
-            if is_doubted {
-                for certainty in [&mut event.certainty, &mut event.certainty_any_split] {
-                    *certainty = certainty.map(|certainty| EITHER * certainty);
+        for event in events.iter_mut().filter(|event| event.rests_on_loads()) {
+            let is_doubted = |span: &Contradiction| match event.measured_load_n {
+                Some(_) => {
+                    let mut exchanged = span.exchanged.iter().flatten();
+                    exchanged.any(|name| name.to_lowercase() == event.subject)
                 }
-                let doubt = event.doubt.get_or_insert(Doubt {
-                    subjects: Vec::new(),
-                    loads_are_right: 1.0,
-                });
-                doubt.subjects.push("measured loads".into());
-                doubt.loads_are_right *= EITHER;
+                None => !span.is_explained(),
+            };
+            let mut meanwhile = (self.contradictions.iter())
+                .filter(|span| event.overlaps([span.start_ns, span.end_ns]));
+            if meanwhile.any(is_doubted) {
+                event.doubt_by(vec!["measured loads".into()], EITHER);
             }
         }
     }

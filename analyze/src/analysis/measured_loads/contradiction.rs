@@ -70,22 +70,15 @@ impl Contradiction {
             true => ", and they act elsewhere",
             false => "",
         };
-        let load = (self.unstated).map_or(String::new(), |load| format!("; {load}"));
-        let exchanged = self.exchanged.as_ref().map_or(String::new(), |[a, b]| {
-            let also = if self.unstated.is_some() {
-                "and so would "
-            } else {
-                ""
-            };
-            format!(
-                "; {also}exchanged sensors of {a} and {b}{}",
-                match self.unstated {
-                    Some(_) => "",
-                    None => " would explain it",
-                }
-            )
-        });
-        format!("{elsewhere}{load}{exchanged}")
+        let sensors =
+            (self.exchanged.as_ref()).map(|[a, b]| format!("exchanged sensors of {a} and {b}"));
+        let explained = match (self.unstated, sensors) {
+            (Some(load), Some(sensors)) => format!("; {load}; and so would {sensors}"),
+            (Some(load), None) => format!("; {load}"),
+            (None, Some(sensors)) => format!("; {sensors} would explain it"),
+            (None, None) => String::new(),
+        };
+        format!("{elsewhere}{explained}")
     }
 }
 

@@ -37,20 +37,27 @@ impl UnstatedLoad {
         let mean = |value: &dyn Fn(&TotalRow) -> f64| -> f64 {
             rows.iter().map(|row| value(row)).sum::<f64>() / count
         };
-        let acts: Option<Vec<Acts>> = rows.iter().map(|row| row.acts.clone()).collect();
-        let on_tool =
+        let acts: Option<Vec<&Acts>> = rows.iter().map(|row| row.acts.as_ref()).collect();
+        // in the mean over the rows, for no single one decides
+        let is_near =
+            |misfits: &mut dyn Iterator<Item = f64>| misfits.sum::<f64>() / count < SAME_PLACE;
+        let on_tool: Option<Vec<PointForce>> =
             (acts.as_ref()).and_then(|acts| acts.iter().map(|acts| acts.on_tool).collect());
-        let on_tool = on_tool.filter(|of: &Vec<PointForce>| {
-            // in the mean over the rows, for no single one decides
-            of.iter().map(|force| force.misfit).sum::<f64>() / count < SAME_PLACE
-        });
+        let on_tool = on_tool.filter(|of| is_near(&mut of.iter().map(|force| force.misfit)));
+        let at_support = (acts.as_ref())
+            .is_some_and(|acts| is_near(&mut acts.iter().map(|acts| acts.from_support)));
+        let (difference, sigma_of_sum) = (mean(&|row| row.difference), mean(&|row| row.sigma));
+        let is_in_sum = shows(difference, sigma_of_sum);
+        if !(on_tool.is_some() || at_support || is_in_sum) {
+            return None;
+        }
         let (force, sigma) = match &on_tool {
             // a known place: the moments weigh it, too
             Some(of) => (
                 of.iter().map(|force| force.force).sum::<f64>() / count,
                 of.iter().map(|force| force.sigma).sum::<f64>() / count,
             ),
-            None => (mean(&|row| row.difference), mean(&|row| row.sigma)),
+            None => (difference, sigma_of_sum),
         };
         let gravity = mean(&|row| row.gravity);
         let mass_kg = force / gravity;
@@ -59,22 +66,14 @@ impl UnstatedLoad {
         }
         let along = |axis: usize| {
             let acts = acts.as_ref()?;
-            let of = |value: &dyn Fn(usize) -> f64| -> f64 {
-                (0..acts.len()).map(value).sum::<f64>() / count
+            let of = |value: &dyn Fn(&Acts) -> f64| -> f64 {
+                acts.iter().map(|acts| value(acts)).sum::<f64>() / count
             };
-            let at = of(&|row| acts[row].at[axis]);
-            let spread = of(&|row| (acts[row].at[axis] - at).powi(2)).sqrt();
-            Some((at, of(&|row| acts[row].sigma[axis]).hypot(spread)))
+            let at = of(&|acts| acts.at[axis]);
+            let spread = of(&|acts| (acts.at[axis] - at).powi(2)).sqrt();
+            Some((at, of(&|acts| acts.sigma[axis]).hypot(spread)))
         };
-        let at_support = (acts.as_ref()).is_some_and(|acts| {
-            acts.iter().map(|acts| acts.from_support).sum::<f64>() / count < SAME_PLACE
-        });
-        let all_forces = |acts: &Vec<Acts>| acts.iter().all(|acts| acts.can_be_followed);
-        let (difference, sigma_of_sum) = (mean(&|row| row.difference), mean(&|row| row.sigma));
-        let is_more = shows(difference, sigma_of_sum) && difference > 0.0;
-        if !(on_tool.is_some() || at_support || shows(difference, sigma_of_sum)) {
-            return None;
-        }
+        let all_forces = |acts: &Vec<&Acts>| acts.iter().all(|acts| acts.can_be_followed);
         let at = along(0).zip(along(1));
         let at = at.filter(|(x, y)| (x.0 + x.1 + y.0 + y.1).is_finite());
         Some(Self {
@@ -87,7 +86,7 @@ impl UnstatedLoad {
             // less than is computed is a stated load that is not there, or dead sensors
             followed: !at_support
                 && !exchanged
-                && (on_tool.is_some() || is_more)
+                && (on_tool.is_some() || is_in_sum && difference > 0.0)
                 && acts.as_ref().is_some_and(all_forces),
         })
     }

@@ -137,7 +137,7 @@ impl Reference {
             Vector3::z()
         });
         if !stands && step.speed < STANDS {
-            self.settle(&up, step);
+            self.settle(step);
         }
         self.claim = self.largest(&up, step, edges);
         if stands {
@@ -181,8 +181,10 @@ impl Reference {
     }
 
     /// Follows the rotation of a standing machine as fast as soft ground gives way.
-    fn settle(&mut self, up: &Vector3<f64>, step: &Step) {
-        let turned = up.cross(&step.up).norm().atan2(up.dot(&step.up));
+    fn settle(&mut self, step: &Step) {
+        let Some(turned) = self.apart(&step.up) else {
+            return;
+        };
         let most = SETTLES * step.dt;
         self.settled += (turned - self.settled).clamp(-most, most);
         self.settled = self.settled.min(SETTLES_MOST);
