@@ -234,8 +234,8 @@ tipwatch_mechanics::named! {
         /// All wheels off an edge carry no load, shown by the loads alone or by a rotation about the edge while
         /// they are within their error of zero; `worst` is the largest overturning moment (N m).
         EdgeTipping,
-        /// Edge tipping in which the platform rotates outwards about the edge by 10 degrees or more; `worst` is
-        /// the rotation (rad).
+        /// Edge tipping in which the platform rotates outwards about the edge by 10 degrees or more, or for certain beyond the
+        /// point of no return and never back; `worst` is the rotation (rad).
         TipOver,
         /// A signal is missing for longer than the estimator bridges; `worst` is the duration (s).
         InputGap,
