@@ -14,11 +14,20 @@ pub fn python_package() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-        // the whole workspace: one crate alone would have its dependencies built anew, with fewer features
+        // the whole workspace with its tests: less would have its dependencies built anew, with fewer features
+        let arguments = ["build", "--workspace", "--lib", "--bins", "--tests"];
         let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--workspace", "--lib", "--locked", "--quiet"]);
+        cargo.args(arguments).args(["--locked", "--quiet"]);
+        // what cargo tells this test of its package would have build scripts run anew, here and in the next build
+        for (name, _) in std::env::vars_os() {
+            let is_of_package =
+                |name: &str| name.starts_with("CARGO_MANIFEST_") || name.starts_with("CARGO_PKG_");
+            if name.to_str().is_some_and(is_of_package) {
+                cargo.env_remove(name);
+            }
+        }
         let status = cargo.current_dir(&root).status().expect("cargo");
-        assert!(status.success(), "cargo build --workspace --lib: {status}");
+        assert!(status.success(), "cargo {arguments:?}: {status}");
         // target/debug/deps/tests-0123456789abcdef
         let test = std::env::current_exe().expect("the test's file");
         let built = test.ancestors().nth(2).expect("the folder of the build");
