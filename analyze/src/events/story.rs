@@ -8,12 +8,21 @@ use std::f64::consts::FRAC_PI_2;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Scope, State};
 
-use super::event::{Bound, Event, EventKind, MeasuredRotation, NoReturn, ShownBy};
+use super::event::{Bound, Event, EventKind, MeasuredRotation, ShownBy};
 use super::pages::MOST_ROWS_BACK;
 use super::rotation::FoundRotation;
 use super::row_derivatives::RowDerivatives;
 use super::tipping::{ROTATES_SIGMAS, distances};
 use crate::base::table::Table;
+
+/// Where gravity through the stated centre of mass passes over an edge.
+#[derive(Clone, Copy)]
+struct NoReturn {
+    /// Rotation about the edge (rad).
+    rotation_rad: f64,
+    /// Its standard deviation, by those of the masses (rad); `None` without uncertainties.
+    sigma_rad: Option<f64>,
+}
 
 /// Time before a rotation in which the loads may show its beginning (ns).
 const BEFORE_NS: i64 = 1_500_000_000;
@@ -114,11 +123,10 @@ impl Stories<'_> {
             sigma_rad: rotation.spell.sigma,
             onset_in_log: rotation.start_sigma_s.is_some() || tipping.start_sigma_s.is_some(),
             ten_degrees_ns: reached(super::TIP_OVER_RAD),
+            no_return_rad: no_return.map(|no_return| no_return.rotation_rad),
+            no_return_sigma_rad: no_return.and_then(|no_return| no_return.sigma_rad),
+            no_return_ns: no_return.and_then(|no_return| reached(no_return.rotation_rad)),
             at_rest_ns: rotation.spell.at_rest_ns,
-            no_return: no_return.map(|no_return| NoReturn {
-                at_ns: reached(no_return.rotation_rad),
-                ..no_return
-            }),
         });
         // beyond 10 degrees, or for certain beyond the point of no return, and never back
         let is_past = no_return.is_some_and(|no_return| {
@@ -185,7 +193,6 @@ impl Stories<'_> {
         Some(NoReturn {
             rotation_rad,
             sigma_rad: (self.scope.sensitivities).then(sigma).flatten(),
-            at_ns: None,
         })
         // of a posture that is not known, or that no machine has
         .filter(|it| it.rotation_rad.abs() < FRAC_PI_2 && it.sigma_rad.unwrap_or(0.0) < FRAC_PI_2)

@@ -9,6 +9,7 @@ use tipwatch_ingest::{Losses, LostRange};
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
 use crate::events::{EventKind, Finding};
+use crate::tables::frame::record;
 
 pub use crate::analysis::margin::{
     EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, Moment, WorstMargin,
@@ -81,47 +82,45 @@ pub struct WheelFacts {
     pub largest_load_n: Option<f64>,
 }
 
-/// The facts of an event.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct EventFacts {
-    /// [`EventKind::name`].
-    pub kind: String,
-    /// Wheel, edge or signal.
-    pub subject: String,
-    /// Start (ns).
-    pub start_ns: i64,
-    /// End (ns); `None` if it lasts until the log ends.
-    pub end_ns: Option<i64>,
-    /// Duration (s), until the log ends if it is still active.
-    pub duration_s: f64,
-    /// The worst value.
-    pub worst: Option<f64>,
-    /// Its unit.
-    pub unit: String,
-    /// Time of the worst value (ns).
-    pub worst_ns: i64,
-    /// Time from the onset of the first `wheel_light` (s).
-    pub lead_s: Option<f64>,
-    /// Confidence: probability that the finding is true under the stated split.
-    pub certainty: Option<f64>,
-    /// Probability that it is true under any split.
-    #[serde(default)]
-    pub certainty_any_split: Option<f64>,
-    /// Standard deviation of the start (s).
-    #[serde(default)]
-    pub start_sigma_s: Option<f64>,
-    /// Whether another admissible load split would undo it.
-    pub split_dependent: Option<bool>,
-    /// The cause with the largest share of the load loss.
-    pub main_cause: Option<String>,
-    /// Its share of the load loss (%).
-    pub main_cause_percent: Option<f64>,
-    /// Signals that contradict each other during the event, so that its sensors may be wrong.
-    #[serde(default)]
-    pub doubted_by: Vec<String>,
-    /// Whether gyro and attitude show it, whatever the loads are.
-    #[serde(default)]
-    pub is_measured: bool,
+record! {
+    /// The facts of an event.
+    #[derive(Serialize, Deserialize)]
+    pub struct EventFacts {
+        /// as in [Events](events.md)
+        kind: String,
+        /// the wheel, edge or signal
+        subject: String,
+        /// start
+        start_ns: i64 ["ns"],
+        /// end; null if it lasts until the log ends
+        end_ns: Option<i64> ["ns"],
+        /// how long it lasted, until the log ends if it is still active
+        duration_s: f64 ["s"],
+        /// the worst value
+        worst: Option<f64> ["column unit"],
+        /// unit of `worst`
+        unit: String,
+        /// time of the worst value
+        worst_ns: i64 ["ns"],
+        /// time from the onset of the first `wheel_light`
+        lead_s: Option<f64> ["s"],
+        /// confidence: probability that the finding is true under the stated split
+        certainty: Option<f64> ["-"],
+        /// whether another admissible split of the load would undo it
+        split_dependent: Option<bool>,
+        /// the cause that took most of the load
+        main_cause: Option<String>,
+        /// its share
+        main_cause_percent: Option<f64> ["%"],
+        /// probability that the finding is true under any split
+        certainty_any_split: Option<f64> ["-"],
+        /// standard deviation of the start
+        start_sigma_s: Option<f64> ["s"],
+        /// signals that contradict each other during the event
+        doubted_by: Option<Vec<String>>,
+        /// whether gyro and attitude both show it, whatever the loads are
+        is_measured: Option<bool>,
+    }
 }
 
 impl LogFacts {
@@ -228,11 +227,10 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
             split_dependent: event.split_dependent,
             main_cause: cause.map(|share| share.cause.into()),
             main_cause_percent: cause.and_then(|share| known(share.percent)),
-            doubted_by: event
-                .doubt
-                .as_ref()
-                .map_or_else(Vec::new, |doubt| doubt.subjects.clone()),
-            is_measured: event.is_measured(),
+            doubted_by: Some(
+                (event.doubt.as_ref()).map_or_else(Vec::new, |doubt| doubt.subjects.clone()),
+            ),
+            is_measured: Some(event.is_measured()),
         }
     });
     facts.collect()

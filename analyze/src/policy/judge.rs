@@ -128,7 +128,9 @@ impl Rule {
         }
         if let Check::Events { .. } = self.check {
             // what gyro and attitude show stands, whichever other input is wrong
-            let measured = events.iter().filter(|event| event.is_measured);
+            let measured = events
+                .iter()
+                .filter(|event| event.is_measured == Some(true));
             let of_measured = self.judge(facts, &measured.cloned().collect::<Vec<_>>());
             if !of_measured.passed && of_measured.decided {
                 return of_measured;
@@ -266,8 +268,8 @@ mod tests {
             split_dependent: Some(split_dependent),
             main_cause: None,
             main_cause_percent: None,
-            doubted_by: Vec::new(),
-            is_measured: false,
+            doubted_by: None,
+            is_measured: None,
         }
     }
 

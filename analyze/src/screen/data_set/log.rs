@@ -299,7 +299,11 @@ pub(in crate::screen) fn lifted_s(events: &[EventFacts]) -> f64 {
 /// What casts doubt on a log, each once.
 fn doubted(facts: &LogFacts, events: &[EventFacts]) -> Vec<String> {
     let mut doubted: Vec<String> = facts.gross_inputs.clone();
-    doubted.extend(events.iter().flat_map(|event| event.doubted_by.clone()));
+    doubted.extend(
+        events
+            .iter()
+            .flat_map(|event| event.doubted_by.iter().flatten().cloned()),
+    );
     doubted.sort();
     doubted.dedup();
     doubted
@@ -312,7 +316,7 @@ mod tests {
 
     #[test]
     fn every_kind_of_event_and_every_cause_has_a_column() {
-        let has = |name: String| FleetLog::COLUMNS.iter().any(|column| column.name == name);
+        let has = |name: String| FleetLog::columns().iter().any(|column| column.name == name);
         for kind in EventKind::all() {
             assert!(has(format!("{}_events", kind.name())), "{}", kind.name());
         }

@@ -252,7 +252,9 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
             .filter_map(|event| event.certainty_any_split)
             .reduce(f64::max);
         let mut doubts: Vec<String> = facts.gross_inputs.clone();
-        let doubted = events.iter().flat_map(|event| &event.doubted_by);
+        let doubted = events
+            .iter()
+            .flat_map(|event| event.doubted_by.iter().flatten());
         doubts.extend(doubted.map(|subject| input_in_words(subject)));
         doubts.sort_unstable();
         doubts.dedup();
