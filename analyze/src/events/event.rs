@@ -1,7 +1,7 @@
 //! Events: kind, time, severity, evidence.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
@@ -226,8 +226,9 @@ pub struct CauseShare {
 
 tipwatch_mechanics::named! {
     /// Kinds of events.
-    #[derive(PartialOrd, Ord, clap::ValueEnum)]
+    #[derive(PartialOrd, Ord, clap::ValueEnum, Deserialize)]
     #[value(rename_all = "snake_case")]
+    #[serde(rename_all = "snake_case")]
     pub enum EventKind {
         /// A wheel's load is below the limit; `worst` is the lowest load (N).
         WheelLight,
@@ -323,6 +324,11 @@ impl EventKind {
             | Self::LiftNotExcluded => true,
             Self::InputGap | Self::InputFault => false,
         }
+    }
+
+    /// Whether a wheel is off the ground.
+    pub(crate) fn is_lift(self) -> bool {
+        matches!(self, Self::WheelLift | Self::EdgeTipping | Self::TipOver)
     }
 
     /// Whether rows show that it happened: not what is only possible between them, and not a matter of the log.

@@ -48,8 +48,8 @@ pub struct LogFacts {
     pub exposure: Exposure,
     /// Facts by wheel.
     pub wheels: Vec<WheelFacts>,
-    /// Number of events by [`EventKind::name`]; `None` for events of the machine if no row is computable.
-    pub event_counts: BTreeMap<String, Option<u64>>,
+    /// Number of events by kind; `None` for events of the machine if no row is computable.
+    pub event_counts: BTreeMap<EventKind, Option<u64>>,
     /// Longest gap in a signal (s); 0 without an `input_gap`.
     pub longest_gap_s: f64,
     /// Number of lost byte ranges.
@@ -87,7 +87,7 @@ record! {
     #[derive(Serialize, Deserialize)]
     pub struct EventFacts {
         /// as in [Events](events.md)
-        kind: String,
+        kind: EventKind,
         /// the wheel, edge or signal
         subject: String,
         /// start
@@ -147,9 +147,9 @@ impl LogFacts {
             wheels: (0..analysis.machine.wheels().len())
                 .map(|wheel| wheel_facts(analysis, wheel))
                 .collect(),
-            event_counts: (EventKind::all().iter())
-                .map(|&kind| (kind.name().into(), count(analysis, kind)))
-                .collect(),
+            event_counts: EventKind::ALL
+                .map(|kind| (kind, count(analysis, kind)))
+                .into(),
             longest_gap_s: gaps.map(|event| event.worst).fold(0.0, f64::max),
             lost_ranges: losses.ranges.len() as u64,
             lost_bytes: losses.bytes_lost(),
@@ -165,7 +165,7 @@ impl LogFacts {
     /// Number of events of a kind; `None` if it cannot be known.
     #[must_use]
     pub fn events_of(&self, kind: EventKind) -> Option<u64> {
-        self.event_counts.get(kind.name()).copied().flatten()
+        self.event_counts.get(&kind).copied().flatten()
     }
 
     /// Whether there is an event of a kind.
@@ -209,7 +209,7 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
             .as_ref()
             .and_then(|causes| causes.shares.first());
         EventFacts {
-            kind: event.kind.name().into(),
+            kind: event.kind,
             subject: event.subject.clone(),
             start_ns: event.start_ns,
             end_ns: event.end_ns,

@@ -176,7 +176,7 @@ impl Events {
         }
         let passed = counted.len() as u64 <= at_most;
         let is_falling = |event: &&EventFacts| {
-            event.kind == EventKind::EdgeTipping.name()
+            event.kind == EventKind::EdgeTipping
                 && event.end_ns.is_none()
                 && event.certainty.is_none_or(|certainty| certainty >= LIKELY)
         };
@@ -194,7 +194,7 @@ impl Events {
     }
 
     fn counts(&self, event: &EventFacts) -> bool {
-        event.kind == self.kind.name()
+        event.kind == self.kind
             && event.certainty.is_none_or(|p| p >= self.min_certainty)
             && event.duration_s >= self.min_duration_s
             && (self.subjects.is_empty() || self.subjects.contains(&event.subject))
@@ -253,7 +253,7 @@ mod tests {
 
     fn event(certainty: Option<f64>, duration_s: f64, split_dependent: bool) -> EventFacts {
         EventFacts {
-            kind: "wheel_lift".into(),
+            kind: EventKind::WheelLift,
             subject: "fl".into(),
             start_ns: 0,
             end_ns: None,
@@ -275,7 +275,7 @@ mod tests {
 
     fn tipping(end_ns: Option<i64>) -> EventFacts {
         EventFacts {
-            kind: "edge_tipping".into(),
+            kind: EventKind::EdgeTipping,
             subject: "left".into(),
             end_ns,
             ..event(Some(0.99), 1.0, false)

@@ -10,6 +10,8 @@ use polars::prelude::{
     UInt64Chunked,
 };
 
+use crate::events::EventKind;
+
 /// A column as its record declares it.
 #[derive(Debug, Clone, Copy)]
 pub struct ColumnInfo {
@@ -148,6 +150,15 @@ impl Field for Option<String> {
 
     fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {
         StringChunked::from_iter_options(name.into(), values.map(Option::as_deref)).into_column()
+    }
+}
+
+impl Field for EventKind {
+    const TYPE: &'static str = "str";
+
+    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {
+        let names = values.map(|kind| kind.name());
+        StringChunked::from_iter_values(name.into(), names).into_column()
     }
 }
 

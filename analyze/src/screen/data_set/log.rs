@@ -266,14 +266,7 @@ impl FleetLog {
 
 /// The events in which a wheel is off the ground.
 fn lifts(events: &[EventFacts]) -> impl Iterator<Item = &EventFacts> {
-    let kinds = [
-        EventKind::WheelLift,
-        EventKind::EdgeTipping,
-        EventKind::TipOver,
-    ];
-    events
-        .iter()
-        .filter(move |event| kinds.iter().any(|kind| kind.name() == event.kind))
+    events.iter().filter(|event| event.kind.is_lift())
 }
 
 /// Time in which at least one wheel was off the ground (s).
