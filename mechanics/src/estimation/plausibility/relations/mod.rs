@@ -17,6 +17,7 @@
 //! ([`Explanation`]). A relation cannot tell which of its sensors is wrong. Where nothing moves, nothing is shown.
 
 mod band;
+mod compared;
 mod excitation;
 mod gyro;
 mod hypotheses;
@@ -34,6 +35,7 @@ mod tilt;
 mod turn;
 mod unknowns;
 mod window;
+mod yielding;
 
 use nalgebra::{Matrix3, Vector3};
 

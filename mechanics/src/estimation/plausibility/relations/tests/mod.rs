@@ -6,6 +6,7 @@ mod excitation;
 mod lean_model;
 mod motion;
 mod rolling;
+mod yielding;
 
 use crate::machine::{LogFacts, Machine, MachineSpec};
 
