@@ -142,6 +142,7 @@ mod tests {
                 onset_in_log: true,
                 ten_degrees_ns: None,
                 at_rest_ns: None,
+                rested_ns: None,
                 no_return: None,
             }),
             ..fall.clone()

@@ -8,7 +8,7 @@ use tipwatch_ingest::{Losses, LostRange};
 
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
-use crate::events::{EventKind, Finding};
+use crate::events::{Event, EventKind, Finding};
 
 pub use crate::analysis::margin::{
     EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, Moment, WorstMargin,
@@ -122,6 +122,9 @@ pub struct EventFacts {
     /// Whether gyro and attitude show it, whatever the loads are.
     #[serde(default)]
     pub is_measured: bool,
+    /// Whether it rests on a rotation that ground that gave way explains as well.
+    #[serde(default)]
+    pub is_open: bool,
 }
 
 impl LogFacts {
@@ -204,6 +207,19 @@ impl LogFacts {
 pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
     let rows = &analysis.rows;
     let last_ns = rows.times_ns[rows.len() - 1];
+    let open: Vec<&Event> = analysis
+        .events
+        .iter()
+        .filter(|event| event.is_open())
+        .collect();
+    let is_open = |event: &Event| {
+        // what the loads show by themselves is more certain than that
+        let rests_on_it = event
+            .certainty
+            .is_some_and(|certainty| certainty < super::LIKELY);
+        let mut open = open.iter();
+        event.kind.is_observed() && rests_on_it && open.any(|it| it.overlaps(event.span_ns()))
+    };
     let facts = analysis.events.iter().map(|event| {
         let cause = event
             .causes
@@ -233,6 +249,7 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
                 .as_ref()
                 .map_or_else(Vec::new, |doubt| doubt.subjects.clone()),
             is_measured: event.is_measured(),
+            is_open: is_open(event),
         }
     });
     facts.collect()
