@@ -8,23 +8,22 @@
 //! with unknowns that are learned: the bias of the gyro, the compliance s of tyres and ground relative to that in the machine
 //! file about each axis, and a small load m on the tool. An alternative predicts another a: that of the posture in which a joint
 //! has the other sign, is exchanged with another or moves by another scale; or it lets a joint move that its encoder shows
-//! at rest; or it lets a load be taken up. Ground that gives way ([`super::yielding`]) leans the platform, too, with sound sensors:
-//! an alternative counts only where it explains more than that does, and what ground has turned teaches no bias. Where a wheel
-//! may be off the ground, where the machine travels, and after a hole, nothing is asked.
+//! at rest; or it lets a load be taken up. Where a wheel may be off the ground, where the machine travels, and after a hole,
+//! nothing is asked.
 
 use nalgebra::{SVector, Vector2, Vector3};
 
 use super::super::explanation::{Axis, Explanation};
 use super::super::notice::Limits;
-use super::compared::{Compared, UNKNOWNS};
 use super::gyro::Gyro;
 use super::lean_model::{Lean, LeanModel};
-use super::likelihood::{Evidence, Standing, log_density_of_other};
+use super::likelihood::{Evidence, Mixture, Standing, log_density_of_other};
 use super::rolling::Rolled;
 use super::unknowns::Unknowns;
-use super::yielding::{WAYS, Yielding};
 use crate::machine::{Machine, Proof, Proofs};
 
+/// Number of unknowns: bias about x and y, compliance about x and y, load, and what is drawn anew in each window.
+const UNKNOWNS: usize = 6;
 /// Bias of a gyro (rad/s), and how fast it changes (rad/s in a window).
 const BIAS: f64 = 0.005;
 const BIAS_DRIFT: f64 = 2e-5;
@@ -41,8 +40,6 @@ const TAKEN_UP: f64 = 0.05;
 /// Motion of a joint in a window that its encoder does not show (rad or m), and the motion that shows that it works.
 const UNSEEN_MOTION: f64 = 0.3;
 const MOVES: f64 = 2e-3;
-/// Motion over which the lean is a straight line (rad or m).
-const SMALL_MOTION: f64 = 1e-3;
 /// Lean in a window that has other causes (rad), and that of a machine that travels.
 const UNEXPLAINED: f64 = 1e-4;
 const UNEVEN: f64 = 2e-3;
@@ -60,6 +57,10 @@ const COMES_TO_REST_S: f64 = 1.5;
 const SETTLING: u32 = 2;
 /// What an encoder that moves refutes of its standstill.
 const REFUTED: f64 = -5.0;
+const LEANS: Mixture = Mixture {
+    outliers: 0.05,
+    range: 0.02,
+};
 
 /// The relation.
 #[derive(Debug, Clone)]
@@ -83,7 +84,6 @@ pub(super) struct LeanRelation {
     before: Option<End>,
     settling: u32,
     sound: Unknowns<UNKNOWNS>,
-    yielding: Vec<Yielding>,
     alternatives: Vec<Alternative>,
     threshold: f64,
     mass: f64,
@@ -111,13 +111,9 @@ struct Alternative {
     beyond: Vector2<f64>,
     /// Position of its joint there.
     position: f64,
-    /// How far its joint has moved since its encoder stopped (rad or m).
-    unseen: f64,
     /// By how much its joint is off (rad or m), where something suggests that.
     offset: Option<f64>,
     evidence: Evidence,
-    /// The same against ground that gives way in each direction.
-    over_yielding: [Evidence; WAYS],
     /// What speaks for sound sensors instead: of an offset, which something suggests, this decides, too.
     refuted: Evidence,
 }
@@ -172,10 +168,8 @@ impl LeanRelation {
             }),
             beyond: Vector2::zeros(),
             position: f64::NAN,
-            unseen: 0.0,
             offset: None,
             evidence: Evidence::default(),
-            over_yielding: [Evidence::default(); WAYS],
             refuted: Evidence::default(),
         };
         Some(Self {
@@ -194,7 +188,6 @@ impl LeanRelation {
             before: None,
             settling: 1,
             sound: unknowns(SMALL_LOAD),
-            yielding: Yielding::all(&unknowns(SMALL_LOAD)),
             alternatives: explanations.into_iter().map(alternative).collect(),
             threshold,
             mass,
@@ -206,10 +199,8 @@ impl LeanRelation {
     pub(super) fn distrust(&mut self) {
         self.before = None;
         self.settling = SETTLING;
-        self.yielding.iter_mut().for_each(Yielding::forget);
         for it in &mut self.alternatives {
             it.evidence.forget();
-            it.over_yielding.iter_mut().for_each(Evidence::forget);
             it.refuted.forget();
         }
     }
@@ -222,7 +213,6 @@ impl LeanRelation {
             it.offset = offset;
             it.unknowns = self.sound;
             (it.evidence, it.refuted) = (Evidence::default(), Evidence::default());
-            it.over_yielding = [Evidence::default(); WAYS];
             // its posture is not the one noted at the beginning of the window
             self.before = None;
         }
@@ -362,23 +352,12 @@ impl LeanRelation {
         let before = self.sound;
         self.sound.drift(drift);
         let sound = compared.take(&mut self.sound, &compared.measured, a, Vector2::zeros());
-        let mut on_yielding = [sound; WAYS];
-        for (ground, density) in self.yielding.iter_mut().zip(&mut on_yielding) {
-            *density = ground.take(compared, a, &before, sound, threshold);
-        }
-        let yields = self.yielding.iter().filter_map(|it| it.learned(threshold));
-        if let Some((_, learned)) = yields.max_by(|a, b| a.0.total_cmp(&b.0)) {
-            self.sound = learned;
-        }
         let at_rest = self.model.posture_lean(up);
         for it in &mut self.alternatives {
             if it.is_asleep() {
                 continue;
             }
             it.unknowns.drift(drift);
-            if it.evidence.value == 0.0 && it.unseen != 0.0 {
-                (it.unseen, it.beyond) = (0.0, Vector2::zeros());
-            }
             let beyond = it.beyond(&mut self.model, up, &at_rest);
             let predicted = a + beyond - it.beyond;
             it.beyond = beyond;
@@ -400,37 +379,13 @@ impl LeanRelation {
                     let moved = (position - it.position).abs();
                     it.position = position;
                     if moved > MOVES {
-                        it.add(
-                            compared.start_ns,
-                            sound + REFUTED,
-                            sound,
-                            &on_yielding,
-                            threshold,
-                        );
+                        it.evidence.add(compared.start_ns, REFUTED, threshold);
                         continue;
                     }
                     unknowns.draw(5, UNSEEN_MOTION);
-                    let compliance = Vector2::new(unknowns.mean[2], unknowns.mean[3]);
-                    let model = &mut self.model;
-                    let unseen = it.unseen;
-                    let mut per_motion = |by: f64| {
-                        let moved = model.lean_with([(joint, position + unseen + by); 2], up);
-                        (moved - at_rest - beyond).component_mul(&compliance) / by
-                    };
-                    // an arm that slews leans the platform along a curve: first by its tangent, then by its chord
-                    let mut by_tangent = *unknowns;
-                    let tangent = per_motion(SMALL_MOTION);
-                    compared.take(&mut by_tangent, &measured, &predicted, tangent);
-                    let by = by_tangent.mean[5];
-                    let drawn = match by.abs() > SMALL_MOTION {
-                        true => per_motion(by),
-                        false => tangent,
-                    };
-                    let density = compared.take(unknowns, &measured, &predicted, drawn);
-                    it.unseen += unknowns.mean[5];
-                    let posture = [(joint, position + it.unseen); 2];
-                    it.beyond = self.model.lean_with(posture, up) - at_rest;
-                    density
+                    let step = 1e-3;
+                    let moved = self.model.lean_with([(joint, position + step); 2], up);
+                    compared.take(unknowns, &measured, a, (moved - at_rest) / step)
                 }
                 Explanation::Sign(Axis::X) => {
                     let measured = Vector2::new(-measured.x, measured.y);
@@ -451,7 +406,8 @@ impl LeanRelation {
                 }
                 _ => compared.take(unknowns, &measured, &predicted, Vector2::zeros()),
             };
-            it.add(compared.start_ns, density, sound, &on_yielding, threshold);
+            it.evidence
+                .add(compared.start_ns, density - sound, threshold);
             if it.offset.is_some() {
                 it.refuted
                     .add(compared.start_ns, sound - density, threshold);
@@ -510,34 +466,63 @@ impl LeanRelation {
     /// The best of the alternatives that stand. A load explains as well as a sensor: the sensor is named only where it explains
     /// more.
     pub(super) fn standing(&self) -> Standing {
-        let standing = self.alternatives.iter().filter(|it| it.stands());
+        let standing = self.alternatives.iter().filter(|it| it.evidence.stands());
         let best = standing.max_by(|a, b| a.evidence.value.total_cmp(&b.evidence.value))?;
         Some((best.explanation, best.evidence, self.threshold))
     }
 }
 
-impl Alternative {
-    /// Adds what a window says, of log density `density` under it, `sound` under sound sensors on firm ground, and
-    /// `on_yielding` under sound sensors on ground that gives way.
-    fn add(
-        &mut self,
-        start_ns: i64,
-        density: f64,
-        sound: f64,
-        on_yielding: &[f64; WAYS],
-        threshold: f64,
-    ) {
-        self.evidence.add(start_ns, density - sound, threshold);
-        for (evidence, on_yielding) in self.over_yielding.iter_mut().zip(on_yielding) {
-            evidence.add(start_ns, density - on_yielding, threshold);
+/// What is compared in a window.
+struct Compared {
+    start_ns: i64,
+    window_s: f64,
+    sigma: Vector2<f64>,
+    measured: Vector2<f64>,
+    per_load: Vector2<f64>,
+    by_load: Vector2<f64>,
+    least_compliance: f64,
+}
+
+impl Compared {
+    /// The row of the unknowns about an axis.
+    fn row(&self, axis: usize, a: &Vector2<f64>, drawn: &Vector2<f64>) -> SVector<f64, UNKNOWNS> {
+        let mut row = SVector::zeros();
+        row[axis] = self.window_s;
+        row[2 + axis] = a[axis];
+        row[4] = self.per_load[axis];
+        row[5] = drawn[axis];
+        row
+    }
+
+    /// Log density of the measured lean, and what it teaches of the unknowns.
+    fn take(
+        &self,
+        unknowns: &mut Unknowns<UNKNOWNS>,
+        measured: &Vector2<f64>,
+        a: &Vector2<f64>,
+        drawn: Vector2<f64>,
+    ) -> f64 {
+        let mut sum = 0.0;
+        for axis in 0..2 {
+            let row = self.row(axis, a, &drawn);
+            sum += unknowns.take(&row, measured[axis], self.sigma[axis], LEANS);
         }
+        for compliance in 2..4 {
+            unknowns.mean[compliance] = unknowns.mean[compliance].max(self.least_compliance);
+        }
+        sum
     }
 
-    /// Whether it explains more than sound sensors do, on firm ground and on ground that gives way.
-    fn stands(&self) -> bool {
-        self.evidence.stands() && self.over_yielding.iter().all(Evidence::stands)
+    fn residual(&self, unknowns: &Unknowns<UNKNOWNS>, a: &Vector2<f64>) -> Vector2<f64> {
+        let of = |axis: usize| {
+            let row = self.row(axis, a, &Vector2::zeros());
+            self.measured[axis] - row.dot(&unknowns.mean)
+        };
+        Vector2::new(of(0), of(1))
     }
+}
 
+impl Alternative {
     /// Whether nothing suggests it.
     fn is_asleep(&self) -> bool {
         matches!(self.explanation, Explanation::JointOffset(_)) && self.offset.is_none()
@@ -560,9 +545,6 @@ impl Alternative {
             Explanation::JointOffset(joint) => {
                 let offset = self.offset.unwrap_or(0.0);
                 [(joint, model.position(joint) - offset); 2]
-            }
-            Explanation::JointStopped(joint) if self.unseen != 0.0 => {
-                [(joint, model.position(joint) + self.unseen); 2]
             }
             _ => return Vector2::zeros(),
         };

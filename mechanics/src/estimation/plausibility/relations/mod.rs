@@ -17,7 +17,6 @@
 //! ([`Explanation`]). A relation cannot tell which of its sensors is wrong. Where nothing moves, nothing is shown.
 
 mod band;
-mod compared;
 mod excitation;
 mod gyro;
 mod hypotheses;
@@ -35,7 +34,6 @@ mod tilt;
 mod turn;
 mod unknowns;
 mod window;
-mod yielding;
 
 use nalgebra::{Matrix3, Vector3};
 

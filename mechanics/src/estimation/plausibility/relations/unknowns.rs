@@ -26,11 +26,6 @@ impl<const N: usize> Unknowns<N> {
         self.covariance += SMatrix::from_diagonal(&sigma.component_mul(&sigma));
     }
 
-    /// Lets one of them change by this standard deviation.
-    pub(super) fn drift_one(&mut self, index: usize, sigma: f64) {
-        self.covariance[(index, index)] += sigma * sigma;
-    }
-
     /// Draws one of them anew, with this standard deviation.
     pub(super) fn draw(&mut self, index: usize, sigma: f64) {
         self.mean[index] = 0.0;

@@ -6,7 +6,6 @@ mod excitation;
 mod lean_model;
 mod motion;
 mod rolling;
-mod yielding;
 
 use crate::machine::{LogFacts, Machine, MachineSpec};
 
