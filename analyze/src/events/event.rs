@@ -134,6 +134,9 @@ pub struct MeasuredRotation {
     pub no_return_ns: Option<i64>,
     /// Since when the machine rested on its side (ns).
     pub at_rest_ns: Option<i64>,
+    /// Since when it rested between its wheels and its side, while the loads show it on its wheels (ns): the ground gave way
+    /// under it, or something that is not measured props it.
+    pub rested_ns: Option<i64>,
 }
 
 /// An input fault.
@@ -162,6 +165,15 @@ impl Event {
     pub fn is_measured(&self) -> bool {
         let rotation = self.measured_rotation.as_ref();
         rotation.is_some_and(|rotation| rotation.witness == RotationWitness::Both)
+    }
+
+    /// Whether the ground may as well have given way under the machine: this neither happened for certain nor did not.
+    pub(crate) fn is_open(&self) -> bool {
+        let rested_ns = |rotation: &MeasuredRotation| rotation.rested_ns;
+        self.measured_rotation
+            .as_ref()
+            .and_then(rested_ns)
+            .is_some()
     }
 
     /// Its time, first and last (ns); without an end, all that follows.

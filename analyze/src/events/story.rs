@@ -91,7 +91,12 @@ impl Stories<'_> {
         if let Some(worst) = tippings.max_by(|a, b| a.severity().total_cmp(&b.severity())) {
             (tipping.worst, tipping.worst_ns) = (worst.worst, worst.worst_ns);
         }
-        if !first.is_some_and(|by_loads| sharpens(by_loads, rotation)) {
+        let dates = |by_loads: &Event| {
+            // a rotation that creeps at first is dated by the loads alone
+            let alone = rotation.creeps && by_loads.shown_by != Some(ShownBy::Rotation);
+            sharpens(by_loads, rotation) || (alone && by_loads.start_sigma_s.is_some())
+        };
+        if !first.is_some_and(dates) {
             tipping.start_ns = rotation.start_ns;
             tipping.start_sigma_s = rotation.start_sigma_s;
             tipping.start_bound = match rotation.start_sigma_s {
@@ -108,10 +113,10 @@ impl Stories<'_> {
         let (largest_rad, largest_ns) = rotation.largest();
         let largest_rad = largest_rad - since_rad;
         tipping.rotation_rad = Some(largest_rad);
-        let certainty = [tipping.certainty, Some(rotation.spell.certainty)];
+        let is_by_loads = first.is_some_and(|event| event.shown_by != Some(ShownBy::Rotation));
+        let certainty = [tipping.certainty, Some(rotation.certainty(is_by_loads))];
         tipping.certainty = certainty.into_iter().flatten().reduce(f64::max);
         tipping.certainty_any_split = tipping.certainty;
-        let is_by_loads = first.is_some_and(|event| event.shown_by != Some(ShownBy::Rotation));
         tipping.shown_by = Some(match is_by_loads {
             true => ShownBy::Both,
             false => ShownBy::Rotation,
@@ -127,6 +132,7 @@ impl Stories<'_> {
             no_return_sigma_rad: no_return.and_then(|no_return| no_return.sigma_rad),
             no_return_ns: no_return.and_then(|no_return| reached(no_return.rotation_rad)),
             at_rest_ns: rotation.spell.at_rest_ns,
+            rested_ns: rotation.spell.rested_ns.filter(|_| !is_by_loads),
         });
         // beyond 10 degrees, or for certain beyond the point of no return, and never back
         let is_past = no_return.is_some_and(|no_return| {

@@ -8,7 +8,7 @@ use tipwatch_ingest::{Losses, LostRange};
 
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
-use crate::events::{EventKind, Finding};
+use crate::events::{Event, EventKind, Finding};
 use crate::tables::frame::record;
 
 pub use crate::analysis::margin::{
@@ -120,6 +120,8 @@ record! {
         doubted_by: Option<Vec<String>>,
         /// whether gyro and attitude both show it, whatever the loads are
         is_measured: Option<bool>,
+        /// whether it rests on a rotation that ground that gave way explains as well
+        is_open: Option<bool>,
     }
 }
 
@@ -203,6 +205,19 @@ impl LogFacts {
 pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
     let rows = &analysis.rows;
     let last_ns = rows.times_ns[rows.len() - 1];
+    let open: Vec<&Event> = analysis
+        .events
+        .iter()
+        .filter(|event| event.is_open())
+        .collect();
+    let is_open = |event: &Event| {
+        // what the loads show by themselves is more certain than that
+        let rests_on_it = event
+            .certainty
+            .is_some_and(|certainty| certainty < super::LIKELY);
+        let mut open = open.iter();
+        event.kind.is_observed() && rests_on_it && open.any(|it| it.overlaps(event.span_ns()))
+    };
     let facts = analysis.events.iter().map(|event| {
         let cause = event
             .causes
@@ -231,6 +246,7 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
                 (event.doubt.as_ref()).map_or_else(Vec::new, |doubt| doubt.subjects.clone()),
             ),
             is_measured: Some(event.is_measured()),
+            is_open: Some(is_open(event)),
         }
     });
     facts.collect()

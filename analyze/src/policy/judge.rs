@@ -2,13 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::LIKELY;
 use super::facts::{EventFacts, LogFacts};
 use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 use crate::analysis::Undecided;
 use crate::events::EventKind;
-
-/// A tipping that stands when the log ends leaves open whether the machine tipped over, from this probability on.
-const LIKELY: f64 = 0.5;
 
 /// The judgement of a log: `policy.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -175,6 +173,19 @@ impl Events {
             ));
         }
         let passed = counted.len() as u64 <= at_most;
+        let is_open = |event: &&&EventFacts| event.is_open == Some(true);
+        let sure = counted.iter().filter(|event| !is_open(event)).count() as u64;
+        if let Some(open) = counted.iter().find(|event| is_open(event))
+            && !passed
+            && sure <= at_most
+        {
+            let found = format!(
+                "not decided: from t = {:.2} s the platform rotated and came to rest; the ground gave way under it, or the \
+                 machine is propped",
+                seconds(open)
+            );
+            return (false, false, found);
+        }
         let is_falling = |event: &&EventFacts| {
             event.kind == EventKind::EdgeTipping
                 && event.end_ns.is_none()
@@ -270,6 +281,7 @@ mod tests {
             main_cause_percent: None,
             doubted_by: None,
             is_measured: None,
+            is_open: None,
         }
     }
 
@@ -300,6 +312,22 @@ mod tests {
         assert!(!passed && !decided);
         let (passed, decided, _) = falls.judge(0, 0, &[tipping(Some(1))]);
         assert!(passed && decided);
+    }
+
+    #[test]
+    fn ground_that_may_have_given_way_decides_no_tip_over() {
+        let falls = Events::all_of(EventKind::EdgeTipping);
+        let open = EventFacts {
+            is_open: Some(true),
+            certainty: Some(0.4),
+            ..tipping(None)
+        };
+        let (passed, decided, _) = falls.judge(0, 0, std::slice::from_ref(&open));
+        assert!(!passed && !decided);
+        let (passed, decided, _) = falls.judge(0, 0, &[open.clone(), tipping(Some(1))]);
+        assert!(!passed && decided, "another one is sure");
+        let (passed, decided, _) = falls.judge(1, 0, &[open]);
+        assert!(passed && decided, "one is allowed");
     }
 
     #[test]

@@ -122,6 +122,14 @@ impl Scene {
             let at_s = self.seconds(at_rest_ns);
             evidence.push(format!("At rest on its side from t = {at_s:.2} s"));
         }
+        if let Some(rested_ns) = measured.rested_ns {
+            let at_s = self.seconds(rested_ns);
+            evidence.push(format!(
+                "At rest between wheels and side from t = {at_s:.2} s, where gravity lets no machine rest, and by the loads it stands \
+                 on its {}: the ground gave way under it, or something that is not measured props it",
+                self.word.many
+            ));
+        }
         evidence
     }
 

@@ -36,6 +36,10 @@ const REST_RATE: f64 = 3.0 * DEGREE;
 const REST_NS: i64 = 200_000_000;
 /// Rotation from which a platform at rest lies on its side (rad).
 const ON_SIDE: f64 = 40.0 * DEGREE;
+/// A platform rests at an angle that it keeps within this (rad) for so long (ns). Of one that balances on an edge the angle
+/// from the balance grows by exp(t sqrt(g / height)): after this time, to more than twenty times what it was.
+const KEPT: f64 = 0.3 * DEGREE;
+const KEPT_NS: i64 = 1_500_000_000;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Follows the rotation of a platform about the edges of its support polygon from raw samples, in order of arrival.
@@ -60,6 +64,8 @@ pub struct PlatformRotation {
     /// How long the platform has been back, or has rested (s, ns).
     back_s: f64,
     still_ns: Option<i64>,
+    /// An angle (rad), and since when the platform has kept it (ns).
+    kept: (f64, i64),
     driven: f64,
 }
 
@@ -114,6 +120,7 @@ impl PlatformRotation {
             ended: None,
             back_s: 0.0,
             still_ns: None,
+            kept: (0.0, 0),
             driven: 0.0,
         }
     }
@@ -321,10 +328,12 @@ impl PlatformRotation {
             by_ground: claim.by_ground,
             certainty: certainty(&claim, witness),
             at_rest_ns: None,
+            rested_ns: None,
             is_from_start: reference.is_assumed(),
             last_ns: now_ns,
         });
         (self.back_s, self.still_ns, self.driven) = (0.0, None, 0.0);
+        self.kept = (claim.angle, now_ns);
     }
 
     /// What shows the claim of a source; `None` if the other source and the specific force refute it.
@@ -429,6 +438,15 @@ impl PlatformRotation {
             if now_ns.saturating_sub(since_ns) >= REST_NS {
                 spell.at_rest_ns.get_or_insert(since_ns);
             }
+        }
+        if (angle - self.kept.0).abs() > KEPT {
+            self.kept = (angle, now_ns);
+        }
+        let rests = now_ns.saturating_sub(self.kept.1) >= KEPT_NS;
+        if rests && angle > BACK * spell.sigma && angle < ON_SIDE {
+            spell.rested_ns.get_or_insert(self.kept.1);
+        } else if angle >= ON_SIDE {
+            spell.rested_ns = None;
         }
         let is_back = angle < BACK * spell.sigma && spell.rate.abs() < BACK_RATE;
         self.back_s = if is_back { self.back_s + dt } else { 0.0 };
