@@ -80,9 +80,10 @@ impl FoundRotation {
     }
 
     /// From when until when (ns) the platform stood on no wheel: it lay on its side, or tumbled. Gyro and attitude must agree
-    /// on it, and have seen how it got there.
+    /// on it, and have seen how it got there: of a log without a reference before it, at least a part of it.
     pub(crate) fn on_side_ns(&self) -> Option<[i64; 2]> {
-        let is_sure = self.spell.witness == RotationWitness::Both && !self.spell.is_from_start;
+        let is_seen = !self.spell.is_from_start || self.is_seen_to_fall();
+        let is_sure = self.spell.witness == RotationWitness::Both && is_seen;
         let tumbled = self.reached(RotationSpell::TUMBLES);
         let since = [tumbled, self.spell.at_rest_ns].into_iter().flatten().min();
         let since = since.filter(|_| is_sure)?;
@@ -375,5 +376,19 @@ mod tests {
             before[0].start_sigma_s.is_none() && before[0].start_ns < 50_000_000,
             "{before:?}"
         );
+    }
+
+    #[test]
+    fn a_log_that_begins_in_the_fall_ends_on_its_side() {
+        let falls = found(0.0, 4.0, |at_s| (0.9 + 0.8 * at_s).min(1.6));
+        assert_eq!(falls.len(), 1, "{falls:?}");
+        assert!(falls[0].start_sigma_s.is_none(), "{falls:?}");
+        let [since_ns, until_ns] = falls[0].on_side_ns().unwrap();
+        let angle = falls[0].angle_at(since_ns);
+        assert!((angle - RotationSpell::TUMBLES).abs() < 0.05, "{angle}");
+        assert_eq!(until_ns, i64::MAX);
+        // nothing shows that one which lies there from the first sample on did not stand, with its IMU mounted otherwise
+        let lies = found(0.0, 4.0, |_| 1.4);
+        assert!(lies.iter().all(|it| it.on_side_ns().is_none()), "{lies:?}");
     }
 }
