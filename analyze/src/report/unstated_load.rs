@@ -161,10 +161,15 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         ("stated_machine", _) if best.probability < LEAST_OF_A_FACT => {
             format!("{about} does not contradict the machine as stated {chance}")
         }
-        (kind, _) if best.probability < LEAST_OF_A_FACT && kind != "none_of_these" => format!(
-            "{about}: the log does not tell between several explanations; the most probable: {} {chance}",
-            with_amounts(best)
-        ),
+        (kind, _) if best.probability < LEAST_OF_A_FACT => {
+            let most_probable = match kind {
+                "none_of_these" => "none that was tried".into(),
+                _ => with_amounts(best),
+            };
+            format!(
+                "{about}: the log does not tell between several explanations; the most probable: {most_probable} {chance}"
+            )
+        }
         ("stated_machine", _) => {
             format!("{about} is explained by the machine as stated {chance}")
         }
@@ -184,8 +189,8 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         }
         ("none_of_these", _) => {
             format!(
-                "{about} contradicts the stated machine, and no explanation tried holds {chance}; a pull or push that changes \
-                 with time, on the tool or the machine, is not among them"
+                "{about} is explained neither by the machine as stated nor by anything else that was tried {chance}; a pull or push \
+                 that changes with time and ground that gives way are not among it"
             )
         }
         _ => format!(
