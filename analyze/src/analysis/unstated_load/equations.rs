@@ -73,15 +73,15 @@ impl ModelError {
     /// All that an explanation may have with it, of any shape, as what no explanation has: the estimated accelerations of a
     /// machine that bounces on its tyres are smooth, and no reason for another explanation.
     pub(super) fn all() -> impl Iterator<Item = Self> {
-        let shapes: [(fn(f64) -> f64, f64); 3] =
-            [(rough, MODEL_S), (smooth, MODEL_S), (smooth, NOISE_S)];
-        shapes.into_iter().flat_map(|(shape, time_s)| {
-            MODEL_FACTORS.map(|factor| Self {
-                factor,
-                shape,
-                time_s,
-            })
-        })
+        let smoothly = |time_s| Self {
+            shape: smooth,
+            time_s,
+            ..Self::STATED
+        };
+        let shapes = [Self::STATED, smoothly(MODEL_S), smoothly(NOISE_S)];
+        shapes
+            .into_iter()
+            .flat_map(|error| MODEL_FACTORS.map(|factor| Self { factor, ..error }))
     }
 }
 
