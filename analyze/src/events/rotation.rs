@@ -23,6 +23,8 @@ const STOOD_S: f64 = 0.4;
 const SLOPE_SIGMAS: f64 = 2.0;
 /// Probability that a platform that creeps, or rests between wheels and side, is held, and not on ground that gave way.
 const HELD: f64 = 0.5;
+/// Ground that gives way turns a machine by less (rad).
+const GROUND_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 /// Rotation at which a fall must have grown faster (rad), and the least ratio of its rate there to its mean rate until then.
 const GROWN_RAD: f64 = 4.0 * std::f64::consts::PI / 180.0;
 const GROWN: f64 = 1.5;
@@ -87,9 +89,10 @@ impl FoundRotation {
     }
 
     /// From when until when (ns) the platform stood on no wheel: it lay on its side, or tumbled. Gyro and attitude must agree
-    /// on it, and have seen how it got there.
+    /// on it, and have seen how it got there: of a log without a reference before it, at least a part of it.
     pub(crate) fn on_side_ns(&self) -> Option<[i64; 2]> {
-        let is_sure = self.spell.witness == RotationWitness::Both && !self.spell.is_from_start;
+        let is_seen = !self.spell.is_from_start || self.is_seen_to_fall();
+        let is_sure = self.spell.witness == RotationWitness::Both && is_seen;
         let tumbled = self.reached(RotationSpell::TUMBLES);
         let since = [tumbled, self.spell.at_rest_ns].into_iter().flatten().min();
         let since = since.filter(|_| is_sure)?;
@@ -106,7 +109,9 @@ impl FoundRotation {
     /// Probability of it: where the platform crept, or rested between wheels and side, and the loads show it on its wheels, the
     /// ground gave way under it, or something that is not measured holds it. Nothing tells which.
     pub(super) fn certainty(&self, is_by_loads: bool) -> f64 {
-        match (self.spell.rested_ns.is_some() || self.creeps) && !is_by_loads {
+        let is_as_of_ground =
+            self.spell.rested_ns.is_some() || (self.creeps && self.largest().0 < GROUND_RAD);
+        match is_as_of_ground && !is_by_loads {
             true => HELD * self.spell.certainty,
             false => self.spell.certainty,
         }
@@ -435,5 +440,19 @@ mod tests {
             before[0].start_sigma_s.is_none() && before[0].start_ns < 50_000_000,
             "{before:?}"
         );
+    }
+
+    #[test]
+    fn a_log_that_begins_in_the_fall_ends_on_its_side() {
+        let falls = found(0.0, 4.0, |at_s| (0.9 + 0.8 * at_s).min(1.6));
+        assert_eq!(falls.len(), 1, "{falls:?}");
+        assert!(falls[0].start_sigma_s.is_none(), "{falls:?}");
+        let [since_ns, until_ns] = falls[0].on_side_ns().unwrap();
+        let angle = falls[0].angle_at(since_ns);
+        assert!((angle - RotationSpell::TUMBLES).abs() < 0.05, "{angle}");
+        assert_eq!(until_ns, i64::MAX);
+        // nothing shows that one which lies there from the first sample on did not stand, with its IMU mounted otherwise
+        let lies = found(0.0, 4.0, |_| 1.4);
+        assert!(lies.iter().all(|it| it.on_side_ns().is_none()), "{lies:?}");
     }
 }

@@ -109,7 +109,10 @@ impl Stories<'_> {
             (Some(end_ns), None) => Some(end_ns),
             (None, _) | (_, Some(None)) => None,
         };
-        let since_rad = rotation.angle_at(tipping.start_ns);
+        // what began before the log is counted from where the platform stands on its wheels, not from where the log begins
+        let is_in_log = rotation.start_sigma_s.is_some() || tipping.start_sigma_s.is_some();
+        let at_start_rad = rotation.angle_at(tipping.start_ns);
+        let since_rad = if is_in_log { at_start_rad } else { 0.0 };
         let (largest_rad, largest_ns) = rotation.largest();
         let largest_rad = largest_rad - since_rad;
         tipping.rotation_rad = Some(largest_rad);
@@ -122,15 +125,17 @@ impl Stories<'_> {
             false => ShownBy::Rotation,
         });
         let reached = |angle: f64| rotation.reached(angle + since_rad);
+        // the point of no return is that of the posture at the start
+        let passed = |angle: f64| rotation.reached(angle + at_start_rad);
         let no_return = self.no_return(rotation, tipping.start_ns);
         tipping.measured_rotation = Some(MeasuredRotation {
             witness: rotation.witness(),
             sigma_rad: rotation.spell.sigma,
-            onset_in_log: rotation.start_sigma_s.is_some() || tipping.start_sigma_s.is_some(),
+            onset_in_log: is_in_log,
             ten_degrees_ns: reached(super::TIP_OVER_RAD),
             no_return_rad: no_return.map(|no_return| no_return.rotation_rad),
             no_return_sigma_rad: no_return.and_then(|no_return| no_return.sigma_rad),
-            no_return_ns: no_return.and_then(|no_return| reached(no_return.rotation_rad)),
+            no_return_ns: no_return.and_then(|no_return| passed(no_return.rotation_rad)),
             at_rest_ns: rotation.spell.at_rest_ns,
             rested_ns: rotation.spell.rested_ns.filter(|_| !is_by_loads),
         });
@@ -139,9 +144,17 @@ impl Stories<'_> {
             let surely_rad = no_return.rotation_rad + 2.0 * no_return.sigma_rad.unwrap_or(0.0);
             rotation.end_ns.is_none()
                 && largest_rad > ROTATES_SIGMAS * rotation.spell.sigma
-                && reached(surely_rad).is_some()
+                && passed(surely_rad).is_some()
         });
-        let over = (largest_rad >= super::TIP_OVER_RAD || is_past).then(|| Event {
+        // how steep the ground is on which it stood before the log began is not known
+        let by_ground_rad = match is_in_log || !rotation.spell.is_from_start {
+            true => 0.0,
+            false => FITS_SIGMAS * rotation.spell.sigma,
+        };
+        let seen_rad = largest_rad + since_rad - at_start_rad;
+        let is_far =
+            seen_rad >= super::TIP_OVER_RAD || largest_rad >= super::TIP_OVER_RAD + by_ground_rad;
+        let over = (is_far || is_past).then(|| Event {
             kind: EventKind::TipOver,
             worst: largest_rad,
             worst_ns: largest_ns,

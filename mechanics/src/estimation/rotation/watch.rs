@@ -429,7 +429,9 @@ impl PlatformRotation {
             by_ground: spell.by_ground,
         };
         spell.certainty = certainty(&largest, spell.witness);
-        let is_still = spell.rate.abs() < REST_RATE && angle >= ON_SIDE;
+        // about the edge, a platform on its roof is turned by anything: the rotation passes from half a turn to minus half a turn
+        let tilt = source.reference.apart(&shown.up).unwrap_or(angle);
+        let is_still = spell.rate.abs() < REST_RATE && tilt >= ON_SIDE;
         if !is_still {
             self.still_ns = None;
             spell.at_rest_ns = None;
@@ -443,14 +445,14 @@ impl PlatformRotation {
             self.kept = (angle, now_ns);
         }
         let rests = now_ns.saturating_sub(self.kept.1) >= KEPT_NS;
-        if rests && angle > BACK * spell.sigma && angle < ON_SIDE {
+        if rests && angle > BACK * spell.sigma && tilt < ON_SIDE {
             spell.rested_ns.get_or_insert(self.kept.1);
-        } else if angle >= ON_SIDE {
+        } else if tilt >= ON_SIDE {
             spell.rested_ns = None;
         }
-        let is_back = angle < BACK * spell.sigma && spell.rate.abs() < BACK_RATE;
+        let is_back = angle < BACK * spell.sigma && tilt < ON_SIDE && spell.rate.abs() < BACK_RATE;
         self.back_s = if is_back { self.back_s + dt } else { 0.0 };
-        let is_driven = self.driven > DRIVEN_LENGTHS * self.edges.length && angle < DRIVEN;
+        let is_driven = self.driven > DRIVEN_LENGTHS * self.edges.length && tilt < DRIVEN;
         if self.back_s >= BACK_S || is_driven {
             self.ended = Some(spell);
             self.spell = None;
