@@ -141,12 +141,12 @@ fn rotation_and_loads_tell_one_story() {
     let over = tip_over(&analysis);
     assert_eq!(over.shown_by, Some(ShownBy::Both));
     assert_onset(over);
-    let no_return = over.measured_rotation.unwrap().no_return.unwrap();
+    let measured = over.measured_rotation.unwrap();
     assert!(
-        no_return.rotation_rad.abs() < 10_f64.to_radians(),
-        "{no_return:?}"
+        measured.no_return_rad.unwrap().abs() < 10_f64.to_radians(),
+        "{measured:?}"
     );
-    assert!(no_return.sigma_rad.unwrap() > 0.0 && no_return.at_ns.is_some());
+    assert!(measured.no_return_sigma_rad.unwrap() > 0.0 && measured.no_return_ns.is_some());
 }
 
 #[test]

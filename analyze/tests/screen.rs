@@ -393,7 +393,7 @@ fn the_data_set_has_the_documented_columns() {
     let (logs, out) = (mixed_logs(), TempDir::new().unwrap());
     let machine = data("tiny_lift.toml");
     screen(logs.path(), out.path(), &["--machine", text(&machine)]);
-    for (kind, columns) in tipwatch_analyze::screen::TABLES {
+    for (kind, columns) in &*tipwatch_analyze::screen::TABLES {
         let tables = tables(out.path(), kind);
         assert!(!tables.is_empty());
         for (file, table) in tables {

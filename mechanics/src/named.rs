@@ -3,8 +3,8 @@
 /// Declares an enum without fields as a list of names: variants in order, [`Copy`], comparable, each with its name in snake case
 /// and its documentation.
 ///
-/// The enum gets `ALL`, its variants in order, and `name()`, what tables, files and messages call a variant. Further derives and
-/// attributes are stated as usual; `#[strum(serialize = "...")]` gives a variant another name.
+/// The enum gets `ALL`, its variants in order, and `name()`, what tables, files and messages call a variant: serde writes it, too.
+/// Further derives and attributes are stated as usual; `#[strum(serialize = "...")]` gives a variant another name.
 ///
 /// ```
 /// tipwatch_mechanics::named! {
@@ -48,6 +48,12 @@ macro_rules! named {
             #[must_use]
             $visible fn name(self) -> &'static str {
                 self.into()
+            }
+        }
+
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, to: S) -> std::result::Result<S::Ok, S::Error> {
+                to.serialize_str(self.name())
             }
         }
     };

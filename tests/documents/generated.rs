@@ -22,7 +22,7 @@ fn the_reference_of_the_columns_is_current() {
 /// The reference of a fleet's tables is made of the records behind them.
 #[test]
 fn the_reference_of_the_data_set_is_current() {
-    for (name, columns) in tipwatch_analyze::screen::TABLES {
+    for (name, columns) in &*tipwatch_analyze::screen::TABLES {
         let mut text = String::from("| column | type | unit | meaning |\n|---|---|---|---|\n");
         for column in columns {
             let unit = column.unit.map_or(" ".into(), |unit| format!(" {unit} "));

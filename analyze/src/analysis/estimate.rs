@@ -6,10 +6,9 @@ use std::sync::Arc;
 use anyhow::Result;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::estimation::plausibility::{FaultSpan, FaultSpans};
+use tipwatch_mechanics::estimation::plausibility::{Explanation, FaultSpan, FaultSpans};
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, ShownNoise};
-use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::machine::SessionProofs;
+use tipwatch_mechanics::machine::{FaultKind, Machine, SessionProofs};
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
 
@@ -121,10 +120,19 @@ pub(super) fn estimate_on_one_clock(
         clock::estimate(loaded, forces, &smoothed)
     };
     if options.apply_clock_offsets == ApplyClockOffsets::Stated {
+        let is_asked = clock.are_applicable() && quality.faults.iter().any(is_contradiction);
+        if !is_asked {
+            quality.tell_supports(loaded);
+            return Ok((rows, quality, clock));
+        }
+        // the rows share the samples, whose stamps change
+        drop(rows);
+        let on_one_clock = faults_on_one_clock(loaded, &clock, options)?;
+        let (rows, mut quality) = estimate(loaded, options)?;
+        explain_by_clock(&mut quality.faults, &on_one_clock);
         quality.tell_supports(loaded);
         return Ok((rows, quality, clock));
     }
-    // the rows share the samples, whose stamps change
     drop(rows);
     if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
         clock.apply(signals, forces);
@@ -132,6 +140,40 @@ pub(super) fn estimate_on_one_clock(
     let (rows, mut quality) = estimate(loaded, options)?;
     quality.tell_supports(loaded);
     Ok((rows, quality, clock))
+}
+
+/// What the checks would find if the estimated offsets between the clocks were applied; the stamps stay as they are.
+fn faults_on_one_clock(
+    loaded: &mut LoadedLog,
+    clock: &ClockOffsets,
+    options: &Options,
+) -> Result<Vec<FaultSpan>> {
+    let shift = |loaded: &mut LoadedLog, times: f64| {
+        if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
+            clock.shift(signals, &mut [], times);
+        }
+    };
+    shift(loaded, 1.0);
+    let found = estimate(loaded, options).map(|(_, quality)| quality.faults);
+    shift(loaded, -1.0);
+    found
+}
+
+/// Where signals contradict each other only as long as their clocks differ, it is the clock that is off.
+fn explain_by_clock(faults: &mut [FaultSpan], on_one_clock: &[FaultSpan]) {
+    let part_of = |span: &FaultSpan| (span.worst.part, span.worst.kind);
+    for span in faults.iter_mut().filter(|span| is_contradiction(span)) {
+        if !on_one_clock
+            .iter()
+            .any(|other| part_of(other) == part_of(span))
+        {
+            span.worst.explanation = Some(Explanation::Late);
+        }
+    }
+}
+
+fn is_contradiction(span: &FaultSpan) -> bool {
+    span.worst.kind == FaultKind::Contradiction && span.worst.explanation.is_some()
 }
 
 /// States of all rows in the requested time range.
@@ -281,4 +323,47 @@ pub(super) fn first_posture(machine: &Machine, rows: &EstimatedRows) -> Vec<f64>
     });
     let first = postures.next();
     first.unwrap_or_else(|| vec![f64::NAN; machine.joints().len()])
+}
+
+#[cfg(test)]
+mod tests {
+    use tipwatch_mechanics::estimation::plausibility::{Amount, Component, Finding, Part};
+    use tipwatch_mechanics::machine::Policy;
+
+    use super::*;
+
+    fn contradiction(part: Part, explanation: Explanation) -> FaultSpan {
+        FaultSpan {
+            worst: Finding {
+                sensor: Sensor::Imu,
+                part,
+                kind: FaultKind::Contradiction,
+                component: Component::Value,
+                policy: Policy::Invalid,
+                since_ns: 0,
+                stamp_ns: 1,
+                measure: 30.0,
+                limit: 22.5,
+                amount: Amount::default(),
+                explanation: Some(explanation),
+            },
+            start_ns: 0,
+            end_ns: 1,
+            until_ns: None,
+            samples: 1,
+        }
+    }
+
+    #[test]
+    fn what_contradicts_on_one_clock_no_longer_is_told_by_the_clock() {
+        let (arm, wheels) = (Part::Lean, Part::Rolling);
+        let mut faults = [
+            contradiction(arm, Explanation::UnstatedLoad),
+            contradiction(wheels, Explanation::Signs),
+        ];
+        let on_one_clock = [contradiction(wheels, Explanation::Signs)];
+        explain_by_clock(&mut faults, &on_one_clock);
+        let told = faults.map(|span| span.worst.explanation);
+        assert_eq!(told, [Some(Explanation::Late), Some(Explanation::Signs)]);
+    }
 }

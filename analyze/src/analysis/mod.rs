@@ -8,6 +8,7 @@ pub mod digest;
 mod estimate;
 mod evaluation;
 mod folds;
+mod ground;
 pub mod health;
 mod imu_check;
 pub mod inputs;

@@ -9,8 +9,8 @@ const TWO_SIGMA: f64 = 0.022_750_131_948_179;
 
 tipwatch_mechanics::named! {
     /// What is supposed instead of what was recorded.
-    #[derive(PartialOrd, Ord, Serialize, JsonSchema)]
-    #[serde(rename_all = "snake_case")]
+    #[derive(PartialOrd, Ord, JsonSchema)]
+    #[schemars(rename_all = "snake_case")]
     pub enum Supposition {
         /// Gravity is perpendicular to the ground under the wheels; all motion relative to the ground is as recorded.
         LevelGround,
@@ -26,8 +26,8 @@ tipwatch_mechanics::named! {
 
 tipwatch_mechanics::named! {
     /// Whether the event would have happened.
-    #[derive(Serialize, JsonSchema)]
-    #[serde(rename_all = "snake_case")]
+    #[derive(JsonSchema)]
+    #[schemars(rename_all = "snake_case")]
     pub enum Answer {
         /// Yes, by two standard deviations.
         Yes,

@@ -1,7 +1,7 @@
 //! Events: kind, time, severity, evidence.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::machine::Policy;
@@ -11,32 +11,35 @@ use super::counterfactual::Counterfactual;
 /// Rotation about an edge (rad) that turns edge tipping into a tip-over.
 pub(crate) const TIP_OVER_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
-/// A finding with a duration.
-#[derive(Debug, Clone, PartialEq)]
+/// A finding with a duration. Its fields are the keys of an event in `summary.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Event {
     /// Its kind.
+    #[schemars(with = "&'static str")]
     pub kind: EventKind,
     /// Start (ns): the onset found from loads and motion where there is one, else the first row.
     pub start_ns: i64,
-    /// Standard deviation of the start (s); `None` where no onset was found or without uncertainties.
+    /// Standard deviation of the start (s); null where no onset was found or without uncertainties.
     pub start_sigma_s: Option<f64>,
     /// Whether it began then, or may have begun earlier: rows before it are missing, or the log begins with it.
+    #[schemars(with = "&'static str")]
     pub start_bound: Bound,
-    /// Last row (ns); `None` if the event is still active when the log ends.
+    /// Last row (ns); null if the event is still active when the log ends.
     pub end_ns: Option<i64>,
     /// Whether it ended then, or may have gone on: rows after it are missing.
+    #[schemars(with = "&'static str")]
     pub end_bound: Bound,
     /// The wheel, edge or signal, in lower case.
     pub subject: String,
-    /// The worst value; [`EventKind`] defines the quantity.
+    /// The worst value; its kind defines the quantity.
     pub worst: f64,
     /// Time of the worst value (ns).
     pub worst_ns: i64,
     /// Unit of `worst`.
     pub unit: &'static str,
-    /// Time (s) from the onset of the `wheel_light` that preceded this event; `None` without one.
+    /// Time (s) from the onset of the `wheel_light` that preceded this event; null without one.
     pub lead_s: Option<f64>,
-    /// Confidence, 0 to 1: probability that the finding is true if the stated split rule is; `None` without
+    /// Confidence, 0 to 1: probability that the finding is true if the stated split rule is; null without
     /// uncertainties.
     pub certainty: Option<f64>,
     /// Probability that the finding is true whatever the split: at most `certainty`, equal to it for edges.
@@ -44,7 +47,7 @@ pub struct Event {
     /// Whether the finding would disappear under another statically admissible load split.
     pub split_dependent: Option<bool>,
     /// For a wheel that lifted, the front axle's share of the roll moment, 0 to 1, at which it would just have stayed on the
-    /// ground: the nearest to the stated one. `None` where no share would have kept it there, and where no share
+    /// ground: the nearest to the stated one; null where no share would have kept it there, and where no share
     /// determines the split.
     pub split_flips_at: Option<f64>,
     /// For a wheel, the smallest and the largest load (N) that equilibrium allows at `judged_ns`.
@@ -56,19 +59,20 @@ pub struct Event {
     /// For an edge, the rotation about it since the start, outwards positive: the largest (rad).
     pub rotation_rad: Option<f64>,
     /// For an edge, what shows it.
+    #[schemars(with = "Option<&'static str>")]
     pub shown_by: Option<ShownBy>,
-    /// For an edge, the rotation about it as gyro and attitude measure it; `None` where they show none beyond what tyres
+    /// For an edge, the rotation about it as gyro and attitude measure it; null where they show none beyond what tyres
     /// and ground explain.
     pub measured_rotation: Option<MeasuredRotation>,
     /// For a wheel, when it was off the ground under any split: the onset of a rotation about an edge (ns).
     pub any_split_ns: Option<i64>,
-    /// Causes of the load loss; `None` for events without a load and models without causes.
+    /// Causes of the load loss; null for events without a load and models without causes.
     pub causes: Option<EventCauses>,
     /// What would have prevented it, one answer for each supposition that differs from what was recorded.
     pub counterfactuals: Vec<Counterfactual>,
-    /// The input fault; `None` for other kinds of events.
+    /// The input fault; null for other kinds of events.
     pub fault: Option<InputFault>,
-    /// Signals that contradict each other during the event, so that its sensors may be wrong; `None` if none do.
+    /// Signals that contradict each other during the event, so that its sensors may be wrong; null if none do.
     pub doubt: Option<Doubt>,
 }
 
@@ -108,9 +112,11 @@ tipwatch_mechanics::named! {
 }
 
 /// A rotation about an edge by gyro and attitude alone.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredRotation {
     /// Which of them shows it.
+    #[serde(rename = "shown_by")]
+    #[schemars(with = "&'static str")]
     pub witness: RotationWitness,
     /// Standard deviation of what tyres, ground and sensor explain of it (rad).
     pub sigma_rad: f64,
@@ -118,32 +124,31 @@ pub struct MeasuredRotation {
     pub onset_in_log: bool,
     /// When it reached 10 degrees (ns).
     pub ten_degrees_ns: Option<i64>,
+    /// Rotation since the start at which gravity through the stated centre of mass passes over the edge: the point of no
+    /// return (rad); null where the posture at the start is unknown. Of all that is said of a rotation, only this rests on
+    /// masses.
+    pub no_return_rad: Option<f64>,
+    /// Its standard deviation, by those of the masses (rad); null without uncertainties.
+    pub no_return_sigma_rad: Option<f64>,
+    /// When the platform passed it (ns); null if it did not.
+    pub no_return_ns: Option<i64>,
     /// Since when the machine rested on its side (ns).
     pub at_rest_ns: Option<i64>,
-    /// The point of no return; `None` where the posture at the start is unknown.
-    pub no_return: Option<NoReturn>,
-}
-
-/// Where gravity through the stated centre of mass passes over the edge. Of all that is said of a rotation, only this rests
-/// on masses.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NoReturn {
-    /// Rotation since the start (rad).
-    pub rotation_rad: f64,
-    /// Its standard deviation, by those of the masses (rad); `None` without uncertainties.
-    pub sigma_rad: Option<f64>,
-    /// When the platform passed it (ns); `None` if it did not.
-    pub at_ns: Option<i64>,
+    /// Since when it rested between its wheels and its side, while the loads show it on its wheels (ns): the ground gave way
+    /// under it, or something that is not measured props it.
+    pub rested_ns: Option<i64>,
 }
 
 /// An input fault.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct InputFault {
     /// Kind of fault.
+    #[schemars(with = "&'static str")]
     pub kind: FaultKind,
     /// What happens to rows that depend on it.
+    #[schemars(with = "&'static str")]
     pub policy: Policy,
-    /// The limit that the worst value exceeded, in its unit; `None` for faults without a limit.
+    /// The limit that the worst value exceeded, in its unit; null for faults without a limit.
     pub limit: Option<f64>,
     /// Number of samples.
     pub samples: u64,
@@ -160,6 +165,15 @@ impl Event {
     pub fn is_measured(&self) -> bool {
         let rotation = self.measured_rotation.as_ref();
         rotation.is_some_and(|rotation| rotation.witness == RotationWitness::Both)
+    }
+
+    /// Whether the ground may as well have given way under the machine: this neither happened for certain nor did not.
+    pub(crate) fn is_open(&self) -> bool {
+        let rested_ns = |rotation: &MeasuredRotation| rotation.rested_ns;
+        self.measured_rotation
+            .as_ref()
+            .and_then(rested_ns)
+            .is_some()
     }
 
     /// Its time, first and last (ns); without an end, all that follows.
@@ -224,8 +238,9 @@ pub struct CauseShare {
 
 tipwatch_mechanics::named! {
     /// Kinds of events.
-    #[derive(PartialOrd, Ord, clap::ValueEnum)]
+    #[derive(PartialOrd, Ord, clap::ValueEnum, Deserialize)]
     #[value(rename_all = "snake_case")]
+    #[serde(rename_all = "snake_case")]
     pub enum EventKind {
         /// A wheel's load is below the limit; `worst` is the lowest load (N).
         WheelLight,
@@ -321,6 +336,11 @@ impl EventKind {
             | Self::LiftNotExcluded => true,
             Self::InputGap | Self::InputFault => false,
         }
+    }
+
+    /// Whether a wheel is off the ground.
+    pub(crate) fn is_lift(self) -> bool {
+        matches!(self, Self::WheelLift | Self::EdgeTipping | Self::TipOver)
     }
 
     /// Whether rows show that it happened: not what is only possible between them, and not a matter of the log.

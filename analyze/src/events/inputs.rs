@@ -142,7 +142,10 @@ mod tests {
                 onset_in_log: true,
                 ten_degrees_ns: None,
                 at_rest_ns: None,
-                no_return: None,
+                rested_ns: None,
+                no_return_rad: None,
+                no_return_sigma_rad: None,
+                no_return_ns: None,
             }),
             ..fall.clone()
         };

@@ -31,4 +31,4 @@ pub(crate) use on_supports::{AnyPass, OnSet};
 pub(crate) use pass::{Found, LowestOtf, of_inputs, sorted};
 pub(crate) use rotation::{FoundRotation, RotationTrace};
 pub(crate) use story::Stories;
-pub(crate) use tipping::distances;
+pub(crate) use tipping::{distances, drives};

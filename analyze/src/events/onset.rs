@@ -290,6 +290,35 @@ pub(super) fn corner(
     .filter(|onset| onset.sigma_s.is_finite() && onset.at_s - first >= FALLS_S[0])
 }
 
+/// An onset that may be later: of a platform that rocks from one diagonal to another, the last wheel off the edge carries load
+/// until long after the first has lifted. Where the load off the edge stays above the level that it has in the fall, from
+/// `falls_s` on, by more than `sigma_n` after the onset for certain, the onset lies between both times:
+/// ```text
+///     t = (t0 + t1) / 2,      var t = var t0 + (t1 - t0)^2 / 4,      t1: the last fall through level + sigma_n
+/// ```
+pub(super) fn until_level(curve: &Curve, onset: Onset, falls_s: f64, sigma_n: f64) -> Onset {
+    let last_s = curve.times_s.last().copied().unwrap_or(falls_s);
+    let (sum_n, count) = (curve.between(falls_s, last_s))
+        .fold((0.0, 0.0), |(sum, count), (_, load)| {
+            (sum + load, count + 1.0)
+        });
+    let level_n = sum_n / count;
+    let last_s = curve
+        .falls_through(level_n + sigma_n)
+        .rfind(|t| *t < falls_s);
+    match last_s.filter(|t| *t > onset.at_s + NEAR_SIGMAS * onset.sigma_s) {
+        Some(last_s) => {
+            let half_s = 0.5 * (last_s - onset.at_s);
+            Onset {
+                at_s: onset.at_s + half_s,
+                sigma_s: onset.sigma_s.hypot(half_s),
+                level_n: Some(level_n),
+            }
+        }
+        None => onset,
+    }
+}
+
 /// When a rotation began, by its rate alone, between the ends of the curve.
 ///
 /// ```text
@@ -641,6 +670,34 @@ mod tests {
         (0..200)
             .for_each(|k| lifted.push(f64::from(k) * 0.01, -100.0 - 500.0 * f64::from(k) * 0.01));
         assert_eq!(passage(&lifted, 0.0, 10.0), None);
+    }
+
+    #[test]
+    fn a_load_that_goes_on_after_the_first_wheel_has_lifted_leaves_the_onset_open() {
+        let onset = Onset {
+            at_s: 1.0,
+            sigma_s: 0.05,
+            level_n: Some(600.0),
+        };
+        let curve = |rocks: f64| {
+            let mut curve = Curve::default();
+            for k in 0..400 {
+                let t = f64::from(k) * 0.01;
+                let load = match t {
+                    t if t < 1.0 => 600.0 + 3000.0 * (1.0 - t),
+                    t if t < 2.3 => rocks,
+                    _ => 0.0,
+                };
+                curve.push(t, load);
+            }
+            curve
+        };
+        let open = until_level(&curve(600.0), onset, 3.0, 300.0);
+        assert!((open.at_s - 1.65).abs() < 0.01, "{open:?}");
+        assert!(open.sigma_s >= 0.64, "{open:?}");
+        let same = until_level(&curve(200.0), onset, 3.0, 300.0);
+        assert_eq!(same.at_s, onset.at_s);
+        assert_eq!(same.sigma_s, onset.sigma_s);
     }
 
     #[test]

@@ -21,6 +21,13 @@ const STOOD_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
 const STOOD_S: f64 = 0.4;
 /// Ground on which a log begins is no steeper than so many standard deviations of a reference that is only assumed.
 const SLOPE_SIGMAS: f64 = 2.0;
+/// Probability that a platform that creeps, or rests between wheels and side, is held, and not on ground that gave way.
+const HELD: f64 = 0.5;
+/// Ground that gives way turns a machine by less (rad).
+const GROUND_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
+/// Rotation at which a fall must have grown faster (rad), and the least ratio of its rate there to its mean rate until then.
+const GROWN_RAD: f64 = 4.0 * std::f64::consts::PI / 180.0;
+const GROWN: f64 = 1.5;
 /// Gyro and attitude that turn together by so much in a log show a fall, wherever it began and however the IMU is mounted (rad).
 const FALL_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
@@ -37,6 +44,8 @@ pub(crate) struct FoundRotation {
     pub(crate) start_sigma_s: Option<f64>,
     /// When the platform was back; `None` if the rotation stands at the end of the log.
     pub(crate) end_ns: Option<i64>,
+    /// Whether it does not grow faster and faster, as a fall does: see [`creeps`].
+    pub(crate) creeps: bool,
     /// Rotation since the start (rad), outwards positive, by time (ns).
     pub(crate) angles: Vec<(i64, f64)>,
 }
@@ -80,9 +89,10 @@ impl FoundRotation {
     }
 
     /// From when until when (ns) the platform stood on no wheel: it lay on its side, or tumbled. Gyro and attitude must agree
-    /// on it, and have seen how it got there.
+    /// on it, and have seen how it got there: of a log without a reference before it, at least a part of it.
     pub(crate) fn on_side_ns(&self) -> Option<[i64; 2]> {
-        let is_sure = self.spell.witness == RotationWitness::Both && !self.spell.is_from_start;
+        let is_seen = !self.spell.is_from_start || self.is_seen_to_fall();
+        let is_sure = self.spell.witness == RotationWitness::Both && is_seen;
         let tumbled = self.reached(RotationSpell::TUMBLES);
         let since = [tumbled, self.spell.at_rest_ns].into_iter().flatten().min();
         let since = since.filter(|_| is_sure)?;
@@ -94,6 +104,17 @@ impl FoundRotation {
         let angles = self.angles.iter().map(|(_, angle)| *angle);
         let [least, most] = [f64::min, f64::max].map(|of| angles.clone().reduce(of).unwrap_or(0.0));
         self.spell.witness == RotationWitness::Both && most - least > FALL_RAD
+    }
+
+    /// Probability of it: where the platform crept, or rested between wheels and side, and the loads show it on its wheels, the
+    /// ground gave way under it, or something that is not measured holds it. Nothing tells which.
+    pub(super) fn certainty(&self, is_by_loads: bool) -> f64 {
+        let is_as_of_ground =
+            self.spell.rested_ns.is_some() || (self.creeps && self.largest().0 < GROUND_RAD);
+        match is_as_of_ground && !is_by_loads {
+            true => HELD * self.spell.certainty,
+            false => self.spell.certainty,
+        }
     }
 
     /// Which measurement shows it.
@@ -269,6 +290,7 @@ impl RotationTrace {
             }
         }
         FoundRotation {
+            creeps: onset.is_some() && creeps(&angles, start_ns),
             edge: watch.edge_name(spell.edge).to_lowercase(),
             spell: *spell,
             start_ns,
@@ -277,6 +299,26 @@ impl RotationTrace {
             angles,
         }
     }
+}
+
+/// Whether a rotation goes on at its mean rate. The moment that turns a falling platform grows with the rotation: from rest,
+/// it takes at least the cube of time,
+/// ```text
+///     angle = a t^3:      rate = 3 angle / t
+/// ```
+/// Ground that gives way, or a force that holds, sets the rate otherwise.
+fn creeps(angles: &[(i64, f64)], start_ns: i64) -> bool {
+    let Some(at) = angles.iter().position(|(_, angle)| *angle >= GROWN_RAD) else {
+        return false;
+    };
+    let since_s = |place: usize| angles[place].0.saturating_sub(start_ns) as f64 * 1e-9;
+    let mean = angles[at].1 / since_s(at);
+    // over the last quarter of the time
+    let before = angles.partition_point(|(at_ns, _)| {
+        at_ns.saturating_sub(start_ns) as f64 * 1e-9 < 0.75 * since_s(at)
+    });
+    let last = (angles[at].1 - angles[before.min(at)].1) / (since_s(at) - since_s(before.min(at)));
+    last < GROWN * mean
 }
 
 #[cfg(test)]
@@ -358,6 +400,29 @@ mod tests {
     }
 
     #[test]
+    fn a_platform_that_comes_to_rest_below_its_side_is_propped_or_on_ground_that_gave_way() {
+        let gives_way = |at_s: f64| {
+            let share = ((at_s - 3.0) / 1.5).clamp(0.0, 1.0);
+            0.3 * share * share * (3.0 - 2.0 * share)
+        };
+        let settled = found(0.0, 9.0, gives_way);
+        assert_eq!(settled.len(), 1, "{settled:?}");
+        let rested_s = settled[0].spell.rested_ns.unwrap() as f64 * 1e-9;
+        assert!((4.0..4.7).contains(&rested_s), "{rested_s}");
+        assert!(settled[0].certainty(false) <= 0.5);
+        assert!(settled[0].certainty(true) > 0.9, "a fall by the loads, too");
+        let creeping = found(0.0, 12.0, |at_s: f64| ((at_s - 3.0) * 0.04).clamp(0.0, 1.0));
+        assert!(creeping[0].creeps, "{creeping:?}");
+        assert!(creeping[0].certainty(false) <= 0.5);
+        let fallen = found(0.0, 9.0, fall(3.0));
+        assert!(
+            fallen[0].spell.rested_ns.is_none() && !fallen[0].creeps,
+            "{fallen:?}"
+        );
+        assert!(fallen[0].certainty(false) > 0.9);
+    }
+
+    #[test]
     fn a_fall_in_the_first_moments_of_a_log_is_not_one_from_before_it() {
         for begins_s in [0.05, 0.15, 0.3, 0.6] {
             let found = found(0.0, 4.0, fall(begins_s));
@@ -376,5 +441,19 @@ mod tests {
             before[0].start_sigma_s.is_none() && before[0].start_ns < 50_000_000,
             "{before:?}"
         );
+    }
+
+    #[test]
+    fn a_log_that_begins_in_the_fall_ends_on_its_side() {
+        let falls = found(0.0, 4.0, |at_s| (0.9 + 0.8 * at_s).min(1.6));
+        assert_eq!(falls.len(), 1, "{falls:?}");
+        assert!(falls[0].start_sigma_s.is_none(), "{falls:?}");
+        let [since_ns, until_ns] = falls[0].on_side_ns().unwrap();
+        let angle = falls[0].angle_at(since_ns);
+        assert!((angle - RotationSpell::TUMBLES).abs() < 0.05, "{angle}");
+        assert_eq!(until_ns, i64::MAX);
+        // nothing shows that one which lies there from the first sample on did not stand, with its IMU mounted otherwise
+        let lies = found(0.0, 4.0, |_| 1.4);
+        assert!(lies.iter().all(|it| it.on_side_ns().is_none()), "{lies:?}");
     }
 }

@@ -8,12 +8,21 @@ use std::f64::consts::FRAC_PI_2;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Scope, State};
 
-use super::event::{Bound, Event, EventKind, MeasuredRotation, NoReturn, ShownBy};
+use super::event::{Bound, Event, EventKind, MeasuredRotation, ShownBy};
 use super::pages::MOST_ROWS_BACK;
 use super::rotation::FoundRotation;
 use super::row_derivatives::RowDerivatives;
 use super::tipping::{ROTATES_SIGMAS, distances};
 use crate::base::table::Table;
+
+/// Where gravity through the stated centre of mass passes over an edge.
+#[derive(Clone, Copy)]
+struct NoReturn {
+    /// Rotation about the edge (rad).
+    rotation_rad: f64,
+    /// Its standard deviation, by those of the masses (rad); `None` without uncertainties.
+    sigma_rad: Option<f64>,
+}
 
 /// Time before a rotation in which the loads may show its beginning (ns).
 const BEFORE_NS: i64 = 1_500_000_000;
@@ -82,7 +91,12 @@ impl Stories<'_> {
         if let Some(worst) = tippings.max_by(|a, b| a.severity().total_cmp(&b.severity())) {
             (tipping.worst, tipping.worst_ns) = (worst.worst, worst.worst_ns);
         }
-        if !first.is_some_and(|by_loads| sharpens(by_loads, rotation)) {
+        let dates = |by_loads: &Event| {
+            // a rotation that creeps at first is dated by the loads alone
+            let alone = rotation.creeps && by_loads.shown_by != Some(ShownBy::Rotation);
+            sharpens(by_loads, rotation) || (alone && by_loads.start_sigma_s.is_some())
+        };
+        if !first.is_some_and(dates) {
             tipping.start_ns = rotation.start_ns;
             tipping.start_sigma_s = rotation.start_sigma_s;
             tipping.start_bound = match rotation.start_sigma_s {
@@ -95,39 +109,52 @@ impl Stories<'_> {
             (Some(end_ns), None) => Some(end_ns),
             (None, _) | (_, Some(None)) => None,
         };
-        let since_rad = rotation.angle_at(tipping.start_ns);
+        // what began before the log is counted from where the platform stands on its wheels, not from where the log begins
+        let is_in_log = rotation.start_sigma_s.is_some() || tipping.start_sigma_s.is_some();
+        let at_start_rad = rotation.angle_at(tipping.start_ns);
+        let since_rad = if is_in_log { at_start_rad } else { 0.0 };
         let (largest_rad, largest_ns) = rotation.largest();
         let largest_rad = largest_rad - since_rad;
         tipping.rotation_rad = Some(largest_rad);
-        let certainty = [tipping.certainty, Some(rotation.spell.certainty)];
+        let is_by_loads = first.is_some_and(|event| event.shown_by != Some(ShownBy::Rotation));
+        let certainty = [tipping.certainty, Some(rotation.certainty(is_by_loads))];
         tipping.certainty = certainty.into_iter().flatten().reduce(f64::max);
         tipping.certainty_any_split = tipping.certainty;
-        let is_by_loads = first.is_some_and(|event| event.shown_by != Some(ShownBy::Rotation));
         tipping.shown_by = Some(match is_by_loads {
             true => ShownBy::Both,
             false => ShownBy::Rotation,
         });
         let reached = |angle: f64| rotation.reached(angle + since_rad);
+        // the point of no return is that of the posture at the start
+        let passed = |angle: f64| rotation.reached(angle + at_start_rad);
         let no_return = self.no_return(rotation, tipping.start_ns);
         tipping.measured_rotation = Some(MeasuredRotation {
             witness: rotation.witness(),
             sigma_rad: rotation.spell.sigma,
-            onset_in_log: rotation.start_sigma_s.is_some() || tipping.start_sigma_s.is_some(),
+            onset_in_log: is_in_log,
             ten_degrees_ns: reached(super::TIP_OVER_RAD),
+            no_return_rad: no_return.map(|no_return| no_return.rotation_rad),
+            no_return_sigma_rad: no_return.and_then(|no_return| no_return.sigma_rad),
+            no_return_ns: no_return.and_then(|no_return| passed(no_return.rotation_rad)),
             at_rest_ns: rotation.spell.at_rest_ns,
-            no_return: no_return.map(|no_return| NoReturn {
-                at_ns: reached(no_return.rotation_rad),
-                ..no_return
-            }),
+            rested_ns: rotation.spell.rested_ns.filter(|_| !is_by_loads),
         });
         // beyond 10 degrees, or for certain beyond the point of no return, and never back
         let is_past = no_return.is_some_and(|no_return| {
             let surely_rad = no_return.rotation_rad + 2.0 * no_return.sigma_rad.unwrap_or(0.0);
             rotation.end_ns.is_none()
                 && largest_rad > ROTATES_SIGMAS * rotation.spell.sigma
-                && reached(surely_rad).is_some()
+                && passed(surely_rad).is_some()
         });
-        let over = (largest_rad >= super::TIP_OVER_RAD || is_past).then(|| Event {
+        // how steep the ground is on which it stood before the log began is not known
+        let by_ground_rad = match is_in_log || !rotation.spell.is_from_start {
+            true => 0.0,
+            false => FITS_SIGMAS * rotation.spell.sigma,
+        };
+        let seen_rad = largest_rad + since_rad - at_start_rad;
+        let is_far =
+            seen_rad >= super::TIP_OVER_RAD || largest_rad >= super::TIP_OVER_RAD + by_ground_rad;
+        let over = (is_far || is_past).then(|| Event {
             kind: EventKind::TipOver,
             worst: largest_rad,
             worst_ns: largest_ns,
@@ -185,7 +212,6 @@ impl Stories<'_> {
         Some(NoReturn {
             rotation_rad,
             sigma_rad: (self.scope.sensitivities).then(sigma).flatten(),
-            at_ns: None,
         })
         // of a posture that is not known, or that no machine has
         .filter(|it| it.rotation_rad.abs() < FRAC_PI_2 && it.sigma_rad.unwrap_or(0.0) < FRAC_PI_2)

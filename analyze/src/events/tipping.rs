@@ -39,6 +39,10 @@ const LARGEST_RAD: f64 = std::f64::consts::FRAC_PI_2;
 /// Rotation up to which the load off the edge of a measured rotation is looked at (rad), and time after its onset (s).
 const FITTED_RAD: f64 = 4.0 * DEGREE;
 const FITTED_S: f64 = 0.5;
+/// Rotation by which a fall shows in the load off the edge, if ever (rad).
+const FALLEN_RAD: f64 = 40.0 * DEGREE;
+/// Rotation until which a platform may rock from wheel to wheel before it tips (rad).
+const KEPT_RAD: f64 = 1.5 * DEGREE;
 /// Longest time before the load is near zero that the onset is searched with (s).
 const BEFORE_S: f64 = 1.5;
 
@@ -133,6 +137,19 @@ pub(super) fn size(machine: &Machine, edge: usize) -> f64 {
     wheels
         .map(|wheel| along.perp(&(place(wheel) - place(spec.from))))
         .fold(0.0, f64::max)
+}
+
+/// Whether the machine drives in a state, or may.
+pub(crate) fn drives(machine: &Machine, state: &State<f64>) -> bool {
+    let joints = machine.joints().iter().zip(&state.joints);
+    let by_wheels = joints.filter_map(|(joint, motion)| {
+        let radius = machine.wheels()[joint.spins_wheel?].radius;
+        Some((motion.rate * radius).abs())
+    });
+    let by_wheels = by_wheels.filter(|v| v.is_finite()).reduce(f64::max);
+    let by_odometry = Some(state.base.velocity.norm()).filter(|v| v.is_finite());
+    let speed = by_wheels.into_iter().chain(by_odometry).reduce(f64::max);
+    speed.is_none_or(|speed| speed > DRIVES_M_PER_S)
 }
 
 struct OfEdge<'a, 'm> {
@@ -239,12 +256,39 @@ impl OfEdge<'_, '_> {
         let level_n = onset
             .and_then(|onset| onset.level_n)
             .unwrap_or_else(|| load(begins));
+        let onset = onset.map(|onset| {
+            let is_on = |row: &usize| *row <= last && rows.is_meaningful(*row);
+            let rotated = [KEPT_RAD, FITTED_RAD]
+                .map(|angle| rotation.reached(angle).map(|at_ns| rows.at(at_ns)));
+            match rotated {
+                [Some(kept), Some(fitted)] if is_on(&kept) && is_on(&fitted) => {
+                    let curve = self.curve(begins, fitted, &load);
+                    onset::until_level(&curve, onset, rows.seconds(kept), sigma_n)
+                }
+                _ => onset,
+            }
+        });
         // without derivatives the error is unknown
         let limit_n = (onset::STATED_SIGMAS * sigma_n)
             .max(NEAR_SHARE * rows.value(Quantity::NormalForce, begins));
-        let onset = onset.or(near);
+        let mut is_by_loads = level_n.abs() <= limit_n;
+        // what turned the platform so far was not its fall: that begins where the load off the edge is lost
+        let lost = (!is_by_loads && rotation.creeps)
+            .then(|| {
+                let fallen = rotation
+                    .reached(FALLEN_RAD)
+                    .map_or(last, |at_ns| rows.at(at_ns));
+                self.lost(begins, fallen.min(last), sigma_n, &load)
+            })
+            .flatten();
+        is_by_loads |= lost.is_some();
+        let onset = lost.or(onset).or(near);
         let begins = onset.map_or(begins, |onset| self.rows.row_from(onset.at_s).min(last));
         let (largest_rad, largest_ns) = rotation.largest();
+        let largest_rad = match lost {
+            Some(_) => largest_rad - rotation.angle_at(rows.times_ns[begins]),
+            None => largest_rad,
+        };
         Some(Tipping {
             edge,
             episode: Episode {
@@ -256,9 +300,27 @@ impl OfEdge<'_, '_> {
             sigma_n,
             rotation: (largest_rad, rows.at(largest_ns).min(last)),
             rotates: true,
-            is_by_loads: level_n.abs() <= limit_n,
-            certainty: Some(rotation.spell.certainty),
+            is_by_loads,
+            certainty: Some(rotation.certainty(is_by_loads)),
         })
+    }
+
+    /// When the load off the edge passes through zero for good, in a rotation.
+    fn lost(
+        &self,
+        first: usize,
+        last: usize,
+        sigma_n: f64,
+        load: &dyn Fn(usize) -> f64,
+    ) -> Option<Onset> {
+        let carries = |row: &usize| self.rows.is_meaningful(*row) && load(*row) > 0.0;
+        let from = (first..=last).rev().find(carries)?;
+        // it carried load at first, and no longer at the end
+        let is_lost = from > first && from < last && carries(&first);
+        let near_s = self.rows.seconds(from);
+        is_lost
+            .then(|| onset::passage(&self.curve(first, last, load), near_s, sigma_n))
+            .flatten()
     }
 
     /// Weights of the wheels in the load off the edge, and the distance of the farthest wheel (m).
@@ -392,15 +454,7 @@ impl OfEdge<'_, '_> {
     fn drives(&self, row: usize) -> bool {
         let mut state = State::zero(self.machine);
         self.rows.state(row, &mut state);
-        let joints = self.machine.joints().iter().zip(&state.joints);
-        let by_wheels = joints.filter_map(|(joint, motion)| {
-            let radius = self.machine.wheels()[joint.spins_wheel?].radius;
-            Some((motion.rate * radius).abs())
-        });
-        let by_wheels = by_wheels.filter(|v| v.is_finite()).reduce(f64::max);
-        let by_odometry = Some(state.base.velocity.norm()).filter(|v| v.is_finite());
-        let speed = by_wheels.into_iter().chain(by_odometry).reduce(f64::max);
-        speed.is_none_or(|speed| speed > DRIVES_M_PER_S)
+        drives(self.machine, &state)
     }
 
     /// Rate of rotation about an axis of the base (rad/s) at the times of a curve.

@@ -8,7 +8,8 @@ use tipwatch_ingest::{Losses, LostRange};
 
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
-use crate::events::{EventKind, Finding};
+use crate::events::{Event, EventKind, Finding};
+use crate::tables::frame::record;
 
 pub use crate::analysis::margin::{
     EXPOSURE_CAUSES, Exposure, HISTOGRAM_EDGES, Moment, WorstMargin,
@@ -47,8 +48,8 @@ pub struct LogFacts {
     pub exposure: Exposure,
     /// Facts by wheel.
     pub wheels: Vec<WheelFacts>,
-    /// Number of events by [`EventKind::name`]; `None` for events of the machine if no row is computable.
-    pub event_counts: BTreeMap<String, Option<u64>>,
+    /// Number of events by kind; `None` for events of the machine if no row is computable.
+    pub event_counts: BTreeMap<EventKind, Option<u64>>,
     /// Longest gap in a signal (s); 0 without an `input_gap`.
     pub longest_gap_s: f64,
     /// Number of lost byte ranges.
@@ -81,47 +82,47 @@ pub struct WheelFacts {
     pub largest_load_n: Option<f64>,
 }
 
-/// The facts of an event.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct EventFacts {
-    /// [`EventKind::name`].
-    pub kind: String,
-    /// Wheel, edge or signal.
-    pub subject: String,
-    /// Start (ns).
-    pub start_ns: i64,
-    /// End (ns); `None` if it lasts until the log ends.
-    pub end_ns: Option<i64>,
-    /// Duration (s), until the log ends if it is still active.
-    pub duration_s: f64,
-    /// The worst value.
-    pub worst: Option<f64>,
-    /// Its unit.
-    pub unit: String,
-    /// Time of the worst value (ns).
-    pub worst_ns: i64,
-    /// Time from the onset of the first `wheel_light` (s).
-    pub lead_s: Option<f64>,
-    /// Confidence: probability that the finding is true under the stated split.
-    pub certainty: Option<f64>,
-    /// Probability that it is true under any split.
-    #[serde(default)]
-    pub certainty_any_split: Option<f64>,
-    /// Standard deviation of the start (s).
-    #[serde(default)]
-    pub start_sigma_s: Option<f64>,
-    /// Whether another admissible load split would undo it.
-    pub split_dependent: Option<bool>,
-    /// The cause with the largest share of the load loss.
-    pub main_cause: Option<String>,
-    /// Its share of the load loss (%).
-    pub main_cause_percent: Option<f64>,
-    /// Signals that contradict each other during the event, so that its sensors may be wrong.
-    #[serde(default)]
-    pub doubted_by: Vec<String>,
-    /// Whether gyro and attitude show it, whatever the loads are.
-    #[serde(default)]
-    pub is_measured: bool,
+record! {
+    /// The facts of an event.
+    #[derive(Serialize, Deserialize)]
+    pub struct EventFacts {
+        /// as in [Events](events.md)
+        kind: EventKind,
+        /// the wheel, edge or signal
+        subject: String,
+        /// start
+        start_ns: i64 ["ns"],
+        /// end; null if it lasts until the log ends
+        end_ns: Option<i64> ["ns"],
+        /// how long it lasted, until the log ends if it is still active
+        duration_s: f64 ["s"],
+        /// the worst value
+        worst: Option<f64> ["column unit"],
+        /// unit of `worst`
+        unit: String,
+        /// time of the worst value
+        worst_ns: i64 ["ns"],
+        /// time from the onset of the first `wheel_light`
+        lead_s: Option<f64> ["s"],
+        /// confidence: probability that the finding is true under the stated split
+        certainty: Option<f64> ["-"],
+        /// whether another admissible split of the load would undo it
+        split_dependent: Option<bool>,
+        /// the cause that took most of the load
+        main_cause: Option<String>,
+        /// its share
+        main_cause_percent: Option<f64> ["%"],
+        /// probability that the finding is true under any split
+        certainty_any_split: Option<f64> ["-"],
+        /// standard deviation of the start
+        start_sigma_s: Option<f64> ["s"],
+        /// signals that contradict each other during the event
+        doubted_by: Option<Vec<String>>,
+        /// whether gyro and attitude both show it, whatever the loads are
+        is_measured: Option<bool>,
+        /// whether it rests on a rotation that ground that gave way explains as well
+        is_open: Option<bool>,
+    }
 }
 
 impl LogFacts {
@@ -148,9 +149,9 @@ impl LogFacts {
             wheels: (0..analysis.machine.wheels().len())
                 .map(|wheel| wheel_facts(analysis, wheel))
                 .collect(),
-            event_counts: (EventKind::all().iter())
-                .map(|&kind| (kind.name().into(), count(analysis, kind)))
-                .collect(),
+            event_counts: EventKind::ALL
+                .map(|kind| (kind, count(analysis, kind)))
+                .into(),
             longest_gap_s: gaps.map(|event| event.worst).fold(0.0, f64::max),
             lost_ranges: losses.ranges.len() as u64,
             lost_bytes: losses.bytes_lost(),
@@ -166,7 +167,7 @@ impl LogFacts {
     /// Number of events of a kind; `None` if it cannot be known.
     #[must_use]
     pub fn events_of(&self, kind: EventKind) -> Option<u64> {
-        self.event_counts.get(kind.name()).copied().flatten()
+        self.event_counts.get(&kind).copied().flatten()
     }
 
     /// Whether there is an event of a kind.
@@ -204,13 +205,26 @@ impl LogFacts {
 pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
     let rows = &analysis.rows;
     let last_ns = rows.times_ns[rows.len() - 1];
+    let open: Vec<&Event> = analysis
+        .events
+        .iter()
+        .filter(|event| event.is_open())
+        .collect();
+    let is_open = |event: &Event| {
+        // what the loads show by themselves is more certain than that
+        let rests_on_it = event
+            .certainty
+            .is_some_and(|certainty| certainty < super::LIKELY);
+        let mut open = open.iter();
+        event.kind.is_observed() && rests_on_it && open.any(|it| it.overlaps(event.span_ns()))
+    };
     let facts = analysis.events.iter().map(|event| {
         let cause = event
             .causes
             .as_ref()
             .and_then(|causes| causes.shares.first());
         EventFacts {
-            kind: event.kind.name().into(),
+            kind: event.kind,
             subject: event.subject.clone(),
             start_ns: event.start_ns,
             end_ns: event.end_ns,
@@ -228,11 +242,11 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
             split_dependent: event.split_dependent,
             main_cause: cause.map(|share| share.cause.into()),
             main_cause_percent: cause.and_then(|share| known(share.percent)),
-            doubted_by: event
-                .doubt
-                .as_ref()
-                .map_or_else(Vec::new, |doubt| doubt.subjects.clone()),
-            is_measured: event.is_measured(),
+            doubted_by: Some(
+                (event.doubt.as_ref()).map_or_else(Vec::new, |doubt| doubt.subjects.clone()),
+            ),
+            is_measured: Some(event.is_measured()),
+            is_open: Some(is_open(event)),
         }
     });
     facts.collect()

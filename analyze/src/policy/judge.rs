@@ -2,13 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::LIKELY;
 use super::facts::{EventFacts, LogFacts};
 use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 use crate::analysis::Undecided;
 use crate::events::EventKind;
-
-/// A tipping that stands when the log ends leaves open whether the machine tipped over, from this probability on.
-const LIKELY: f64 = 0.5;
 
 /// The judgement of a log: `policy.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -128,7 +126,9 @@ impl Rule {
         }
         if let Check::Events { .. } = self.check {
             // what gyro and attitude show stands, whichever other input is wrong
-            let measured = events.iter().filter(|event| event.is_measured);
+            let measured = events
+                .iter()
+                .filter(|event| event.is_measured == Some(true));
             let of_measured = self.judge(facts, &measured.cloned().collect::<Vec<_>>());
             if !of_measured.passed && of_measured.decided {
                 return of_measured;
@@ -173,8 +173,21 @@ impl Events {
             ));
         }
         let passed = counted.len() as u64 <= at_most;
+        let is_open = |event: &&&EventFacts| event.is_open == Some(true);
+        let sure = counted.iter().filter(|event| !is_open(event)).count() as u64;
+        if let Some(open) = counted.iter().find(|event| is_open(event))
+            && !passed
+            && sure <= at_most
+        {
+            let found = format!(
+                "not decided: from t = {:.2} s the platform rotated and came to rest; the ground gave way under it, or the \
+                 machine is propped",
+                seconds(open)
+            );
+            return (false, false, found);
+        }
         let is_falling = |event: &&EventFacts| {
-            event.kind == EventKind::EdgeTipping.name()
+            event.kind == EventKind::EdgeTipping
                 && event.end_ns.is_none()
                 && event.certainty.is_none_or(|certainty| certainty >= LIKELY)
         };
@@ -192,7 +205,7 @@ impl Events {
     }
 
     fn counts(&self, event: &EventFacts) -> bool {
-        event.kind == self.kind.name()
+        event.kind == self.kind
             && event.certainty.is_none_or(|p| p >= self.min_certainty)
             && event.duration_s >= self.min_duration_s
             && (self.subjects.is_empty() || self.subjects.contains(&event.subject))
@@ -251,7 +264,7 @@ mod tests {
 
     fn event(certainty: Option<f64>, duration_s: f64, split_dependent: bool) -> EventFacts {
         EventFacts {
-            kind: "wheel_lift".into(),
+            kind: EventKind::WheelLift,
             subject: "fl".into(),
             start_ns: 0,
             end_ns: None,
@@ -266,14 +279,15 @@ mod tests {
             split_dependent: Some(split_dependent),
             main_cause: None,
             main_cause_percent: None,
-            doubted_by: Vec::new(),
-            is_measured: false,
+            doubted_by: None,
+            is_measured: None,
+            is_open: None,
         }
     }
 
     fn tipping(end_ns: Option<i64>) -> EventFacts {
         EventFacts {
-            kind: "edge_tipping".into(),
+            kind: EventKind::EdgeTipping,
             subject: "left".into(),
             end_ns,
             ..event(Some(0.99), 1.0, false)
@@ -298,6 +312,22 @@ mod tests {
         assert!(!passed && !decided);
         let (passed, decided, _) = falls.judge(0, 0, &[tipping(Some(1))]);
         assert!(passed && decided);
+    }
+
+    #[test]
+    fn ground_that_may_have_given_way_decides_no_tip_over() {
+        let falls = Events::all_of(EventKind::EdgeTipping);
+        let open = EventFacts {
+            is_open: Some(true),
+            certainty: Some(0.4),
+            ..tipping(None)
+        };
+        let (passed, decided, _) = falls.judge(0, 0, std::slice::from_ref(&open));
+        assert!(!passed && !decided);
+        let (passed, decided, _) = falls.judge(0, 0, &[open.clone(), tipping(Some(1))]);
+        assert!(!passed && decided, "another one is sure");
+        let (passed, decided, _) = falls.judge(1, 0, &[open]);
+        assert!(passed && decided, "one is allowed");
     }
 
     #[test]

@@ -4,5 +4,8 @@ pub mod facts;
 mod judge;
 mod rules;
 
+/// An event of at least this probability is more likely than not.
+const LIKELY: f64 = 0.5;
+
 pub use judge::{Judgement, RuleOutcome};
 pub use rules::{Policy, Quantity};

@@ -98,6 +98,14 @@ impl Drawing {
             .push(html! { polygon class=(class) points=(points.join(" ")) {} });
     }
 
+    /// A line through several points. What moves by less than a tenth of the picture's own units is not drawn.
+    pub(super) fn polyline(&mut self, class: &str, points: &[Point]) {
+        let mut points: Vec<String> = points.iter().map(|&point| self.pair(point)).collect();
+        points.dedup();
+        self.body
+            .push(html! { polyline class=(class) points=(points.join(" ")) {} });
+    }
+
     fn pair(&self, point: Point) -> String {
         let [x, y] = self.at(point);
         format!("{},{}", tenth(x), tenth(y))

@@ -56,9 +56,16 @@ pub(super) fn section(analysis: &Analysis, path: Option<&Path>) -> Option<Markup
     let points: Vec<Point> = path.pieces.iter().map(|piece| piece.first.at).collect();
     let mut drawing = Drawing::around(&points)?;
     let (first, last) = (path.pieces.first()?.first, path.last);
-    let nexts = path.pieces.iter().skip(1).map(|piece| piece.first);
-    for (piece, next) in path.pieces.iter().zip(nexts.chain([last])) {
-        drawing.line(class(piece.used), piece.first.at, next.at);
+    // what has one colour is one line, up to where the next one begins
+    let mut begun = 0;
+    for pieces in (path.pieces).chunk_by(|a, b| class(a.used) == class(b.used)) {
+        begun += pieces.len();
+        let next = path.pieces.get(begun).map_or(last, |piece| piece.first);
+        let line: Vec<Point> = (pieces.iter())
+            .map(|piece| piece.first.at)
+            .chain([next.at])
+            .collect();
+        drawing.polyline(class(pieces[0].used), &line);
     }
     let r = drawing.metres(3.0);
     drawing.circle("com", first.at, r);

@@ -13,6 +13,9 @@ use crate::page::{probability, short, table};
 
 /// Explanations that are less probable are not listed.
 const LEAST_PROBABILITY: f64 = 1e-3;
+/// An explanation that is less than so many times as probable as the machine as stated does not count against it: its evidence
+/// is "not worth more than a bare mention" (Kass and Raftery 1995).
+const BARELY_MORE: f64 = 3.0;
 /// Most explanations in the table.
 const MOST_SHOWN: usize = 8;
 
@@ -145,7 +148,7 @@ pub(super) fn findings(analysis: &Analysis) -> Vec<Finding> {
 }
 
 fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
-    let best = fall.explanations.first()?;
+    let best = told_explanation(fall)?;
     let about = format!(
         "The rotation about the {} edge at t = {:.2} s",
         fall.edge,
@@ -161,10 +164,15 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         ("stated_machine", _) if best.probability < LEAST_OF_A_FACT => {
             format!("{about} does not contradict the machine as stated {chance}")
         }
-        (kind, _) if best.probability < LEAST_OF_A_FACT && kind != "none_of_these" => format!(
-            "{about}: the log does not tell between several explanations; the most probable: {} {chance}",
-            with_amounts(best)
-        ),
+        (kind, _) if best.probability < LEAST_OF_A_FACT => {
+            let most_probable = match kind {
+                "none_of_these" => "none that was tried".into(),
+                _ => with_amounts(best),
+            };
+            format!(
+                "{about}: the log does not tell between several explanations; the most probable: {most_probable} {chance}"
+            )
+        }
         ("stated_machine", _) => {
             format!("{about} is explained by the machine as stated {chance}")
         }
@@ -184,8 +192,8 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         }
         ("none_of_these", _) => {
             format!(
-                "{about} contradicts the stated machine, and no explanation tried holds {chance}; a pull or push that changes \
-                 with time, on the tool or the machine, is not among them"
+                "{about} is explained neither by the machine as stated nor by anything else that was tried {chance}; a pull or push \
+                 that changes with time and ground that gives way are not among it"
             )
         }
         _ => format!(
@@ -211,14 +219,26 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
             agreement(load)
         ));
     }
-    let others = fall.explanations[1..].iter().take(3);
-    let others = others.filter(|other| other.probability >= LEAST_PROBABILITY);
+    let others = (fall.explanations.iter())
+        .filter(|other| *other != best && other.probability >= LEAST_PROBABILITY)
+        .take(3);
     let others = others.map(|other| format!("{} {}", name(other), probability(other.probability)));
     let others: Vec<String> = others.collect();
     if !others.is_empty() {
         evidence.push(format!("Next explanations: {}", others.join(", ")));
     }
     Some(Finding { headline, evidence })
+}
+
+/// The explanation that a rotation is told with: the machine as stated, unless another one is a fact or clearly more probable.
+fn told_explanation(fall: &ExplainedFall) -> Option<&Explanation> {
+    let best = fall.explanations.first()?;
+    let mut all = fall.explanations.iter();
+    let stated = all.find(|it| it.kind == "stated_machine");
+    let is_close = |stated: &&Explanation| {
+        best.probability < LEAST_OF_A_FACT && best.probability < BARELY_MORE * stated.probability
+    };
+    Some(stated.filter(is_close).unwrap_or(best))
 }
 
 fn seconds(analysis: &Analysis, time_ns: i64) -> f64 {
@@ -256,5 +276,44 @@ fn name(explanation: &Explanation) -> String {
         "imu_sign" => format!("IMU {subject} with the opposite sign"),
         "wheel_radius" => format!("a sunk or flat wheel {subject}"),
         _ => "none of these".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a fall is told with whose explanations have these probabilities.
+    fn told(explanations: &[(&'static str, f64)]) -> Option<&'static str> {
+        let explanation = |&(kind, probability): &(&'static str, f64)| Explanation {
+            kind,
+            subject: None,
+            probability,
+            log_evidence: 0.0,
+            amounts: Vec::new(),
+        };
+        let fall = ExplainedFall {
+            edge: "left".into(),
+            onset_ns: 0,
+            until_ns: 0,
+            rotation_rad: 0.0,
+            rows: 0,
+            lean_rows: 0,
+            explanations: explanations.iter().map(explanation).collect(),
+            load: None,
+            not_estimated: None,
+        };
+        told_explanation(&fall).map(|it| it.kind)
+    }
+
+    #[test]
+    fn explanations_as_probable_as_the_stated_machine_do_not_count_against_it() {
+        let close = [("imu_rotation", 0.21), ("stated_machine", 0.17)];
+        assert_eq!(told(&close), Some("stated_machine"));
+        let clear = [("load_on_tool", 0.4), ("stated_machine", 0.1)];
+        assert_eq!(told(&clear), Some("load_on_tool"));
+        let fact = [("load_on_tool", 0.6), ("stated_machine", 0.4)];
+        assert_eq!(told(&fact), Some("load_on_tool"));
+        assert_eq!(told(&[]), None);
     }
 }

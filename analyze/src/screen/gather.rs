@@ -208,7 +208,7 @@ fn publish(folder: &Path, out: &Place) -> Result<()> {
     let changed: Vec<&String> = built.iter().filter(is_changed).collect();
     out.in_parallel(&changed, |name| out.put_file(name, &folder.join(name)))?;
     let mut outdated = Vec::new();
-    for (kind, _) in data_set::TABLES {
+    for (kind, _) in &*data_set::TABLES {
         let names = out.below(kind)?.into_iter();
         let is_table = |name: &String| data_set::is_table(Path::new(name));
         outdated.extend(names.filter(|name| is_table(name) && !hashes.contains_key(name)));

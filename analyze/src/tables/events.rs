@@ -72,12 +72,10 @@ fn add_rotation(table: &mut Table, events: &[Event]) {
     table.add("onset_in_log", None, all().map(|r| Some(r?.onset_in_log)));
     let ten_degrees = all().map(|r| r?.ten_degrees_ns);
     table.add("ten_degrees_ns", Some("ns"), ten_degrees);
-    let no_return = || all().map(|rotation| rotation?.no_return);
-    let angle = no_return().map(|it| Some(it?.rotation_rad));
-    table.add("no_return", Some("rad"), angle);
-    let sigma = no_return().map(|it| it?.sigma_rad);
+    table.add("no_return", Some("rad"), all().map(|r| r?.no_return_rad));
+    let sigma = all().map(|r| r?.no_return_sigma_rad);
     table.add("no_return_sigma", Some("rad"), sigma);
-    table.add("no_return_ns", Some("ns"), no_return().map(|it| it?.at_ns));
+    table.add("no_return_ns", Some("ns"), all().map(|r| r?.no_return_ns));
     table.add("at_rest_ns", Some("ns"), all().map(|r| r?.at_rest_ns));
 }
 

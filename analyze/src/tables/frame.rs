@@ -1,6 +1,6 @@
 //! Records as data frames: a struct whose fields are the columns of a table.
 //!
-//! `record!` declares such a struct once. Its fields, types, units and comments are the
+//! `record!` declares such a struct once; a pair of records has the columns of both. Its fields, types, units and comments are the
 //! columns of the Parquet files, and the reference page is written from them.
 
 use polars::prelude::{
@@ -9,6 +9,8 @@ use polars::prelude::{
     ListStringChunkedBuilder, NamedFrom, NewChunkedArray, PolarsResult, Series, StringChunked,
     UInt64Chunked,
 };
+
+use crate::events::EventKind;
 
 /// A column as its record declares it.
 #[derive(Debug, Clone, Copy)]
@@ -26,22 +28,44 @@ pub struct ColumnInfo {
 /// A struct whose fields are the columns of a table.
 pub trait Record: Sized {
     /// The columns in order.
-    const COLUMNS: &'static [ColumnInfo];
+    fn columns() -> Vec<ColumnInfo>;
 
     /// The table of some records.
     ///
     /// # Errors
     /// The table would be too large.
-    fn frame(records: &[Self]) -> PolarsResult<DataFrame>;
+    fn frame<'a>(
+        records: impl ExactSizeIterator<Item = &'a Self> + Clone,
+    ) -> PolarsResult<DataFrame>
+    where
+        Self: 'a;
 
     /// The columns with a unit, as pairs of name and unit in JSON.
     #[must_use]
     fn units() -> String {
-        let units = Self::COLUMNS.iter();
+        let units = Self::columns().into_iter();
         let units: serde_json::Map<String, serde_json::Value> = units
             .filter_map(|column| Some((column.name.to_owned(), column.unit?.into())))
             .collect();
         serde_json::Value::Object(units).to_string()
+    }
+}
+
+/// One beside the other.
+impl<A: Record, B: Record> Record for (A, &B) {
+    fn columns() -> Vec<ColumnInfo> {
+        [A::columns(), B::columns()].concat()
+    }
+
+    fn frame<'a>(
+        records: impl ExactSizeIterator<Item = &'a Self> + Clone,
+    ) -> PolarsResult<DataFrame>
+    where
+        Self: 'a,
+    {
+        let first = A::frame(records.clone().map(|(a, _)| a))?;
+        let second = B::frame(records.map(|(_, b)| *b))?;
+        first.hstack(second.columns())
     }
 }
 
@@ -129,6 +153,15 @@ impl Field for Option<String> {
     }
 }
 
+impl Field for EventKind {
+    const TYPE: &'static str = "str";
+
+    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {
+        let names = values.map(|kind| kind.name());
+        StringChunked::from_iter_values(name.into(), names).into_column()
+    }
+}
+
 impl Field for Option<Day> {
     const TYPE: &'static str = "date";
 
@@ -178,29 +211,31 @@ impl Field for Option<Vec<String>> {
 
 /// Declares a [`Record`]: its comments are the meanings of the columns, and a unit may follow a type in brackets.
 macro_rules! record {
-    ($(#[doc = $about:literal])* $visible:vis struct $name:ident {
+    ($(#[$about:meta])* $visible:vis struct $name:ident {
         $($(#[doc = $meaning:literal])+ $field:ident: $type:ty $([$unit:literal])?,)+
     }) => {
-        $(#[doc = $about])*
         #[derive(Debug, Clone, PartialEq)]
+        $(#[$about])*
         $visible struct $name {
             $($(#[doc = $meaning])+ $visible $field: $type,)+
         }
 
         impl $crate::tables::frame::Record for $name {
-            const COLUMNS: &'static [$crate::tables::frame::ColumnInfo] = &[
-                $($crate::tables::frame::ColumnInfo {
+            fn columns() -> Vec<$crate::tables::frame::ColumnInfo> {
+                vec![$($crate::tables::frame::ColumnInfo {
                     name: stringify!($field),
                     unit: $crate::tables::frame::record!(@unit $($unit)?),
                     type_name: <$type as $crate::tables::frame::Field>::TYPE,
                     meaning: &[$($meaning),+],
-                },)+
-            ];
+                },)+]
+            }
 
-            fn frame(records: &[Self]) -> polars::prelude::PolarsResult<polars::prelude::DataFrame> {
+            fn frame<'a>(
+                records: impl ExactSizeIterator<Item = &'a Self> + Clone,
+            ) -> polars::prelude::PolarsResult<polars::prelude::DataFrame> {
                 let columns = vec![$(<$type as $crate::tables::frame::Field>::column(
                     stringify!($field),
-                    records.iter().map(|record| &record.$field),
+                    records.clone().map(|record| &record.$field),
                 ),)+];
                 polars::prelude::DataFrame::new(records.len(), columns)
             }

@@ -153,8 +153,13 @@ impl LogMap {
 
     /// A constant offset (ns).
     pub(super) const fn constant(offset_ns: i64) -> Self {
+        Self::of_line(Line::constant(offset_ns))
+    }
+
+    /// One straight line.
+    pub(super) const fn of_line(line: Line) -> Self {
         Self {
-            line: Line::constant(offset_ns),
+            line,
             knots: Vec::new(),
         }
     }

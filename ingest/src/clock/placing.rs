@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{
-    anchor::{Clock, ClockFit, ONE_CLOCK_NS},
+    anchor::{Clock, ClockFit, LogMap, ONE_CLOCK_NS},
     describe,
     finding::{ClockFinding, ClockFindingKind as Kind},
     line::{Line, SIGMA_BY_MAD, median_ns},
@@ -16,7 +16,7 @@ use super::{
     statistics::TopicStatistics,
     time::{NS_PER_S, seconds_between},
     time_base::TimeBase,
-    times::Times,
+    times::{MessageTimes, Times},
 };
 
 /// Clocks further apart have different epochs (s).
@@ -108,7 +108,7 @@ impl TimeBase {
         };
         let source = placed.clock.source;
         if source > self.source {
-            self.place_worse_time(&mut placed, &own.times);
+            self.place_worse_time(&mut placed, &own.times, statistics);
         } else if source != StampSource::Log {
             let clock = leave_out_impossible(&mut placed, times, &own, statistics, fit);
             if let Some(clock) = clock.filter(|_| !is_anchor) {
@@ -176,21 +176,27 @@ impl TimeBase {
             .push(ClockFinding::handled(kind, seen, done));
     }
 
-    /// Places a topic with only publish or log times, shifted to what a stamp would show.
-    fn place_worse_time(&self, placed: &mut Placed, times: &Times) {
+    /// Places a topic with only publish or log times, shifted to what a stamp would show: on average its own ones do, where they are
+    /// only out of order.
+    fn place_worse_time(&self, placed: &mut Placed, times: &Times, statistics: &TopicStatistics) {
         let seen = format!("{} is used: {}", placed.clock.source, placed.clock.reason);
         let by_publish = match placed.clock.source {
             StampSource::Publish if self.log_jumps.is_empty() => self.from_publish,
             _ => None,
         };
+        let own = (statistics.is_disordered())
+            .then(|| self.own_offset(times, by_publish.is_some()))
+            .flatten();
+        let by_publish = by_publish.map(|line| own.unwrap_or(line));
+        let by_log = own.map_or_else(|| self.map.clone(), LogMap::of_line);
         let added = times.iter().map(|times| match by_publish {
             Some(line) => line.at(times.publish_time_ns),
-            None => self.map.at(times.log_time_ns),
+            None => by_log.at(times.log_time_ns),
         });
         let mut added: Vec<i64> = added.collect();
         placed.placement.correction = match by_publish {
             Some(line) => Correction::Published(line),
-            None => Correction::Logged(self.map.clone()),
+            None => Correction::Logged(by_log),
         };
         if by_publish.is_none() {
             placed.clock.source = StampSource::Log;
@@ -204,6 +210,22 @@ impl TimeBase {
         placed
             .findings
             .push(ClockFinding::handled(Kind::NoHeaderStamp, seen, done));
+    }
+
+    /// The offset of a topic's header stamps to its publish or log times, if they are of this clock.
+    fn own_offset(&self, times: &Times, by_publish: bool) -> Option<Line> {
+        let at_ns = |times: &MessageTimes| match by_publish {
+            true => times.publish_time_ns,
+            false => times.log_time_ns,
+        };
+        let stamped = times.iter().filter_map(|times| {
+            let at_ns = at_ns(&times);
+            Some((at_ns, times.header_stamp_ns?.saturating_sub(at_ns)))
+        });
+        let line = Line::through(stamped)?;
+        let log_ns = *times.log_ns().first()?;
+        let apart_ns = line.at(log_ns).saturating_sub(self.map.at(log_ns));
+        (apart_ns.unsigned_abs() <= ONE_CLOCK_NS.unsigned_abs()).then_some(line)
     }
 }
 

@@ -41,6 +41,8 @@ pub(super) struct StampEvidence {
     pub(super) header_changes: bool,
     /// The resolution of the header stamps (ns), if several messages share each stamp because of it.
     pub(super) header_resolution_ns: Option<i64>,
+    /// Header stamps earlier than the previous one, and the scatter of all of them (s), if the messages themselves come in order.
+    pub(super) header_disorder: Option<(usize, f64)>,
     pub(super) publish_is_apart: bool,
     pub(super) publish_changes: bool,
     /// The format, if it has no publish time.
@@ -93,6 +95,12 @@ impl StampEvidence {
             ))
         } else if messages > 1 && !self.header_changes {
             Some("header.stamp is constant".to_owned())
+        } else if let Some((backward, scatter_s)) = self.header_disorder {
+            Some(format!(
+                "header.stamp is earlier than the previous one in {backward} of {messages} messages, which come regularly, and \
+                 scatters by {:.1} ms",
+                scatter_s * 1e3
+            ))
         } else {
             self.header_resolution_ns.map(|resolution_ns| {
                 format!(

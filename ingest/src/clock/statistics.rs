@@ -15,6 +15,12 @@ use crate::file::Format;
 const COARSE_SHARE: f64 = 0.4;
 /// A finer resolution is not coarse (ns).
 const LEAST_COARSE_NS: i64 = 100_000_000;
+/// Share of messages with an earlier stamp than the previous one from which on the stamps are out of order, not the messages.
+const DISORDERED_SHARE: f64 = 0.05;
+/// Messages come regularly if the median step is the mean one within this share, and steps vary by so much less than those of
+/// the stamps.
+const REGULAR_SHARE: f64 = 0.2;
+const LESS_SCATTER: f64 = 0.5;
 
 /// Statistics of the times of a topic's messages, in bounded memory.
 ///
@@ -126,6 +132,7 @@ impl TopicStatistics {
             stamped: self.stamped,
             header_changes: self.header.changes,
             header_resolution_ns: self.coarse_resolution_ns(),
+            header_disorder: self.disorder(),
             publish_is_apart: self.has_publish_times(),
             publish_changes: self.steps(StampSource::Publish).changes,
             without_publish,
@@ -145,6 +152,33 @@ impl TopicStatistics {
         let stamps = self.pairs.values().iter().map(|(_, stamp)| *stamp);
         let resolution_ns = stamps.fold(0, greatest_common_divisor);
         (resolution_ns >= LEAST_COARSE_NS).then_some(resolution_ns)
+    }
+
+    /// How many header stamps are earlier than the previous one, and how far all of them scatter (s), if it is the stamps that are
+    /// out of order: the messages, which one sender sends in order, come in order and regularly. Messages that overtake each
+    /// other come irregularly, and their stamps are right.
+    fn disorder(&self) -> Option<(usize, f64)> {
+        let is_disordered = self.header.backward as f64 > DISORDERED_SHARE * self.messages as f64;
+        let others = match self.has_publish_times() {
+            true => &self.publish,
+            false => &self.log,
+        };
+        if !is_disordered || others.backward > 0 {
+            return None;
+        }
+        let (_, stamped_mad_s) = self.header.period_s()?;
+        let (period_s, mad_s) = others.period_s()?;
+        let is_even = (others.rate_hz()? * period_s - 1.0).abs() < REGULAR_SHARE;
+        let is_regular = is_even && mad_s < LESS_SCATTER * stamped_mad_s;
+        let scatter_s = self
+            .header_minus_log()
+            .map_or(f64::NAN, |offset| offset.jitter_s);
+        is_regular.then_some((self.header.backward, scatter_s))
+    }
+
+    /// Whether the header stamps are out of order though the messages are not.
+    pub(super) fn is_disordered(&self) -> bool {
+        self.disorder().is_some()
     }
 
     /// Whether any publish time differs from the log time.
@@ -237,6 +271,38 @@ fn greatest_common_divisor(a: i64, b: i64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::{super::times::Times, *};
+
+    /// Statistics of messages every 4 ms whose stamps and log times are off by so many microseconds.
+    fn statistics(off_us: impl Fn(i64) -> [i64; 2]) -> TopicStatistics {
+        let mut statistics = TopicStatistics::default();
+        for index in 0..2000 {
+            let true_ns = 1_700_000_000_000_000_000 + index * 4_000_000;
+            let [stamp_ns, log_ns] = off_us(index).map(|us| true_ns + 1000 * us);
+            statistics.push(Some(stamp_ns), log_ns, log_ns);
+        }
+        statistics
+    }
+
+    /// Evenly distributed between -width and width.
+    fn noise(index: i64, width: i64) -> i64 {
+        let wave = ((index as f64 * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0);
+        ((2.0 * wave - 1.0) * width as f64) as i64
+    }
+
+    #[test]
+    fn stamps_out_of_order_yield_to_times_in_order() {
+        let source = |statistics: &TopicStatistics| statistics.decide().source;
+        let jittered = statistics(|k| [noise(k, 8000), 1500 + noise(7 * k, 100)]);
+        assert_eq!(source(&jittered), StampSource::Log);
+        // messages that overtake each other come late, and in no order
+        let late = statistics(|k| [0, 9000 + noise(k, 8000)]);
+        assert_eq!(source(&late), StampSource::Header);
+        // stored ten at a time
+        let stored = statistics(|k| [noise(k, 8000), 4000 * (9 - k % 10) + k % 10]);
+        assert_eq!(source(&stored), StampSource::Header);
+        let sound = statistics(|k| [noise(k, 500), 1500 + noise(7 * k, 100)]);
+        assert_eq!(source(&sound), StampSource::Header);
+    }
 
     #[test]
     fn many_messages_at_once_give_the_statistics_of_one_by_one() {

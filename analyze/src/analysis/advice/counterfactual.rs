@@ -43,14 +43,8 @@ const DERIVATIVES: Scope = Scope {
 
 /// Asks every lift and tipping what would have prevented it.
 pub(crate) fn ask_all(machine: &Machine, rows: &Table, events: &mut [Event]) {
-    let is_asked = |event: &Event| {
-        matches!(
-            event.kind,
-            EventKind::WheelLift | EventKind::EdgeTipping | EventKind::TipOver
-        )
-    };
     let mut asked: Vec<usize> = (0..events.len())
-        .filter(|&k| is_asked(&events[k]))
+        .filter(|&k| events[k].kind.is_lift())
         .collect();
     asked.sort_by(|&a, &b| {
         let is_lift = |k: usize| events[k].kind == EventKind::WheelLift;

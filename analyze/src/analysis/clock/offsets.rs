@@ -98,21 +98,29 @@ impl TopicOffset {
 }
 
 impl ClockOffsets {
-    /// Applies the significant and precise offsets to the stamps of their signals; returns whether there
-    /// were any.
-    pub(crate) fn apply(&mut self, signals: &mut [Signal], forces: &mut [LinkageForce]) -> bool {
-        let mut any = false;
+    /// Applies the significant and precise offsets to the stamps of their signals.
+    pub(crate) fn apply(&mut self, signals: &mut [Signal], forces: &mut [LinkageForce]) {
+        self.shift(signals, forces, 1.0);
         for offset in self.topics.iter_mut().filter(|o| o.is_applicable()) {
-            let seconds = offset.offset_s.unwrap_or(0.0);
+            offset.applied = true;
+        }
+    }
+
+    /// Whether there is an offset to apply.
+    pub(crate) fn are_applicable(&self) -> bool {
+        self.topics.iter().any(TopicOffset::is_applicable)
+    }
+
+    /// Shifts the stamps of the signals by this multiple of the offsets that can be applied.
+    pub(crate) fn shift(&self, signals: &mut [Signal], forces: &mut [LinkageForce], times: f64) {
+        for offset in self.topics.iter().filter(|o| o.is_applicable()) {
+            let seconds = times * offset.offset_s.unwrap_or(0.0);
             for signal in signals.iter_mut().filter(|s| s.topic == offset.topic) {
                 signal.recording.shift(seconds);
             }
             for force in forces.iter_mut().filter(|f| f.topic == offset.topic) {
                 force.shift(seconds);
             }
-            offset.applied = true;
-            any = true;
         }
-        any
     }
 }

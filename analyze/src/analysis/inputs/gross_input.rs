@@ -18,8 +18,8 @@ pub struct GrossInput {
 
 tipwatch_mechanics::named! {
     /// Kinds of gross inputs.
-    #[derive(PartialOrd, Ord, Serialize, JsonSchema)]
-    #[serde(rename_all = "snake_case")]
+    #[derive(PartialOrd, Ord, JsonSchema)]
+    #[schemars(rename_all = "snake_case")]
     pub enum GrossInputKind {
         /// The specific force does not have the length of gravity.
         SpecificForceScale,

@@ -66,14 +66,15 @@ pub(super) fn direction(machine: &Machine, rows: &EstimatedRows) -> Option<Gross
         }
         // attitude and specific force are of one device: a wrong mounting turns both alike
         false => {
-            "correct the mounting of the IMU ([imu] link and rpy), unless the machine lay on its side in the whole log: then no wheel \
-             carried it, and the log does not show how it fell"
+            "if the machine stood, correct the mounting of the IMU ([imu] link and rpy); if it lay on its side, no wheel carried it, \
+             and the log does not show how it fell"
         }
     };
     Some(GrossInput {
         kind: GrossInputKind::SpecificForceDirection,
         headline: format!(
-            "The specific force of the IMU always points {least:.0} degrees or more away from the normal of the ground"
+            "The machine was on its side or roof from the first row on, or its IMU is mounted otherwise than stated: the specific force \
+             always points {least:.0} degrees or more away from the normal of the ground"
         ),
         evidence: vec![
             format!(

@@ -26,6 +26,8 @@ pub(in crate::analysis) struct SampleFindings {
     pub(super) gross_inputs: Vec<GrossInput>,
     /// Why the slope of the ground is unknown, if it is.
     pub(super) note_on_slope: Option<String>,
+    /// Since when the ground has given way under the standing machine, if it has.
+    pub(super) note_on_ground: Option<String>,
     pub(super) health: Vec<SensorHealth>,
 }
 
@@ -61,6 +63,7 @@ impl EstimatedLog {
                 clock,
                 gross_inputs,
                 note_on_slope,
+                note_on_ground: None,
                 health,
             },
         })

@@ -1,6 +1,7 @@
 //! Fifth step: the table, of which every row can be computed from here on.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::Result;
 use tipwatch_binding::Commissioning;
@@ -9,6 +10,7 @@ use tipwatch_mechanics::state::Reason;
 
 use super::super::estimate::first_posture;
 use super::super::evaluation::{self, OtherModels};
+use super::super::ground::MovedGround;
 use super::super::provenance::commissioning;
 use super::super::task::Task;
 use super::super::verdicts;
@@ -104,6 +106,14 @@ impl EvaluatedLog {
         }
         if let Some(quasi_static) = &read.quasi_static {
             quasi_static.apply(&mut table);
+        } else if options.estimator == Estimator::Smoother && task.is_recorded() {
+            // in retrospect alone: the live monitor has no memory of where the machine came to stand
+            let falls = rotations.iter().filter(|it| it.spell.rested_ns.is_none());
+            let falls: Vec<[i64; 2]> = falls.map(FoundRotation::span_ns).collect();
+            if let Some(ground) = MovedGround::of(named, &table, &falls) {
+                samples.note_on_ground = ground.note(table.times_ns[0]);
+                table.widen_by(Arc::new(ground));
+            }
         }
         let others = match &prepared.on_supports {
             Some(_) => OtherModels::none(),

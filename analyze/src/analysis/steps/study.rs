@@ -207,7 +207,11 @@ fn all_notes(
     let is_imu_checked = loaded.matched.sensors.imu && task.is_recorded();
     let mounting =
         is_imu_checked.then(|| imu_check::note(prepared.named(&loaded.machine), &seen.mounting));
-    let on_slope = samples.note_on_slope.iter().cloned();
+    let on_slope = samples
+        .note_on_slope
+        .iter()
+        .chain(&samples.note_on_ground)
+        .cloned();
     let static_rows = quasi_static
         .into_iter()
         .flat_map(|found| found.notes.iter().cloned());

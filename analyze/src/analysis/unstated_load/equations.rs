@@ -9,6 +9,8 @@ use super::rows::FallRows;
 /// Correlation time of what the model leaves out and of the estimated accelerations (s).
 const MODEL_S: f64 = 0.3;
 const NOISE_S: f64 = 0.1;
+/// Errors of the model are as large as stated, or so many times larger.
+const MODEL_FACTORS: [f64; 3] = [1.0, 3.0, 10.0];
 /// Error of the lean that the model leaves out, as a share of the root mean square of the lean.
 const LEAN_SHARE: f64 = 0.03;
 /// Noise of a measured lean (rad).
@@ -48,6 +50,39 @@ pub(super) struct Equations {
     model: Vec<f64>,
     /// Of errors that no explanation has.
     unexplained: Vec<f64>,
+}
+
+/// Errors of the model.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ModelError {
+    /// How many times larger than stated.
+    factor: f64,
+    /// What is left of an error after so many correlation times.
+    shape: fn(f64) -> f64,
+    /// Correlation time (s).
+    time_s: f64,
+}
+
+impl ModelError {
+    pub(super) const STATED: Self = Self {
+        factor: 1.0,
+        shape: rough,
+        time_s: MODEL_S,
+    };
+
+    /// All that an explanation may have with it, of any shape, as what no explanation has: the estimated accelerations of a
+    /// machine that bounces on its tyres are smooth, and no reason for another explanation.
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        let smoothly = |time_s| Self {
+            shape: smooth,
+            time_s,
+            ..Self::STATED
+        };
+        let shapes = [Self::STATED, smoothly(MODEL_S), smoothly(NOISE_S)];
+        shapes
+            .into_iter()
+            .flat_map(|error| MODEL_FACTORS.map(|factor| Self { factor, ..error }))
+    }
 }
 
 /// What is left of an error after so many correlation times, if it changes at any time.
@@ -123,10 +158,12 @@ impl Equations {
         DVector::from_iterator(self.all.len(), self.all.iter().map(of))
     }
 
-    /// Covariance of noise and of the model's errors; `factor` multiplies the standard deviation of the latter.
-    pub(super) fn covariance(&self, factor: f64) -> DMatrix<f64> {
-        let model: Vec<f64> = self.model.iter().map(|sigma| sigma * factor).collect();
-        let mut sum = self.correlated(&model, MODEL_S, rough)
+    /// Covariance of noise and of the model's errors.
+    pub(super) fn covariance(&self, error: ModelError) -> DMatrix<f64> {
+        let model: Vec<f64> = (self.model.iter())
+            .map(|sigma| sigma * error.factor)
+            .collect();
+        let mut sum = self.correlated(&model, error.time_s, error.shape)
             + self.correlated(&self.signals, NOISE_S, rough);
         for (place, sigma) in self.white.iter().enumerate() {
             sum[(place, place)] += sigma * sigma;

@@ -5,7 +5,7 @@ use tipwatch_mechanics::machine::{LinkGroup, Machine, Unknown};
 use tipwatch_mechanics::{Axis, Parameter};
 
 use super::amounts::{Amounts, Scene, Unstated};
-use super::equations::{Equations, Part};
+use super::equations::{Equations, ModelError, Part};
 use super::nuisances::Nuisances;
 use super::regression::{Posterior, mixed, regress};
 
@@ -25,8 +25,6 @@ const STOPPED: f64 = 1e-6;
 const STOPPED_S: f64 = 0.5;
 /// An amount of more than so many prior standard deviations explains nothing, however well it fits: what is wrong is not tried.
 const MOST_SIGMAS: f64 = 5.0;
-/// Errors of the model are as large as stated, or so many times larger.
-pub(super) const MODEL_FACTORS: [f64; 3] = [1.0, 3.0, 10.0];
 /// Rounds in which the derivatives are taken anew at the fitted amounts.
 const ROUNDS: usize = 3;
 /// Share of the prior standard deviation by which derivatives are taken.
@@ -63,8 +61,8 @@ pub(super) struct Fitted {
     pub(super) y: DVector<f64>,
     pub(super) derivatives: DMatrix<f64>,
     pub(super) uncertain: DMatrix<f64>,
-    /// The factor of the model's errors that is most probable.
-    pub(super) factor: f64,
+    /// The errors of the model that are most probable.
+    pub(super) error: ModelError,
 }
 
 impl Trial {
@@ -131,17 +129,18 @@ impl Trial {
         let rounds = if sigmas.is_empty() { 1 } else { ROUNDS };
         for _ in 0..rounds {
             let linear = self.linear(scene, of, &amounts);
-            // of the model, each with its factor
-            let errors: Vec<(f64, DMatrix<f64>)> = match self.kind {
+            // of the model
+            let errors: Vec<(ModelError, DMatrix<f64>)> = match self.kind {
                 // how large they are, and how fast they change, is as unknown
                 "none_of_these" => {
-                    let stated = of.equations.covariance(1.0);
+                    let stated = of.equations.covariance(ModelError::STATED);
                     let unexplained = of.equations.unexplained();
-                    unexplained.map(|more| (1.0, &stated + more)).collect()
+                    let with_more = |more| (ModelError::STATED, &stated + more);
+                    unexplained.map(with_more).collect()
                 }
-                _ => MODEL_FACTORS
-                    .map(|factor| (factor, of.equations.covariance(factor)))
-                    .into(),
+                _ => ModelError::all()
+                    .map(|error| (error, of.equations.covariance(error)))
+                    .collect(),
             };
             let posteriors = errors.iter().map(|(_, errors)| {
                 let errors = errors + &linear.uncertain;
@@ -150,12 +149,12 @@ impl Trial {
             let posteriors: Vec<Posterior> = posteriors.collect::<Option<_>>()?;
             let best = (posteriors.iter().enumerate())
                 .max_by(|a, b| a.1.log_evidence.total_cmp(&b.1.log_evidence));
-            let factor = best.map_or(1.0, |(place, _)| errors[place].0);
+            let error = best.map_or(ModelError::STATED, |(place, _)| errors[place].0);
             let posterior = mixed(&posteriors)?;
             amounts = posterior.mean.iter().copied().collect();
             found = Some(Fitted {
                 posterior,
-                factor,
+                error,
                 ..linear
             });
         }
@@ -220,7 +219,7 @@ impl Trial {
             y,
             derivatives,
             uncertain,
-            factor: 1.0,
+            error: ModelError::STATED,
         }
     }
 }

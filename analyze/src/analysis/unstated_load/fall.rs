@@ -7,6 +7,8 @@ pub(crate) struct Fall {
     pub(crate) edge: usize,
     /// When the rotation began (ns).
     pub(crate) onset_ns: i64,
+    /// Whether the log contains that. An older rotation had gone an unknown way before its first row.
+    pub(crate) onset_in_log: bool,
     /// Standard deviation of that time (s), if known.
     pub(crate) onset_sigma_s: Option<f64>,
     /// The last row of the rotation (ns).

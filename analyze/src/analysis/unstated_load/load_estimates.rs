@@ -24,7 +24,7 @@ pub(super) fn estimates(
     no_lean: Option<String>,
     largest_sigma_kg: f64,
 ) -> LoadEstimates {
-    let errors = equations.covariance(fitted.factor) + &fitted.uncertain;
+    let errors = equations.covariance(fitted.error) + &fitted.uncertain;
     let weights_of = |part: Part| weights(&equations.of_part(part), fitted, &errors);
     let estimate = |weights: &DVector<f64>| MassEstimate {
         mass_kg: weights.dot(&fitted.y),

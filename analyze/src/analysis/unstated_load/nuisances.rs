@@ -2,17 +2,23 @@
 
 use nalgebra::{DMatrix, DVector};
 use tipwatch_mechanics::Parameter;
-use tipwatch_mechanics::machine::InertiaElement;
+use tipwatch_mechanics::machine::{InertiaElement, SupportKind};
 
 use super::amounts::{Scene, Unstated};
 use super::equations::{Equations, Part};
 use super::fall::Fall;
 
-/// While the machine rotates, the ground carries the tyre further out: by this share of its radius per radian, on average
-/// and as a standard deviation, up to about this rotation (rad).
+/// While the machine rotates across its wheels, the ground carries the tyre further out, on its shoulder: by this share of its
+/// radius per radian, on average and as a standard deviation, up to about this rotation (rad).
 const SHIFT_SHARE: f64 = 0.25;
 const SHIFT_SIGMA: f64 = 0.25;
 const SHIFT_UNTIL_RAD: f64 = 0.3;
+/// While it rotates along them, the ground carries a wheel under its axle. A tyre is no circle by this share.
+const ROLL_SIGMA: f64 = 0.1;
+/// Places in the normal distribution that are equally probable: by so many standard deviations an onset may be off.
+const ONSETS: [f64; 8] = [-1.534, -0.887, -0.489, -0.157, 0.157, 0.489, 0.887, 1.534];
+/// Standard deviation of the rate at which the load leaves the wheels before the onset, as a share of it.
+const RATE_SHARE: f64 = 0.5;
 /// The lean has an unknown constant: slope of the ground, mounting of the IMU (rad).
 const CONSTANT_RAD: f64 = 0.05;
 
@@ -53,18 +59,26 @@ impl Nuisances {
             });
             DVector::from_iterator(size, values)
         };
-        let edge = &scene.machine.polygon().edges()[scene.edge];
-        let radius = scene.machine.wheels()[edge.from].radius;
-        let shift = |row: usize| {
-            let turned = equations.rows[row].rotation_rad / SHIFT_UNTIL_RAD;
-            let shift_m = radius * SHIFT_UNTIL_RAD * turned.tanh();
-            // the true edge is further out: the true moment about it is smaller
-            -computed[row].normal_n * shift_m
-        };
-        let shifted = of_part(Part::Fall, &shift);
+        let [rolled, shifted] = [0, 1].map(|of: usize| {
+            let shift = |row: usize| {
+                let shift_m = outwards(scene, equations.rows[row].rotation_rad)[of];
+                // the true edge is further out: the true moment about it is smaller
+                -computed[row].normal_n * shift_m
+            };
+            of_part(Part::Fall, &shift)
+        });
+        add(&rolled * ROLL_SIGMA);
         add(&shifted * SHIFT_SIGMA);
-        let slope = slope_before(equations, &stated);
-        add(of_part(Part::Onset, &|_| slope * fall.onset_sigma_s()));
+        let carried = carried(equations, &stated, fall);
+        let count = carried.len() as f64;
+        let expected = carried
+            .iter()
+            .fold(DVector::zeros(size), |sum, it| sum + it)
+            / count;
+        carried
+            .iter()
+            .for_each(|it| add((it - &expected) / count.sqrt()));
+        add(&expected * RATE_SHARE);
         for axis in 0..2 {
             let of_axis = |of: &dyn Fn(usize) -> f64| {
                 let values = equations.all.iter();
@@ -83,7 +97,7 @@ impl Nuisances {
             }
         }
         Self {
-            mean: shifted * SHIFT_SHARE,
+            mean: rolled + shifted * SHIFT_SHARE + expected,
             covariance,
         }
     }
@@ -107,17 +121,177 @@ fn uncertain(scene: &Scene<'_>) -> Vec<(Unstated, f64)> {
     all
 }
 
-/// How fast the residual rises at the onset (N m/s): half of how fast it rises before it.
-fn slope_before(equations: &Equations, stated: &DVector<f64>) -> f64 {
-    let onset = equations.of_part(Part::Onset);
-    let (Some(&first), Some(&last)) = (onset.first(), onset.last()) else {
-        return 0.0;
-    };
-    let at_s = |place: usize| equations.rows[equations.all[place].row].time_s;
-    let seconds = at_s(last) - at_s(first);
-    if seconds > 0.0 {
-        (stated[last] - stated[first]) / seconds
+/// How far out of its edge the ground carries a rotated machine (m): because wheels roll, and on the shoulders of tyres.
+///
+/// A wheel is a circle about its axle. The ground carries it under the axle, whichever way platform and wheel turn:
+/// ```text
+///     r tan(rotation) cos^2(edge, axle),      force along the normal times this = weight times r sin(rotation) cos^2
+/// ```
+fn outwards(scene: &Scene<'_>, rotation_rad: f64) -> [f64; 2] {
+    let wheels = scene.machine.wheels();
+    let edge = &scene.machine.polygon().edges()[scene.edge];
+    let [from, to] = [edge.from, edge.to].map(|wheel| &wheels[wheel]);
+    let along = (to.centre_at_zero.xy() - from.centre_at_zero.xy()).normalize();
+    let rolls = [from, to].map(|wheel| wheel.kind == SupportKind::Wheel);
+    let by_axle = if rolls == [true; 2] {
+        along.y * along.y
     } else {
         0.0
+    };
+    let shoulder = SHIFT_UNTIL_RAD * (rotation_rad / SHIFT_UNTIL_RAD).tanh();
+    [
+        from.radius * rotation_rad.tan() * by_axle,
+        from.radius * shoulder * (1.0 - by_axle),
+    ]
+}
+
+/// What the wheels off the edge still carry in each equation, for each of [`ONSETS`]: until the true onset the moment that they
+/// take falls to zero.
+fn carried(equations: &Equations, stated: &DVector<f64>, fall: Fall) -> Vec<DVector<f64>> {
+    let rate = rate_before(equations, stated);
+    let of = |sigmas: f64| {
+        let onset_s = sigmas * fall.onset_sigma_s();
+        let carried = equations.all.iter().map(|equation| match equation.part {
+            Part::Lean => 0.0,
+            Part::Onset | Part::Fall => {
+                rate * (equations.rows[equation.row].time_s - onset_s).min(0.0)
+            }
+        });
+        DVector::from_iterator(equations.all.len(), carried)
+    };
+    ONSETS.map(of).into()
+}
+
+/// How fast the residual falls to zero up to the onset (N m/s).
+fn rate_before(equations: &Equations, stated: &DVector<f64>) -> f64 {
+    let at_s = |place: usize| equations.rows[equations.all[place].row].time_s;
+    let mut before = equations.of_part(Part::Onset);
+    before.retain(|&place| at_s(place) <= 0.0);
+    let (Some(&first), Some(&last)) = (before.first(), before.last()) else {
+        return 0.0;
+    };
+    let rate = (stated[last] - stated[first]) / (at_s(last) - at_s(first));
+    if rate.is_finite() { rate.min(0.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
+
+    use nalgebra::{UnitQuaternion, Vector2, Vector3};
+    use tipwatch_mechanics::State;
+    use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
+
+    use super::super::amounts::RowState;
+    use super::super::rows::FallRows;
+    use super::*;
+
+    const LEFT: usize = 1;
+    const REAR: usize = 2;
+
+    fn machine() -> Machine {
+        let spec = include_str!("../../../../mechanics/tests/data/rigid.toml");
+        let urdf = include_str!("../../../../mechanics/tests/data/rigid.urdf");
+        let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
+        spec.check(urdf, "rigid.urdf", LogFacts::default()).unwrap()
+    }
+
+    fn scene(machine: &Machine, edge: usize) -> Scene<'_> {
+        Scene {
+            machine,
+            edge,
+            load: machine.load_on_tool(),
+            lean: None,
+        }
+    }
+
+    /// A machine at rest, rotated about its rear edge.
+    fn row(machine: &Machine, time_s: f64, rotation_rad: f64) -> RowState {
+        let attitude = UnitQuaternion::from_euler_angles(0.0, -rotation_rad, 0.0);
+        let up = attitude.inverse_transform_vector(&Vector3::z());
+        let mut state = State::zero(machine);
+        state.base.up = up;
+        let imu_from_base = machine.imu().rotation_in_body().transpose();
+        state.imu.specific_force = imu_from_base * up * machine.gravity();
+        RowState {
+            time_ns: (time_s * 1e9) as i64,
+            time_s,
+            state,
+            load_place: Vector3::zeros(),
+            outward: -Vector3::x(),
+            rotation_rad,
+            lean_rad: Vector2::zeros(),
+        }
+    }
+
+    fn rows(onset: Vec<RowState>, fall: Vec<RowState>) -> FallRows {
+        FallRows {
+            onset,
+            fall,
+            lean: Vec::new(),
+            no_lean: None,
+            has_attitude: true,
+        }
+    }
+
+    fn fall(edge: usize, onset_sigma_s: f64) -> Fall {
+        Fall {
+            edge,
+            onset_ns: 0,
+            onset_in_log: true,
+            onset_sigma_s: Some(onset_sigma_s),
+            until_ns: i64::MAX,
+        }
+    }
+
+    #[test]
+    fn the_ground_carries_a_wheel_under_its_axle() {
+        let machine = machine();
+        let turned = [0.05, 0.2, 0.34];
+        let states = turned.map(|angle| row(&machine, 0.5, angle));
+        let weight = machine.mass() * machine.gravity();
+        let radius = machine.wheels()[machine.polygon().edges()[REAR].from].radius;
+        let expected = |edge: usize| {
+            let scene = scene(&machine, edge);
+            let equations = Equations::new(&scene, rows(Vec::new(), states.clone().into()), false);
+            Nuisances::of(&scene, &equations, fall(edge, 0.05), true).mean
+        };
+        for (of_rear, angle) in expected(REAR).iter().zip(turned) {
+            let moment = weight * radius * angle.sin();
+            assert!(
+                (of_rear + moment).abs() < 5e-3 * moment,
+                "{angle}: {of_rear}, expected {}",
+                -moment
+            );
+        }
+        // across the wheels, on the shoulders of the tyres: by a quarter of that at most
+        for (of_left, angle) in expected(LEFT).iter().zip(turned) {
+            let moment = weight * radius * angle.sin();
+            assert!(
+                (0.15..0.26).contains(&(-of_left / moment)),
+                "{angle}: {of_left}"
+            );
+        }
+    }
+
+    #[test]
+    fn wheels_carry_until_the_true_onset() {
+        const RATE: f64 = -5000.0;
+        let machine = machine();
+        let times = [-0.03, -0.02, -0.01, 0.0, 0.01, 0.02, 0.03];
+        let onset = times.map(|time_s| row(&machine, time_s, 0.0));
+        let scene = scene(&machine, LEFT);
+        let later = vec![row(&machine, 0.06, 0.0), row(&machine, 0.5, 0.01)];
+        let equations = Equations::new(&scene, rows(onset.into(), later), false);
+        let at = |place: usize| equations.rows[equations.all[place].row].time_s;
+        let stated = DVector::from_fn(equations.all.len(), |place, _| RATE * at(place).min(0.0));
+        let found = carried(&equations, &stated, fall(LEFT, 0.02));
+        let count = found.len() as f64;
+        let mean = found.iter().fold(0.0 * &stated, |sum, it| sum + it) / count;
+        // the mean of the positive half of a normal distribution
+        let at_onset = -RATE * 0.02 / std::f64::consts::TAU.sqrt();
+        assert!((mean[3] / at_onset - 1.0).abs() < 0.1, "{mean}");
+        assert!((mean[0] / (RATE * -0.03) - 1.0).abs() < 0.1, "{mean}");
+        assert!(mean[7] == 0.0 && mean[8] == 0.0, "{mean}");
     }
 }

@@ -38,6 +38,7 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
         Some(Fall {
             edge: edges.position(|edge| edge.name.to_lowercase() == event.subject)?,
             onset_ns: event.start_ns,
+            onset_in_log: event.measured_rotation.is_none_or(|it| it.onset_in_log),
             onset_sigma_s: event.start_sigma_s,
             until_ns: event.end_ns.unwrap_or(i64::MAX),
         })
@@ -89,6 +90,9 @@ fn explained(
     fall: Fall,
     blank: &ExplainedFall,
 ) -> Result<ExplainedFall, String> {
+    if !fall.onset_in_log {
+        return Err("the log does not contain the onset".into());
+    }
     let mut reader =
         Reader::new(machine, table, fall).ok_or("the state at the onset is unknown")?;
     let rows = reader.rows();

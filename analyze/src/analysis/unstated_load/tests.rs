@@ -44,6 +44,7 @@ fn explained(log: &str) -> ExplainedFall {
     let fall = Fall {
         edge: LEFT,
         onset_ns: true_onset_ns(log),
+        onset_in_log: true,
         onset_sigma_s: Some(0.03),
         until_ns: i64::MAX,
     };
@@ -105,6 +106,7 @@ fn a_rotation_without_known_rows_is_not_explained() {
     let fall = Fall {
         edge: LEFT,
         onset_ns: end_ns,
+        onset_in_log: true,
         onset_sigma_s: None,
         until_ns: end_ns,
     };

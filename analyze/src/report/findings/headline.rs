@@ -23,7 +23,7 @@ impl Scene {
         let alike: Vec<&Event> = incident.like_the_gravest().collect();
         let mut evidence: Vec<String> = Vec::new();
         if incident.events.len() > 1 {
-            evidence.push(self.course(incident));
+            evidence.extend(self.course(incident));
         }
         evidence.extend(self.evidence(gravest));
         let others = alike
@@ -121,7 +121,7 @@ impl Scene {
     }
 
     /// The events of an incident in order of time, each wheel or edge once for each kind.
-    fn course(&self, incident: &Incident<'_>) -> String {
+    fn course(&self, incident: &Incident<'_>) -> Option<String> {
         let told = incident.steps();
         let mut steps = Vec::new();
         for event in told.iter().take(MOST_STEPS) {
@@ -145,7 +145,7 @@ impl Scene {
         if more > 0 {
             steps.push(format!("and {more} more"));
         }
-        format!("Course: {}", steps.join("; "))
+        (!steps.is_empty()).then(|| format!("Course: {}", steps.join("; ")))
     }
 
     /// An event as a step of its incident's course.

@@ -103,21 +103,32 @@ impl Scene {
                 "The onset is not in the log: the platform rotated already in the first sample that shows it".into(),
             );
         }
-        if let Some(no_return) = &measured.no_return {
-            let sigma = no_return.sigma_rad.map_or(String::new(), |sigma| {
+        if let Some(no_return_rad) = measured.no_return_rad {
+            let sigma = measured.no_return_sigma_rad;
+            let sigma = sigma.map_or(String::new(), |sigma| {
                 format!(" ± {:.1}", 2.0 * sigma.to_degrees())
             });
-            let passed = no_return.at_ns.map_or("not passed".to_string(), |at_ns| {
-                format!("passed at t = {:.2} s", self.seconds(at_ns))
-            });
+            let passed = measured
+                .no_return_ns
+                .map_or("not passed".to_string(), |at_ns| {
+                    format!("passed at t = {:.2} s", self.seconds(at_ns))
+                });
             evidence.push(format!(
                 "Point of no return by the stated masses: {:.1}{sigma}°, {passed}",
-                no_return.rotation_rad.to_degrees()
+                no_return_rad.to_degrees()
             ));
         }
         if let Some(at_rest_ns) = measured.at_rest_ns {
             let at_s = self.seconds(at_rest_ns);
             evidence.push(format!("At rest on its side from t = {at_s:.2} s"));
+        }
+        if let Some(rested_ns) = measured.rested_ns {
+            let at_s = self.seconds(rested_ns);
+            evidence.push(format!(
+                "At rest between wheels and side from t = {at_s:.2} s, where gravity lets no machine rest, and by the loads it stands \
+                 on its {}: the ground gave way under it, or something that is not measured props it",
+                self.word.many
+            ));
         }
         evidence
     }

@@ -266,14 +266,7 @@ impl FleetLog {
 
 /// The events in which a wheel is off the ground.
 fn lifts(events: &[EventFacts]) -> impl Iterator<Item = &EventFacts> {
-    let kinds = [
-        EventKind::WheelLift,
-        EventKind::EdgeTipping,
-        EventKind::TipOver,
-    ];
-    events
-        .iter()
-        .filter(move |event| kinds.iter().any(|kind| kind.name() == event.kind))
+    events.iter().filter(|event| event.kind.is_lift())
 }
 
 /// Time in which at least one wheel was off the ground (s).
@@ -299,7 +292,11 @@ pub(in crate::screen) fn lifted_s(events: &[EventFacts]) -> f64 {
 /// What casts doubt on a log, each once.
 fn doubted(facts: &LogFacts, events: &[EventFacts]) -> Vec<String> {
     let mut doubted: Vec<String> = facts.gross_inputs.clone();
-    doubted.extend(events.iter().flat_map(|event| event.doubted_by.clone()));
+    doubted.extend(
+        events
+            .iter()
+            .flat_map(|event| event.doubted_by.iter().flatten().cloned()),
+    );
     doubted.sort();
     doubted.dedup();
     doubted
@@ -312,7 +309,7 @@ mod tests {
 
     #[test]
     fn every_kind_of_event_and_every_cause_has_a_column() {
-        let has = |name: String| FleetLog::COLUMNS.iter().any(|column| column.name == name);
+        let has = |name: String| FleetLog::columns().iter().any(|column| column.name == name);
         for kind in EventKind::all() {
             assert!(has(format!("{}_events", kind.name())), "{}", kind.name());
         }

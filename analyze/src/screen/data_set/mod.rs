@@ -11,6 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, BufWriter};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use anyhow::{Context, Result};
 use polars::prelude::{KeyValueMetadata, ParquetCompression, ParquetWriter};
@@ -27,7 +28,7 @@ pub use not_answered::NotAnswered;
 pub use query::{Answer, query};
 
 /// Version of the columns.
-pub(super) const DATA_SET_SCHEMA: u32 = 5;
+pub(super) const DATA_SET_SCHEMA: u32 = 6;
 /// Most rows of a file, some 128 MB: a month of a large fleet has several.
 const MOST_ROWS: usize = 400_000;
 /// Rows of a row group, which readers skip as a whole.
@@ -36,8 +37,12 @@ const ROWS_OF_GROUP: usize = 1 << 16;
 const UNDATED: &str = "undated";
 
 /// The tables of a data set, with their columns.
-pub const TABLES: [(&str, &[ColumnInfo]); 2] =
-    [("logs", FleetLog::COLUMNS), ("events", FleetEvent::COLUMNS)];
+pub static TABLES: LazyLock<[(&str, Vec<ColumnInfo>); 2]> = LazyLock::new(|| {
+    [
+        ("logs", FleetLog::columns()),
+        ("events", FleetEvent::columns()),
+    ]
+});
 
 /// Writes the data set of all logs and removes files that are no longer part of it.
 pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
@@ -61,13 +66,10 @@ pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
         let logs: Vec<FleetLog> = rows.par_iter().map(|row| FleetLog::of(row)).collect();
         written.extend(write_table(&logs, &out.join("logs").join(&name))?);
         drop(logs);
-        let events: Vec<FleetEvent> = rows
-            .iter()
-            .flat_map(|row| FleetEvent::all_of(row))
-            .collect();
+        let events: Vec<FleetEvent<'_>> = rows.iter().flat_map(|row| event::all_of(row)).collect();
         written.extend(write_table(&events, &out.join("events").join(&name))?);
     }
-    for (kind, _) in TABLES {
+    for (kind, _) in &*TABLES {
         remove_others(&out.join(kind), &written)?;
     }
     Ok(())
@@ -106,7 +108,7 @@ fn write_table<R: Record>(records: &[R], path: &Path) -> Result<Option<PathBuf>>
             DATA_SET_SCHEMA.to_string(),
         ),
     ];
-    let mut frame = R::frame(records)?;
+    let mut frame = R::frame(records.iter())?;
     ParquetWriter::new(BufWriter::new(file))
         .with_compression(ParquetCompression::Zstd(None))
         .with_row_group_size(Some(ROWS_OF_GROUP))

@@ -38,12 +38,12 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
     let fetched = tempfile::tempdir().context("no temporary folder can be made")?;
     let mut context = SQLContext::new();
     let mut is_empty = true;
-    for (name, _) in TABLES {
+    for (name, _) in &*TABLES {
         let keys: Vec<String> = place.list(name)?.into_iter().collect();
         let keys = keys.into_iter().filter(|key| is_table(Path::new(key)));
         let keys: Vec<String> = keys.map(|key| format!("{name}/{key}")).collect();
         is_empty &= keys.is_empty();
-        if !named.contains(name) {
+        if !named.contains(*name) {
             continue;
         }
         let files = match place.local() {
@@ -70,8 +70,8 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
 /// The table of some files. Columns that files of older versions lack are null there.
 fn scan(name: &str, files: &[PathBuf]) -> Result<LazyFrame> {
     let empty = match name {
-        "logs" => FleetLog::frame(&[])?,
-        _ => FleetEvent::frame(&[])?,
+        "logs" => FleetLog::frame([].iter())?,
+        _ => FleetEvent::frame([].iter())?,
     };
     if files.is_empty() {
         return Ok(polars::prelude::IntoLazy::lazy(empty));

@@ -246,13 +246,15 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         identity(&mut data, log.log.record, log.group as usize, log.rank);
         let worst = facts.worst.as_ref();
         let moment = worst.and_then(|worst| worst.moment.as_ref());
-        let lifts = || events.iter().filter(|event| is_lift(&event.kind));
+        let lifts = || events.iter().filter(|event| event.kind.is_lift());
         let surest = lifts().filter_map(|event| event.certainty).reduce(f64::max);
         let surest_any = lifts()
             .filter_map(|event| event.certainty_any_split)
             .reduce(f64::max);
         let mut doubts: Vec<String> = facts.gross_inputs.clone();
-        let doubted = events.iter().flat_map(|event| &event.doubted_by);
+        let doubted = events
+            .iter()
+            .flat_map(|event| event.doubted_by.iter().flatten());
         doubts.extend(doubted.map(|subject| input_in_words(subject)));
         doubts.sort_unstable();
         doubts.dedup();
@@ -353,15 +355,6 @@ fn certainty(surest: f64, under_every_split: Option<f64>) -> String {
         Some(certainty) => format!("{} under every split", probability(certainty)),
     };
     format!("{}, {otherwise}", probability(surest))
-}
-
-fn is_lift(kind: &str) -> bool {
-    let kinds = [
-        EventKind::WheelLift,
-        EventKind::EdgeTipping,
-        EventKind::TipOver,
-    ];
-    kinds.iter().any(|lift| lift.name() == kind)
 }
 
 #[cfg(test)]

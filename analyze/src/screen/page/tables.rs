@@ -108,7 +108,7 @@ pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
             let known = logs.iter().filter_map(|log| log.facts.events_of(kind));
             let count: u64 = known.sum();
             let events = logs.iter().flat_map(|log| log.events);
-            let events = events.filter(|event| event.kind == kind.name());
+            let events = events.filter(|event| event.kind == kind);
             let duration: f64 = events.map(|event| event.duration_s).sum();
             match count {
                 0 => "0".to_string(),

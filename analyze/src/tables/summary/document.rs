@@ -17,7 +17,7 @@ use crate::analysis::unstated_load::ExplainedFall;
 use crate::base::clip::Clip;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
-use crate::events::{Counterfactual, Doubt, EventCauses};
+use crate::events::Event;
 
 /// Version of the document.
 pub const SCHEMA: u32 = 6;
@@ -101,87 +101,13 @@ pub struct EventGroup<'a> {
     pub(super) worst: EventSummary<'a>,
 }
 
-/// An event.
+/// An event, and its start on the clock of the rows.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct EventSummary<'a> {
-    pub(super) kind: &'static str,
-    pub(super) subject: &'a str,
-    pub(super) start_ns: i64,
-    pub(super) end_ns: Option<i64>,
+    /// Start since the first row.
     pub(super) start_s: f64,
-    /// Standard deviation of the start; null where no onset was found.
-    pub(super) start_sigma_s: Option<f64>,
-    /// `at`, or `at_or_before` where rows before it are missing.
-    pub(super) start_bound: &'static str,
-    /// `at`, or `at_or_after` where rows after it are missing.
-    pub(super) end_bound: &'static str,
-    pub(super) worst: f64,
-    pub(super) unit: &'static str,
-    pub(super) worst_ns: i64,
-    pub(super) lead_s: Option<f64>,
-    /// Probability that the event is true if the stated split rule is.
-    pub(super) certainty: Option<f64>,
-    /// Probability that it is true whatever the split of the load.
-    pub(super) certainty_any_split: Option<f64>,
-    pub(super) split_dependent: Option<bool>,
-    /// For a wheel that lifted, the front axle's share of the roll moment at which it would just have stayed on the ground;
-    /// null where no share would have kept it there, and where no share determines the split.
-    pub(super) split_flips_at: Option<f64>,
-    /// Smallest and largest load that equilibrium allows the wheel at `judged_ns`; null for edges and inputs.
-    pub(super) load_range_n: Option<[f64; 2]>,
-    /// Time of the row on which the certainty rests.
-    pub(super) judged_ns: Option<i64>,
-    /// For a wheel lift, when the wheel was off the ground under any split; null if that is not shown.
-    pub(super) any_split_ns: Option<i64>,
-    /// Largest outward rotation about the edge since the start.
-    pub(super) rotation_rad: Option<f64>,
-    /// For an edge: `rotation` (by gyro and attitude; the computed loads do not show it), `loads` or `both`.
-    pub(super) shown_by: Option<&'static str>,
-    /// The rotation about the edge by gyro and attitude; null where they show none beyond what tyres and ground explain.
-    pub(super) measured_rotation: Option<RotationSummary>,
-    pub(super) causes: Option<&'a EventCauses>,
-    /// Whether it would have happened on level ground, at half the speed, without the load, with the arm in; empty for
-    /// other kinds of events than lifts and tippings, and for models without derivatives.
-    pub(super) counterfactuals: &'a [Counterfactual],
-    /// The input fault; null for other kinds of events.
-    pub(super) fault: Option<FaultSummary<'a>>,
-    /// Signals that contradict each other during the event; null if none do.
-    pub(super) doubt: Option<&'a Doubt>,
-}
-
-/// A rotation about an edge by gyro and attitude alone.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct RotationSummary {
-    /// `both`, `gyro_alone`, `attitude_alone`, or `gyro_not_attitude` and `attitude_not_gyro` where the other contradicts it.
-    pub(super) shown_by: &'static str,
-    /// Standard deviation of what tyres, ground and sensor explain of it.
-    pub(super) sigma_rad: f64,
-    /// Whether it began in the log; otherwise the start is the first sample that shows it.
-    pub(super) onset_in_log: bool,
-    /// When it reached 10 degrees.
-    pub(super) ten_degrees_ns: Option<i64>,
-    /// Rotation at which gravity through the stated centre of mass passes over the edge. It alone rests on masses.
-    pub(super) no_return_rad: Option<f64>,
-    /// Its standard deviation by those of the masses.
-    pub(super) no_return_sigma_rad: Option<f64>,
-    /// When the platform passed it.
-    pub(super) no_return_ns: Option<i64>,
-    /// Since when the machine rested on its side.
-    pub(super) at_rest_ns: Option<i64>,
-}
-
-/// An input fault.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct FaultSummary<'a> {
-    pub(super) kind: &'static str,
-    pub(super) policy: &'static str,
-    /// The limit that `worst` exceeded, in its unit.
-    pub(super) limit: Option<f64>,
-    pub(super) samples: u64,
-    /// Of signals that contradict each other, what it looks like, after "as if".
-    pub(super) explanation: Option<&'a str>,
-    /// Of signals that contradict each other and that the loads rest on, the probability that the loads are right.
-    pub(super) loads_are_right: Option<f64>,
+    #[serde(flatten)]
+    pub(super) event: &'a Event,
 }
 
 /// The model of the ground wrench.

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{EventGroup, EventSummary, FaultSummary, RotationSummary};
-use crate::events::{Event, MeasuredRotation, ShownBy};
+use super::document::{EventGroup, EventSummary};
+use crate::events::Event;
 
 /// Groups the events by the name of their kind; `first_ns` is the time of the first row.
 pub(super) fn groups(events: &[Event], first_ns: i64) -> BTreeMap<&'static str, EventGroup<'_>> {
@@ -15,63 +15,15 @@ pub(super) fn groups(events: &[Event], first_ns: i64) -> BTreeMap<&'static str, 
             *worst = event;
         }
     }
-    let group = |(kind, (count, worst))| {
-        let worst = summary(worst, first_ns);
-        (kind, EventGroup { count, worst })
-    };
-    found.into_iter().map(group).collect()
-}
-
-fn summary(event: &Event, first_ns: i64) -> EventSummary<'_> {
-    EventSummary {
-        kind: event.kind.name(),
-        subject: &event.subject,
-        start_ns: event.start_ns,
-        end_ns: event.end_ns,
-        start_s: (event.start_ns - first_ns) as f64 * 1e-9,
-        start_sigma_s: event.start_sigma_s,
-        start_bound: event.start_bound.name(),
-        end_bound: event.end_bound.name(),
-        worst: event.worst,
-        unit: event.unit,
-        worst_ns: event.worst_ns,
-        lead_s: event.lead_s,
-        certainty: event.certainty,
-        certainty_any_split: event.certainty_any_split,
-        split_dependent: event.split_dependent,
-        split_flips_at: event.split_flips_at,
-        load_range_n: event.load_range_n,
-        judged_ns: event.judged_ns,
-        any_split_ns: event.any_split_ns,
-        rotation_rad: event.rotation_rad,
-        shown_by: event.shown_by.map(ShownBy::name),
-        measured_rotation: event.measured_rotation.as_ref().map(rotation),
-        causes: event.causes.as_ref(),
-        counterfactuals: &event.counterfactuals,
-        fault: event.fault.as_ref().map(|fault| FaultSummary {
-            kind: fault.kind.name(),
-            policy: fault.policy.name(),
-            limit: fault.limit,
-            samples: fault.samples,
-            explanation: fault.explanation.as_deref(),
-            loads_are_right: fault.loads_are_right,
-        }),
-        doubt: event.doubt.as_ref(),
+    let mut groups = BTreeMap::new();
+    for (kind, (count, event)) in found {
+        let worst = EventSummary {
+            start_s: (event.start_ns - first_ns) as f64 * 1e-9,
+            event,
+        };
+        groups.insert(kind, EventGroup { count, worst });
     }
-}
-
-fn rotation(measured: &MeasuredRotation) -> RotationSummary {
-    let no_return = measured.no_return;
-    RotationSummary {
-        shown_by: measured.witness.name(),
-        sigma_rad: measured.sigma_rad,
-        onset_in_log: measured.onset_in_log,
-        ten_degrees_ns: measured.ten_degrees_ns,
-        no_return_rad: no_return.map(|it| it.rotation_rad),
-        no_return_sigma_rad: no_return.and_then(|it| it.sigma_rad),
-        no_return_ns: no_return.and_then(|it| it.at_ns),
-        at_rest_ns: measured.at_rest_ns,
-    }
+    groups
 }
 
 #[cfg(test)]
@@ -94,7 +46,7 @@ mod tests {
         ];
         let found = groups(&events, 0);
         let shown: Vec<_> = (found.iter())
-            .map(|(kind, group)| (*kind, group.count, group.worst.worst))
+            .map(|(kind, group)| (*kind, group.count, group.worst.event.worst))
             .collect();
         assert_eq!(shown, [("tip_over", 2, 0.5), ("wheel_light", 3, 100.0)]);
     }

@@ -58,6 +58,8 @@ pub enum Explanation {
     JointOffset(usize),
     /// A load on the tool that nothing states.
     UnstatedLoad,
+    /// Stamps that are off by a constant time. Only a whole log shows it: with other stamps the signals agree.
+    Late,
     /// None of the above.
     Other,
 }
@@ -94,6 +96,7 @@ impl Explanation {
             | Self::JointsExchanged(..)
             | Self::JointOffset(_)
             | Self::UnstatedLoad
+            | Self::Late
             | Self::Other => return None,
         })
     }
@@ -169,6 +172,7 @@ impl Explanation {
                 format!("the encoder of {} were off since it jumped", joint(j))
             }
             Self::UnstatedLoad => "a load that nothing states were on the tool".into(),
+            Self::Late => "the clock of one of them were off".into(),
             Self::Other => "one of them were wrong in another way".into(),
         }
     }

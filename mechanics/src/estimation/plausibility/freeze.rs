@@ -7,12 +7,24 @@ use crate::machine::FaultKind;
 const NOISE_WEIGHT: f64 = 1.0 / 64.0;
 /// Two of three samples of white noise are turning points, but only few of a smooth signal.
 const NOISY_SHARE: f64 = 0.4;
+/// Weight of a change in the mean change, and of a sample in the share of repeats.
+const STEP_WEIGHT: f64 = 1.0 / 32.0;
+/// The sensor resolves its noise where the mean change is so many times the least one. Of three values that go to and fro between
+/// neighbouring steps, the mean change is up to 1.4 least ones; of noise as wide as a step it is 2.4.
+const RESOLVED: f64 = 1.75;
+/// Changes from which on that is known for good, and the share of repeats between changes by steps: a smooth signal changes as
+/// evenly, but at every sample.
+const FEWEST_CHANGES: u64 = 64;
+const LEAST_REPEATS: f64 = 0.03;
+/// A step is at least this share of the signal's spread. At rest, a number without noise flickers by its last bit.
+const LEAST_STEP: f64 = 1e-3;
 
 /// Detects a frozen part with at most four values.
 ///
 /// A sensor at rest may repeat itself legitimately: one simulated without noise, or one of coarse resolution.
 /// Repetition therefore counts only if the signal was noisy before (judged by the fraction of turning points,
-/// which is independent of the noise amplitude) or while another signal detects motion.
+/// which is independent of the noise amplitude) or while another signal detects motion. That of a sensor whose step is wider
+/// than its noise never counts: a motion elsewhere may move it by less than a step.
 #[derive(Debug, Clone)]
 pub(super) struct Freeze {
     last: [f64; 4],
@@ -26,6 +38,13 @@ pub(super) struct Freeze {
     /// Running mean and sum of squared deviations, for the spread of the signal.
     mean: [f64; 4],
     squares: [f64; 4],
+    /// Least change and running mean of the changes, as lengths, and running share of repeats.
+    resolution: f64,
+    change: f64,
+    repeats: f64,
+    /// Whether the sensor went from step to step by the last changes, and by enough of them at some time.
+    steps: bool,
+    is_coarse: bool,
 }
 
 impl Freeze {
@@ -40,6 +59,11 @@ impl Freeze {
             turning_share: 0.0,
             mean: [0.0; 4],
             squares: [0.0; 4],
+            resolution: f64::INFINITY,
+            change: 0.0,
+            repeats: 0.0,
+            steps: false,
+            is_coarse: false,
         }
     }
 
@@ -74,13 +98,21 @@ impl Freeze {
         if is_same {
             self.run = self.run.saturating_add(1);
             self.moving += u32::from(moves_elsewhere);
+            self.repeats += STEP_WEIGHT * (1.0 - self.repeats);
         } else {
             self.see(values);
             (self.run, self.run_since_ns, self.moving) = (1, stamp_ns, 0);
         }
         let was_noisy = self.turning_share >= NOISY_SHARE && self.samples >= u64::from(limit);
         let moves = self.moving >= self.run / 2;
-        (self.run >= limit && (was_noisy || moves)).then_some(self.run_since_ns)
+        let counts = (was_noisy || moves) && !self.is_coarse();
+        (self.run >= limit && counts).then_some(self.run_since_ns)
+    }
+
+    /// Whether the sensor does not resolve its own noise, as far as is known.
+    fn is_coarse(&self) -> bool {
+        let steps = self.is_coarse || (self.steps && self.samples < FEWEST_CHANGES);
+        steps && self.resolution >= LEAST_STEP * self.spread()
     }
 
     /// Largest standard deviation of any channel so far.
@@ -93,6 +125,8 @@ impl Freeze {
         self.samples += 1;
         let count = self.samples as f64;
         let mut turns = 0.0;
+        let pairs = values.iter().zip(&self.last);
+        let change = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
         for (i, &value) in values.iter().enumerate() {
             let step = value - self.last[i];
             turns += f64::from(u8::from(step * self.step[i] < 0.0));
@@ -104,6 +138,20 @@ impl Freeze {
         }
         let share = turns / values.len() as f64;
         self.turning_share += NOISE_WEIGHT * (share - self.turning_share);
+        // NaN: the first one
+        if change > 0.0 {
+            self.follow_steps(change);
+        }
+    }
+
+    fn follow_steps(&mut self, change: f64) {
+        // the first sample is no change
+        let weight = STEP_WEIGHT.max(1.0 / (self.samples - 1) as f64);
+        self.change += weight * (change - self.change);
+        self.resolution = self.resolution.min(change);
+        self.steps = self.change < RESOLVED * self.resolution && self.repeats >= LEAST_REPEATS;
+        self.repeats -= STEP_WEIGHT * self.repeats;
+        self.is_coarse |= self.steps && self.samples >= FEWEST_CHANGES;
     }
 }
 
@@ -133,6 +181,41 @@ mod tests {
     #[test]
     fn vanishing_noise_is_frozen_after_the_sample_limit() {
         assert_eq!(frozen(noise, false), Some(499));
+    }
+
+    /// What a sensor shows that knows whole steps only.
+    fn in_steps(value: f64) -> f64 {
+        value.round()
+    }
+
+    #[test]
+    fn a_coarse_sensor_may_rest_while_something_moves() {
+        // to and fro between two steps in one posture, still in the next
+        let rests = |k: usize| {
+            let posture = if k < 400 { 7.5 } else { 7.0 };
+            in_steps(posture + 0.6 * (noise(k) - 0.5))
+        };
+        assert_eq!(frozen(rests, true), None);
+        // from step to step by itself, and few steps at that
+        let leans = |k: usize| in_steps(0.02 * k as f64);
+        assert_eq!(frozen(leans, true), None);
+        // shaken on its way, and still after it
+        let stops = |k: usize| match k {
+            0..300 => rests(k),
+            300..400 => in_steps(20.0 * noise(k)),
+            _ => 7.0,
+        };
+        assert_eq!(frozen(stops, false), None);
+        assert_eq!(frozen(stops, true), None);
+    }
+
+    #[test]
+    fn noise_wider_than_a_step_that_vanishes_is_frozen() {
+        let resolved = |k: usize| in_steps(5.0 * noise(k));
+        assert!(frozen(resolved, false).is_some());
+        // each value twice, as of a sensor that is read too often
+        let held = |k: usize| noise(k / 2);
+        assert!(frozen(held, false).is_some());
     }
 
     #[test]

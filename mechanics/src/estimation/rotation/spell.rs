@@ -70,6 +70,9 @@ pub struct RotationSpell {
     pub certainty: f64,
     /// Since when the platform has rested on its side (ns).
     pub at_rest_ns: Option<i64>,
+    /// Since when the platform has rested between its wheels and its side (ns). Gravity does not let it: the ground gave way
+    /// under it, or something props it.
+    pub rested_ns: Option<i64>,
     /// Whether the log or the session began while the platform rotated: when it began to is unknown.
     pub is_from_start: bool,
     /// Time of the last sample that shows it (ns).

@@ -264,6 +264,20 @@ fn machine_beyond_its_side_keeps_the_edge_that_it_fell_about() {
 }
 
 #[test]
+fn machine_on_its_roof_is_not_back() {
+    // over the right side onto the roof, and there it slides on, a little past half a turn
+    let pose = |time_s: f64| Pose {
+        roll: 3.3 * smooth(time_s, 3.0, 6.0),
+        yaw: 0.5 * smooth(time_s, 7.0, 20.0),
+        ..Pose::default()
+    };
+    let seen = run(25.0, &pose);
+    let (_, spell) = seen.only();
+    assert!(seen.is_open, "{spell:?}");
+    assert!(spell.at_rest_ns.is_some(), "{spell:?}");
+}
+
+#[test]
 fn gyro_without_attitude_shows_a_fall() {
     let bias = |time_s: f64, values: &mut Values| {
         without_attitude(time_s, values);

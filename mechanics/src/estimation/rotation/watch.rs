@@ -36,6 +36,10 @@ const REST_RATE: f64 = 3.0 * DEGREE;
 const REST_NS: i64 = 200_000_000;
 /// Rotation from which a platform at rest lies on its side (rad).
 const ON_SIDE: f64 = 40.0 * DEGREE;
+/// A platform rests at an angle that it keeps within this (rad) for so long (ns). Of one that balances on an edge the angle
+/// from the balance grows by exp(t sqrt(g / height)): after this time, to more than twenty times what it was.
+const KEPT: f64 = 0.3 * DEGREE;
+const KEPT_NS: i64 = 1_500_000_000;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Follows the rotation of a platform about the edges of its support polygon from raw samples, in order of arrival.
@@ -60,6 +64,8 @@ pub struct PlatformRotation {
     /// How long the platform has been back, or has rested (s, ns).
     back_s: f64,
     still_ns: Option<i64>,
+    /// An angle (rad), and since when the platform has kept it (ns).
+    kept: (f64, i64),
     driven: f64,
 }
 
@@ -114,6 +120,7 @@ impl PlatformRotation {
             ended: None,
             back_s: 0.0,
             still_ns: None,
+            kept: (0.0, 0),
             driven: 0.0,
         }
     }
@@ -321,10 +328,12 @@ impl PlatformRotation {
             by_ground: claim.by_ground,
             certainty: certainty(&claim, witness),
             at_rest_ns: None,
+            rested_ns: None,
             is_from_start: reference.is_assumed(),
             last_ns: now_ns,
         });
         (self.back_s, self.still_ns, self.driven) = (0.0, None, 0.0);
+        self.kept = (claim.angle, now_ns);
     }
 
     /// What shows the claim of a source; `None` if the other source and the specific force refute it.
@@ -420,7 +429,9 @@ impl PlatformRotation {
             by_ground: spell.by_ground,
         };
         spell.certainty = certainty(&largest, spell.witness);
-        let is_still = spell.rate.abs() < REST_RATE && angle >= ON_SIDE;
+        // about the edge, a platform on its roof is turned by anything: the rotation passes from half a turn to minus half a turn
+        let tilt = source.reference.apart(&shown.up).unwrap_or(angle);
+        let is_still = spell.rate.abs() < REST_RATE && tilt >= ON_SIDE;
         if !is_still {
             self.still_ns = None;
             spell.at_rest_ns = None;
@@ -430,9 +441,18 @@ impl PlatformRotation {
                 spell.at_rest_ns.get_or_insert(since_ns);
             }
         }
-        let is_back = angle < BACK * spell.sigma && spell.rate.abs() < BACK_RATE;
+        if (angle - self.kept.0).abs() > KEPT {
+            self.kept = (angle, now_ns);
+        }
+        let rests = now_ns.saturating_sub(self.kept.1) >= KEPT_NS;
+        if rests && angle > BACK * spell.sigma && tilt < ON_SIDE {
+            spell.rested_ns.get_or_insert(self.kept.1);
+        } else if tilt >= ON_SIDE {
+            spell.rested_ns = None;
+        }
+        let is_back = angle < BACK * spell.sigma && tilt < ON_SIDE && spell.rate.abs() < BACK_RATE;
         self.back_s = if is_back { self.back_s + dt } else { 0.0 };
-        let is_driven = self.driven > DRIVEN_LENGTHS * self.edges.length && angle < DRIVEN;
+        let is_driven = self.driven > DRIVEN_LENGTHS * self.edges.length && tilt < DRIVEN;
         if self.back_s >= BACK_S || is_driven {
             self.ended = Some(spell);
             self.spell = None;
