@@ -51,7 +51,7 @@
 #endif
 
 #define TIPWATCH_MAGIC UINT64_C(216265421728270676)
-#define TIPWATCH_CONTRACT UINT64_C(5629748965170273838)
+#define TIPWATCH_CONTRACT UINT64_C(15306760018441204922)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
 #define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
@@ -328,8 +328,10 @@ enum tipwatch_kind {
     TIPWATCH_KIND_TOOL_WRENCH = 4,
     /* No sensor: the end of the session. Its sequence number is the number of samples. */
     TIPWATCH_KIND_END = 5,
-    /* A force or pressure signal of an actuator. */
+    /* A force or pressure signal of an actuator, or the load of a support. */
     TIPWATCH_KIND_ACTUATOR = 6,
+    /* A signal that tells whether supports are set or raised. */
+    TIPWATCH_KIND_SWITCH = 7,
 };
 
 /* Numbers: mode of the command. */
@@ -396,8 +398,8 @@ enum tipwatch_status {
 };
 
 /* What a reader must know before the first sample. Its source identifies the session. */
-#define TIPWATCH_SESSION_TYPE "tipwatch.Session.v3"
-#define TIPWATCH_SESSION_LAYOUT "29674dff2aa302b3"
+#define TIPWATCH_SESSION_TYPE "tipwatch.Session.v4"
+#define TIPWATCH_SESSION_LAYOUT "8fa0866daec4f287"
 struct tipwatch_session {
     /* MAGIC */
     uint64_t magic;
@@ -434,10 +436,11 @@ struct tipwatch_session {
     uint32_t has_tool_wrench;
     /* 1 if readers must report their progress. */
     uint32_t wants_progress;
-    /* Bits: the machine's actuated joints whose force is measured. */
+    /* Bits: the machine's actuated joints whose force is measured, and its supports whose load is, behind them. */
     uint32_t actuated_joints;
-    /* Zero. */
-    uint32_t reserved;
+    /* Bits: the signals that tell whether supports are set or raised. Supports sort by name; signals are numbered by the
+     * first support of each. */
+    uint32_t switches;
     /* frame_id of the IMU; empty if it has none. */
     uint8_t imu_frame[64];
     /* Stream of each joint, ascending. */
@@ -450,7 +453,7 @@ struct tipwatch_session {
 TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_session) == 4536, "tipwatch_session");
 
 /* One message of one sensor. */
-#define TIPWATCH_SAMPLE_TYPE "tipwatch.Sample.v2"
+#define TIPWATCH_SAMPLE_TYPE "tipwatch.Sample.v3"
 #define TIPWATCH_SAMPLE_LAYOUT "357ddfec06de91b1"
 struct tipwatch_sample {
     /* MAGIC */
@@ -468,7 +471,7 @@ struct tipwatch_sample {
     /* Time at which the recorder of a replayed log received it (ns); 0 from a machine. */
     int64_t log_time_ns;
     /* Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
-     * signal. */
+     * signal, 7 signal that tells whether supports are set or raised. */
     uint32_t kind;
     /* Index of the stream among those of its kind. */
     uint32_t stream;
@@ -479,7 +482,8 @@ struct tipwatch_sample {
     /* Joints: positions (rad, m), then velocities (rad/s, m/s), NaN if unknown. IMU: specific force
      * (m/s2), angular velocity (rad/s), attitude as quaternion x y z w or NaN. Odometry: velocity
      * (m/s), angular velocity, attitude. Tool wrench: force (N) and moment (N m) of the environment
-     * on the tool. Actuator: force (N) or pressure (Pa). Zero beyond value_count. */
+     * on the tool. Actuator: force (N) or pressure (Pa). Signal of supports: the number that the machine file binds, on from
+     * its threshold on; it is to be sent again before it is older than the machine file allows. Zero beyond value_count. */
     double values[128];
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
@@ -516,9 +520,9 @@ struct tipwatch_machine {
     uint32_t doubted_count;
     /* Name of the machine. */
     uint8_t name[64];
-    /* Names of the wheels, in lower case. */
+    /* Names of the wheels, in lower case: of all supports, on the ground or not, where these come and go. */
     uint8_t wheel_names[12][64];
-    /* Names of the edges, in lower case. */
+    /* Names of the edges, in lower case. A machine whose supports come and go has none: the verdict tells where they are. */
     uint8_t edge_names[12][64];
     /* Names of the joints, in the order of the bits of the verdict's unproven. */
     uint8_t joint_names[64][64];
@@ -549,8 +553,8 @@ TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 7816, "tipwatch_machin
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
-#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v5"
-#define TIPWATCH_VERDICT_LAYOUT "f84e2a9d691d8708"
+#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v6"
+#define TIPWATCH_VERDICT_LAYOUT "c066d9f0bdc406a4"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -624,8 +628,19 @@ struct tipwatch_verdict {
     uint32_t next_wheel;
     /* Number of wheels. */
     uint32_t wheel_count;
-    /* Number of edges of the support polygon. */
+    /* Number of edges of the support polygon: around the supports that are on the ground. */
     uint32_t edge_count;
+    /* Bits: the wheels that are on the ground as supports; none while these are unknown. The others have no numbers. All
+     * but where supports come and go. */
+    uint32_t standing;
+    /* Why it is unknown which supports are on the ground; 0 if it is known. 1 the weight passes from some to others,
+     * 2 the machine cannot stand on what is told, 16 + k: the signal that tells of wheel k is missing or too old,
+     * 32 + k: wheel k is told to be off the ground while its own sensor measures a load. */
+    uint32_t ground_gap;
+    /* Index of the wheel where each edge begins, counter-clockwise seen from above. */
+    uint32_t edge_from[12];
+    /* Index of the wheel where each edge ends. */
+    uint32_t edge_to[12];
     /* Level of the latched alarm, danger or fault; 0 without one. */
     uint32_t alarm;
     /* 1 if the latched alarm was acknowledged: it is released when it is over. */
@@ -714,7 +729,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 2952, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 3056, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */

@@ -72,9 +72,18 @@ fn assert_reproduced(live: &[WireVerdict], analysis: &Analysis) {
                 "sigma",
             );
         }
-        for edge in 0..live.edge_count as usize {
-            let angle = offline(Quantity::ForceAngle(edge));
+        let on = rows.machine_at(row);
+        let edges = on.map_or(&[][..], |on| on.polygon().edges());
+        assert_eq!(live.edge_count as usize, edges.len());
+        for (edge, on_set) in edges.iter().enumerate() {
+            let mut all = analysis.machine.polygon().edges().iter();
+            let column = all.position(|named| named.name == on_set.name).unwrap();
+            let angle = offline(Quantity::ForceAngle(column));
             assert_same_bits(live.force_angle[edge], angle, "force angle");
+            let ends = [live.edge_from[edge], live.edge_to[edge]];
+            let names = ends.map(|wheel| &analysis.machine.wheels()[wheel as usize].name);
+            let wheels = on.unwrap().wheels();
+            assert_eq!(names, [&wheels[on_set.from].name, &wheels[on_set.to].name]);
         }
     }
 }
@@ -254,9 +263,15 @@ fn offline_reproduces_an_inherited_doubt_and_its_acknowledgement() {
 }
 
 /// Replays a log to a monitor and a recorder, losing nothing: the rows that the monitor published.
-fn recorded_replay(world: &World, log: &Path, machine: &Path, out: &Path) -> Vec<WireVerdict> {
+fn recorded_replay(
+    world: &World,
+    log: &Path,
+    machine: &Path,
+    out: &Path,
+    split: &str,
+) -> Vec<WireVerdict> {
     let _prioritised = prioritise();
-    let recorder = world.record(machine, out, &["--split", "0.001"]);
+    let recorder = world.record(machine, out, &["--split", split]);
     let mut monitor = world.monitor(machine, &["--quiet", "--allow-untimed"]);
     let reading = Reading::new(&world.join());
     let options = ["--speed", "max", "--lossless", "--readers", "2"];
@@ -296,12 +311,12 @@ fn recording_replays_to_the_same_verdicts() {
     let mut world = World::new("again");
     let (log, machine) = (data("tiny_lift.mcap"), data("tiny_lift.toml"));
     let (first, second) = (folder.path().join("1"), folder.path().join("2"));
-    let first_rows = recorded_replay(&world, &log, &machine, &first);
+    let first_rows = recorded_replay(&world, &log, &machine, &first, "0.001");
     let recorded = session_in(&first);
     assert!(files(&first).len() > 1, "split by time");
     // another monitor without the alarm of the first
     world.state_folder = folder.path().join("state");
-    let second_rows = recorded_replay(&world, &recorded, &machine, &second);
+    let second_rows = recorded_replay(&world, &recorded, &machine, &second, "0.001");
     assert_eq!((first_rows.len(), second_rows.len()), (400, 400));
     for (a, b) in first_rows.iter().zip(&second_rows) {
         assert_eq!((a.time_ns, a.verdict()), (b.time_ns, b.verdict()));
@@ -321,7 +336,20 @@ fn recording_keeps_scaled_and_shifted_signals() {
     let text = text + "\n[clock]\noffset = { \"/imu/data\" = 0.004 }\n";
     std::fs::write(&machine, text).unwrap();
     let out = folder.path().join("out");
-    let rows = recorded_replay(&world, &log, &machine, &out);
+    let rows = recorded_replay(&world, &log, &machine, &out, "0.001");
+    let recorded = causal(&session_in(&out), &machine);
+    assert_reproduced(&rows, &recorded);
+    assert_same_columns(&causal(&log, &machine), &recorded);
+}
+
+// requirement: TW-RECORD-05
+#[test]
+fn recording_keeps_what_tells_of_supports_and_their_loads() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("feet");
+    let (log, machine) = (data("crane.mcap"), data("crane.toml"));
+    let out = folder.path().join("out");
+    let rows = recorded_replay(&world, &log, &machine, &out, "1");
     let recorded = causal(&session_in(&out), &machine);
     assert_reproduced(&rows, &recorded);
     assert_same_columns(&causal(&log, &machine), &recorded);

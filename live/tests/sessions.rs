@@ -100,6 +100,58 @@ fn bound_tool_wrench_is_required() {
     assert!(found.text.contains("no tool wrench"), "{}", found.text);
 }
 
+// requirement: TW-REFUSAL-04, TW-REFUSAL-05
+#[test]
+fn every_signal_that_tells_of_supports_is_required() {
+    let (file, urdf) = machine("crane");
+    let (LogSamples { session, .. }, _) = samples("crane");
+    // one of the wheels together, and one of each foot
+    assert_eq!(session.switches, [0, 1, 2, 3, 4]);
+    assert_eq!(session.actuated_joints, [0, 1, 2, 3]);
+    assert_eq!(refused(&session, &file, &urdf), None);
+    let changes: [(Refusal, &str, Change); 4] = [
+        (Refusal::SensorMissing, "ORR", |s| {
+            s.switches.retain(|it| *it != 4);
+        }),
+        (Refusal::SensorMissing, "FL, FR, RL, RR", |s| {
+            s.switches.retain(|it| *it != 0);
+        }),
+        (Refusal::SensorUnknown, "index 5", |s| s.switches.push(5)),
+        (Refusal::SensorMissing, "\"ORR\"", |s| {
+            s.actuated_joints.retain(|it| *it != 3);
+        }),
+    ];
+    for (reason, words, change) in changes {
+        let mut changed = session.clone();
+        change(&mut changed);
+        let found = refused(&changed, &file, &urdf).unwrap_or_else(|| panic!("{words}"));
+        assert_eq!(found.reason, reason, "{}", found.text);
+        assert!(found.text.contains(words), "{words}: {}", found.text);
+    }
+}
+
+// requirement: TW-REFUSAL-08
+#[test]
+fn spans_of_time_do_not_suit_a_monitor() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("machine.toml");
+    let text = std::fs::read_to_string(data("crane.toml")).unwrap();
+    let signal = "set = { topic = \"/outriggers/set\", field = \"data[3]\" }";
+    std::fs::write(&path, text.replace(signal, "set = [[10.2, 33.3]]")).unwrap();
+    std::fs::copy(data("crane.urdf"), folder.path().join("crane.urdf")).unwrap();
+    let file = MachineFile::read(&path).unwrap();
+    let urdf = file.urdf(None, None).unwrap();
+    let (LogSamples { session, .. }, _) = samples("crane");
+    let session = Session {
+        machine_hash: tipwatch_live::wire::session::machine_hash(&file, &urdf),
+        switches: vec![0, 1, 2, 3],
+        ..session
+    };
+    let found = refused(&session, &file, &urdf).unwrap();
+    assert_eq!(found.reason, Refusal::Unsuitable, "{}", found.text);
+    assert!(found.text.contains("supports.ORR"), "{}", found.text);
+}
+
 // requirement: TW-REFUSAL-08
 #[test]
 fn machine_that_is_always_quasi_static_does_not_suit_a_monitor() {

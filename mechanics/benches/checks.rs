@@ -31,6 +31,7 @@ fn main() {
         odometry: true,
         tool_wrench: false,
         actuators: Vec::new(),
+        switches: 0,
     };
     let mut checks = Plausibility::new(&machine, &sensors);
     let mut noise = Noise(7);

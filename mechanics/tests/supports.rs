@@ -4,8 +4,12 @@ use std::fmt::Write as _;
 
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use tipwatch_mechanics::estimation::support_configuration::{GroundGap, SupportWatch};
 use tipwatch_mechanics::machine::{ForceSource, LogFacts, MachineSpec, SupportId, SupportSetError};
-use tipwatch_mechanics::{Machine, MachineError, Quantity, Scope, State, Workspace, evaluate};
+use tipwatch_mechanics::state::{MatchedSensors, OtherSensors, Sample, Sensor, Sensors};
+use tipwatch_mechanics::{
+    Machine, MachineError, Quantity, Scope, State, StateColumns, Workspace, evaluate, evaluate_rows,
+};
 
 use crate::support::cases;
 
@@ -411,4 +415,185 @@ fn impossible_supports_are_refused_with_a_reason() {
     let machine = crane();
     let in_line = machine.standing_on(&on(&machine, &["FL", "FR"]));
     assert_eq!(in_line.unwrap_err(), SupportSetError::Count(2));
+}
+
+/// What a watch of the crane is told, second by second.
+struct Told {
+    machine: Machine,
+    watch: SupportWatch,
+}
+
+const S: i64 = 1_000_000_000;
+
+impl Told {
+    fn new(text: &str) -> Self {
+        let machine = checked(text).unwrap();
+        let others = OtherSensors::default();
+        let joints: Vec<String> = WHEELS.iter().map(|(name, ..)| name.to_string()).collect();
+        let matched = MatchedSensors::new(&machine, &[("joints", &joints)], others).unwrap();
+        let sensors = Sensors {
+            actuators: machine.contact().actuator_signals(|_| true),
+            ..matched.sensors
+        };
+        let watch = SupportWatch::new(&machine, &sensors).unwrap();
+        Self { machine, watch }
+    }
+
+    /// Takes a value of these sensors at a time (s).
+    fn take(&mut self, at_s: f64, sensors: &[Sensor], value: f64) {
+        for &sensor in sensors {
+            let sample = Sample {
+                sensor,
+                stamp_ns: (at_s * 1e9) as i64,
+                values: &[value],
+            };
+            let _ = self.watch.take(&self.machine, &sample);
+        }
+    }
+
+    fn at(&mut self, at_s: f64) -> Result<String, GroundGap> {
+        let set = self.watch.at(&self.machine, (at_s * 1e9) as i64)?;
+        let supports = self.machine.supports();
+        Ok(supports.names(&set.list(supports)))
+    }
+
+    fn id(&self, name: &str) -> SupportId {
+        self.machine.supports().named(name)[0]
+    }
+}
+
+const SWITCHES: [Sensor; 4] = [
+    Sensor::Switch(0),
+    Sensor::Switch(1),
+    Sensor::Switch(2),
+    Sensor::Switch(3),
+];
+const LOADS: [Sensor; 4] = [
+    Sensor::Actuator(0),
+    Sensor::Actuator(1),
+    Sensor::Actuator(2),
+    Sensor::Actuator(3),
+];
+const ON_WHEELS: &str = "FL, FR, RL, RR";
+const ON_FEET: &str = "OFL, OFR, ORL, ORR";
+
+/// The crane whose switches alone tell.
+fn without_loads() -> String {
+    let text = toml(&FEET, "[contact]\ntransition = 0.5\n");
+    let kept = text.lines().filter(|line| !line.starts_with("force"));
+    kept.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn supports_are_known_from_past_samples_only() {
+    let mut told = Told::new(&without_loads());
+    let first = told.id("OFL");
+    assert_eq!(told.at(0.0), Err(GroundGap::Missing(first)));
+    told.take(1.0, &SWITCHES, 0.0);
+    // the first set that is known follows no other
+    assert_eq!(told.at(1.0).as_deref(), Ok(ON_WHEELS));
+    told.take(2.0, &SWITCHES, 1.0);
+    assert_eq!(told.at(2.4), Err(GroundGap::Transition));
+    assert_eq!(told.at(2.5).as_deref(), Ok(ON_FEET));
+    // a change that is over before the next row is a change
+    told.take(3.0, &SWITCHES[..1], 0.0);
+    told.take(3.1, &SWITCHES[..1], 1.0);
+    assert_eq!(told.at(3.5), Err(GroundGap::Transition));
+    assert_eq!(told.at(3.6).as_deref(), Ok(ON_FEET));
+    // of the others nothing was heard for their greatest age
+    assert_eq!(told.at(4.0), Err(GroundGap::Missing(told.id("OFR"))));
+    told.take(4.5, &SWITCHES, 1.0);
+    assert_eq!(told.at(4.5).as_deref(), Ok(ON_FEET));
+    // a number that is none tells nothing, and one that is not later neither
+    told.take(5.0, &SWITCHES[..1], f64::NAN);
+    assert_eq!(told.at(5.0), Err(GroundGap::Missing(first)));
+    told.take(4.8, &SWITCHES[..1], 1.0);
+    assert_eq!(told.at(5.1), Err(GroundGap::Missing(first)));
+    told.take(5.2, &SWITCHES[..1], 1.0);
+    assert_eq!(told.at(5.3).as_deref(), Ok(ON_FEET));
+}
+
+#[test]
+fn a_support_that_carries_although_it_is_told_to_be_off_leaves_the_set_unknown() {
+    let mut told = Told::new(&toml(&FEET, ""));
+    told.take(1.0, &SWITCHES, 0.0);
+    told.take(1.0, &LOADS, 100.0);
+    assert_eq!(told.at(1.0).as_deref(), Ok(ON_WHEELS));
+    told.take(1.5, &LOADS[2..3], 20_000.0);
+    assert_eq!(told.at(1.5), Err(GroundGap::Carries(told.id("ORL"))));
+    // the load is too old to say so
+    told.take(2.9, &SWITCHES, 0.0);
+    assert_eq!(told.at(3.6).as_deref(), Ok(ON_WHEELS));
+}
+
+#[test]
+fn a_foot_by_its_load_stays_set_while_another_one_stands() {
+    let text = toml(&FEET, "[contact]\ntransition = 0.0\n");
+    let text: Vec<&str> = text
+        .lines()
+        .filter(|line| !line.starts_with("set"))
+        .collect();
+    let mut told = Told::new(&text.join("\n"));
+    told.take(1.0, &LOADS, 9_000.0);
+    assert_eq!(told.at(1.0).as_deref(), Ok(ON_FEET));
+    told.take(2.0, &LOADS[..3], 9_000.0);
+    told.take(2.0, &LOADS[3..], 0.0);
+    assert_eq!(told.at(2.0).as_deref(), Ok(ON_FEET), "it is lifted");
+    told.take(3.0, &LOADS, 0.0);
+    assert_eq!(told.at(3.0).as_deref(), Ok(ON_WHEELS), "all are taken back");
+    // one that comes back is the only one that is set: the others were taken back
+    told.take(4.0, &LOADS, 0.0);
+    told.take(4.1, &LOADS[..1], 9_000.0);
+    assert_eq!(told.at(4.1).as_deref(), Ok("FL, FR, OFL, RL, RR"));
+}
+
+#[test]
+fn spans_count_from_the_first_sample() {
+    let text = toml(&FEET, "[contact]\ntransition = 0.0\n");
+    let text: Vec<String> = (text.lines().filter(|line| !line.starts_with("force")))
+        .map(|line| match line.starts_with("set =") {
+            true => "set = [[1.0, 2.0]]".to_owned(),
+            false => line.to_owned(),
+        })
+        .collect();
+    let mut told = Told::new(&text.join("\n"));
+    assert_eq!(told.at(10.0), Err(GroundGap::Missing(told.id("OFL"))));
+    told.watch.count_spans_from(10 * S);
+    assert_eq!(told.at(10.9).as_deref(), Ok(ON_WHEELS));
+    assert_eq!(told.at(11.0).as_deref(), Ok(ON_FEET));
+    assert_eq!(told.at(12.0).as_deref(), Ok(ON_WHEELS));
+}
+
+proptest! {
+    #![proptest_config(cases(60))]
+
+    /// With measured loads that lift a foot in some of the rows, or barely do not.
+    #[test]
+    fn measured_loads_in_lanes_equal_those_one_by_one(
+        leans in prop::array::uniform8([-0.6_f64..0.6, -0.6_f64..0.6]),
+        forces in prop::array::uniform24(0.0_f64..50_000.0),
+        lifted in prop::array::uniform8(prop_oneof![3 => -600.0_f64..100.0, 1 => 0.0_f64..30_000.0]),
+    ) {
+        let whole = checked(&toml(&FEET, "[uncertainty]\nwheel_position = 0.02\n")).unwrap();
+        let machine = whole.standing_on(&on(&whole, &FEET.map(|(name, ..)| name))).unwrap();
+        let mut columns = StateColumns::unknown(&machine, leans.len());
+        let mut states = Vec::new();
+        for (row, (lean, forces)) in leans.into_iter().zip(forces.chunks_exact(3)).enumerate() {
+            let mut state = leaning(&machine, lean);
+            state.actuator_force[..3].copy_from_slice(forces);
+            state.actuator_force[3] = lifted[row];
+            columns.set(row, &mut state);
+            states.push(state);
+        }
+        let model = std::sync::Arc::new(tipwatch_mechanics::Model::WholeBody);
+        let lanes = evaluate_rows(&machine, &columns, 0..states.len(), Scope::ALL, &model);
+        let mut workspace = Workspace::with_scope(&machine, Scope::ALL);
+        for (row, state) in states.iter().enumerate() {
+            let alone = evaluate(&machine, state, &mut workspace);
+            for (&quantity, column) in lanes.quantities.iter().zip(&lanes.columns) {
+                let (a, b) = (column[row], alone.get(quantity));
+                prop_assert!(a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan(), "row {row} {quantity:?}: {a} {b}");
+            }
+        }
+    }
 }

@@ -22,6 +22,7 @@ use crate::base::options::{ApplyClockOffsets, Estimator, Options};
 use crate::base::state_source::{EstimatedStates, StateSource};
 use crate::events::FoundRotation;
 use crate::load::linkage_force::{self, LinkageForce};
+use crate::load::supports::SupportTimeline;
 use crate::load::{LoadedLog, block_smoother, load};
 
 /// Quality of the signals behind the rows.
@@ -36,6 +37,18 @@ pub(super) struct SignalQuality {
     pub(super) rotating: Vec<[i64; 2]>,
     /// What the signals have shown, from the row at this time (ns) on.
     pub(super) shown: Vec<(i64, SessionProofs)>,
+    /// Which supports were on the ground as far as the estimator knew it in the row; `None` if it knows the whole log, or if
+    /// they are always the same.
+    supports: Option<SupportTimeline>,
+}
+
+impl SignalQuality {
+    /// Puts what the estimator knew of the supports in place of what the whole log tells.
+    fn tell_supports(&mut self, loaded: &mut LoadedLog) {
+        if let Some(supports) = self.supports.take() {
+            loaded.supports = Some(supports);
+        }
+    }
 }
 
 /// The states of a log's rows: its sensors on one clock, smoothed or causal. No loads are computed.
@@ -59,8 +72,9 @@ pub(super) fn open(
     options: &Options,
 ) -> Result<(Log, LoadedLog, EstimatedRows, SignalQuality)> {
     let log = file.open_log(path)?;
-    let loaded = load(&log, file, &mut |_| {})?;
-    let (rows, quality) = estimate(&loaded, options)?;
+    let mut loaded = load(&log, file, &mut |_| {})?;
+    let (rows, mut quality) = estimate(&loaded, options)?;
+    quality.tell_supports(&mut loaded);
     Ok((log, loaded, rows, quality))
 }
 
@@ -96,7 +110,7 @@ pub(super) fn estimate_on_one_clock(
     forces: &mut [LinkageForce],
     options: &Options,
 ) -> Result<(EstimatedRows, SignalQuality, ClockOffsets)> {
-    let (rows, quality) = estimate(loaded, options)?;
+    let (rows, mut quality) = estimate(loaded, options)?;
     // the causal estimator lags behind its signals, and a time range may leave few rows
     let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
     let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
@@ -108,6 +122,7 @@ pub(super) fn estimate_on_one_clock(
     if options.apply_clock_offsets == ApplyClockOffsets::Stated {
         let is_asked = clock.are_applicable() && quality.faults.iter().any(is_contradiction);
         if !is_asked {
+            quality.tell_supports(loaded);
             return Ok((rows, quality, clock));
         }
         // the rows share the samples, whose stamps change
@@ -115,13 +130,15 @@ pub(super) fn estimate_on_one_clock(
         let on_one_clock = faults_on_one_clock(loaded, &clock, options)?;
         let (rows, mut quality) = estimate(loaded, options)?;
         explain_by_clock(&mut quality.faults, &on_one_clock);
+        quality.tell_supports(loaded);
         return Ok((rows, quality, clock));
     }
     drop(rows);
     if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
         clock.apply(signals, forces);
     }
-    let (rows, quality) = estimate(loaded, options)?;
+    let (rows, mut quality) = estimate(loaded, options)?;
+    quality.tell_supports(loaded);
     Ok((rows, quality, clock))
 }
 
@@ -210,6 +227,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         rotating: Vec::new(),
         // each row knows the whole log
         shown: vec![(i64::MIN, smoother.shown())],
+        supports: None,
     };
     let times_ns = smoother.row_times_ns().to_vec();
     let states = state_blocks::smoothed(machine, smoother);
@@ -235,6 +253,9 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let doubts = &loaded.signal_doubts;
     (doubts.inherited.iter()).for_each(|doubt| estimator.remember_doubt(doubt));
+    if let Some(start_ns) = loaded.start_ns() {
+        estimator.count_spans_from(start_ns);
+    }
     let mut trusted = doubts.trusted.iter().peekable();
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
@@ -264,6 +285,9 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
     let changes = estimates.chunk_by(|a, b| a.shown == b.shown);
     let shown = changes.map(|rows| (rows[0].time_ns, rows[0].shown));
     let shown = shown.collect();
+    let stands = |row: &Estimate| Some((row.time_ns, row.stands_on?));
+    let supports = (loaded.supports.is_some())
+        .then(|| SupportTimeline::of_rows(machine.supports(), estimates.iter().filter_map(stands)));
     let kept = KeptStates::of(machine, EstimatedStates { states, reasons });
     let quality = SignalQuality {
         counts: estimator.counts().to_vec(),
@@ -272,6 +296,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
         rotations: Vec::new(),
         rotating,
         shown,
+        supports,
     };
     Ok((estimated(machine, times_ns, Arc::new(kept)), quality))
 }

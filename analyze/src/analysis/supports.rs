@@ -2,6 +2,7 @@
 
 use anyhow::{Result, bail};
 use tipwatch_mechanics::Scope;
+use tipwatch_mechanics::estimation::support_configuration::GroundGap;
 use tipwatch_mechanics::machine::{Machine, SupportKind};
 
 use crate::base::number::short;
@@ -129,12 +130,14 @@ fn told(
             continue;
         }
         let why = match why {
-            Unknown::Transition => "the weight passes from some supports to others".into(),
-            Unknown::Missing(support) => format!(
+            Unknown::Ground(GroundGap::Transition) => {
+                "the weight passes from some supports to others".into()
+            }
+            Unknown::Ground(GroundGap::Missing(support)) => format!(
                 "the signal of support {} is missing or too old",
                 named.supports().support(*support).name
             ),
-            Unknown::Carries(support) => {
+            Unknown::Ground(GroundGap::Carries(support)) => {
                 let name = &named.supports().support(*support).name;
                 format!(
                     "support {name} is reported as not set while its own sensor measures a load"

@@ -2,15 +2,13 @@
 
 use std::ops::Range;
 
-use tipwatch_mechanics::machine::{ForceSource, Machine};
+use tipwatch_mechanics::estimation::support_configuration::doubts_by_measured_loads;
+use tipwatch_mechanics::machine::{ActuatedJoint, Machine};
 use tipwatch_mechanics::state::{Reason, Reasons};
 use tipwatch_mechanics::{
     BatchEvaluator, ColumnNames, OutcomeColumns, Quantity, Scope, State, StateColumns,
     evaluate_rows,
 };
-
-/// A measured load contradicts equilibrium from so many standard deviations on.
-const CONTRADICTS_SIGMAS: f64 = 5.0;
 
 /// A machine on different supports in the course of a log.
 #[derive(Debug, Clone)]
@@ -110,8 +108,7 @@ impl SupportSets {
     }
 }
 
-/// Marks the rows in which the measured load of a support contradicts equilibrium. One that is reported as set while it measures
-/// no load may not stand on the ground; one that carries another load than computed leaves the row doubted.
+/// Marks the rows in which the measured load of a support contradicts equilibrium.
 fn mark_contradictions(
     machine: &Machine,
     states: &StateColumns,
@@ -119,43 +116,28 @@ fn mark_contradictions(
     outcomes: &OutcomeColumns,
     reasons: &mut [Reasons],
 ) {
+    let measures = |joint: &ActuatedJoint| joint.support_place().is_some();
+    if !machine.contact().actuated_joints.iter().any(measures) {
+        return;
+    }
     let mut state = State::zero(machine);
-    for (index, joint) in machine.contact().actuated_joints.iter().enumerate() {
-        let ForceSource::Support {
-            wheel: Some(wheel), ..
-        } = joint.source
-        else {
-            continue;
-        };
-        let has = |quantity: Quantity| outcomes.quantities.contains(&quantity);
-        if !has(Quantity::TorqueResidual(index)) || !has(Quantity::LoadSigma(wheel)) {
-            continue;
-        }
-        let residual = outcomes.column(Quantity::TorqueResidual(index));
-        let load_sigma = outcomes.column(Quantity::LoadSigma(wheel));
-        for (row, reasons) in reasons.iter_mut().enumerate() {
-            if residual[row].abs() <= CONTRADICTS_SIGMAS * joint.force_sigma {
-                continue;
-            }
-            states.get(first + row, &mut state);
-            // measured loads contradict the computed ones in this time, and here they are missing
-            if state.follows_supports > 0.0 && state.actuator_force[index].is_nan() {
-                reasons.add(Reason::Contradiction);
-            }
-            let friction = joint.friction_share * state.actuator_force[index];
-            let of_load = if load_sigma[row].is_finite() {
-                load_sigma[row]
-            } else {
-                0.0
-            };
-            let sigma = joint.force_sigma.hypot(friction).hypot(of_load);
-            if residual[row].abs() > CONTRADICTS_SIGMAS * sigma {
-                let carries = state.actuator_force[index] > CONTRADICTS_SIGMAS * joint.force_sigma;
-                reasons.add(match carries {
-                    true => Reason::Contradiction,
-                    false => Reason::SupportsUnknown,
-                });
-            }
-        }
+    let has = |quantity: Quantity| outcomes.quantities.contains(&quantity);
+    let column = |quantity: Quantity| has(quantity).then(|| outcomes.column(quantity));
+    let joints = 0..machine.contact().actuated_joints.len();
+    let residuals: Vec<_> = joints
+        .map(|joint| column(Quantity::TorqueResidual(joint)))
+        .collect();
+    let wheels = 0..machine.wheels().len();
+    let sigmas: Vec<_> = wheels
+        .map(|wheel| column(Quantity::LoadSigma(wheel)))
+        .collect();
+    for (row, reasons) in reasons.iter_mut().enumerate() {
+        states.get(first + row, &mut state);
+        reasons.add_all(doubts_by_measured_loads(
+            machine,
+            &state,
+            |joint| residuals[joint].map(|column| column[row]),
+            |wheel| sigmas[wheel].map(|column| column[row]),
+        ));
     }
 }

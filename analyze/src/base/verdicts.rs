@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use tipwatch_mechanics::machine::{Machine, Proofs, SessionProofs};
-use tipwatch_mechanics::prediction::{PacedPredictor, Prediction, PredictionGap};
+use tipwatch_mechanics::prediction::{PacedPredictor, Prediction};
 use tipwatch_mechanics::verdict::{
     Conditions, Judge, Latch, Level, LiftOff, LiftOffForecast, RowFacts,
 };
@@ -81,32 +81,24 @@ pub(crate) struct RowJudge<'a> {
 #[derive(Debug)]
 struct RowPredictor<'a> {
     machine: &'a Machine,
-    /// `None` for a machine whose supports come and go.
-    predictor: Option<Box<PacedPredictor>>,
+    predictor: PacedPredictor,
     state: State<f64>,
-    unknown: Prediction,
 }
 
 impl<'a> RowPredictor<'a> {
-    fn new(machine: &'a Machine, supports_vary: bool) -> Self {
-        let mut unknown = Prediction::unknown(machine.wheels().len());
-        unknown.set_gap(PredictionGap::SupportsVary);
+    fn new(machine: &'a Machine) -> Self {
         Self {
             machine,
-            predictor: (!supports_vary).then(|| Box::new(PacedPredictor::new(machine))),
+            predictor: PacedPredictor::new(machine),
             state: State::zero(machine),
-            unknown,
         }
     }
 
     /// The prediction of a row of `rows`, whose level is known.
     fn predict(&mut self, rows: &Rows, row: usize, level: Level) -> &Prediction {
-        let Some(predictor) = &mut self.predictor else {
-            return &self.unknown;
-        };
         rows.states.get(row, &mut self.state);
         let (time_ns, reasons) = (rows.times_ns[row], rows.reasons[row]);
-        predictor.row(self.machine, time_ns, &self.state, reasons, level)
+        (self.predictor).row(self.machine, time_ns, &self.state, reasons, level)
     }
 }
 
@@ -137,21 +129,28 @@ impl<'a> RowJudge<'a> {
 
     /// Predicts, too: for states that know nothing of what follows.
     pub(crate) fn predicting(mut self) -> Self {
-        self.ahead = Some(RowPredictor::new(self.machine, self.supports.is_some()));
+        self.ahead = Some(RowPredictor::new(self.machine));
         self
     }
 
-    /// The next wheel to lift, by the OTF of a row of the log with meaningful loads. It begins anew on other supports.
+    /// The forecast begins anew on other supports.
+    fn follow_supports(&mut self, row: usize) {
+        let Some(supports) = self.supports else {
+            return;
+        };
+        if let Some(index) = supports.index_of_row(row)
+            && self.set.replace(index) != Some(index)
+        {
+            self.forecast = LiftOffForecast::new(&supports.sets[index].machine);
+        }
+    }
+
+    /// The next wheel to lift, by the OTF of a row of the log with meaningful loads.
     fn forecast(&mut self, row: usize, time_ns: i64) -> Option<LiftOff> {
         let Some(supports) = self.supports else {
             return self.forecast.row(self.machine, time_ns, &self.otf);
         };
-        let index = supports.index_of_row(row)?;
-        let machine = &supports.sets[index].machine;
-        if self.set != Some(index) {
-            self.set = Some(index);
-            self.forecast = LiftOffForecast::new(machine);
-        }
+        let machine = &supports.sets[supports.index_of_row(row)?].machine;
         let of_set: Vec<f64> = (machine.stands_on().iter())
             .map(|support| self.otf[support.index()])
             .collect();
@@ -190,6 +189,7 @@ impl<'a> RowJudge<'a> {
                 is_acknowledged,
             });
             all.verdicts.push(verdict);
+            self.follow_supports(rows.first + row);
             let next = (reasons.leave_loads())
                 .then(|| self.forecast(rows.first + row, time_ns))
                 .flatten()

@@ -346,6 +346,7 @@ mod tests {
             odometry: true,
             tool_wrench: false,
             actuators: Vec::new(),
+            switches: 0,
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut trace = RotationTrace::default();

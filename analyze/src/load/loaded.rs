@@ -37,6 +37,8 @@ pub struct LoadedLog {
     pub matched: MatchedSensors,
     /// Each sensor's topic and samples.
     pub signals: Arc<Vec<Signal>>,
+    /// The same of each signal that tells which supports are on the ground.
+    pub switches: Vec<Signal>,
     /// Parts of the log that were lost.
     pub losses: Losses,
     /// Clock offsets (s) from the machine file, by topic; already applied.
@@ -68,9 +70,10 @@ impl LoadedLog {
     /// # Errors
     /// Samples cannot be read from their temporary file.
     pub fn for_each_arrival(&self, mut visit: impl FnMut(&Sample<'_>)) -> Result<()> {
-        let recordings: Vec<&Recording> = self.signals.iter().map(|s| &s.recording).collect();
+        let signals: Vec<&Signal> = self.signals.iter().chain(&self.switches).collect();
+        let recordings: Vec<&Recording> = signals.iter().map(|s| &s.recording).collect();
         for_each_arrival(&recordings, |signal, sample, values| {
-            let signal = &self.signals[signal];
+            let signal = signals[signal];
             visit(&Sample {
                 sensor: signal.sensor,
                 stamp_ns: signal.recording.stamps_ns[sample],
@@ -80,6 +83,13 @@ impl LoadedLog {
         self.check_read()
     }
 
+    /// The first stamp of a sensor (ns), from which the spans of time of the machine file count.
+    pub(crate) fn start_ns(&self) -> Option<i64> {
+        let recordings = self.signals.iter().map(|signal| &signal.recording);
+        let starts = recordings.filter_map(|recording| recording.stamps_ns.iter().min());
+        starts.min().copied()
+    }
+
     /// The machine on the supports that are on the ground at a time.
     pub(crate) fn standing(&self) -> Standing<'_> {
         Standing::of(&self.machine, self.supports.as_ref())
@@ -87,7 +97,8 @@ impl LoadedLog {
 
     /// Frees the memory of the samples, all but their stamps, unless somebody else still reads them.
     pub(crate) fn forget_samples(&mut self) {
-        for signal in Arc::get_mut(&mut self.signals).into_iter().flatten() {
+        let signals = Arc::get_mut(&mut self.signals).into_iter().flatten();
+        for signal in signals.chain(&mut self.switches) {
             signal.recording.forget_samples();
         }
     }
@@ -97,7 +108,8 @@ impl LoadedLog {
     /// # Errors
     /// Samples could not be read from their temporary file.
     pub fn check_read(&self) -> Result<()> {
-        let failures = self.signals.iter().map(|s| (s, s.recording.failure()));
+        let signals = self.signals.iter().chain(&self.switches);
+        let failures = signals.map(|s| (s, s.recording.failure()));
         match failures
             .filter_map(|(s, failure)| Some((s, failure?)))
             .next()
@@ -152,8 +164,8 @@ pub fn load_within(
 ) -> Result<LoadedLog> {
     let urdf = file.urdf(None, Some(log))?;
     let bound = bind(log, &file.spec, &urdf.text, &urdf.name)?;
-    let requests: Vec<SensorRequest> = bound.sensors.iter().map(|b| b.request.clone()).collect();
-    let expected = bound.sensors.iter().map(|sensor| {
+    let requests: Vec<SensorRequest> = bound.all().map(|b| b.request.clone()).collect();
+    let expected = bound.all().map(|sensor| {
         let topic = log.topic(sensor.request.topic).ok();
         Expected {
             messages: topic.and_then(|topic| topic.message_count).unwrap_or(0),
@@ -165,12 +177,13 @@ pub fn load_within(
     let (readings, losses) = read_sensor_blocks(log, &requests, &mut take, progress)?;
     let samples = samples.finish()?;
     let topics: Vec<TopicId> = readings.iter().map(|reading| reading.topic).collect();
-    let used = topics.clone();
+    let used = topics[..bound.sensors.len()].to_vec();
     let recordings = readings.into_par_iter().zip(samples);
     let recordings = recordings.map(|(reading, samples)| Recording::new(reading, samples));
     let recordings: Vec<Recording> = recordings.collect::<io::Result<_>>()?;
     let mut signals = Vec::with_capacity(recordings.len());
-    for ((sensor, topic), mut recording) in bound.sensors.into_iter().zip(topics).zip(recordings) {
+    let sensors = bound.sensors.into_iter().chain(bound.switches);
+    for ((sensor, topic), mut recording) in sensors.zip(topics).zip(recordings) {
         let topic = log.topic(topic)?;
         if let Some(&offset_s) = bound.clock_offsets_s.get(&topic.name) {
             recording.shift(offset_s);
@@ -199,12 +212,14 @@ pub fn load_within(
             recording,
         });
     }
+    let switches = signals.split_off(used.len());
     let mut loaded = LoadedLog {
         machine: bound.machine,
         urdf: hash_of(urdf.name, urdf.text.as_bytes()),
         urdf_text: urdf.text,
         matched: bound.matched,
         signals: Arc::new(signals),
+        switches,
         losses,
         clock_offsets_s: bound.clock_offsets_s,
         notes: bound.notes,
@@ -218,14 +233,13 @@ pub fn load_within(
     };
     let of_signals = (loaded.signals.iter()).map(|signal| (signal.sensor, &signal.recording));
     loaded.held_forces = HeldForces::of(&loaded.machine, &loaded.matched.sensors, of_signals);
-    let recordings = || loaded.signals.iter().map(|signal| &signal.recording);
-    let start_ns = recordings().filter_map(|recording| recording.stamps_ns.iter().min());
+    let mut recordings = loaded.signals.iter().map(|signal| &signal.recording);
     loaded.supports = supports::read(
         log,
         file,
         &loaded.machine,
-        start_ns.min().copied(),
-        recordings().next().map(|recording| &recording.time_base),
+        loaded.start_ns(),
+        recordings.next().map(|recording| &recording.time_base),
     );
     loaded.notes.extend(unmeasured(&loaded.signals));
     loaded.notes.extend(filled_velocities(&loaded));
@@ -252,6 +266,7 @@ fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> S
             let name = joint.map_or("", |joint| joint.name(machine.linkages()));
             format!("{key}.{}", name.to_lowercase())
         }
+        Sensor::Switch(index) => format!("switch.{index}"),
         _ => key.into(),
     }
 }

@@ -3,32 +3,15 @@
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, number_field};
 use tipwatch_ingest::{FieldRequest, Log, TimeBase, record_fields};
+use tipwatch_mechanics::estimation::support_configuration::{
+    GroundGap, GroundSet, LOAD_MAX_AGE_S, SupportStatus as Status, carries_from, is_set_from,
+    on_ground,
+};
 use tipwatch_mechanics::machine::{
     FieldSpec, Machine, PresenceSpec, SupportId, SupportKind, Supports,
 };
 
 use crate::base::error_text::error_text;
-
-/// Samples of a measured load without a switch tell whether a support is set for so long (s).
-const LOAD_MAX_AGE_S: f64 = 2.0;
-/// A support without a switch is set while its measured load is above so many of its standard deviations.
-const LOADED_SIGMAS: f64 = 2.0;
-/// A support that is told not to be set, and carries this share of the mean load of all feet, is set all the same: a retracted
-/// cylinder that presses against its stop measures less.
-const CARRIES_SHARE: f64 = 0.25;
-
-/// What is known about a support.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Status {
-    On,
-    Off,
-    /// Between two samples that differ.
-    Changing,
-    /// No sample that is young enough.
-    Missing,
-    /// Told not to be set, while it carries a load by its own sensor.
-    Carries,
-}
 
 /// Times (ns) from which on a status holds, rising; the first is `i64::MIN`.
 type Course = Vec<(i64, Status)>;
@@ -36,15 +19,13 @@ type Course = Vec<(i64, Status)>;
 /// Why it is unknown which supports are on the ground.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Unknown {
-    /// The weight passes from some supports to others.
-    Transition,
-    /// The signal of this support is missing or too old.
-    Missing(SupportId),
-    /// This support is told not to be set, while its own sensor measures a load.
-    Carries(SupportId),
+    /// By what is told of the supports.
+    Ground(GroundGap),
     /// The machine cannot stand on what is reported.
     Impossible(String),
 }
+
+const TRANSITION: Unknown = Unknown::Ground(GroundGap::Transition);
 
 /// A time in which the same supports are on the ground.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -69,6 +50,36 @@ pub(crate) struct SupportTimeline {
 }
 
 impl SupportTimeline {
+    /// The timeline by what was known in each row, at rising times (ns).
+    pub(crate) fn of_rows(
+        supports: &Supports,
+        rows: impl Iterator<Item = (i64, Result<GroundSet, GroundGap>)>,
+    ) -> Self {
+        let mut sets: Vec<GroundSet> = Vec::new();
+        let mut spans: Vec<SupportSpan> = Vec::new();
+        for (time_ns, ground) in rows {
+            let set = ground.map_err(Unknown::Ground);
+            let set = set.map(|set| place_of(set, &mut sets));
+            // the row holds until the next one
+            match spans.last_mut() {
+                Some(last) if last.set == set => continue,
+                Some(last) => last.to_ns = time_ns,
+                None => {}
+            }
+            let from_ns = if spans.is_empty() { i64::MIN } else { time_ns };
+            spans.push(SupportSpan {
+                from_ns,
+                to_ns: i64::MAX,
+                set,
+            });
+        }
+        Self {
+            sets: sets.into_iter().map(|set| set.list(supports)).collect(),
+            spans,
+            notes: Vec::new(),
+        }
+    }
+
     /// The supports on the ground at a time (ns); `None` where they are unknown.
     pub(crate) fn on_at(&self, time_ns: i64) -> Option<&[SupportId]> {
         Some(&self.sets[self.set_at(time_ns)?])
@@ -79,6 +90,15 @@ impl SupportTimeline {
         let place = self.spans.partition_point(|span| span.to_ns <= time_ns);
         self.spans.get(place)?.set.as_ref().ok().copied()
     }
+}
+
+/// Where a set is among those known; a new one becomes the last.
+fn place_of(set: GroundSet, sets: &mut Vec<GroundSet>) -> usize {
+    let known = sets.iter().position(|other| *other == set);
+    known.unwrap_or_else(|| {
+        sets.push(set);
+        sets.len() - 1
+    })
 }
 
 /// Reads the supports of a machine from a log; `None` if they are always the same.
@@ -99,7 +119,6 @@ pub(crate) fn read(
         .filter(|id| supports.support(*id).kind == SupportKind::Foot)
         .map(SupportId::index)
         .collect();
-    let weight = machine.mass() * machine.gravity();
     let mut notes = Vec::new();
     let courses = supports.ids().map(|support| {
         let presence = supports.presence_of(support);
@@ -124,20 +143,15 @@ pub(crate) fn read(
                 from_log(&switch.number, switch.above, switch.max_age)
             }
             None => match &presence.load {
-                Some(load) => from_log(&load.field, LOADED_SIGMAS * load.sigma, LOAD_MAX_AGE_S),
+                Some(load) => from_log(&load.field, is_set_from(load), LOAD_MAX_AGE_S),
                 // a wheel or track that is never raised
                 None => always(is_foot),
             },
         };
         match &presence.load {
             Some(load) if is_foot && presence.told.is_some() => {
-                let carries = CARRIES_SHARE * weight / feet.len() as f64;
                 let samples = series(log, file, time_base, &load.field).unwrap_or_default();
-                let load = by_samples(
-                    &samples,
-                    carries.max(LOADED_SIGMAS * load.sigma),
-                    LOAD_MAX_AGE_S,
-                );
+                let load = by_samples(&samples, carries_from(machine, load), LOAD_MAX_AGE_S);
                 carrying(&told, &load)
             }
             _ => told,
@@ -184,11 +198,7 @@ fn series(
 }
 
 fn always(on: bool) -> Course {
-    vec![(i64::MIN, status(on))]
-}
-
-fn status(on: bool) -> Status {
-    if on { Status::On } else { Status::Off }
+    vec![(i64::MIN, Status::of(on))]
 }
 
 fn by_spans(spans: &[[f64; 2]], start_ns: Option<i64>) -> Course {
@@ -209,10 +219,7 @@ fn by_spans(spans: &[[f64; 2]], start_ns: Option<i64>) -> Course {
 /// support changes at an unknown time.
 fn by_samples(samples: &[(i64, f64)], above: f64, max_age_s: f64) -> Course {
     let max_age_ns = (max_age_s * 1e9).min(9e18) as i64;
-    let told = |value: f64| match value.is_nan() {
-        true => Status::Missing,
-        false => status(value >= above),
-    };
+    let told = |value: f64| Status::of_number(value, above);
     let mut course = vec![(i64::MIN, Status::Missing)];
     for (at, &(stamp, value)) in samples.iter().enumerate() {
         let now = told(value);
@@ -237,9 +244,9 @@ fn carrying(told: &Course, load: &Course) -> Course {
         let next = course.partition_point(|(from, _)| *from <= time);
         next.checked_sub(1).map(|place| course[place].1)
     };
-    let status = |time: i64| match (at(told, time), at(load, time)) {
-        (Some(Status::Off), Some(Status::On)) => Status::Carries,
-        (told, _) => told.unwrap_or(Status::Missing),
+    let status = |time: i64| {
+        let [told, load] = [told, load].map(|of| at(of, time).unwrap_or(Status::Missing));
+        told.beside_load(load)
     };
     let mut course: Course = times.into_iter().map(|time| (time, status(time))).collect();
     course.dedup_by_key(|(_, status)| *status);
@@ -281,7 +288,7 @@ fn timeline(supports: &Supports, courses: &[Course]) -> SupportTimeline {
     times.sort_unstable();
     times.dedup();
     let mut places = vec![0; courses.len()];
-    let mut sets: Vec<Vec<SupportId>> = Vec::new();
+    let mut sets: Vec<GroundSet> = Vec::new();
     let mut spans: Vec<SupportSpan> = Vec::new();
     for (k, &from_ns) in times.iter().enumerate() {
         let to_ns = times.get(k + 1).copied().unwrap_or(i64::MAX);
@@ -297,13 +304,8 @@ fn timeline(supports: &Supports, courses: &[Course]) -> SupportTimeline {
             let support = support.index();
             courses[support][places[support]].1
         };
-        let set = on_ground(supports, &told).map(|on| {
-            let known = sets.iter().position(|set| *set == on);
-            known.unwrap_or_else(|| {
-                sets.push(on);
-                sets.len() - 1
-            })
-        });
+        let set = on_ground(supports, &told).map_err(Unknown::Ground);
+        let set = set.map(|set| place_of(set, &mut sets));
         match spans.last_mut() {
             Some(last) if last.set == set => last.to_ns = to_ns,
             _ => spans.push(SupportSpan {
@@ -315,48 +317,10 @@ fn timeline(supports: &Supports, courses: &[Course]) -> SupportTimeline {
     }
     let transition_ns = (supports.transition_s * 1e9).min(9e18) as i64;
     SupportTimeline {
-        sets,
+        sets: sets.into_iter().map(|set| set.list(supports)).collect(),
         spans: with_transitions(spans, transition_ns),
         notes: Vec::new(),
     }
-}
-
-/// The supports on the ground; what is unknown about one of them leaves the set unknown.
-fn on_ground(
-    supports: &Supports,
-    told: &impl Fn(SupportId) -> Status,
-) -> Result<Vec<SupportId>, Unknown> {
-    let mut on = Vec::new();
-    let mut is_changing = false;
-    for support in supports.ids() {
-        let presence = supports.presence_of(support);
-        let is_foot = supports.support(support).kind == SupportKind::Foot;
-        let status = match (is_foot, presence.raised_by.is_empty()) {
-            (false, false) => raised_by(&presence.raised_by, told),
-            _ => told(support),
-        };
-        match (status, is_foot) {
-            (Status::On, true) | (Status::Off, false) => on.push(support),
-            (Status::On, false) | (Status::Off, true) => {}
-            (Status::Changing, _) => is_changing = true,
-            (Status::Missing, _) => return Err(Unknown::Missing(support)),
-            (Status::Carries, _) => return Err(Unknown::Carries(support)),
-        }
-    }
-    match is_changing {
-        true => Err(Unknown::Transition),
-        false => Ok(on),
-    }
-}
-
-/// A wheel or track is raised while all of some supports are set.
-fn raised_by(by: &[SupportId], told: &impl Fn(SupportId) -> Status) -> Status {
-    let mut all = by.iter().map(|&support| told(support));
-    if all.clone().any(|status| status == Status::Off) {
-        return Status::Off;
-    }
-    all.find(|status| *status != Status::On)
-        .unwrap_or(Status::On)
 }
 
 /// Leaves the set unknown around each change from one set to another.
@@ -391,12 +355,12 @@ fn with_transitions(spans: Vec<SupportSpan>, transition_ns: i64) -> Vec<SupportS
             }
         };
         if from_ns >= to_ns {
-            push(span.from_ns, span.to_ns, Err(Unknown::Transition));
+            push(span.from_ns, span.to_ns, Err(TRANSITION));
             continue;
         }
-        push(span.from_ns, from_ns, Err(Unknown::Transition));
+        push(span.from_ns, from_ns, Err(TRANSITION));
         push(from_ns, to_ns, span.set.clone());
-        push(to_ns, span.to_ns, Err(Unknown::Transition));
+        push(to_ns, span.to_ns, Err(TRANSITION));
     }
     wider.dedup_by(|next, span| {
         let same = next.set == span.set && next.set.is_err();
@@ -499,8 +463,8 @@ mod tests {
         ];
         let wider = with_transitions(spans, S);
         assert_eq!(at(&wider, 8.9), &Ok(0));
-        assert_eq!(at(&wider, 9.1), &Err(Unknown::Transition));
-        assert_eq!(at(&wider, 10.9), &Err(Unknown::Transition));
+        assert_eq!(at(&wider, 9.1), &Err(TRANSITION));
+        assert_eq!(at(&wider, 10.9), &Err(TRANSITION));
         assert_eq!(at(&wider, 11.1), &Ok(1));
         // the same set before and after a gap of its signal
         assert_eq!(at(&wider, 19.9), &Ok(1));
@@ -523,6 +487,6 @@ mod tests {
         };
         let wider = with_transitions(vec![span(0, 10, 0), span(10, 11, 1), span(11, 20, 0)], S);
         assert!(wider.iter().all(|span| span.set != Ok(1)));
-        assert_eq!(at(&wider, 10.5), &Err(Unknown::Transition));
+        assert_eq!(at(&wider, 10.5), &Err(TRANSITION));
     }
 }

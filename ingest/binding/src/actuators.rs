@@ -1,14 +1,12 @@
 //! Finds the actuator force signals that determine the load split: numbers from any messages.
 
-use tipwatch_ingest::{
-    Error, Log, SampleSpec, SensorKind, SensorRequest, ValueSource, topic_of_field,
-};
+use tipwatch_ingest::{Error, Log};
 use tipwatch_mechanics::machine::{ActuatorSignal, ForceSource};
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
 use tipwatch_mechanics::state::Sensor;
 
 use crate::bound_log::BoundSensor;
-use crate::number_signals::number_field;
+use crate::number_signals::number_request;
 
 /// The actuator force signals in a log.
 #[derive(Debug, Default)]
@@ -47,7 +45,7 @@ pub(crate) fn find(
         let (field, description) = bound.fields[signal.signal];
         found.sensors.push(BoundSensor {
             sensor: Sensor::Actuator(index),
-            request: request(log, field)?,
+            request: number_request(log, field)?,
             why: format!("{description} of {}, named by the machine file", bound.of),
         });
     }
@@ -105,18 +103,4 @@ fn bound_fields<'s>(
         ],
         (None, None) => Vec::new(),
     }
-}
-
-fn request(log: &Log, field: &FieldSpec) -> Result<SensorRequest, Error> {
-    let number = number_field(field, "effort");
-    Ok(SensorRequest {
-        topic: topic_of_field(log, &field.topic, &number.field)?.id,
-        kind: SensorKind::Number,
-        joint_names: Vec::new(),
-        other_parts: Vec::new(),
-        numbers: Some(SampleSpec {
-            values: vec![ValueSource::Field(number)],
-            has_roll_pitch_yaw: false,
-        }),
-    })
 }

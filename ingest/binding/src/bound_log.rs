@@ -16,12 +16,21 @@ pub struct BoundLog {
     /// What to read for each sensor, in the order of
     /// [`Sensors::iter`](tipwatch_mechanics::state::Sensors::iter).
     pub sensors: Vec<BoundSensor>,
+    /// What to read for each signal that tells which supports are on the ground, but for those that are missing from the log.
+    pub switches: Vec<BoundSensor>,
     /// All topics found, used or not.
     pub topics: SensorTopics,
     /// Clock offsets from the machine file, to be added to the stamps (s), by topic.
     pub clock_offsets_s: BTreeMap<String, f64>,
     /// Bound signals missing from the log, as sentences.
     pub notes: Vec<String>,
+}
+
+impl BoundLog {
+    /// The sensors, then the switches.
+    pub fn all(&self) -> impl Iterator<Item = &BoundSensor> {
+        self.sensors.iter().chain(&self.switches)
+    }
 }
 
 /// A sensor and the topic that carries it.

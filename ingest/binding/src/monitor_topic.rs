@@ -4,7 +4,9 @@
 
 use tipwatch_ingest::{Error, FieldRecording, FieldRequest, Log, record_fields};
 use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
-use tipwatch_mechanics::machine::{FieldSpec, MachineSpec, OneOrMany, SignalSpec, SignalsSpec};
+use tipwatch_mechanics::machine::{
+    FieldSpec, MachineSpec, OneOrMany, PresenceSpec, SignalSpec, SignalsSpec, WheelSpec,
+};
 use tipwatch_mechanics::machine::{Proof, Proofs};
 
 /// Name of the verdict topic. Offline reads from it which samples were missing, late or refused.
@@ -76,6 +78,18 @@ pub fn piston_pressure(linkage: &str) -> String {
 #[must_use]
 pub fn rod_pressure(linkage: &str) -> String {
     format!("/actuator/{linkage}/rod_pressure")
+}
+
+/// Topic of the measured load of a support (N).
+#[must_use]
+pub fn support_load(support: &str) -> String {
+    format!("/support/{support}/load")
+}
+
+/// Topic of the signal that tells whether supports are set or raised, by the first of them.
+#[must_use]
+pub fn switch(support: &str) -> String {
+    format!("/support/{support}/switch")
 }
 
 /// Whether a monitor's recorder wrote the log.
@@ -243,6 +257,21 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
         if let Some(pressure) = &mut linkage.pressure {
             pressure.piston = field(piston_pressure(&stated.name));
             pressure.rod = field(rod_pressure(&stated.name));
+        }
+    }
+    let names: Vec<String> = spec.wheels.keys().cloned().collect();
+    for switch in spec.support_switches() {
+        let topic = self::switch(&names[switch.supports[0].index()]);
+        for support in &switch.supports {
+            let wheel = bound.wheels.get_mut(&names[support.index()]);
+            if let Some(PresenceSpec::Signal(told)) = wheel.and_then(WheelSpec::told_mut) {
+                told.number = field(topic.clone());
+            }
+        }
+    }
+    for (name, wheel) in &mut bound.wheels {
+        if let Some(load) = &mut wheel.origin.force {
+            load.field = field(support_load(name));
         }
     }
     bound

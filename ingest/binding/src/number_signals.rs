@@ -4,7 +4,12 @@ use tipwatch_ingest::{
     Error, Log, NumberField, SampleSpec, SensorKind, SensorRequest, Topic, TopicId, ValueSource,
     first_frame, topic_of_field,
 };
-use tipwatch_mechanics::machine::{FieldSpec, JointFields, NumberSpec, SignalSpec, SignalsSpec};
+use tipwatch_mechanics::machine::{
+    FieldSpec, JointFields, Machine, NumberSpec, SignalSpec, SignalsSpec, SupportId,
+};
+use tipwatch_mechanics::state::Sensor;
+
+use crate::bound_log::BoundSensor;
 
 /// The reason given for topics whose numbers the machine file names.
 pub(crate) const WHY: &str = "numbers named by the machine file";
@@ -37,6 +42,49 @@ pub fn number_field(spec: &FieldSpec, list: &str) -> NumberField {
         scale: spec.scale,
         offset: spec.offset,
     }
+}
+
+/// What to read for a number by itself.
+///
+/// # Errors
+/// Its topic is not in the log.
+pub(crate) fn number_request(log: &Log, field: &FieldSpec) -> Result<SensorRequest, Error> {
+    let number = number_field(field, "effort");
+    Ok(SensorRequest {
+        topic: topic_of_field(log, &field.topic, &number.field)?.id,
+        kind: SensorKind::Number,
+        joint_names: Vec::new(),
+        other_parts: Vec::new(),
+        numbers: Some(SampleSpec {
+            values: vec![ValueSource::Field(number)],
+            has_roll_pitch_yaw: false,
+        }),
+    })
+}
+
+/// The switches of a machine whose topic is in the log. Which supports are on the ground is unknown without the others.
+///
+/// # Errors
+/// The log cannot be read.
+pub(crate) fn support_switches(log: &Log, machine: &Machine) -> Result<Vec<BoundSensor>, Error> {
+    let supports = machine.supports();
+    let switches = supports.switches.iter().enumerate();
+    let is_there = |topic: &str| log.topics().iter().any(|known| known.name == topic);
+    let found = switches.filter(|(_, switch)| is_there(&switch.spec.number.topic));
+    found
+        .map(|(index, switch)| {
+            let name = |support: &SupportId| supports.support(*support).name.as_str();
+            let names: Vec<&str> = switch.supports.iter().map(name).collect();
+            Ok(BoundSensor {
+                sensor: Sensor::Switch(index),
+                request: number_request(log, &switch.spec.number)?,
+                why: format!(
+                    "what tells of support {}, named by the machine file",
+                    names.join(", ")
+                ),
+            })
+        })
+        .collect()
 }
 
 /// Kinds of sensors that the machine file binds number by number.

@@ -11,7 +11,7 @@
 //!
 //! [`CLOSING_RATE`]: crate::safety_limits::CLOSING_RATE
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use tipwatch_mechanics::machine::SuspensionControl;
 use tipwatch_mechanics::state::Sensors;
 use tipwatch_mechanics::verdict::{Conditions, Level};
@@ -79,6 +79,11 @@ impl Control {
         session: &Session,
         now_ns: i64,
     ) -> Result<Self> {
+        if let Some(which) = machine.supports().not_constant() {
+            bail!(
+                "{which}: expected supports that are always on the ground for the control of a suspension, found one that comes and goes or whose load is measured"
+            );
+        }
         let rods = Replay::new(&machine)?;
         let suspension = machine.suspension().context("expected [suspension]")?;
         let mut message = WireCommand::closed();

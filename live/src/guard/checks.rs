@@ -100,7 +100,7 @@ impl Guard {
     pub fn new(session: &Session, machine: &Machine, sensors: &Sensors, started_ns: i64) -> Self {
         let max_gap_ns = (machine.estimator().max_gap * 1e9) as i64;
         let watches = sensors
-            .iter()
+            .all()
             .map(|sensor| SensorWatch::new(sensor, sensors, max_gap_ns));
         Self {
             session: session.id,

@@ -78,8 +78,12 @@ impl SensorWatch {
         self.fresh_ns = Some(published_ns);
     }
 
-    /// What an age (ns) means for a sensor of this period.
+    /// What an age (ns) means for a sensor of this period. A switch may be sent when it changes, and is too old by its own limit
+    /// in the machine file: then the supports are unknown.
     pub(super) fn age(&self, age_ns: i64) -> Age {
+        if matches!(self.sensor, Sensor::Switch(_)) {
+            return Age::Fresh;
+        }
         let max_ns = self.max_age_ns as f64;
         let after = |periods: f64, min_ns: f64| {
             let known = self.period_ns.map_or(max_ns, |period| periods * period);
@@ -106,5 +110,31 @@ impl SensorWatch {
                 let by_host = published_ns.saturating_sub(last_published_ns) as f64;
                 (by_sensor - by_host).abs() > max_gap_ns as f64
             })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_its_own_limit_makes_a_switch_too_old() {
+        let sensors = Sensors {
+            joints: Vec::new(),
+            imu: true,
+            odometry: false,
+            tool_wrench: false,
+            actuators: Vec::new(),
+            switches: 1,
+        };
+        let age_of = |sensor: Sensor| {
+            let mut watch = SensorWatch::new(sensor, &sensors, 100_000_000);
+            for time_ns in [0, 10_000_000, 20_000_000] {
+                watch.refresh(time_ns);
+            }
+            watch.age(1_500_000_000)
+        };
+        assert_eq!(age_of(Sensor::Imu), Age::Stale);
+        assert_eq!(age_of(Sensor::Switch(0)), Age::Fresh);
     }
 }

@@ -3,6 +3,7 @@
 //! [`Monitor`] knows no shared memory; [`MonitorProgram`] joins the two.
 
 mod contradiction;
+mod ground;
 mod observer;
 pub mod output;
 mod print_thread;

@@ -16,7 +16,9 @@
 //! | `utilisation` | 1 - (OTF - 2 sigma) / static load, of the worst wheel |
 //! | `time_to_lift_off_s`, `next_wheel` | time until the next wheel lifts if its load keeps falling at its present rate, and which one; null beyond 5 s, where the rate is not significant, and at levels that name no lost load |
 //! | `predicted` | what is ahead by three assumed motions, see below |
-//! | `load_n` | load by wheel, names in lower case |
+//! | `standing` | the wheels that are on the ground as supports, of a machine whose supports come and go those of now; null while unknown |
+//! | `ground_gap`, `ground_gap_wheel` | why that is unknown (`transition`, `impossible`, `signal_missing`, `carries_though_off`), and of which wheel; else null |
+//! | `load_n` | load by wheel, names in lower case; null for one that is off the ground |
 //! | `otf_n` | overturning force (OTF): load with every wheel held to the ground, by wheel |
 //! | `load_sigma_n` | standard deviation of the load, by wheel |
 //! | `load_min_n`, `load_max_n` | smallest and largest load that equilibrium allows, by wheel |
@@ -155,8 +157,12 @@ impl<W: Write> Printer<W> {
             write!(self.out, "  {:3.0} %", 100.0 * verdict.utilisation)?;
         }
         let loads = verdict.load.iter().zip(&verdict.load_sigma);
-        for (wheel, (&load, &sigma)) in self.names.wheels.iter().zip(loads) {
+        let wheels = self.names.wheels.iter().zip(loads).enumerate();
+        for (_, (wheel, (&load, &sigma))) in wheels.filter(|(at, _)| verdict.is_standing(*at)) {
             write!(self.out, "  {wheel} {load:.0} ± {:.0} N", 2.0 * sigma)?;
+        }
+        if let Some(gap) = self.names.ground_gap_text(verdict) {
+            write!(self.out, "  supports: {gap}")?;
         }
         if verdict.time_to_lift_off_s.is_finite() {
             let wheel = self.names.wheels.get(verdict.next_wheel as usize);
@@ -239,6 +245,10 @@ impl Serialize for Line<'_> {
         map.serialize_entry("time_to_lift_off_s", &verdict.time_to_lift_off_s)?;
         map.serialize_entry("next_wheel", &next_wheel)?;
         map.serialize_entry("predicted", &PredictedOf(self))?;
+        map.serialize_entry("standing", &self.names.standing(verdict))?;
+        let gap = self.names.ground_gap(verdict);
+        map.serialize_entry("ground_gap", &gap.map(|(gap, _)| gap))?;
+        map.serialize_entry("ground_gap_wheel", &gap.and_then(|(_, wheel)| wheel))?;
         for of_wheel in BY_WHEEL {
             map.serialize_entry(
                 &key(of_wheel(0)),

@@ -1,29 +1,27 @@
 //! Verdicts on one session. It does not know where messages come from or go to.
 
+use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::estimation::plausibility::{Excitation, SignalDoubt};
 use tipwatch_mechanics::machine::{Proof, Proofs};
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
-use tipwatch_mechanics::verdict::{
-    Conditions, InputFault, Judge, Latch, LiftOffForecast, RowFacts, Verdict,
-};
-use tipwatch_mechanics::{Machine, Scope, Workspace, evaluate_one};
+use tipwatch_mechanics::verdict::{Conditions, InputFault, Judge, Latch, RowFacts, Verdict};
 
+use super::ground::Ground;
 use crate::guard::{CheckedEstimator, CompletedRow, Step};
 use crate::safety_limits::{HEARTBEAT_NS, PERSISTENT_LATE};
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::{Progress, Session};
 use crate::wire::topics::{ALARM_BEGINS, EVENT_BETWEEN, WireSample, WireVerdict};
 
-/// Follows one session. Nothing allocates.
+/// Follows one session. Nothing allocates but a change to other supports.
 #[derive(Debug)]
 pub struct Monitor {
     session: u64,
     machine: Machine,
     input: CheckedEstimator,
-    workspace: Workspace<f64>,
+    ground: Ground,
     judge: Judge,
-    forecast: LiftOffForecast,
     predictor: PacedPredictor,
     /// What the motion of the session has tested.
     excitation: Excitation,
@@ -71,9 +69,8 @@ impl Monitor {
             needed: machine.needed_proofs(sensors),
             commissioned: Proofs::NONE,
             session: session.id,
-            workspace: Workspace::with_scope(&machine, Scope::ALL),
+            ground: Ground::new(&machine, &mut message),
             judge: Judge::new(machine.limits()),
-            forecast: LiftOffForecast::new(&machine),
             predictor: PacedPredictor::new(&machine),
             excitation: Excitation::new(&machine),
             input,
@@ -211,28 +208,26 @@ impl Monitor {
     fn row(&mut self, row: &CompletedRow, publish: &mut Publish<'_>) {
         let estimate = self.input.estimate();
         let time_ns = estimate.time_ns;
-        let outcome = evaluate_one(&self.machine, &estimate.state, &mut self.workspace);
-        let reasons = estimate.reasons.with_outcome(outcome);
-        let utilisation = outcome.uncertainty.utilisation;
+        let stands_on = estimate.stands_on;
+        (self.ground).follow(&self.machine, stands_on, &mut self.message);
+        let loads = (self.ground).row(time_ns, &estimate.state, estimate.reasons);
+        let (outcome, reasons) = (loads.outcome, loads.reasons);
+        let utilisation = outcome.map_or(f64::NAN, |outcome| outcome.uncertainty.utilisation);
         if !estimate.reasons.leave_state_unknown() {
             self.excitation.take(time_ns, &estimate.state);
-        }
-        let mut next = None;
-        if reasons.leave_loads() {
-            next = self.forecast.row(&self.machine, time_ns, &outcome.otf);
         }
         let is_acknowledged = std::mem::take(&mut self.is_acknowledged);
         let verdict = self.judge.row(&RowFacts {
             time_ns,
             reasons,
             utilisation,
-            is_wheel_unloaded: outcome.otf.iter().any(|otf| *otf <= 0.0),
+            is_wheel_unloaded: outcome.is_some_and(|of| of.otf.iter().any(|otf| *otf <= 0.0)),
             rotates: estimate.rotates,
             unproven: estimate.shown.unproven(self.needed, self.commissioned),
             conditions: row.conditions,
             is_acknowledged,
         });
-        let next = next.filter(|_| verdict.level.announces_lift_off());
+        let next = loads.next.filter(|_| verdict.level.announces_lift_off());
         self.message.acknowledged = is_acknowledged.into();
         self.message.sample_sequence = row.sample_sequence;
         self.message.sample_published_ns = row.sample_published_ns;

@@ -185,9 +185,22 @@ fn draw_bar(frame: &mut Frame<'_>, line: Rect, share: f64, color: Color) {
 fn draw_loads(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerdict) {
     let rows =
         Layout::vertical(view.names.wheels.iter().map(|_| Constraint::Length(2))).split(area);
-    let mean = verdict.normal_force / view.names.wheels.len() as f64;
+    let standing = view
+        .names
+        .standing(verdict)
+        .map_or(0, |wheels| wheels.len());
+    let mean = verdict.normal_force / standing as f64;
     for (wheel, (name, &row)) in view.names.wheels.iter().zip(rows.iter()).enumerate() {
         let [label, bar] = beside(row);
+        if !verdict.is_standing(wheel) {
+            let state = match verdict.standing {
+                0 => "?",
+                _ => "off the ground",
+            };
+            let text = format!("{:>4} {state}", name.to_uppercase());
+            frame.render_widget(Paragraph::new(text), label);
+            continue;
+        }
         let (load, sigma) = (verdict.load[wheel], verdict.load_sigma[wheel]);
         let text = format!(
             "{:>4} {} ± {} kN  otf {} kN",
@@ -254,8 +267,12 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
     } else {
         "unknown".into()
     };
+    let ground = match view.names.ground_gap_text(verdict) {
+        Some(gap) => format!("   supports unknown: {gap}"),
+        None => String::new(),
+    };
     let lines = vec![
-        Line::from(format!("centre of pressure  {zmp}")),
+        Line::from(format!("centre of pressure  {zmp}{ground}")),
         Line::from(format!(
             "input faults {faults}   cautions {cautions}   row {reasons}"
         )),
@@ -312,6 +329,7 @@ mod tests {
         verdict.load[..2].copy_from_slice(&[20_100.0, 1_234.0]);
         verdict.load_sigma[..2].copy_from_slice(&[100.0, f64::NAN]);
         verdict.otf = verdict.load;
+        verdict.standing = 0b11;
         verdict.valid_until_ns = 100;
         verdict.faults = InputFault::Lost.into_bits();
         View {

@@ -22,13 +22,18 @@ pub(super) fn preamble(
     begun_ns: i64,
 ) -> Preamble {
     let mut topics: Vec<_> = sensors
-        .iter()
+        .all()
         .map(|sensor| match sensor {
             Sensor::Joints(stream) => topics::joint_states(stream),
             Sensor::Imu => topics::imu(),
             Sensor::Odometry => topics::odometry(),
             Sensor::ToolWrench => topics::tool_wrench(),
             Sensor::Actuator(signal) => topics::actuator(actuator_topic(machine, sensors, signal)),
+            Sensor::Switch(switch) => {
+                let supports = machine.supports();
+                let first = supports.switches[switch].supports[0];
+                topics::switch(monitor_topic::switch(&supports.support(first).name))
+            }
         })
         .collect();
     let channels = Channels {
@@ -96,6 +101,9 @@ fn actuator_topic(machine: &Machine, sensors: &Sensors, signal: usize) -> String
     let signal = sensors.actuators[signal];
     let joint = &machine.contact().actuated_joints[signal.joint];
     let linkage = joint.name(machine.linkages());
+    if joint.linkage().is_none() {
+        return monitor_topic::support_load(linkage);
+    }
     match (joint.signals.len(), signal.signal) {
         (1, _) => monitor_topic::force(linkage),
         (_, 0) => monitor_topic::piston_pressure(linkage),

@@ -158,7 +158,7 @@ impl SessionRecorder {
         eprintln!("record: {}", folder.display());
         Ok(Self {
             guard: Guard::new(&session, &machine, &sensors, monotonic_ns()),
-            sensors: sensors.iter().collect(),
+            sensors: sensors.all().collect(),
             session,
             names,
             pending,

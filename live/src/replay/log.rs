@@ -32,7 +32,7 @@ impl LogSamples {
         let urdf = file.urdf(urdf, Some(&log))?;
         let bound = bind(&log, &file.spec, &urdf.text, &urdf.name)?;
         let mut session = session_of(&bound, file, &urdf)?;
-        let sensors = bound.sensors.iter().map(|b| b.sensor).collect();
+        let sensors = bound.all().map(|b| b.sensor).collect();
         let (columns, losses) = bound.record(&log, &mut |_| {})?;
         session.total_samples = columns.iter().map(|c| c.stamps_ns.len() as u64).sum();
         session.wants_progress = true;
@@ -108,6 +108,12 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
         odometry: matched.sensors.odometry,
         tool_wrench: matched.sensors.tool_wrench,
         actuated_joints,
+        switches: (bound.switches.iter())
+            .filter_map(|switch| match switch.sensor {
+                Sensor::Switch(index) => Some(index as u32),
+                _ => None,
+            })
+            .collect(),
         imu_frame: bound.topics.imu_frame.clone(),
     })
 }

@@ -15,4 +15,4 @@ pub mod refusal;
 pub mod sample;
 pub mod session;
 pub mod topics;
-mod verdict;
+pub mod verdict;

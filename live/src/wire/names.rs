@@ -66,6 +66,32 @@ impl Names {
         names.collect()
     }
 
+    /// Names of the wheels that are on the ground as supports; `None` while these are unknown.
+    #[must_use]
+    pub fn standing(&self, verdict: &WireVerdict) -> Option<Vec<&str>> {
+        let is_on = |(wheel, _): &(usize, &String)| verdict.is_standing(*wheel);
+        let wheels = self.wheels.iter().enumerate().filter(is_on);
+        (verdict.standing != 0).then(|| wheels.map(|(_, name)| name.as_str()).collect())
+    }
+
+    /// Why it is unknown which supports are on the ground, and the wheel that this is about; `None` if they are known.
+    #[must_use]
+    pub fn ground_gap(&self, verdict: &WireVerdict) -> Option<(&'static str, Option<&str>)> {
+        let (gap, wheel) = verdict.ground_gap()?;
+        let name = wheel.and_then(|wheel| self.wheels.get(wheel));
+        Some((gap, name.map(String::as_str)))
+    }
+
+    /// The same as text.
+    #[must_use]
+    pub fn ground_gap_text(&self, verdict: &WireVerdict) -> Option<String> {
+        let (gap, wheel) = self.ground_gap(verdict)?;
+        Some(match wheel {
+            Some(wheel) => format!("{gap} {wheel}"),
+            None => gap.to_owned(),
+        })
+    }
+
     /// The signal of this name; of a joint, its own name suffices.
     #[must_use]
     pub fn signal(&self, name: &str) -> Option<Proof> {

@@ -96,9 +96,9 @@ impl Session {
                 file.spec.file
             )));
         }
-        if let Some(which) = machine.supports().not_constant() {
+        if let Some(which) = machine.supports().told_by_spans() {
             bail!(Refusal::Unsuitable.because(format!(
-                "{}: {which}: expected supports that are always on the ground for live use, found one that comes and goes or whose load is measured; a verdict has the same wheels in every row, and such supports are computed offline only (tipwatch analyze)",
+                "{}: {which}: expected true, false or a signal that tells of it for live use, found spans of time, which are those of one log (tipwatch analyze)",
                 file.spec.file
             )));
         }
@@ -107,7 +107,10 @@ impl Session {
         if !sensors.tool_wrench {
             machine.leave_out_tool();
         }
-        machine.set_reference_loads()?;
+        // on supports that come and go, each set of them has its own
+        if !machine.supports().vary() {
+            machine.set_reference_loads()?;
+        }
         Ok((machine, sensors))
     }
 
@@ -207,6 +210,7 @@ impl Session {
             ));
         }
         self.check_actuators(machine)?;
+        self.check_switches(machine)?;
         let is_there = |joint: usize| self.actuated_joints.contains(&(joint as u32));
         sensors.actuators = machine.contact().actuator_signals(is_there);
         Ok(sensors)
@@ -219,7 +223,7 @@ impl Session {
         if let Some(k) = missing.next() {
             let linkage = bound[k].name(machine.linkages());
             return Err(Refusal::SensorMissing.because(format!(
-                "session: expected the bound force or pressures of linkage \"{linkage}\", found none"
+                "session: expected the bound force or pressures of \"{linkage}\", found none"
             )));
         }
         let mut unknown = self.actuated_joints.iter();
@@ -228,6 +232,26 @@ impl Session {
             Some(k) => Err(Refusal::SensorUnknown.because(format!(
                 "session: expected the forces of no more than {} actuated joints, found one of joint {k}",
                 bound.len()
+            ))),
+        }
+    }
+
+    /// All signals are there that tell which supports are on the ground, and no others.
+    fn check_switches(&self, machine: &Machine) -> Result<(), SessionRefused> {
+        let supports = machine.supports();
+        let is_there = |index: usize| self.switches.contains(&(index as u32));
+        let mut bound = supports.switches.iter().enumerate();
+        if let Some((_, switch)) = bound.find(|(index, _)| !is_there(*index)) {
+            return Err(Refusal::SensorMissing.because(format!(
+                "session: expected the bound signal that tells of support {}, found none",
+                supports.names(&switch.supports)
+            )));
+        }
+        let known = supports.switches.len();
+        match self.switches.iter().find(|&&it| it as usize >= known) {
+            None => Ok(()),
+            Some(it) => Err(Refusal::SensorUnknown.because(format!(
+                "session: expected no more than {known} signals that tell of supports, found one with index {it}"
             ))),
         }
     }

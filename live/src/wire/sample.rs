@@ -51,6 +51,7 @@ impl WireSample {
             Sensor::Odometry => (Kind::Odometry, 0),
             Sensor::ToolWrench => (Kind::ToolWrench, 0),
             Sensor::Actuator(signal) => (Kind::Actuator, signal),
+            Sensor::Switch(switch) => (Kind::Switch, switch),
         };
         let mut wire = Self {
             time_ns: sample.stamp_ns,
@@ -84,6 +85,7 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
             Kind::Odometry => Sensor::Odometry,
             Kind::ToolWrench => Sensor::ToolWrench,
             Kind::Actuator => Sensor::Actuator(wire.stream as usize),
+            Kind::Switch => Sensor::Switch(wire.stream as usize),
             Kind::End => return Ok(Self::End),
         };
         let values = wire
@@ -112,6 +114,7 @@ mod tests {
             Sensor::Odometry,
             Sensor::ToolWrench,
             Sensor::Actuator(2),
+            Sensor::Switch(1),
         ] {
             let sample = Sample {
                 sensor,

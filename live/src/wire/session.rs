@@ -59,6 +59,9 @@ pub struct Session {
     pub tool_wrench: bool,
     /// The machine's actuated joints whose force is measured, ascending.
     pub actuated_joints: Vec<u32>,
+    /// The machine's signals that tell which supports are on the ground, ascending: indices in
+    /// [`Supports::switches`](tipwatch_mechanics::machine::Supports::switches).
+    pub switches: Vec<u32>,
     /// `frame_id` of the IMU.
     pub imu_frame: Option<String>,
 }
@@ -98,9 +101,10 @@ impl TryFrom<&Session> for WireSession {
             has_odometry: session.odometry.into(),
             has_tool_wrench: session.tool_wrench.into(),
             wants_progress: session.wants_progress.into(),
-            actuated_joints: (session.actuated_joints.iter())
-                .try_fold(0_u32, |bits, &joint| Some(bits | 1_u32.checked_shl(joint)?))
+            actuated_joints: bits_of(&session.actuated_joints)
                 .context("session: expected no more than 32 actuated joints")?,
+            switches: bits_of(&session.switches)
+                .context("session: expected no more than 32 signals that tell of supports")?,
             imu_frame: name_to_wire(session.imu_frame.as_deref().unwrap_or(""))?,
             ..Self::blank()
         };
@@ -153,9 +157,8 @@ impl TryFrom<&WireSession> for Session {
             imu: wire.has_imu != 0,
             odometry: wire.has_odometry != 0,
             tool_wrench: wire.has_tool_wrench != 0,
-            actuated_joints: (0..32)
-                .filter(|joint| wire.actuated_joints >> joint & 1 == 1)
-                .collect(),
+            actuated_joints: list_of(wire.actuated_joints),
+            switches: list_of(wire.switches),
             imu_frame: Some(name_from_wire(&wire.imu_frame)?).filter(|frame| !frame.is_empty()),
         };
         for (stream, name) in wire
@@ -171,6 +174,18 @@ impl TryFrom<&WireSession> for Session {
         }
         Ok(session)
     }
+}
+
+/// One bit for each number; `None` if one is beyond them.
+fn bits_of(numbers: &[u32]) -> Option<u32> {
+    let mut numbers = numbers.iter();
+    numbers.try_fold(0, |bits, &number| Some(bits | 1_u32.checked_shl(number)?))
+}
+
+fn list_of(bits: u32) -> Vec<u32> {
+    (0..u32::BITS)
+        .filter(|number| bits >> number & 1 == 1)
+        .collect()
 }
 
 pub(crate) fn name_to_wire(name: &str) -> Result<[u8; NAME_BYTES]> {
@@ -219,6 +234,7 @@ mod tests {
             odometry: false,
             tool_wrench: true,
             actuated_joints: vec![1, 4],
+            switches: vec![0, 3],
             imu_frame: Some("imu_link".into()),
         }
     }

@@ -91,12 +91,12 @@ pub const CAUSES: usize = tipwatch_mechanics::Contribution::ALL.len();
 
 wire! {
     /// One message of one sensor.
-    "tipwatch.Sample.v2"
+    "tipwatch.Sample.v3"
     pub struct WireSample {
         /// Time at which the recorder of a replayed log received it (ns); 0 from a machine.
         pub log_time_ns: i64,
         /// Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
-        /// signal.
+        /// signal, 7 signal that tells whether supports are set or raised.
         pub kind: u32,
         /// Index of the stream among those of its kind.
         pub stream: u32,
@@ -107,14 +107,15 @@ wire! {
         /// Joints: positions (rad, m), then velocities (rad/s, m/s), NaN if unknown. IMU: specific force
         /// (m/s2), angular velocity (rad/s), attitude as quaternion x y z w or NaN. Odometry: velocity
         /// (m/s), angular velocity, attitude. Tool wrench: force (N) and moment (N m) of the environment
-        /// on the tool. Actuator: force (N) or pressure (Pa). Zero beyond value_count.
+        /// on the tool. Actuator: force (N) or pressure (Pa). Signal of supports: the number that the machine file binds, on from
+        /// its threshold on; it is to be sent again before it is older than the machine file allows. Zero beyond value_count.
         pub values: [f64; MAX_VALUES],
     }
 }
 
 wire! {
     /// What a reader must know before the first sample. Its source identifies the session.
-    "tipwatch.Session.v3"
+    "tipwatch.Session.v4"
     pub struct WireSession {
         /// Samples of the session without the end message; 0 if unknown.
         pub total_samples: u64,
@@ -139,10 +140,11 @@ wire! {
         pub has_tool_wrench: u32,
         /// 1 if readers must report their progress.
         pub wants_progress: u32,
-        /// Bits: the machine's actuated joints whose force is measured.
+        /// Bits: the machine's actuated joints whose force is measured, and its supports whose load is, behind them.
         pub actuated_joints: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// Bits: the signals that tell whether supports are set or raised. Supports sort by name; signals are numbered by the
+        /// first support of each.
+        pub switches: u32,
         /// frame_id of the IMU; empty if it has none.
         pub imu_frame: [u8; NAME_BYTES],
         /// Stream of each joint, ascending.
@@ -170,9 +172,9 @@ wire! {
         pub doubted_count: u32,
         /// Name of the machine.
         pub name: [u8; NAME_BYTES],
-        /// Names of the wheels, in lower case.
+        /// Names of the wheels, in lower case: of all supports, on the ground or not, where these come and go.
         pub wheel_names: [[u8; NAME_BYTES]; MAX_PLACES],
-        /// Names of the edges, in lower case.
+        /// Names of the edges, in lower case. A machine whose supports come and go has none: the verdict tells where they are.
         pub edge_names: [[u8; NAME_BYTES]; MAX_PLACES],
         /// Names of the joints, in the order of the bits of the verdict's unproven.
         pub joint_names: [[u8; NAME_BYTES]; MAX_JOINTS],
@@ -211,7 +213,7 @@ macro_rules! verdict_message {
         wire! {
             /// The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
             /// Consumers must treat a verdict past valid_until_ns as a fault.
-            "tipwatch.Verdict.v5"
+            "tipwatch.Verdict.v6"
             pub struct WireVerdict {
                 /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
                 pub valid_until_ns: i64,
@@ -273,8 +275,19 @@ macro_rules! verdict_message {
                 pub next_wheel: u32,
                 /// Number of wheels.
                 pub wheel_count: u32,
-                /// Number of edges of the support polygon.
+                /// Number of edges of the support polygon: around the supports that are on the ground.
                 pub edge_count: u32,
+                /// Bits: the wheels that are on the ground as supports; none while these are unknown. The others have no numbers. All
+                /// but where supports come and go.
+                pub standing: u32,
+                /// Why it is unknown which supports are on the ground; 0 if it is known. 1 the weight passes from some to others,
+                /// 2 the machine cannot stand on what is told, 16 + k: the signal that tells of wheel k is missing or too old,
+                /// 32 + k: wheel k is told to be off the ground while its own sensor measures a load.
+                pub ground_gap: u32,
+                /// Index of the wheel where each edge begins, counter-clockwise seen from above.
+                pub edge_from: [u32; MAX_PLACES],
+                /// Index of the wheel where each edge ends.
+                pub edge_to: [u32; MAX_PLACES],
                 /// Level of the latched alarm, danger or fault; 0 without one.
                 pub alarm: u32,
                 /// 1 if the latched alarm was acknowledged: it is released when it is over.
@@ -504,8 +517,10 @@ tipwatch_mechanics::named! {
         ToolWrench = 4,
         /// No sensor: the end of the session. Its sequence number is the number of samples.
         End = 5,
-        /// A force or pressure signal of an actuator.
+        /// A force or pressure signal of an actuator, or the load of a support.
         Actuator = 6,
+        /// A signal that tells whether supports are set or raised.
+        Switch = 7,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
+use tipwatch_mechanics::estimation::support_configuration::GroundGap;
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap};
 use tipwatch_mechanics::state::Reasons;
@@ -17,12 +18,71 @@ use crate::wire::topics::{
     WireVerdict,
 };
 
+/// [`GroundUnknown::number`] of the first support whose signal is missing.
+const MISSING: u32 = 16;
+/// The same of one that carries although it is told to be off the ground.
+const CARRIES: u32 = 32;
+
+/// Why it is unknown on which supports a machine stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GroundUnknown {
+    /// By what is told of them.
+    Gap(GroundGap),
+    /// It cannot stand on what is told.
+    Impossible,
+}
+
+impl GroundUnknown {
+    /// The number on the wire.
+    #[must_use]
+    pub fn number(self) -> u32 {
+        match self {
+            Self::Gap(GroundGap::Transition) => 1,
+            Self::Impossible => 2,
+            Self::Gap(GroundGap::Missing(support)) => MISSING + support.index() as u32,
+            Self::Gap(GroundGap::Carries(support)) => CARRIES + support.index() as u32,
+        }
+    }
+}
+
+/// Which wheels of a verdict are which of those on the ground: these are in the same order.
+#[derive(Debug, Clone, Copy)]
+struct Places {
+    /// Bits: the wheels of the verdict that are on the ground.
+    standing: u32,
+}
+
+impl Places {
+    fn of(machine: &Machine) -> Self {
+        let bit = |index: usize| 1_u32 << index;
+        let bits: u32 = match machine.supports().vary() {
+            true => machine.stands_on().iter().map(|on| bit(on.index())).sum(),
+            // such a machine has no other wheels in its verdicts
+            false => (0..machine.wheels().len()).map(bit).sum(),
+        };
+        Self { standing: bits }
+    }
+
+    /// The place of a wheel of the verdict among those on the ground.
+    fn place(self, wheel: usize) -> Option<usize> {
+        let bit = 1_u32.checked_shl(wheel as u32)?;
+        let before = self.standing & (bit - 1);
+        (self.standing & bit != 0).then_some(before.count_ones() as usize)
+    }
+
+    /// The wheel of the verdict at a place among those on the ground.
+    fn wheel(self, place: usize) -> u32 {
+        let mut wheels = (0..MAX_PLACES).filter(|wheel| self.place(*wheel).is_some());
+        wheels.nth(place).unwrap_or(0) as u32
+    }
+}
+
 impl WireVerdict {
     /// An unknown verdict: every number NaN.
     #[must_use]
     pub fn unknown() -> Self {
         let mut wire = Self::blank();
-        wire.each_number_mut(MAX_PLACES, MAX_PLACES, |_, number| *number = f64::NAN);
+        wire.each_number_mut(Some, MAX_PLACES, |_, number| *number = f64::NAN);
         wire.time_to_lift_off_s = f64::NAN;
         wire.predicted_age_s = f64::NAN;
         wire.prediction_gap = [PredictionGap::RowInvalid as u32; LAWS];
@@ -34,27 +94,81 @@ impl WireVerdict {
         wire
     }
 
-    /// Sets the numbers of a row.
+    /// Sets the supports on the ground, and forgets the numbers on others: `on` is the machine on them, and `wheels` the number
+    /// of all its supports.
+    pub fn set_ground(&mut self, wheels: usize, on: Result<&Machine, GroundUnknown>) {
+        self.each_number_mut(Some, MAX_PLACES, |_, number| *number = f64::NAN);
+        self.wheel_count = wheels as u32;
+        self.edge_count = 0;
+        (self.edge_from, self.edge_to) = Default::default();
+        let machine = match on {
+            Ok(machine) => machine,
+            Err(why) => {
+                (self.standing, self.ground_gap) = (0, why.number());
+                return;
+            }
+        };
+        let places = Places::of(machine);
+        (self.standing, self.ground_gap) = (places.standing, 0);
+        let edges = machine.polygon().edges();
+        self.edge_count = edges.len() as u32;
+        let ends = self.edge_from.iter_mut().zip(&mut self.edge_to);
+        for ((from, to), edge) in ends.zip(edges) {
+            *from = places.wheel(edge.from);
+            *to = places.wheel(edge.to);
+        }
+    }
+
+    /// Sets the numbers of a row on the supports that were set last; `outcome` is `None` where these are unknown.
     pub fn set_row(
         &mut self,
         time_ns: i64,
         reasons: Reasons,
-        outcome: &Outcome<f64>,
+        outcome: Option<&Outcome<f64>>,
         utilisation: f64,
         next: Option<LiftOff>,
     ) {
         self.event = EVENT_ROW;
         self.time_ns = time_ns;
         self.reasons = reasons.bits().into();
-        self.wheel_count = outcome.load.len() as u32;
-        self.edge_count = outcome.itom_full.len() as u32;
-        let (wheels, edges) = (outcome.load.len(), outcome.itom_full.len());
-        self.each_number_mut(wheels, edges, |quantity, number| {
-            *number = outcome.get(quantity);
-        });
+        let (places, edges) = (self.places(), self.edge_count as usize);
+        if let Some(outcome) = outcome {
+            self.each_number_mut(
+                |wheel| places.place(wheel),
+                edges,
+                |quantity, number| *number = outcome.get(quantity),
+            );
+        }
         self.utilisation = utilisation;
         self.time_to_lift_off_s = next.map_or(f64::NAN, |next| next.in_s);
-        self.next_wheel = next.map_or(0, |next| next.wheel as u32);
+        self.next_wheel = next.map_or(0, |next| places.wheel(next.wheel));
+    }
+
+    /// Whether a wheel is on the ground as a support; not while these are unknown.
+    #[must_use]
+    pub fn is_standing(&self, wheel: usize) -> bool {
+        self.places().place(wheel).is_some()
+    }
+
+    /// Why it is unknown which supports are on the ground, and the wheel that this is about; `None` if they are known. An
+    /// unknown number is a reason, too.
+    #[must_use]
+    pub fn ground_gap(&self) -> Option<(&'static str, Option<usize>)> {
+        let wheel = |from: u32| Some((self.ground_gap - from) as usize);
+        match self.ground_gap {
+            0 => None,
+            1 => Some(("transition", None)),
+            2 => Some(("impossible", None)),
+            MISSING..CARRIES => Some(("signal_missing", wheel(MISSING))),
+            CARRIES.. => Some(("carries_though_off", wheel(CARRIES))),
+            _ => Some(("unknown", None)),
+        }
+    }
+
+    fn places(&self) -> Places {
+        Places {
+            standing: self.standing,
+        }
     }
 
     /// Sets what is predicted.
@@ -207,24 +321,28 @@ macro_rules! verdict_numbers {
                 }
             }
 
-            /// Every number of a quantity, for that many wheels and edges.
+            /// Every number of a quantity: of the wheels that have a place among those on the ground, and of that many edges.
             fn each_number_mut(
                 &mut self,
-                wheels: usize,
+                place: impl Fn(usize) -> Option<usize>,
                 edges: usize,
                 mut each: impl FnMut(Quantity, &mut f64),
             ) {
                 $(each(Quantity::$worst_of, &mut self.$worst);)*
                 $(each(Quantity::$one_of, &mut self.$one);)*
-                $(for (wheel, number) in self.$wheel.iter_mut().take(wheels).enumerate() {
-                    each(Quantity::$wheel_of(wheel), number);
+                $(for (wheel, number) in self.$wheel.iter_mut().enumerate() {
+                    if let Some(place) = place(wheel) {
+                        each(Quantity::$wheel_of(place), number);
+                    }
                 })*
                 $(for (edge, number) in self.$edge.iter_mut().take(edges).enumerate() {
                     each(Quantity::$edge_of(edge), number);
                 })*
                 $(for (cause, numbers) in Contribution::ALL.into_iter().zip(&mut self.$cause) {
-                    for (wheel, number) in numbers.iter_mut().take(wheels).enumerate() {
-                        each(Quantity::$cause_of(cause, wheel), number);
+                    for (wheel, number) in numbers.iter_mut().enumerate() {
+                        if let Some(place) = place(wheel) {
+                            each(Quantity::$cause_of(cause, place), number);
+                        }
                     }
                 })*
             }
@@ -240,16 +358,19 @@ impl WireMachine {
     /// A name is too long for the wire.
     pub fn new(machine: &Machine, session: u64) -> Result<Self> {
         let limits = machine.limits();
-        let edges = machine.polygon().edges();
+        let (wheels, edges) = match machine.supports().vary() {
+            true => (&machine.supports().all[..], &[][..]),
+            false => (machine.wheels(), machine.polygon().edges()),
+        };
         let mut wire = Self {
             session,
             limits: [limits.notice, limits.warning, limits.limit],
-            wheel_count: machine.wheels().len() as u32,
+            wheel_count: wheels.len() as u32,
             edge_count: edges.len() as u32,
             name: name_to_wire(machine.name())?,
             ..Self::blank()
         };
-        for (name, wheel) in wire.wheel_names.iter_mut().zip(machine.wheels()) {
+        for (name, wheel) in wire.wheel_names.iter_mut().zip(wheels) {
             *name = name_to_wire(&wheel.name.to_lowercase())?;
         }
         // A joint beyond them, or with a longer name, is named by its number.
@@ -312,7 +433,8 @@ mod tests {
     fn every_quantity_has_its_number() {
         let mut verdict = WireVerdict::unknown();
         let mut next = 0.0;
-        verdict.each_number_mut(4, 4, |_, number| {
+        let four = |wheel| (wheel < 4).then_some(wheel);
+        verdict.each_number_mut(four, 4, |_, number| {
             next += 1.0;
             *number = next;
         });

@@ -9,6 +9,7 @@ use super::shown_noise::ShownNoise;
 use super::state_builder::{Channel, FilterStatus, Filters, Reading, StateBuilder};
 use super::white_jerk::seconds;
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect, SignalDoubt};
+use crate::estimation::support_configuration::SupportWatch;
 use crate::machine::{Machine, Proofs};
 use crate::state::{Credible, Reason, Sample, SampleError, Sensor, Sensors, StreamCounts};
 
@@ -29,6 +30,8 @@ pub struct CausalEstimator {
     measured: Vec<f64>,
     /// Sees every sample as it was measured, those that are implausible or not later, too.
     rotation: PlatformRotation,
+    /// `None` for a machine that is always on the same supports.
+    supports: Option<SupportWatch>,
     /// Effect of each sensor's last sample on rows.
     standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
@@ -60,6 +63,7 @@ impl CausalEstimator {
                     .unwrap_or(0),
             ),
             rotation: PlatformRotation::new(machine, sensors),
+            supports: SupportWatch::new(machine, sensors),
             standing: sensors
                 .iter()
                 .map(|sensor| (sensor, RowEffect::default()))
@@ -81,6 +85,13 @@ impl CausalEstimator {
     #[must_use]
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
+    }
+
+    /// The stamp from which the spans of time count in which supports are set or raised (ns): the first of the log.
+    pub fn count_spans_from(&mut self, start_ns: i64) {
+        if let Some(supports) = &mut self.supports {
+            supports.count_spans_from(start_ns);
+        }
     }
 
     /// Number of samples used and not used, by sensor.
@@ -159,6 +170,17 @@ impl CausalEstimator {
         sample: &Sample<'_>,
         row: &mut dyn FnMut(&Estimate),
     ) -> Result<(), SampleError> {
+        let told = match &mut self.supports {
+            Some(supports) => supports.take(machine, sample),
+            None => Ok(()),
+        };
+        if matches!(sample.sensor, Sensor::Switch(_)) {
+            self.plausibility.forget_findings();
+            return match self.sensors.value_count(sample.sensor) {
+                Some(count) if count == sample.values.len() => told,
+                _ => Err(SampleError::UnknownSensor),
+            };
+        }
         let mut measured = std::mem::take(&mut self.measured);
         let sample = self.as_measured(sample, &mut measured);
         let result = self.push_measured(machine, &sample, row);
@@ -288,6 +310,8 @@ impl CausalEstimator {
         }
         self.estimate.shown = self.plausibility.shown();
         self.estimate.rotates = self.rotation.spell().is_some();
+        let supports = self.supports.as_mut();
+        self.estimate.stands_on = supports.map(|supports| supports.at(machine, time_ns));
         if self.estimate.rotates {
             self.estimate.reasons.add(Reason::Tipping);
         }

@@ -30,6 +30,7 @@ mod shown_noise;
 mod smoother;
 mod sorted_stamps;
 mod state_builder;
+pub mod support_configuration;
 mod turns;
 mod white_jerk;
 

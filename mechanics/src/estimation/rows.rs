@@ -1,5 +1,6 @@
 //! Row times, and the estimate of one row.
 
+use crate::estimation::support_configuration::{GroundGap, GroundSet};
 use crate::machine::SessionProofs;
 use crate::state::{Reasons, State};
 
@@ -25,6 +26,8 @@ pub struct Estimate {
     pub rotates: bool,
     /// What the signals up to this row have shown.
     pub shown: SessionProofs,
+    /// The supports on the ground, or why they are unknown; `None` for a machine that is always on the same ones.
+    pub stands_on: Option<Result<GroundSet, GroundGap>>,
 }
 
 /// Stamp of a regular clock: the k-th after `start_ns`, without accumulated rounding.
@@ -55,6 +58,7 @@ impl Estimate {
             reasons: Reasons::NONE,
             rotates: false,
             shown: SessionProofs::NONE,
+            stands_on: None,
         }
     }
 }

@@ -48,6 +48,7 @@ mod support_id;
 mod support_polygon;
 mod support_set;
 mod support_spec;
+mod support_switch;
 mod supports;
 mod suspension;
 mod suspension_control;
@@ -114,6 +115,7 @@ pub use support_set::SupportSetError;
 pub use support_spec::{
     MeasuredLoad, PresenceSpec, SupportKind, SupportOrigin, SupportSpec, SwitchSpec, TrackSpec,
 };
+pub use support_switch::SupportSwitch;
 pub use supports::{Presence, Supports};
 pub use suspension::Suspension;
 pub use suspension_control::{ControlMode, ControlWeights, PairWeight, SuspensionControl};

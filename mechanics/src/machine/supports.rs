@@ -3,6 +3,7 @@
 use super::actuated_joint::{ActuatedJoint, TorqueJoint};
 use super::support_id::SupportId;
 use super::support_spec::{MeasuredLoad, PresenceSpec, SupportKind};
+use super::support_switch::SupportSwitch;
 use super::wheel::Wheel;
 
 /// Time around a change of the support set in which the set is unknown (s), where the machine file states none.
@@ -15,6 +16,8 @@ pub struct Supports {
     pub all: Vec<Wheel>,
     /// When each of them stands on the ground.
     pub presence: Vec<Presence>,
+    /// The signals that tell of them.
+    pub switches: Vec<SupportSwitch>,
     /// Time around a change of the set in which the set is unknown (s).
     pub transition_s: f64,
     /// Optimal load of each, where the machine file states it; else NaN (N).
@@ -63,12 +66,23 @@ impl Supports {
         let told_changes = |presence: &Presence| {
             presence.load.is_some() || presence.told.as_ref().is_some_and(PresenceSpec::varies)
         };
-        let changes = |presence: &Presence| {
+        self.first(|presence| {
             let mut raised_by = presence.raised_by.iter();
             told_changes(presence) || raised_by.any(|&by| told_changes(self.presence_of(by)))
-        };
+        })
+    }
+
+    /// The first support of which spans of time tell whether it is set or raised: its key in the machine file. They are those
+    /// of one log.
+    #[must_use]
+    pub fn told_by_spans(&self) -> Option<String> {
+        self.first(|presence| matches!(presence.told, Some(PresenceSpec::Spans(_))))
+    }
+
+    /// The key in the machine file of the first support of which something is the case.
+    fn first(&self, is: impl Fn(&Presence) -> bool) -> Option<String> {
         let mut named = self.all.iter().zip(&self.presence);
-        let (wheel, _) = named.find(|(_, presence)| changes(presence))?;
+        let (wheel, _) = named.find(|(_, presence)| is(presence))?;
         Some(format!("{}.{}", wheel.kind.table(), wheel.name))
     }
 

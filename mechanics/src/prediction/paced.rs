@@ -15,7 +15,8 @@ use crate::verdict::Level;
 /// middle of a session makes no difference after one period.
 #[derive(Debug)]
 pub struct PacedPredictor {
-    predictor: Predictor,
+    /// On a machine whose supports come and go nothing is predicted, and this is told instead.
+    predictor: Result<Box<Predictor>, Prediction>,
     period_ns: i64,
     /// Time of the row for which the last prediction was made, if it may be repeated (ns).
     quiet_since_ns: Option<i64>,
@@ -26,7 +27,10 @@ impl PacedPredictor {
     #[must_use]
     pub fn new(machine: &Machine) -> Self {
         Self {
-            predictor: Predictor::new(machine),
+            predictor: match machine.supports().vary() {
+                true => Err(on_other_supports(machine)),
+                false => Ok(Box::new(Predictor::new(machine))),
+            },
             period_ns: ((machine.prediction.period * 1e9) as i64).max(1),
             quiet_since_ns: None,
         }
@@ -41,23 +45,33 @@ impl PacedPredictor {
         reasons: Reasons,
         level: Level,
     ) -> &Prediction {
+        let predictor = match &mut self.predictor {
+            Ok(predictor) => predictor,
+            Err(unknown) => return unknown,
+        };
         let can_repeat = level.sees_no_danger() && reasons.leave_loads();
         let made_ns = (self.quiet_since_ns)
-            .filter(|&made_ns| can_repeat && self.is_same_period(made_ns, time_ns));
+            .filter(|&made_ns| can_repeat && is_same_period(self.period_ns, made_ns, time_ns));
         if let Some(made_ns) = made_ns {
-            self.predictor.set_age((time_ns - made_ns) as f64 * 1e-9);
+            predictor.set_age((time_ns - made_ns) as f64 * 1e-9);
         } else {
-            let prediction = self.predictor.predict(machine, state, reasons, level);
+            let prediction = predictor.predict(machine, state, reasons, level);
             let is_quiet = prediction.ahead.iter().all(is_quiet);
             self.quiet_since_ns = (can_repeat && is_quiet).then_some(time_ns);
         }
-        self.predictor.last()
+        predictor.last()
     }
+}
 
-    fn is_same_period(&self, made_ns: i64, time_ns: i64) -> bool {
-        let period = |time_ns: i64| time_ns.div_euclid(self.period_ns);
-        time_ns >= made_ns && period(time_ns) == period(made_ns)
-    }
+fn is_same_period(period_ns: i64, made_ns: i64, time_ns: i64) -> bool {
+    let period = |time_ns: i64| time_ns.div_euclid(period_ns);
+    time_ns >= made_ns && period(time_ns) == period(made_ns)
+}
+
+fn on_other_supports(machine: &Machine) -> Prediction {
+    let mut unknown = Prediction::unknown(machine.supports().all.len());
+    unknown.set_gap(PredictionGap::SupportsVary);
+    unknown
 }
 
 /// Whether by this motion no wheel may lift within the horizon, not even where its OTF is two standard deviations less. What is

@@ -15,6 +15,9 @@ pub struct Sensors {
     pub tool_wrench: bool,
     /// Signals from which the forces of actuated joints are assembled.
     pub actuators: Vec<ActuatorSignal>,
+    /// Number of signals that tell which supports are on the ground: those of
+    /// [`Supports::switches`](crate::machine::Supports::switches). The state is not estimated from them.
+    pub switches: usize,
 }
 
 /// A stream of joint states.
@@ -37,6 +40,9 @@ pub enum Sensor {
     ToolWrench,
     /// The actuator signal with this index in [`Sensors::actuators`].
     Actuator(usize),
+    /// The signal with this index in [`Supports::switches`](crate::machine::Supports::switches), which tells whether some
+    /// supports are set or raised.
+    Switch(usize),
 }
 
 /// One message of one sensor.
@@ -49,7 +55,8 @@ pub enum Sensor {
 /// - odometry, in the base frame: velocity x y z (m/s), angular velocity x y z (rad/s), orientation
 ///   quaternion x y z w;
 /// - tool wrench: force x y z (N) and moment x y z (N m) of the surroundings on the tool, in its frame;
-/// - actuator: force (N), positive when it extends the rod, or pressure in a chamber (Pa).
+/// - actuator: force (N), positive when it extends the rod, or pressure in a chamber (Pa);
+/// - switch: the number that the machine file binds, which counts as on from its threshold on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
     /// The sensor.
@@ -121,7 +128,7 @@ impl StreamCounts {
 }
 
 impl Sensors {
-    /// The sensors in their fixed order.
+    /// The sensors from which the state is estimated, in their fixed order.
     pub fn iter(&self) -> impl Iterator<Item = Sensor> {
         let joints = (0..self.joints.len()).map(Sensor::Joints);
         let others = [
@@ -140,6 +147,11 @@ impl Sensors {
             .chain(actuators)
     }
 
+    /// All sensors in their fixed order: those of [`Sensors::iter`], then the switches.
+    pub fn all(&self) -> impl Iterator<Item = Sensor> {
+        self.iter().chain((0..self.switches).map(Sensor::Switch))
+    }
+
     /// Number of values in a sample of `sensor`; `None` if there is no such sensor.
     #[must_use]
     pub fn value_count(&self, sensor: Sensor) -> Option<usize> {
@@ -149,6 +161,7 @@ impl Sensors {
             Sensor::Odometry => self.odometry.then_some(10),
             Sensor::ToolWrench => self.tool_wrench.then_some(6),
             Sensor::Actuator(actuator) => self.actuators.get(actuator).map(|_| 1),
+            Sensor::Switch(switch) => (switch < self.switches).then_some(1),
         }
     }
 }
@@ -192,6 +205,7 @@ impl MatchedSensors {
                 odometry: others.odometry,
                 tool_wrench: others.tool_wrench && machine.tool().is_some(),
                 actuators: Vec::new(),
+                switches: machine.supports().switches.len(),
             },
             streams: Vec::new(),
         };

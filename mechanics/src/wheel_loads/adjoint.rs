@@ -125,7 +125,8 @@ impl<T: Real> LoadAdjoints<T> {
         configuration.adjoints(solver.otf_response(), otf, &mut self.otf);
         self.lifted = solver.load_response().is_some();
         if let Some(response) = solver.load_response() {
-            configuration.adjoints(response, load, &mut self.load);
+            let loads = solver.loads_of_response(otf, load);
+            configuration.adjoints(response, &loads[..load.len()], &mut self.load);
         }
         if let Some(pressing) = pressing {
             let sets = [&mut self.otf, &mut self.load];

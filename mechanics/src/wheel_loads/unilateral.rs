@@ -82,6 +82,18 @@ impl<T: Real> Solver<T> {
         self.lifted.then_some(&self.load_response)
     }
 
+    /// The loads to which [`Self::load_response`] belongs. In a sample with all wheels on the ground it is that of the OTF,
+    /// whatever other samples are beside it.
+    pub(crate) fn loads_of_response(&self, otf: &[T], load: &[T]) -> [T; MAX_WHEELS] {
+        let on_ground = self.on_ground[..load.len()].iter();
+        let all = on_ground.fold(T::Mask::splat(true), |all, &on| all & on);
+        let mut loads = [T::zero(); MAX_WHEELS];
+        for (loads, (&otf, &load)) in loads.iter_mut().zip(otf.iter().zip(load)) {
+            *loads = T::select(all, otf, load);
+        }
+        loads
+    }
+
     /// Solves for the OTF alone: the signed loads with all wheels held to the ground.
     #[inline]
     pub fn hold_down(&mut self, machine: &Machine, equations: &Equations<T>, otf: &mut [T]) {

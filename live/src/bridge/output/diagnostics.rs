@@ -52,6 +52,10 @@ pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
         values.push(("basis", verdict.verdict().basis.name().to_owned()));
         values.push(("unproven", view.names.unproven(verdict).join(" ")));
         values.push(("doubted", view.names.doubted(verdict).join(" ")));
+        let standing = view.names.standing(verdict).unwrap_or_default();
+        values.push(("standing", standing.join(" ")));
+        let gap = view.names.ground_gap_text(verdict);
+        values.push(("ground_gap", gap.unwrap_or_default()));
         values.push(("faults", faults.join(" ")));
         values.push(("cautions", cautions.join(" ")));
         values.push(("samples_lost", verdict.lost.to_string()));

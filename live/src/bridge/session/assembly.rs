@@ -47,7 +47,7 @@ impl Assembly {
         let mut session = session_of(&bound, file, urdf)?;
         // an error that every reader would meet is reported here
         session.machine(file, urdf)?;
-        let requests: Vec<_> = bound.sensors.iter().map(|b| b.request.clone()).collect();
+        let requests: Vec<_> = bound.all().map(|b| b.request.clone()).collect();
         let mut stream = SampleStream::new(&log, &requests)?;
         let name = |topic: TopicId| log.topics()[topic.index()].name.clone();
         if let Some((topic, finding)) = stream.refusal() {
@@ -71,12 +71,12 @@ impl Assembly {
                 ));
             }
         }
-        for sensor in &bound.sensors {
+        for sensor in bound.all() {
             let topic = name(sensor.request.topic);
             notes.push(format!("{:?}: {topic} ({})", sensor.sensor, sensor.why));
         }
         notes.extend(bound.notes.iter().cloned());
-        let sensors = bound.sensors.iter().map(|sensor| {
+        let sensors = bound.all().map(|sensor| {
             let offset_s = bound.clock_offsets_s.get(&name(sensor.request.topic));
             let shift_ns = (offset_s.copied().unwrap_or(0.0) * 1e9).round() as i64;
             (sensor.sensor, shift_ns)

@@ -123,6 +123,11 @@ impl Plausibility {
         self.findings.iter().any(Finding::lacks_a_value)
     }
 
+    /// Forgets what was found in the last sample: the next one is not checked.
+    pub(in crate::estimation) fn forget_findings(&mut self) {
+        self.findings.clear();
+    }
+
     /// Checks a sample; [`Self::findings`] returns the faults found.
     ///
     /// # Errors

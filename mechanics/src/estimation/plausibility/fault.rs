@@ -173,6 +173,7 @@ impl Part {
             Sensor::Odometry => "odometry",
             Sensor::ToolWrench => "tool_wrench",
             Sensor::Actuator(_) => "actuator",
+            Sensor::Switch(_) => "switch",
         };
         format!("{signal}.{quantity}")
     }
@@ -250,6 +251,8 @@ impl Part {
             (Sensor::ToolWrench, _) => Some(Reason::ToolWrenchFault),
             // Without it the split rule applies.
             (Sensor::Actuator(_), _) => None,
+            // What it tells is missing or not; which supports there are follows.
+            (Sensor::Switch(_), _) => None,
         }
     }
 

@@ -27,6 +27,7 @@ impl Checker<'_> {
         Ok(Supports {
             all: wheels.to_vec(),
             presence: presence.collect::<Result<_, _>>()?,
+            switches: self.spec.support_switches(),
             transition_s,
             optimal_load: optimal_load.to_vec(),
             spins: (joints.iter())
@@ -41,11 +42,12 @@ impl Checker<'_> {
     fn presence(&self, name: &str, spec: &WheelSpec) -> Result<Presence, MachineError> {
         let kind = spec.origin.kind;
         let place = format!("{}.{name}", kind.table());
-        let (key, told) = match kind {
-            SupportKind::Wheel | SupportKind::TrackPoint => ("raised", &spec.raised),
-            SupportKind::Foot => ("set", &spec.origin.set),
-        };
+        let told = spec.told();
         if let Some(told) = told {
+            let key = match kind {
+                SupportKind::Wheel | SupportKind::TrackPoint => "raised",
+                SupportKind::Foot => "set",
+            };
             self.check_presence(&format!("{place}.{key}"), told)?;
         }
         if told.is_some() && !spec.raised_by.is_empty() {
@@ -77,7 +79,7 @@ impl Checker<'_> {
             }
         }
         Ok(Presence {
-            told: told.clone(),
+            told: told.cloned(),
             raised_by,
             load: spec.origin.force.clone(),
         })

@@ -94,6 +94,7 @@ impl<'a> LineControl<'a> {
                     odometry: false,
                     tool_wrench: false,
                     actuators: Vec::new(),
+                    switches: 0,
                 },
             ),
             time_s: None,

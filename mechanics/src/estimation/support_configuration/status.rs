@@ -1,0 +1,158 @@
+//! What is known of each support at one time, and the supports that are on the ground by it.
+
+use crate::machine::{MAX_WHEELS, Machine, MeasuredLoad, SupportId, SupportKind, Supports};
+
+/// A sample of a measured load tells whether its support is set for so long (s).
+pub const LOAD_MAX_AGE_S: f64 = 2.0;
+/// A support without a switch is set while its measured load is above so many of its standard deviations.
+const LOADED_SIGMAS: f64 = 2.0;
+/// A support that is told not to be set, and carries this share of the mean load of all feet, is set all the same: a retracted
+/// cylinder that presses against its stop measures less.
+const CARRIES_SHARE: f64 = 0.25;
+
+/// What is known of a support: whether a foot is set, whether a wheel or a point of a track is raised.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SupportStatus {
+    /// It is.
+    On,
+    /// It is not.
+    Off,
+    /// Between two samples that differ.
+    Changing,
+    /// No sample that is young enough.
+    Missing,
+    /// Told not to be set, while it carries a load by its own sensor.
+    Carries,
+}
+
+impl SupportStatus {
+    /// By what is told.
+    #[must_use]
+    pub fn of(on: bool) -> Self {
+        if on { Self::On } else { Self::Off }
+    }
+
+    /// By a number that counts as on from `above` on.
+    #[must_use]
+    pub fn of_number(number: f64, above: f64) -> Self {
+        match number.is_nan() {
+            true => Self::Missing,
+            false => Self::of(number >= above),
+        }
+    }
+
+    /// Beside a measured load by which the support is set, or is not.
+    #[must_use]
+    pub fn beside_load(self, load: Self) -> Self {
+        match (self, load) {
+            (Self::Off, Self::On) => Self::Carries,
+            (told, _) => told,
+        }
+    }
+}
+
+/// The load from which on a support without a switch is set (N).
+#[must_use]
+pub fn is_set_from(load: &MeasuredLoad) -> f64 {
+    LOADED_SIGMAS * load.sigma
+}
+
+/// The load from which on a support that is told not to be set is set all the same (N).
+#[must_use]
+pub fn carries_from(machine: &Machine, load: &MeasuredLoad) -> f64 {
+    let supports = machine.supports();
+    let is_foot = |id: &SupportId| supports.support(*id).kind == SupportKind::Foot;
+    let feet = supports.ids().filter(is_foot).count();
+    let weight = machine.mass() * machine.gravity();
+    (CARRIES_SHARE * weight / feet as f64).max(is_set_from(load))
+}
+
+/// Why it is unknown which supports are on the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GroundGap {
+    /// The weight passes from some supports to others.
+    Transition,
+    /// The signal of this support is missing or too old.
+    Missing(SupportId),
+    /// This support is told not to be set, while its own sensor measures a load.
+    Carries(SupportId),
+}
+
+/// Some of a machine's supports: those on the ground.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct GroundSet(u16);
+
+const _: () = assert!(MAX_WHEELS <= u16::BITS as usize);
+
+impl GroundSet {
+    /// One bit for each support, in the order of [`Supports::all`].
+    #[must_use]
+    pub fn bits(self) -> u16 {
+        self.0
+    }
+
+    /// Whether a support is among them.
+    #[must_use]
+    pub fn has(self, support: SupportId) -> bool {
+        self.0 >> support.index() & 1 == 1
+    }
+
+    /// They as a list, in order.
+    #[must_use]
+    pub fn list(self, supports: &Supports) -> Vec<SupportId> {
+        supports.ids().filter(|&id| self.has(id)).collect()
+    }
+}
+
+impl FromIterator<SupportId> for GroundSet {
+    fn from_iter<I: IntoIterator<Item = SupportId>>(supports: I) -> Self {
+        let bits = supports.into_iter().map(|support| 1 << support.index());
+        Self(bits.fold(0, |bits, bit: u16| bits | bit))
+    }
+}
+
+/// The supports on the ground.
+///
+/// # Errors
+/// What is unknown of one of them leaves the set unknown.
+pub fn on_ground(
+    supports: &Supports,
+    told: &impl Fn(SupportId) -> SupportStatus,
+) -> Result<GroundSet, GroundGap> {
+    let mut on = GroundSet::default();
+    let mut is_changing = false;
+    for support in supports.ids() {
+        let presence = supports.presence_of(support);
+        let is_foot = supports.support(support).kind == SupportKind::Foot;
+        let (status, by) = match (is_foot, presence.raised_by.is_empty()) {
+            (false, false) => raised_by(&presence.raised_by, told),
+            _ => (told(support), support),
+        };
+        match (status, is_foot) {
+            (SupportStatus::On, true) | (SupportStatus::Off, false) => {
+                on.0 |= 1 << support.index();
+            }
+            (SupportStatus::On, false) | (SupportStatus::Off, true) => {}
+            (SupportStatus::Changing, _) => is_changing = true,
+            (SupportStatus::Missing, _) => return Err(GroundGap::Missing(by)),
+            (SupportStatus::Carries, _) => return Err(GroundGap::Carries(by)),
+        }
+    }
+    match is_changing {
+        true => Err(GroundGap::Transition),
+        false => Ok(on),
+    }
+}
+
+/// A wheel or track is raised while all of some supports are set: its status, and the first of them that it hangs on.
+fn raised_by(
+    by: &[SupportId],
+    told: &impl Fn(SupportId) -> SupportStatus,
+) -> (SupportStatus, SupportId) {
+    let all = || by.iter().map(|&support| (told(support), support));
+    let is_off = all().find(|(status, _)| *status == SupportStatus::Off);
+    let is_open = || all().find(|(status, _)| *status != SupportStatus::On);
+    is_off
+        .or_else(is_open)
+        .unwrap_or((SupportStatus::On, by[0]))
+}
