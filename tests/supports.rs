@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::base::options::Options;
-use tipwatch_analyze::events::{Event, EventKind};
+use tipwatch_analyze::events::{Event, EventKind, Supposition};
 use tipwatch_analyze::tables::parquet;
-use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::{Parameter, Quantity, Scope, State, Workspace, evaluate};
 use tipwatch_tests::{analysed, analysed_with, data};
 
 const WHEELS: [&str; 4] = ["fl", "fr", "rl", "rr"];
@@ -199,6 +200,78 @@ fn val_the_foot_that_lifts_is_found_and_jacking_is_no_event() {
         notes.contains("the weight passes from some supports to others"),
         "{notes}"
     );
+}
+
+#[test]
+fn the_foot_that_lifts_is_asked_what_would_have_held_it() {
+    let analysis = without_noise("crane");
+    let lifts = of_kind(&analysis, EventKind::WheelLift);
+    let [lift] = lifts.as_slice() else {
+        panic!("{lifts:?}");
+    };
+    let suppositions = [
+        Supposition::LevelGround,
+        Supposition::HalfSpeed,
+        Supposition::ArmIn,
+    ];
+    for supposed in suppositions {
+        let asked = lift
+            .counterfactuals
+            .iter()
+            .find(|it| it.supposed == supposed);
+        let asked = asked.unwrap_or_else(|| panic!("{supposed:?}: {lift:?}"));
+        assert!(
+            asked.otf_n.is_some() && asked.sigma_n.is_some(),
+            "{asked:?}"
+        );
+    }
+    let advice = analysis.advice.as_ref().unwrap();
+    assert_eq!(advice.wheel, "orr");
+    assert!(advice.not_simulated.is_none(), "{advice:?}");
+    assert!(
+        advice.changes.len() + advice.rejected.len() > 2,
+        "{advice:?}"
+    );
+}
+
+#[test]
+fn val_derivatives_of_a_foot_are_those_of_the_machine_on_its_feet() {
+    let analysis = without_noise("crane");
+    let table = analysis.sensitivity.as_ref().unwrap();
+    assert_eq!(table.worst_wheel, support(&analysis, "orr"));
+    let of_worst = table
+        .rows
+        .iter()
+        .filter(|row| row.wheel == table.worst_wheel);
+    let row = analysis.rows.at(table.ranked()[0].worst_ns);
+    let machine = analysis.rows.machine_at(row).unwrap();
+    let foot = machine
+        .wheels()
+        .iter()
+        .position(|w| w.name == "ORR")
+        .unwrap();
+    let mut state = State::zero(machine);
+    analysis.rows.state(row, &mut state);
+    let otf = |machine: &Machine| {
+        let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
+        evaluate(machine, &state, &mut workspace).otf[foot]
+    };
+    let mut compared = 0;
+    for found in of_worst {
+        let Parameter::LinkMass(_) = found.parameter else {
+            continue;
+        };
+        // the load is linear in a mass
+        let change = 10.0;
+        let changed = machine.changed(&[(found.parameter, change)]);
+        let difference = (otf(&changed) - otf(machine)) / change;
+        assert!(
+            (found.derivative - difference).abs() < 1e-6 * (1.0 + difference.abs()),
+            "{found:?}: {difference}"
+        );
+        compared += 1;
+    }
+    assert!(compared > 2);
 }
 
 #[test]

@@ -63,7 +63,8 @@ pub struct Prepared<'a> {
 /// What the pass found.
 pub(super) struct Gathered {
     pub(super) found: Found,
-    pub(super) sensitivity: Option<SensitivityPass>,
+    /// On each set of supports; one for a machine that is always on the same ones; none without derivatives.
+    pub(super) sensitivity: Vec<SensitivityPass>,
     pub(super) comparisons: Vec<Result<ModelComparison, String>>,
     pub(super) monte_carlo: Option<MonteCarlo>,
     pub(super) seen: Seen,
@@ -111,9 +112,11 @@ pub(super) fn gather(
         scope,
         rotations,
     };
-    let is_one_set = table.supports().is_none();
-    let mut sensitivity =
-        (scope.sensitivities && is_one_set).then(|| SensitivityPass::new(machine));
+    let with_derivatives = Some(()).filter(|()| scope.sensitivities);
+    let mut sensitivity: Vec<SensitivityPass> = (with_derivatives.into_iter())
+        .flat_map(|()| standing_machines(machine, table))
+        .map(SensitivityPass::new)
+        .collect();
     let mut seen = Seen::new(machine);
     let mut digest = DigestPass::new(machine, table, min_loads_n);
     let mut exclusion = ExclusionPass::new(machine, table);
@@ -145,12 +148,14 @@ pub(super) fn gather(
             || {
                 for rows in &taken {
                     events.take(rows);
-                    take_seen(&mut seen, machine, table, scope, rows);
+                    on_each_set(machine, table, scope, rows, &mut |set, machine, rows| {
+                        seen.take(machine, rows);
+                        if let Some(sensitivity) = sensitivity.get_mut(set) {
+                            sensitivity.take(rows);
+                        }
+                    });
                     digest.take(rows);
                     exclusion.take(rows);
-                    if let Some(sensitivity) = &mut sensitivity {
-                        sensitivity.take(rows);
-                    }
                 }
             },
         );
@@ -184,15 +189,30 @@ pub(super) fn gather(
     })
 }
 
-/// Shows rows to the notes, those of each set of supports with the machine on it.
-fn take_seen(seen: &mut Seen, machine: &Machine, table: &Table, scope: Scope, rows: &Rows) {
+/// The machine on each of its sets of supports; itself if it is always on the same ones.
+fn standing_machines<'a>(machine: &'a Machine, table: &'a Table) -> Vec<&'a Machine> {
+    match table.supports() {
+        Some(supports) => supports.sets.iter().map(|set| &set.machine).collect(),
+        None => vec![machine],
+    }
+}
+
+/// Shows rows, those on each set of supports with the index of the set and the machine on it.
+fn on_each_set(
+    machine: &Machine,
+    table: &Table,
+    scope: Scope,
+    rows: &Rows,
+    show: &mut dyn FnMut(usize, &Machine, &Rows),
+) {
     let Some(supports) = table.supports() else {
-        seen.take(machine, rows);
+        show(0, machine, rows);
         return;
     };
-    for (part, set) in supports.spans_within(rows.first..rows.first + rows.len()) {
-        if let Some(set) = set {
-            seen.take(&set.machine, &rows.on_set(set, scope, part));
+    for (part, index) in supports.spans_within(rows.first..rows.first + rows.len()) {
+        if let Some(index) = index {
+            let set = &supports.sets[index];
+            show(index, &set.machine, &rows.on_set(set, scope, part));
         }
     }
 }

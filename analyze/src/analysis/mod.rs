@@ -30,6 +30,7 @@ pub mod run;
 pub mod sensitivity;
 mod size;
 mod spread_values;
+mod standing;
 mod state_blocks;
 mod steps;
 mod supports;

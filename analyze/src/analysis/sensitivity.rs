@@ -7,8 +7,8 @@ use tipwatch_mechanics::{
     Model, Parameter, Quantity, Scope, SensitivitySums, State, Workspace, evaluate,
 };
 
+use super::standing::Standing;
 use crate::base::rows::Rows;
-use crate::base::table::Table;
 
 /// One row for each parameter and wheel.
 #[derive(Debug, Clone)]
@@ -17,6 +17,8 @@ pub struct SensitivityTable {
     pub rows: Vec<SensitivityRow>,
     /// The wheel with the smallest OTF as a share of its static load.
     pub worst_wheel: usize,
+    /// That share.
+    pub worst_share: f64,
 }
 
 /// Derivatives of one wheel load with respect to one signal or parameter.
@@ -24,7 +26,7 @@ pub struct SensitivityTable {
 pub struct SensitivityRow {
     /// The signal or parameter.
     pub parameter: Parameter,
-    /// Index of the wheel.
+    /// Index of the wheel among those of the machine that names the results.
     pub wheel: usize,
     /// Nominal value; for a signal, its value at the worst instant.
     pub nominal: Option<f64>,
@@ -32,7 +34,7 @@ pub struct SensitivityRow {
     pub sigma: f64,
     /// dOTF/dparameter at the wheel's worst instant (N per unit of the parameter).
     pub derivative: f64,
-    /// Root mean square of that derivative over the log (N per unit of the parameter).
+    /// Root mean square of that derivative over the log (N per unit of the parameter); NaN if supports come and go.
     pub rms: f64,
     /// Change that would bring the wheel's OTF to zero at its worst instant; `None` if the parameter has
     /// no effect.
@@ -101,7 +103,8 @@ impl SensitivityPass {
     }
 
     /// The table of a log; `None` if no row is valid.
-    pub(crate) fn table(&self, machine: &Machine, rows: &Table) -> Option<SensitivityTable> {
+    pub(crate) fn table(&self, standing: &Standing<'_>) -> Option<SensitivityTable> {
+        let Standing { machine, rows, .. } = *standing;
         let parameters = Parameter::all(machine);
         let mut workspace = Workspace::with_model(machine, Scope::ALL, Arc::new(Model::WholeBody));
         let mut state = State::zero(machine);
@@ -131,7 +134,7 @@ impl SensitivityPass {
                 let change = -worst_otf_n / derivative;
                 table.push(SensitivityRow {
                     parameter,
-                    wheel,
+                    wheel: standing.named_wheel(wheel),
                     nominal: parameter
                         .nominal(machine)
                         .or_else(|| state.value(parameter)),
@@ -147,7 +150,8 @@ impl SensitivityPass {
         }
         Some(SensitivityTable {
             rows: table,
-            worst_wheel: worst.0,
+            worst_wheel: standing.named_wheel(worst.0),
+            worst_share: worst.1,
         })
     }
 }

@@ -68,7 +68,7 @@ impl SupportSets {
         let mut outcomes = OutcomeColumns::unknown(whole.machine(), scope, so_far.len());
         let mut reasons = so_far.to_vec();
         for (rows, set) in self.spans_within(first..first + so_far.len()) {
-            let Some(set) = set else {
+            let Some(set) = set.map(|set| &self.sets[set]) else {
                 for reasons in &mut reasons[rows] {
                     reasons.add(Reason::SupportsUnknown);
                 }
@@ -90,12 +90,12 @@ impl SupportSets {
         (outcomes, reasons)
     }
 
-    /// The spans of some rows of the table: their rows, counted from the first of them, and their sets; `None` where
-    /// these are unknown.
+    /// The spans of some rows of the table: their rows, counted from the first of them, and the indices of their sets; `None`
+    /// where these are unknown.
     pub(crate) fn spans_within(
         &self,
         all: Range<usize>,
-    ) -> impl Iterator<Item = (Range<usize>, Option<&SupportSet>)> {
+    ) -> impl Iterator<Item = (Range<usize>, Option<usize>)> {
         let begin = self
             .spans
             .partition_point(|(rows, _)| rows.end <= all.start);
@@ -103,7 +103,7 @@ impl SupportSets {
         let within = within.take_while(move |(rows, _)| rows.start < all.end);
         within.map(move |(rows, set)| {
             let rows = rows.start.max(all.start) - all.start..rows.end.min(all.end) - all.start;
-            (rows, set.map(|set| &self.sets[set]))
+            (rows, *set)
         })
     }
 }

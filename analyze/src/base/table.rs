@@ -396,7 +396,9 @@ fn widen_on_supports(
     next_ns: Option<i64>,
 ) {
     for (rows, set) in supports.spans_within(all.first..all.first + all.len()) {
-        let Some(set) = set else { continue };
+        let Some(set) = set.map(|set| &supports.sets[set]) else {
+            continue;
+        };
         let next_ns = all.times_ns.get(rows.end).copied().or(next_ns);
         let mut of_set = all.on_set(set, scope, rows.clone());
         widening.widen(&set.machine, &mut of_set, next_ns);

@@ -8,7 +8,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reasons;
 
 use super::event::Event;
-use super::pass::{EventPass, Found};
+use super::pass::{EventPass, Found, LowestOtf};
 use super::rotation::FoundRotation;
 use crate::base::rows::Rows;
 use crate::base::support_sets::SupportSet;
@@ -18,7 +18,7 @@ use crate::load::MeasuredLoads;
 /// The times on one set of supports, and the table of their rows.
 pub(crate) struct OnSet<'a> {
     /// Index of the set.
-    index: usize,
+    pub(crate) index: usize,
     pub(crate) set: &'a SupportSet,
     pub(crate) table: Table,
     pub(crate) min_loads_n: Option<Vec<f64>>,
@@ -140,14 +140,11 @@ impl<'a> AnyPass<'a> {
 
 impl SetsPass<'_> {
     fn take(&mut self, rows: &Rows) {
-        let end = rows.first + rows.len();
-        let spans = self.table.supports().map_or(&[][..], |s| &s.spans);
-        let begin = spans.partition_point(|(span, _)| span.end <= rows.first);
-        let within = spans[begin..].iter();
-        for (span, set) in within.take_while(|(span, _)| span.start < end) {
-            let part = span.start.max(rows.first) - rows.first..span.end.min(end) - rows.first;
+        let all = rows.first..rows.first + rows.len();
+        let supports = self.table.supports().into_iter();
+        for (part, set) in supports.flat_map(|supports| supports.spans_within(all.clone())) {
             for (on, pass) in &mut self.passes {
-                if *set == Some(on.index) {
+                if set == Some(on.index) {
                     let of_set = rows.on_set(on.set, self.scope, part.clone());
                     pass.take(&Arc::new(of_set));
                 } else {
@@ -162,11 +159,15 @@ impl SetsPass<'_> {
     }
 
     fn finish(self) -> Found {
-        let found = self.passes.into_iter().map(|(_, pass)| pass.finish());
+        let (mut events, mut lowest) = (Vec::new(), None);
+        for (_, pass) in self.passes {
+            let found = pass.finish();
+            events.extend(found.events);
+            lowest = LowestOtf::lower(lowest, found.lowest);
+        }
         Found {
-            events: found.flat_map(|found| found.events).collect(),
-            // what would have prevented an event is simulated for a machine on one set only
-            lowest: None,
+            events,
+            lowest,
             reasons: self.reasons,
         }
     }

@@ -57,11 +57,22 @@ pub(crate) struct EventPass<'a> {
 /// The smallest OTF below its limit, compared with the static load, in the valid rows of all stability events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LowestOtf {
+    /// Index of the wheel, of the machine on the supports of the row.
     pub(crate) wheel: usize,
     pub(crate) row: usize,
     pub(crate) otf_n: f64,
     pub(crate) limit_n: f64,
     share: f64,
+}
+
+impl LowestOtf {
+    /// The lower one; of equal ones the first.
+    pub(super) fn lower(one: Option<Self>, other: Option<Self>) -> Option<Self> {
+        match (one, other) {
+            (Some(one), Some(other)) if other.share < one.share => Some(other),
+            (one, other) => one.or(other),
+        }
+    }
 }
 
 /// What the pass found.

@@ -93,22 +93,27 @@ impl Drawing {
     }
 
     pub(super) fn polygon(&mut self, class: &str, corners: &[Point]) {
-        let points: Vec<String> = corners.iter().map(|&corner| self.pair(corner)).collect();
+        let points = self.pairs(corners);
         self.body
-            .push(html! { polygon class=(class) points=(points.join(" ")) {} });
+            .push(html! { polygon class=(class) points=(points) {} });
     }
 
     /// A line through several points. What moves by less than a tenth of the picture's own units is not drawn.
     pub(super) fn polyline(&mut self, class: &str, points: &[Point]) {
-        let mut points: Vec<String> = points.iter().map(|&point| self.pair(point)).collect();
-        points.dedup();
+        let points = self.pairs(points);
         self.body
-            .push(html! { polyline class=(class) points=(points.join(" ")) {} });
+            .push(html! { polyline class=(class) points=(points) {} });
     }
 
-    fn pair(&self, point: Point) -> String {
-        let [x, y] = self.at(point);
-        format!("{},{}", tenth(x), tenth(y))
+    /// The points of a shape, one of several equal neighbours.
+    fn pairs(&self, points: &[Point]) -> String {
+        let pairs = points.iter().map(|&point| {
+            let [x, y] = self.at(point);
+            format!("{},{}", tenth(x), tenth(y))
+        });
+        let mut pairs: Vec<String> = pairs.collect();
+        pairs.dedup();
+        pairs.join(" ")
     }
 
     /// A text beside a point, shifted by so many of the picture's own units to the right and up.

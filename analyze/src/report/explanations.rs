@@ -6,6 +6,7 @@ use super::findings::{MOST_OF_KIND, Scene, worst_of_each_kind};
 use super::parameter_words::{in_words, uncertainty_in_words};
 use crate::analysis::Analysis;
 use crate::analysis::model_comparison::ModelComparison;
+use crate::base::options::ModelKind;
 use crate::events::EventCauses;
 use crate::events::support_words::SupportWord;
 use crate::page::{number, readable, short, table, table_of};
@@ -68,11 +69,9 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
 
 /// Why nothing is known of how the loads depend on signals and parameters.
 pub(super) fn no_derivatives(analysis: &Analysis) -> &'static str {
-    match analysis.rows.supports() {
-        Some(_) => {
-            "Derivatives are computed only for a machine that is always on the same supports."
-        }
-        None => "The chosen model does not compute derivatives.",
+    match analysis.options.model {
+        ModelKind::WholeBody => "There are no derivatives: in no row are all loads valid.",
+        _ => "The chosen model does not compute derivatives.",
     }
 }
 

@@ -6,6 +6,7 @@ use tipwatch_mechanics::machine::Wheel;
 use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
 use crate::base::number::number;
+use crate::base::options::ModelKind;
 use crate::events::Finding;
 use crate::events::support_words::SupportWord;
 use crate::page::{Bar, bars, list, probability, readable, short, table, whole};
@@ -167,9 +168,7 @@ fn display<'a>(analysis: &'a Analysis, wheel: &'a str) -> &'a str {
 fn without_advice(analysis: &Analysis) -> String {
     let word = SupportWord::of(&analysis.machine);
     let mut events = analysis.events.iter();
-    if analysis.rows.supports().is_some() {
-        "Changes are simulated only for a machine that is always on the same supports.".into()
-    } else if analysis.sensitivity.is_none() {
+    if analysis.options.model != ModelKind::WholeBody {
         "The chosen model does not simulate changes.".into()
     } else if events.any(|event| event.kind.is_observed()) {
         format!(

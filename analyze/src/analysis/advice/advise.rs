@@ -7,6 +7,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Parameter, Quantity};
 
 use super::super::sensitivity::SensitivityTable;
+use super::super::standing::Standing;
 use super::candidates::{Candidate, candidates};
 use super::change::Change;
 use super::result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
@@ -24,20 +25,22 @@ const AIMED_SIGMAS: f64 = 2.0;
 /// Most rows of an event that is simulated: half an hour at 100 Hz.
 const MOST_ROWS: usize = 180_000;
 
-/// What would have prevented the worst event; `None` if no wheel was below its limit in a valid row of an event, or the
-/// model has no derivatives.
+/// What would have prevented the worst event, in which `worst` is the smallest OTF below its limit; `None` if no row of it can
+/// be simulated.
 pub(crate) fn advise(
-    machine: &Machine,
-    rows: &Table,
-    min_loads_n: Option<&[f64]>,
+    standing: &Standing<'_>,
     events: &[Event],
-    worst: Option<&LowestOtf>,
-    sensitivity: Option<&SensitivityTable>,
+    worst: &LowestOtf,
+    sensitivity: &SensitivityTable,
     positions: &[[f64; 2]],
 ) -> Option<Advice> {
-    let sensitivity = sensitivity?;
+    let Standing {
+        machine,
+        rows,
+        min_loads_n,
+        ..
+    } = *standing;
     let limit = |wheel: usize| min_loads_n.map_or(0.0, |limits| limits[wheel]);
-    let worst = worst?;
     let event = on_its_wheels(events, rows, event_around(events, rows, worst.row)?);
     let too_long = too_long(rows, event);
     let window = match too_long {
@@ -83,7 +86,8 @@ pub(crate) fn advise(
     let sure = bounds.with_margin(|wheel| AIMED_SIGMAS * sigmas[wheel].unwrap_or(0.0));
     let first_order = |parameter: Parameter| {
         let mut table = sensitivity.rows.iter();
-        let row = table.find(|row| row.wheel == worst.wheel && row.parameter == parameter)?;
+        let wheel = standing.named_wheel(worst.wheel);
+        let row = table.find(|row| row.wheel == wheel && row.parameter == parameter)?;
         // change = (limit - OTF) / (dOTF/dparameter), at the worst row of the log
         known((worst.limit_n - row.worst_otf_n) / row.derivative)
     };

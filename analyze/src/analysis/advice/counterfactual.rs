@@ -9,6 +9,7 @@ use tipwatch_mechanics::{
     BatchEvaluator, Placement, Scope, State, StateColumns, Workspace, combination_sigma, evaluate,
 };
 
+use super::super::standing::Standing;
 use super::candidates::base_rests;
 use super::hypothesis::{Hypothesis, Supposed};
 use super::simulate::{least_sum, otf_by_rule};
@@ -42,7 +43,7 @@ const DERIVATIVES: Scope = Scope {
 };
 
 /// Asks every lift and tipping what would have prevented it.
-pub(crate) fn ask_all(machine: &Machine, rows: &Table, events: &mut [Event]) {
+pub(crate) fn ask_all(standing: &[Standing<'_>], rows: &Table, events: &mut [Event]) {
     let mut asked: Vec<usize> = (0..events.len())
         .filter(|&k| events[k].kind.is_lift())
         .collect();
@@ -63,7 +64,9 @@ pub(crate) fn ask_all(machine: &Machine, rows: &Table, events: &mut [Event]) {
         }
     }
     let answers = first.par_iter().map(|&place| {
-        let question = Question::of(machine, rows, &events[place])?;
+        let onset = rows.at(events[place].start_ns);
+        let on = &standing[Standing::place_of(standing, onset, rows)?];
+        let question = Question::of(on.machine, on.rows, &events[place])?;
         Some((question.answers(), question.split_flips_at()))
     });
     let answers: Vec<Option<(Vec<Counterfactual>, Option<f64>)>> = answers.collect();

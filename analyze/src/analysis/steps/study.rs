@@ -13,6 +13,8 @@ use super::super::imu_check;
 use super::super::notes;
 use super::super::provenance::provenance;
 use super::super::quasi_static::QuasiStatic;
+use super::super::sensitivity::SensitivityTable;
+use super::super::standing::Standing;
 use super::super::task::Task;
 use super::super::unstated_load;
 use super::check::CheckedLog;
@@ -89,24 +91,35 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let mut events = all_events(found, input_events, &rotations);
     checked.load_comparison.weigh(&mut events);
     let is_explained = scope.sensitivities && task.is_recorded() && samples.gross_inputs.is_empty();
-    if is_explained && prepared.on_supports.is_none() {
-        ask_all(machine, &table, &mut events);
+    // with the reasons that the events added
+    let sets = OnSet::all(&table, min_loads);
+    let standing = Standing::all(machine, &table, limits, &sets);
+    if is_explained {
+        ask_all(&standing, &table, &mut events);
     }
     let explained_falls = match is_explained {
         true => unstated_load::study(&table, &unstated_load::falls(&table, &events)),
         false => Vec::new(),
     };
-    let sensitivity = gathered.sensitivity.take();
-    let sensitivity = sensitivity.and_then(|found| found.table(machine, &table));
-    let advice = advise(
-        machine,
-        &table,
-        limits,
-        &events,
-        gathered.found.lowest.as_ref(),
-        sensitivity.as_ref(),
-        &gathered.seen.positions,
-    );
+    let passes = std::mem::take(&mut gathered.sensitivity);
+    let sensitivities: Vec<Option<SensitivityTable>> = (passes.iter().zip(&standing))
+        .map(|(pass, standing)| pass.table(standing))
+        .collect();
+    let lowest = gathered.found.lowest.as_ref();
+    let advice = lowest.and_then(|lowest| {
+        let place = Standing::place_of(&standing, lowest.row, &table)?;
+        advise(
+            &standing[place],
+            &events,
+            lowest,
+            sensitivities.get(place)?.as_ref()?,
+            &gathered.seen.positions,
+        )
+    });
+    let sensitivity = (sensitivities.into_iter().flatten())
+        .min_by(|one, other| one.worst_share.total_cmp(&other.worst_share));
+    drop(standing);
+    drop(sets);
     let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = all_notes(
         task,

@@ -108,12 +108,13 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let asked = |event: &&&Event| !event.counterfactuals.is_empty();
     let events = incident.events.iter().filter(asked);
     let Some(event) = events.min_by_key(|event| rank(event.kind)) else {
-        return match analysis.rows.supports() {
-            Some(_) => html! { div {
+        let onset = analysis.rows.at(incident.gravest().start_ns);
+        return match analysis.rows.machine_at(onset) {
+            None => html! { div {
                 h3 { "Would it have happened otherwise?" }
-                p { "Open: level ground, another speed or another posture are supposed only for a machine that is always on the same supports." }
+                p { "Open: it is not known on which supports the machine stood when it began." }
             } },
-            None => html! {},
+            Some(_) => html! {},
         };
     };
     let scene = Scene::of(analysis);
