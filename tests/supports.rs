@@ -258,13 +258,12 @@ fn val_derivatives_of_a_foot_are_those_of_the_machine_on_its_feet() {
     };
     let mut compared = 0;
     for found in of_worst {
-        let Parameter::LinkMass(_) = found.parameter else {
+        // masses also move how much the measured forces count, which derivatives leave out
+        let Parameter::LinkCom(..) = found.parameter else {
             continue;
         };
-        // the load is linear in a mass
-        let change = 10.0;
-        let changed = machine.changed(&[(found.parameter, change)]);
-        let difference = (otf(&changed) - otf(machine)) / change;
+        let changed = |by: f64| otf(&machine.changed(&[(found.parameter, by)]));
+        let difference = (changed(1e-3) - changed(-1e-3)) / 2e-3;
         assert!(
             (found.derivative - difference).abs() < 1e-6 * (1.0 + difference.abs()),
             "{found:?}: {difference}"
