@@ -63,6 +63,13 @@ impl SensitivityTable {
         ranked.sort_by(|a, b| b.variance_share.total_cmp(&a.variance_share));
         ranked
     }
+
+    /// The share of the variance of the worst wheel's load that no parameter explains: that of the errors of the samples themselves.
+    #[must_use]
+    pub fn share_of_samples(&self) -> f64 {
+        let explained: f64 = self.ranked().iter().map(|row| row.variance_share).sum();
+        (1.0 - explained).max(0.0)
+    }
 }
 
 impl SensitivityRow {

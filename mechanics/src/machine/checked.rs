@@ -281,13 +281,19 @@ impl Machine {
             .map(|(index, _)| index)
     }
 
-    /// Whether a measured joint moves a wheel relative to the base.
+    /// Whether a measured joint moves a wheel or another support relative to the base, on the ground or not.
     #[must_use]
-    pub fn joint_carries_wheel(&self, joint: usize) -> bool {
+    pub fn joint_carries_support(&self, joint: usize) -> bool {
         self.bodies_of_joint(joint).any(|body| {
-            let mut wheels = self.wheels.iter();
-            wheels.any(|wheel| self.is_carried_by(wheel.body, body))
+            let mut supports = self.supports.all.iter();
+            supports.any(|support| self.is_carried_by(support.body, body))
         })
+    }
+
+    /// Whether a measured joint spins a wheel, on the ground or not.
+    #[must_use]
+    pub fn joint_spins_wheel(&self, joint: usize) -> bool {
+        self.supports.spins[joint].is_some()
     }
 
     /// Mass of all bodies and of the payloads without a time limit (kg).

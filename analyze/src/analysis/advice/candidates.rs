@@ -117,8 +117,8 @@ impl Seen {
         let mut odometry_is_known = true;
         window.for_each_state(|state| {
             widen(&mut found.positions, state);
-            let arm = machine.joints().iter().zip(&state.joints);
-            for (_, motion) in arm.filter(|(joint, _)| joint.spins_wheel.is_none()) {
+            let arm = state.joints.iter().enumerate();
+            for (_, motion) in arm.filter(|(joint, _)| !machine.joint_spins_wheel(*joint)) {
                 found.joint_rate = found.joint_rate.max(motion.rate.abs());
             }
             let (base, w) = (&state.base, &state.imu.angular_velocity);
@@ -158,7 +158,7 @@ fn joint_offsets(machine: &Machine, log: &[[f64; 2]], seen: &Seen) -> Vec<Candid
     let mut found = Vec::new();
     for (joint, measured) in machine.joints().iter().enumerate() {
         let range = log[joint][1] - log[joint][0];
-        if !(range > SMALLEST_RANGE) || machine.joint_carries_wheel(joint) {
+        if !(range > SMALLEST_RANGE) || machine.joint_carries_support(joint) {
             continue;
         }
         // a position seen beyond a limit of the URDF is possible

@@ -6,6 +6,7 @@ use super::candidates::Candidate;
 use super::simulate::{Margins, simulate};
 use super::window::Window;
 use crate::base::number::number;
+use crate::events::support_words::SupportWord;
 
 /// Amounts at which a bracket is looked for, besides the first-order estimate.
 const SCANNED: usize = 8;
@@ -164,8 +165,8 @@ impl Violation {
         match *self {
             Self::NotComputable { .. } => "the machine cannot take that posture".into(),
             Self::Wheel { wheel, otf_n, .. } => format!(
-                "wheel {} would fall to {} N, below {} N",
-                machine.wheels()[wheel].name,
+                "{} would fall to {} N, below {} N",
+                SupportWord::named(&machine.wheels()[wheel]),
                 number(otf_n),
                 number(bounds.otf[wheel])
             ),
@@ -313,8 +314,8 @@ impl Search<'_> {
         let best = scanned.iter().filter_map(lowest);
         match best.max_by(|a, b| a.1.total_cmp(&b.1)) {
             Some((wheel, otf_n)) => format!(
-                "within its limits the minimum of wheel {} would be {} N at best",
-                self.window.machine().wheels()[wheel].name,
+                "within its limits the minimum of {} would be {} N at best",
+                SupportWord::named(&self.window.machine().wheels()[wheel]),
                 number(otf_n)
             ),
             None => "the machine cannot take that posture".into(),

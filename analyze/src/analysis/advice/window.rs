@@ -170,9 +170,9 @@ fn span(machine: &Machine, rows: &Table, event: [i64; 2]) -> Range<usize> {
     let mut state = State::zero(machine);
     let mut rests = |row: usize| {
         rows.state(row, &mut state);
-        let joints = machine.joints().iter().zip(&state.joints);
+        let joints = state.joints.iter().enumerate();
         joints
-            .filter(|(joint, _)| joint.spins_wheel.is_none())
+            .filter(|(joint, _)| !machine.joint_spins_wheel(*joint))
             .all(|(_, motion)| motion.rate.abs() < RESTING_RATE)
     };
     let with = |margin: i64| {

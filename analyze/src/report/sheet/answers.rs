@@ -354,9 +354,17 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
             change_n * lead_s / limit_n
         )
     });
+    let parameter = in_words(first.parameter, machine);
+    let of_samples = found.share_of_samples();
+    let begin = match of_samples > first.variance_share {
+        true => format!(
+            "The errors of the samples themselves: {} of the variance of the load of {named}. Of what is constant, {parameter}",
+            percent(of_samples)
+        ),
+        false => capital(&parameter),
+    };
     Some(format!(
-        "{}, known to ± {}: that alone moves the load of {named} by ± {} N{shift}.",
-        capital(&in_words(first.parameter, machine)),
+        "{begin}, known to ± {}: that alone moves the load of {named} by ± {} N{shift}.",
         amount(two_sigma, first.parameter.unit(machine)),
         number(change_n)
     ))

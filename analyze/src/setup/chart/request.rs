@@ -82,7 +82,7 @@ impl Sweep {
         let joints = machine.joints().iter().enumerate();
         let of_arm = joints.filter(|(index, joint)| {
             joint.spins_wheel.is_none()
-                && !machine.joint_carries_wheel(*index)
+                && !machine.joint_carries_support(*index)
                 && joint.constant.is_none()
         });
         let with_limits = of_arm.filter_map(|(_, joint)| {
