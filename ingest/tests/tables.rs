@@ -566,3 +566,90 @@ fn decimal_columns_of_parquet_are_numbers() {
         [1.5, -0.25]
     );
 }
+
+#[test]
+fn a_table_with_one_signal_in_each_row_has_a_field_for_each() {
+    let text = "time_s;signal;unit;value\n1;lift angle;deg;1,5\n1;load;N;200\n1,01;lift angle;;1,6\n1,01;load;;bad\n\
+                1,02;lift angle;;1,7\n1,02;lift angle;;1,8\n";
+    let file = csv(text);
+    let log = Log::open(&file.path).unwrap();
+    // two values of one time and signal are two rows
+    assert_eq!(log.topics()[0].message_count, Some(4));
+    let definition = log.topics()[0].definition.clone().unwrap();
+    assert!(
+        definition.contains("float64 lift_angle # lift angle deg"),
+        "{definition}"
+    );
+    let (times, values, notes) = field(&log, "lift_angle");
+    assert_eq!(values, [1.5, 1.6, 1.7, 1.8]);
+    assert_eq!(times[1], 1_010_000_000);
+    assert_eq!(field(&log, "load").1, [200.0]);
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.contains("column \"load\": 1 cells")),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn signals_that_follow_each_other_are_refused() {
+    let text = "time_s,signal,value\n1,lift,1\n2,lift,2\n1,load,3\n2,load,4\n";
+    let error = Log::open(&csv(text).path).unwrap_err().to_string();
+    assert!(error.contains("sort the rows by their times"), "{error}");
+    // a recorder that starts again is not that
+    let text = "time_s,signal,value\n1,lift,1\n1,load,2\n0,lift,3\n0,load,4\n";
+    let log = Log::open(&csv(text).path).unwrap();
+    assert_eq!(log.topics()[0].message_count, Some(2));
+}
+
+#[test]
+fn a_name_beside_numbers_is_a_column_of_text() {
+    // no value, or names that are numbers
+    for text in [
+        "time_s,signal,x\n1,lift,1\n",
+        "time_s,channel,value\n1,4,1\n2,4,1\n",
+    ] {
+        let file = csv(text);
+        let log = Log::open(&file.path).unwrap();
+        let name = if text.contains("channel") {
+            "value"
+        } else {
+            "x"
+        };
+        assert_eq!(field(&log, name).1[0], 1.0, "{text}");
+    }
+}
+
+#[test]
+fn times_of_day_go_on_over_midnight() {
+    let file = csv("Uhrzeit;x\n23:59:59,9;1\n23:59:59,8;2\n00:00:00,1;3\n");
+    let log = Log::open(&file.path).unwrap();
+    let (times, ..) = field(&log, "x");
+    let day = 86_400_000_000_000;
+    assert_eq!(
+        times,
+        [day - 100_000_000, day - 200_000_000, day + 100_000_000]
+    );
+    assert_eq!(log.span_ns(), Some((day - 200_000_000, day + 100_000_000)));
+}
+
+#[test]
+fn the_dates_of_a_spreadsheet_can_be_stated() {
+    let file = csv("Datum;x\n45244,925925926;1\n");
+    let error = Log::open(&file.path).unwrap_err().to_string();
+    assert!(error.contains("days"), "{error}");
+    let mut days = ReadOptions::default();
+    days.table.time_unit = Some(TimeUnit::Days);
+    let log = Log::open_with(&file.path, &days).unwrap();
+    // 14 November 2023, 22:13:20, to the last digit that is written
+    let (times, _, notes) = field(&log, "x");
+    assert!(
+        (times[0] - 1_700_000_000_000_000_000).abs() < 100_000,
+        "{times:?}"
+    );
+    assert!(
+        notes.iter().any(|note| note.contains("UTC is assumed")),
+        "{notes:?}"
+    );
+}

@@ -16,7 +16,7 @@ use crate::call::place::{Place, paths};
 /// time_column : str, optional
 ///     The column of time of a table (CSV, Parquet); two, joined by a comma, for a date and a time of day, or for seconds
 ///     and nanoseconds.
-/// time_unit : {"s", "ms", "us", "ns"}, optional
+/// time_unit : {"s", "ms", "us", "ns", "days"}, optional
 ///     The unit of the times of a table.
 /// date_order : {"dmy", "mdy", "ymd"}, optional
 ///     The order of day, month and year in the dates of a table.

@@ -319,7 +319,7 @@ def whatif(
 def set_read_options(
     *,
     time_column: str | None = None,
-    time_unit: Literal["s", "ms", "us", "ns"] | None = None,
+    time_unit: Literal["s", "ms", "us", "ns", "days"] | None = None,
     date_order: Literal["dmy", "mdy", "ymd"] | None = None,
     header: bool = True,
     definitions: Sequence[str | PathLike[str]] = (),

@@ -13,7 +13,7 @@ pub(super) struct ReadingArgs {
     /// nanoseconds.
     #[arg(long, global = true, value_name = "NAME")]
     time_column: Option<String>,
-    /// The unit of the times of a table: s, ms, us or ns.
+    /// The unit of the times of a table: s, ms, us, ns or days (since 30 December 1899, as spreadsheets keep dates).
     #[arg(long, global = true, value_name = "UNIT")]
     time_unit: Option<TimeUnit>,
     /// The order of day, month and year in the dates of a table: dmy, mdy or ymd.

@@ -33,8 +33,62 @@ pub(crate) struct TextTable {
     /// Units by a line below the names; empty without one.
     pub(crate) units: Vec<String>,
     pub(crate) time: TimeSource,
+    /// Where each row has one signal; `None` where each column has one.
+    pub(crate) by_signal: Option<BySignal>,
     /// What was assumed, for the notes of the log.
     pub(crate) notes: Vec<String>,
+}
+
+/// The columns of a table with one signal in each row, such as databases of time series export: `time,signal,value`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct BySignal {
+    /// The name of the signal.
+    pub(crate) name: usize,
+    pub(crate) value: usize,
+    pub(crate) unit: Option<usize>,
+}
+
+/// Names of the columns of a table with one signal in each row, in lower case, only letters and digits.
+const SIGNAL_NAMES: [&str; 12] = [
+    "signal",
+    "signalname",
+    "channel",
+    "channelname",
+    "variable",
+    "variablename",
+    "parameter",
+    "field",
+    "tag",
+    "tagname",
+    "name",
+    "metric",
+];
+const VALUES: [&str; 4] = ["value", "val", "reading", "wert"];
+const UNITS: [&str; 4] = ["unit", "units", "uom", "einheit"];
+
+/// The columns if each row has the name of a signal and its value.
+fn by_signal(sample: &Sample<'_>, time: &TimeSource) -> Option<BySignal> {
+    let called = |known: &[&str]| {
+        let mut names = sample.names.iter().enumerate();
+        let found = names.find(|(_, name)| known.contains(&time::plain(name).as_str()));
+        found
+            .map(|(at, _)| at)
+            .filter(|at| !time.columns.contains(at))
+    };
+    let found = BySignal {
+        name: SIGNAL_NAMES.iter().find_map(|&name| called(&[name]))?,
+        value: called(&VALUES)?,
+        unit: called(&UNITS),
+    };
+    let is_number = |cell: Option<&String>| {
+        cell.is_some_and(|cell| number(cell, sample.has_decimal_comma).is_some())
+    };
+    let has_name = |row: &Vec<String>| {
+        row.get(found.name).is_some_and(|name| !name.is_empty()) && !is_number(row.get(found.name))
+    };
+    let has_value = |row: &Vec<String>| is_number(row.get(found.value));
+    let rows = sample.rows;
+    (rows.iter().any(has_value) && rows.iter().all(has_name)).then_some(found)
 }
 
 /// Why the beginning of a file is not that of a table that can be read.
@@ -221,6 +275,14 @@ fn below_names(
     };
     let time = time::find(&sample, options).map_err(Refusal::Unclear)?;
     notes.extend(time.told.clone());
+    let by_signal = by_signal(&sample, &time);
+    if let Some(found) = by_signal {
+        notes.push(format!(
+            "each row has one signal: its name in \"{}\", its value in \"{}\"",
+            names[found.name].escape_debug(),
+            names[found.value].escape_debug()
+        ));
+    }
     let first_row = rows.first().map_or(lines.len(), |(at, _)| *at);
     let end = lines.last().map_or(0, |line| line.end);
     let rows_at = lines.get(first_row).map_or(end, |line| line.at);
@@ -232,6 +294,7 @@ fn below_names(
         names,
         units,
         time,
+        by_signal,
         notes,
     })
 }
@@ -282,6 +345,7 @@ fn without_names(lines: &[Line], options: &TableOptions) -> Result<TextTable, Re
         names,
         units: Vec::new(),
         time,
+        by_signal: None,
         notes,
     })
 }

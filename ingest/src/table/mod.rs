@@ -8,7 +8,7 @@ mod time;
 
 pub use self::options::{DateOrder, TableOptions, TimeUnit};
 pub(crate) use self::{
-    layout::{Refusal, TextTable},
+    layout::{BySignal, Refusal, TextTable},
     number::number,
-    time::{Kind, Sample, TimeSource, find, from_float, is_same_column},
+    time::{DaysPassed, Kind, Sample, TimeSource, find, from_float, is_same_column},
 };

@@ -29,6 +29,8 @@ pub enum TimeUnit {
     Microseconds,
     /// ns
     Nanoseconds,
+    /// Days since 30 December 1899, as spreadsheets keep dates.
+    Days,
 }
 
 /// The order of day, month and year.
@@ -44,23 +46,14 @@ pub enum DateOrder {
 }
 
 impl TimeUnit {
-    /// All units, the largest first.
-    pub const ALL: [Self; 4] = [
+    /// All units.
+    pub const ALL: [Self; 5] = [
         Self::Seconds,
         Self::Milliseconds,
         Self::Microseconds,
         Self::Nanoseconds,
+        Self::Days,
     ];
-
-    /// The power of ten of nanoseconds in it.
-    pub(crate) fn power(self) -> u32 {
-        match self {
-            Self::Seconds => 9,
-            Self::Milliseconds => 6,
-            Self::Microseconds => 3,
-            Self::Nanoseconds => 0,
-        }
-    }
 }
 
 impl fmt::Display for TimeUnit {
@@ -70,6 +63,7 @@ impl fmt::Display for TimeUnit {
             Self::Milliseconds => "ms",
             Self::Microseconds => "us",
             Self::Nanoseconds => "ns",
+            Self::Days => "days",
         })
     }
 }
@@ -82,7 +76,7 @@ impl FromStr for TimeUnit {
         let mut found = known.filter(|unit| unit.to_string() == text);
         found
             .next()
-            .ok_or_else(|| "expected s, ms, us or ns".to_owned())
+            .ok_or_else(|| "expected s, ms, us, ns or days".to_owned())
     }
 }
 

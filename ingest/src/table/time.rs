@@ -61,16 +61,36 @@ const FIXED: [(&str, TimeUnit); 2] = [
 const SECONDS: [&str; 4] = ["sec", "secs", "seconds", "s"];
 const NANOSECONDS: [&str; 5] = ["nanosec", "nsec", "nsecs", "nanoseconds", "ns"];
 const NS_PER_S: i64 = 1_000_000_000;
+const SECONDS_A_DAY: f64 = 86_400.0;
+/// From 30 December 1899 on.
+const DAYS_UNTIL_1970: f64 = 25_569.0;
+const DAY_NS: i64 = 86_400 * NS_PER_S;
 
 /// How the times of a table are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Numbers of 10 to this power of nanoseconds.
     PowerOfTen(u32),
+    /// Days since 30 December 1899.
+    SpreadsheetDays,
     /// Dates and times of day, in this order where they do not show one.
     Text(Option<DateOrder>),
+    /// Times of day without a date.
+    TimeOfDay,
     /// Whole seconds in one column and nanoseconds in the next.
     SecondsAndNanoseconds,
+}
+
+impl Kind {
+    fn of(unit: TimeUnit) -> Self {
+        match unit {
+            TimeUnit::Seconds => Self::PowerOfTen(9),
+            TimeUnit::Milliseconds => Self::PowerOfTen(6),
+            TimeUnit::Microseconds => Self::PowerOfTen(3),
+            TimeUnit::Nanoseconds => Self::PowerOfTen(0),
+            TimeUnit::Days => Self::SpreadsheetDays,
+        }
+    }
 }
 
 /// The column of time, or the two.
@@ -100,7 +120,12 @@ impl TimeSource {
                 let text = with_point(first, has_decimal_comma);
                 decimal_ns(&text, power).or_else(|| from_float(text.parse().ok()?, power))
             }
+            (Kind::SpreadsheetDays, _) => {
+                let days = number(first, has_decimal_comma)? - DAYS_UNTIL_1970;
+                from_float(days * SECONDS_A_DAY, 9)
+            }
             (Kind::Text(order), second) => Some(stamp(first, second, order)?.ns),
+            (Kind::TimeOfDay, second) => Some(stamp(first, second, None)?.ns),
             (Kind::SecondsAndNanoseconds, Some(second)) => {
                 let whole = |text: &str| decimal_ns(text, 0).or_else(|| whole_float(text));
                 let nanoseconds = whole(second.trim())?;
@@ -114,8 +139,11 @@ impl TimeSource {
 
     /// Whether the row states a date without a time zone.
     pub(crate) fn lacks_zone(&self, cells: &[&str]) -> bool {
-        let Kind::Text(order) = self.kind else {
-            return false;
+        let order = match self.kind {
+            Kind::Text(order) => order,
+            Kind::TimeOfDay => None,
+            Kind::SpreadsheetDays => return true,
+            Kind::PowerOfTen(_) | Kind::SecondsAndNanoseconds => return false,
         };
         let first = cells.first().map_or("", |cell| cell.trim());
         stamp(first, cells.get(1), order).is_some_and(|stamp| !stamp.has_zone)
@@ -318,7 +346,7 @@ fn choose(
     let Some(example) = texts.first() else {
         // no rows: the names must do
         return match options.time_unit.or(in_name) {
-            Some(unit) => Ok(source(Kind::PowerOfTen(unit.power()), None)),
+            Some(unit) => Ok(source(Kind::of(unit), None)),
             None => Ok(source(Kind::Text(options.date_order), None)),
         };
     };
@@ -353,11 +381,11 @@ fn choose(
         let told = other.map(|other| {
             format!("time: {called}, in {unit} by --time-unit, although the table says {other}")
         });
-        return Ok(source(Kind::PowerOfTen(unit.power()), told));
+        return Ok(source(Kind::of(unit), told));
     }
     if let Some(unit) = in_name.or(below) {
         let stated = source(
-            Kind::PowerOfTen(unit.power()),
+            Kind::of(unit),
             below
                 .filter(|_| in_name.is_none())
                 .map(|unit| format!("time: {called}, in {unit} by the line of units")),
@@ -374,7 +402,7 @@ fn choose(
     }
     match of_epoch {
         Some(unit) => Ok(source(
-            Kind::PowerOfTen(unit.power()),
+            Kind::of(unit),
             Some(format!(
                 "time: {called}, in {unit} since 1970 by the size of its numbers"
             )),
@@ -382,7 +410,7 @@ fn choose(
         None => Err(format!(
             "the column of time {called} states no unit: expected a name like time_s, time_ms, time_us or time_ns, \
              numbers since 1970 of 10, 13, 16 or 19 digits, or dates; found \"{}\"; state the unit: --time-unit s, ms, \
-             us or ns",
+             us, ns or days (since 30 December 1899, as spreadsheets keep dates)",
             example.join(" ").escape_debug()
         )),
     }
@@ -455,22 +483,47 @@ fn text_kind(
     };
     let told = match (found.has_date, order_text) {
         (false, _) => Some(format!(
-            "time: {called}, times of day without a date: they count from midnight"
+            "time: {called}, times of day without a date: they count from midnight of the first day"
         )),
         (true, Some(order)) => Some(format!("time: {called}, dates with the {order}")),
         (true, None) => None,
     };
-    Ok((Kind::Text(order), told))
+    let kind = match found.has_date {
+        true => Kind::Text(order),
+        false => Kind::TimeOfDay,
+    };
+    Ok((kind, told))
+}
+
+/// Times of day over midnight: they count from midnight of the first day.
+#[derive(Debug, Default)]
+pub(crate) struct DaysPassed {
+    /// The last time of day (ns).
+    last: Option<i64>,
+    days: i64,
+}
+
+impl DaysPassed {
+    /// The next time of day (ns), and the days before it. One that falls by more than half a day is of the next day.
+    pub(crate) fn after(&mut self, time_of_day_ns: i64) -> i64 {
+        let fell = |last: i64| last.saturating_sub(time_of_day_ns) > DAY_NS / 2;
+        self.days += i64::from(self.last.is_some_and(fell));
+        self.last = Some(time_of_day_ns);
+        time_of_day_ns.saturating_add(self.days.saturating_mul(DAY_NS))
+    }
 }
 
 /// The unit of a number that counts from 1970: 10 digits are seconds, 13 milliseconds, and so on.
 fn epoch_unit(number: f64) -> Option<TimeUnit> {
     let digits = |least: f64| (least..10.0 * least).contains(&number);
-    TimeUnit::ALL
-        .into_iter()
-        .zip([1e9, 1e12, 1e15, 1e18])
-        .find(|(_, least)| digits(*least))
-        .map(|(unit, _)| unit)
+    let units = [
+        (TimeUnit::Seconds, 1e9),
+        (TimeUnit::Milliseconds, 1e12),
+        (TimeUnit::Microseconds, 1e15),
+        (TimeUnit::Nanoseconds, 1e18),
+    ];
+    let found = units.into_iter().find(|(_, least)| digits(*least));
+    found.map(|(unit, _)| unit)
 }
 
 /// What a name says: whether it is that of a time, and of which unit.
@@ -499,7 +552,7 @@ fn unit_in_name(name: &str) -> Option<Option<TimeUnit>> {
 }
 
 /// A name in lower case without anything but letters and digits.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     let name = name.to_lowercase();
     name.chars().filter(|c| c.is_alphanumeric()).collect()
 }

@@ -17,7 +17,7 @@ use super::window::Window;
 use crate::base::number::known;
 use crate::base::table::Table;
 use crate::events::{
-    Answer, Counterfactual, Event, EventKind, Supposition, distances, normal_distribution,
+    Answer, Counterfactual, Event, EventKind, ShownBy, Supposition, distances, normal_distribution,
 };
 
 /// The rows before an event that belong to the same manoeuvre (ns).
@@ -131,7 +131,8 @@ impl<'a> Question<'a> {
         });
         // what the stated machine does not do as recorded, it tells nothing about otherwise: a load that nobody stated
         // would have tipped it at half the speed, too
-        let is_shown = Answer::of(chance) != Answer::No;
+        let is_shown =
+            Answer::of(chance) != Answer::No && self.event.shown_by != Some(ShownBy::Rotation);
         let all = Supposition::ALL.iter();
         let answers = all.filter_map(|&supposed| {
             let mut answer = self.answer(supposed, recorded.and_then(|(n, _)| known(n)))?;

@@ -1,6 +1,8 @@
 //! Comma-separated values, or values separated by semicolons or tabs.
 
 use std::{
+    borrow::Cow,
+    collections::BTreeMap,
     fs::File,
     io::{BufReader, Read, Seek, SeekFrom},
     ops::ControlFlow,
@@ -18,7 +20,7 @@ use crate::{
     file::LogFile,
     formats::reader::{FileReader, Request},
     message::{Error, Losses, TopicTable},
-    table::{Refusal, TableOptions, TextTable, number},
+    table::{BySignal, DaysPassed, Kind, Refusal, TableOptions, TextTable, number},
 };
 
 /// Enough for some hundred rows, by which the form of the times is found out.
@@ -26,15 +28,16 @@ const BEGINNING_BYTES: u64 = 64 << 10;
 /// Cells that are empty by intent.
 const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "-"];
 
+/// Most signals of a table with one in each row.
+const MOST_SIGNALS: usize = 4096;
+
 /// A table in text.
 pub(crate) struct CsvReader {
-    path: PathBuf,
-    data: PathBuf,
-    table: TextTable,
+    lines: Lines,
     rows: RowTopic,
     columns: Columns,
-    /// Where the last row begins, if no line break ends it.
-    cut_at: Option<u64>,
+    /// Where each line has one signal.
+    signals: Option<Signals>,
 }
 
 impl CsvReader {
@@ -52,32 +55,43 @@ impl CsvReader {
         read.map_err(Error::io(path))?;
         let is_whole = beginning.len() as u64 == bytes;
         let found = TextTable::find(&beginning, is_whole, options);
-        let table = found.map_err(|refusal| Error::Table {
+        let refused = |problem| Error::Table {
             path: path.to_path_buf(),
-            problem: match refusal {
+            problem,
+        };
+        let table = found.map_err(|refusal| {
+            refused(match refusal {
                 Refusal::Unclear(problem) => problem,
                 Refusal::NotATable => "no line has the names of columns with a time among them; \
                     state it: --time-column NAME, or --no-header if there are no names"
                     .to_owned(),
-            },
+            })
         })?;
-        let is_value = |(at, _): &(usize, &String)| !table.time.columns.contains(at);
-        let values = || table.names.iter().enumerate().filter(is_value);
-        let unit = |at: usize| table.units.get(at).map_or("", String::as_str).to_owned();
-        let columns = Columns::new(
-            values().map(|(_, name)| name.clone()).collect(),
-            &values().map(|(at, _)| unit(at)).collect::<Vec<_>>(),
-        );
-        for note in &table.notes {
-            losses.note(format!("{}: {note}", path.display()));
-        }
-        let mut csv = Self {
+        let mut lines = Lines {
             path: path.to_path_buf(),
             data: file.data().to_path_buf(),
             table,
-            rows: RowTopic::register(&columns, bytes, topics),
-            columns,
             cut_at: None,
+        };
+        lines.cut_at = lines.find_cut()?;
+        let mut signals = None;
+        let columns = match lines.table.by_signal {
+            None => lines.columns(),
+            Some(by) => {
+                let found = Signals::find(&lines, by)?.map_err(refused)?;
+                let columns = Columns::new(found.names(), &found.units);
+                signals = Some(found);
+                columns
+            }
+        };
+        for note in &lines.table.notes {
+            losses.note(format!("{}: {note}", path.display()));
+        }
+        let mut csv = Self {
+            rows: RowTopic::register(&columns, bytes, topics),
+            lines,
+            columns,
+            signals,
         };
         csv.scan(losses)?;
         topics.add_messages(csv.rows.topic, Some(csv.rows.counted.rows));
@@ -87,14 +101,10 @@ impl CsvReader {
     /// Counts the rows and reports what is wrong with them.
     fn scan(&mut self, losses: &mut Losses) -> Result<(), Error> {
         losses.integrity.checksums_absent = true;
-        let ends = self.ends_with_line_break()?;
         let mut odd = vec![OddCells::default(); self.columns.names.len()];
         let mut lacks_zone = false;
-        let mut last_start = None;
         let mut counted = Counted::default();
         let mut lost = LostRows::default();
-        // of the last row, which may be cut off
-        let mut pending = None;
         self.each_row(&mut |row, place| {
             match row {
                 Ok(row) => {
@@ -102,26 +112,19 @@ impl CsvReader {
                     for (odd, cell) in odd.iter_mut().zip(row.cells) {
                         odd.count(cell);
                     }
-                    if let Some((_, time_ns)) = pending.replace((place.bytes.start, row.time_ns)) {
-                        counted.count(time_ns);
-                    }
+                    counted.count(row.time_ns);
                 }
                 Err(problem) => lost.count(problem, &place),
             }
-            last_start = Some(place.bytes.start);
             ControlFlow::Continue(())
         })?;
-        lost.report(&self.path, losses);
-        let name = self.path.display().to_string();
-        if !ends && let Some(start) = last_start {
+        let path = &self.lines.path;
+        lost.report(path, losses);
+        let name = path.display().to_string();
+        if self.lines.cut_at.is_some() {
             losses.note(format!(
                 "{name}: the last row has no line break and may be cut off: it is not read"
             ));
-            self.cut_at = Some(start);
-            pending = pending.filter(|(at, _)| *at != start);
-        }
-        if let Some((_, time_ns)) = pending {
-            counted.count(time_ns);
         }
         self.rows.counted = counted;
         if lacks_zone {
@@ -133,19 +136,84 @@ impl CsvReader {
         Ok(())
     }
 
-    fn ends_with_line_break(&self) -> Result<bool, Error> {
+    /// Calls `take` with every row, or what is wrong with it, and its place. Where each line has one signal, the lines of one
+    /// time are a row.
+    fn each_row(&self, take: &mut TakeRow<'_>) -> Result<(), Error> {
+        let Some(signals) = &self.signals else {
+            return self
+                .lines
+                .each(&mut |line, place| take(line.map(|line| line.row), place));
+        };
+        let width = self.columns.names.len();
+        let mut open: Option<JoinedRow> = None;
+        let mut flow = ControlFlow::Continue(());
+        self.lines.each(&mut |line, place| {
+            flow = match line.and_then(|line| signals.read(&line, &self.lines)) {
+                Err(problem) => take(Err(problem), place),
+                Ok(read) => match &mut open {
+                    Some(joined) if joined.takes(&read) => {
+                        joined.add(read, place);
+                        ControlFlow::Continue(())
+                    }
+                    _ => match open.replace(JoinedRow::new(read, place, width)) {
+                        Some(done) => done.show(take),
+                        None => ControlFlow::Continue(()),
+                    },
+                },
+            };
+            flow
+        })?;
+        if let (ControlFlow::Continue(()), Some(done)) = (flow, open) {
+            let _ = done.show(take);
+        }
+        Ok(())
+    }
+}
+
+/// The lines of a table.
+struct Lines {
+    path: PathBuf,
+    data: PathBuf,
+    table: TextTable,
+    /// Where the last line begins, if no line break ends it.
+    cut_at: Option<u64>,
+}
+
+impl Lines {
+    /// Every column but the time.
+    fn columns(&self) -> Columns {
+        let table = &self.table;
+        let is_value = |(at, _): &(usize, &String)| !table.time.columns.contains(at);
+        let values = || table.names.iter().enumerate().filter(is_value);
+        let unit = |at: usize| table.units.get(at).map_or("", String::as_str).to_owned();
+        Columns::new(
+            values().map(|(_, name)| name.clone()).collect(),
+            &values().map(|(at, _)| unit(at)).collect::<Vec<_>>(),
+        )
+    }
+
+    /// Where the last line begins, if no line break ends it.
+    fn find_cut(&self) -> Result<Option<u64>, Error> {
         let mut file = File::open(&self.data).map_err(Error::io(&self.path))?;
+        let bytes = file.metadata().map_err(Error::io(&self.path))?.len();
         let mut last = [b'\n'];
-        if self.rows.bytes > 0 {
+        if bytes > 0 {
             file.seek(SeekFrom::End(-1))
                 .map_err(Error::io(&self.path))?;
             file.read_exact(&mut last).map_err(Error::io(&self.path))?;
         }
-        Ok(matches!(last, [b'\n' | b'\r']))
+        let mut start = None;
+        if !matches!(last, [b'\n' | b'\r']) {
+            self.each(&mut |_, place| {
+                start = Some(place.bytes.start);
+                ControlFlow::Continue(())
+            })?;
+        }
+        Ok(start)
     }
 
-    /// Calls `take` with every row, or what is wrong with it, and its place.
-    fn each_row(&self, take: &mut TakeRow<'_>) -> Result<(), Error> {
+    /// Calls `take` with every line that is whole, or what is wrong with it, and its place.
+    fn each(&self, take: &mut TakeLine<'_>) -> Result<(), Error> {
         let table = &self.table;
         let mut file = File::open(&self.data).map_err(Error::io(&self.path))?;
         file.seek(SeekFrom::Start(table.rows_at))
@@ -153,6 +221,7 @@ impl CsvReader {
         let mut reader = reader(file, table.separator);
         let mut row = ByteRecord::new();
         let mut cells = Vec::new();
+        let mut days = DaysPassed::default();
         loop {
             let before = reader.position().clone();
             match reader.read_byte_record(&mut row) {
@@ -168,31 +237,40 @@ impl CsvReader {
                 bytes: table.rows_at + start.byte()..table.rows_at + reader.position().byte(),
                 line: table.lines_before + start.line(),
             };
+            if self.cut_at == Some(place.bytes.start) {
+                return Ok(());
+            }
             cells.clear();
-            if take(self.row(&row, &mut cells), place).is_break() {
+            let line = self.read(&row, &mut cells, &mut days);
+            if take(line, place).is_break() {
                 return Ok(());
             }
         }
     }
 
-    fn row<'c>(&self, row: &ByteRecord, cells: &'c mut Vec<Cell>) -> Result<Row<'c>, Problem> {
+    fn read<'c>(
+        &self,
+        record: &'c ByteRecord,
+        cells: &'c mut Vec<Cell>,
+        days: &mut DaysPassed,
+    ) -> Result<Line<'c>, Problem> {
         let width = self.table.names.len();
         // a separator at the end of a row begins no cell
-        let is_longer = row
+        let is_longer = record
             .iter()
             .skip(width)
             .any(|cell| !cell.trim_ascii().is_empty());
-        if row.len() < width || is_longer {
+        if record.len() < width || is_longer {
             return Err(Problem {
                 kind: "cells",
-                text: format!("expected a row of {width} cells, found {}", row.len()),
+                text: format!("expected a row of {width} cells, found {}", record.len()),
             });
         }
         let time = &self.table.time;
         let texts = time
             .columns
             .iter()
-            .map(|&at| row.get(at).unwrap_or_default());
+            .map(|&at| record.get(at).unwrap_or_default());
         let texts: Vec<_> = texts.map(String::from_utf8_lossy).collect();
         let texts: Vec<&str> = texts.iter().map(|text| &**text).collect();
         let Some(time_ns) = time.read(&texts, self.table.has_decimal_comma) else {
@@ -204,13 +282,22 @@ impl CsvReader {
                 ),
             });
         };
-        let values = row.iter().take(width).enumerate();
-        let values = values.filter(|(at, _)| !time.columns.contains(at));
-        cells.extend(values.map(|(_, cell)| self.cell(cell)));
-        Ok(Row {
-            time_ns,
-            cells,
-            lacks_zone: time.lacks_zone(&texts),
+        let time_ns = match time.kind {
+            Kind::TimeOfDay => days.after(time_ns),
+            _ => time_ns,
+        };
+        if self.table.by_signal.is_none() {
+            let values = record.iter().take(width).enumerate();
+            let values = values.filter(|(at, _)| !time.columns.contains(at));
+            cells.extend(values.map(|(_, cell)| self.cell(cell)));
+        }
+        Ok(Line {
+            record,
+            row: Row {
+                time_ns,
+                cells,
+                lacks_zone: time.lacks_zone(&texts),
+            },
         })
     }
 
@@ -229,6 +316,149 @@ impl CsvReader {
     }
 }
 
+/// The signals of a table with one in each line.
+struct Signals {
+    by: BySignal,
+    /// The place of each by its name.
+    places: BTreeMap<String, usize>,
+    /// The first unit that is stated of each.
+    units: Vec<String>,
+}
+
+impl Signals {
+    /// Those of all lines, in the order of their first lines.
+    ///
+    /// # Errors
+    /// Outside: the file cannot be read. Inside: the table cannot be read in the order of its times, or has too many signals.
+    fn find(lines: &Lines, by: BySignal) -> Result<Result<Self, String>, Error> {
+        let mut found = Self {
+            by,
+            places: BTreeMap::new(),
+            units: Vec::new(),
+        };
+        let (mut last, mut runs, mut falls) = (None, 0, 0);
+        lines.each(&mut |line, _| {
+            let Ok(line) = line else {
+                return ControlFlow::Continue(());
+            };
+            let name = found.name(&line);
+            let place = match found.places.get(&*name) {
+                Some(&place) => place,
+                None => {
+                    let place = found.units.len();
+                    found.places.insert(name.into_owned(), place);
+                    let unit = by.unit.and_then(|unit| line.record.get(unit));
+                    let unit = String::from_utf8_lossy(unit.unwrap_or_default());
+                    found.units.push(unit.trim().to_owned());
+                    place
+                }
+            };
+            let time_ns = line.row.time_ns;
+            if let Some((of, before_ns)) = last.replace((place, time_ns)) {
+                runs += usize::from(of != place);
+                falls += usize::from(time_ns < before_ns);
+            }
+            match found.units.len() > MOST_SIGNALS {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        })?;
+        let count = found.units.len();
+        Ok(match count {
+            _ if count > MOST_SIGNALS => Err(format!(
+                "each row has one signal: expected at most {MOST_SIGNALS} of them, found more"
+            )),
+            _ if falls > 0 && runs + 1 == count => Err(format!(
+                "each row has one signal, and one follows the other: expected rows in the order of their times, found the {count} \
+                 signals one after the other; sort the rows by their times"
+            )),
+            _ => Ok(found),
+        })
+    }
+
+    fn name<'l>(&self, line: &Line<'l>) -> Cow<'l, str> {
+        let name = line.record.get(self.by.name).unwrap_or_default();
+        String::from_utf8_lossy(name.trim_ascii())
+    }
+
+    /// By place.
+    fn names(&self) -> Vec<String> {
+        let mut names = vec![String::new(); self.units.len()];
+        for (name, &place) in &self.places {
+            names[place].clone_from(name);
+        }
+        names
+    }
+
+    fn read(&self, line: &Line<'_>, lines: &Lines) -> Result<OneSignal, Problem> {
+        let name = self.name(line);
+        let Some(&column) = self.places.get(&*name) else {
+            return Err(Problem {
+                kind: "signal",
+                text: format!(
+                    "expected the name of a signal, found \"{}\"",
+                    name.escape_debug()
+                ),
+            });
+        };
+        Ok(OneSignal {
+            time_ns: line.row.time_ns,
+            lacks_zone: line.row.lacks_zone,
+            column,
+            cell: lines.cell(line.record.get(self.by.value).unwrap_or_default()),
+        })
+    }
+}
+
+/// A line with one signal.
+struct OneSignal {
+    time_ns: i64,
+    lacks_zone: bool,
+    column: usize,
+    cell: Cell,
+}
+
+/// The signals of lines of one time.
+struct JoinedRow {
+    time_ns: i64,
+    cells: Vec<Cell>,
+    lacks_zone: bool,
+    place: Place,
+}
+
+impl JoinedRow {
+    fn new(first: OneSignal, place: Place, width: usize) -> Self {
+        let mut cells = Vec::with_capacity(width);
+        cells.resize_with(width, || Cell::Missing);
+        cells[first.column] = first.cell;
+        Self {
+            time_ns: first.time_ns,
+            cells,
+            lacks_zone: first.lacks_zone,
+            place,
+        }
+    }
+
+    /// Whether a line is of this time, and its signal is not there yet.
+    fn takes(&self, next: &OneSignal) -> bool {
+        next.time_ns == self.time_ns && matches!(self.cells[next.column], Cell::Missing)
+    }
+
+    fn add(&mut self, next: OneSignal, place: Place) {
+        self.cells[next.column] = next.cell;
+        self.place.bytes.end = place.bytes.end;
+    }
+
+    fn show(self, take: &mut TakeRow<'_>) -> ControlFlow<()> {
+        let row = Row {
+            time_ns: self.time_ns,
+            cells: &self.cells,
+            lacks_zone: self.lacks_zone,
+        };
+        take(Ok(row), self.place)
+    }
+}
+
 /// A cell other than the time.
 enum Cell {
     Number(f64),
@@ -243,6 +473,13 @@ struct Row<'c> {
     lacks_zone: bool,
 }
 
+/// A line of the file; its row has no cells where each line has one signal.
+struct Line<'c> {
+    record: &'c ByteRecord,
+    row: Row<'c>,
+}
+
+type TakeLine<'t> = dyn FnMut(Result<Line<'_>, Problem>, Place) -> ControlFlow<()> + 't;
 type TakeRow<'t> = dyn FnMut(Result<Row<'_>, Problem>, Place) -> ControlFlow<()> + 't;
 
 /// The cells of a column that are neither numbers nor empty by intent.
@@ -311,8 +548,8 @@ impl FileReader for CsvReader {
             return Ok(flow);
         }
         let (mut message, mut values, mut count) = (Vec::new(), Vec::new(), 0);
-        self.each_row(&mut |row, place| {
-            if let (Ok(row), true) = (row, self.cut_at != Some(place.bytes.start)) {
+        self.each_row(&mut |row, _| {
+            if let Ok(row) = row {
                 values.clear();
                 values.extend(row.cells.iter().map(|cell| match cell {
                     Cell::Number(number) => *number,

@@ -366,7 +366,12 @@ fn number_time(
     let power = match kind {
         Kind::PowerOfTen(power) => power,
         Kind::SecondsAndNanoseconds => 9,
-        Kind::Text(_) => return Err("no row has a time".to_owned()),
+        Kind::SpreadsheetDays => {
+            return Err(
+                "--time-unit days is for tables in text: expected s, ms, us or ns".to_owned(),
+            );
+        }
+        Kind::Text(_) | Kind::TimeOfDay => return Err("no row has a time".to_owned()),
     };
     let columns = found.iter().map(|&at| columns[at]).collect();
     Ok((Time { columns, power }, told))
