@@ -32,6 +32,7 @@ fn main() {
         tool_wrench: false,
         actuators: Vec::new(),
         switches: 0,
+        loads: 0,
     };
     let mut checks = Plausibility::new(&machine, &sensors);
     let mut noise = Noise(7);

@@ -10,11 +10,12 @@ use tipwatch_mechanics::estimation::plausibility::{Explanation, FaultSpan, Fault
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, ShownNoise};
 use tipwatch_mechanics::machine::{FaultKind, Machine, SessionProofs};
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
+use tipwatch_mechanics::studies::measured_loads::{LoadWatch, measures_supports};
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
 
 use super::clock::{self, ClockOffsets};
 use super::inputs::{self, GrossInput};
-use super::measured_loads::{measures_supports, sampled_rows};
+use super::measured_loads::sampled_rows;
 use super::rotations;
 use super::state_blocks::{self, KeptStates};
 use crate::base::estimated::EstimatedRows;
@@ -257,6 +258,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
         estimator.count_spans_from(start_ns);
     }
     let mut trusted = doubts.trusted.iter().peekable();
+    let mut loads = LoadWatch::new(machine);
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
     loaded.for_each_arrival(|sample| {
@@ -267,7 +269,13 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
             estimator.trust(*signals);
         }
         // the estimator counts rejected samples
-        let pushed = estimator.push(machine, sample, &mut |row| estimates.push(row.clone()));
+        let pushed = estimator.push(machine, sample, &mut |row| {
+            let mut row = row.clone();
+            (loads.as_mut())
+                .into_iter()
+                .for_each(|loads| loads.row(machine, &mut row));
+            estimates.push(row);
+        });
         if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
             faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
         }

@@ -347,6 +347,7 @@ mod tests {
             tool_wrench: false,
             actuators: Vec::new(),
             switches: 0,
+            loads: 0,
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut trace = RotationTrace::default();

@@ -92,6 +92,12 @@ pub fn switch(support: &str) -> String {
     format!("/support/{support}/switch")
 }
 
+/// Topic of a load sensor (N), by its name.
+#[must_use]
+pub fn load_sensor(name: &str) -> String {
+    format!("/load_sensor/{name}")
+}
+
 /// Whether a monitor's recorder wrote the log.
 #[must_use]
 pub fn is_in(log: &Log) -> bool {
@@ -273,6 +279,9 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
         if let Some(load) = &mut wheel.origin.force {
             load.field = field(support_load(name));
         }
+    }
+    for (name, load) in bound.signals.load_fields_mut() {
+        *load = field(load_sensor(&name));
     }
     bound
 }

@@ -87,6 +87,19 @@ pub(crate) fn support_switches(log: &Log, machine: &Machine) -> Result<Vec<Bound
         .collect()
 }
 
+/// The load sensors of a machine whose number is in the log. Whoever compares loads says which are missing, and why.
+pub(crate) fn load_sensors(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
+    let sensors = machine.load_sensors().iter().enumerate();
+    let found = sensors.filter_map(|(index, sensor)| {
+        Some(BoundSensor {
+            sensor: Sensor::Load(index),
+            request: number_request(log, &sensor.field).ok()?,
+            why: format!("load sensor {}, named by the machine file", sensor.name),
+        })
+    });
+    found.collect()
+}
+
 /// Kinds of sensors that the machine file binds number by number.
 pub(crate) fn kinds(signals: &SignalsSpec) -> Vec<SensorKind> {
     fn is_table<T>(signal: Option<&SignalSpec<T>>) -> bool {

@@ -42,7 +42,9 @@ pub(super) struct SensorWatch {
 impl SensorWatch {
     /// `max_gap_ns` is the longest gap that the estimator bridges.
     pub(super) fn new(sensor: Sensor, sensors: &Sensors, max_gap_ns: i64) -> Self {
-        let is_auxiliary = sensor == Sensor::Odometry && sensors.imu;
+        // without these the estimate goes on
+        let is_auxiliary =
+            sensor == Sensor::Odometry && sensors.imu || matches!(sensor, Sensor::Load(_));
         Self {
             sensor,
             value_count: sensors.value_count(sensor).unwrap_or(0),
@@ -126,6 +128,7 @@ mod tests {
             tool_wrench: false,
             actuators: Vec::new(),
             switches: 1,
+            loads: 0,
         };
         let age_of = |sensor: Sensor| {
             let mut watch = SensorWatch::new(sensor, &sensors, 100_000_000);

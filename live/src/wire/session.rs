@@ -62,6 +62,9 @@ pub struct Session {
     /// The machine's signals that tell which supports are on the ground, ascending: indices in
     /// [`Supports::switches`](tipwatch_mechanics::machine::Supports::switches).
     pub switches: Vec<u32>,
+    /// The machine's load sensors, ascending: indices in
+    /// [`Machine::load_sensors`](tipwatch_mechanics::Machine::load_sensors).
+    pub load_sensors: Vec<u32>,
     /// `frame_id` of the IMU.
     pub imu_frame: Option<String>,
 }
@@ -105,6 +108,8 @@ impl TryFrom<&Session> for WireSession {
                 .context("session: expected no more than 32 actuated joints")?,
             switches: bits_of(&session.switches)
                 .context("session: expected no more than 32 signals that tell of supports")?,
+            load_sensors: bits_of(&session.load_sensors)
+                .context("session: expected no more than 32 load sensors")?,
             imu_frame: name_to_wire(session.imu_frame.as_deref().unwrap_or(""))?,
             ..Self::blank()
         };
@@ -159,6 +164,7 @@ impl TryFrom<&WireSession> for Session {
             tool_wrench: wire.has_tool_wrench != 0,
             actuated_joints: list_of(wire.actuated_joints),
             switches: list_of(wire.switches),
+            load_sensors: list_of(wire.load_sensors),
             imu_frame: Some(name_from_wire(&wire.imu_frame)?).filter(|frame| !frame.is_empty()),
         };
         for (stream, name) in wire
@@ -235,6 +241,7 @@ mod tests {
             tool_wrench: true,
             actuated_joints: vec![1, 4],
             switches: vec![0, 3],
+            load_sensors: vec![2, 31],
             imu_frame: Some("imu_link".into()),
         }
     }

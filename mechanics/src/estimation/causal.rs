@@ -32,6 +32,8 @@ pub struct CausalEstimator {
     rotation: PlatformRotation,
     /// `None` for a machine that is always on the same supports.
     supports: Option<SupportWatch>,
+    /// By load sensor: stamp (ns) and value (N) of its last sample.
+    loads: Vec<Option<(i64, f64)>>,
     /// Effect of each sensor's last sample on rows.
     standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
@@ -64,6 +66,7 @@ impl CausalEstimator {
             ),
             rotation: PlatformRotation::new(machine, sensors),
             supports: SupportWatch::new(machine, sensors),
+            loads: vec![None; sensors.loads],
             standing: sensors
                 .iter()
                 .map(|sensor| (sensor, RowEffect::default()))
@@ -159,6 +162,11 @@ impl CausalEstimator {
         &self.estimate
     }
 
+    /// The same, for what others find in it. The next row begins anew.
+    pub fn last_mut(&mut self) -> &mut Estimate {
+        &mut self.estimate
+    }
+
     /// Takes a sample and calls `row` with each row that it completes.
     ///
     /// # Errors
@@ -181,11 +189,30 @@ impl CausalEstimator {
                 _ => Err(SampleError::UnknownSensor),
             };
         }
+        if let Sensor::Load(load) = sample.sensor {
+            self.plausibility.forget_findings();
+            return self.take_load(load, sample);
+        }
         let mut measured = std::mem::take(&mut self.measured);
         let sample = self.as_measured(sample, &mut measured);
         let result = self.push_measured(machine, &sample, row);
         self.measured = measured;
         result
+    }
+
+    /// Loads are compared, not filtered: the state does not follow from them.
+    fn take_load(&mut self, load: usize, sample: &Sample<'_>) -> Result<(), SampleError> {
+        let (Some(last), &[value]) = (self.loads.get_mut(load), sample.values) else {
+            return Err(SampleError::UnknownSensor);
+        };
+        if last.is_some_and(|(last_ns, _)| sample.stamp_ns <= last_ns) {
+            return Err(SampleError::NotLater);
+        }
+        *last = Some((sample.stamp_ns, value));
+        match value.is_finite() {
+            true => Ok(()),
+            false => Err(SampleError::NotFinite),
+        }
     }
 
     /// The sample without velocities that a driver fills in; `values` holds what changes.
@@ -312,6 +339,12 @@ impl CausalEstimator {
         self.estimate.rotates = self.rotation.spell().is_some();
         let supports = self.supports.as_mut();
         self.estimate.stands_on = supports.map(|supports| supports.at(machine, time_ns));
+        for (value, last) in self.estimate.measured_loads.iter_mut().zip(&self.loads) {
+            let near = |(stamp_ns, _): &(i64, f64)| {
+                time_ns.abs_diff(*stamp_ns) <= self.max_gap_ns.unsigned_abs()
+            };
+            *value = last.filter(near).map_or(f64::NAN, |(_, load)| load);
+        }
         if self.estimate.rotates {
             self.estimate.reasons.add(Reason::Tipping);
         }

@@ -18,6 +18,8 @@ pub struct Sensors {
     /// Number of signals that tell which supports are on the ground: those of
     /// [`Supports::switches`](crate::machine::Supports::switches). The state is not estimated from them.
     pub switches: usize,
+    /// Number of load sensors: those of [`Machine::load_sensors`]. The state is not estimated from them.
+    pub loads: usize,
 }
 
 /// A stream of joint states.
@@ -43,6 +45,8 @@ pub enum Sensor {
     /// The signal with this index in [`Supports::switches`](crate::machine::Supports::switches), which tells whether some
     /// supports are set or raised.
     Switch(usize),
+    /// The load sensor with this index in [`Machine::load_sensors`].
+    Load(usize),
 }
 
 /// One message of one sensor.
@@ -56,7 +60,8 @@ pub enum Sensor {
 ///   quaternion x y z w;
 /// - tool wrench: force x y z (N) and moment x y z (N m) of the surroundings on the tool, in its frame;
 /// - actuator: force (N), positive when it extends the rod, or pressure in a chamber (Pa);
-/// - switch: the number that the machine file binds, which counts as on from its threshold on.
+/// - switch: the number that the machine file binds, which counts as on from its threshold on;
+/// - load: the load of one or more supports (N).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
     /// The sensor.
@@ -147,9 +152,11 @@ impl Sensors {
             .chain(actuators)
     }
 
-    /// All sensors in their fixed order: those of [`Sensors::iter`], then the switches.
+    /// All sensors in their fixed order: those of [`Sensors::iter`], the switches, the load sensors.
     pub fn all(&self) -> impl Iterator<Item = Sensor> {
-        self.iter().chain((0..self.switches).map(Sensor::Switch))
+        let switches = (0..self.switches).map(Sensor::Switch);
+        let loads = (0..self.loads).map(Sensor::Load);
+        self.iter().chain(switches).chain(loads)
     }
 
     /// Number of values in a sample of `sensor`; `None` if there is no such sensor.
@@ -162,6 +169,7 @@ impl Sensors {
             Sensor::ToolWrench => self.tool_wrench.then_some(6),
             Sensor::Actuator(actuator) => self.actuators.get(actuator).map(|_| 1),
             Sensor::Switch(switch) => (switch < self.switches).then_some(1),
+            Sensor::Load(load) => (load < self.loads).then_some(1),
         }
     }
 }
@@ -206,6 +214,7 @@ impl MatchedSensors {
                 tool_wrench: others.tool_wrench && machine.tool().is_some(),
                 actuators: Vec::new(),
                 switches: machine.supports().switches.len(),
+                loads: machine.load_sensors().len(),
             },
             streams: Vec::new(),
         };

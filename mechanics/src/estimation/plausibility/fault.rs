@@ -174,6 +174,7 @@ impl Part {
             Sensor::ToolWrench => "tool_wrench",
             Sensor::Actuator(_) => "actuator",
             Sensor::Switch(_) => "switch",
+            Sensor::Load(_) => "load",
         };
         format!("{signal}.{quantity}")
     }
@@ -252,7 +253,7 @@ impl Part {
             // Without it the split rule applies.
             (Sensor::Actuator(_), _) => None,
             // What it tells is missing or not; which supports there are follows.
-            (Sensor::Switch(_), _) => None,
+            (Sensor::Switch(_) | Sensor::Load(_), _) => None,
         }
     }
 

@@ -95,6 +95,7 @@ impl<'a> LineControl<'a> {
                     tool_wrench: false,
                     actuators: Vec::new(),
                     switches: 0,
+                    loads: 0,
                 },
             ),
             time_s: None,
