@@ -208,6 +208,7 @@ fn what_no_load_hangs_on_needs_no_proof() {
         actuators: Vec::new(),
         switches: 0,
         loads: 0,
+        commands: 0,
     };
     let needed = machine.needed_proofs(&sensors).names(&machine);
     let expected = [

@@ -370,6 +370,45 @@ fn load_cells_that_contradict_the_weight_cast_doubt_live_as_offline() {
     );
 }
 
+// requirement: TW-VERDICT-24
+#[test]
+fn joints_are_predicted_by_what_is_asked_of_them_live_as_offline() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(data("tiny_lift.urdf"), folder.path().join("tiny_lift.urdf")).unwrap();
+    let text = std::fs::read_to_string(data("tiny_lift.toml")).unwrap();
+    // the slewing joint is asked to turn, whatever it does
+    let text = text
+        + "[signals.joints.slew]\ncommand = { topic = \"/joint_states\", field = \"velocity\", joint = \"slew\", \
+           offset = 0.3 }\n";
+    let machine = folder.path().join("asked.toml");
+    std::fs::write(&machine, text).unwrap();
+    let asked = rows_on_supports("asked", &data("tiny_lift.mcap"), &machine);
+    let as_it_moves = causal(&data("tiny_lift.mcap"), &data("tiny_lift.toml"));
+    let verdicts = as_it_moves.rows.whole().verdicts.as_ref().unwrap();
+    let predictions = verdicts.predictions.as_ref().unwrap();
+    let (mut others, mut same) = (0, 0);
+    // the first row comes before the first command
+    for (row, line) in asked.iter().enumerate().skip(1) {
+        assert_eq!(line["commanded"], serde_json::json!(["slew"]), "row {row}");
+        let told = |law: Law| {
+            let utilisation = &line["predicted"][law.name()]["utilisation"];
+            let of_rows = predictions.of(law).number(PredictedNumber::Utilisation)[row];
+            let of_rows = Some(of_rows).filter(|it| it.is_finite());
+            (utilisation.as_f64(), of_rows)
+        };
+        let (goes_on, would_go_on) = told(Law::GoOn);
+        others += usize::from(goes_on != would_go_on);
+        // an arm that stops does not do what is asked
+        if line["predicted"]["age_s"] == 0.0 && predictions.age_s[row] == 0.0 {
+            let (stops, would_stop) = told(Law::StopArm);
+            assert_eq!(stops, would_stop, "row {row}");
+            same += usize::from(stops.is_some());
+        }
+    }
+    assert!(same > 50, "{same}");
+    assert!(others > 100, "{others}");
+}
+
 #[test]
 fn replay_may_start_before_the_monitor() {
     let world = World::new("first");

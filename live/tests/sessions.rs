@@ -162,6 +162,7 @@ fn spans_of_time_do_not_suit_a_monitor() {
         machine_hash: tipwatch_live::wire::session::machine_hash(&file, &urdf),
         switches: vec![0, 1, 2, 3],
         load_sensors: Vec::new(),
+        joint_commands: Vec::new(),
         ..session
     };
     let found = refused(&session, &file, &urdf).unwrap();

@@ -33,6 +33,7 @@ fn main() {
         actuators: Vec::new(),
         switches: 0,
         loads: 0,
+        commands: 0,
     };
     let mut checks = Plausibility::new(&machine, &sensors);
     let mut noise = Noise(7);

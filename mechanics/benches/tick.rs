@@ -83,6 +83,7 @@ fn run(machine: &Machine, part: Part) -> [f64; 4] {
         actuators: Vec::new(),
         switches: 0,
         loads: 0,
+        commands: 0,
     };
     let mut estimator = CausalEstimator::new(machine, &sensors, RowClock::JointStates);
     let mut workspace = Workspace::with_scope(machine, Scope::ALL);

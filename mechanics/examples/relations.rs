@@ -38,6 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             actuators: Vec::new(),
             switches: 0,
             loads: 0,
+            commands: 0,
         };
         let mut checks = Plausibility::new(&machine, &sensors);
         let mut largest: BTreeMap<String, (f64, Option<f64>)> = BTreeMap::new();

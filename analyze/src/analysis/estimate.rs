@@ -38,6 +38,8 @@ pub(super) struct SignalQuality {
     pub(super) rotating: Vec<[i64; 2]>,
     /// What the signals have shown, from the row at this time (ns) on.
     pub(super) shown: Vec<(i64, SessionProofs)>,
+    /// The rate that was asked of each joint, from the row at this time (ns) on; none if the estimator knows the whole log.
+    pub(super) commands: Vec<(i64, Vec<f64>)>,
     /// Which supports were on the ground as far as the estimator knew it in the row; `None` if it knows the whole log, or if
     /// they are always the same.
     supports: Option<SupportTimeline>,
@@ -228,6 +230,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         rotating: Vec::new(),
         // each row knows the whole log
         shown: vec![(i64::MIN, smoother.shown())],
+        commands: Vec::new(),
         supports: None,
     };
     let times_ns = smoother.row_times_ns().to_vec();
@@ -293,6 +296,18 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
     let changes = estimates.chunk_by(|a, b| a.shown == b.shown);
     let shown = changes.map(|rows| (rows[0].time_ns, rows[0].shown));
     let shown = shown.collect();
+    let bits = |row: &Estimate| {
+        row.commands
+            .iter()
+            .map(|rate| rate.to_bits())
+            .collect::<Vec<_>>()
+    };
+    let commands = match machine.joint_commands().is_empty() {
+        true => Vec::new(),
+        false => (estimates.chunk_by(|a, b| bits(a) == bits(b)))
+            .map(|rows| (rows[0].time_ns, rows[0].commands.clone()))
+            .collect(),
+    };
     let stands = |row: &Estimate| Some((row.time_ns, row.stands_on?));
     let supports = (loaded.supports.is_some())
         .then(|| SupportTimeline::of_rows(machine.supports(), estimates.iter().filter_map(stands)));
@@ -304,6 +319,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
         rotations: Vec::new(),
         rotating,
         shown,
+        commands,
         supports,
     };
     Ok((estimated(machine, times_ns, Arc::new(kept)), quality))

@@ -348,6 +348,7 @@ mod tests {
             actuators: Vec::new(),
             switches: 0,
             loads: 0,
+            commands: 0,
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut trace = RotationTrace::default();

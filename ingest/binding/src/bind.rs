@@ -97,6 +97,8 @@ pub fn bind(
     sensors.extend(actuators.sensors);
     let mut beside = number_signals::support_switches(log, &machine)?;
     beside.extend(number_signals::load_sensors(log, &machine));
+    let commands = number_signals::joint_commands(log, &machine)?;
+    beside.extend(commands);
     if !matched.sensors.tool_wrench {
         machine.leave_out_tool();
     }
@@ -255,7 +257,9 @@ fn bound_sensors(
             Sensor::Odometry => (&topics.odometry, &numbers.odometry),
             Sensor::ToolWrench => (&topics.tool_wrench, &numbers.tool_wrench),
             // found later, once the machine is known
-            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) => continue,
+            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
+                continue;
+            }
         };
         bound.extend(binding.iter().map(|b| typed(sensor, b, Vec::new())));
         bound.extend(request.iter().map(|request| numbered(sensor, request)));

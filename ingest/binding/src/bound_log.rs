@@ -17,7 +17,8 @@ pub struct BoundLog {
     /// [`Sensors::iter`](tipwatch_mechanics::state::Sensors::iter).
     pub sensors: Vec<BoundSensor>,
     /// What to read for each signal from which the state is not estimated, but for those that are missing from the log: those that
-    /// tell which supports are on the ground, then the load sensors.
+    /// tell which supports are on the ground, then the load sensors and the
+    /// rates that are asked of joints.
     pub beside: Vec<BoundSensor>,
     /// All topics found, used or not.
     pub topics: SensorTopics,

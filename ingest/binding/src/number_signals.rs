@@ -49,7 +49,10 @@ pub fn number_field(spec: &FieldSpec, list: &str) -> NumberField {
 /// # Errors
 /// Its topic is not in the log.
 pub(crate) fn number_request(log: &Log, field: &FieldSpec) -> Result<SensorRequest, Error> {
-    let number = number_field(field, "effort");
+    request_of(log, number_field(field, "effort"), field)
+}
+
+fn request_of(log: &Log, number: NumberField, field: &FieldSpec) -> Result<SensorRequest, Error> {
     Ok(SensorRequest {
         topic: topic_of_field(log, &field.topic, &number.field)?.id,
         kind: SensorKind::Number,
@@ -98,6 +101,30 @@ pub(crate) fn load_sensors(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
         })
     });
     found.collect()
+}
+
+/// The rates that a controller asks of joints, as far as their topic is in the log: without, a prediction extrapolates.
+///
+/// # Errors
+/// The log cannot be read.
+pub(crate) fn joint_commands(log: &Log, machine: &Machine) -> Result<Vec<BoundSensor>, Error> {
+    let commands = machine.joint_commands().iter().enumerate();
+    let is_there = |topic: &str| log.topics().iter().any(|known| known.name == topic);
+    let found = commands.filter(|(_, command)| is_there(&command.field.topic));
+    found
+        .map(|(index, command)| {
+            let name = &machine.joints()[command.joint].name;
+            Ok(BoundSensor {
+                sensor: Sensor::Command(index),
+                request: request_of(
+                    log,
+                    number_field(&command.field, "velocity"),
+                    &command.field,
+                )?,
+                why: format!("rate asked of joint {name}, named by the machine file"),
+            })
+        })
+        .collect()
 }
 
 /// Kinds of sensors that the machine file binds number by number.

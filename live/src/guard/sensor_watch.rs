@@ -80,10 +80,15 @@ impl SensorWatch {
         self.fresh_ns = Some(published_ns);
     }
 
+    /// Whether the verdict rests on it. What is not asked of a joint is not known, and the joint is predicted to go on.
+    pub(super) fn is_required(&self) -> bool {
+        !matches!(self.sensor, Sensor::Command(_))
+    }
+
     /// What an age (ns) means for a sensor of this period. A switch may be sent when it changes, and is too old by its own limit
-    /// in the machine file: then the supports are unknown.
+    /// in the machine file: then the supports are unknown. A command that is not sent is not known.
     pub(super) fn age(&self, age_ns: i64) -> Age {
-        if matches!(self.sensor, Sensor::Switch(_)) {
+        if matches!(self.sensor, Sensor::Switch(_) | Sensor::Command(_)) {
             return Age::Fresh;
         }
         let max_ns = self.max_age_ns as f64;
@@ -129,6 +134,7 @@ mod tests {
             actuators: Vec::new(),
             switches: 1,
             loads: 0,
+            commands: 0,
         };
         let age_of = |sensor: Sensor| {
             let mut watch = SensorWatch::new(sensor, &sensors, 100_000_000);

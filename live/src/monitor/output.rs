@@ -16,6 +16,7 @@
 //! | `utilisation` | 1 - (OTF - 2 sigma) / static load, of the worst wheel |
 //! | `time_to_lift_off_s`, `next_wheel` | time until the next wheel lifts if its load keeps falling at its present rate, and which one; null beyond 5 s, where the rate is not significant, and at levels that name no lost load |
 //! | `predicted` | what is ahead by three assumed motions, see below |
+//! | `commanded` | the joints that are predicted to move as a controller asks, not as they move |
 //! | `doubted_loads` | the measured loads that contradict the computed ones for two seconds: the load sensor that is furthest off, and `total` |
 //! | `load_explanations` | what would explain the total: `unstated_load`, `load_on_tool`, `support_sensor`, `exchanged_sensors` |
 //! | `exchanged_sensors` | the wheels whose sensors would explain it if they were exchanged |
@@ -257,6 +258,7 @@ impl Serialize for Line<'_> {
         map.serialize_entry("time_to_lift_off_s", &verdict.time_to_lift_off_s)?;
         map.serialize_entry("next_wheel", &next_wheel)?;
         map.serialize_entry("predicted", &PredictedOf(self))?;
+        map.serialize_entry("commanded", &self.names.commanded(verdict))?;
         map.serialize_entry("standing", &self.names.standing(verdict))?;
         let gap = self.names.ground_gap(verdict);
         map.serialize_entry("ground_gap", &gap.map(|(gap, _)| gap))?;

@@ -243,6 +243,8 @@ impl Monitor {
             .set_row(time_ns, reasons, outcome, utilisation, next);
         let state = &estimate.state;
         let level = verdict.level;
+        self.predictor.set_commands(&estimate.commands);
+        self.message.set_commanded(&estimate.commands);
         let prediction = (self.predictor).row(&self.machine, time_ns, state, reasons, level);
         self.message.set_prediction(prediction);
         // from the next sample on, as offline

@@ -90,6 +90,15 @@ pub(super) fn load_sensor(name: String) -> Topic {
     }
 }
 
+/// The rate that is asked of a joint.
+pub(super) fn joint_command(name: String) -> Topic {
+    Topic {
+        name,
+        type_name: "tipwatch_msgs/msg/JointCommand",
+        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
+    }
+}
+
 /// Verdicts: integers as on the wire, then every number under the name of its column in `samples.parquet`.
 /// The header's stamp is the time of the row.
 pub(crate) fn verdict(names: &Names) -> Topic {

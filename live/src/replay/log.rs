@@ -120,6 +120,12 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
                 _ => None,
             })
             .collect(),
+        joint_commands: (bound.beside.iter())
+            .filter_map(|it| match it.sensor {
+                Sensor::Command(index) => Some(index as u32),
+                _ => None,
+            })
+            .collect(),
         imu_frame: bound.topics.imu_frame.clone(),
     })
 }

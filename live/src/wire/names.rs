@@ -69,6 +69,14 @@ impl Names {
         names.collect()
     }
 
+    /// Names of the joints that are predicted to move as a controller asks.
+    #[must_use]
+    pub fn commanded(&self, verdict: &WireVerdict) -> Vec<String> {
+        let joints = 0..self.joints.len().min(u64::BITS as usize);
+        let commanded = joints.filter(|joint| verdict.commanded >> joint & 1 == 1);
+        commanded.map(|joint| self.joint(joint)).collect()
+    }
+
     /// Names of the wheels that are on the ground as supports; `None` while these are unknown.
     #[must_use]
     pub fn standing(&self, verdict: &WireVerdict) -> Option<Vec<&str>> {

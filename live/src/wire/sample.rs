@@ -53,6 +53,7 @@ impl WireSample {
             Sensor::Actuator(signal) => (Kind::Actuator, signal),
             Sensor::Switch(switch) => (Kind::Switch, switch),
             Sensor::Load(load) => (Kind::Load, load),
+            Sensor::Command(command) => (Kind::Command, command),
         };
         let mut wire = Self {
             time_ns: sample.stamp_ns,
@@ -88,6 +89,7 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
             Kind::Actuator => Sensor::Actuator(wire.stream as usize),
             Kind::Switch => Sensor::Switch(wire.stream as usize),
             Kind::Load => Sensor::Load(wire.stream as usize),
+            Kind::Command => Sensor::Command(wire.stream as usize),
             Kind::End => return Ok(Self::End),
         };
         let values = wire
@@ -118,6 +120,7 @@ mod tests {
             Sensor::Actuator(2),
             Sensor::Switch(1),
             Sensor::Load(4),
+            Sensor::Command(2),
         ] {
             let sample = Sample {
                 sensor,

@@ -98,7 +98,8 @@ wire! {
         /// Time at which the recorder of a replayed log received it (ns); 0 from a machine.
         pub log_time_ns: i64,
         /// Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
-        /// signal, 7 signal that tells whether supports are set or raised, 8 load sensor.
+        /// signal, 7 signal that tells whether supports are set or raised, 8 load sensor, 9 rate that
+        /// is asked of a joint.
         pub kind: u32,
         /// Index of the stream among those of its kind.
         pub stream: u32,
@@ -110,8 +111,8 @@ wire! {
         /// (m/s2), angular velocity (rad/s), attitude as quaternion x y z w or NaN. Odometry: velocity
         /// (m/s), angular velocity, attitude. Tool wrench: force (N) and moment (N m) of the environment
         /// on the tool. Actuator: force (N) or pressure (Pa). Signal of supports: the number that the machine file binds, on from
-        /// its threshold on; it is to be sent again before it is older than the machine file allows. Load sensor: its load (N). Zero beyond
-        /// value_count.
+        /// its threshold on; it is to be sent again before it is older than the machine file allows. Load sensor: its load (N). Rate that a
+        /// controller asks of a joint (rad/s, m/s), NaN while it asks for nothing. Zero beyond value_count.
         pub values: [f64; MAX_VALUES],
     }
 }
@@ -150,8 +151,9 @@ wire! {
         pub switches: u32,
         /// Bits: the machine's load sensors. Those of [signals.wheels] sort by name; [[signals.load_sums]] follow in their order.
         pub load_sensors: u32,
-        /// Zero.
-        pub reserved: u32,
+        /// Bits: the joints of [signals.joints] with a command, numbered by name among these. A joint without one, and one whose
+        /// command is too old, is predicted to go on as it moves.
+        pub joint_commands: u32,
         /// frame_id of the IMU; empty if it has none.
         pub imu_frame: [u8; NAME_BYTES],
         /// Stream of each joint, ascending.
@@ -258,6 +260,8 @@ macro_rules! verdict_message {
                 pub doubted: u64,
                 /// Bits: the signals that somebody has acknowledged since the last row.
                 pub acknowledged_signals: u64,
+                /// Bits: the joints of the machine whose command is known: the prediction moves them by it.
+                pub commanded: u64,
                 /// 1 a row; 2 between rows: the numbers are those of the last row.
                 pub event: u32,
                 /// Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault, 6 assumed: no danger is seen, but
@@ -551,6 +555,8 @@ tipwatch_mechanics::named! {
         Switch = 7,
         /// The load of one or more supports.
         Load = 8,
+        /// The rate that a controller asks of a joint.
+        Command = 9,
     }
 }
 

@@ -196,6 +196,13 @@ impl WireVerdict {
         }
     }
 
+    /// Sets of which joints the rate that is asked for is known; the others are NaN.
+    pub fn set_commanded(&mut self, commands: &[f64]) {
+        let known = commands.iter().take(MAX_JOINTS).enumerate();
+        let known = known.filter(|(_, rate)| rate.is_finite());
+        self.commanded = known.map(|(joint, _)| 1_u64 << joint).sum();
+    }
+
     /// Sets what is predicted.
     pub fn set_prediction(&mut self, prediction: &Prediction) {
         for law in Law::ALL {

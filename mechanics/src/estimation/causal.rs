@@ -8,6 +8,7 @@ use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
 use super::state_builder::{Channel, FilterStatus, Filters, Reading, StateBuilder};
 use super::white_jerk::seconds;
+use crate::estimation::last_sample::LastSample;
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect, SignalDoubt};
 use crate::estimation::support_configuration::SupportWatch;
 use crate::machine::{Machine, Proofs};
@@ -33,7 +34,9 @@ pub struct CausalEstimator {
     /// `None` for a machine that is always on the same supports.
     supports: Option<SupportWatch>,
     /// By load sensor: stamp (ns) and value (N) of its last sample.
-    loads: Vec<Option<(i64, f64)>>,
+    loads: Vec<LastSample>,
+    /// The same by command: the rate that is asked of a joint (rad/s or m/s).
+    commands: Vec<LastSample>,
     /// Effect of each sensor's last sample on rows.
     standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
@@ -66,7 +69,8 @@ impl CausalEstimator {
             ),
             rotation: PlatformRotation::new(machine, sensors),
             supports: SupportWatch::new(machine, sensors),
-            loads: vec![None; sensors.loads],
+            loads: vec![LastSample::default(); sensors.loads],
+            commands: vec![LastSample::default(); sensors.commands],
             standing: sensors
                 .iter()
                 .map(|sensor| (sensor, RowEffect::default()))
@@ -189,30 +193,20 @@ impl CausalEstimator {
                 _ => Err(SampleError::UnknownSensor),
             };
         }
-        if let Sensor::Load(load) = sample.sensor {
+        let beside = match sample.sensor {
+            Sensor::Load(load) => Some(self.loads.get_mut(load)),
+            Sensor::Command(command) => Some(self.commands.get_mut(command)),
+            _ => None,
+        };
+        if let Some(last) = beside {
             self.plausibility.forget_findings();
-            return self.take_load(load, sample);
+            return last.ok_or(SampleError::UnknownSensor)?.take(sample);
         }
         let mut measured = std::mem::take(&mut self.measured);
         let sample = self.as_measured(sample, &mut measured);
         let result = self.push_measured(machine, &sample, row);
         self.measured = measured;
         result
-    }
-
-    /// Loads are compared, not filtered: the state does not follow from them.
-    fn take_load(&mut self, load: usize, sample: &Sample<'_>) -> Result<(), SampleError> {
-        let (Some(last), &[value]) = (self.loads.get_mut(load), sample.values) else {
-            return Err(SampleError::UnknownSensor);
-        };
-        if last.is_some_and(|(last_ns, _)| sample.stamp_ns <= last_ns) {
-            return Err(SampleError::NotLater);
-        }
-        *last = Some((sample.stamp_ns, value));
-        match value.is_finite() {
-            true => Ok(()),
-            false => Err(SampleError::NotFinite),
-        }
     }
 
     /// The sample without velocities that a driver fills in; `values` holds what changes.
@@ -340,10 +334,10 @@ impl CausalEstimator {
         let supports = self.supports.as_mut();
         self.estimate.stands_on = supports.map(|supports| supports.at(machine, time_ns));
         for (value, last) in self.estimate.measured_loads.iter_mut().zip(&self.loads) {
-            let near = |(stamp_ns, _): &(i64, f64)| {
-                time_ns.abs_diff(*stamp_ns) <= self.max_gap_ns.unsigned_abs()
-            };
-            *value = last.filter(near).map_or(f64::NAN, |(_, load)| load);
+            *value = last.near(time_ns, max_gap_ns);
+        }
+        for (command, last) in machine.joint_commands().iter().zip(&self.commands) {
+            self.estimate.commands[command.joint] = last.near(time_ns, max_gap_ns);
         }
         if self.estimate.rotates {
             self.estimate.reasons.add(Reason::Tipping);

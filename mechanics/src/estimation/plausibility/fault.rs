@@ -175,6 +175,7 @@ impl Part {
             Sensor::Actuator(_) => "actuator",
             Sensor::Switch(_) => "switch",
             Sensor::Load(_) => "load",
+            Sensor::Command(_) => "command",
         };
         format!("{signal}.{quantity}")
     }
@@ -253,7 +254,7 @@ impl Part {
             // Without it the split rule applies.
             (Sensor::Actuator(_), _) => None,
             // What it tells is missing or not; which supports there are follows.
-            (Sensor::Switch(_) | Sensor::Load(_), _) => None,
+            (Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_), _) => None,
         }
     }
 

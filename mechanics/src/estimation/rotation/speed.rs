@@ -73,7 +73,8 @@ impl Speed {
             | Sensor::ToolWrench
             | Sensor::Actuator(_)
             | Sensor::Switch(_)
-            | Sensor::Load(_) => {}
+            | Sensor::Load(_)
+            | Sensor::Command(_) => {}
         }
     }
 

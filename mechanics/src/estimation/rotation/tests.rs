@@ -75,6 +75,7 @@ impl Run<'_> {
             actuators: Vec::new(),
             switches: 0,
             loads: 0,
+            commands: 0,
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut noise = Noise(7);
@@ -603,6 +604,7 @@ fn no_byte_sequence_stops_it() {
         actuators: Vec::new(),
         switches: 0,
         loads: 0,
+        commands: 0,
     };
     let mut watch = PlatformRotation::new(&machine(), &sensors);
     let wild = [f64::NAN, f64::INFINITY, -1e300, 0.0, 1e-310, 1.0];

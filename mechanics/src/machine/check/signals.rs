@@ -53,13 +53,14 @@ impl Checker<'_> {
             ("position", position),
             ("velocity", velocity.as_ref()),
             ("effort", fields.effort.as_ref()),
+            ("command", fields.command.as_ref()),
         ] {
             if let Some(field) = field {
                 self.check_field(&format!("{place}.{key}"), field, true)?;
             }
         }
         match (position, velocity) {
-            (None, None) if fields.effort.is_some() => Ok(()),
+            (None, None) if fields.effort.is_some() || fields.command.is_some() => Ok(()),
             (None, _) => Err(self.value_error(place, "a position", "none")),
             (Some(position), Some(velocity)) if position.topic != velocity.topic => {
                 let expected = format!("position and velocity from one topic, {}", position.topic);
@@ -84,6 +85,10 @@ impl Checker<'_> {
         if fields.velocity.is_some() {
             let place = format!("{place}.velocity");
             return Err(self.value_error(place, "no velocity of a constant position", "one"));
+        }
+        if fields.command.is_some() {
+            let place = format!("{place}.command");
+            return Err(self.value_error(place, "no command of a constant position", "one"));
         }
         match &fields.effort {
             Some(effort) => self.check_field(&format!("{place}.effort"), effort, true),

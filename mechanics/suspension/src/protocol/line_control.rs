@@ -96,6 +96,7 @@ impl<'a> LineControl<'a> {
                     actuators: Vec::new(),
                     switches: 0,
                     loads: 0,
+                    commands: 0,
                 },
             ),
             time_s: None,
