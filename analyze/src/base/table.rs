@@ -367,7 +367,8 @@ impl Table {
             states: StateColumns::unknown(machine, 0),
             outcomes: OutcomeColumns::empty(machine, scope),
             verdicts: scope.sensitivities.then(|| Verdicts {
-                predictions: (self.predicts).then(|| Predictions::none(machine.wheels().len())),
+                predictions: (self.commands.is_some())
+                    .then(|| Predictions::none(machine.wheels().len())),
                 ..Verdicts::default()
             }),
         }

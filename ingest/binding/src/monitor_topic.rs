@@ -298,6 +298,14 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
     for (name, load) in bound.signals.load_fields_mut() {
         *load = field(load_sensor(&name));
     }
+    // recordings of earlier versions have neither
+    let signals = &mut bound.signals;
+    (signals.wheels).retain(|_, fields| is_there(&fields.load.topic));
+    (signals.load_sums).retain(|fields| is_there(&fields.load.topic));
+    (signals.joints).retain(|_, fields| {
+        let command = fields.command.as_ref();
+        command.is_some_and(|command| is_there(&command.topic))
+    });
     bound
 }
 

@@ -133,8 +133,8 @@ mod tests {
             tool_wrench: false,
             actuators: Vec::new(),
             switches: 1,
-            loads: 0,
-            commands: 0,
+            loads: 1,
+            commands: 1,
         };
         let age_of = |sensor: Sensor| {
             let mut watch = SensorWatch::new(sensor, &sensors, 100_000_000);
@@ -145,5 +145,10 @@ mod tests {
         };
         assert_eq!(age_of(Sensor::Imu), Age::Stale);
         assert_eq!(age_of(Sensor::Switch(0)), Age::Fresh);
+        // nor does the verdict rest on what is asked of a joint
+        assert_eq!(age_of(Sensor::Command(0)), Age::Fresh);
+        let is_required =
+            |sensor: Sensor| SensorWatch::new(sensor, &sensors, 100_000_000).is_required();
+        assert!(is_required(Sensor::Load(0)) && !is_required(Sensor::Command(0)));
     }
 }
