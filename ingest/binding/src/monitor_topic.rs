@@ -267,7 +267,6 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
         wheels: spec.signals.wheels.clone(),
         load_sums: spec.signals.load_sums.clone(),
         joints: commands_alone(&spec.signals),
-        ..SignalsSpec::default()
     };
     bound.clock.offset.clear();
     for (linkage, stated) in bound.linkage.iter_mut().zip(&spec.linkage) {

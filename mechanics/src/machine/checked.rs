@@ -156,6 +156,13 @@ impl Machine {
         &self.load_sensors
     }
 
+    /// What the controller asks of joints, in the order of their names in the machine file. A joint that no message measures has
+    /// none.
+    #[must_use]
+    pub fn joint_commands(&self) -> &[JointCommand] {
+        &self.joint_commands
+    }
+
     /// Uncertainty of its parameters.
     #[must_use]
     pub fn uncertainty(&self) -> &UncertaintySpec {

@@ -154,7 +154,7 @@ impl Checker<'_> {
             corrections: None,
         };
         let weight = machine.mass() * machine.gravity;
-        machine.joint_commands = machine.find_joint_commands(&self.spec.signals);
+        machine.joint_commands = self.joint_commands(&machine.joints);
         machine.load_sensors = self.load_sensors(&machine.supports, weight)?;
         self.check_against_machine(&machine)?;
         self.add_doubts(&mut machine)?;

@@ -1,7 +1,9 @@
 //! Validation of `[signals]`: every field is located, and fields of one quantity belong together.
 
 use super::checker::Checker;
-use crate::machine::{FieldSpec, JointFields, MachineError, NumberSpec, SignalSpec};
+use crate::machine::{
+    FieldSpec, JointCommand, JointFields, MachineError, MeasuredJoint, NumberSpec, SignalSpec,
+};
 
 impl Checker<'_> {
     pub(super) fn check_signals(&self) -> Result<(), MachineError> {
@@ -39,6 +41,23 @@ impl Checker<'_> {
             }
         }
         Ok(())
+    }
+
+    /// What a controller asks of those joints that are measured.
+    pub(super) fn joint_commands(&self, joints: &[MeasuredJoint]) -> Vec<JointCommand> {
+        let joint_of = |name: &str| joints.iter().position(|joint| joint.name == name);
+        let commands = self
+            .spec
+            .signals
+            .joints
+            .iter()
+            .filter_map(|(name, fields)| {
+                Some(JointCommand {
+                    joint: joint_of(name)?,
+                    field: fields.command.clone()?,
+                })
+            });
+        commands.collect()
     }
 
     fn check_joint(&self, joint: &str, fields: &JointFields) -> Result<(), MachineError> {

@@ -3,13 +3,14 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::compared_row::ComparedRow;
+use super::measured_row::{MeasuredRow, RowPlace};
 use super::singles::Singles;
 use super::total::sensors_of_all;
 use super::total_row::TotalRow;
 use crate::evaluate::evaluation::evaluate_one;
 use crate::evaluate::scope::Scope;
 use crate::evaluate::workspace::Workspace;
-use crate::machine::{ForceSource, LoadSensor, Machine};
+use crate::machine::{ForceSource, Machine};
 use crate::state::State;
 use crate::studies::combination_sigma::combination_sigma;
 use crate::studies::self_equilibrated::self_equilibrated_loads;
@@ -21,38 +22,6 @@ pub fn measures_supports(machine: &Machine) -> bool {
     joints
         .map(|joint| &joint.source)
         .any(|source| matches!(source, ForceSource::Support { .. }))
-}
-
-/// What is measured of the loads in a row.
-#[derive(Clone, Copy)]
-pub struct MeasuredRow<'a> {
-    /// The load sensors.
-    pub sensors: &'a [&'a LoadSensor],
-    /// What each measures (N); NaN where there is nothing.
-    pub loads: &'a [f64],
-    /// The force of an actuated joint whose samples are too far apart for the state (N); NaN without one.
-    pub held: &'a dyn Fn(usize) -> f64,
-    /// Standard deviation of a weighted sum of the computed loads that motion which was not observed adds (N), by the factors.
-    pub unobserved: &'a dyn Fn(&[f64]) -> f64,
-}
-
-impl std::fmt::Debug for MeasuredRow<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("MeasuredRow")
-            .field("loads", &self.loads)
-            .finish_non_exhaustive()
-    }
-}
-
-/// Which row it is, to whoever compares it.
-#[derive(Debug, Clone, Copy)]
-pub struct RowPlace {
-    /// Its index.
-    pub row: usize,
-    /// Its time (ns).
-    pub time_ns: i64,
-    /// Index of the set of supports on the ground; `None` on supports that never change.
-    pub set: Option<usize>,
 }
 
 /// Compares a row of a machine on the supports that are on the ground: sensor by sensor, and in total.

@@ -6,6 +6,7 @@
 mod compare;
 mod compared_row;
 mod excess;
+mod measured_row;
 mod run;
 mod singles;
 mod total;
@@ -13,9 +14,10 @@ mod total_row;
 mod unstated;
 mod watch;
 
-pub use compare::{MeasuredRow, RowPlace, compare, measures_supports};
+pub use compare::{compare, measures_supports};
 pub use compared_row::ComparedRow;
 pub use excess::shows;
+pub use measured_row::{MeasuredRow, RowPlace};
 pub use run::{FEWEST_ROWS, LEAST_NS};
 pub use singles::{Acts, PointForce};
 pub use total::{exchanged, sensors_of_all};

@@ -1,7 +1,8 @@
 //! Whether measured loads contradict the computed ones, by the rows so far.
 
-use super::compare::{MeasuredRow, RowPlace, compare, measures_supports};
+use super::compare::{compare, measures_supports};
 use super::compared_row::ComparedRow;
+use super::measured_row::{MeasuredRow, RowPlace};
 use super::run::Run;
 use super::total::exchanged;
 use super::total_row::TotalRow;
