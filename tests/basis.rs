@@ -207,6 +207,8 @@ fn what_no_load_hangs_on_needs_no_proof() {
         tool_wrench: false,
         actuators: Vec::new(),
         switches: 0,
+        loads: 0,
+        commands: 0,
     };
     let needed = machine.needed_proofs(&sensors).names(&machine);
     let expected = [

@@ -31,7 +31,8 @@
  * the positions of its joints in that order, then their velocities. Names are those of the URDF. IMU, odometry and tool
  * wrench have stream 0. Actuator signals are numbered over all joints whose bit is set in actuated_joints, ascending: one
  * stream for a joint with a force, two for one with pressures (piston side, then rod side). Bit k is the k-th linkage of the
- * machine file that binds a force or pressures and carries some, but not all wheels. The end of the session (kind end) has
+ * machine file that binds a force or pressures and carries some, but not all wheels. The stream of a load sensor is the number
+ * of its bit in load_sensors. The end of the session (kind end) has
  * as sequence the number of samples before it.
  *
  * UNITS AND CLOCKS. The producer sends SI units, signs, zeros and names of the URDF: scale, offset and field of the machine
@@ -51,7 +52,7 @@
 #endif
 
 #define TIPWATCH_MAGIC UINT64_C(216265421728270676)
-#define TIPWATCH_CONTRACT UINT64_C(15306760018441204922)
+#define TIPWATCH_CONTRACT UINT64_C(4336838346178723897)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
 #define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
@@ -272,7 +273,7 @@ enum tipwatch_cause {
 
 /* First index: assumed motions of the predictions of the verdict. */
 enum tipwatch_law {
-    /* Joints and platform go on: velocities stay, accelerations die away, joints stop at their limits. */
+    /* Joints and platform go on: velocities stay, accelerations die away, joints stop at their limits. A joint of which a controller asks for a rate comes to that rate.  */
     TIPWATCH_LAW_GO_ON = 0,
     /* The platform brakes now by the stated deceleration; the arm goes on. */
     TIPWATCH_LAW_BRAKE_NOW = 1,
@@ -332,6 +333,10 @@ enum tipwatch_kind {
     TIPWATCH_KIND_ACTUATOR = 6,
     /* A signal that tells whether supports are set or raised. */
     TIPWATCH_KIND_SWITCH = 7,
+    /* The load of one or more supports. */
+    TIPWATCH_KIND_LOAD = 8,
+    /* The rate that a controller asks of a joint. */
+    TIPWATCH_KIND_COMMAND = 9,
 };
 
 /* Numbers: mode of the command. */
@@ -399,7 +404,7 @@ enum tipwatch_status {
 
 /* What a reader must know before the first sample. Its source identifies the session. */
 #define TIPWATCH_SESSION_TYPE "tipwatch.Session.v4"
-#define TIPWATCH_SESSION_LAYOUT "8fa0866daec4f287"
+#define TIPWATCH_SESSION_LAYOUT "35e86c7c7c80724c"
 struct tipwatch_session {
     /* MAGIC */
     uint64_t magic;
@@ -441,6 +446,11 @@ struct tipwatch_session {
     /* Bits: the signals that tell whether supports are set or raised. Supports sort by name; signals are numbered by the
      * first support of each. */
     uint32_t switches;
+    /* Bits: the machine's load sensors. Those of signals.wheels sort by name; signals.load_sums follow in their order. */
+    uint32_t load_sensors;
+    /* Bits: the joints of signals.joints with a command, numbered by name among these. A joint without one, and one whose
+     * command is too old, is predicted to go on as it moves. */
+    uint32_t joint_commands;
     /* frame_id of the IMU; empty if it has none. */
     uint8_t imu_frame[64];
     /* Stream of each joint, ascending. */
@@ -450,7 +460,7 @@ struct tipwatch_session {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_session) == 4536, "tipwatch_session");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_session) == 4544, "tipwatch_session");
 
 /* One message of one sensor. */
 #define TIPWATCH_SAMPLE_TYPE "tipwatch.Sample.v3"
@@ -471,7 +481,8 @@ struct tipwatch_sample {
     /* Time at which the recorder of a replayed log received it (ns); 0 from a machine. */
     int64_t log_time_ns;
     /* Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
-     * signal, 7 signal that tells whether supports are set or raised. */
+     * signal, 7 signal that tells whether supports are set or raised, 8 load sensor, 9 rate that
+     * is asked of a joint. */
     uint32_t kind;
     /* Index of the stream among those of its kind. */
     uint32_t stream;
@@ -483,7 +494,8 @@ struct tipwatch_sample {
      * (m/s2), angular velocity (rad/s), attitude as quaternion x y z w or NaN. Odometry: velocity
      * (m/s), angular velocity, attitude. Tool wrench: force (N) and moment (N m) of the environment
      * on the tool. Actuator: force (N) or pressure (Pa). Signal of supports: the number that the machine file binds, on from
-     * its threshold on; it is to be sent again before it is older than the machine file allows. Zero beyond value_count. */
+     * its threshold on; it is to be sent again before it is older than the machine file allows. Load sensor: its load (N). Rate that a
+     * controller asks of a joint (rad/s, m/s), NaN while it asks for nothing. Zero beyond value_count. */
     double values[128];
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
@@ -492,7 +504,7 @@ TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_sample) == 1104, "tipwatch_sample"
 
 /* What a reader of verdicts must know about the machine, and about the monitor that computes them. */
 #define TIPWATCH_MACHINE_TYPE "tipwatch.Machine.v4"
-#define TIPWATCH_MACHINE_LAYOUT "3159d14a8bccfc46"
+#define TIPWATCH_MACHINE_LAYOUT "09bcd0667615557b"
 struct tipwatch_machine {
     /* MAGIC */
     uint64_t magic;
@@ -518,6 +530,10 @@ struct tipwatch_machine {
     uint32_t joint_count;
     /* Number of signals that failed visibly in a session before, and that the session begins by doubting. */
     uint32_t doubted_count;
+    /* Number of load sensors. */
+    uint32_t load_sensor_count;
+    /* Zero. */
+    uint32_t reserved;
     /* Name of the machine. */
     uint8_t name[64];
     /* Names of the wheels, in lower case: of all supports, on the ground or not, where these come and go. */
@@ -526,6 +542,8 @@ struct tipwatch_machine {
     uint8_t edge_names[12][64];
     /* Names of the joints, in the order of the bits of the verdict's unproven. */
     uint8_t joint_names[64][64];
+    /* Names of the load sensors, in the order of the bits of the session. */
+    uint8_t load_sensor_names[32][64];
     /* Which signals these are: 0 specific force, 8 + k: joint k of the machine. */
     uint32_t doubted_signals[64];
     /* By how much each is off (rad, m, m/s2), as far as was seen. */
@@ -549,12 +567,12 @@ struct tipwatch_machine {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 7816, "tipwatch_machine");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 9872, "tipwatch_machine");
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
 #define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v6"
-#define TIPWATCH_VERDICT_LAYOUT "c066d9f0bdc406a4"
+#define TIPWATCH_VERDICT_LAYOUT "7a67a8ff85464373"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -598,6 +616,8 @@ struct tipwatch_verdict {
     uint64_t doubted;
     /* Bits: the signals that somebody has acknowledged since the last row. */
     uint64_t acknowledged_signals;
+    /* Bits: the joints of the machine whose command is known: the prediction moves them by it. */
+    uint64_t commanded;
     /* 1 a row; 2 between rows: the numbers are those of the last row. */
     uint32_t event;
     /* Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault, 6 assumed: no danger is seen, but
@@ -657,6 +677,16 @@ struct tipwatch_verdict {
     /* 1 if the mounting, a sign, the order or a scale of a sensor was contradicted in a session before, and the
      * machine was not commissioned since: all rows are doubted. */
     uint32_t inherited_contradiction;
+    /* What measured loads contradict, lasting for two seconds: 0 nothing, or they are not compared; bit 0: the loads of single
+     * sensors contradict the computed ones; bit 1: their total or their moments do. Rows are doubted meanwhile. */
+    uint32_t load_doubt;
+    /* The load sensor that is furthest off; meaningless without bit 0 of load_doubt. */
+    uint32_t doubted_load_sensor;
+    /* What would explain the total, as bits: 0 a load that is not stated; 1 it acts where the arm carries loads;
+     * 2 it acts at a support, so that a wrong sensor of that support explains it as well; 3 two exchanged sensors. */
+    uint32_t load_explanation;
+    /* Bits: the supports whose sensors may be exchanged. */
+    uint32_t exchanged_sensors;
     /* Why nothing is predicted by each assumed motion; 0 if something is: the other fields of the prediction are
      * NaN or meaningless otherwise. Assumed motions: 0 the motion goes on, 1 the platform brakes now, 2 the arm
      * stops now. A prediction never changes the level. */
@@ -672,6 +702,11 @@ struct tipwatch_verdict {
     /* Age of the prediction (s): it was made so long before this row, and its times are from then; 0 if it was made
      * for this row. Only at the levels safe and assumed and only a prediction by which no wheel may lift is repeated. */
     double predicted_age_s;
+    /* Mass of the load that is not stated (kg), negative for less than what is stated; NaN if none would explain the
+     * measured loads. */
+    double unstated_mass_kg;
+    /* Its standard deviation (kg). */
+    double unstated_mass_sigma_kg;
     /* Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
      * lifts within the horizon of the machine file. */
     double predicted_lift_off_s[3];
@@ -729,7 +764,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 3056, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 3096, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */

@@ -11,6 +11,7 @@ use tipwatch_ingest::Log;
 use tipwatch_live::bridge::input::{Arrival, Intake, Lane, LaneId, Teller};
 use tipwatch_live::bridge::session::{Assembly, Ending, FirstMessages, SessionRun, Stamps};
 use tipwatch_live::replay::LogSamples;
+use tipwatch_live::wire::session::Session;
 use tipwatch_live::wire::topics::{SAMPLE_QUEUE, WireVerdict};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::state::Sensor;
@@ -75,16 +76,29 @@ fn machine(name: &str) -> MachineFile {
     MachineFile::read(&data(&format!("{name}.toml"))).unwrap()
 }
 
+/// The crane with a load cell, and with the rate that is asked of its slewing joint.
+fn crane_with_loads_and_commands() -> MachineFile {
+    let path = data("crane.toml");
+    let text = std::fs::read_to_string(&path).unwrap()
+        + "[signals.wheels.OFL]\nload = { topic = \"/outriggers/force\", field = \"data[0]\" }\n\
+           [signals.joints.slew]\ncommand = { topic = \"/joint_states\", field = \"velocity\", joint = \"slew\" }\n";
+    MachineFile::from_text(&path, &text).unwrap()
+}
+
 #[test]
 fn bridged_messages_give_the_samples_of_the_log_bit_for_bit() {
-    for name in [
+    let names = [
         "tiny",
         "tiny_lift",
         "forwarder6",
         "bogie_drive",
         "corner_brake",
-    ] {
-        let (path, file) = (data(&format!("{name}.mcap")), machine(name));
+    ];
+    let mut machines: Vec<(&str, MachineFile)> =
+        names.iter().map(|name| (*name, machine(name))).collect();
+    machines.push(("crane", crane_with_loads_and_commands()));
+    for (name, file) in machines {
+        let path = data(&format!("{name}.mcap"));
         let (lanes, arrivals) = arrivals(&path);
         let first = arrivals.len() / 4;
         let (mut assembly, _) = begun(&file, &lanes, &arrivals[..first]);
@@ -117,6 +131,19 @@ fn bridged_messages_give_the_samples_of_the_log_bit_for_bit() {
             assembly.session.actuated_joints, session.actuated_joints,
             "{name}"
         );
+        let beside = |session: &Session| {
+            let Session {
+                switches,
+                load_sensors,
+                joint_commands,
+                ..
+            } = session.clone();
+            [switches, load_sensors, joint_commands]
+        };
+        assert_eq!(beside(&assembly.session), beside(&session), "{name}");
+        if name == "crane" {
+            assert_eq!(beside(&session).map(|it| it.len()), [5, 1, 1]);
+        }
     }
 }
 

@@ -355,6 +355,29 @@ fn recording_keeps_what_tells_of_supports_and_their_loads() {
     assert_same_columns(&causal(&log, &machine), &recorded);
 }
 
+// requirement: TW-RECORD-01
+#[test]
+fn recording_keeps_load_sensors_and_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = World::new("recorded_cells");
+    let mut text = std::fs::read_to_string(data("crane.toml")).unwrap();
+    // one alone, and two together, that show twice what they should
+    text += "[signals.wheels.OFL]\nload = { topic = \"/outriggers/force\", field = \"data[0]\", scale = 2.0 }\n\
+             [[signals.load_sums]]\nname = \"Rear axle\"\nwheels = [\"ORL\", \"ORR\"]\n\
+             load = { topic = \"/outriggers/force\", field = \"data[2]\", scale = 4.0 }\n\
+             [signals.joints.slew]\ncommand = { topic = \"/joint_states\", field = \"velocity\", joint = \"slew\", offset = 0.1 }\n";
+    std::fs::copy(data("crane.urdf"), folder.path().join("crane.urdf")).unwrap();
+    let machine = folder.path().join("cells.toml");
+    std::fs::write(&machine, text).unwrap();
+    let (log, out) = (data("crane.mcap"), folder.path().join("out"));
+    let rows = recorded_replay(&world, &log, &machine, &out, "1");
+    assert!(rows.iter().any(|row| row.load_doubt & 1 != 0));
+    assert!(rows[1..].iter().all(|row| row.commanded.count_ones() == 1));
+    let recorded = causal(&session_in(&out), &machine);
+    assert_reproduced(&rows, &recorded);
+    assert_same_columns(&causal(&log, &machine), &recorded);
+}
+
 /// How many samples the recorder refused: a busy computer may hold up the producer until its clock and the
 /// samples' disagree.
 fn refused(recorder: &Ended) -> u64 {

@@ -130,6 +130,22 @@ fn every_signal_that_tells_of_supports_is_required() {
     }
 }
 
+// requirement: TW-REFUSAL-04, TW-REFUSAL-05
+#[test]
+fn every_load_sensor_is_required() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, urdf, mut session) = extended(folder.path(), |text| {
+        text + "\n[signals.wheels.FL]\nload = { topic = \"/loads\", field = \"fl\" }\n"
+    });
+    let found = refused(&session, &file, &urdf).unwrap();
+    assert_eq!(found.reason, Refusal::SensorMissing, "{}", found.text);
+    session.load_sensors = vec![0];
+    assert_eq!(refused(&session, &file, &urdf), None);
+    session.load_sensors = vec![0, 1];
+    let found = refused(&session, &file, &urdf).unwrap();
+    assert_eq!(found.reason, Refusal::SensorUnknown, "{}", found.text);
+}
+
 // requirement: TW-REFUSAL-08
 #[test]
 fn spans_of_time_do_not_suit_a_monitor() {
@@ -145,6 +161,8 @@ fn spans_of_time_do_not_suit_a_monitor() {
     let session = Session {
         machine_hash: tipwatch_live::wire::session::machine_hash(&file, &urdf),
         switches: vec![0, 1, 2, 3],
+        load_sensors: Vec::new(),
+        joint_commands: Vec::new(),
         ..session
     };
     let found = refused(&session, &file, &urdf).unwrap();

@@ -32,6 +32,8 @@ fn main() {
         tool_wrench: false,
         actuators: Vec::new(),
         switches: 0,
+        loads: 0,
+        commands: 0,
     };
     let mut checks = Plausibility::new(&machine, &sensors);
     let mut noise = Noise(7);

@@ -82,6 +82,8 @@ fn run(machine: &Machine, part: Part) -> [f64; 4] {
         tool_wrench: false,
         actuators: Vec::new(),
         switches: 0,
+        loads: 0,
+        commands: 0,
     };
     let mut estimator = CausalEstimator::new(machine, &sensors, RowClock::JointStates);
     let mut workspace = Workspace::with_scope(machine, Scope::ALL);

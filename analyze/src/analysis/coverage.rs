@@ -196,7 +196,11 @@ fn is_needed(loaded: &LoadedLog, sensor: Sensor) -> bool {
         Sensor::Joints(_) => true,
         Sensor::Imu => sensors.imu,
         Sensor::Odometry => !sensors.imu,
-        Sensor::ToolWrench | Sensor::Actuator(_) | Sensor::Switch(_) => false,
+        Sensor::ToolWrench
+        | Sensor::Actuator(_)
+        | Sensor::Switch(_)
+        | Sensor::Load(_)
+        | Sensor::Command(_) => false,
     }
 }
 

@@ -10,11 +10,12 @@ use tipwatch_mechanics::estimation::plausibility::{Explanation, FaultSpan, Fault
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, ShownNoise};
 use tipwatch_mechanics::machine::{FaultKind, Machine, SessionProofs};
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
+use tipwatch_mechanics::studies::measured_loads::{LoadWatch, measures_supports};
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
 
 use super::clock::{self, ClockOffsets};
 use super::inputs::{self, GrossInput};
-use super::measured_loads::{measures_supports, sampled_rows};
+use super::measured_loads::sampled_rows;
 use super::rotations;
 use super::state_blocks::{self, KeptStates};
 use crate::base::estimated::EstimatedRows;
@@ -37,6 +38,8 @@ pub(super) struct SignalQuality {
     pub(super) rotating: Vec<[i64; 2]>,
     /// What the signals have shown, from the row at this time (ns) on.
     pub(super) shown: Vec<(i64, SessionProofs)>,
+    /// The rate that was asked of each joint, from the row at this time (ns) on; none if the estimator knows the whole log.
+    pub(super) commands: Vec<(i64, Vec<f64>)>,
     /// Which supports were on the ground as far as the estimator knew it in the row; `None` if it knows the whole log, or if
     /// they are always the same.
     supports: Option<SupportTimeline>,
@@ -227,6 +230,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         rotating: Vec::new(),
         // each row knows the whole log
         shown: vec![(i64::MIN, smoother.shown())],
+        commands: Vec::new(),
         supports: None,
     };
     let times_ns = smoother.row_times_ns().to_vec();
@@ -257,6 +261,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
         estimator.count_spans_from(start_ns);
     }
     let mut trusted = doubts.trusted.iter().peekable();
+    let mut loads = LoadWatch::new(machine);
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
     loaded.for_each_arrival(|sample| {
@@ -267,7 +272,13 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
             estimator.trust(*signals);
         }
         // the estimator counts rejected samples
-        let pushed = estimator.push(machine, sample, &mut |row| estimates.push(row.clone()));
+        let pushed = estimator.push(machine, sample, &mut |row| {
+            let mut row = row.clone();
+            (loads.as_mut())
+                .into_iter()
+                .for_each(|loads| loads.row(machine, &mut row));
+            estimates.push(row);
+        });
         if matches!(pushed, Ok(()) | Err(SampleError::NotFinite)) {
             faults.take(sample.sensor, sample.stamp_ns, estimator.findings());
         }
@@ -285,6 +296,18 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
     let changes = estimates.chunk_by(|a, b| a.shown == b.shown);
     let shown = changes.map(|rows| (rows[0].time_ns, rows[0].shown));
     let shown = shown.collect();
+    let bits = |row: &Estimate| {
+        row.commands
+            .iter()
+            .map(|rate| rate.to_bits())
+            .collect::<Vec<_>>()
+    };
+    let commands = match machine.joint_commands().is_empty() {
+        true => Vec::new(),
+        false => (estimates.chunk_by(|a, b| bits(a) == bits(b)))
+            .map(|rows| (rows[0].time_ns, rows[0].commands.clone()))
+            .collect(),
+    };
     let stands = |row: &Estimate| Some((row.time_ns, row.stands_on?));
     let supports = (loaded.supports.is_some())
         .then(|| SupportTimeline::of_rows(machine.supports(), estimates.iter().filter_map(stands)));
@@ -296,6 +319,7 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
         rotations: Vec::new(),
         rotating,
         shown,
+        commands,
         supports,
     };
     Ok((estimated(machine, times_ns, Arc::new(kept)), quality))

@@ -47,8 +47,8 @@ pub struct Table {
     widening: Option<Arc<dyn Widening>>,
     /// The sets of supports, if they come and go; the machine of `evaluator` then only names the columns.
     supports: Option<Arc<SupportSets>>,
-    /// Whether what is ahead of each row is predicted.
-    predicts: bool,
+    /// If rows are predicted, the rates that are asked of the joints, from the row at each time (ns) on.
+    commands: Option<Vec<(i64, Vec<f64>)>>,
     whole: OnceLock<Arc<Rows>>,
 }
 
@@ -73,7 +73,7 @@ impl Table {
             proofs: ProofRecord::default(),
             widening: None,
             supports: None,
-            predicts: false,
+            commands: None,
             whole: OnceLock::new(),
         }
     }
@@ -96,8 +96,10 @@ impl Table {
     }
 
     /// Predicts what is ahead of each row: for rows whose states know nothing of what follows.
-    pub(crate) fn predicting(mut self) -> Self {
-        self.predicts = true;
+    ///
+    /// `commands` are the rates that are asked of the joints, from the row at each time (ns) on.
+    pub(crate) fn predicting(mut self, commands: Vec<(i64, Vec<f64>)>) -> Self {
+        self.commands = Some(commands);
         self
     }
 
@@ -132,7 +134,7 @@ impl Table {
             proofs: self.proofs.clone(),
             widening: self.widening.clone(),
             supports: None,
-            predicts: false,
+            commands: None,
             whole: OnceLock::new(),
         }
     }
@@ -309,9 +311,9 @@ impl Table {
                 &self.proofs,
                 self.supports(),
             );
-            match self.predicts {
-                true => judge.predicting(),
-                false => judge,
+            match &self.commands {
+                Some(commands) => judge.predicting(commands),
+                None => judge,
             }
         });
         in_order(
@@ -365,7 +367,8 @@ impl Table {
             states: StateColumns::unknown(machine, 0),
             outcomes: OutcomeColumns::empty(machine, scope),
             verdicts: scope.sensitivities.then(|| Verdicts {
-                predictions: (self.predicts).then(|| Predictions::none(machine.wheels().len())),
+                predictions: (self.commands.is_some())
+                    .then(|| Predictions::none(machine.wheels().len())),
                 ..Verdicts::default()
             }),
         }

@@ -81,14 +81,17 @@ pub(crate) struct RowJudge<'a> {
 #[derive(Debug)]
 struct RowPredictor<'a> {
     machine: &'a Machine,
+    /// The rates that are asked of the joints, from the row at each time (ns) on.
+    commands: &'a [(i64, Vec<f64>)],
     predictor: PacedPredictor,
     state: State<f64>,
 }
 
 impl<'a> RowPredictor<'a> {
-    fn new(machine: &'a Machine) -> Self {
+    fn new(machine: &'a Machine, commands: &'a [(i64, Vec<f64>)]) -> Self {
         Self {
             machine,
+            commands,
             predictor: PacedPredictor::new(machine),
             state: State::zero(machine),
         }
@@ -98,6 +101,10 @@ impl<'a> RowPredictor<'a> {
     fn predict(&mut self, rows: &Rows, row: usize, level: Level) -> &Prediction {
         rows.states.get(row, &mut self.state);
         let (time_ns, reasons) = (rows.times_ns[row], rows.reasons[row]);
+        let until = (self.commands).partition_point(|(from_ns, _)| *from_ns <= time_ns);
+        if let Some((_, commands)) = self.commands[..until].last() {
+            self.predictor.set_commands(commands);
+        }
         (self.predictor).row(self.machine, time_ns, &self.state, reasons, level)
     }
 }
@@ -128,8 +135,8 @@ impl<'a> RowJudge<'a> {
     }
 
     /// Predicts, too: for states that know nothing of what follows.
-    pub(crate) fn predicting(mut self) -> Self {
-        self.ahead = Some(RowPredictor::new(self.machine));
+    pub(crate) fn predicting(mut self, commands: &'a [(i64, Vec<f64>)]) -> Self {
+        self.ahead = Some(RowPredictor::new(self.machine, commands));
         self
     }
 

@@ -347,6 +347,8 @@ mod tests {
             tool_wrench: false,
             actuators: Vec::new(),
             switches: 0,
+            loads: 0,
+            commands: 0,
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut trace = RotationTrace::default();

@@ -37,8 +37,8 @@ pub struct LoadedLog {
     pub matched: MatchedSensors,
     /// Each sensor's topic and samples.
     pub signals: Arc<Vec<Signal>>,
-    /// The same of each signal that tells which supports are on the ground.
-    pub switches: Vec<Signal>,
+    /// The same of each signal from which the state is not estimated: what tells which supports are on the ground, load sensors.
+    pub beside: Vec<Signal>,
     /// Parts of the log that were lost.
     pub losses: Losses,
     /// Clock offsets (s) from the machine file, by topic; already applied.
@@ -70,7 +70,7 @@ impl LoadedLog {
     /// # Errors
     /// Samples cannot be read from their temporary file.
     pub fn for_each_arrival(&self, mut visit: impl FnMut(&Sample<'_>)) -> Result<()> {
-        let signals: Vec<&Signal> = self.signals.iter().chain(&self.switches).collect();
+        let signals: Vec<&Signal> = self.signals.iter().chain(&self.beside).collect();
         let recordings: Vec<&Recording> = signals.iter().map(|s| &s.recording).collect();
         for_each_arrival(&recordings, |signal, sample, values| {
             let signal = signals[signal];
@@ -98,7 +98,7 @@ impl LoadedLog {
     /// Frees the memory of the samples, all but their stamps, unless somebody else still reads them.
     pub(crate) fn forget_samples(&mut self) {
         let signals = Arc::get_mut(&mut self.signals).into_iter().flatten();
-        for signal in signals.chain(&mut self.switches) {
+        for signal in signals.chain(&mut self.beside) {
             signal.recording.forget_samples();
         }
     }
@@ -108,7 +108,7 @@ impl LoadedLog {
     /// # Errors
     /// Samples could not be read from their temporary file.
     pub fn check_read(&self) -> Result<()> {
-        let signals = self.signals.iter().chain(&self.switches);
+        let signals = self.signals.iter().chain(&self.beside);
         let failures = signals.map(|s| (s, s.recording.failure()));
         match failures
             .filter_map(|(s, failure)| Some((s, failure?)))
@@ -182,7 +182,7 @@ pub fn load_within(
     let recordings = recordings.map(|(reading, samples)| Recording::new(reading, samples));
     let recordings: Vec<Recording> = recordings.collect::<io::Result<_>>()?;
     let mut signals = Vec::with_capacity(recordings.len());
-    let sensors = bound.sensors.into_iter().chain(bound.switches);
+    let sensors = bound.sensors.into_iter().chain(bound.beside);
     for ((sensor, topic), mut recording) in sensors.zip(topics).zip(recordings) {
         let topic = log.topic(topic)?;
         if let Some(&offset_s) = bound.clock_offsets_s.get(&topic.name) {
@@ -212,14 +212,14 @@ pub fn load_within(
             recording,
         });
     }
-    let switches = signals.split_off(used.len());
+    let beside = signals.split_off(used.len());
     let mut loaded = LoadedLog {
         machine: bound.machine,
         urdf: hash_of(urdf.name, urdf.text.as_bytes()),
         urdf_text: urdf.text,
         matched: bound.matched,
         signals: Arc::new(signals),
-        switches,
+        beside,
         losses,
         clock_offsets_s: bound.clock_offsets_s,
         notes: bound.notes,
@@ -267,6 +267,11 @@ fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> S
             format!("{key}.{}", name.to_lowercase())
         }
         Sensor::Switch(index) => format!("switch.{index}"),
+        Sensor::Load(index) => format!("load.{}", machine.load_sensors()[index].name),
+        Sensor::Command(index) => {
+            let joint = machine.joint_commands()[index].joint;
+            format!("command.{}", machine.joints()[joint].name)
+        }
         _ => key.into(),
     }
 }

@@ -108,7 +108,11 @@ impl Signals {
                         vector(&grid, series, |s| triple(&s[3..6])),
                     ];
                 }
-                Sensor::ToolWrench | Sensor::Actuator(_) | Sensor::Switch(_) => {}
+                Sensor::ToolWrench
+                | Sensor::Actuator(_)
+                | Sensor::Switch(_)
+                | Sensor::Load(_)
+                | Sensor::Command(_) => {}
             }
         }
         let variance = |axis: usize| {

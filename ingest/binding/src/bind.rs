@@ -95,7 +95,10 @@ pub fn bind(
     let actuators = actuators::find(log, spec, &machine)?;
     matched.sensors.actuators = actuators.signals;
     sensors.extend(actuators.sensors);
-    let switches = number_signals::support_switches(log, &machine)?;
+    let mut beside = number_signals::support_switches(log, &machine)?;
+    beside.extend(number_signals::load_sensors(log, &machine));
+    let commands = number_signals::joint_commands(log, &machine)?;
+    beside.extend(commands);
     if !matched.sensors.tool_wrench {
         machine.leave_out_tool();
     }
@@ -105,7 +108,7 @@ pub fn bind(
         machine,
         matched,
         sensors,
-        switches,
+        beside,
         topics: found.topics,
         clock_offsets_s: spec.clock.offset.clone(),
         notes,
@@ -254,7 +257,9 @@ fn bound_sensors(
             Sensor::Odometry => (&topics.odometry, &numbers.odometry),
             Sensor::ToolWrench => (&topics.tool_wrench, &numbers.tool_wrench),
             // found later, once the machine is known
-            Sensor::Actuator(_) | Sensor::Switch(_) => continue,
+            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
+                continue;
+            }
         };
         bound.extend(binding.iter().map(|b| typed(sensor, b, Vec::new())));
         bound.extend(request.iter().map(|request| numbered(sensor, request)));

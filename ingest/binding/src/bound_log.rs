@@ -16,8 +16,10 @@ pub struct BoundLog {
     /// What to read for each sensor, in the order of
     /// [`Sensors::iter`](tipwatch_mechanics::state::Sensors::iter).
     pub sensors: Vec<BoundSensor>,
-    /// What to read for each signal that tells which supports are on the ground, but for those that are missing from the log.
-    pub switches: Vec<BoundSensor>,
+    /// What to read for each signal from which the state is not estimated, but for those that are missing from the log: those that
+    /// tell which supports are on the ground, then the load sensors and the
+    /// rates that are asked of joints.
+    pub beside: Vec<BoundSensor>,
     /// All topics found, used or not.
     pub topics: SensorTopics,
     /// Clock offsets from the machine file, to be added to the stamps (s), by topic.
@@ -27,9 +29,9 @@ pub struct BoundLog {
 }
 
 impl BoundLog {
-    /// The sensors, then the switches.
+    /// The sensors, then what is beside them.
     pub fn all(&self) -> impl Iterator<Item = &BoundSensor> {
-        self.sensors.iter().chain(&self.switches)
+        self.sensors.iter().chain(&self.beside)
     }
 }
 

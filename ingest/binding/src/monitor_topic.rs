@@ -2,10 +2,13 @@
 //! signal has its own topic, with the values that the monitor used: topics, scales and clock
 //! offsets of the machine file are applied already.
 
+use std::collections::BTreeMap;
+
 use tipwatch_ingest::{Error, FieldRecording, FieldRequest, Log, record_fields};
 use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::{
-    FieldSpec, MachineSpec, OneOrMany, PresenceSpec, SignalSpec, SignalsSpec, WheelSpec,
+    FieldSpec, JointFields, MachineSpec, OneOrMany, PresenceSpec, SignalSpec, SignalsSpec,
+    WheelSpec,
 };
 use tipwatch_mechanics::machine::{Proof, Proofs};
 
@@ -90,6 +93,18 @@ pub fn support_load(support: &str) -> String {
 #[must_use]
 pub fn switch(support: &str) -> String {
     format!("/support/{support}/switch")
+}
+
+/// Topic of a load sensor (N), by its name.
+#[must_use]
+pub fn load_sensor(name: &str) -> String {
+    format!("/load_sensor/{name}")
+}
+
+/// Topic of the rate that is asked of a joint (rad/s or m/s).
+#[must_use]
+pub fn joint_command(joint: &str) -> String {
+    format!("/joint_command/{joint}")
 }
 
 /// Whether a monitor's recorder wrote the log.
@@ -249,7 +264,9 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
         tool_wrench: Some(TOOL_WRENCH.into())
             .filter(is_there)
             .map(SignalSpec::Topic),
-        ..SignalsSpec::default()
+        wheels: spec.signals.wheels.clone(),
+        load_sums: spec.signals.load_sums.clone(),
+        joints: commands_alone(&spec.signals),
     };
     bound.clock.offset.clear();
     for (linkage, stated) in bound.linkage.iter_mut().zip(&spec.linkage) {
@@ -274,7 +291,35 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
             load.field = field(support_load(name));
         }
     }
+    for (joint, command) in bound.signals.command_fields_mut() {
+        *command = field(joint_command(joint));
+    }
+    for (name, load) in bound.signals.load_fields_mut() {
+        *load = field(load_sensor(&name));
+    }
+    // recordings of earlier versions have neither
+    let signals = &mut bound.signals;
+    (signals.wheels).retain(|_, fields| is_there(&fields.load.topic));
+    (signals.load_sums).retain(|fields| is_there(&fields.load.topic));
+    (signals.joints).retain(|_, fields| {
+        let command = fields.command.as_ref();
+        command.is_some_and(|command| is_there(&command.topic))
+    });
     bound
+}
+
+/// The joints of which a controller asks for a rate, without what the recorder's joint states hold.
+fn commands_alone(signals: &SignalsSpec) -> BTreeMap<String, JointFields> {
+    let joints = signals.joints.iter().filter_map(|(name, fields)| {
+        let alone = JointFields {
+            position: None,
+            velocity: None,
+            effort: None,
+            command: Some(fields.command.clone()?),
+        };
+        Some((name.clone(), alone))
+    });
+    joints.collect()
 }
 
 fn field(topic: String) -> FieldSpec {

@@ -49,7 +49,10 @@ pub fn number_field(spec: &FieldSpec, list: &str) -> NumberField {
 /// # Errors
 /// Its topic is not in the log.
 pub(crate) fn number_request(log: &Log, field: &FieldSpec) -> Result<SensorRequest, Error> {
-    let number = number_field(field, "effort");
+    request_of(log, number_field(field, "effort"), field)
+}
+
+fn request_of(log: &Log, number: NumberField, field: &FieldSpec) -> Result<SensorRequest, Error> {
     Ok(SensorRequest {
         topic: topic_of_field(log, &field.topic, &number.field)?.id,
         kind: SensorKind::Number,
@@ -82,6 +85,43 @@ pub(crate) fn support_switches(log: &Log, machine: &Machine) -> Result<Vec<Bound
                     "what tells of support {}, named by the machine file",
                     names.join(", ")
                 ),
+            })
+        })
+        .collect()
+}
+
+/// The load sensors of a machine whose number is in the log. Whoever compares loads says which are missing, and why.
+pub(crate) fn load_sensors(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
+    let sensors = machine.load_sensors().iter().enumerate();
+    let found = sensors.filter_map(|(index, sensor)| {
+        Some(BoundSensor {
+            sensor: Sensor::Load(index),
+            request: number_request(log, &sensor.field).ok()?,
+            why: format!("load sensor {}, named by the machine file", sensor.name),
+        })
+    });
+    found.collect()
+}
+
+/// The rates that a controller asks of joints, as far as their topic is in the log: without, a prediction extrapolates.
+///
+/// # Errors
+/// The log cannot be read.
+pub(crate) fn joint_commands(log: &Log, machine: &Machine) -> Result<Vec<BoundSensor>, Error> {
+    let commands = machine.joint_commands().iter().enumerate();
+    let is_there = |topic: &str| log.topics().iter().any(|known| known.name == topic);
+    let found = commands.filter(|(_, command)| is_there(&command.field.topic));
+    found
+        .map(|(index, command)| {
+            let name = &machine.joints()[command.joint].name;
+            Ok(BoundSensor {
+                sensor: Sensor::Command(index),
+                request: request_of(
+                    log,
+                    number_field(&command.field, "velocity"),
+                    &command.field,
+                )?,
+                why: format!("rate asked of joint {name}, named by the machine file"),
             })
         })
         .collect()

@@ -58,6 +58,11 @@ impl CheckedEstimator {
         self.estimator.last()
     }
 
+    /// The same, for what others find in the row.
+    pub fn estimate_mut(&mut self) -> &mut Estimate {
+        self.estimator.last_mut()
+    }
+
     /// Whether the platform rotates about an edge, by gyro and attitude alone.
     #[must_use]
     pub fn rotates(&self) -> bool {

@@ -349,7 +349,7 @@ impl Guard {
         }
         for watch in &self.watches {
             let Some(published_ns) = watch.fresh_ns else {
-                if now_ns.saturating_sub(self.started_ns) > START_UP_NS {
+                if watch.is_required() && now_ns.saturating_sub(self.started_ns) > START_UP_NS {
                     self.found.faults.add(InputFault::NeverReceived);
                 }
                 continue;

@@ -42,7 +42,9 @@ pub(super) struct SensorWatch {
 impl SensorWatch {
     /// `max_gap_ns` is the longest gap that the estimator bridges.
     pub(super) fn new(sensor: Sensor, sensors: &Sensors, max_gap_ns: i64) -> Self {
-        let is_auxiliary = sensor == Sensor::Odometry && sensors.imu;
+        // without these the estimate goes on
+        let is_auxiliary =
+            sensor == Sensor::Odometry && sensors.imu || matches!(sensor, Sensor::Load(_));
         Self {
             sensor,
             value_count: sensors.value_count(sensor).unwrap_or(0),
@@ -78,10 +80,15 @@ impl SensorWatch {
         self.fresh_ns = Some(published_ns);
     }
 
+    /// Whether the verdict rests on it. What is not asked of a joint is not known, and the joint is predicted to go on.
+    pub(super) fn is_required(&self) -> bool {
+        !matches!(self.sensor, Sensor::Command(_))
+    }
+
     /// What an age (ns) means for a sensor of this period. A switch may be sent when it changes, and is too old by its own limit
-    /// in the machine file: then the supports are unknown.
+    /// in the machine file: then the supports are unknown. A command that is not sent is not known.
     pub(super) fn age(&self, age_ns: i64) -> Age {
-        if matches!(self.sensor, Sensor::Switch(_)) {
+        if matches!(self.sensor, Sensor::Switch(_) | Sensor::Command(_)) {
             return Age::Fresh;
         }
         let max_ns = self.max_age_ns as f64;
@@ -126,6 +133,8 @@ mod tests {
             tool_wrench: false,
             actuators: Vec::new(),
             switches: 1,
+            loads: 1,
+            commands: 1,
         };
         let age_of = |sensor: Sensor| {
             let mut watch = SensorWatch::new(sensor, &sensors, 100_000_000);
@@ -136,5 +145,10 @@ mod tests {
         };
         assert_eq!(age_of(Sensor::Imu), Age::Stale);
         assert_eq!(age_of(Sensor::Switch(0)), Age::Fresh);
+        // nor does the verdict rest on what is asked of a joint
+        assert_eq!(age_of(Sensor::Command(0)), Age::Fresh);
+        let is_required =
+            |sensor: Sensor| SensorWatch::new(sensor, &sensors, 100_000_000).is_required();
+        assert!(is_required(Sensor::Load(0)) && !is_required(Sensor::Command(0)));
     }
 }

@@ -16,6 +16,11 @@
 //! | `utilisation` | 1 - (OTF - 2 sigma) / static load, of the worst wheel |
 //! | `time_to_lift_off_s`, `next_wheel` | time until the next wheel lifts if its load keeps falling at its present rate, and which one; null beyond 5 s, where the rate is not significant, and at levels that name no lost load |
 //! | `predicted` | what is ahead by three assumed motions, see below |
+//! | `commanded` | the joints that are predicted to move as a controller asks, not as they move |
+//! | `doubted_loads` | the measured loads that contradict the computed ones for two seconds: the load sensor that is furthest off, and `total` |
+//! | `load_explanations` | what would explain the total: `unstated_load`, `load_on_tool`, `support_sensor`, `exchanged_sensors` |
+//! | `exchanged_sensors` | the wheels whose sensors would explain it if they were exchanged |
+//! | `unstated_mass_kg`, `unstated_mass_sigma_kg` | the load that would explain it, negative for less than what is stated; null if none would |
 //! | `standing` | the wheels that are on the ground as supports, of a machine whose supports come and go those of now; null while unknown |
 //! | `ground_gap`, `ground_gap_wheel` | why that is unknown (`transition`, `impossible`, `signal_missing`, `carries_though_off`), and of which wheel; else null |
 //! | `load_n` | load by wheel, names in lower case; null for one that is off the ground |
@@ -190,6 +195,9 @@ impl<W: Write> Printer<W> {
             let doubted = self.names.doubted(verdict);
             write!(self.out, "  doubted: {}", doubted.join(", "))?;
         }
+        if verdict.load_doubt != 0 {
+            write!(self.out, "  {}", self.names.load_doubt_text(verdict))?;
+        }
         for fault in held.faults.iter() {
             write!(self.out, "  fault: {}", fault.name())?;
         }
@@ -232,6 +240,11 @@ impl Serialize for Line<'_> {
         map.serialize_entry("basis", verdict.verdict().basis.name())?;
         map.serialize_entry("unproven", &self.names.unproven(verdict))?;
         map.serialize_entry("doubted", &self.names.doubted(verdict))?;
+        map.serialize_entry("doubted_loads", &self.names.doubted_loads(verdict))?;
+        map.serialize_entry("load_explanations", &self.names.load_explanations(verdict))?;
+        map.serialize_entry("exchanged_sensors", &self.names.exchanged_sensors(verdict))?;
+        map.serialize_entry("unstated_mass_kg", &verdict.unstated_mass_kg)?;
+        map.serialize_entry("unstated_mass_sigma_kg", &verdict.unstated_mass_sigma_kg)?;
         map.serialize_entry("faults", &FaultNames(conditions.faults))?;
         map.serialize_entry("cautions", &FaultNames(conditions.cautions))?;
         let held = verdict.verdict().held;
@@ -245,6 +258,7 @@ impl Serialize for Line<'_> {
         map.serialize_entry("time_to_lift_off_s", &verdict.time_to_lift_off_s)?;
         map.serialize_entry("next_wheel", &next_wheel)?;
         map.serialize_entry("predicted", &PredictedOf(self))?;
+        map.serialize_entry("commanded", &self.names.commanded(verdict))?;
         map.serialize_entry("standing", &self.names.standing(verdict))?;
         let gap = self.names.ground_gap(verdict);
         map.serialize_entry("ground_gap", &gap.map(|(gap, _)| gap))?;

@@ -5,6 +5,7 @@ use tipwatch_mechanics::estimation::plausibility::{Excitation, SignalDoubt};
 use tipwatch_mechanics::machine::{Proof, Proofs};
 use tipwatch_mechanics::prediction::PacedPredictor;
 use tipwatch_mechanics::state::Sensors;
+use tipwatch_mechanics::studies::measured_loads::LoadWatch;
 use tipwatch_mechanics::verdict::{Conditions, InputFault, Judge, Latch, RowFacts, Verdict};
 
 use super::ground::Ground;
@@ -14,13 +15,15 @@ use crate::wire::sample::SampleCounts;
 use crate::wire::session::{Progress, Session};
 use crate::wire::topics::{ALARM_BEGINS, EVENT_BETWEEN, WireSample, WireVerdict};
 
-/// Follows one session. Nothing allocates but a change to other supports.
+/// Follows one session. Nothing allocates but a change to other supports, and the comparison of measured loads.
 #[derive(Debug)]
 pub struct Monitor {
     session: u64,
     machine: Machine,
     input: CheckedEstimator,
     ground: Ground,
+    /// `None` for a machine whose loads are not measured.
+    loads: Option<LoadWatch>,
     judge: Judge,
     predictor: PacedPredictor,
     /// What the motion of the session has tested.
@@ -70,6 +73,7 @@ impl Monitor {
             commissioned: Proofs::NONE,
             session: session.id,
             ground: Ground::new(&machine, &mut message),
+            loads: LoadWatch::new(&machine),
             judge: Judge::new(machine.limits()),
             predictor: PacedPredictor::new(&machine),
             excitation: Excitation::new(&machine),
@@ -206,10 +210,14 @@ impl Monitor {
     }
 
     fn row(&mut self, row: &CompletedRow, publish: &mut Publish<'_>) {
+        let stands_on = self.input.estimate().stands_on;
+        (self.ground).follow(&self.machine, stands_on, &mut self.message);
+        if let Some(loads) = &mut self.loads {
+            loads.row(&self.machine, self.input.estimate_mut());
+            self.message.set_load_doubt(loads.doubt());
+        }
         let estimate = self.input.estimate();
         let time_ns = estimate.time_ns;
-        let stands_on = estimate.stands_on;
-        (self.ground).follow(&self.machine, stands_on, &mut self.message);
         let loads = (self.ground).row(time_ns, &estimate.state, estimate.reasons);
         let (outcome, reasons) = (loads.outcome, loads.reasons);
         let utilisation = outcome.map_or(f64::NAN, |outcome| outcome.uncertainty.utilisation);
@@ -235,6 +243,8 @@ impl Monitor {
             .set_row(time_ns, reasons, outcome, utilisation, next);
         let state = &estimate.state;
         let level = verdict.level;
+        self.predictor.set_commands(&estimate.commands);
+        self.message.set_commanded(&estimate.commands);
         let prediction = (self.predictor).row(&self.machine, time_ns, state, reasons, level);
         self.message.set_prediction(prediction);
         // from the next sample on, as offline

@@ -122,6 +122,11 @@ fn draw_level(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVerd
             "{gap}doubted since it failed: {doubted} (mend it, then acknowledge --signal NAME)"
         )));
     }
+    if verdict.load_doubt != 0 {
+        let gap = if second.is_empty() { "" } else { "   " };
+        let text = view.names.load_doubt_text(verdict);
+        second.push(Span::from(format!("{gap}{text}")));
+    }
     let title = format!(" {} ", view.names.machine);
     let ahead = prediction_text(verdict, &view.names.wheels).filter(|_| expired.is_none());
     let text = vec![
@@ -338,6 +343,7 @@ mod tests {
                 wheels: vec!["fl".into(), "rr".into()],
                 edges: vec![],
                 joints: Vec::new(),
+                load_sensors: Vec::new(),
             },
             limits: [0.75, 0.9, 1.0],
             verdict: Some(verdict),

@@ -34,6 +34,15 @@ pub(super) fn preamble(
                 let first = supports.switches[switch].supports[0];
                 topics::switch(monitor_topic::switch(&supports.support(first).name))
             }
+            Sensor::Command(command) => {
+                let joint = machine.joint_commands()[command].joint;
+                let name = &machine.joints()[joint].name;
+                topics::joint_command(monitor_topic::joint_command(name))
+            }
+            Sensor::Load(load) => {
+                let name = &machine.load_sensors()[load].name;
+                topics::load_sensor(monitor_topic::load_sensor(name))
+            }
         })
         .collect();
     let channels = Channels {

@@ -81,6 +81,24 @@ pub(super) fn switch(name: String) -> Topic {
     }
 }
 
+/// The load of one or more supports.
+pub(super) fn load_sensor(name: String) -> Topic {
+    Topic {
+        name,
+        type_name: "tipwatch_msgs/msg/LoadSensor",
+        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
+    }
+}
+
+/// The rate that is asked of a joint.
+pub(super) fn joint_command(name: String) -> Topic {
+    Topic {
+        name,
+        type_name: "tipwatch_msgs/msg/JointCommand",
+        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
+    }
+}
+
 /// Verdicts: integers as on the wire, then every number under the name of its column in `samples.parquet`.
 /// The header's stamp is the time of the row.
 pub(crate) fn verdict(names: &Names) -> Topic {
@@ -116,7 +134,8 @@ macro_rules! fields {
 
 pub(super) const VERDICT_INTEGERS: Fields<WireVerdict, u32> = fields![
     event, level, latched_level, faults, cautions, reasons, held_faults, held_cautions, held_reasons, acknowledged, untimed,
-    next_wheel, wheel_count, standing, ground_gap, alarm, alarm_acknowledged, inherited_alarm, inherited_acknowledged, basis, inherited_contradiction;
+    next_wheel, wheel_count, standing, ground_gap, alarm, alarm_acknowledged, inherited_alarm, inherited_acknowledged, basis, inherited_contradiction, load_doubt,
+    doubted_load_sensor, load_explanation, exchanged_sensors;
     (monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[0], |verdict| verdict.acknowledged_signals as u32),
     (monitor_topic::ACKNOWLEDGED_SIGNALS_FIELDS[1], |verdict| (verdict.acknowledged_signals >> 32) as u32)
 ];

@@ -108,9 +108,21 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
         odometry: matched.sensors.odometry,
         tool_wrench: matched.sensors.tool_wrench,
         actuated_joints,
-        switches: (bound.switches.iter())
-            .filter_map(|switch| match switch.sensor {
+        switches: (bound.beside.iter())
+            .filter_map(|it| match it.sensor {
                 Sensor::Switch(index) => Some(index as u32),
+                _ => None,
+            })
+            .collect(),
+        load_sensors: (bound.beside.iter())
+            .filter_map(|it| match it.sensor {
+                Sensor::Load(index) => Some(index as u32),
+                _ => None,
+            })
+            .collect(),
+        joint_commands: (bound.beside.iter())
+            .filter_map(|it| match it.sensor {
+                Sensor::Command(index) => Some(index as u32),
                 _ => None,
             })
             .collect(),

@@ -21,6 +21,8 @@ pub struct Names {
     pub edges: Vec<String>,
     /// Names of its joints, as in the URDF.
     pub joints: Vec<String>,
+    /// Names of its load sensors.
+    pub load_sensors: Vec<String>,
 }
 
 impl TryFrom<&WireMachine> for Names {
@@ -36,6 +38,7 @@ impl TryFrom<&WireMachine> for Names {
             wheels: listed(&wire.wheel_names, wire.wheel_count)?,
             edges: listed(&wire.edge_names, wire.edge_count)?,
             joints: listed(&wire.joint_names, wire.joint_count)?,
+            load_sensors: listed(&wire.load_sensor_names, wire.load_sensor_count)?,
         })
     }
 }
@@ -66,6 +69,14 @@ impl Names {
         names.collect()
     }
 
+    /// Names of the joints that are predicted to move as a controller asks.
+    #[must_use]
+    pub fn commanded(&self, verdict: &WireVerdict) -> Vec<String> {
+        let joints = 0..self.joints.len().min(u64::BITS as usize);
+        let commanded = joints.filter(|joint| verdict.commanded >> joint & 1 == 1);
+        commanded.map(|joint| self.joint(joint)).collect()
+    }
+
     /// Names of the wheels that are on the ground as supports; `None` while these are unknown.
     #[must_use]
     pub fn standing(&self, verdict: &WireVerdict) -> Option<Vec<&str>> {
@@ -90,6 +101,68 @@ impl Names {
             Some(wheel) => format!("{gap} {wheel}"),
             None => gap.to_owned(),
         })
+    }
+
+    /// The measured loads that contradict the computed ones: the sensor that is furthest off, and "total".
+    #[must_use]
+    pub fn doubted_loads(&self, verdict: &WireVerdict) -> Vec<String> {
+        let sensor = verdict.doubted_load_sensor();
+        let sensor = sensor.map(|sensor| match self.load_sensors.get(sensor) {
+            Some(name) if !name.is_empty() => name.clone(),
+            _ => sensor.to_string(),
+        });
+        let total = (verdict.load_doubt & 2 != 0).then(|| "total".to_owned());
+        sensor.into_iter().chain(total).collect()
+    }
+
+    /// What would explain the total: `unstated_load`, `load_on_tool`, `support_sensor`, `exchanged_sensors`.
+    #[must_use]
+    pub fn load_explanations(&self, verdict: &WireVerdict) -> Vec<&'static str> {
+        let bits = verdict.load_explanation;
+        let has = |bit: u32| bits >> bit & 1 == 1;
+        let all = [
+            (has(0) && !has(1), "unstated_load"),
+            (has(1), "load_on_tool"),
+            (has(2), "support_sensor"),
+            (has(3), "exchanged_sensors"),
+        ];
+        let found = all.into_iter().filter(|(is_there, _)| *is_there);
+        found.map(|(_, name)| name).collect()
+    }
+
+    /// Names of the supports whose sensors may be exchanged.
+    #[must_use]
+    pub fn exchanged_sensors(&self, verdict: &WireVerdict) -> Vec<&str> {
+        let wheels = self.wheels.iter().enumerate();
+        let has = |wheel: usize| verdict.exchanged_sensors >> wheel & 1 == 1;
+        wheels
+            .filter(|(wheel, _)| has(*wheel))
+            .map(|(_, name)| name.as_str())
+            .collect()
+    }
+
+    /// The same as text, with the mass of the load that is not stated; empty if no measured load is doubted.
+    #[must_use]
+    pub fn load_doubt_text(&self, verdict: &WireVerdict) -> String {
+        let doubted = self.doubted_loads(verdict).join(", ");
+        let mut text = match doubted.is_empty() {
+            true => return doubted,
+            false => format!("measured loads doubted: {doubted}"),
+        };
+        let explained = self.load_explanations(verdict).join(" or ");
+        if !explained.is_empty() {
+            text += &format!(" ({explained}");
+            if verdict.unstated_mass_kg.is_finite() {
+                let (mass, sigma) = (verdict.unstated_mass_kg, verdict.unstated_mass_sigma_kg);
+                text += &format!(", {mass:.0} ± {:.0} kg", 2.0 * sigma);
+            }
+            let exchanged = self.exchanged_sensors(verdict);
+            if !exchanged.is_empty() {
+                text += &format!(", {}", exchanged.join(" and "));
+            }
+            text.push(')');
+        }
+        text
     }
 
     /// The signal of this name; of a joint, its own name suffices.

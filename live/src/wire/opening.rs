@@ -211,6 +211,8 @@ impl Session {
         }
         self.check_actuators(machine)?;
         self.check_switches(machine)?;
+        self.check_load_sensors(machine)?;
+        self.check_joint_commands(machine)?;
         let is_there = |joint: usize| self.actuated_joints.contains(&(joint as u32));
         sensors.actuators = machine.contact().actuator_signals(is_there);
         Ok(sensors)
@@ -252,6 +254,36 @@ impl Session {
             None => Ok(()),
             Some(it) => Err(Refusal::SensorUnknown.because(format!(
                 "session: expected no more than {known} signals that tell of supports, found one with index {it}"
+            ))),
+        }
+    }
+
+    /// No joint is asked to move that the machine file does not name. What is not asked for is not known.
+    fn check_joint_commands(&self, machine: &Machine) -> Result<(), SessionRefused> {
+        let known = machine.joint_commands().len();
+        match (self.joint_commands.iter()).find(|&&it| it as usize >= known) {
+            None => Ok(()),
+            Some(it) => Err(Refusal::SensorUnknown.because(format!(
+                "session: expected no more than {known} commands of joints, found one with index {it}"
+            ))),
+        }
+    }
+
+    /// All load sensors are there, and no others.
+    fn check_load_sensors(&self, machine: &Machine) -> Result<(), SessionRefused> {
+        let bound = machine.load_sensors();
+        let is_there = |index: usize| self.load_sensors.contains(&(index as u32));
+        if let Some(missing) = (0..bound.len()).find(|index| !is_there(*index)) {
+            return Err(Refusal::SensorMissing.because(format!(
+                "session: expected the bound load sensor {}, found none",
+                bound[missing].name
+            )));
+        }
+        let known = bound.len();
+        match self.load_sensors.iter().find(|&&it| it as usize >= known) {
+            None => Ok(()),
+            Some(it) => Err(Refusal::SensorUnknown.because(format!(
+                "session: expected no more than {known} load sensors, found one with index {it}"
             ))),
         }
     }

@@ -52,6 +52,8 @@ impl WireSample {
             Sensor::ToolWrench => (Kind::ToolWrench, 0),
             Sensor::Actuator(signal) => (Kind::Actuator, signal),
             Sensor::Switch(switch) => (Kind::Switch, switch),
+            Sensor::Load(load) => (Kind::Load, load),
+            Sensor::Command(command) => (Kind::Command, command),
         };
         let mut wire = Self {
             time_ns: sample.stamp_ns,
@@ -86,6 +88,8 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
             Kind::ToolWrench => Sensor::ToolWrench,
             Kind::Actuator => Sensor::Actuator(wire.stream as usize),
             Kind::Switch => Sensor::Switch(wire.stream as usize),
+            Kind::Load => Sensor::Load(wire.stream as usize),
+            Kind::Command => Sensor::Command(wire.stream as usize),
             Kind::End => return Ok(Self::End),
         };
         let values = wire
@@ -115,6 +119,8 @@ mod tests {
             Sensor::ToolWrench,
             Sensor::Actuator(2),
             Sensor::Switch(1),
+            Sensor::Load(4),
+            Sensor::Command(2),
         ] {
             let sample = Sample {
                 sensor,

@@ -62,6 +62,12 @@ pub struct Session {
     /// The machine's signals that tell which supports are on the ground, ascending: indices in
     /// [`Supports::switches`](tipwatch_mechanics::machine::Supports::switches).
     pub switches: Vec<u32>,
+    /// The machine's load sensors, ascending: indices in
+    /// [`Machine::load_sensors`](tipwatch_mechanics::Machine::load_sensors).
+    pub load_sensors: Vec<u32>,
+    /// The joints whose rate a controller asks for, ascending: indices in
+    /// [`Machine::joint_commands`](tipwatch_mechanics::Machine::joint_commands).
+    pub joint_commands: Vec<u32>,
     /// `frame_id` of the IMU.
     pub imu_frame: Option<String>,
 }
@@ -105,6 +111,11 @@ impl TryFrom<&Session> for WireSession {
                 .context("session: expected no more than 32 actuated joints")?,
             switches: bits_of(&session.switches)
                 .context("session: expected no more than 32 signals that tell of supports")?,
+            load_sensors: bits_of(&session.load_sensors)
+                .context("session: expected no more than 32 load sensors")?,
+            joint_commands: bits_of(&session.joint_commands).context(
+                "session: expected no more than 32 joints that a controller asks to move",
+            )?,
             imu_frame: name_to_wire(session.imu_frame.as_deref().unwrap_or(""))?,
             ..Self::blank()
         };
@@ -159,6 +170,8 @@ impl TryFrom<&WireSession> for Session {
             tool_wrench: wire.has_tool_wrench != 0,
             actuated_joints: list_of(wire.actuated_joints),
             switches: list_of(wire.switches),
+            load_sensors: list_of(wire.load_sensors),
+            joint_commands: list_of(wire.joint_commands),
             imu_frame: Some(name_from_wire(&wire.imu_frame)?).filter(|frame| !frame.is_empty()),
         };
         for (stream, name) in wire
@@ -235,6 +248,8 @@ mod tests {
             tool_wrench: true,
             actuated_joints: vec![1, 4],
             switches: vec![0, 3],
+            load_sensors: vec![2, 31],
+            joint_commands: vec![1],
             imu_frame: Some("imu_link".into()),
         }
     }

@@ -78,6 +78,8 @@ pub const LAYOUT_ATTRIBUTE: &str = "layout";
 pub const MAX_VALUES: usize = 128;
 /// Maximum number of joints of a session: each has a position and a velocity.
 pub const MAX_JOINTS: usize = MAX_VALUES / 2;
+/// Maximum number of load sensors of a session: one bit each.
+pub const MAX_LOAD_SENSORS: usize = 32;
 /// Bytes of a name on the wire, including the terminating zero.
 pub const NAME_BYTES: usize = 64;
 /// Bytes of a text on the wire, including the terminating zero.
@@ -96,7 +98,8 @@ wire! {
         /// Time at which the recorder of a replayed log received it (ns); 0 from a machine.
         pub log_time_ns: i64,
         /// Kind of sensor: 1 joints, 2 IMU, 3 odometry, 4 tool wrench, 5 end of the session, 6 actuator
-        /// signal, 7 signal that tells whether supports are set or raised.
+        /// signal, 7 signal that tells whether supports are set or raised, 8 load sensor, 9 rate that
+        /// is asked of a joint.
         pub kind: u32,
         /// Index of the stream among those of its kind.
         pub stream: u32,
@@ -108,7 +111,8 @@ wire! {
         /// (m/s2), angular velocity (rad/s), attitude as quaternion x y z w or NaN. Odometry: velocity
         /// (m/s), angular velocity, attitude. Tool wrench: force (N) and moment (N m) of the environment
         /// on the tool. Actuator: force (N) or pressure (Pa). Signal of supports: the number that the machine file binds, on from
-        /// its threshold on; it is to be sent again before it is older than the machine file allows. Zero beyond value_count.
+        /// its threshold on; it is to be sent again before it is older than the machine file allows. Load sensor: its load (N). Rate that a
+        /// controller asks of a joint (rad/s, m/s), NaN while it asks for nothing. Zero beyond value_count.
         pub values: [f64; MAX_VALUES],
     }
 }
@@ -145,6 +149,11 @@ wire! {
         /// Bits: the signals that tell whether supports are set or raised. Supports sort by name; signals are numbered by the
         /// first support of each.
         pub switches: u32,
+        /// Bits: the machine's load sensors. Those of [signals.wheels] sort by name; [[signals.load_sums]] follow in their order.
+        pub load_sensors: u32,
+        /// Bits: the joints of [signals.joints] with a command, numbered by name among these. A joint without one, and one whose
+        /// command is too old, is predicted to go on as it moves.
+        pub joint_commands: u32,
         /// frame_id of the IMU; empty if it has none.
         pub imu_frame: [u8; NAME_BYTES],
         /// Stream of each joint, ascending.
@@ -170,6 +179,10 @@ wire! {
         pub joint_count: u32,
         /// Number of signals that failed visibly in a session before, and that the session begins by doubting.
         pub doubted_count: u32,
+        /// Number of load sensors.
+        pub load_sensor_count: u32,
+        /// Zero.
+        pub reserved: u32,
         /// Name of the machine.
         pub name: [u8; NAME_BYTES],
         /// Names of the wheels, in lower case: of all supports, on the ground or not, where these come and go.
@@ -178,6 +191,8 @@ wire! {
         pub edge_names: [[u8; NAME_BYTES]; MAX_PLACES],
         /// Names of the joints, in the order of the bits of the verdict's unproven.
         pub joint_names: [[u8; NAME_BYTES]; MAX_JOINTS],
+        /// Names of the load sensors, in the order of the bits of the session.
+        pub load_sensor_names: [[u8; NAME_BYTES]; MAX_LOAD_SENSORS],
         /// Which signals these are: 0 specific force, 8 + k: joint k of the machine.
         pub doubted_signals: [u32; MAX_JOINTS],
         /// By how much each is off (rad, m, m/s2), as far as was seen.
@@ -245,6 +260,8 @@ macro_rules! verdict_message {
                 pub doubted: u64,
                 /// Bits: the signals that somebody has acknowledged since the last row.
                 pub acknowledged_signals: u64,
+                /// Bits: the joints of the machine whose command is known: the prediction moves them by it.
+                pub commanded: u64,
                 /// 1 a row; 2 between rows: the numbers are those of the last row.
                 pub event: u32,
                 /// Current level: 0 unknown, 1 safe, 2 notice, 3 warning, 4 danger, 5 fault, 6 assumed: no danger is seen, but
@@ -304,6 +321,16 @@ macro_rules! verdict_message {
                 /// 1 if the mounting, a sign, the order or a scale of a sensor was contradicted in a session before, and the
                 /// machine was not commissioned since: all rows are doubted.
                 pub inherited_contradiction: u32,
+                /// What measured loads contradict, lasting for two seconds: 0 nothing, or they are not compared; bit 0: the loads of single
+                /// sensors contradict the computed ones; bit 1: their total or their moments do. Rows are doubted meanwhile.
+                pub load_doubt: u32,
+                /// The load sensor that is furthest off; meaningless without bit 0 of load_doubt.
+                pub doubted_load_sensor: u32,
+                /// What would explain the total, as bits: 0 a load that is not stated; 1 it acts where the arm carries loads;
+                /// 2 it acts at a support, so that a wrong sensor of that support explains it as well; 3 two exchanged sensors.
+                pub load_explanation: u32,
+                /// Bits: the supports whose sensors may be exchanged.
+                pub exchanged_sensors: u32,
                 /// Why nothing is predicted by each assumed motion; 0 if something is: the other fields of the prediction are
                 /// NaN or meaningless otherwise. Assumed motions: 0 the motion goes on, 1 the platform brakes now, 2 the arm
                 /// stops now. A prediction never changes the level.
@@ -318,6 +345,11 @@ macro_rules! verdict_message {
                 /// Age of the prediction (s): it was made so long before this row, and its times are from then; 0 if it was made
                 /// for this row. Only at the levels safe and assumed and only a prediction by which no wheel may lift is repeated.
                 pub predicted_age_s: f64,
+                /// Mass of the load that is not stated (kg), negative for less than what is stated; NaN if none would explain the
+                /// measured loads.
+                pub unstated_mass_kg: f64,
+                /// Its standard deviation (kg).
+                pub unstated_mass_sigma_kg: f64,
                 /// Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
                 /// lifts within the horizon of the machine file.
                 pub predicted_lift_off_s: [f64; LAWS],
@@ -521,6 +553,10 @@ tipwatch_mechanics::named! {
         Actuator = 6,
         /// A signal that tells whether supports are set or raised.
         Switch = 7,
+        /// The load of one or more supports.
+        Load = 8,
+        /// The rate that a controller asks of a joint.
+        Command = 9,
     }
 }
 

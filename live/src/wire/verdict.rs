@@ -6,6 +6,7 @@ use tipwatch_mechanics::estimation::support_configuration::GroundGap;
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::prediction::{Law, PredictedNumber, Prediction, PredictionGap};
 use tipwatch_mechanics::state::Reasons;
+use tipwatch_mechanics::studies::measured_loads::LoadDoubt;
 use tipwatch_mechanics::verdict::{
     Basis, Conditions, HeldProblems, InputFaults, Latch, Level, LiftOff, Verdict,
 };
@@ -14,8 +15,8 @@ use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quant
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::name_to_wire;
 use crate::wire::topics::{
-    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_JOINTS, MAX_PLACES, NAME_BYTES, Wire, WireMachine,
-    WireVerdict,
+    EVENT_BETWEEN, EVENT_ROW, LAWS, MAX_JOINTS, MAX_LOAD_SENSORS, MAX_PLACES, NAME_BYTES, Wire,
+    WireMachine, WireVerdict,
 };
 
 /// [`GroundUnknown::number`] of the first support whose signal is missing.
@@ -84,6 +85,7 @@ impl WireVerdict {
         let mut wire = Self::blank();
         wire.each_number_mut(Some, MAX_PLACES, |_, number| *number = f64::NAN);
         wire.time_to_lift_off_s = f64::NAN;
+        wire.set_load_doubt(&LoadDoubt::default());
         wire.predicted_age_s = f64::NAN;
         wire.prediction_gap = [PredictionGap::RowInvalid as u32; LAWS];
         for number in PredictedNumber::ALL {
@@ -144,6 +146,29 @@ impl WireVerdict {
         self.next_wheel = next.map_or(0, |next| places.wheel(next.wheel));
     }
 
+    /// Sets what measured loads contradict on the supports that were set last, and what would explain it.
+    pub fn set_load_doubt(&mut self, doubt: &LoadDoubt) {
+        self.load_doubt = u32::from(doubt.sensor.is_some()) | u32::from(doubt.is_total) << 1;
+        self.doubted_load_sensor = doubt.sensor.map_or(0, |sensor| sensor as u32);
+        let unstated = doubt.unstated;
+        self.load_explanation = u32::from(unstated.is_some())
+            | u32::from(unstated.is_some_and(|load| load.at_tool)) << 1
+            | u32::from(unstated.is_some_and(|load| load.at_support)) << 2
+            | u32::from(doubt.exchanged.is_some()) << 3;
+        let places = self.places();
+        let exchanged = doubt.exchanged.iter().flatten();
+        let exchanged = exchanged.filter(|_| self.standing != 0);
+        self.exchanged_sensors = exchanged.map(|&place| 1_u32 << places.wheel(place)).sum();
+        self.unstated_mass_kg = unstated.map_or(f64::NAN, |load| load.mass_kg);
+        self.unstated_mass_sigma_kg = unstated.map_or(f64::NAN, |load| load.mass_sigma_kg);
+    }
+
+    /// The load sensor that is furthest off, where the loads of single sensors contradict the computed ones.
+    #[must_use]
+    pub fn doubted_load_sensor(&self) -> Option<usize> {
+        (self.load_doubt & 1 != 0).then_some(self.doubted_load_sensor as usize)
+    }
+
     /// Whether a wheel is on the ground as a support; not while these are unknown.
     #[must_use]
     pub fn is_standing(&self, wheel: usize) -> bool {
@@ -169,6 +194,13 @@ impl WireVerdict {
         Places {
             standing: self.standing,
         }
+    }
+
+    /// Sets of which joints the rate that is asked for is known; the others are NaN.
+    pub fn set_commanded(&mut self, commands: &[f64]) {
+        let known = commands.iter().take(MAX_JOINTS).enumerate();
+        let known = known.filter(|(_, rate)| rate.is_finite());
+        self.commanded = known.map(|(joint, _)| 1_u64 << joint).sum();
     }
 
     /// Sets what is predicted.
@@ -378,6 +410,11 @@ impl WireMachine {
         for (name, joint) in wire.joint_names.iter_mut().zip(machine.joints()) {
             *name = name_to_wire(&joint.name).unwrap_or([0; NAME_BYTES]);
         }
+        let sensors = machine.load_sensors();
+        wire.load_sensor_count = sensors.len().min(MAX_LOAD_SENSORS) as u32;
+        for (name, sensor) in wire.load_sensor_names.iter_mut().zip(sensors) {
+            *name = name_to_wire(&sensor.name).unwrap_or([0; NAME_BYTES]);
+        }
         for (name, edge) in wire.edge_names.iter_mut().zip(edges) {
             *name = name_to_wire(&edge.name)?;
         }
@@ -408,7 +445,9 @@ mod tests {
         let numbers = WireVerdict::FIELDS.iter().filter(|f| f.c_type == "double");
         // those are of no row of the table: they are extrapolated
         let is_ahead = |name: &str| name == "time_to_lift_off_s" || name.starts_with("predicted_");
-        for field in numbers.filter(|field| !is_ahead(field.name)) {
+        // nor those: they explain two seconds of rows
+        let explains = |name: &str| name.starts_with("unstated_");
+        for field in numbers.filter(|field| !is_ahead(field.name) && !explains(field.name)) {
             let doc = field.doc.join("");
             let mut kinds = Quantity::KINDS.iter().filter(|kind| {
                 let stem = kind.pattern.replace("_{wheel}", "").replace("_{edge}", "");

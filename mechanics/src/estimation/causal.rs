@@ -8,6 +8,7 @@ use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
 use super::state_builder::{Channel, FilterStatus, Filters, Reading, StateBuilder};
 use super::white_jerk::seconds;
+use crate::estimation::last_sample::LastSample;
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect, SignalDoubt};
 use crate::estimation::support_configuration::SupportWatch;
 use crate::machine::{Machine, Proofs};
@@ -32,6 +33,10 @@ pub struct CausalEstimator {
     rotation: PlatformRotation,
     /// `None` for a machine that is always on the same supports.
     supports: Option<SupportWatch>,
+    /// By load sensor: stamp (ns) and value (N) of its last sample.
+    loads: Vec<LastSample>,
+    /// The same by command: the rate that is asked of a joint (rad/s or m/s).
+    commands: Vec<LastSample>,
     /// Effect of each sensor's last sample on rows.
     standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
@@ -64,6 +69,8 @@ impl CausalEstimator {
             ),
             rotation: PlatformRotation::new(machine, sensors),
             supports: SupportWatch::new(machine, sensors),
+            loads: vec![LastSample::default(); sensors.loads],
+            commands: vec![LastSample::default(); sensors.commands],
             standing: sensors
                 .iter()
                 .map(|sensor| (sensor, RowEffect::default()))
@@ -159,6 +166,11 @@ impl CausalEstimator {
         &self.estimate
     }
 
+    /// The same, for what others find in it. The next row begins anew.
+    pub fn last_mut(&mut self) -> &mut Estimate {
+        &mut self.estimate
+    }
+
     /// Takes a sample and calls `row` with each row that it completes.
     ///
     /// # Errors
@@ -180,6 +192,15 @@ impl CausalEstimator {
                 Some(count) if count == sample.values.len() => told,
                 _ => Err(SampleError::UnknownSensor),
             };
+        }
+        let beside = match sample.sensor {
+            Sensor::Load(load) => Some(self.loads.get_mut(load)),
+            Sensor::Command(command) => Some(self.commands.get_mut(command)),
+            _ => None,
+        };
+        if let Some(last) = beside {
+            self.plausibility.forget_findings();
+            return last.ok_or(SampleError::UnknownSensor)?.take(sample);
         }
         let mut measured = std::mem::take(&mut self.measured);
         let sample = self.as_measured(sample, &mut measured);
@@ -312,6 +333,12 @@ impl CausalEstimator {
         self.estimate.rotates = self.rotation.spell().is_some();
         let supports = self.supports.as_mut();
         self.estimate.stands_on = supports.map(|supports| supports.at(machine, time_ns));
+        for (value, last) in self.estimate.measured_loads.iter_mut().zip(&self.loads) {
+            *value = last.near(time_ns, max_gap_ns);
+        }
+        for (command, last) in machine.joint_commands().iter().zip(&self.commands) {
+            self.estimate.commands[command.joint] = last.near(time_ns, max_gap_ns);
+        }
         if self.estimate.rotates {
             self.estimate.reasons.add(Reason::Tipping);
         }

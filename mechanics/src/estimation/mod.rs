@@ -19,6 +19,7 @@ mod held;
 mod history;
 mod kalman_filter;
 mod lag;
+mod last_sample;
 mod misfit;
 #[cfg(test)]
 mod noise_of_tests;

@@ -28,6 +28,12 @@ pub struct Estimate {
     pub shown: SessionProofs,
     /// The supports on the ground, or why they are unknown; `None` for a machine that is always on the same ones.
     pub stands_on: Option<Result<GroundSet, GroundGap>>,
+    /// What each of [`Machine::load_sensors`](crate::machine::Machine::load_sensors) measured last (N); NaN where that is too old, or
+    /// where it is not among the sensors.
+    pub measured_loads: Vec<f64>,
+    /// The rate that is asked of each of [`Machine::joints`](crate::machine::Machine::joints) (rad/s or m/s); NaN where none is, or where
+    /// the last one is too old.
+    pub commands: Vec<f64>,
 }
 
 /// Stamp of a regular clock: the k-th after `start_ns`, without accumulated rounding.
@@ -59,6 +65,8 @@ impl Estimate {
             rotates: false,
             shown: SessionProofs::NONE,
             stands_on: None,
+            commands: vec![f64::NAN; machine.joints().len()],
+            measured_loads: vec![f64::NAN; machine.load_sensors().len()],
         }
     }
 }

@@ -226,7 +226,7 @@ impl Filters {
             Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None, first),
             Sensor::Actuator(k) => self.push_to(Followed::Actuator(k), t, values, None, first),
             // the state is the same on whichever supports
-            Sensor::Switch(_) => Ok(()),
+            Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => Ok(()),
         }
     }
 

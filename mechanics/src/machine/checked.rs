@@ -6,6 +6,7 @@ use super::ImpossibleInertia;
 use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
 use super::contact::Contact;
 use super::identified::{Identified, SensorCorrections};
+use super::joint_command::JointCommand;
 use super::linkage::{Linkage, LinkageInput};
 use super::load_sensor::LoadSensor;
 use super::note::Note;
@@ -59,6 +60,7 @@ pub struct Machine {
     pub(crate) reference: super::Reference,
     pub(crate) suspension: Option<Suspension>,
     pub(crate) load_sensors: Vec<LoadSensor>,
+    pub(crate) joint_commands: Vec<JointCommand>,
     pub(crate) identified: Option<Identified>,
     pub(crate) corrections: Option<SensorCorrections>,
 }
@@ -152,6 +154,13 @@ impl Machine {
     #[must_use]
     pub fn load_sensors(&self) -> &[LoadSensor] {
         &self.load_sensors
+    }
+
+    /// What the controller asks of joints, in the order of their names in the machine file. A joint that no message measures has
+    /// none.
+    #[must_use]
+    pub fn joint_commands(&self) -> &[JointCommand] {
+        &self.joint_commands
     }
 
     /// Uncertainty of its parameters.

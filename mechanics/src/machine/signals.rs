@@ -352,6 +352,8 @@ pub struct JointFields {
     pub velocity: Option<FieldSpec>,
     /// Force or moment of its actuator (N or N m).
     pub effort: Option<FieldSpec>,
+    /// Rate that its controller asks for (rad/s or m/s), NaN while it asks for nothing.
+    pub command: Option<FieldSpec>,
 }
 
 /// `[signals.imu]`: the inertial measurement unit, in its own axes. The components of a vector must come from

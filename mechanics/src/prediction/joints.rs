@@ -27,6 +27,8 @@ pub(super) struct JointLaw {
     limits: [f64; 2],
     /// When the arm stops now (rad/s^2 or m/s^2).
     deceleration: f64,
+    /// Greatest rate (rad/s or m/s): no joint is asked for more.
+    rate: f64,
 }
 
 impl JointLaw {
@@ -46,6 +48,7 @@ impl JointLaw {
                     .limits
                     .unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
                 deceleration: stated.deceleration.unwrap_or(by_kind),
+                rate: machine.joint_bounds(joint).rate,
             }
         });
         laws.collect()
@@ -55,11 +58,12 @@ impl JointLaw {
         self.role == Role::Arm
     }
 
-    /// The motion of the joint at an instant, from its present one.
+    /// The motion of the joint at an instant, from its present one; `command` is the rate that is asked of it, NaN if none is.
     pub(super) fn at(
         &self,
         law: Law,
         now: &Motion<f64>,
+        command: f64,
         instant: &Instant,
         course: &Course,
         stop_time_s: f64,
@@ -79,6 +83,10 @@ impl JointLaw {
                 now,
                 stopped(now, self.deceleration, stop_time_s, instant.time_s),
             ),
+            _ if command.is_finite() => {
+                let command = command.clamp(-self.rate, self.rate);
+                self.within(now, commanded(now, command, instant))
+            }
             _ => self.within(now, gone_on(now, instant)),
         }
     }
@@ -120,6 +128,19 @@ fn gone_on(now: &Motion<f64>, instant: &Instant) -> Motion<f64> {
         position: at(instant.time_s, &instant.joint),
         rate: later,
         acceleration: acceleration * instant.joint.e,
+    }
+}
+
+/// The rate comes to what is asked for, c, as a lag of first order, with the time constant of a joint's acceleration:
+/// ```text
+///     v(t) = c + (v - c) exp(-t / T)
+/// ```
+fn commanded(now: &Motion<f64>, command: f64, instant: &Instant) -> Motion<f64> {
+    let behind = now.rate - command;
+    Motion {
+        position: now.position + command * instant.time_s + behind * instant.joint.i,
+        rate: command + behind * instant.joint.e,
+        acceleration: -behind * instant.joint.e / instant.joint_decay_s,
     }
 }
 
@@ -177,10 +198,13 @@ fn role(machine: &Machine, joint: usize) -> Role {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::{Matrix3, Vector3};
     use proptest::prelude::*;
 
     use super::super::instant::SHAKE_S;
     use super::*;
+    use crate::dynamics::kinematics::BodyMotion;
+    use crate::state::BaseState;
 
     const STOP_S: f64 = 0.2;
 
@@ -237,6 +261,7 @@ mod tests {
             role: Role::Other,
             limits: [-1.0, 1.0],
             deceleration: 2.0,
+            rate: 1.0,
         };
         let at = |position: f64, rate: f64| {
             let now = Motion {
@@ -253,6 +278,68 @@ mod tests {
         // an encoder that reads beyond the limit: no jump back, and the way back is free
         assert_eq!(at(1.2, 0.4).position, 1.2);
         assert_eq!(at(1.2, -0.4).position, 1.2 - 0.4);
+    }
+
+    #[test]
+    fn a_joint_comes_to_the_rate_that_is_asked_for_and_to_no_other() {
+        let now = Motion {
+            position: 0.1,
+            rate: 0.3,
+            acceleration: 4.0,
+        };
+        let at = |time_s: f64, command: f64| commanded(&now, command, &instant(time_s));
+        for command in [0.0, -0.5, 0.8] {
+            let [start, late] = [0.0, 9.0].map(|time_s| at(time_s, command));
+            assert!((start.position - 0.1).abs() < 1e-12 && (start.rate - 0.3).abs() < 1e-12);
+            assert!((late.rate - command).abs() < 1e-12 && late.acceleration.abs() < 1e-12);
+            let then = at(0.7, command);
+            let integral = integrated(&now, 0.7, |time_s| at(time_s, command));
+            assert!((then.position - integral).abs() < 1e-8);
+            let step = 1e-6;
+            let slope =
+                (at(0.7 + step, command).rate - at(0.7 - step, command).rate) / (2.0 * step);
+            assert!((then.acceleration - slope).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn what_is_asked_for_moves_neither_a_joint_that_stops_nor_one_that_nobody_drives() {
+        let now = Motion {
+            position: 0.0,
+            rate: 0.2,
+            acceleration: 0.0,
+        };
+        let course = Course {
+            base: BodyMotion {
+                rotation: Matrix3::identity(),
+                origin: Vector3::zeros(),
+                velocity: Vector3::zeros(),
+                specific_force: Vector3::zeros(),
+                angular_velocity: Vector3::zeros(),
+                angular_acceleration: Vector3::zeros(),
+            },
+            known: BaseState::unknown(),
+            speed_ratio: None,
+        };
+        let rate = |role: Role, law: Law, command: f64| {
+            let joint = JointLaw {
+                role,
+                limits: [-9.0, 9.0],
+                deceleration: 2.0,
+                rate: 0.5,
+            };
+            joint
+                .at(law, &now, command, &instant(9.0), &course, STOP_S)
+                .rate
+        };
+        assert_eq!(rate(Role::Arm, Law::GoOn, f64::NAN), 0.2);
+        assert!((rate(Role::Arm, Law::GoOn, -0.4) + 0.4).abs() < 1e-9);
+        assert!((rate(Role::Arm, Law::BrakeNow, -0.4) + 0.4).abs() < 1e-9);
+        assert_eq!(rate(Role::Arm, Law::StopArm, -0.4), 0.0);
+        // not faster than it can
+        assert!((rate(Role::Arm, Law::GoOn, 90.0) - 0.5).abs() < 1e-9);
+        let passive = |command: f64| rate(Role::Passive, Law::GoOn, command);
+        assert_eq!(passive(0.4), passive(f64::NAN));
     }
 
     #[test]

@@ -36,6 +36,13 @@ impl PacedPredictor {
         }
     }
 
+    /// States the rate that is asked of each joint from the next row on (rad/s or m/s); NaN where none is.
+    pub fn set_commands(&mut self, commands: &[f64]) {
+        if let Ok(predictor) = &mut self.predictor {
+            predictor.set_commands(commands);
+        }
+    }
+
     /// The prediction for the next row, with this time, state, reasons and level.
     pub fn row(
         &mut self,

@@ -33,7 +33,7 @@ const EXPLAINED: Scope = Scope {
     ..Scope::LOADS
 };
 
-/// Predicts the loads of one machine from its present state. It keeps nothing from one row to the next; a prediction does not
+/// Predicts the loads of one machine from its present state. It keeps nothing from one row to the next but what was asked for; a prediction does not
 /// allocate.
 #[derive(Debug)]
 pub struct Predictor {
@@ -42,6 +42,8 @@ pub struct Predictor {
     /// Now, then the instants ahead.
     instants: Vec<Instant>,
     coordinates: Vec<Coordinate<f64>>,
+    /// The rate that is asked of each joint; NaN where none is.
+    commands: Vec<f64>,
     /// The present state, and the state at an instant.
     now: State<f64>,
     then: State<f64>,
@@ -124,6 +126,7 @@ impl Predictor {
             has_arm: joints.iter().any(JointLaw::moves_arm),
             joints,
             coordinates: vec![Coordinate::slid(0.0, 0.0, 0.0); machine.bodies.len()],
+            commands: vec![f64::NAN; machine.joints.len()],
             now: State::zero(machine),
             then: State::zero(machine),
             states: StateColumns::unknown(machine, rows.iter().sum()),
@@ -163,6 +166,13 @@ impl Predictor {
     /// Gives the last prediction an age (s): it is repeated for a later row.
     pub(super) fn set_age(&mut self, age_s: f64) {
         self.prediction.age_s = age_s;
+    }
+
+    /// States the rate that is asked of each joint from now on (rad/s or m/s), NaN where none is: such a joint goes on as it moves.
+    pub fn set_commands(&mut self, commands: &[f64]) {
+        for (known, command) in self.commands.iter_mut().zip(commands) {
+            *known = *command;
+        }
     }
 
     /// Predicts from the state of a row with these reasons and this level. Nothing is predicted where the level says that
@@ -257,8 +267,9 @@ impl Predictor {
         let course = platform.at(law, instant);
         let stop_time_s = machine.prediction.stop_time;
         let joints = self.joints.iter().zip(&self.now.joints);
-        for ((joint, now), then) in joints.zip(&mut self.then.joints) {
-            *then = joint.at(law, now, instant, &course, stop_time_s);
+        let joints = joints.zip(&self.commands);
+        for (((joint, now), &command), then) in joints.zip(&mut self.then.joints) {
+            *then = joint.at(law, now, command, instant, &course, stop_time_s);
         }
         if machine.imu.body != 0 {
             kinematics::coordinates(machine, &self.then, &mut self.coordinates);

@@ -18,6 +18,11 @@ pub struct Sensors {
     /// Number of signals that tell which supports are on the ground: those of
     /// [`Supports::switches`](crate::machine::Supports::switches). The state is not estimated from them.
     pub switches: usize,
+    /// Number of load sensors: those of [`Machine::load_sensors`]. The state is not estimated from them.
+    pub loads: usize,
+    /// Number of joints whose rate a controller asks for: those of [`Machine::joint_commands`]. The state is not estimated from
+    /// them.
+    pub commands: usize,
 }
 
 /// A stream of joint states.
@@ -43,6 +48,10 @@ pub enum Sensor {
     /// The signal with this index in [`Supports::switches`](crate::machine::Supports::switches), which tells whether some
     /// supports are set or raised.
     Switch(usize),
+    /// The load sensor with this index in [`Machine::load_sensors`].
+    Load(usize),
+    /// The rate that is asked of the joint with this index in [`Machine::joint_commands`].
+    Command(usize),
 }
 
 /// One message of one sensor.
@@ -56,7 +65,9 @@ pub enum Sensor {
 ///   quaternion x y z w;
 /// - tool wrench: force x y z (N) and moment x y z (N m) of the surroundings on the tool, in its frame;
 /// - actuator: force (N), positive when it extends the rod, or pressure in a chamber (Pa);
-/// - switch: the number that the machine file binds, which counts as on from its threshold on.
+/// - switch: the number that the machine file binds, which counts as on from its threshold on;
+/// - load: the load of one or more supports (N);
+/// - command: the rate that is asked of a joint (rad/s or m/s), NaN while none is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
     /// The sensor.
@@ -147,9 +158,12 @@ impl Sensors {
             .chain(actuators)
     }
 
-    /// All sensors in their fixed order: those of [`Sensors::iter`], then the switches.
+    /// All sensors in their fixed order: those of [`Sensors::iter`], the switches, the load sensors, the commands.
     pub fn all(&self) -> impl Iterator<Item = Sensor> {
-        self.iter().chain((0..self.switches).map(Sensor::Switch))
+        let switches = (0..self.switches).map(Sensor::Switch);
+        let loads = (0..self.loads).map(Sensor::Load);
+        let commands = (0..self.commands).map(Sensor::Command);
+        self.iter().chain(switches).chain(loads).chain(commands)
     }
 
     /// Number of values in a sample of `sensor`; `None` if there is no such sensor.
@@ -162,6 +176,8 @@ impl Sensors {
             Sensor::ToolWrench => self.tool_wrench.then_some(6),
             Sensor::Actuator(actuator) => self.actuators.get(actuator).map(|_| 1),
             Sensor::Switch(switch) => (switch < self.switches).then_some(1),
+            Sensor::Load(load) => (load < self.loads).then_some(1),
+            Sensor::Command(command) => (command < self.commands).then_some(1),
         }
     }
 }
@@ -206,6 +222,8 @@ impl MatchedSensors {
                 tool_wrench: others.tool_wrench && machine.tool().is_some(),
                 actuators: Vec::new(),
                 switches: machine.supports().switches.len(),
+                loads: machine.load_sensors().len(),
+                commands: machine.joint_commands().len(),
             },
             streams: Vec::new(),
         };

@@ -6,6 +6,7 @@ pub(crate) mod actuator_force_sigma;
 mod closed_form_against_newton_euler;
 pub(crate) mod combination_sigma;
 pub mod load_capacity;
+pub mod measured_loads;
 pub mod monte_carlo;
 mod needed_proofs;
 pub(crate) mod payload_estimate;

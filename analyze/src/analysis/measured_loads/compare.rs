@@ -1,19 +1,15 @@
 //! The rows at which measured and computed loads are compared.
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use tipwatch_mechanics::machine::{ForceSource, LoadSensor, Machine};
-use tipwatch_mechanics::{
-    Scope, State, Workspace, combination_sigma, evaluate_one, self_equilibrated_loads,
+use tipwatch_mechanics::State;
+use tipwatch_mechanics::machine::LoadSensor;
+use tipwatch_mechanics::studies::measured_loads::{
+    ComparedRow, MeasuredRow, RowPlace, TotalRow, compare, measures_supports,
 };
 
 use super::super::quasi_static::StaticRows;
-use super::compared_row::ComparedRow;
-use super::contradiction::{Contradiction, contradictions};
-use super::singles::Singles;
+use super::contradiction::{Contradiction, in_total, of_sensors};
 use super::statistics::{SensorStatistics, statistics};
-use super::total::{self, sensors_of_all};
-use super::total_row::TotalRow;
 use crate::base::estimated::EstimatedRows;
 use crate::events::Event;
 use crate::load::{MeasuredLoads, Standing};
@@ -63,14 +59,6 @@ pub(crate) fn sampled_rows(count: usize) -> impl Iterator<Item = usize> {
     (0..count).step_by(count.div_ceil(MOST_ROWS).max(1))
 }
 
-/// Whether the load of a support is measured by its jack.
-pub(crate) fn measures_supports(machine: &Machine) -> bool {
-    let joints = machine.contact().actuated_joints.iter();
-    joints
-        .map(|joint| &joint.source)
-        .any(|source| matches!(source, ForceSource::Support { .. }))
-}
-
 /// What is compared.
 pub(crate) struct Comparison<'a> {
     pub(crate) standing: &'a Standing<'a>,
@@ -103,8 +91,8 @@ impl Comparison<'_> {
         };
         let rows: Vec<ComparedRow> = compared.into_iter().flatten().collect();
         let totals: Vec<TotalRow> = totals.into_iter().flatten().collect();
-        let mut contradictions = contradictions(&sensors, &rows);
-        contradictions.extend(total::contradictions(&totals, self.standing));
+        let mut contradictions = of_sensors(&sensors, &rows);
+        contradictions.extend(in_total(&totals, self.standing));
         LoadComparison {
             sensors: statistics(&sensors, &rows),
             contradictions,
@@ -119,91 +107,27 @@ impl Comparison<'_> {
         &self,
         row: usize,
         state: &State<f64>,
-        of_sensors: &[&LoadSensor],
+        sensors: &[&LoadSensor],
     ) -> Option<(Option<ComparedRow>, Option<TotalRow>)> {
         let time_ns = self.rows.times_ns[row];
         let machine = self.standing.at(time_ns)?;
-        let all = sensors_of_all(of_sensors, machine);
-        let scope = Scope {
-            sensitivities: true,
-            ..Scope::LOADS
-        };
-        let mut workspace = Workspace::with_scope(machine, scope);
-        let loads = evaluate_one(machine, state, &mut workspace).load.clone();
-        let sensors = &self.measured.sensors;
         let unobserved = (self.motion).and_then(|motion| motion.loads(machine, state, time_ns));
-        let sigma_of = |factors: &[f64]| {
-            let by_motion = (unobserved.as_ref()).map_or(0.0, |motion| motion.sigma(factors));
-            combination_sigma(machine, state, &workspace, factors).hypot(by_motion)
+        let loads: Vec<f64> = (0..sensors.len())
+            .map(|sensor| self.measured.at(sensor, time_ns))
+            .collect();
+        let measured = MeasuredRow {
+            sensors,
+            loads: &loads,
+            held: &|joint| self.measured.held.at(joint, time_ns),
+            unobserved: &|factors| {
+                (unobserved.as_ref()).map_or(0.0, |motion| motion.sigma(factors))
+            },
         };
-        let singles = Singles::of(machine, state, self.measured, time_ns);
-        let of_sensors = all.map(|all| {
-            let measured: f64 = all.iter().map(|&k| self.measured.at(k, time_ns)).sum();
-            let variance: f64 = all.iter().map(|&k| sensors[k].sensor.sigma.powi(2)).sum();
-            (measured, variance.sqrt())
-        });
-        let measured = of_sensors.filter(|(total, _)| total.is_finite());
-        let measured = measured.or_else(|| singles.as_ref().map(Singles::total));
-        let total = measured.map(|(measured, of_sensors)| TotalRow {
-            time_ns,
-            set: self.standing.set_at(time_ns),
-            difference: measured - loads.iter().sum::<f64>(),
-            sigma: of_sensors.hypot(sigma_of(&vec![1.0; loads.len()])),
-            gravity: loads.iter().sum::<f64>() / machine.mass(),
-            acts: (singles.as_ref()).map(|all| all.acts(machine, &workspace, sigma_of)),
-        });
-        let total = total.filter(|total| total.difference.is_finite());
-        if sensors.is_empty() || !loads.iter().all(|load| *load > 0.0) {
-            return Some((None, total));
-        }
-        let factors: Vec<Vec<f64>> = sensors.iter().map(|m| m.sensor.factors(machine)).collect();
-        let mut found = ComparedRow {
+        let place = RowPlace {
             row,
             time_ns,
             set: self.standing.set_at(time_ns),
-            measured: (0..sensors.len())
-                .map(|k| self.measured.at(k, time_ns))
-                .collect(),
-            computed: (sensors.iter())
-                .map(|m| m.sensor.of(machine, &loads).unwrap_or(f64::NAN))
-                .collect(),
-            sigma: factors.iter().map(|factors| sigma_of(factors)).collect(),
-            distance: f64::NAN,
-            sensors: 0,
         };
-        let known: Vec<usize> = (0..sensors.len())
-            .filter(|&k| (found.measured[k] - found.computed[k] + found.sigma[k]).is_finite())
-            .collect();
-        found.sensors = known.len();
-        let residual = known.iter().map(|&k| found.measured[k] - found.computed[k]);
-        let residual = DVector::from_iterator(known.len(), residual);
-        // cov(a, b) = (var(a + b) - var(a) - var(b)) / 2
-        let mut covariance = DMatrix::from_fn(known.len(), known.len(), |i, j| {
-            let (a, b) = (known[i], known[j]);
-            if i == j {
-                return found.sigma[a].powi(2) + sensors[a].sensor.sigma.powi(2);
-            }
-            let both: Vec<f64> = factors[a]
-                .iter()
-                .zip(&factors[b])
-                .map(|(a, b)| a + b)
-                .collect();
-            let apart = found.sigma[a].powi(2) + found.sigma[b].powi(2);
-            0.5 * (sigma_of(&both).powi(2) - apart)
-        });
-        // What uneven ground shifts between the diagonals contradicts nothing.
-        let warp = machine.warp_sigma() * (loads.len() as f64).sqrt();
-        for direction in self_equilibrated_loads(&workspace) {
-            let shown = known.iter().map(|&k| {
-                let pairs = factors[k].iter().zip(&direction);
-                pairs.map(|(factor, z)| factor * z).sum::<f64>() * warp
-            });
-            let shown = DVector::from_iterator(known.len(), shown);
-            covariance += &shown * shown.transpose();
-        }
-        if let Some(root) = covariance.cholesky() {
-            found.distance = residual.dot(&root.solve(&residual));
-        }
-        Some((Some(found), total))
+        Some(compare(machine, state, &measured, place))
     }
 }

@@ -5,17 +5,15 @@
 //! off where the root of d exceeds that of the number of sensors by 3.5, which chance makes once in some thousand rows.
 //! A contradiction needs rows that are off for two seconds on end.
 
-use tipwatch_mechanics::machine::LoadSensor;
+use tipwatch_mechanics::machine::{LoadSensor, Machine};
+use tipwatch_mechanics::studies::measured_loads::{
+    ComparedRow, FEWEST_ROWS, LEAST_NS, TotalRow, UnstatedLoad, exchanged, shows,
+};
 
-use super::compared_row::ComparedRow;
-use super::excess::{EXCESS, shows};
-use super::unstated::UnstatedLoad;
+use crate::load::Standing;
 
 /// Name of the total beside those of the sensors.
 pub const TOTAL: &str = "total";
-/// Shortest contradiction (ns), and the fewest rows of one.
-const LEAST_NS: i64 = 2_000_000_000;
-const FEWEST_ROWS: usize = 4;
 
 /// A span in which measured and computed loads contradict each other.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,56 +80,68 @@ impl Contradiction {
     }
 }
 
-pub(super) fn contradictions(sensors: &[&LoadSensor], rows: &[ComparedRow]) -> Vec<Contradiction> {
-    let is_off = |row: &ComparedRow| row.distance.sqrt() > (row.sensors as f64).sqrt() + EXCESS;
-    // rows without a number say nothing and end nothing
-    let judged: Vec<&ComparedRow> = rows.iter().filter(|row| row.distance.is_finite()).collect();
-    let long = lasting(&judged, |row| is_off(row), |row| (row.time_ns, row.set));
-    long.map(|span| worst(sensors, span)).collect()
+/// The spans in which the loads of single sensors contradict the computed ones.
+pub(super) fn of_sensors(sensors: &[&LoadSensor], rows: &[ComparedRow]) -> Vec<Contradiction> {
+    let long = lasting(rows, ComparedRow::is_off, |row| (row.time_ns, row.set));
+    long.iter().map(|span| worst(sensors, span)).collect()
 }
 
-/// The spans of rows that are off long enough: without a hole, on the same supports.
-pub(super) fn lasting<'r, 's, R>(
-    rows: &'s [&'r R],
-    is_off: impl Fn(&R) -> bool + Copy + 's,
-    place: impl Fn(&R) -> (i64, Option<usize>) + Copy + 's,
-) -> impl Iterator<Item = &'s [&'r R]> {
-    let mut steps: Vec<i64> = rows
-        .windows(2)
-        .map(|pair| place(pair[1]).0.saturating_sub(place(pair[0]).0))
+/// The spans in which the totals contradict each other.
+pub(super) fn in_total(rows: &[TotalRow], standing: &Standing<'_>) -> Vec<Contradiction> {
+    let spans = lasting(rows, TotalRow::is_off, |row| (row.time_ns, row.set));
+    let of_span = |span: &Vec<&TotalRow>| {
+        let mean = |value: fn(&TotalRow) -> f64| {
+            span.iter().map(|row| value(row)).sum::<f64>() / span.len() as f64
+        };
+        let name = |machine: &Machine, place: usize| machine.wheels()[place].name.clone();
+        let exchanged = exchanged(span);
+        let unstated = UnstatedLoad::of(span, exchanged.is_some());
+        let exchanged = exchanged.zip(standing.at(span[0].time_ns));
+        Contradiction {
+            start_ns: span[0].time_ns,
+            end_ns: span[span.len() - 1].time_ns,
+            sensor: TOTAL.into(),
+            difference_n: mean(|row| row.difference),
+            sigma_n: mean(|row| row.sigma),
+            unstated,
+            exchanged: exchanged.map(|(pair, machine)| pair.map(|place| name(machine, place))),
+        }
+    };
+    spans.iter().map(of_span).collect()
+}
+
+/// The spans of rows that are off long enough: without a hole, on the same supports. Rows without a number say nothing and end
+/// nothing.
+fn lasting<R>(
+    rows: &[R],
+    is_off: impl Fn(&R) -> Option<bool>,
+    place: impl Fn(&R) -> (i64, Option<usize>),
+) -> Vec<Vec<&R>> {
+    let judged = rows.iter().filter_map(|row| Some((row, is_off(row)?)));
+    let judged: Vec<(&R, bool)> = judged.collect();
+    let time_ns = |row: &R| place(row).0;
+    let mut steps: Vec<i64> = (judged.windows(2))
+        .map(|pair| time_ns(pair[1].0).saturating_sub(time_ns(pair[0].0)))
         .collect();
     steps.sort_unstable();
     let step = steps.get(steps.len() / 2).copied().unwrap_or(0);
     let hole_ns = LEAST_NS.max(step.saturating_mul(3));
-    let spans = rows.chunk_by(move |a, b| {
+    let spans = judged.chunk_by(|(a, a_off), (b, b_off)| {
         let ((from_ns, on), (to_ns, next)) = (place(a), place(b));
-        is_off(a) == is_off(b) && on == next && to_ns.saturating_sub(from_ns) < hole_ns
+        a_off == b_off && on == next && to_ns.saturating_sub(from_ns) < hole_ns
     });
-    spans.filter(move |span| {
-        let (first, last) = (place(span[0]).0, place(span[span.len() - 1]).0);
-        is_off(span[0]) && last.saturating_sub(first) >= LEAST_NS && span.len() >= FEWEST_ROWS
-    })
+    let lasts = |span: &&[(&R, bool)]| {
+        let (first, last) = (time_ns(span[0].0), time_ns(span[span.len() - 1].0));
+        span[0].1 && last.saturating_sub(first) >= LEAST_NS && span.len() >= FEWEST_ROWS
+    };
+    let spans = spans.filter(lasts);
+    spans
+        .map(|span| span.iter().map(|(row, _)| *row).collect())
+        .collect()
 }
 
 fn worst(sensors: &[&LoadSensor], span: &[&ComparedRow]) -> Contradiction {
-    let mean = |k: usize| {
-        let known = span
-            .iter()
-            .filter(|row| (row.measured[k] - row.computed[k] + row.sigma[k]).is_finite());
-        let sum = known.fold([0.0; 3], |[count, error, sigma], row| {
-            let own = row.sigma[k].hypot(sensors[k].sigma);
-            [
-                count + 1.0,
-                error + row.measured[k] - row.computed[k],
-                sigma + own,
-            ]
-        });
-        (sum[1] / sum[0], sum[2] / sum[0])
-    };
-    let all = (0..sensors.len()).map(|k| (k, mean(k)));
-    let known = all.filter(|(_, (error, _))| error.is_finite());
-    let worst = known.max_by(|(_, a), (_, b)| (a.0 / a.1).abs().total_cmp(&(b.0 / b.1).abs()));
-    let (sensor, (difference_n, sigma_n)) = worst.unwrap_or((0, (f64::NAN, f64::NAN)));
+    let (sensor, difference_n, sigma_n) = ComparedRow::furthest_off(span, sensors);
     Contradiction {
         start_ns: span[0].time_ns,
         end_ns: span[span.len() - 1].time_ns,

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_mechanics::machine::LoadSensor;
+use tipwatch_mechanics::studies::measured_loads::ComparedRow;
 
-use super::compared_row::ComparedRow;
 use crate::base::number::known;
 
 /// Share of a normal distribution within one and two standard deviations.

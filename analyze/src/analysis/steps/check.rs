@@ -10,6 +10,7 @@ use super::estimate::EstimatedLog;
 use super::prepare::PreparedMachine;
 use super::read::ReadLog;
 use crate::base::estimated::EstimatedRows;
+use crate::base::options::Estimator;
 use crate::events::Event;
 use crate::load::{MeasuredLoads, Standing};
 
@@ -37,6 +38,14 @@ impl CheckedLog {
         let motion = read.quasi_static.as_ref().map(|found| found.rows.as_ref());
         let load_comparison =
             compare_loads(&loaded.standing(), rows, &prepared.measured_loads, motion);
+        if task.options.estimator == Estimator::Smoother {
+            follow_loads(
+                &loaded.standing(),
+                rows,
+                &prepared.measured_loads,
+                &load_comparison,
+            );
+        }
         let contradicted = match estimated.samples.gross_inputs.is_empty() {
             true => redundancy::contradictions(
                 &task.log,
@@ -55,22 +64,33 @@ impl CheckedLog {
     }
 }
 
-/// Compares measured with computed loads. Where all supports are measured, the loads of rows in which they contradict the
-/// computed ones follow them, those that are measured slowly by their last sample. Where no load on the tool explains the difference, either may be wrong: such rows are in
-/// doubt.
+/// Compares measured with computed loads.
 fn compare_loads(
     standing: &Standing<'_>,
-    rows: &mut EstimatedRows,
+    rows: &EstimatedRows,
     measured: &MeasuredLoads,
     motion: Option<&StaticRows>,
 ) -> LoadComparison {
-    let comparison = Comparison {
+    Comparison {
         standing,
         rows,
         measured,
         motion,
     }
-    .compare();
+    .compare()
+}
+
+/// Where all supports are measured, the loads of rows in which they contradict the computed ones follow them, those that are measured
+/// slowly by their last sample. Where no load on the tool explains the difference, either may be wrong: such rows are in doubt.
+///
+/// That knows the whole log. The causal estimator's rows are doubted from when past rows contradict each other, as live, and follow no
+/// measured load.
+fn follow_loads(
+    standing: &Standing<'_>,
+    rows: &mut EstimatedRows,
+    measured: &MeasuredLoads,
+    comparison: &LoadComparison,
+) {
     let followed = comparison.contradictions.iter();
     let followed = followed.filter(|span| span.is_followed());
     let spans: Vec<[i64; 2]> = followed.map(|span| [span.start_ns, span.end_ns]).collect();
@@ -91,5 +111,4 @@ fn compare_loads(
     let open = open.filter(|span| !span.is_explained());
     let spans: Vec<[i64; 2]> = open.map(|span| [span.start_ns, span.end_ns]).collect();
     rows.add_reason(&spans, Reason::Contradiction);
-    comparison
 }

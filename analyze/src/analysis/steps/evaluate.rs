@@ -102,7 +102,7 @@ impl EvaluatedLog {
         }
         if options.estimator == Estimator::Causal {
             // the smoother knows what follows: its states would predict what they have seen
-            table = table.predicting();
+            table = table.predicting(std::mem::take(&mut quality.commands));
         }
         if let Some(quasi_static) = &read.quasi_static {
             quasi_static.apply(&mut table);

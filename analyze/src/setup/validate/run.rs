@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use serde::Serialize;
 use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::studies::measured_loads::UnstatedLoad;
 
 use crate::analysis::MeasuredLog;
-use crate::analysis::measured_loads::{LoadComparison, SensorStatistics, UnstatedLoad};
+use crate::analysis::measured_loads::{LoadComparison, SensorStatistics};
 use crate::base::number::known;
 use crate::base::options::{Estimator, Options};
 

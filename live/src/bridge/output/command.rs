@@ -258,6 +258,7 @@ mod tests {
                     wheels: vec!["fl".into(), "fr".into()],
                     edges: Vec::new(),
                     joints: Vec::new(),
+                    load_sensors: Vec::new(),
                 },
                 now_ns: 0,
             }

@@ -52,6 +52,11 @@ pub fn diagnostics(view: &View<'_>, unix_now_ns: i64) -> Vec<u8> {
         values.push(("basis", verdict.verdict().basis.name().to_owned()));
         values.push(("unproven", view.names.unproven(verdict).join(" ")));
         values.push(("doubted", view.names.doubted(verdict).join(" ")));
+        values.push(("doubted_loads", view.names.doubted_loads(verdict).join(" ")));
+        values.push((
+            "load_explanations",
+            view.names.load_explanations(verdict).join(" "),
+        ));
         let standing = view.names.standing(verdict).unwrap_or_default();
         values.push(("standing", standing.join(" ")));
         let gap = view.names.ground_gap_text(verdict);

@@ -174,6 +174,8 @@ impl Part {
             Sensor::ToolWrench => "tool_wrench",
             Sensor::Actuator(_) => "actuator",
             Sensor::Switch(_) => "switch",
+            Sensor::Load(_) => "load",
+            Sensor::Command(_) => "command",
         };
         format!("{signal}.{quantity}")
     }
@@ -252,7 +254,7 @@ impl Part {
             // Without it the split rule applies.
             (Sensor::Actuator(_), _) => None,
             // What it tells is missing or not; which supports there are follows.
-            (Sensor::Switch(_), _) => None,
+            (Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_), _) => None,
         }
     }
 

@@ -250,7 +250,11 @@ impl<S: SampleSource> UnobservedMotion<S> {
                     }
                 }
             }
-            Sensor::ToolWrench | Sensor::Actuator(_) | Sensor::Switch(_) => {}
+            Sensor::ToolWrench
+            | Sensor::Actuator(_)
+            | Sensor::Switch(_)
+            | Sensor::Load(_)
+            | Sensor::Command(_) => {}
         }
     }
 
@@ -269,7 +273,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
             }
             Sensor::Imu | Sensor::Odometry => self.add_platform(sensor, pair, range),
             Sensor::ToolWrench => self.add_tool(pair, range),
-            Sensor::Actuator(_) | Sensor::Switch(_) => {}
+            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {}
         }
     }
 
@@ -296,7 +300,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
                 }
                 Sensor::Odometry => add(&mut range.angular_velocity, &values[3..6]),
                 Sensor::ToolWrench => add(&mut range.tool, values),
-                Sensor::Actuator(_) | Sensor::Switch(_) => {}
+                Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {}
             }
         }
         let is_platform = matches!(sensor, Sensor::Imu | Sensor::Odometry);

@@ -69,7 +69,12 @@ impl Speed {
                     self.by_odometry = Some((sample.stamp_ns, squares.sqrt()));
                 }
             }
-            Sensor::Imu | Sensor::ToolWrench | Sensor::Actuator(_) | Sensor::Switch(_) => {}
+            Sensor::Imu
+            | Sensor::ToolWrench
+            | Sensor::Actuator(_)
+            | Sensor::Switch(_)
+            | Sensor::Load(_)
+            | Sensor::Command(_) => {}
         }
     }
 

@@ -74,6 +74,8 @@ impl Run<'_> {
             tool_wrench: false,
             actuators: Vec::new(),
             switches: 0,
+            loads: 0,
+            commands: 0,
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut noise = Noise(7);
@@ -601,6 +603,8 @@ fn no_byte_sequence_stops_it() {
         tool_wrench: false,
         actuators: Vec::new(),
         switches: 0,
+        loads: 0,
+        commands: 0,
     };
     let mut watch = PlatformRotation::new(&machine(), &sensors);
     let wild = [f64::NAN, f64::INFINITY, -1e300, 0.0, 1e-310, 1.0];

@@ -186,7 +186,11 @@ impl PlatformRotation {
                     self.take_motion(sample, &base_from_imu);
                 }
             }
-            Sensor::ToolWrench | Sensor::Actuator(_) | Sensor::Switch(_) => {}
+            Sensor::ToolWrench
+            | Sensor::Actuator(_)
+            | Sensor::Switch(_)
+            | Sensor::Load(_)
+            | Sensor::Command(_) => {}
         }
     }
 

@@ -149,10 +149,12 @@ impl Checker<'_> {
             prediction: spec.prediction.clone(),
             suspension: self.suspension()?,
             load_sensors: Vec::new(),
+            joint_commands: Vec::new(),
             identified: None,
             corrections: None,
         };
         let weight = machine.mass() * machine.gravity;
+        machine.joint_commands = self.joint_commands(&machine.joints);
         machine.load_sensors = self.load_sensors(&machine.supports, weight)?;
         self.check_against_machine(&machine)?;
         self.add_doubts(&mut machine)?;

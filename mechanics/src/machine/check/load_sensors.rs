@@ -26,13 +26,12 @@ impl Checker<'_> {
         });
         let sums = signals.load_sums.iter().enumerate().map(|(i, fields)| {
             let place = format!("signals.load_sums {}", i + 1);
-            let name = fields.name.clone();
-            let name = name.unwrap_or_else(|| fields.wheels.join("_"));
+            let name = fields.sensor_name();
             let names = fields.wheels.as_slice();
             (place, name, names, &fields.load, fields.sigma)
         });
         for (place, name, names, field, sigma) in single.chain(sums) {
-            let name = column_name(&name);
+            let name = LoadSensor::column_name(&name);
             if name.is_empty() || found.iter().any(|other| other.name == name) {
                 let expected = "a name of its own, of letters or digits";
                 return Err(self.value_error(place, expected, format!("\"{name}\"")));
@@ -90,14 +89,4 @@ impl Checker<'_> {
             }
         }
     }
-}
-
-/// A name as part of a column: lower case, everything but letters and digits an underscore.
-fn column_name(name: &str) -> String {
-    let letters = name.chars().map(|c| match c.is_ascii_alphanumeric() {
-        true => c.to_ascii_lowercase(),
-        false => '_',
-    });
-    let name: String = letters.collect();
-    name.trim_matches('_').into()
 }

@@ -1,7 +1,9 @@
 //! Validation of `[signals]`: every field is located, and fields of one quantity belong together.
 
 use super::checker::Checker;
-use crate::machine::{FieldSpec, JointFields, MachineError, NumberSpec, SignalSpec};
+use crate::machine::{
+    FieldSpec, JointCommand, JointFields, MachineError, MeasuredJoint, NumberSpec, SignalSpec,
+};
 
 impl Checker<'_> {
     pub(super) fn check_signals(&self) -> Result<(), MachineError> {
@@ -41,6 +43,23 @@ impl Checker<'_> {
         Ok(())
     }
 
+    /// What a controller asks of those joints that are measured.
+    pub(super) fn joint_commands(&self, joints: &[MeasuredJoint]) -> Vec<JointCommand> {
+        let joint_of = |name: &str| joints.iter().position(|joint| joint.name == name);
+        let commands = self
+            .spec
+            .signals
+            .joints
+            .iter()
+            .filter_map(|(name, fields)| {
+                Some(JointCommand {
+                    joint: joint_of(name)?,
+                    field: fields.command.clone()?,
+                })
+            });
+        commands.collect()
+    }
+
     fn check_joint(&self, joint: &str, fields: &JointFields) -> Result<(), MachineError> {
         let place = format!("signals.joints.{joint}");
         self.joint(&place, joint)?;
@@ -53,13 +72,14 @@ impl Checker<'_> {
             ("position", position),
             ("velocity", velocity.as_ref()),
             ("effort", fields.effort.as_ref()),
+            ("command", fields.command.as_ref()),
         ] {
             if let Some(field) = field {
                 self.check_field(&format!("{place}.{key}"), field, true)?;
             }
         }
         match (position, velocity) {
-            (None, None) if fields.effort.is_some() => Ok(()),
+            (None, None) if fields.effort.is_some() || fields.command.is_some() => Ok(()),
             (None, _) => Err(self.value_error(place, "a position", "none")),
             (Some(position), Some(velocity)) if position.topic != velocity.topic => {
                 let expected = format!("position and velocity from one topic, {}", position.topic);
@@ -84,6 +104,10 @@ impl Checker<'_> {
         if fields.velocity.is_some() {
             let place = format!("{place}.velocity");
             return Err(self.value_error(place, "no velocity of a constant position", "one"));
+        }
+        if fields.command.is_some() {
+            let place = format!("{place}.command");
+            return Err(self.value_error(place, "no command of a constant position", "one"));
         }
         match &fields.effort {
             Some(effort) => self.check_field(&format!("{place}.effort"), effort, true),

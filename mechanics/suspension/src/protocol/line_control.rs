@@ -95,6 +95,8 @@ impl<'a> LineControl<'a> {
                     tool_wrench: false,
                     actuators: Vec::new(),
                     switches: 0,
+                    loads: 0,
+                    commands: 0,
                 },
             ),
             time_s: None,

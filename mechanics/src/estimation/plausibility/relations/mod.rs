@@ -134,7 +134,9 @@ impl Relations {
             Sensor::Imu => self.take_imu(sample, sound),
             Sensor::Odometry => self.take_odometry(sample, sound),
             Sensor::ToolWrench => self.take_tool(sample, sound),
-            Sensor::Actuator(_) | Sensor::Switch(_) => return,
+            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
+                return;
+            }
         }
         self.finish_window(sample.stamp_ns);
         self.report(sample, findings);

@@ -50,6 +50,8 @@ fn found_within(seconds: i64, machine: &Machine, mut change: impl FnMut(f64, &mu
         tool_wrench: false,
         actuators: Vec::new(),
         switches: 0,
+        loads: 0,
+        commands: 0,
     };
     let mut relations = Relations::new(machine, &sensors);
     assert!(Rules::of(machine).limits.max_gap_s > 0.02);

@@ -6,11 +6,11 @@
 //!     D = sum of D_i,      acts at  sum of D_i p_i / D
 //! ```
 
+use super::measured_row::MeasuredRow;
+use crate::evaluate::workspace::Workspace;
+use crate::machine::{ForceSource, Machine};
+use crate::state::State;
 use nalgebra::{Matrix3, Vector3};
-use tipwatch_mechanics::machine::{ForceSource, Machine};
-use tipwatch_mechanics::{State, Workspace};
-
-use crate::load::MeasuredLoads;
 
 /// Standard deviation of the distance between the centre of mass of a load and the link that carries it (m): half of a
 /// large pallet, a full bucket or a log.
@@ -28,32 +28,32 @@ pub(super) struct Singles {
 
 /// Where the difference of measured and computed loads acts.
 #[derive(Debug, Clone)]
-pub(super) struct Acts {
+pub struct Acts {
     /// Forward and to the left of the base frame's origin (m).
-    pub(super) at: [f64; 2],
+    pub at: [f64; 2],
     /// Standard deviation of either (m).
-    pub(super) sigma: [f64; 2],
+    pub sigma: [f64; 2],
     /// How far the difference's force and moments are from none, all three together (standard deviations).
-    pub(super) distance: f64,
+    pub distance: f64,
     /// The force where the arm carries loads that explains it best; `None` without such a place.
-    pub(super) on_tool: Option<PointForce>,
+    pub on_tool: Option<PointForce>,
     /// How far the best force at a support leaves it unexplained (standard deviations).
-    pub(super) from_support: f64,
+    pub from_support: f64,
     /// Each pair of supports, and how far from none the difference is if their sensors are exchanged (standard deviations).
-    pub(super) exchanged: Vec<([usize; 2], f64)>,
+    pub exchanged: Vec<([usize; 2], f64)>,
     /// Whether computed loads can follow the measured ones.
-    pub(super) can_be_followed: bool,
+    pub can_be_followed: bool,
 }
 
 /// A vertical force at one place.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PointForce {
+pub struct PointForce {
     /// The force (N), downwards.
-    pub(super) force: f64,
+    pub force: f64,
     /// Its standard deviation (N).
-    pub(super) sigma: f64,
+    pub sigma: f64,
     /// How far it leaves the difference unexplained, in both directions together (standard deviations).
-    pub(super) misfit: f64,
+    pub misfit: f64,
 }
 
 /// Force and moments of the difference about the base frame's origin, r = (D, sum of y_i D_i, sum of x_i D_i), with their
@@ -104,14 +104,13 @@ impl Singles {
     pub(super) fn of(
         machine: &Machine,
         state: &State<f64>,
-        measured: &MeasuredLoads,
-        time_ns: i64,
+        measured: &MeasuredRow<'_>,
     ) -> Option<Self> {
         let mut known: Vec<Option<(f64, f64)>> = vec![None; machine.wheels().len()];
         let joints = machine.contact().actuated_joints.iter().enumerate();
         for ((index, joint), &force) in joints.zip(&state.actuator_force) {
             let force = match force.is_nan() {
-                true => measured.held.at(index, time_ns),
+                true => (measured.held)(index),
                 false => force,
             };
             if let ForceSource::Support {
@@ -124,13 +123,12 @@ impl Singles {
             }
         }
         let are_forces = known.iter().all(Option::is_some);
-        for (index, load) in measured.sensors.iter().enumerate() {
-            let mut places = load.sensor.places(machine);
-            let value = measured.at(index, time_ns);
+        for (sensor, &value) in measured.sensors.iter().zip(measured.loads) {
+            let mut places = sensor.places(machine);
             if let (Some(place), None) = (places.next(), places.next())
                 && value.is_finite()
             {
-                known[place] = Some((value, load.sensor.sigma));
+                known[place] = Some((value, sensor.sigma));
             }
         }
         let known: Vec<(f64, f64)> = known.into_iter().collect::<Option<_>>()?;

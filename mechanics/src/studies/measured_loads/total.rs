@@ -9,24 +9,14 @@
 //! exceeds the root of their number by 3.5, as in the comparison of single loads. A load at the end of a boom shows in the moments
 //! long before it shows in the total.
 
-use tipwatch_mechanics::machine::{LoadSensor, Machine};
-
-use super::contradiction::{Contradiction, TOTAL, lasting};
-use super::excess::{EXCESS, shows};
 use super::singles::Acts;
 use super::total_row::TotalRow;
-use super::unstated::{SAME_PLACE, UnstatedLoad};
-use crate::load::Standing;
-
-fn is_off(row: &TotalRow) -> bool {
-    match &row.acts {
-        Some(acts) => acts.distance > 3_f64.sqrt() + EXCESS,
-        None => shows(row.difference, row.sigma),
-    }
-}
+use super::unstated::SAME_PLACE;
+use crate::machine::{LoadSensor, Machine};
 
 /// Sensors that together carry every support on the ground once, if there are any.
-pub(super) fn sensors_of_all(sensors: &[&LoadSensor], machine: &Machine) -> Option<Vec<usize>> {
+#[must_use]
+pub fn sensors_of_all(sensors: &[&LoadSensor], machine: &Machine) -> Option<Vec<usize>> {
     let places = sensors
         .iter()
         .map(|sensor| sensor.places(machine).collect());
@@ -62,33 +52,9 @@ fn complete(sensors: &[Vec<usize>], covered: &mut [bool], found: &mut Vec<usize>
     false
 }
 
-/// The spans in which the totals contradict each other.
-pub(super) fn contradictions(rows: &[TotalRow], standing: &Standing<'_>) -> Vec<Contradiction> {
-    let judged: Vec<&TotalRow> = rows.iter().filter(|row| row.sigma.is_finite()).collect();
-    let spans = lasting(&judged, is_off, |row| (row.time_ns, row.set));
-    let of_span = |span: &[&TotalRow]| {
-        let mean = |value: fn(&TotalRow) -> f64| {
-            span.iter().map(|row| value(row)).sum::<f64>() / span.len() as f64
-        };
-        let name = |machine: &Machine, place: usize| machine.wheels()[place].name.clone();
-        let exchanged = exchanged(span);
-        let unstated = UnstatedLoad::of(span, exchanged.is_some());
-        let exchanged = exchanged.zip(standing.at(span[0].time_ns));
-        Contradiction {
-            start_ns: span[0].time_ns,
-            end_ns: span[span.len() - 1].time_ns,
-            sensor: TOTAL.into(),
-            difference_n: mean(|row| row.difference),
-            sigma_n: mean(|row| row.sigma),
-            unstated,
-            exchanged: exchanged.map(|(pair, machine)| pair.map(|place| name(machine, place))),
-        }
-    };
-    spans.map(of_span).collect()
-}
-
-/// The supports whose sensors, exchanged, leave nothing to explain: in the mean over the rows, for no single one decides.
-pub(super) fn exchanged(rows: &[&TotalRow]) -> Option<[usize; 2]> {
+/// The places of the supports whose sensors, exchanged, leave nothing to explain: in the mean over the rows, for no single one decides.
+#[must_use]
+pub fn exchanged(rows: &[&TotalRow]) -> Option<[usize; 2]> {
     let acts: Option<Vec<&Acts>> = rows.iter().map(|row| row.acts.as_ref()).collect();
     let acts = acts?;
     let pairs = acts.first()?.exchanged.iter().enumerate();

@@ -1,6 +1,5 @@
 //! The load that would explain that more is measured than computed: mass, and where it acts.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::excess::shows;
@@ -8,7 +7,7 @@ use super::singles::{Acts, PointForce};
 use super::total_row::TotalRow;
 
 /// A load that the machine file does not state.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct UnstatedLoad {
     /// Its mass (kg); negative for less than what is stated.
     pub mass_kg: f64,
@@ -32,7 +31,8 @@ pub(super) const SAME_PLACE: f64 = 3.0;
 
 impl UnstatedLoad {
     /// The mean over some rows, whose sensors are `exchanged` or not; `None` without any, and where no load explains it.
-    pub(super) fn of(rows: &[&TotalRow], exchanged: bool) -> Option<Self> {
+    #[must_use]
+    pub fn of(rows: &[&TotalRow], exchanged: bool) -> Option<Self> {
         let count = rows.len() as f64;
         let mean = |value: &dyn Fn(&TotalRow) -> f64| -> f64 {
             rows.iter().map(|row| value(row)).sum::<f64>() / count

@@ -4,6 +4,7 @@
 pub(super) const EXCESS: f64 = 3.5;
 
 /// Whether a sum alone contradicts what is computed.
-pub(super) fn shows(difference: f64, sigma: f64) -> bool {
+#[must_use]
+pub fn shows(difference: f64, sigma: f64) -> bool {
     difference.abs() > (1.0 + EXCESS) * sigma
 }
