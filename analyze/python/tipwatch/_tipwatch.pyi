@@ -19,6 +19,7 @@ __all__ = [
     "Table",
     "TipwatchError",
     "WhatIf",
+    "__processor__",
     "__version__",
     "analyze",
     "compare",
@@ -28,9 +29,11 @@ __all__ = [
     "screen",
     "set_program",
     "set_read_options",
+    "stated_read_options",
     "whatif",
 ]
 
+__processor__: str
 __version__: str
 
 _Floats: TypeAlias = NDArray[np.float64]
