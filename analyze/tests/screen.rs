@@ -1046,6 +1046,64 @@ fn one_content_under_two_files_of_one_name_is_a_conflict() {
     }
 }
 
+/// Two machine files of one text in two folders, each with a URDF of its own beside it.
+#[test]
+fn one_content_under_one_text_with_two_urdfs_is_a_conflict() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let at = |name: &str| out.path().join(name);
+    let urdf = fs::read_to_string(data("tiny_lift.urdf")).unwrap();
+    let heavier = urdf.replacen("mass value='60.0'", "mass value='61.0'", 1);
+    assert_ne!(urdf, heavier);
+    for (name, urdf) in [("a", &urdf), ("b", &heavier)] {
+        fs::create_dir(at(name)).unwrap();
+        fs::copy(data("tiny_lift.toml"), at(name).join("machine.toml")).unwrap();
+        fs::write(at(name).join("tiny_lift.urdf"), urdf).unwrap();
+        fs::create_dir(logs.path().join(name)).unwrap();
+        let log = logs.path().join(name).join("lift.mcap");
+        fs::copy(data("tiny_lift.mcap"), log).unwrap();
+    }
+    let fleet = at("fleet.toml");
+    fs::write(
+        &fleet,
+        "[[machine]]\nfile = 'a/machine.toml'\npath = '**/a/*'\n\
+         [[machine]]\nfile = 'b/machine.toml'\npath = '**/b/*'\n",
+    )
+    .unwrap();
+    let result = at("result");
+    let (code, messages) = screen(logs.path(), &result, &["--fleet", text(&fleet)]);
+    assert_eq!(code, 1, "{messages}");
+    let named = |machine: &str| messages.contains(text(&at(machine).join("machine.toml")));
+    assert!(named("a") && named("b"), "{messages}");
+    let failures = |result: &Path| {
+        let rows = ask(result, "SELECT failure FROM logs");
+        let rows = rows.as_array().unwrap().iter();
+        rows.map(|row| row["failure"].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(failures(&result), ["machine", "machine"]);
+
+    // from the records alone, too
+    let gathered = at("gathered");
+    let (code, messages) = code_and_stderr(&tipwatch(&[
+        "screen",
+        "--gather",
+        text(&result),
+        "--out",
+        text(&gathered),
+    ]));
+    assert_eq!(code, 1, "{messages}");
+    assert_eq!(failures(&gathered), ["machine", "machine"]);
+
+    // with one URDF they are copies; the result with the other one is stale
+    fs::write(at("b/tiny_lift.urdf"), &urdf).unwrap();
+    let again = ["--fleet", text(&fleet), "--resume"];
+    let (code, messages) = screen(logs.path(), &result, &again);
+    assert_eq!(code, 0, "{messages}");
+    assert_eq!(
+        ask(&result, "SELECT status, copies FROM logs"),
+        serde_json::json!([{"status": "analysed", "copies": 1}])
+    );
+}
+
 /// The folders of reports.
 fn reports_of(out: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(out.join("reports")).unwrap();

@@ -24,6 +24,23 @@ use tipwatch_allocator::Allocator;
 #[global_allocator]
 static ALLOCATOR: Allocator = Allocator;
 
+/// The level of x86-64 that this library was compiled for. `tipwatch/_processor.py` finds it in the file: once it is loaded, it is
+/// too late.
+const PROCESSOR: &str = if cfg!(not(target_arch = "x86_64")) {
+    "tipwatch-is-built-for:any;"
+} else if cfg!(target_feature = "avx512f") {
+    "tipwatch-is-built-for:x86-64-v4;"
+} else if cfg!(any(
+    target_feature = "avx",
+    target_feature = "avx2",
+    target_feature = "fma",
+    target_feature = "bmi2"
+)) {
+    "tipwatch-is-built-for:x86-64-v3;"
+} else {
+    "tipwatch-is-built-for:any;"
+};
+
 #[pymodule]
 mod _tipwatch {
     #[pymodule_export]
@@ -43,7 +60,7 @@ mod _tipwatch {
     #[pymodule_export]
     use super::screen::{Fleet, FleetTask, screen};
     #[pymodule_export]
-    use super::settings::set_read_options;
+    use super::settings::{set_read_options, stated_read_options};
     #[pymodule_export]
     use super::studies::{WhatIf, compare, whatif};
     #[pymodule_export]
@@ -51,10 +68,12 @@ mod _tipwatch {
 
     use pyo3::prelude::*;
 
+    use super::PROCESSOR;
     use super::call::place::Place;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__processor__", PROCESSOR)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 

@@ -487,7 +487,7 @@ impl Machine {
             tool_force,
             tool_moment,
         };
-        let what = what.map_or_else(Vec::new, Words::list);
+        let what = what.map_or_else(Vec::new, |what| what.list().to_vec());
         evaluate(py, &self.machine, &given, &what, frame)
     }
 

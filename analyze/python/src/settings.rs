@@ -1,7 +1,11 @@
 //! What holds for all calls of this process.
 
+use std::path::{PathBuf, absolute};
+use std::sync::{Mutex, PoisonError};
+
 use anyhow::anyhow;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use tipwatch_ingest::{ReadOptions, TableOptions, set_read_options as set_options};
 use tipwatch_storage::set_whole_reads;
 
@@ -9,7 +13,8 @@ use crate::call::error::{Mistake, exception};
 use crate::call::place::{Place, paths};
 
 /// States what logs do not state themselves, for all calls of this process from now on; each call replaces what was
-/// stated before. Workers of an engine are other processes, to which it does not go.
+/// stated before. With ``screen`` it goes to the workers of an engine; they need the folders of ``definitions`` at the same
+/// paths.
 ///
 /// Parameters
 /// ----------
@@ -53,6 +58,19 @@ pub(crate) fn set_read_options(
             "{name}: {error}, found {given:?}"
         ))))
     };
+    let mut definitions = paths(definitions);
+    for folder in &mut definitions {
+        let whole = absolute(&*folder);
+        *folder = whole.map_err(|error| exception(&error.into()))?;
+    }
+    let given = Given {
+        time_column: time_column.clone(),
+        time_unit: time_unit.map(str::to_owned),
+        date_order: date_order.map(str::to_owned),
+        header,
+        definitions: definitions.clone(),
+        fetch_whole,
+    };
     let unit =
         time_unit.map(|unit| (unit.parse()).map_err(|error| mistake("time_unit", unit, error)));
     let order = date_order
@@ -64,8 +82,37 @@ pub(crate) fn set_read_options(
             no_header: !header,
             date_order: order.transpose()?,
         },
-        definitions: paths(definitions),
+        definitions,
     });
     set_whole_reads(fetch_whole);
+    *GIVEN.lock().unwrap_or_else(PoisonError::into_inner) = Some(given);
     Ok(())
+}
+
+/// The keywords of the last call.
+struct Given {
+    time_column: Option<String>,
+    time_unit: Option<String>,
+    date_order: Option<String>,
+    header: bool,
+    definitions: Vec<PathBuf>,
+    fetch_whole: bool,
+}
+
+static GIVEN: Mutex<Option<Given>> = Mutex::new(None);
+
+/// What was stated with ``set_read_options``, as its keywords, for the workers of an engine.
+#[pyfunction]
+pub(crate) fn stated_read_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let keywords = PyDict::new(py);
+    let given = GIVEN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(given) = &*given {
+        keywords.set_item("time_column", &given.time_column)?;
+        keywords.set_item("time_unit", &given.time_unit)?;
+        keywords.set_item("date_order", &given.date_order)?;
+        keywords.set_item("header", given.header)?;
+        keywords.set_item("definitions", &given.definitions)?;
+        keywords.set_item("fetch_whole", given.fetch_whole)?;
+    }
+    Ok(keywords)
 }

@@ -14,8 +14,14 @@ Frames follow REP-103: x forward, y left, z up. All numbers are in SI units; wha
 arrays and null in tables.
 """
 
-from tipwatch import _tipwatch
-from tipwatch._tipwatch import (
+from pathlib import Path
+
+from tipwatch import _processor
+
+_processor.check(Path(__file__).parent)
+
+from tipwatch import _tipwatch  # noqa: E402
+from tipwatch._tipwatch import (  # noqa: E402
     Analysis,
     Column,
     Evaluation,

@@ -19,6 +19,7 @@ __all__ = [
     "Table",
     "TipwatchError",
     "WhatIf",
+    "__processor__",
     "__version__",
     "analyze",
     "compare",
@@ -28,9 +29,11 @@ __all__ = [
     "screen",
     "set_program",
     "set_read_options",
+    "stated_read_options",
     "whatif",
 ]
 
+__processor__: str
 __version__: str
 
 _Floats: TypeAlias = NDArray[np.float64]
@@ -252,6 +255,7 @@ class FleetTask:
         apply_clock_offsets: Literal["stated", "estimated"] | None = None,
         quasi_static: Literal["auto", "always", "never"] | None = None,
         accept_inertias: bool = False,
+        reports: Literal["none", "events", "all"] | None = None,
     ) -> Self: ...
     def files(self) -> list[Path]: ...
     def logs(self, logs: Sequence[str | PathLike[str]]) -> list[tuple[str, int]]: ...
@@ -259,7 +263,13 @@ class FleetTask:
     def run(self, log: str | PathLike[str]) -> tuple[str, str] | None: ...
     def fail(self, log: str | PathLike[str], kind: str, reason: str) -> None: ...
     def gather(
-        self, out: str | PathLike[str], logs: Sequence[str | PathLike[str]], min_valid: float
+        self,
+        out: str | PathLike[str],
+        logs: Sequence[str | PathLike[str]],
+        min_valid: float | None,
+        policy: str | PathLike[str] | None,
+        fail_on: str | Sequence[str] | None,
+        prune: bool,
     ) -> Fleet: ...
 
 def screen(
@@ -325,5 +335,6 @@ def set_read_options(
     definitions: Sequence[str | PathLike[str]] = (),
     fetch_whole: bool = False,
 ) -> None: ...
+def stated_read_options() -> dict[str, Any]: ...
 def set_program(file: str | PathLike[str]) -> None: ...
 def main(arguments: Sequence[str]) -> int: ...

@@ -13,6 +13,7 @@ use tipwatch_mechanics::{Contribution, Quantity, State};
 
 use crate::base::number::known;
 use crate::base::rows::Rows;
+use crate::base::shared::Shared;
 use crate::base::table::Table;
 
 /// Edges of the bins of [`Exposure::margin_s`]: one below 0, twenty of width 1/20, one above 1.
@@ -82,7 +83,7 @@ pub struct Moment {
     /// Angle between the upward axis of the base and the vertical (rad).
     pub tilt_rad: Option<f64>,
     /// Names of the joints.
-    pub joints: Vec<String>,
+    pub joints: Shared<[String]>,
     /// Their positions (rad or m).
     pub positions: Vec<Option<f64>>,
 }
@@ -94,7 +95,7 @@ impl Moment {
         let up = state.base.up;
         let positions = Parameter::all(machine).into_iter();
         let positions = positions.filter(|p| matches!(p, Parameter::JointPosition(_)));
-        let (joints, positions) = positions
+        let (joints, positions): (Vec<String>, _) = positions
             .map(|position| {
                 let name = position.name(machine);
                 let joint = name.strip_suffix(".position").unwrap_or(&name).to_owned();
@@ -104,7 +105,7 @@ impl Moment {
         Self {
             speed_m_s: known(state.base.velocity.norm()),
             tilt_rad: known(up.z.clamp(-1.0, 1.0).acos()),
-            joints,
+            joints: joints.into(),
             positions,
         }
     }

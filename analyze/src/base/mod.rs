@@ -19,6 +19,7 @@ pub mod provenance;
 pub mod recovered;
 pub mod rows;
 pub(crate) mod scratch_file;
+pub mod shared;
 pub(crate) mod state_source;
 pub(crate) mod stderr;
 pub(crate) mod stdout;

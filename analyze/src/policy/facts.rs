@@ -8,6 +8,7 @@ use tipwatch_ingest::{Losses, LostRange};
 
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
+use crate::base::shared::Shared;
 use crate::events::{Event, EventKind, Finding};
 use crate::tables::frame::record;
 
@@ -64,7 +65,7 @@ pub struct LogFacts {
     /// The most important findings in words, without their evidence.
     pub findings: Vec<String>,
     /// Notes of the analysis.
-    pub notes: Vec<String>,
+    pub notes: Vec<Shared<str>>,
 }
 
 /// The facts of a wheel, over the valid rows.
@@ -160,7 +161,9 @@ impl LogFacts {
             findings: (findings.iter().take(MOST_FINDINGS))
                 .map(|finding| finding.headline.clone())
                 .collect(),
-            notes: analysis.notes.iter().map(ToString::to_string).collect(),
+            notes: (analysis.notes.iter())
+                .map(|note| note.to_string().into())
+                .collect(),
         }
     }
 

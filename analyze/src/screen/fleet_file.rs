@@ -22,7 +22,7 @@
 //! All conditions of a rule must hold. If rules of different machine files match one log, the log fails,
 //! because a wrong machine gives plausible but wrong loads.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -32,7 +32,7 @@ use tipwatch_binding::{MachineFile, read_text};
 use tipwatch_ingest::{Log, MetadataRecord, metadata_records};
 
 use super::failure::FailureKind;
-use super::version::machine_sha256;
+use super::version::{machine_sha256, named_files, urdf_hash};
 use crate::base::file_hash::FileHash;
 
 /// A fleet file as written.
@@ -189,17 +189,28 @@ impl Fleet {
         Ok(self)
     }
 
-    /// Says which machine files have the same name and differ: tables and pages know a machine by its name.
+    /// Says which machine files have the same name and differ, by themselves or by the files that they name: tables and pages know a machine by its name.
     #[must_use]
     pub(super) fn note(&self) -> Option<String> {
-        let mut of_name = BTreeMap::<&str, BTreeMap<String, &Path>>::new();
+        let mut of_name = BTreeMap::<&str, BTreeMap<(String, String), &Path>>::new();
         for machine in &self.machines {
+            // what cannot be read is a reason why each of its logs fails
+            let urdf = urdf_hash(machine).ok().flatten();
+            let named = named_files(machine, urdf.as_ref()).unwrap_or_default();
             let files = of_name.entry(&machine.spec.name).or_default();
             files
-                .entry(machine_sha256(machine))
+                .entry((machine_sha256(machine), named))
                 .or_insert(&machine.path);
         }
         let shared = of_name.iter().filter(|(_, files)| files.len() > 1);
+        let is_of_one_text = |files: &BTreeMap<(String, String), &Path>| {
+            let texts: BTreeSet<&String> = files.keys().map(|(text, _)| text).collect();
+            texts.len() < files.len()
+        };
+        let by_urdf = match shared.clone().any(|(_, files)| is_of_one_text(files)) {
+            true => "; where their texts are equal, their URDF or DBC files differ",
+            false => "",
+        };
         let shared: Vec<String> = shared
             .map(|(name, files)| {
                 let mut files: Vec<String> = files
@@ -212,7 +223,7 @@ impl Fleet {
             .collect();
         (!shared.is_empty()).then(|| {
             format!(
-                "machine files that differ have the same name: {}; their logs count as those of one machine: give each machine \
+                "machine files that differ have the same name: {}{by_urdf}; their logs count as those of one machine: give each machine \
                  a name of its own",
                 shared.join("; ")
             )

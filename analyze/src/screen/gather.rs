@@ -169,14 +169,19 @@ pub(super) fn finish(
 
 /// Builds data set and page in a local folder; returns the totals as text, which are written last.
 fn build(rows: &[LogRow], out: &Path, gate: Gate<'_>) -> Result<(Finished, String)> {
-    data_set::write(rows, out)?;
     let judgements = gate.judge(rows);
-    write_policy(rows, &judgements, gate.policy, gate.min_valid, out)?;
     let totals = Totals::of(rows, &judgements, gate.min_valid);
-    let compared = comparisons(rows, gate.min_valid);
+    let page = || {
+        let compared = comparisons(rows, gate.min_valid);
+        let html = page::render(rows, &judgements, &totals, &compared, gate.min_valid);
+        (compared, html)
+    };
+    // of a large fleet each takes seconds, mostly on one thread
+    let (written, (compared, html)) = rayon::join(|| data_set::write(rows, out), page);
+    written?;
+    write_policy(rows, &judgements, gate.policy, gate.min_valid, out)?;
     let text = serde_json::to_string_pretty(&compared)?;
     write_atomically(&out.join("outliers.json"), text.as_bytes())?;
-    let html = page::render(rows, &judgements, &totals, &compared, gate.min_valid);
     write_atomically(&out.join(PAGE), html.as_bytes())?;
     let text = serde_json::to_string_pretty(&totals)?;
     let finished = Finished {

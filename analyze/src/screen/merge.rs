@@ -1,9 +1,10 @@
 //! Which record of a log becomes its row: one of each path, then one of each content and machine.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::mem;
 
 use super::failure::FailureKind;
-use super::record::{Outcome, Record};
+use super::record::{Outcome, Record, beginning};
 
 /// A log of the data set.
 #[derive(Debug, Clone)]
@@ -17,26 +18,38 @@ pub(super) struct LogRow {
 /// The record of each path, sorted by path: of the newest program, then the latest. The records in `now`
 /// are those of this run and replace all others of their paths.
 pub(super) fn latest(all: Vec<Record>, now: Vec<Record>) -> Vec<Record> {
-    let mut by_path: BTreeMap<String, Record> = BTreeMap::new();
-    for record in all {
-        match by_path.get_mut(&record.path) {
-            None => {
-                by_path.insert(record.path.clone(), record);
-            }
-            Some(known) if replaces(&record, known) => *known = record,
-            Some(_) => {}
+    let mut records = one_of_each_path(all, replaces);
+    // another process may have analysed what this one could not
+    let is_newer = |record: &Record, known: &Record| !record.is_failed() || replaces(record, known);
+    let mut new = one_of_each_path(now, is_newer);
+    new.retain_mut(|record| {
+        let known = records.binary_search_by(|known| known.path.cmp(&record.path));
+        let known = known.ok().map(|place| &mut records[place]);
+        let is_new = known.is_none();
+        if let Some(known) = known.filter(|known| is_newer(record, known)) {
+            mem::swap(record, known);
         }
-    }
-    for record in now {
-        match by_path.get(&record.path) {
-            // another process analysed what this one could not
-            Some(known) if record.is_failed() && !replaces(&record, known) => {}
-            _ => {
-                by_path.insert(record.path.clone(), record);
-            }
+        is_new
+    });
+    records.extend(new);
+    records.sort_by(|a, b| a.path.cmp(&b.path));
+    records
+}
+
+/// One record of each path, sorted by path: a later one where it replaces those before it.
+fn one_of_each_path(
+    mut records: Vec<Record>,
+    replaces: impl Fn(&Record, &Record) -> bool,
+) -> Vec<Record> {
+    records.sort_by(|a, b| a.path.cmp(&b.path));
+    records.dedup_by(|record, known| {
+        let is_same = record.path == known.path;
+        if is_same && replaces(record, known) {
+            mem::swap(record, known);
         }
-    }
-    by_path.into_values().collect()
+        is_same
+    });
+    records
 }
 
 /// Whether a record takes the place of another of the same path. With the same program a failure never
@@ -98,11 +111,12 @@ fn machine_of(record: &Record) -> Option<&str> {
     record.machine.as_ref().map(|machine| machine.name.as_str())
 }
 
-/// Whether two records were made with one machine. A name is not enough: two files may have the same one. Records of
+/// Whether two records were made with one machine. A name is not enough: two files may have the same one, and two files of
+/// one text may stand beside different URDFs. Records of
 /// different programs may come from before and after a change of the file, so that the newer one is right.
 fn is_of_same_machine(a: &Record, b: &Record) -> bool {
     let is_of_one_file = match (&a.machine, &b.machine) {
-        (Some(a), Some(b)) => a.sha256 == b.sha256,
+        (Some(a), Some(b)) => a.is_of_same_files(b),
         _ => true,
     };
     machine_of(a) == machine_of(b) && (is_of_one_file || a.program() != b.program())
@@ -125,18 +139,24 @@ fn refuse_conflict(rows: &mut [LogRow], of_content: &[usize]) {
     let named = analysed.iter().map(|&row| {
         let record = &rows[row].record;
         let machine = record.machine.as_ref();
-        let name = machine.map_or("unknown", |machine| &machine.name);
-        match machine
-            .and_then(|machine| machine.sha256.get(..8))
-            .filter(|_| has_one_name)
-        {
-            Some(file) => format!("{} ({name}, machine file {file})", record.path),
-            None => format!("{} ({name})", record.path),
+        match machine {
+            Some(machine) if has_one_name => format!(
+                "{} ({}, machine file {}{})",
+                record.path,
+                machine.name,
+                beginning(&machine.sha256, 8),
+                match &machine.named_files {
+                    Some(named) => format!(" with URDF and DBC files {}", beginning(named, 8)),
+                    None => String::new(),
+                }
+            ),
+            Some(machine) => format!("{} ({})", record.path, machine.name),
+            None => format!("{} (unknown)", record.path),
         }
     });
     let remedy = match has_one_name {
         true => {
-            "analyse all of them with the same machine file, or give each machine a name of its own"
+            "analyse all of them with the same machine file and URDF, or give each machine a name of its own"
         }
         false => "remove the copies that are in the wrong place, or mend the fleet file",
     };

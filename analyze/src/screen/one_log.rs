@@ -19,7 +19,7 @@ use super::record::{
 };
 use super::request::Reports;
 use super::store::{Before, Store};
-use super::version::{SOURCES, analysis_version, machine_sha256, urdf_hash};
+use super::version::{SOURCES, analysis_version, machine_sha256, named_files, urdf_hash};
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, analyse_into};
 use crate::base::error_text::{error_text, without_path};
@@ -147,11 +147,13 @@ impl Screening<'_> {
         let machine = assigned.machine;
         let urdf = urdf_hash(machine);
         let known = urdf.as_ref().ok().and_then(Option::as_ref);
-        record.machine = Some(MachineName {
+        let name = MachineName {
             name: machine.spec.name.clone(),
             sha256: machine_sha256(machine),
+            named_files: named_files(machine, known).ok(),
             kind: assigned.kind(known),
-        });
+        };
+        record.machine = Some(name.into());
         let version = urdf
             .and_then(|urdf| analysis_version(machine, urdf.as_ref(), &self.options))
             .map_err(|error| FailureKind::Machine.error(error_text(&error)))?;

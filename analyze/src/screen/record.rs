@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 use tipwatch_binding::sha256;
 
 use super::failure::FailureKind;
+use crate::base::shared::{Pool, Shared};
 use crate::policy::facts::{EventFacts, LogFacts};
 use crate::tables::frame::Day;
 
 /// Version of the document.
-pub(super) const RECORD_SCHEMA: u32 = 5;
+pub(super) const RECORD_SCHEMA: u32 = 6;
 /// The oldest version that is still read: what it does not tell is unknown.
 pub(super) const OLDEST_SCHEMA: u32 = 3;
 
@@ -26,7 +27,7 @@ pub(super) struct Record {
     /// Length of its files (bytes).
     pub(super) bytes: Option<u64>,
     /// The machine; `None` if unknown.
-    pub(super) machine: Option<MachineName>,
+    pub(super) machine: Option<Shared<MachineName>>,
     /// See [`super::version`]; `None` without a machine.
     pub(super) analysis_version: Option<String>,
     /// Version of the program.
@@ -44,14 +45,27 @@ pub(super) struct Record {
 }
 
 /// The machine that a log was analysed with.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) struct MachineName {
     /// Its name.
     pub(super) name: String,
     /// SHA-256 of its machine file.
     pub(super) sha256: String,
+    /// Identity of the URDF and DBC files that it names, see [`super::version::named_files`]; `None` in records of before it
+    /// was kept.
+    #[serde(default)]
+    pub(super) named_files: Option<String>,
     /// Its type; `None` if the fleet file states none and the machine file names no URDF.
     pub(super) kind: Option<String>,
+}
+
+impl MachineName {
+    /// Whether both were made from one machine file and the same files that it names. Of those that an older record does not
+    /// tell, nobody knows that they differ.
+    pub(super) fn is_of_same_files(&self, other: &Self) -> bool {
+        let named = self.named_files.as_ref().zip(other.named_files.as_ref());
+        self.sha256 == other.sha256 && named.is_none_or(|(a, b)| a == b)
+    }
 }
 
 /// The result of a log.
@@ -76,7 +90,35 @@ pub(super) enum Outcome {
     },
 }
 
+/// What many records have in common.
+#[derive(Debug, Default)]
+pub(super) struct Common {
+    machines: Pool<MachineName>,
+    joints: Pool<[String]>,
+    notes: Pool<str>,
+}
+
 impl Record {
+    /// The same in less memory, for a hundred thousand of them: what others have as well is held once, and no list has
+    /// room for more.
+    pub(super) fn compact(mut self, common: &Common) -> Self {
+        if let Some(machine) = &mut self.machine {
+            common.machines.share(machine);
+        }
+        if let Outcome::Analysed { facts, .. } = &mut self.result {
+            let worst = facts.worst.as_mut();
+            if let Some(moment) = worst.and_then(|worst| worst.moment.as_mut()) {
+                common.joints.share(&mut moment.joints);
+            }
+            facts
+                .notes
+                .iter_mut()
+                .for_each(|note| common.notes.share(note));
+        }
+        // a clone is as large as its content; shrinking would leave up to half of it unused
+        self.clone()
+    }
+
     /// Name in the store. An analysed log has one name per content, version and path, so that its record
     /// is written once; a failed one has one name per path, so that the last attempt replaces the others.
     pub(super) fn key(&self) -> String {
@@ -193,6 +235,6 @@ pub(super) fn report_folder(log_id: &str, version: &str) -> String {
 }
 
 /// The first digits of a hash.
-fn beginning(hash: &str, digits: usize) -> &str {
+pub(super) fn beginning(hash: &str, digits: usize) -> &str {
     hash.get(..digits).unwrap_or(hash)
 }

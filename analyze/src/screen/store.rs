@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::Result;
 
 use super::place::Place;
-use super::record::{FAILED, OLDEST_SCHEMA, RECORD_SCHEMA, Record, content_key, path_key};
+use super::record::{Common, FAILED, OLDEST_SCHEMA, RECORD_SCHEMA, Record, content_key, path_key};
 use crate::base::error_text::error_text;
 
 const FOLDER: &str = "state";
@@ -161,18 +161,17 @@ impl Store {
 
     /// All records of these objects, and a note on each that is not valid: its log counts as not analysed.
     pub(super) fn load(&self, names: &[String]) -> Result<(Vec<Record>, Vec<String>)> {
-        let read: Vec<Result<Record>> =
-            (self.place).in_parallel(names, |name| Ok(self.read(name)))?;
-        let mut records = Vec::with_capacity(read.len());
+        let common = Common::default();
+        let read = self.place.in_parallel(names, |name| {
+            Ok(self.read(name).map(|record| record.compact(&common)))
+        })?;
         let mut unusable = Vec::new();
-        for (name, read) in names.iter().zip(read) {
-            match read {
-                Ok(record) => records.push(record),
-                Err(error) => {
-                    unusable.push(format!("{}/{name}: {}", self.place, error_text(&error)));
-                }
-            }
-        }
+        // in place: the list is long
+        let records = read.into_iter().zip(names).filter_map(|(read, name)| {
+            let note = |error| format!("{}/{name}: {}", self.place, error_text(&error));
+            read.map_err(|error| unusable.push(note(error))).ok()
+        });
+        let records = records.collect();
         Ok((records, unusable))
     }
 

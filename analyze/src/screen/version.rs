@@ -41,8 +41,6 @@ pub(super) fn analysis_version(
     urdf: Option<&FileHash>,
     options: &Options,
 ) -> Result<String> {
-    let dbc_files = machine.dbc_files();
-    let dbc_files = dbc_files.iter().map(|file| Ok(hash_file(file)?.identity()));
     let ingredients = Ingredients {
         tipwatch: env!("CARGO_PKG_VERSION"),
         sources: SOURCES,
@@ -50,7 +48,7 @@ pub(super) fn analysis_version(
         record_schema: RECORD_SCHEMA,
         machine_file: &machine_sha256(machine),
         urdf: urdf.map(FileHash::identity),
-        dbc_files: dbc_files.collect::<Result<_>>()?,
+        dbc_files: dbc_hashes(machine)?,
         options,
         reading: Some(read_options()).filter(|stated| *stated != ReadOptions::default()),
     };
@@ -71,6 +69,23 @@ impl Ingredients<'_> {
 /// It cannot be read.
 pub(super) fn urdf_hash(machine: &MachineFile) -> Result<Option<FileHash>> {
     machine.urdf_path().map(|path| hash_file(&path)).transpose()
+}
+
+/// SHA-256 over the identities of the URDF and the DBC files that a machine file names: with the same text, another folder may
+/// hold others.
+///
+/// # Errors
+/// One of them cannot be read.
+pub(super) fn named_files(machine: &MachineFile, urdf: Option<&FileHash>) -> Result<String> {
+    let urdf = urdf.map(FileHash::identity).unwrap_or_default();
+    let files = [vec![urdf], dbc_hashes(machine)?].concat();
+    Ok(sha256(files.join("\n").as_bytes()))
+}
+
+fn dbc_hashes(machine: &MachineFile) -> Result<Vec<String>> {
+    let files = machine.dbc_files();
+    let hashes = files.iter().map(|file| Ok(hash_file(file)?.identity()));
+    hashes.collect()
 }
 
 /// SHA-256 of a machine file.

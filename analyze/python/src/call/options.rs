@@ -122,9 +122,9 @@ pub(crate) enum Words {
 }
 
 impl Words {
-    pub(crate) fn list(self) -> Vec<String> {
+    pub(crate) fn list(&self) -> &[String] {
         match self {
-            Self::One(word) => vec![word],
+            Self::One(word) => std::slice::from_ref(word),
             Self::Many(words) => words,
         }
     }

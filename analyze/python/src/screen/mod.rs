@@ -1,6 +1,7 @@
 //! Whole fleets: on the threads of this process, or as tasks of an engine.
 
 mod fleet;
+mod gate;
 mod screening;
 mod task;
 

@@ -7,21 +7,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use anyhow::{Result, anyhow, bail};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
-use tipwatch_analyze::analysis::DEFAULT_MIN_VALID;
-use tipwatch_analyze::events::EventKind;
-use tipwatch_analyze::policy::Policy;
 use tipwatch_analyze::screen::{
-    DEFAULT_ATTEMPTS, Fleet as Machines, Gate, Gathering, MOST_JOBS, Output, Reports, Request,
-    Screen, Shard, Update, gather as gather_records, screen as screen_logs,
+    DEFAULT_ATTEMPTS, Fleet as Machines, Gathering, MOST_JOBS, Output, Reports, Request, Screen,
+    Shard, Update, gather as gather_records, screen as screen_logs,
 };
 use tipwatch_binding::MachineFile;
 
 use super::fleet::Fleet;
+use super::gate::{gate, rules};
 use super::task::accepting;
 use crate::call::error::{Mistake, exception};
 use crate::call::interrupt::{Stop, interruptible};
 use crate::call::number::{Whole, positive};
-use crate::call::options::{Stated, Words, one_of, value};
+use crate::call::options::{Stated, Words, value};
 use crate::call::place::{Place, paths};
 use crate::call::progress::Progress;
 use crate::machine::machine_file;
@@ -53,14 +51,14 @@ use crate::machine::machine_file;
 ///     Least share of a log's time that must be computable for it to decide anything; default: that of the policy, else
 ///     0.5.
 /// policy : path, optional
-///     The rules by which the logs are judged (``policy.json``); with threads.
+///     The rules by which the logs are judged (``policy.json``).
 /// fail_on : str, or sequence of str, optional
 ///     Kinds of events that no log may have, as "wheel_lift": a policy of these rules. ``Fleet.totals`` counts the logs that
-///     break it; with threads.
+///     break it.
 /// prune : bool
-///     Remove logs that no longer exist from the data set; with threads.
+///     Remove logs that no longer exist from the data set.
 /// reports : {"events", "all", "none"}, optional
-///     Which logs get a report of their own: those with events of wheels or edges (default), all, or none; with threads.
+///     Which logs get a report of their own: those with events of wheels or edges (default), all, or none.
 /// memory : float, optional
 ///     Limit of the estimated memory of all analyses (GiB); default: three quarters of what is free; with threads.
 /// shard : str, optional
@@ -188,6 +186,8 @@ pub(crate) fn screen(
         })
     };
     let numbers = checked().map_err(|error| exception(&error))?;
+    // before hours of analyses
+    let rules = rules(policy.as_ref(), fail_on.as_ref()).map_err(|error| exception(&error))?;
     let machine = machine.map(machine_file).transpose()?;
     let logs = match logs {
         Logs::One(log) => vec![log.into_path()],
@@ -208,10 +208,16 @@ pub(crate) fn screen(
         arguments.set_item("fleet", fleet)?;
         let options = stated.keywords(py)?;
         options.set_item("accept_inertias", accept_inertias)?;
+        options.set_item("reports", reports)?;
         arguments.set_item("options", options)?;
         arguments.set_item("resume", resume)?;
         arguments.set_item("jobs", numbers.jobs)?;
-        arguments.set_item("min_valid", min_valid.unwrap_or(DEFAULT_MIN_VALID))?;
+        let judged = PyDict::new(py);
+        judged.set_item("min_valid", min_valid)?;
+        judged.set_item("policy", policy.map(Place::into_path))?;
+        judged.set_item("fail_on", fail_on.as_ref().map(Words::list))?;
+        judged.set_item("prune", prune)?;
+        arguments.set_item("judged", judged)?;
         arguments.set_item("retries", numbers.retries)?;
         arguments.set_item("tell", progress.function())?;
         let logs: Vec<OsString> = logs.into_iter().map(PathBuf::into_os_string).collect();
@@ -230,11 +236,6 @@ pub(crate) fn screen(
             }
             _ => bail!(Mistake("expected either out or records".into())),
         };
-        let policy = match (policy, fail_on) {
-            (Some(file), _) => Some(Policy::read(&file)?),
-            (None, Some(kinds)) => without(&kinds.list())?,
-            (None, None) => None,
-        };
         let work = match gather.records(&place) {
             Some(records) => Work::Gather(records),
             None => {
@@ -251,10 +252,9 @@ pub(crate) fn screen(
                 }
             }
         };
-        Ok((work, place, policy, options))
+        Ok((work, place, options))
     };
-    let (work, place, policy, options) =
-        read().map_err(|error: anyhow::Error| exception(&error))?;
+    let (work, place, options) = read().map_err(|error: anyhow::Error| exception(&error))?;
     let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let notify = |update: Update<'_>| match update {
         Update::Begin(logs) => all.store(logs, Ordering::Relaxed),
@@ -263,12 +263,7 @@ pub(crate) fn screen(
         }
         Update::Note(_) => {}
     };
-    let gate = Gate {
-        policy: policy.as_ref(),
-        min_valid: min_valid
-            .or_else(|| policy.as_ref()?.min_valid)
-            .unwrap_or(DEFAULT_MIN_VALID),
-    };
+    let gate = gate(rules.as_ref(), min_valid);
     let compute = |stop: &Stop| -> Result<Screen> {
         match &work {
             Work::Gather(records) => {
@@ -359,9 +354,7 @@ const EXCLUSIVE: [(&str, &str); 16] = [
 ];
 
 /// Keywords for which an engine has no use.
-const OF_THREADS: [&str; 9] = [
-    "policy", "fail_on", "prune", "reports", "memory", "shard", "records", "attempts", "gather",
-];
+const OF_THREADS: [&str; 5] = ["memory", "shard", "records", "attempts", "gather"];
 
 /// Keywords, each with whether it was given, that cannot stand together.
 ///
@@ -386,13 +379,6 @@ fn refuse_conflicts(given: &[(&str, bool)], runner: &str) -> Result<()> {
         ))),
         None => Ok(()),
     }
-}
-
-/// The rules against events of these kinds; none without a kind.
-fn without(kinds: &[String]) -> Result<Option<Policy>> {
-    let kinds = kinds.iter().map(|kind| one_of("fail_on", kind));
-    let kinds: Vec<EventKind> = kinds.collect::<Result<_>>()?;
-    Ok((!kinds.is_empty()).then(|| Policy::without(&kinds)))
 }
 
 /// A part of the logs.

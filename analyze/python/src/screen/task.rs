@@ -7,13 +7,14 @@ use anyhow::{Context, Result, anyhow, bail};
 use pyo3::prelude::*;
 use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::screen::{
-    FailureKind, Fleet as Machines, Gate, Gathering, Reports, Task, TaskResult, gather, logs_of,
+    FailureKind, Fleet as Machines, Gathering, Reports, Task, TaskResult, gather, logs_of,
 };
 use tipwatch_binding::MachineFile;
 
 use super::fleet::Fleet;
+use super::gate::{gate, rules};
 use crate::call::error::{Mistake, exception};
-use crate::call::options::Stated;
+use crate::call::options::{Stated, Words, value};
 use crate::call::place::{Place, paths};
 
 /// The analyses of a fleet with one record per log, for engines that run each log as a task.
@@ -24,6 +25,7 @@ pub(crate) struct FleetTask {
     file: PathBuf,
     machines: Machines,
     options: Options,
+    reports: Reports,
 }
 
 #[pymethods]
@@ -31,7 +33,7 @@ impl FleetTask {
     #[new]
     #[pyo3(signature = (
         records, *, machine=None, fleet=None, rate=None, estimator=None, model=None, closed_form_input=None,
-        apply_clock_offsets=None, quasi_static=None, accept_inertias=false
+        apply_clock_offsets=None, quasi_static=None, accept_inertias=false, reports=None
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn new(
@@ -45,6 +47,7 @@ impl FleetTask {
         apply_clock_offsets: Option<String>,
         quasi_static: Option<String>,
         accept_inertias: bool,
+        reports: Option<&str>,
     ) -> PyResult<Self> {
         let stated = Stated {
             rate,
@@ -66,6 +69,7 @@ impl FleetTask {
                 file: file.into_path(),
                 machines: accepting(machines, accept_inertias)?,
                 options: stated.options()?,
+                reports: value("reports", reports, Reports::default())?,
             })
         };
         read().map_err(|error| exception(&error))
@@ -120,27 +124,28 @@ impl FleetTask {
     }
 
     /// Builds data set and page; logs without a record are in it as failed.
+    #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
     fn gather(
         &self,
         py: Python<'_>,
         out: Place,
         logs: Vec<Place>,
-        min_valid: f64,
+        min_valid: Option<f64>,
+        policy: Option<Place>,
+        fail_on: Option<Words>,
+        prune: bool,
     ) -> PyResult<Fleet> {
         let (out, logs) = (out.into_path(), paths(logs));
+        let policy = rules(policy.as_ref(), fail_on.as_ref()).map_err(|error| exception(&error))?;
         let gathered = py.detach(|| {
             let asked = Gathering {
                 records: &self.records,
                 out: &out,
                 logs: &logs,
-                prune: false,
+                prune,
                 options: self.options,
             };
-            let gate = Gate {
-                policy: None,
-                min_valid,
-            };
-            gather(&asked, gate, &|_| {})
+            gather(&asked, gate(policy.as_ref(), min_valid), &|_| {})
         });
         let fleet = gathered.and_then(|found| Fleet::of(out, found));
         fleet.map_err(|error| exception(&error))
@@ -163,7 +168,7 @@ impl FleetTask {
         Task {
             records: &self.records,
             options: self.options,
-            reports: Reports::default(),
+            reports: self.reports,
         }
     }
 }

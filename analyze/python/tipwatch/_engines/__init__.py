@@ -29,11 +29,12 @@ def screen(
     options: Mapping[str, object],
     resume: bool,
     jobs: int | None,
-    min_valid: float,
+    judged: Mapping[str, object],
     retries: int,
     tell: Callable[[int, int], object] | None,
 ) -> _tipwatch.Fleet:
-    """Analyses the logs on an engine; the arguments are those of ``tipwatch.screen``, ``options`` those of analyses."""
+    """Analyses the logs on an engine; the arguments are those of ``tipwatch.screen``, ``options`` those of analyses,
+    ``judged`` those of the data set."""
     if runner not in _ENGINES:
         raise error("value", f"expected runner 'threads', 'ray' or 'dask', found {runner!r}")
     try:
@@ -63,7 +64,9 @@ def screen(
     if tell is not None:
         tell(0, len(all_logs))
     engine.run(parcel, all_logs, finished, in_flight=jobs, retries=retries)
-    return task.gather(out, [log for log, _ in all_logs], min_valid)
+    # what is gone is known from the folders; else a log that came meanwhile is none of this run
+    named = list(logs) if judged["prune"] else [log for log, _ in all_logs]
+    return task.gather(out, named, **judged)
 
 
 def _absolute(out: str | PathLike[str]) -> str:

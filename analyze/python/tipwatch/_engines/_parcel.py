@@ -1,4 +1,4 @@
-"""What a worker needs to analyse a log: the machine files, by content, and the options."""
+"""What a worker needs to analyse a log: the machine files, by content, the options, and how logs are read."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ class Parcel:
     file: str
     files: Mapping[str, bytes]
     options: Mapping[str, Any]
+    reading: Mapping[str, Any]
     id: str
 
     @classmethod
@@ -37,11 +38,12 @@ class Parcel:
         task = _tipwatch.FleetTask(records, machine=machine, fleet=fleet, **options)
         kind, file = ("machine", machine) if fleet is None else ("fleet", fleet)
         files = {str(path): Path(path).read_bytes() for path in task.files()}
-        content = [records, kind, str(file), *sorted(files), *map(repr, sorted(options.items()))]
+        reading = _tipwatch.stated_read_options()
+        content = [records, kind, str(file), *sorted(files), *map(repr, sorted({**options, **reading}.items()))]
         digest = hashlib.sha256("\0".join(content).encode())
         for path in sorted(files):
             digest.update(hashlib.sha256(files[path]).digest())
-        return cls(records, kind, str(Path(file).absolute()), files, options, digest.hexdigest())
+        return cls(records, kind, str(Path(file).absolute()), files, options, reading, digest.hexdigest())
 
     def open(self) -> _tipwatch.FleetTask:
         """The analyses on this worker. Machine files that are not the same at their paths here are unpacked."""
@@ -71,4 +73,7 @@ _OPENED: dict[str, _tipwatch.FleetTask] = {}
 
 def analyse(parcel: Parcel, log: str) -> tuple[str, str] | None:
     """Analyses a log on a worker; it writes the log's record. Returns kind and reason of a failure."""
+    # a worker may serve several drivers, one after the other
+    if _tipwatch.stated_read_options() != parcel.reading:
+        _tipwatch.set_read_options(**parcel.reading)
     return parcel.open().run(log)

@@ -218,7 +218,7 @@ impl FleetLog {
             worst_otf_sigma: worst.and_then(|worst| worst.otf_sigma_n),
             worst_speed: moment.and_then(|moment| moment.speed_m_s),
             worst_tilt: moment.and_then(|moment| moment.tilt_rad),
-            joints: moment.map(|moment| moment.joints.clone()),
+            joints: moment.map(|moment| moment.joints.to_vec()),
             worst_posture: moment.map(|moment| moment.positions.clone()),
             lifted_s: count(EventKind::WheelLift).map(|_| lifted_s(events.unwrap_or_default())),
             lift_certainty: surest(|event| event.certainty),
@@ -259,7 +259,7 @@ impl FleetLog {
             undecodable_messages: facts.map(|facts| facts.undecodable_messages),
             longest_gap_s: facts.map(|facts| facts.longest_gap_s),
             findings: facts.map(|facts| facts.findings.clone()),
-            notes: facts.map(|facts| facts.notes.clone()),
+            notes: facts.map(|facts| facts.notes.iter().map(|note| note.to_string()).collect()),
         }
     }
 }

@@ -166,11 +166,15 @@ pub(in crate::screen) fn comparisons(rows: &[LogRow], min_valid: f64) -> Vec<Com
             [worse, better]
         })
         .collect();
-    let of_type: Vec<Family> = machines
+    let typical: BTreeMap<&str, Typical<'_>> = machines
+        .par_iter()
+        .map(|(machine, logs)| (*machine, Typical::of(logs)))
+        .collect();
+    let of_type: Vec<Family> = typical
         .par_iter()
         .map(|(machine, _)| {
             let quantities = quantities.iter();
-            let compared = quantities.map(|&quantity| with_type(machine, &machines, quantity));
+            let compared = quantities.map(|&quantity| with_type(machine, &typical, quantity));
             compared.flatten().collect()
         })
         .collect();
@@ -314,41 +318,62 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
     (compare(true), compare(false))
 }
 
+/// A machine by the medians of its logs.
+struct Typical<'a> {
+    kind: Option<&'a str>,
+    /// Number of logs with a value, and their median.
+    values: BTreeMap<Quantity, (usize, Option<f64>)>,
+    /// Of the uncertainties of the margins; `None` if one is unknown.
+    sigma: Option<f64>,
+    duration_s: Option<f64>,
+}
+
+impl<'a> Typical<'a> {
+    fn of(logs: &[&'a Log<'a>]) -> Self {
+        let machine = (logs.first()).and_then(|log| log.record.machine.as_ref());
+        let values = Quantity::iter().map(|quantity| {
+            let values = logs.iter().filter_map(|log| log.values.get(&quantity));
+            let values: Vec<f64> = values.copied().collect();
+            (quantity, (values.len(), median(&values)))
+        });
+        let sigmas: Option<Vec<f64>> = logs.iter().map(|log| log.sigma).collect();
+        let durations: Vec<f64> = logs.iter().map(|log| log.duration_s).collect();
+        Self {
+            kind: machine.and_then(|machine| machine.kind.as_deref()),
+            values: values.collect(),
+            sigma: sigmas.and_then(|sigmas| median(&sigmas)),
+            duration_s: median(&durations),
+        }
+    }
+}
+
 /// The median of a machine with the medians of the others of its type; `None` if its type is unknown.
 fn with_type(
     machine: &str,
-    machines: &BTreeMap<&str, Vec<&Log<'_>>>,
+    machines: &BTreeMap<&str, Typical<'_>>,
     quantity: Quantity,
 ) -> Option<Raw> {
-    let type_of = |logs: &[&Log<'_>]| logs.first()?.record.machine.as_ref()?.kind.clone();
-    let own_type = type_of(&machines[machine])?;
-    let values = |logs: &[&Log<'_>]| -> Vec<f64> {
-        let values = logs.iter().filter_map(|log| log.values.get(&quantity));
-        values.copied().collect()
-    };
-    let same_type = machines
-        .iter()
-        .filter(|(name, logs)| **name != machine && type_of(logs).as_ref() == Some(&own_type));
-    let others: Vec<&Vec<&Log<'_>>> = same_type
-        .map(|(_, logs)| logs)
-        .filter(|logs| values(logs).len() >= LEAST_LOGS)
-        .collect();
     let own = &machines[machine];
+    let own_type = own.kind?;
+    let (count, mine) = own.values[&quantity];
+    let others = machines.iter().filter(|(name, other)| {
+        let (count, _) = other.values[&quantity];
+        **name != machine && other.kind == Some(own_type) && count >= LEAST_LOGS
+    });
+    let others: Vec<&Typical<'_>> = others.map(|(_, other)| other).collect();
     let against = Against::Type {
-        machine_type: own_type,
+        machine_type: own_type.into(),
     };
     let mut comparison = empty(machine, against, quantity);
-    let mine = values(own);
-    let usual: Vec<f64> = others
-        .iter()
-        .filter_map(|logs| median(&values(logs)))
+    let usual: Vec<f64> = (others.iter())
+        .filter_map(|other| other.values[&quantity].1)
         .collect();
-    comparison.count = mine.len();
+    comparison.count = count;
     comparison.usual_count = usual.len();
-    comparison.value = median(&mine);
+    comparison.value = mine;
     comparison.usual = median(&usual);
-    if mine.len() < LEAST_LOGS {
-        let reason = format!("too few logs: {} of at least {LEAST_LOGS}", mine.len());
+    if count < LEAST_LOGS {
+        let reason = format!("too few logs: {count} of at least {LEAST_LOGS}");
         return Some(Raw {
             comparison,
             chance: Err(reason),
@@ -367,23 +392,18 @@ fn with_type(
         });
     }
     // the uncertainty of a margin is that of the machine file, which all logs of the machine share
-    let sigmas: Option<Vec<f64>> = own.iter().map(|log| log.sigma).collect();
     let sigma = match quantity {
-        Quantity::WorstMargin => sigmas.and_then(|sigmas| median(&sigmas)),
+        Quantity::WorstMargin => own.sigma,
         // the share has no stated uncertainty: that of the margin moves it, too, by an unknown amount
         Quantity::ExposedShare | Quantity::LiftedShare => Some(0.0),
     };
-    let duration = |logs: &[&Log<'_>]| {
-        let all: Vec<f64> = logs.iter().map(|log| log.duration_s).collect();
-        median(&all)
-    };
-    let durations: Vec<f64> = others.iter().filter_map(|logs| duration(logs)).collect();
-    let chance = comparable(quantity, duration(own), median(&durations)).and_then(|()| {
+    let durations: Vec<f64> = others.iter().filter_map(|other| other.duration_s).collect();
+    let chance = comparable(quantity, own.duration_s, median(&durations)).and_then(|()| {
         if comparison.value == comparison.usual {
             return Ok(1.0);
         }
         let sigma = sigma.ok_or("the uncertainty of its margins is unknown")?;
-        of_one_more(mine_median(&mine), sigma, &usual)
+        of_one_more(mine.unwrap_or(f64::NAN), sigma, &usual)
             .ok_or_else(|| "the other machines do not differ at all".to_string())
     });
     Some(Raw {
@@ -391,10 +411,6 @@ fn with_type(
         chance,
         direction: None,
     })
-}
-
-fn mine_median(mine: &[f64]) -> f64 {
-    median(mine).unwrap_or(f64::NAN)
 }
 
 /// Whether logs of these durations (s) can be compared in a quantity.
