@@ -653,3 +653,28 @@ fn the_dates_of_a_spreadsheet_can_be_stated() {
         "{notes:?}"
     );
 }
+
+#[test]
+fn a_line_that_names_other_columns_ends_the_rows_that_are_read() {
+    // the same names again cost one line, others what follows them, up to the first ones
+    let file = csv(
+        "time_s,x,y\n1,10,20\ntime_s,x,y\n2,11,21\ntime_s,y,x\n3,22,12\n4,23,13\ntime_s,x,y\n5,14,24\n",
+    );
+    let log = Log::open(&file.path).unwrap();
+    let (times, values, _) = field(&log, "x");
+    assert_eq!(values, [10.0, 11.0, 14.0]);
+    assert_eq!(times[2], 5_000_000_000);
+    assert_eq!(log.losses().ranges.len(), 2);
+}
+
+#[test]
+fn an_open_quotation_mark_costs_its_line() {
+    let rows: String = (2..60).map(|row| format!("{row},{row},ok\n")).collect();
+    for (first, lost) in [("1,\"1,ok", 1), ("1,1,\"ok", 1), ("1,1,\"two\nlines\"", 0)] {
+        let file = csv(&format!("time_s,x,remark\n0,0,ok\n{first}\n{rows}"));
+        let log = Log::open(&file.path).unwrap();
+        let (_, values, _) = field(&log, "x");
+        assert_eq!(values.len(), 60 - lost, "{first}");
+        assert_eq!(log.losses().ranges.len(), lost, "{first}");
+    }
+}

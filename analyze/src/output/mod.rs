@@ -13,6 +13,7 @@ use anyhow::{Context, Result};
 
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, RowSink};
+use crate::base::files::write_atomically;
 use crate::base::options::Precision;
 use crate::events::Event;
 use crate::policy::Judgement;
@@ -177,7 +178,7 @@ pub fn write_judgement(judgement: &Judgement, folder: &Path) -> Result<()> {
 }
 
 fn write_text(path: &Path, text: &str) -> Result<()> {
-    fs::write(path, text).with_context(|| format!("{}: cannot be written", path.display()))
+    write_atomically(path, text.as_bytes())
 }
 
 impl WhatIf {

@@ -72,7 +72,7 @@ pub(super) fn of_topic(
         let done = "samples are sorted by stamp; the causal estimator omits late ones";
         findings.push(ClockFinding::handled(Kind::DisorderedStamps, seen, done));
     }
-    if steps.duplicates as f64 > REPEATED_SHARE * messages as f64 && source != StampSource::Log {
+    if steps.duplicates as f64 > REPEATED_SHARE * messages as f64 {
         let seen = format!(
             "{} stamps repeat that of the previous message",
             steps.duplicates

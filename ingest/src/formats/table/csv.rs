@@ -4,7 +4,7 @@ use std::{
     borrow::Cow,
     collections::BTreeMap,
     fs::File,
-    io::{BufReader, Read, Seek, SeekFrom},
+    io::{BufRead, BufReader, Read, Seek, SeekFrom},
     ops::ControlFlow,
     path::PathBuf,
 };
@@ -28,6 +28,8 @@ const BEGINNING_BYTES: u64 = 64 << 10;
 /// Cells that are empty by intent.
 const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "-"];
 
+/// More lines are no text of a cell, but what an open quotation mark has swallowed.
+const MOST_LINES_OF_A_CELL: usize = 16;
 /// Most signals of a table with one in each row.
 const MOST_SIGNALS: usize = 4096;
 
@@ -222,6 +224,7 @@ impl Lines {
         let mut row = ByteRecord::new();
         let mut cells = Vec::new();
         let mut days = DaysPassed::default();
+        let mut has_other_columns = false;
         loop {
             let before = reader.position().clone();
             match reader.read_byte_record(&mut row) {
@@ -240,12 +243,80 @@ impl Lines {
             if self.cut_at == Some(place.bytes.start) {
                 return Ok(());
             }
+            if let Some(next) = self.behind_open_quote(&row, &place)? {
+                let mut position = reader.position().clone();
+                position
+                    .set_byte(next - table.rows_at)
+                    .set_line(start.line() + 1);
+                let problem = Problem {
+                    kind: "quote",
+                    text:
+                        "expected a quotation mark at the end of a cell, found the end of the line"
+                            .to_owned(),
+                };
+                let of_line = Place {
+                    bytes: place.bytes.start..next,
+                    line: place.line,
+                };
+                reader
+                    .seek_raw(SeekFrom::Start(next), position)
+                    .map_err(|error| Error::io(&self.path)(error.into()))?;
+                if take(Err(problem), of_line).is_break() {
+                    return Ok(());
+                }
+                continue;
+            }
             cells.clear();
-            let line = self.read(&row, &mut cells, &mut days);
+            let mut line = self.read(&row, &mut cells, &mut days);
+            if has_other_columns || line.is_err() {
+                has_other_columns = self.names_columns(&row).unwrap_or(has_other_columns);
+            }
+            if has_other_columns {
+                line = Err(Problem {
+                    kind: "columns",
+                    text: "expected the columns that the table begins with, found a line that names others or puts them in another \
+                           order"
+                        .to_owned(),
+                });
+            }
             if take(line, place).is_break() {
                 return Ok(());
             }
         }
+    }
+
+    /// Whether a line that names the columns names others than the first one, or in another order; `None` for a row.
+    fn names_columns(&self, record: &ByteRecord) -> Option<bool> {
+        let names = &self.table.names;
+        let time = names.get(*self.table.time.columns.first()?)?.as_bytes();
+        // the columns of a table without a line of names are called c1, c2, ..
+        let is_name = |cell: &[u8]| !time.is_empty() && cell.trim_ascii() == time;
+        record.iter().any(is_name).then(|| {
+            let cells = record.iter().take(names.len()).map(<[u8]>::trim_ascii);
+            !cells.eq(names.iter().map(String::as_bytes))
+        })
+    }
+
+    /// Where the next line begins, if a quotation mark in this one has swallowed others: a record of several lines that has not as
+    /// many cells as there are columns, or far too many lines.
+    fn behind_open_quote(&self, record: &ByteRecord, place: &Place) -> Result<Option<u64>, Error> {
+        let breaks = record
+            .iter()
+            .flatten()
+            .filter(|byte| **byte == b'\n')
+            .count();
+        let is_remark = record.len() == self.table.names.len() && breaks <= MOST_LINES_OF_A_CELL;
+        if breaks == 0 || is_remark {
+            return Ok(None);
+        }
+        let mut file = File::open(&self.data).map_err(Error::io(&self.path))?;
+        file.seek(SeekFrom::Start(place.bytes.start))
+            .map_err(Error::io(&self.path))?;
+        let mut line = Vec::new();
+        let read = BufReader::new(file).read_until(b'\n', &mut line);
+        read.map_err(Error::io(&self.path))?;
+        let next = place.bytes.start + line.len() as u64;
+        Ok((next < place.bytes.end).then_some(next))
     }
 
     fn read<'c>(

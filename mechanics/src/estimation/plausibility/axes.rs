@@ -126,6 +126,8 @@ impl AxesWatch {
             let value = values[i];
             if self.is_begun {
                 axis.take(stamp_ns, value, others_are_shaken, moves_elsewhere);
+            } else {
+                axis.run_since_ns = stamp_ns;
             }
             axis.last = value;
             let found = axis.saturated(stamp_ns, value, threshold, limits);
@@ -232,6 +234,8 @@ mod tests {
     use super::*;
 
     const THRESHOLD: f64 = 25.0;
+    /// Stamps count from 1970.
+    const START_NS: i64 = 1_780_000_000_000_000_000;
 
     /// Noise between -1 and 1, of an axis.
     fn noise(k: usize, axis: usize) -> f64 {
@@ -244,10 +248,11 @@ mod tests {
         let mut watch = AxesWatch::new(THRESHOLD);
         let mut span: Option<(FaultKind, f64, f64)> = None;
         for k in 0..samples {
-            let stamp_ns = k as i64 * 10_000_000;
+            let stamp_ns = START_NS + k as i64 * 10_000_000;
             let values = [0, 1, 2].map(|axis| value(k, axis));
             if let Some(notice) = watch.notice(stamp_ns, values, true, &Limits::OF_TESTS) {
-                let [since_s, now_s] = [notice.since_ns, stamp_ns].map(|ns| ns as f64 * 1e-9);
+                let [since_s, now_s] =
+                    [notice.since_ns, stamp_ns].map(|ns| (ns - START_NS) as f64 * 1e-9);
                 let first_s = span.map_or(since_s, |span| span.1.min(since_s));
                 span = Some((notice.kind, first_s, now_s));
             }
