@@ -50,7 +50,7 @@ def test_the_tables_have_the_rows_of_the_data_set_once(logs, tmp_path):
             )
     from tipwatch import _tipwatch
 
-    _tipwatch.FleetTask(out, machine=MACHINE).gather(out, [], 0.5)
+    _tipwatch.FleetTask(out, machine=MACHINE).gather(out, [], 0.5, policy=None, fail_on=None, prune=False)
     delta.write(out, uri)
     rows = table_of(uri, "logs")
     assert rows["path"].is_unique().all() and rows["log_id"].drop_nulls().is_unique().all()
