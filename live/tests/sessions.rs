@@ -27,6 +27,22 @@ fn refused(session: &Session, file: &MachineFile, urdf: &Urdf) -> Option<Session
     opened.err().map(|error| SessionRefused::of(&error))
 }
 
+/// A session is refused for this reason, in these words, after a change.
+fn assert_refused(
+    session: &Session,
+    file: &MachineFile,
+    urdf: &Urdf,
+    reason: Refusal,
+    words: &str,
+    change: Change,
+) {
+    let mut changed = session.clone();
+    change(&mut changed);
+    let found = refused(&changed, file, urdf).unwrap_or_else(|| panic!("{words}"));
+    assert_eq!(found.reason, reason, "{}", found.text);
+    assert!(found.text.contains(words), "{words}: {}", found.text);
+}
+
 // requirement: TW-REFUSAL-01, TW-REFUSAL-02, TW-REFUSAL-03, TW-REFUSAL-04, TW-REFUSAL-05, TW-REFUSAL-06, TW-REFUSAL-07
 #[test]
 fn session_that_contradicts_the_machine_file_is_refused() {
@@ -60,11 +76,7 @@ fn session_that_contradicts_the_machine_file_is_refused() {
         }),
     ];
     for (reason, words, change) in changes {
-        let mut changed = session.clone();
-        change(&mut changed);
-        let found = refused(&changed, &file, &urdf).unwrap_or_else(|| panic!("{words}"));
-        assert_eq!(found.reason, reason, "{}", found.text);
-        assert!(found.text.contains(words), "{words}: {}", found.text);
+        assert_refused(&session, &file, &urdf, reason, words, change);
     }
 }
 
@@ -122,11 +134,7 @@ fn every_signal_that_tells_of_supports_is_required() {
         }),
     ];
     for (reason, words, change) in changes {
-        let mut changed = session.clone();
-        change(&mut changed);
-        let found = refused(&changed, &file, &urdf).unwrap_or_else(|| panic!("{words}"));
-        assert_eq!(found.reason, reason, "{}", found.text);
-        assert!(found.text.contains(words), "{words}: {}", found.text);
+        assert_refused(&session, &file, &urdf, reason, words, change);
     }
 }
 

@@ -112,11 +112,12 @@ pub(super) fn gather(
         scope,
         rotations,
     };
-    let with_derivatives = Some(()).filter(|()| scope.sensitivities);
-    let mut sensitivity: Vec<SensitivityPass> = (with_derivatives.into_iter())
-        .flat_map(|()| standing_machines(machine, table))
-        .map(SensitivityPass::new)
-        .collect();
+    let studied = match scope.sensitivities {
+        true => standing_machines(machine, table),
+        false => Vec::new(),
+    };
+    let mut sensitivity: Vec<SensitivityPass> =
+        studied.into_iter().map(SensitivityPass::new).collect();
     let mut seen = Seen::new(machine);
     let mut digest = DigestPass::new(machine, table, min_loads_n);
     let mut exclusion = ExclusionPass::new(machine, table);

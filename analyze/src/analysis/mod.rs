@@ -30,7 +30,7 @@ pub mod run;
 pub mod sensitivity;
 mod size;
 mod spread_values;
-mod standing;
+mod standing_rows;
 mod state_blocks;
 mod steps;
 mod supports;

@@ -7,7 +7,7 @@ use tipwatch_mechanics::{
     Model, Parameter, Quantity, Scope, SensitivitySums, State, Workspace, evaluate,
 };
 
-use super::standing::Standing;
+use super::standing_rows::StandingRows;
 use crate::base::rows::Rows;
 
 /// One row for each parameter and wheel.
@@ -110,8 +110,8 @@ impl SensitivityPass {
     }
 
     /// The table of a log; `None` if no row is valid.
-    pub(crate) fn table(&self, standing: &Standing<'_>) -> Option<SensitivityTable> {
-        let Standing { machine, rows, .. } = *standing;
+    pub(crate) fn table(&self, standing: &StandingRows<'_>) -> Option<SensitivityTable> {
+        let StandingRows { machine, rows, .. } = *standing;
         let parameters = Parameter::all(machine);
         let mut workspace = Workspace::with_model(machine, Scope::ALL, Arc::new(Model::WholeBody));
         let mut state = State::zero(machine);

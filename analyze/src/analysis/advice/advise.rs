@@ -7,7 +7,7 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Parameter, Quantity};
 
 use super::super::sensitivity::SensitivityTable;
-use super::super::standing::Standing;
+use super::super::standing_rows::StandingRows;
 use super::candidates::{Candidate, candidates};
 use super::change::Change;
 use super::result::{Advice, BeforeAfter, RejectedChange, SimulatedChange, WheelMargins};
@@ -28,13 +28,13 @@ const MOST_ROWS: usize = 180_000;
 /// What would have prevented the worst event, in which `worst` is the smallest OTF below its limit; `None` if no row of it can
 /// be simulated.
 pub(crate) fn advise(
-    standing: &Standing<'_>,
+    standing: &StandingRows<'_>,
     events: &[Event],
     worst: &LowestOtf,
     sensitivity: &SensitivityTable,
     positions: &[[f64; 2]],
 ) -> Option<Advice> {
-    let Standing {
+    let StandingRows {
         machine,
         rows,
         min_loads_n,

@@ -9,7 +9,7 @@ use tipwatch_mechanics::{
     BatchEvaluator, Placement, Scope, State, StateColumns, Workspace, combination_sigma, evaluate,
 };
 
-use super::super::standing::Standing;
+use super::super::standing_rows::StandingRows;
 use super::candidates::base_rests;
 use super::hypothesis::{Hypothesis, Supposed};
 use super::simulate::{least_sum, otf_by_rule};
@@ -43,7 +43,7 @@ const DERIVATIVES: Scope = Scope {
 };
 
 /// Asks every lift and tipping what would have prevented it.
-pub(crate) fn ask_all(standing: &[Standing<'_>], rows: &Table, events: &mut [Event]) {
+pub(crate) fn ask_all(standing: &[StandingRows<'_>], rows: &Table, events: &mut [Event]) {
     let mut asked: Vec<usize> = (0..events.len())
         .filter(|&k| events[k].kind.is_lift())
         .collect();
@@ -65,7 +65,7 @@ pub(crate) fn ask_all(standing: &[Standing<'_>], rows: &Table, events: &mut [Eve
     }
     let answers = first.par_iter().map(|&place| {
         let onset = rows.at(events[place].start_ns);
-        let on = &standing[Standing::place_of(standing, onset, rows)?];
+        let on = &standing[StandingRows::place_of(standing, onset, rows)?];
         let question = Question::of(on.machine, on.rows, &events[place])?;
         Some((question.answers(), question.split_flips_at()))
     });

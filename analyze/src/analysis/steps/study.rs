@@ -14,7 +14,7 @@ use super::super::notes;
 use super::super::provenance::provenance;
 use super::super::quasi_static::QuasiStatic;
 use super::super::sensitivity::SensitivityTable;
-use super::super::standing::Standing;
+use super::super::standing_rows::StandingRows;
 use super::super::task::Task;
 use super::super::unstated_load;
 use super::check::CheckedLog;
@@ -93,7 +93,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let is_explained = scope.sensitivities && task.is_recorded() && samples.gross_inputs.is_empty();
     // with the reasons that the events added
     let sets = OnSet::all(&table, min_loads);
-    let standing = Standing::all(machine, &table, limits, &sets);
+    let standing = StandingRows::all(machine, &table, limits, &sets);
     if is_explained {
         ask_all(&standing, &table, &mut events);
     }
@@ -107,7 +107,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
         .collect();
     let lowest = gathered.found.lowest.as_ref();
     let advice = lowest.and_then(|lowest| {
-        let place = Standing::place_of(&standing, lowest.row, &table)?;
+        let place = StandingRows::place_of(&standing, lowest.row, &table)?;
         advise(
             &standing[place],
             &events,

@@ -8,7 +8,7 @@ use crate::events::OnSet;
 
 /// The machine on one set of supports, and the rows in which it stands on them.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Standing<'a> {
+pub(crate) struct StandingRows<'a> {
     /// The machine on them.
     pub(crate) machine: &'a Machine,
     /// The rows of the log; those on other supports are unknown.
@@ -19,7 +19,7 @@ pub(crate) struct Standing<'a> {
     set: Option<usize>,
 }
 
-impl<'a> Standing<'a> {
+impl<'a> StandingRows<'a> {
     /// The machine on each of its sets; of a machine that is always on the same supports, that one.
     pub(crate) fn all(
         machine: &'a Machine,
