@@ -5,6 +5,7 @@ use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_tests::data;
 
 /// `tiny.toml` with different signals.
@@ -114,6 +115,31 @@ fn units_are_converted_and_constants_replace_signals() {
     let analysis = analysed(flat, Estimator::Smoother).unwrap();
     let input = analysis.inputs.iter().find(|i| i.signal == "odometry");
     assert_eq!(input.unwrap().why, "numbers named by the machine file");
+}
+
+#[test]
+fn constants_of_the_machine_file_are_not_frozen() {
+    let measured = triple("angular_velocity", "/imu/data", "angular_velocity");
+    for constant in [
+        "[0, 0, 0]",
+        "[0.0, { topic = \"/imu/data\", field = \"angular_velocity.y\" }, 0]",
+    ] {
+        let signals = tables().replace(&measured, &format!("angular_velocity = {constant}\n"));
+        for estimator in [Estimator::Smoother, Estimator::Causal] {
+            let analysis = analysed(&signals, estimator).unwrap();
+            let frozen: Vec<_> = (analysis.events.iter())
+                .filter(|event| {
+                    event
+                        .fault
+                        .as_ref()
+                        .is_some_and(|fault| fault.kind == FaultKind::Frozen)
+                })
+                .collect();
+            assert!(frozen.is_empty(), "{constant}: {frozen:?}");
+            let valid = (0..analysis.rows.len()).filter(|&row| analysis.rows.is_valid(row));
+            assert!(2 * valid.count() > analysis.rows.len(), "{constant}");
+        }
+    }
 }
 
 #[test]

@@ -695,6 +695,29 @@ fn disordered_log_times_are_no_jump() {
 }
 
 #[test]
+fn rows_in_no_order_of_time_are_no_jump() {
+    let message = |i: i64| StampedMessage {
+        stamp: 0,
+        publish: at(i),
+        log: at(i),
+    };
+    // the later half first, the quarters in no order, and no order at all
+    let quarter = MESSAGES / 4;
+    let orders: [&dyn Fn(i64) -> i64; 3] = [
+        &|i| (i + MESSAGES / 2) % MESSAGES,
+        &|i| [2, 0, 3, 1][(i / quarter) as usize] * quarter + i % quarter,
+        &|i| i * 7919 % MESSAGES,
+    ];
+    for log in orders {
+        let shown = all(|i| message(log(i)));
+        let file = log_ordered(&[("/arm", shown)], false, |_, i, _| i);
+        let recording = &recorded(&file)["/arm"];
+        assert_eq!(kinds(recording), [Kind::NoHeaderStamp]);
+        assert_eq!(largest_error_ms(recording, |i| at(log(i))), 0.0);
+    }
+}
+
+#[test]
 fn a_log_time_that_steps_back_does_not_move_stamps() {
     let log = |i: i64| at(i) + delay(i) - if i < 900 { 0 } else { 5 * S };
     let stamped = |i: i64| StampedMessage {

@@ -23,7 +23,8 @@ use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
 use crate::tables::summary::Summary;
 use crate::tables::{events, parquet, studies};
 
-use self::options::{DERIVED, EVENTS, REPORT, SAMPLES};
+use self::options::REPORT;
+pub(crate) use self::options::{DERIVED, EVENTS, SAMPLES};
 pub use self::options::{OutputOptions, Outputs, SUMMARY};
 use self::sinks::Documents;
 pub use self::sinks::Sinks;

@@ -2,12 +2,12 @@
 
 use crate::base::options::{DerivedRows, Precision};
 
-pub(super) const SAMPLES: &str = "samples.parquet";
-pub(super) const EVENTS: &str = "events.parquet";
+pub(crate) const SAMPLES: &str = "samples.parquet";
+pub(crate) const EVENTS: &str = "events.parquet";
 /// The summary; in a bucket it is written last.
 pub const SUMMARY: &str = "summary.json";
 pub(super) const REPORT: &str = "report.html";
-pub(super) const DERIVED: &str = "derived.mcap";
+pub(crate) const DERIVED: &str = "derived.mcap";
 
 /// Which files to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]

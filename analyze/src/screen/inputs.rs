@@ -18,6 +18,8 @@ use tipwatch_binding::read_text;
 use tipwatch_can::ContainerFormat;
 use tipwatch_storage::{Expanded, Folder, Location, expand};
 
+use crate::output::{DERIVED, EVENTS, SAMPLES, SUMMARY};
+
 /// File extensions of logs; logs given by name may have any.
 const LOG_ENDINGS: [&str; 6] = [".mcap", ".bag", ".db3", ".bag.active", ".blf", ".mf4"];
 /// File extensions of texts that are traces of a CAN bus if their content says so.
@@ -324,6 +326,8 @@ impl Finder {
         for path in entries.flatten().map(|entry| entry.path()) {
             if path.is_dir() {
                 self.add_folder(&path, above);
+            } else if is_result(&path) {
+                // of an analysis, not of a machine
             } else if is_log(&path) || is_trace(&path) {
                 self.logs.insert(path.into());
             } else if is_left_out(&path) {
@@ -361,6 +365,12 @@ fn is_pattern(path: &Path) -> bool {
 
 fn is_log(path: &Path) -> bool {
     ends_packed(path, &LOG_ENDINGS)
+}
+
+/// Whether a file is what an analysis wrote beside its summary.
+fn is_result(path: &Path) -> bool {
+    let is = |name: &&str| path.file_name().is_some_and(|own| own == *name);
+    [SAMPLES, EVENTS, DERIVED].iter().any(is) && path.with_file_name(SUMMARY).is_file()
 }
 
 fn is_table(path: &Path) -> bool {
@@ -429,7 +439,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().canonicalize().unwrap();
         let at = |name: &str| folder.join(name);
-        for name in ["a/bag2", "a/deep", "out", "sets"] {
+        for name in ["a/bag2", "a/deep", "a/results", "out", "sets"] {
             fs::create_dir_all(at(name)).unwrap();
         }
         let logs = [
@@ -451,6 +461,9 @@ mod tests {
             "a/old.log.gz",
             "a/9.csv",
             "a/deep/9.parquet",
+            "a/results/derived.mcap",
+            "a/results/samples.parquet",
+            "a/results/summary.json",
             "a/bag2/metadata.yaml",
             "a/bag2/x_0.db3",
             "out/6.mcap",

@@ -28,6 +28,8 @@ const LEAST_AHEAD_ALONE_NS: i64 = 1_000_000_000;
 const CONFIRMING: usize = 2;
 /// Largest distance of a late block from what it belongs to, in periods.
 const MOST_PERIODS: i64 = 5;
+/// Share of messages that fall behind the one before which no clock reaches: the file has no order.
+const SHUFFLED_SHARE: f64 = 0.05;
 /// How far the topics may differ in where they see a jump (ns), besides some periods.
 const TOGETHER_NS: i64 = 1_000_000_000;
 /// A clock with more jumps is none.
@@ -218,6 +220,9 @@ fn is_same(own: &OwnJump, other: &OwnJump, period_ns: i64) -> bool {
 /// The jumps of a topic's log times.
 fn find(times: &Times, period_ns: i64) -> Vec<OwnJump> {
     let log_ns = times.log_ns();
+    if is_one_series(log_ns, period_ns) {
+        return Vec::new();
+    }
     let strays = Strays::find(times.by(StampSource::Log), period_ns, i64::MAX);
     let mut jumps = Vec::new();
     let (mut run, mut highest, mut last) = (0, None::<i64>, 0);
@@ -254,6 +259,28 @@ fn find(times: &Times, period_ns: i64) -> Vec<OwnJump> {
         }
     }
     jumps
+}
+
+/// Whether the messages are one recording without a hole once they are sorted: the file has its blocks or its rows in
+/// another order. A clock that is set leaves a hole, or times that come twice.
+fn is_one_series(log_ns: &[i64], period_ns: i64) -> bool {
+    let mut sorted = log_ns.to_vec();
+    sorted.sort_unstable();
+    let step = |pair: &[i64]| pair[1].saturating_sub(pair[0]);
+    let mut steps: Vec<i64> = sorted.windows(2).map(step).collect();
+    steps.sort_unstable();
+    let (Some(&least), Some(&most)) = (steps.first(), steps.last()) else {
+        return false;
+    };
+    let usual = steps[steps.len() / 2];
+    // two recordings of one time, shifted by half a period, are regular, too
+    let falls = log_ns
+        .windows(2)
+        .filter(|pair| step(pair) <= -LEAST_FALL_NS);
+    let is_shuffled = falls.count() as f64 >= SHUFFLED_SHARE * log_ns.len() as f64;
+    let has_rate = is_shuffled || usual.saturating_mul(4) >= period_ns.saturating_mul(3);
+    let is_regular = least.saturating_mul(2) >= usual && most <= usual.saturating_mul(MOST_PERIODS);
+    least > 0 && is_regular && has_rate
 }
 
 /// Whether the messages from `index` on, up to the highest time before it, are a block that was written late: at times

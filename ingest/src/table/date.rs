@@ -8,6 +8,8 @@ use jiff::{
 
 use super::options::DateOrder;
 
+/// Of a time since a beginning, without a date: more are no time.
+const MOST_HOURS: i16 = 99;
 /// English names of months, of which the first three letters count.
 const MONTHS: [&str; 12] = [
     "jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec",
@@ -55,7 +57,7 @@ fn iso(text: &str) -> Option<Stamp> {
 }
 
 /// Hour, minute, second and nanosecond.
-type TimeOfDay = (i8, i8, i8, i32);
+type TimeOfDay = (i16, i8, i8, i32);
 
 fn other(text: &str, order: Option<DateOrder>) -> Option<Stamp> {
     let (mut date, mut time, mut offset_s, mut is_afternoon) = (Vec::new(), None, None, None);
@@ -85,7 +87,7 @@ fn other(text: &str, order: Option<DateOrder>) -> Option<Stamp> {
     let time = time.map(|(hour, minute, second, nanosecond)| {
         let hour = match is_afternoon {
             None => hour,
-            Some(is_afternoon) => hour % 12 + 12 * i8::from(is_afternoon),
+            Some(is_afternoon) => hour % 12 + 12 * i16::from(is_afternoon),
         };
         (hour, minute, second, nanosecond)
     });
@@ -98,6 +100,15 @@ fn other(text: &str, order: Option<DateOrder>) -> Option<Stamp> {
     }
     let (year, month, of_month) = day.unwrap_or((1970, 1, 1));
     let (hour, minute, second, nanosecond) = time.unwrap_or_default();
+    // a time since a beginning goes beyond a day
+    let days = hour / 24;
+    if days > 0 && (day.is_some() || offset_s.is_some()) {
+        return None;
+    }
+    let (hour, of_month) = (
+        i8::try_from(hour % 24).ok()?,
+        of_month + i8::try_from(days).ok()?,
+    );
     let civil = DateTime::new(year, month, of_month, hour, minute, second, nanosecond).ok()?;
     let zone = Offset::from_seconds(offset_s.unwrap_or(0)).ok()?;
     let stamp = zone.to_timestamp(civil).ok()?;
@@ -151,26 +162,28 @@ fn time_of_day(clock: &str) -> Option<TimeOfDay> {
     let (hour, minute, second) = match parts.as_slice() {
         [hour, minute] => (hour, minute, "0"),
         [hour, minute, second] => (hour, minute, *second),
+        // milliseconds; two digits would be frames of a video
+        [hour, minute, second, fraction] if fraction.len() == 3 => (hour, minute, *second),
         _ => return None,
     };
-    let (second, fraction) = second.split_once(['.', ',']).unwrap_or((second, ""));
+    let (second, fraction) = match (parts.get(3), second.split_once(['.', ','])) {
+        (Some(_), Some(_)) => return None,
+        (Some(fraction), None) => (second, *fraction),
+        (None, split) => split.unwrap_or((second, "")),
+    };
     let mut nanosecond = 0;
     let mut unit = 1_000_000_000;
     for digit in fraction.chars() {
         unit /= 10;
         nanosecond += digit.to_digit(10)? as i32 * unit;
     }
-    let small = |text: &str, most: i8| {
-        let number = text.parse::<i8>().ok()?;
+    let digits = |text: &str| {
         let are_digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-        (are_digits && number <= most).then_some(number)
+        are_digits.then(|| text.parse::<i16>().ok()).flatten()
     };
-    Some((
-        small(hour, 23)?,
-        small(minute, 59)?,
-        small(second, 59)?,
-        nanosecond,
-    ))
+    let of_sixty = |text: &str| digits(text).filter(|number| *number < 60)?.try_into().ok();
+    let hour = digits(hour).filter(|hour| *hour <= MOST_HOURS)?;
+    Some((hour, of_sixty(minute)?, of_sixty(second)?, nanosecond))
 }
 
 /// Year, month and day.
@@ -296,6 +309,10 @@ mod tests {
     fn times_of_day_count_from_midnight() {
         let stamp = parse("00:00:01.25", None).unwrap();
         assert_eq!((stamp.ns, stamp.has_date), (1_250_000_000, false));
+        assert_eq!(parse("00:00:01:250", None).unwrap().ns, 1_250_000_000);
+        // of a time since a beginning there are more than 24 hours
+        let stamp = parse("26:00:01.25", None).unwrap();
+        assert_eq!(stamp.ns, (26 * 3600 + 1) * 1_000_000_000 + 250_000_000);
         let stamp = parse("14.11.2023", None).unwrap();
         assert!(stamp.has_date && !stamp.has_time);
     }
@@ -306,8 +323,12 @@ mod tests {
             "",
             ":",
             "::",
-            "25:00:00",
+            "14.11.2023 25:00:00",
+            "25:00:00Z",
+            "100:00:00",
             "12:60",
+            "10:00:01:25",
+            "10:00:01.5:250",
             "31.02.2023",
             "0.5",
             "1700000000",

@@ -8,8 +8,8 @@ use super::{
     time::{self, Sample, TimeSource},
 };
 
-/// Separators of cells.
-const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
+/// Separators of cells; blanks separate only what nothing else does.
+const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b'|', b' '];
 /// Lines before the names, at most.
 const MOST_PREAMBLE: usize = 200;
 /// Lines between the names and the first row, at most: units, types, descriptions.
@@ -240,6 +240,10 @@ fn below_names(
     };
     let fits = |row: &&(usize, Vec<String>)| width(&row.1) <= names.len() && row.1.len() > 1;
     let fitting = rows.iter().filter(fits).count();
+    // a sentence has blanks, too
+    if separator == b' ' && !are_numbers_below(&names, rows, has_decimal_comma) {
+        return Err(Refusal::NotATable);
+    }
     // a remark and a property of the log can look like names
     if fitting == 0 && (is_comment || !rows.is_empty() && named == 2) {
         return Err(Refusal::NotATable);
@@ -316,11 +320,10 @@ fn without_names(lines: &[Line], options: &TableOptions) -> Result<TextTable, Re
             .collect()
     };
     let widest = |separator: &u8| rows_of(*separator).first().map_or(0, |(_, row)| row.len());
-    let separator = SEPARATORS
-        .into_iter()
-        .rev()
-        .max_by_key(widest)
-        .filter(|separator| widest(separator) > 1)
+    let (blank, others) = SEPARATORS.split_last().ok_or(Refusal::NotATable)?;
+    let others = others.iter().copied().rev().max_by_key(widest);
+    let separator = (others.into_iter().chain([*blank]))
+        .find(|separator| widest(separator) > 1)
         .ok_or(Refusal::NotATable)?;
     let rows = rows_of(separator);
     let width = rows.iter().map(|(_, row)| row.len()).min().unwrap_or(0);
@@ -350,6 +353,21 @@ fn without_names(lines: &[Line], options: &TableOptions) -> Result<TextTable, Re
     })
 }
 
+/// Whether most of the rows have a cell for each name, and most of those cells are numbers.
+fn are_numbers_below(
+    names: &[String],
+    rows: &[(usize, Vec<String>)],
+    has_decimal_comma: bool,
+) -> bool {
+    let numbers = |row: &Vec<String>| {
+        let is_number = |cell: &&String| number(cell, has_decimal_comma).is_some();
+        row.iter().filter(is_number).count()
+    };
+    let is_row =
+        |(_, row): &&(usize, Vec<String>)| row.len() == names.len() && 2 * numbers(row) > row.len();
+    2 * rows.iter().filter(is_row).count() > rows.len()
+}
+
 /// The cells of a line, without blanks around them.
 fn cells(line: &str, separator: u8) -> Vec<String> {
     let mut reader = csv::ReaderBuilder::new()
@@ -359,12 +377,22 @@ fn cells(line: &str, separator: u8) -> Vec<String> {
         .from_reader(line.as_bytes());
     let mut record = csv::ByteRecord::new();
     match reader.read_byte_record(&mut record) {
-        Ok(true) => record
+        Ok(true) => join_blanks(record, separator)
             .iter()
             .map(|cell| String::from_utf8_lossy(cell).trim().to_owned())
             .collect(),
         _ => Vec::new(),
     }
+}
+
+/// The record with several blanks for one, where blanks separate cells.
+pub(crate) fn join_blanks(record: csv::ByteRecord, separator: u8) -> csv::ByteRecord {
+    if separator != b' ' {
+        return record;
+    }
+    let mut joined: csv::ByteRecord = record.iter().filter(|cell| !cell.is_empty()).collect();
+    joined.set_position(record.position().cloned());
+    joined
 }
 
 fn is_date(cell: &str) -> bool {
@@ -409,6 +437,13 @@ mod tests {
             ("Time;angle\n[s];[deg]\n0,5;1,25\n", 2, 21),
             ("time_s,x,\n1,2,\n", 2, 10),
             ("# t [s],x\n0,1\n", 2, 10),
+            ("time_s x\n1 2\n", 2, 9),
+            ("# t_s   x   y\n  0.0  1.0  2.0\n", 3, 14),
+            (
+                " t_s | x \n-----+---\n 1.0 | 2.0\n 2.0 | 2.0\n(2 rows)\n",
+                2,
+                20,
+            ),
         ];
         for (text, width, rows_at) in cases {
             let table = found(text).unwrap();
@@ -421,7 +456,7 @@ mod tests {
         let table = found("Time;angle\n[s];[deg]\n0,5;1,25\n").unwrap();
         assert_eq!(
             (table.time.kind, table.has_decimal_comma),
-            (Kind::PowerOfTen(9), true)
+            (Kind::Multiples(1_000_000_000), true)
         );
         assert_eq!(table.units, ["[s]", "[deg]"]);
     }
@@ -430,6 +465,8 @@ mod tests {
     fn other_texts_are_no_tables() {
         for text in [
             "time flies\n",
+            "time flies like\nan arrow it\nflies on 3\n",
+            "t a b\n1 2\n3 4\n",
             "angle,load\n1,2\n",
             "\u{1}time_s,x\n",
             "",
@@ -459,7 +496,7 @@ mod tests {
         assert_eq!(
             kind("time,x\n0.01,1\n", |of| of.time_unit =
                 Some(super::super::TimeUnit::Milliseconds)),
-            Kind::PowerOfTen(6)
+            Kind::Multiples(1_000_000)
         );
         assert_eq!(
             kind("time,x\n03/04/2026 10:00:00,1\n", |of| {
@@ -470,7 +507,7 @@ mod tests {
         assert_eq!(
             kind("clock,x\n1700000000,1\n", |of| of.time_column =
                 Some("clock".into())),
-            Kind::PowerOfTen(9)
+            Kind::Multiples(1_000_000_000)
         );
     }
 

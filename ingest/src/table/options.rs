@@ -21,6 +21,10 @@ pub struct TableOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TimeUnit {
+    /// h
+    Hours,
+    /// min
+    Minutes,
     /// s
     Seconds,
     /// ms
@@ -47,7 +51,9 @@ pub enum DateOrder {
 
 impl TimeUnit {
     /// All units.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 7] = [
+        Self::Hours,
+        Self::Minutes,
         Self::Seconds,
         Self::Milliseconds,
         Self::Microseconds,
@@ -59,6 +65,8 @@ impl TimeUnit {
 impl fmt::Display for TimeUnit {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
+            Self::Hours => "h",
+            Self::Minutes => "min",
             Self::Seconds => "s",
             Self::Milliseconds => "ms",
             Self::Microseconds => "us",
@@ -76,7 +84,7 @@ impl FromStr for TimeUnit {
         let mut found = known.filter(|unit| unit.to_string() == text);
         found
             .next()
-            .ok_or_else(|| "expected s, ms, us, ns or days".to_owned())
+            .ok_or_else(|| "expected s, ms, us, ns, min, h or days".to_owned())
     }
 }
 

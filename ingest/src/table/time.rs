@@ -69,13 +69,13 @@ const DAY_NS: i64 = 86_400 * NS_PER_S;
 /// How the times of a table are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Numbers of 10 to this power of nanoseconds.
-    PowerOfTen(u32),
+    /// Numbers of so many nanoseconds.
+    Multiples(i64),
     /// Days since 30 December 1899.
     SpreadsheetDays,
     /// Dates and times of day, in this order where they do not show one.
     Text(Option<DateOrder>),
-    /// Times of day without a date.
+    /// Times of day without a date, or times since a beginning, beyond 24 hours.
     TimeOfDay,
     /// Whole seconds in one column and nanoseconds in the next.
     SecondsAndNanoseconds,
@@ -84,10 +84,12 @@ pub(crate) enum Kind {
 impl Kind {
     fn of(unit: TimeUnit) -> Self {
         match unit {
-            TimeUnit::Seconds => Self::PowerOfTen(9),
-            TimeUnit::Milliseconds => Self::PowerOfTen(6),
-            TimeUnit::Microseconds => Self::PowerOfTen(3),
-            TimeUnit::Nanoseconds => Self::PowerOfTen(0),
+            TimeUnit::Hours => Self::Multiples(3600 * NS_PER_S),
+            TimeUnit::Minutes => Self::Multiples(60 * NS_PER_S),
+            TimeUnit::Seconds => Self::Multiples(NS_PER_S),
+            TimeUnit::Milliseconds => Self::Multiples(1_000_000),
+            TimeUnit::Microseconds => Self::Multiples(1000),
+            TimeUnit::Nanoseconds => Self::Multiples(1),
             TimeUnit::Days => Self::SpreadsheetDays,
         }
     }
@@ -116,18 +118,18 @@ impl TimeSource {
     pub(crate) fn read(&self, cells: &[&str], has_decimal_comma: bool) -> Option<i64> {
         let first = cells.first()?.trim();
         match (self.kind, cells.get(1)) {
-            (Kind::PowerOfTen(power), _) => {
+            (Kind::Multiples(unit_ns), _) => {
                 let text = with_point(first, has_decimal_comma);
-                decimal_ns(&text, power).or_else(|| from_float(text.parse().ok()?, power))
+                decimal_ns(&text, unit_ns).or_else(|| from_float(text.parse().ok()?, unit_ns))
             }
             (Kind::SpreadsheetDays, _) => {
                 let days = number(first, has_decimal_comma)? - DAYS_UNTIL_1970;
-                from_float(days * SECONDS_A_DAY, 9)
+                from_float(days * SECONDS_A_DAY, NS_PER_S)
             }
             (Kind::Text(order), second) => Some(stamp(first, second, order)?.ns),
             (Kind::TimeOfDay, second) => Some(stamp(first, second, None)?.ns),
             (Kind::SecondsAndNanoseconds, Some(second)) => {
-                let whole = |text: &str| decimal_ns(text, 0).or_else(|| whole_float(text));
+                let whole = |text: &str| decimal_ns(text, 1).or_else(|| whole_float(text));
                 let nanoseconds = whole(second.trim())?;
                 let is_part = (0..NS_PER_S).contains(&nanoseconds);
                 let seconds = whole(first)?.checked_mul(NS_PER_S)?;
@@ -143,7 +145,7 @@ impl TimeSource {
             Kind::Text(order) => order,
             Kind::TimeOfDay => None,
             Kind::SpreadsheetDays => return true,
-            Kind::PowerOfTen(_) | Kind::SecondsAndNanoseconds => return false,
+            Kind::Multiples(_) | Kind::SecondsAndNanoseconds => return false,
         };
         let first = cells.first().map_or("", |cell| cell.trim());
         stamp(first, cells.get(1), order).is_some_and(|stamp| !stamp.has_zone)
@@ -410,7 +412,7 @@ fn choose(
         None => Err(format!(
             "the column of time {called} states no unit: expected a name like time_s, time_ms, time_us or time_ns, \
              numbers since 1970 of 10, 13, 16 or 19 digits, or dates; found \"{}\"; state the unit: --time-unit s, ms, \
-             us, ns or days (since 30 December 1899, as spreadsheets keep dates)",
+             us, ns, min, h or days (since 30 December 1899, as spreadsheets keep dates)",
             example.join(" ").escape_debug()
         )),
     }
@@ -506,7 +508,7 @@ pub(crate) struct DaysPassed {
 impl DaysPassed {
     /// The next time of day (ns), and the days before it. One that falls by more than half a day is of the next day.
     pub(crate) fn after(&mut self, time_of_day_ns: i64) -> i64 {
-        let fell = |last: i64| last.saturating_sub(time_of_day_ns) > DAY_NS / 2;
+        let fell = |last: i64| last < DAY_NS && last.saturating_sub(time_of_day_ns) > DAY_NS / 2;
         self.days += i64::from(self.last.is_some_and(fell));
         self.last = Some(time_of_day_ns);
         time_of_day_ns.saturating_add(self.days.saturating_mul(DAY_NS))
@@ -573,12 +575,14 @@ fn unit_of(text: &str) -> Option<TimeUnit> {
             TimeUnit::Microseconds
         }
         "ns" | "nsec" | "nsecs" | "nanos" | "nanosecond" | "nanoseconds" => TimeUnit::Nanoseconds,
+        "min" | "mins" | "minute" | "minutes" => TimeUnit::Minutes,
+        "h" | "hr" | "hrs" | "hour" | "hours" => TimeUnit::Hours,
         _ => return None,
     })
 }
 
-/// A decimal number times 10 to `power`, exactly.
-fn decimal_ns(text: &str, power: u32) -> Option<i64> {
+/// A decimal number of so many nanoseconds, exactly.
+fn decimal_ns(text: &str, unit_ns: i64) -> Option<i64> {
     let (is_negative, digits) = match text.strip_prefix('-') {
         Some(rest) => (true, rest),
         None => (false, text),
@@ -588,8 +592,8 @@ fn decimal_ns(text: &str, power: u32) -> Option<i64> {
     if whole.is_empty() || !are_digits(whole) || !are_digits(fraction) {
         return None;
     }
-    let mut number = whole.parse::<i64>().ok()?.checked_mul(10_i64.pow(power))?;
-    let mut unit = 10_i64.pow(power);
+    let mut number = whole.parse::<i64>().ok()?.checked_mul(unit_ns)?;
+    let mut unit = unit_ns;
     for digit in fraction.bytes() {
         unit /= 10;
         number = number.checked_add(i64::from(digit - b'0') * unit)?;
@@ -600,13 +604,13 @@ fn decimal_ns(text: &str, power: u32) -> Option<i64> {
 fn whole_float(text: &str) -> Option<i64> {
     let number: f64 = text.parse().ok()?;
     (number.fract() == 0.0)
-        .then(|| from_float(number, 0))
+        .then(|| from_float(number, 1))
         .flatten()
 }
 
-/// A number times 10 to `power`.
-pub(crate) fn from_float(number: f64, power: u32) -> Option<i64> {
-    let nanos = number * 10_f64.powi(power as i32);
+/// A number of so many nanoseconds.
+pub(crate) fn from_float(number: f64, unit_ns: i64) -> Option<i64> {
+    let nanos = number * unit_ns as f64;
     (nanos.is_finite() && nanos.abs() < 9.2e18).then_some(nanos.round() as i64)
 }
 
@@ -623,6 +627,8 @@ mod tests {
             ("t_ns", Some(Some(TimeUnit::Nanoseconds))),
             ("t/s", Some(Some(TimeUnit::Seconds))),
             ("t [s]", Some(Some(TimeUnit::Seconds))),
+            ("Time (min)", Some(Some(TimeUnit::Minutes))),
+            ("Elapsed time [h]", Some(Some(TimeUnit::Hours))),
             ("timestampMs", Some(Some(TimeUnit::Milliseconds))),
             ("__time", Some(Some(TimeUnit::Seconds))),
             ("%time", Some(Some(TimeUnit::Nanoseconds))),
@@ -650,15 +656,16 @@ mod tests {
 
     #[test]
     fn val_times_are_exact() {
-        let read = |text: &str, power| source(Kind::PowerOfTen(power)).read(&[text], false);
+        let read = |text: &str, unit_ns| source(Kind::Multiples(unit_ns)).read(&[text], false);
         assert_eq!(
-            read("1700000000.123456789", 9),
+            read("1700000000.123456789", NS_PER_S),
             Some(1_700_000_000_123_456_789)
         );
-        assert_eq!(read("-1.5", 6), Some(-1_500_000));
-        assert_eq!(read("1e3", 0), Some(1000));
+        assert_eq!(read("-1.5", 1_000_000), Some(-1_500_000));
+        assert_eq!(read("1e3", 1), Some(1000));
+        assert_eq!(read("0.05", 60 * NS_PER_S), Some(3 * NS_PER_S));
         for wrong in ["", "nan", "yesterday", "99999999999999999999"] {
-            assert_eq!(read(wrong, 9), None, "{wrong}");
+            assert_eq!(read(wrong, NS_PER_S), None, "{wrong}");
         }
         let pair = source(Kind::SecondsAndNanoseconds);
         assert_eq!(

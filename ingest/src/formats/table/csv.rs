@@ -1,4 +1,4 @@
-//! Comma-separated values, or values separated by semicolons or tabs.
+//! Comma-separated values, or values separated by semicolons, tabs, bars or blanks.
 
 use std::{
     borrow::Cow,
@@ -20,7 +20,7 @@ use crate::{
     file::LogFile,
     formats::reader::{FileReader, Request},
     message::{Error, Losses, TopicTable},
-    table::{BySignal, DaysPassed, Kind, Refusal, TableOptions, TextTable, number},
+    table::{BySignal, DaysPassed, Kind, Refusal, TableOptions, TextTable, join_blanks, number},
 };
 
 /// Enough for some hundred rows, by which the form of the times is found out.
@@ -235,6 +235,7 @@ impl Lines {
                     _ => continue,
                 },
             }
+            row = join_blanks(row, table.separator);
             let start = row.position().unwrap_or(&before);
             let place = Place {
                 bytes: table.rows_at + start.byte()..table.rows_at + reader.position().byte(),

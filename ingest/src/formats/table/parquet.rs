@@ -49,8 +49,8 @@ const SAMPLED_ROWS: usize = 200;
 /// The column of time, or those of its seconds and nanoseconds.
 struct Time {
     columns: Vec<usize>,
-    /// The power of ten of nanoseconds in the unit of the first.
-    power: u32,
+    /// The unit of the first (ns).
+    unit_ns: i64,
 }
 
 /// A Parquet file.
@@ -105,12 +105,12 @@ impl ParquetReader {
         };
         let stated = singles()
             .filter(|&at| is_meant(at))
-            .find_map(|at| Some((at, time_power(&columns[at])?)));
+            .find_map(|at| Some((at, time_unit_ns(&columns[at])?)));
         let (time, told) = match stated {
-            Some((at, power)) => (
+            Some((at, unit_ns)) => (
                 Time {
                     columns: vec![at],
-                    power,
+                    unit_ns,
                 },
                 None,
             ),
@@ -234,9 +234,9 @@ impl ParquetReader {
                     group.column(at).column_descr(),
                 )
             };
-            let Time { columns, power } = &self.time;
+            let Time { columns, unit_ns } = &self.time;
             let (first, described) = column(columns.first().copied().unwrap_or_default());
-            let mut times = times_ns(first?, described, *power, rows)?;
+            let mut times = times_ns(first?, described, *unit_ns, rows)?;
             if let Some(&second) = columns.get(1) {
                 let (nanoseconds, described) = column(second);
                 add_nanoseconds(&mut times, &numbers(nanoseconds?, described, rows)?);
@@ -363,18 +363,19 @@ fn number_time(
             ),
         }
     })?;
-    let power = match kind {
-        Kind::PowerOfTen(power) => power,
-        Kind::SecondsAndNanoseconds => 9,
+    let unit_ns = match kind {
+        Kind::Multiples(unit_ns) => unit_ns,
+        Kind::SecondsAndNanoseconds => 1_000_000_000,
         Kind::SpreadsheetDays => {
             return Err(
-                "--time-unit days is for tables in text: expected s, ms, us or ns".to_owned(),
+                "--time-unit days is for tables in text: expected s, ms, us, ns, min or h"
+                    .to_owned(),
             );
         }
         Kind::Text(_) | Kind::TimeOfDay => return Err("no row has a time".to_owned()),
     };
     let columns = found.iter().map(|&at| columns[at]).collect();
-    Ok((Time { columns, power }, told))
+    Ok((Time { columns, unit_ns }, told))
 }
 
 /// The first values of columns of numbers, as text: whole numbers with all their digits.
@@ -427,17 +428,19 @@ fn add_nanoseconds(times: &mut [Option<i64>], nanoseconds: &[f64]) {
     }
 }
 
-/// The power of ten of nanoseconds in the unit of a timestamp.
-fn time_power(column: &ColumnDescriptor) -> Option<u32> {
+/// The unit of a timestamp (ns).
+fn time_unit_ns(column: &ColumnDescriptor) -> Option<i64> {
     let unit = match column.logical_type_ref() {
         Some(LogicalType::Timestamp(timestamp)) => Some(&timestamp.unit),
         _ => None,
     };
     match (unit, column.converted_type(), column.physical_type()) {
-        (Some(TimeUnit::MILLIS), ..) | (None, ConvertedType::TIMESTAMP_MILLIS, _) => Some(6),
-        (Some(TimeUnit::MICROS), ..) | (None, ConvertedType::TIMESTAMP_MICROS, _) => Some(3),
+        (Some(TimeUnit::MILLIS), ..) | (None, ConvertedType::TIMESTAMP_MILLIS, _) => {
+            Some(1_000_000)
+        }
+        (Some(TimeUnit::MICROS), ..) | (None, ConvertedType::TIMESTAMP_MICROS, _) => Some(1000),
         // the type of timestamps in nanoseconds before there was a name for it
-        (Some(TimeUnit::NANOS), ..) | (None, _, Physical::INT96) => Some(0),
+        (Some(TimeUnit::NANOS), ..) | (None, _, Physical::INT96) => Some(1),
         _ => None,
     }
 }
@@ -482,24 +485,23 @@ fn is_unsigned(column: &ColumnDescriptor) -> bool {
     }
 }
 
-/// The times of a row group, in the unit of 10 to this power of nanoseconds.
+/// The times of a row group, in this unit (ns).
 fn times_ns(
     reader: ColumnReader,
     column: &ColumnDescriptor,
-    power: u32,
+    unit_ns: i64,
     rows: usize,
 ) -> ParquetResult<Vec<Option<i64>>> {
-    let scale = 10_i64.pow(power);
     match reader {
         ColumnReader::Int64ColumnReader(reader) if !is_unsigned(column) && !is_decimal(column) => {
-            each(reader, column, rows, None, |time| time.checked_mul(scale))
+            each(reader, column, rows, None, |time| time.checked_mul(unit_ns))
         }
         ColumnReader::Int96ColumnReader(reader) => {
             each(reader, column, rows, None, |time| Some(time.to_nanos()))
         }
         other => {
             let times = numbers(other, column, rows)?.into_iter();
-            Ok(times.map(|time| table::from_float(time, power)).collect())
+            Ok(times.map(|time| table::from_float(time, unit_ns)).collect())
         }
     }
 }

@@ -108,11 +108,12 @@ impl AxesWatch {
         }
     }
 
-    /// The notice to report if an axis sticks. `values` are finite.
+    /// The notice to report if an axis sticks. `values` are finite; of those that are not measured nothing is asked.
     pub(super) fn notice(
         &mut self,
         stamp_ns: i64,
         values: [f64; 3],
+        is_measured: [bool; 3],
         moves_elsewhere: bool,
         limits: &Limits,
     ) -> Option<Notice> {
@@ -121,8 +122,15 @@ impl AxesWatch {
         let is_shaken = [0, 1, 2].map(|k: usize| is_new[k] && self.axes[k].is_shaken());
         let threshold = self.threshold;
         let mut worst = None;
-        for (i, axis) in self.axes.iter_mut().enumerate() {
-            let others_are_shaken = (0..3).all(|k| k == i || is_shaken[k]);
+        let measured = |&i: &usize| is_measured[i];
+        for (i, axis) in self
+            .axes
+            .iter_mut()
+            .enumerate()
+            .filter(|(i, _)| measured(i))
+        {
+            let mut others = (0..3).filter(|k| *k != i).filter(measured).peekable();
+            let others_are_shaken = others.peek().is_some() && others.all(|k| is_shaken[k]);
             let value = values[i];
             if self.is_begun {
                 axis.take(stamp_ns, value, others_are_shaken, moves_elsewhere);
@@ -245,12 +253,22 @@ mod tests {
 
     /// What is found in samples every ten milliseconds, and from when to when (s).
     fn found(samples: usize, value: impl Fn(usize, usize) -> f64) -> Option<(FaultKind, f64, f64)> {
+        found_of([true; 3], samples, value)
+    }
+
+    fn found_of(
+        is_measured: [bool; 3],
+        samples: usize,
+        value: impl Fn(usize, usize) -> f64,
+    ) -> Option<(FaultKind, f64, f64)> {
         let mut watch = AxesWatch::new(THRESHOLD);
         let mut span: Option<(FaultKind, f64, f64)> = None;
         for k in 0..samples {
             let stamp_ns = START_NS + k as i64 * 10_000_000;
             let values = [0, 1, 2].map(|axis| value(k, axis));
-            if let Some(notice) = watch.notice(stamp_ns, values, true, &Limits::OF_TESTS) {
+            if let Some(notice) =
+                watch.notice(stamp_ns, values, is_measured, true, &Limits::OF_TESTS)
+            {
                 let [since_s, now_s] =
                     [notice.since_ns, stamp_ns].map(|ns| (ns - START_NS) as f64 * 1e-9);
                 let first_s = span.map_or(since_s, |span| span.1.min(since_s));
@@ -313,6 +331,16 @@ mod tests {
         // from the first sample on
         let (kind, since_s, _) = found(900, sticks(0)).unwrap();
         assert_eq!((kind, since_s), (FaultKind::Frozen, 0.0));
+        // a constant of the machine file is no axis that sticks, and hides none
+        let constant = |k: usize, axis: usize| if axis == 0 { 0.0 } else { noise(k, axis) };
+        assert_eq!(found_of([false, true, true], 900, constant), None);
+        let beside = |k: usize, axis: usize| match axis {
+            0 => 0.0,
+            1 => noise(k.min(400), axis),
+            _ => noise(k, axis),
+        };
+        let (kind, since_s, _) = found_of([false, true, true], 900, beside).unwrap();
+        assert_eq!((kind, since_s), (FaultKind::Frozen, 4.0));
         // half a second is no proof
         let short = |k: usize, axis: usize| {
             let is_held = axis == 1 && (400..450).contains(&k);

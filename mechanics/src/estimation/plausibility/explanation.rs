@@ -27,6 +27,34 @@ impl Axis {
     }
 }
 
+/// Units in which speeds are logged where it is not metres per second.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum SpeedUnit {
+    /// km/h.
+    KilometresPerHour,
+    /// mph.
+    MilesPerHour,
+}
+
+impl SpeedUnit {
+    pub(super) const ALL: [Self; 2] = [Self::KilometresPerHour, Self::MilesPerHour];
+
+    /// Metres per second in one of the unit.
+    pub(super) fn in_si(self) -> f64 {
+        match self {
+            Self::KilometresPerHour => 1.0 / 3.6,
+            Self::MilesPerHour => 0.447_04,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::KilometresPerHour => "kilometres per hour",
+            Self::MilesPerHour => "miles per hour",
+        }
+    }
+}
+
 /// What would explain it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Explanation {
@@ -46,6 +74,8 @@ pub enum Explanation {
     Stopped,
     /// An accelerometer that shows gravity alone.
     GravityOnly,
+    /// A velocity of the odometry in another unit.
+    Speed(SpeedUnit),
     /// The sign of a joint, by its index.
     JointSign(usize),
     /// A joint whose encoder has stopped, by its index.
@@ -90,6 +120,7 @@ impl Explanation {
             Self::Scale(double) => Matrix3::identity() * if double { 2.0 } else { 0.5 },
             Self::Stopped => Matrix3::zeros(),
             Self::GravityOnly
+            | Self::Speed(_)
             | Self::JointSign(_)
             | Self::JointStopped(_)
             | Self::JointScale(..)
@@ -131,6 +162,7 @@ impl Explanation {
                 | Self::HalfTurn(_)
                 | Self::Scale(_)
                 | Self::GravityOnly
+                | Self::Speed(_)
                 | Self::JointSign(_)
                 | Self::JointScale(..)
                 | Self::JointsExchanged(..)
@@ -160,6 +192,7 @@ impl Explanation {
             Self::Scale(false) => "one showed half the other".into(),
             Self::Stopped => "one of them did not follow the motion".into(),
             Self::GravityOnly => "the accelerometer showed gravity alone".into(),
+            Self::Speed(unit) => format!("the velocity were in {}", unit.name()),
             Self::JointSign(j) => format!("the sign of {} were reversed", joint(j)),
             Self::JointStopped(j) => format!("the encoder of {} had stopped", joint(j)),
             Self::JointScale(j, double) => format!(

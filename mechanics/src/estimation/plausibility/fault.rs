@@ -193,6 +193,8 @@ impl Part {
                 | Explanation::Stopped => 0.5,
                 _ => 0.1,
             },
+            // the loads rest on the specific force, not on the velocity beside it
+            Self::Acceleration if matches!(explanation, Explanation::Speed(_)) => 0.9,
             // specific force, attitude and velocity: one of three is what the loads rest on
             Self::Acceleration => 2.0 / 3.0,
             // one side of a jump is right: this one or the other

@@ -49,7 +49,7 @@ mod weight;
 
 pub use checks::Plausibility;
 pub(super) use checks::room_for_findings;
-pub use explanation::{Axis, Explanation};
+pub use explanation::{Axis, Explanation, SpeedUnit};
 pub use fault::{Amount, Component, Finding, Part, YawBy};
 pub(super) use relations::Relations;
 pub use relations::{Excitation, LeanOnTyres, Unshown};

@@ -9,7 +9,7 @@ use super::joint::{JointLimits, JointWatch};
 use super::notice::{Note, Rules};
 use super::signal_doubt::SignalDoubt;
 use super::vector::{Slew, VectorWatch};
-use crate::machine::{FaultKind, Machine, Proof, Proofs};
+use crate::machine::{FaultKind, Machine, Proof, Proofs, SignalSpec};
 use crate::state::{Sample, SampleError, Sensor, Sensors, tilt_is_measured};
 
 /// Allowance for noise and stamp jitter in the change of an angular velocity (rad/s) and of a velocity (m/s).
@@ -100,6 +100,10 @@ impl SignalChecks {
             let slew = slew(spec.angular_acceleration_max);
             VectorWatch::new(spec.angular_velocity_max, slew).with_outliers(HARMLESS_TURNING)
         };
+        let signals = machine.signals();
+        let imu = signals.imu.as_ref().and_then(SignalSpec::fields);
+        let odometry = signals.odometry.as_ref().and_then(SignalSpec::fields);
+        let tool = signals.tool_wrench.as_ref().and_then(SignalSpec::fields);
         let harmless_tool = HARMLESS_TOOL * weight;
         let sticks = false_alarms::threshold(spec.false_alarms_per_hour, SAMPLES_PER_HOUR, ENDS);
         let joints: Vec<Vec<JointWatch>> = sensors
@@ -116,22 +120,29 @@ impl SignalChecks {
             joints,
             force: VectorWatch::new(spec.specific_force_max, None)
                 .with_outliers(HARMLESS_FORCE)
-                .with_axes(sticks),
-            turning: turning().with_axes(sticks),
+                .with_axes(sticks)
+                .of_numbers(imu.map(|imu| &imu.specific_force)),
+            turning: turning()
+                .with_axes(sticks)
+                .of_numbers(imu.map(|imu| &imu.angular_velocity)),
             attitude: AttitudeWatch::new(),
             gravity: GravityWatch::new(machine.gravity(), spec.gravity_tolerance),
             velocity: VectorWatch::new(spec.speed_max, slew(spec.acceleration_max))
-                .with_outliers(HARMLESS_VELOCITY),
-            odometry_turning: turning(),
+                .with_outliers(HARMLESS_VELOCITY)
+                .of_numbers(odometry.map(|odometry| &odometry.velocity)),
+            odometry_turning: turning()
+                .of_numbers(odometry.and_then(|odometry| odometry.angular_velocity.as_ref())),
             odometry_attitude: AttitudeWatch::new(),
             tool: [
                 VectorWatch::new(spec.tool_force_max.unwrap_or(largest_force), None)
-                    .with_outliers(harmless_tool),
+                    .with_outliers(harmless_tool)
+                    .of_numbers(tool.map(|tool| &tool.force)),
                 VectorWatch::new(
                     spec.tool_moment_max.unwrap_or(largest_force * TOOL_LEVER),
                     None,
                 )
-                .with_outliers(harmless_tool * TOOL_LEVER),
+                .with_outliers(harmless_tool * TOOL_LEVER)
+                .of_numbers(tool.map(|tool| &tool.moment)),
             ],
             actuators: (sensors.actuators.iter())
                 .map(|signal| {

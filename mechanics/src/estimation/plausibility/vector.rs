@@ -5,7 +5,7 @@ use super::fault::Component;
 use super::freeze::Freeze;
 use super::notice::{Found, Limits, Notice};
 use super::outliers::{FirstSamples, Outliers, distance};
-use crate::machine::FaultKind;
+use crate::machine::{FaultKind, NumberSpec};
 
 /// State of the checks of one vector.
 #[derive(Debug, Clone)]
@@ -24,6 +24,8 @@ pub(super) struct VectorWatch {
     /// The first samples, and a difference of them that does no harm.
     first: Option<(FirstSamples, f64)>,
     axes: Option<AxesWatch>,
+    /// Which components are measured: a constant of the machine file repeats by itself.
+    is_measured: [bool; 3],
 }
 
 /// Limit on the rate of change of a vector.
@@ -47,7 +49,16 @@ impl VectorWatch {
             outliers: None,
             first: None,
             axes: None,
+            is_measured: [true; 3],
         }
+    }
+
+    /// Of a vector whose components are these numbers, if the machine file names them.
+    pub(super) fn of_numbers(mut self, numbers: Option<&[NumberSpec; 3]>) -> Self {
+        if let Some(numbers) = numbers {
+            self.is_measured = numbers.each_ref().map(|number| number.field().is_some());
+        }
+        self
     }
 
     /// With checks for outliers, where a difference of samples up to `harmless` does no harm.
@@ -138,10 +149,15 @@ impl VectorWatch {
         }
         self.is_confirmed = self.good.is_some();
         self.good = Some((stamp_ns, [x, y, z]));
+        let is_measured = self.is_measured;
+        if is_measured == [false; 3] {
+            return true;
+        }
         let frozen = (self.freeze).notice(stamp_ns, values, moves_elsewhere, limits);
         let axes = self.axes.as_mut();
-        let sticks =
-            axes.and_then(|axes| axes.notice(stamp_ns, [x, y, z], moves_elsewhere, limits));
+        let sticks = axes.and_then(|axes| {
+            axes.notice(stamp_ns, [x, y, z], is_measured, moves_elsewhere, limits)
+        });
         let is_whole = sticks.is_none();
         if let Some(notice) = frozen.or(sticks) {
             found(notice);

@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::super::explanation::{Axis, Explanation};
+use super::super::explanation::{Axis, Explanation, SpeedUnit};
 use super::super::fault::Part;
 use super::hypotheses::{Compared, Hypotheses};
 use super::likelihood::{Mixture, Standing};
@@ -164,19 +164,17 @@ const FORCES: Mixture = Mixture {
 
 impl SpecificForceRelation {
     pub(super) fn new(machine: &Machine, threshold: f64) -> Self {
-        let of_vectors = || {
-            let mut all = Explanation::of_vectors();
-            all.push(Explanation::GravityOnly);
-            all
-        };
         let turned = vec![Explanation::HalfTurn(Axis::Z)];
+        let mut of_odometry = Explanation::of_vectors();
+        of_odometry.push(Explanation::GravityOnly);
+        of_odometry.extend(SpeedUnit::ALL.map(Explanation::Speed));
         let stated = machine.uncertainty();
         let tilt = stated.attitude_bias * machine.gravity();
         let bias = BIAS_SPREAD * stated.accelerometer_bias.hypot(tilt);
         Self {
             gravity: machine.gravity(),
             position: machine.imu().body_from_mount.translation.vector,
-            by_odometry: Hypotheses::new(FORCES, bias, of_vectors(), threshold),
+            by_odometry: Hypotheses::new(FORCES, bias, of_odometry, threshold),
             by_wheels: Hypotheses::new(FORCES, bias, turned, threshold),
             uses_wheels: false,
         }
@@ -204,13 +202,16 @@ impl SpecificForceRelation {
             return;
         };
         self.uses_wheels = window.velocity.is_none();
-        let [before, after] = [0, 1].map(|end| {
-            let turning = window.turning[end];
-            velocity[end] + turning.cross(&self.position)
-        });
-        let turned = [(0, before), (1, after)].map(|(end, v)| window.turning[end].cross(&v));
-        let gained = (after - before) / window.duration_s;
-        let moved = gained + (turned[0] + turned[1]) / 2.0;
+        let moved_by = |unit: f64| {
+            let [before, after] = [0, 1].map(|end| {
+                let turning = window.turning[end];
+                unit * velocity[end] + turning.cross(&self.position)
+            });
+            let turned = [(0, before), (1, after)].map(|(end, v)| window.turning[end].cross(&v));
+            let gained = (after - before) / window.duration_s;
+            (gained, gained + (turned[0] + turned[1]) / 2.0)
+        };
+        let (gained, moved) = moved_by(1.0);
         let slip = if self.uses_wheels {
             window.slip / window.duration_s
         } else {
@@ -243,6 +244,9 @@ impl SpecificForceRelation {
         hypotheses.weigh(&compared, |explanation| match explanation {
             None => gravity + moved,
             Some(Explanation::GravityOnly) => gravity + moved * (1.0 - moves),
+            Some(Explanation::Speed(unit)) => {
+                gravity + moved + (moved_by(unit.in_si()).1 - moved) * moves
+            }
             Some(other) => {
                 let matrix = other.matrix().unwrap_or_else(nalgebra::Matrix3::identity);
                 matrix * (gravity + moved)

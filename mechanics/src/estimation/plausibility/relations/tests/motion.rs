@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::super::super::fault::{Part, YawBy};
 use super::super::super::notice::Rules;
 use super::super::super::signals::Sound;
-use super::super::super::{Axis, Explanation};
+use super::super::super::{Axis, Explanation, SpeedUnit};
 use super::super::Relations;
 use super::{bogies, posture};
 use crate::estimation::noise_of_tests::Noise;
@@ -205,6 +205,23 @@ fn a_wrong_accelerometer_is_found_by_attitude_and_velocity() {
         let (_, s) =
             of(&found, Part::Acceleration).unwrap_or_else(|| panic!("{expected:?}: {found:?}"));
         assert!(s < 15.0, "{expected:?}: {found:?}");
+    }
+}
+
+#[test]
+fn a_velocity_in_another_unit_is_found_without_speeds_of_the_wheels() {
+    let machine = bogies();
+    for unit in SpeedUnit::ALL {
+        let found = found(&machine, |_, shown| {
+            shown.velocity /= unit.in_si();
+            shown
+                .joints
+                .iter_mut()
+                .for_each(|joint| joint[1] = f64::NAN);
+        });
+        let (explanation, s) = of(&found, Part::Acceleration).unwrap();
+        assert_eq!(explanation, Explanation::Speed(unit), "{found:?}");
+        assert!(s < 15.0, "{found:?}");
     }
 }
 
