@@ -362,14 +362,57 @@ fn bits(samples: &[(Sensor, i64, Vec<f64>)]) -> Vec<(Sensor, i64, Vec<u64>)> {
     samples.iter().map(one).collect()
 }
 
+/// The signals with the yaw rate in a message of its own: none, as that of the drive says.
+fn split_axes() -> String {
+    let rate = "{ pgn = 61482, source = 33, signal = \"yaw_rate\" }";
+    let drive =
+        "{ dbc = \"can_machine.dbc\", message = \"Drive\", signal = \"Speed\", scale = 0.0 }";
+    let text = signals("");
+    assert!(text.contains(rate));
+    text.replace(rate, drive)
+}
+
+/// Inertial sensors on a CAN bus send the axes of a vector in several messages.
+#[test]
+fn axes_of_a_vector_may_come_in_several_messages() {
+    let folder = folder();
+    let path = folder.path().join("drive.log");
+    std::fs::write(&path, candump(&frames())).unwrap();
+    let imu = |signals: &str| -> Sampled {
+        let read = LogSamples::read(&path, &machine(folder.path(), signals), None).unwrap();
+        (read.samples())
+            .filter(|(sample, _)| sample.sensor == Sensor::Imu)
+            .map(|(sample, _)| (sample.sensor, sample.stamp_ns, sample.values.to_vec()))
+            .collect()
+    };
+    let whole = imu(&signals(""));
+    let split = imu(&split_axes());
+    assert!(10 * split.len() > 9 * whole.len() && !split.is_empty());
+    for (sensor, stamp_ns, values) in split {
+        let mut same = whole
+            .iter()
+            .find(|(_, stamp, _)| *stamp == stamp_ns)
+            .unwrap()
+            .clone();
+        same.2[5] = 0.0;
+        assert_eq!(bits(&[(sensor, stamp_ns, values)]), bits(&[same]));
+    }
+}
+
 /// An IMU over two parameter groups, joints and speed by DBC: what came over a pipe is what is read from the file.
 #[test]
 fn bridged_frames_give_the_samples_of_the_log_bit_for_bit() {
+    for signals in [signals(""), split_axes()] {
+        bridged_frames_give_the_samples_of_the_log(&signals);
+    }
+}
+
+fn bridged_frames_give_the_samples_of_the_log(signals: &str) {
     let folder = folder();
     let path = folder.path().join("drive.log");
     let text = candump(&frames());
     std::fs::write(&path, &text).unwrap();
-    let file = machine(folder.path(), &signals(""));
+    let file = machine(folder.path(), signals);
     let offline = LogSamples::read(&path, &file, None).unwrap();
     let offline: Sampled = offline
         .samples()

@@ -196,7 +196,8 @@ fn what_is_wrong_with_a_number_is_said() {
             &["signals.odometry.velocity", "constants alone"],
         ),
         (
-            "[signals.odometry]\nvelocity = [{ topic = \"/odom\", field = \"twist.twist.linear.x\" }, \
+            "[signals.odometry]\nvelocity = [{ topic = \"/odom\", field = \"twist.twist.linear.x\" }, 0, 0]\n\
+             roll_pitch_yaw = [{ topic = \"/odom\", field = \"twist.twist.linear.x\" }, \
              { topic = \"/imu/data\", field = \"linear_acceleration.x\" }, 0]\n"
                 .into(),
             &["signals.odometry.velocity[1]", "/odom", "/imu/data"],

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::estimation::plausibility::Excitation;
-use tipwatch_mechanics::machine::{Axis, Machine, MountSource, Note, Parameter};
+use tipwatch_mechanics::machine::{Axis, Machine, MountSource, Note, NoteKind, Parameter};
 use tipwatch_mechanics::state::{Reason, Sensor};
 use tipwatch_mechanics::{Quantity, State};
 
@@ -156,10 +156,11 @@ pub(crate) fn of(
         .into_iter()
         .chain(loaded.notes.iter().cloned())
         .chain(measured_torques(loaded, seen))
-        .chain(accelerometer_bias(loaded, seen))
-        .chain((seen.excitation).statement(&loaded.machine, "this log"))
-        .chain(seen.ahead.note(&loaded.machine))
-        .chain(without_value(loaded));
+        .chain(accelerometer_bias(loaded, seen));
+    notes.extend(found.map(Note::from));
+    let untested = (seen.excitation).statement(&loaded.machine, "this log");
+    notes.extend(untested.map(|text| Note::new(NoteKind::Untested, text)));
+    let found = (seen.ahead.note(&loaded.machine).into_iter()).chain(without_value(loaded));
     notes.extend(found.map(Note::from));
     for signal in loaded.signals.iter() {
         if signal.recording.stamps_ns.is_empty() && !matches!(signal.sensor, Sensor::Joints(_)) {

@@ -18,7 +18,7 @@ use crate::base::options::{ColumnGroup, MOST_DRAWS, MoreColumns, Options};
 use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
 use crate::base::transfer_text;
-use crate::events::EventKind;
+use crate::events::{Event, EventKind};
 use crate::output;
 use crate::output::clips::{self, ClipOptions};
 use crate::output::custody::{self, Files, Origin};
@@ -307,7 +307,17 @@ fn findings(analysis: &Analysis, terminal: Terminal) -> Vec<String> {
         false => analysis.gross_inputs.len().max(3) + usize::from(!analysis.losses.is_empty()),
     };
     let found = report::findings(analysis);
-    let is_shown = |kind: NoteKind| matches!(kind, NoteKind::InputFault | NoteKind::Unconfirmed);
+    // that nothing lifted rests on signals that the log may not have tested
+    let is_close_call = |event: &Event| {
+        use EventKind::{EdgeTipping, TipOver, WheelLift, WheelLight};
+        matches!(event.kind, WheelLight | WheelLift | EdgeTipping | TipOver)
+    };
+    let nothing_happened = !analysis.events.iter().any(is_close_call);
+    let is_shown = |kind: NoteKind| match kind {
+        NoteKind::InputFault | NoteKind::Unconfirmed => true,
+        NoteKind::Untested => nothing_happened,
+        NoteKind::Remark | NoteKind::ImuMountingConflict => false,
+    };
     let faults = analysis.notes.iter().filter(|note| is_shown(note.kind));
     let shown = found.iter().take(shown);
     let mut lines: Vec<String> = shown.map(|finding| format!("- {finding}")).collect();

@@ -1,5 +1,7 @@
 //! Signals that the machine file binds number by number: turns `[signals]` tables into requests.
 
+use std::slice;
+
 use tipwatch_ingest::{
     Error, Log, NumberField, SampleSpec, SensorKind, SensorRequest, Topic, TopicId, ValueSource,
     first_frame, topic_of_field,
@@ -224,8 +226,8 @@ fn topic<'l>(log: &'l Log, spec: &FieldSpec) -> Result<&'l Topic, Error> {
     topic_of_field(log, &spec.topic, wanted.unwrap_or_default())
 }
 
-/// The parts of a sample. Parts on one topic are read together. Samples have the stamps of the
-/// first part's topic; parts on other topics are interpolated.
+/// The parts of a sample. What is on one topic is read together. Samples have the stamps of the
+/// first number's topic; what is on other topics is interpolated, each axis of a vector by itself.
 struct Parts<'s> {
     first: &'s [NumberSpec; 3],
     second: Option<&'s [NumberSpec; 3]>,
@@ -233,25 +235,26 @@ struct Parts<'s> {
     roll_pitch_yaw: Option<&'s [NumberSpec; 3]>,
 }
 
-/// Start index of a part in the sample, and its numbers.
+/// Start index in the sample of numbers that are on one topic, and the numbers.
 type SamplePart<'s> = (usize, &'s [NumberSpec]);
 
 impl Parts<'_> {
     fn request(&self, log: &Log, kind: SensorKind) -> Result<Option<SensorRequest>, Error> {
-        let mut parts: Vec<SamplePart<'_>> = vec![(0, self.first)];
-        parts.extend(self.second.map(|second| (3, &second[..])));
+        let Some(first) = self.first.iter().find_map(NumberSpec::field) else {
+            return Ok(None);
+        };
+        let first = topic(log, first)?.id;
+        let vectors = self.first.iter().chain(self.second.into_iter().flatten());
+        let mut parts: Vec<SamplePart<'_>> = vectors.map(slice::from_ref).enumerate().collect();
         parts.extend(self.orientation.map(|numbers| (6, &numbers[..])));
         parts.extend(self.roll_pitch_yaw.map(|numbers| (6, &numbers[..])));
-        let mut by_topic: Vec<(TopicId, Vec<SamplePart<'_>>)> = Vec::new();
+        let mut by_topic: Vec<(TopicId, Vec<SamplePart<'_>>)> = vec![(first, Vec::new())];
         for part in parts {
-            // constants alone are known whenever there is a sample of the first part, which has a field
-            let Some(field) = part.1.iter().find_map(NumberSpec::field) else {
-                if let Some((_, parts)) = by_topic.first_mut() {
-                    parts.push(part);
-                }
-                continue;
+            let id = match part.1.iter().find_map(NumberSpec::field) {
+                Some(field) => topic(log, field)?.id,
+                // constants are known whenever there is a sample
+                None => first,
             };
-            let id = topic(log, field)?.id;
             match by_topic.iter_mut().find(|(topic, _)| *topic == id) {
                 Some((_, parts)) => parts.push(part),
                 None => by_topic.push((id, vec![part])),

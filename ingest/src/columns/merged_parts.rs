@@ -3,7 +3,7 @@
 
 use std::{collections::VecDeque, ops::Range};
 
-use super::sensor_recording::SensorRecording;
+use super::sensor_recording::{SensorRecording, SensorRequest};
 use crate::{
     decode::{SampleSpec, ValueSource},
     message::SensorKind,
@@ -14,15 +14,30 @@ const LONGEST_STEP_NS: i64 = 250_000_000;
 /// Index of the attitude, which is optional.
 const ATTITUDE: usize = 6;
 
+/// The samples of a request, of the recordings of its parts, in their order.
+pub(super) fn join_all(
+    request: &SensorRequest,
+    mut parts: impl Iterator<Item = SensorRecording>,
+) -> Option<SensorRecording> {
+    let first = parts.next()?;
+    let others = request.other_parts.iter().zip(parts);
+    Some(others.fold(first, |first, ((_, sample), part)| {
+        // a part that is never there is absent, and the samples are those of the others
+        match part.stamps_ns.is_empty() {
+            true => first,
+            false => join(first, part, &places_of(sample, request.kind)),
+        }
+    }))
+}
+
 /// Merges a part into the samples of a recording by linear interpolation. Samples at whose time the
 /// part is unknown are omitted, unless the part is the attitude.
 ///
 /// A merged sample is available once the later of the two interpolated samples has arrived; that is
 /// its log time.
-pub(crate) fn join(first: SensorRecording, part: SensorRecording) -> SensorRecording {
+fn join(first: SensorRecording, part: SensorRecording, is_of_part: &[bool]) -> SensorRecording {
     let mut by_stamp: Vec<usize> = (0..part.stamps_ns.len()).collect();
     by_stamp.sort_by_key(|&i| part.stamps_ns[i]);
-    let is_of_part = values_of(&part);
     let mut joined = SensorRecording {
         stamps_ns: Vec::new(),
         log_times_ns: Vec::new(),
@@ -66,35 +81,12 @@ pub(super) fn places_of(sample: &SampleSpec, kind: SensorKind) -> Vec<bool> {
         // three angles give four numbers
         false => (ATTITUDE..width).any(|place| is_given(sample, place)),
     };
-    let there: Vec<bool> = (0..width).map(is_there).collect();
-    groups_of(&there)
+    (0..width).map(is_there).collect()
 }
 
 fn is_given(sample: &SampleSpec, place: usize) -> bool {
     let value = sample.values.get(place);
     value.is_some_and(|value| !matches!(value, ValueSource::Absent))
-}
-
-/// Numbers belong together by three, and those of the attitude.
-fn groups_of(there: &[bool]) -> Vec<bool> {
-    let width = there.len();
-    let group = |place: usize| match place < ATTITUDE {
-        true => place - place % 3..(place - place % 3 + 3).min(width),
-        false => ATTITUDE..width,
-    };
-    (0..width)
-        .map(|place| there[group(place)].contains(&true))
-        .collect()
-}
-
-/// Which values belong to the part: the others are NaN in all its samples.
-fn values_of(part: &SensorRecording) -> Vec<bool> {
-    let is_there = |i: usize| {
-        let samples = part.values.chunks_exact(part.width);
-        samples.into_iter().any(|sample| !sample[i].is_nan())
-    };
-    let there: Vec<bool> = (0..part.width).map(is_there).collect();
-    groups_of(&there)
 }
 
 /// The samples of the part before and after a time, or the one at that time twice.

@@ -28,9 +28,8 @@ pub fn record_sensors(
     let mut recordings = recordings.into_iter();
     let mut merged = Vec::with_capacity(requests.len());
     for request in requests {
-        let first = recordings.next();
-        let others = recordings.by_ref().take(request.other_parts.len());
-        merged.extend(first.map(|first| others.fold(first, merged_parts::join)));
+        let parts = recordings.by_ref().take(1 + request.other_parts.len());
+        merged.extend(merged_parts::join_all(request, parts));
     }
     Ok((merged, losses))
 }

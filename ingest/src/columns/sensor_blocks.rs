@@ -155,7 +155,7 @@ pub fn read_sensor_blocks(
                 Role::ToBeMerged(columns) => to_be_merged.push(columns.finish(sensor, time_base)),
             }
         }
-        let merged = to_be_merged.into_iter().reduce(merged_parts::join);
+        let merged = merged_parts::join_all(request, to_be_merged.into_iter());
         if let Some(merged) = merged {
             let mut queue = BlockQueue::default();
             queue.take(place, samples_of(&merged), take);

@@ -15,6 +15,8 @@ pub enum NoteKind {
     Unconfirmed,
     /// Sources that place the inertial measurement unit (IMU) differently.
     ImuMountingConflict,
+    /// Signals that no motion of the log has tested.
+    Untested,
     /// An input contradicts the machine file: results hold only if the machine file is right.
     InputFault,
 }

@@ -356,8 +356,8 @@ pub struct JointFields {
     pub command: Option<FieldSpec>,
 }
 
-/// `[signals.imu]`: the inertial measurement unit, in its own axes. The components of a vector must come from
-/// one topic.
+/// `[signals.imu]`: the inertial measurement unit, in its own axes. What comes from other topics than the first number is
+/// interpolated; an attitude must come from one topic.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ImuFields {
@@ -375,7 +375,7 @@ pub struct ImuFields {
     pub roll_pitch_yaw: Option<[NumberSpec; 3]>,
 }
 
-/// `[signals.odometry]`: motion of the base frame. The components of a vector must come from one topic.
+/// `[signals.odometry]`: motion of the base frame, from topics as in `[signals.imu]`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OdometryFields {
@@ -393,7 +393,7 @@ pub struct OdometryFields {
     pub roll_pitch_yaw: Option<[NumberSpec; 3]>,
 }
 
-/// `[signals.tool_wrench]`: wrench of the surroundings on the tool, in its frame. All fields from one topic.
+/// `[signals.tool_wrench]`: wrench of the surroundings on the tool, in its frame, from topics as in `[signals.imu]`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WrenchFields {

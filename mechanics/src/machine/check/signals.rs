@@ -15,14 +15,14 @@ impl Checker<'_> {
             let place = "signals.imu";
             self.check_group(&format!("{place}.specific_force"), &imu.specific_force)?;
             let turning = format!("{place}.angular_velocity");
-            self.check_at_once(&turning, &imu.angular_velocity)?;
+            self.check_each_number(&turning, &imu.angular_velocity)?;
             self.check_attitude(place, &imu.orientation, &imu.roll_pitch_yaw)?;
         }
         if let Some(odometry) = signals.odometry.as_ref().and_then(SignalSpec::fields) {
             let place = "signals.odometry";
             self.check_group(&format!("{place}.velocity"), &odometry.velocity)?;
             if let Some(turning) = &odometry.angular_velocity {
-                self.check_at_once(&format!("{place}.angular_velocity"), turning)?;
+                self.check_each_number(&format!("{place}.angular_velocity"), turning)?;
             }
             self.check_attitude(place, &odometry.orientation, &odometry.roll_pitch_yaw)?;
         }
@@ -125,33 +125,44 @@ impl Checker<'_> {
             (Some(_), Some(_)) => {
                 Err(self.value_error(place, "orientation or roll_pitch_yaw", "both"))
             }
-            (Some(numbers), None) => self
-                .check_at_once(&format!("{place}.orientation"), numbers)
-                .map(drop),
-            (None, Some(numbers)) => self
-                .check_at_once(&format!("{place}.roll_pitch_yaw"), numbers)
-                .map(drop),
+            (Some(numbers), None) => self.check_at_once(&format!("{place}.orientation"), numbers),
+            (None, Some(numbers)) => {
+                self.check_at_once(&format!("{place}.roll_pitch_yaw"), numbers)
+            }
             (None, None) => Ok(()),
         }
     }
 
-    /// Checks numbers of which at least one is measured: their stamps are those of the samples.
+    /// Checks numbers of which at least one is measured: its stamps are those of the samples.
     fn check_group(&self, place: &str, numbers: &[NumberSpec]) -> Result<(), MachineError> {
-        match self.check_at_once(place, numbers)? {
-            Some(_) => Ok(()),
-            None => {
+        self.check_each_number(place, numbers)?;
+        match numbers.iter().any(|number| number.field().is_some()) {
+            true => Ok(()),
+            false => {
                 Err(self.value_error(place, "at least one field of the log", "constants alone"))
             }
         }
     }
 
-    /// Checks numbers that must be measured at the same instant: constants, or fields of one topic, which is returned.
-    fn check_at_once<'n>(
-        &self,
-        place: &str,
-        numbers: &'n [NumberSpec],
-    ) -> Result<Option<&'n str>, MachineError> {
-        let mut topic: Option<&str> = None;
+    /// Checks numbers that no one can interpolate one by one: constants, or fields of one topic.
+    fn check_at_once(&self, place: &str, numbers: &[NumberSpec]) -> Result<(), MachineError> {
+        self.check_each_number(place, numbers)?;
+        let mut fields = (numbers.iter().enumerate())
+            .filter_map(|(i, number)| number.field().map(|field| (i, &field.topic)));
+        let Some((_, first)) = fields.next() else {
+            return Ok(());
+        };
+        match fields.find(|(_, topic)| *topic != first) {
+            Some((i, other)) => {
+                let expected = format!("a field of topic {first}, like the others");
+                Err(self.value_error(format!("{place}[{i}]"), expected, other))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Checks numbers: constants, or fields.
+    fn check_each_number(&self, place: &str, numbers: &[NumberSpec]) -> Result<(), MachineError> {
         for (i, number) in numbers.iter().enumerate() {
             let place = format!("{place}[{i}]");
             match number {
@@ -159,17 +170,10 @@ impl Checker<'_> {
                     return Err(self.value_error(place, "a finite number", value));
                 }
                 NumberSpec::Constant(_) => {}
-                NumberSpec::Field(field) => {
-                    self.check_field(&place, field, false)?;
-                    let first = *topic.get_or_insert(&field.topic);
-                    if first != field.topic {
-                        let expected = format!("a field of topic {first}, like the others");
-                        return Err(self.value_error(place, expected, &field.topic));
-                    }
-                }
+                NumberSpec::Field(field) => self.check_field(&place, field, false)?,
             }
         }
-        Ok(topic)
+        Ok(())
     }
 
     /// Checks that a field is located; `has_default` where a joint name suffices.
