@@ -200,7 +200,7 @@ fn what_is_wrong_with_a_number_is_said() {
              roll_pitch_yaw = [{ topic = \"/odom\", field = \"twist.twist.linear.x\" }, \
              { topic = \"/imu/data\", field = \"linear_acceleration.x\" }, 0]\n"
                 .into(),
-            &["signals.odometry.velocity[1]", "/odom", "/imu/data"],
+            &["signals.odometry.roll_pitch_yaw[1]", "/odom", "/imu/data"],
         ),
     ];
     for (signals, parts) in cases {
