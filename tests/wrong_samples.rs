@@ -343,8 +343,13 @@ fn velocities_that_are_always_zero_are_not_measured() {
         let (zeros, unknown) = (velocities(0.0), velocities(f64::NAN));
         let apart_n = largest_error(&zeros, &unknown);
         let mean_n = unknown.machine.mass() * unknown.machine.gravity() / 4.0;
+        // live, the zeros before the first motion are those of a joint that rests
+        let most = match estimator {
+            Estimator::Smoother => 0.002,
+            Estimator::Causal => 0.05,
+        };
         assert!(
-            apart_n < 0.05 * mean_n,
+            apart_n < most * mean_n,
             "{estimator:?}: {apart_n} N of {mean_n} N"
         );
         let kinds = |analysis: &Analysis| -> Vec<(EventKind, String)> {

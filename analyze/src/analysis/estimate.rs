@@ -76,6 +76,9 @@ pub(super) fn open(
 ) -> Result<(Log, LoadedLog, EstimatedRows, SignalQuality)> {
     let log = file.open_log(path)?;
     let mut loaded = load(&log, file, &mut |_| {})?;
+    if options.estimator == Estimator::Smoother {
+        loaded.leave_out_filled_velocities()?;
+    }
     let (rows, mut quality) = estimate(&loaded, options)?;
     quality.tell_supports(&mut loaded);
     Ok((log, loaded, rows, quality))

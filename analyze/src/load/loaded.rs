@@ -95,6 +95,17 @@ impl LoadedLog {
         Standing::of(&self.machine, self.supports.as_ref())
     }
 
+    /// Leaves out the velocities that drivers fill with zeros, from the first sample on: for an estimator that knows the whole log.
+    ///
+    /// # Errors
+    /// A temporary file cannot be read or written.
+    pub(crate) fn leave_out_filled_velocities(&mut self) -> Result<()> {
+        for signal in Arc::get_mut(&mut self.signals).into_iter().flatten() {
+            signal.recording.leave_out_filled_velocities()?;
+        }
+        Ok(())
+    }
+
     /// Frees the memory of the samples, all but their stamps, unless somebody else still reads them.
     pub(crate) fn forget_samples(&mut self) {
         let signals = Arc::get_mut(&mut self.signals).into_iter().flatten();

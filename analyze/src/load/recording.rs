@@ -102,7 +102,7 @@ impl Recording {
         log_times.finish();
         if !omitted.is_empty() || reading.placement.removes_log_jumps() {
             let times = |index, times| without_jumps(&reading.placement, index, times);
-            *samples = rewritten(samples, reading.samples, &omitted, times)?;
+            *samples = rewritten(samples, reading.samples, &omitted, times, |_| {})?;
         }
         Ok(recording)
     }
@@ -136,6 +136,24 @@ impl Recording {
     pub(super) fn filled_velocities(&self) -> impl Iterator<Item = usize> {
         let filled = self.samples.filled_velocities.iter();
         filled.flat_map(FilledVelocities::filled)
+    }
+
+    /// Puts NaN in place of the velocities that the driver fills with zeros from the first sample on: the whole log shows that
+    /// nobody measures them.
+    ///
+    /// # Errors
+    /// A temporary file cannot be read or written.
+    pub(super) fn leave_out_filled_velocities(&mut self) -> io::Result<()> {
+        let joints = self.samples.width / 2;
+        let filled: Vec<usize> = self.filled_velocities().collect();
+        if !filled.is_empty() {
+            let leave_out = |sample: &mut [f64]| {
+                (filled.iter()).for_each(|place| sample[joints + place] = f64::NAN);
+            };
+            let count = self.len();
+            self.samples = rewritten(&self.samples, count, &[], |_, times| times, leave_out)?;
+        }
+        Ok(())
     }
 
     /// Frees the memory of the samples, which nobody reads any more.
@@ -252,12 +270,13 @@ fn without_jumps(placement: &Placement, index: usize, times: Times) -> Times {
     ]
 }
 
-/// The samples with other times, and without those that are omitted, given by index in rising order.
+/// The samples with other times and values, and without those that are omitted, given by index in rising order.
 fn rewritten(
     samples: &Samples,
     count: usize,
     omitted: &[usize],
     other_times: impl Fn(usize, Times) -> Times,
+    change: impl Fn(&mut [f64]),
 ) -> io::Result<Samples> {
     let mut kept = samples.emptied()?;
     let mut omitted = omitted.iter().copied().peekable();
@@ -276,8 +295,10 @@ fn rewritten(
                 count += 1;
             }
         }
+        let values = &mut values[..count * width];
+        values.chunks_exact_mut(width.max(1)).for_each(&change);
         kept.times.append(times[..count].as_flattened())?;
-        kept.values.append(&values[..count * width])?;
+        kept.values.append(values)?;
     }
     Ok(kept)
 }
