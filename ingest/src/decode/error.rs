@@ -24,6 +24,11 @@ pub enum DecodeError {
         /// What is left.
         available_bytes: usize,
     },
+    /// A message of another sensor than the first one of its topic.
+    #[error(
+        "header.frame_id is another than in the first message: another sensor, which needs a topic of its own"
+    )]
+    OtherFrame,
     /// An encoding other than plain CDR.
     #[error("expected plain CDR (encapsulation 0x0000 or 0x0001), found 0x{found:04x} ({name})")]
     Encapsulation {

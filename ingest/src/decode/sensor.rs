@@ -211,10 +211,7 @@ impl SensorDecoder {
         values: &mut Vec<f64>,
     ) -> Result<JointSample, DecodeError> {
         self.layout.decode(message.data, &mut self.fields)?;
-        if self.frame_id.is_none() {
-            let frame_id = String::from_utf8_lossy(self.fields.text(FRAME_ID));
-            self.frame_id = Some(frame_id.trim_start_matches('/').to_owned());
-        }
+        self.take_frame()?;
         match self.kind {
             SensorKind::JointStates => {
                 self.find_joints();
@@ -236,6 +233,24 @@ impl SensorDecoder {
             self.fields.number(SEC),
             self.fields.number(NANOSEC),
         )))
+    }
+
+    /// Keeps the frame of the first message. Another frame is that of another sensor; joint states have none.
+    fn take_frame(&mut self) -> Result<(), DecodeError> {
+        let text = String::from_utf8_lossy(self.fields.text(FRAME_ID));
+        let frame = text.trim_start_matches('/');
+        let Some(first) = &self.frame_id else {
+            self.frame_id = Some(frame.to_owned());
+            return Ok(());
+        };
+        let is_other = self.kind != SensorKind::JointStates
+            && !frame.is_empty()
+            && !first.is_empty()
+            && frame != first;
+        match is_other {
+            true => Err(DecodeError::OtherFrame),
+            false => Ok(()),
+        }
     }
 
     /// The shortcut for messages like this one, which was decoded just now.

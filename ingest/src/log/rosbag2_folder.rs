@@ -28,8 +28,7 @@ pub(crate) fn recognise(folder: &Path, source: &Source) -> Result<LogFiles, Erro
         refuse_several_logs(folder, &found)?;
         found
     } else {
-        note_unlisted(&found, &listed, &mut losses);
-        listed
+        with_parts_behind(listed, &found, &mut losses)
     };
     let format = common_format(folder, source, &mut files, &mut losses)?;
     Ok(LogFiles {
@@ -175,13 +174,31 @@ fn refuse_several_logs(folder: &Path, files: &[PathBuf]) -> Result<(), Error> {
     })
 }
 
-fn note_unlisted(found: &[PathBuf], listed: &[PathBuf], losses: &mut Losses) {
-    for file in found.iter().filter(|file| !listed.contains(file)) {
+/// The listed files, and those in the folder whose names continue theirs: a recorder that was killed lists only the parts that it
+/// had finished. Other logs are not read.
+fn with_parts_behind(
+    mut listed: Vec<PathBuf>,
+    found: &[PathBuf],
+    losses: &mut Losses,
+) -> Vec<PathBuf> {
+    let stems: BTreeSet<String> = listed
+        .iter()
+        .map(|file| stem_without_number(file))
+        .collect();
+    let unlisted: Vec<&PathBuf> = found.iter().filter(|file| !listed.contains(file)).collect();
+    for file in unlisted {
+        let is_part = stems.contains(&stem_without_number(file));
+        let done = match is_part {
+            true => "read as a part of the log, because its name continues the others",
+            false => "not read",
+        };
         losses.note(format!(
-            "{} is not listed in {METADATA_NAME}: not read",
+            "{} is not listed in {METADATA_NAME}: {done}",
             name_of(file)
         ));
+        listed.extend(is_part.then(|| file.clone()));
     }
+    listed
 }
 
 /// The format of all files. Files that are not logs are reported as lost, provided at least one is
@@ -232,10 +249,12 @@ fn name_of(path: &Path) -> String {
         .into_owned()
 }
 
-/// `drive_12.mcap` and `drive_3.mcap` are parts of `drive`.
+/// `drive_12.mcap` and `drive_3.mcap` are parts of `drive`, and so are `drive_2026-05-28-22-26-40_0.bag` and the next one, whose
+/// date is that of its own beginning, and a bag that is still written.
 fn stem_without_number(path: &Path) -> String {
     let name = name_of(path);
     let name = name.strip_suffix(".zstd").unwrap_or(&name);
+    let name = name.strip_suffix(".active").unwrap_or(name);
     let stem = Path::new(name)
         .file_stem()
         .unwrap_or_default()
@@ -243,9 +262,22 @@ fn stem_without_number(path: &Path) -> String {
         .into_owned();
     let bare = stem.trim_end_matches(|c: char| c.is_ascii_digit());
     match bare.strip_suffix('_') {
-        Some(bare) if bare.len() + 1 < stem.len() => bare.to_owned(),
+        Some(bare) if bare.len() + 1 < stem.len() => without_date(bare).to_owned(),
         _ => stem,
     }
+}
+
+/// The name of a bag without `_2026-05-28-22-26-40`.
+fn without_date(stem: &str) -> &str {
+    const DATE: &str = "_0000-00-00-00-00-00";
+    let is_date = |text: &str| {
+        let mut pairs = text.bytes().zip(DATE.bytes());
+        pairs.all(|(c, pattern)| c == pattern || pattern == b'0' && c.is_ascii_digit())
+    };
+    (stem.len().checked_sub(DATE.len()))
+        .and_then(|at| stem.split_at_checked(at))
+        .filter(|(_, date)| is_date(date))
+        .map_or(stem, |(bare, _)| bare)
 }
 
 /// Compares digits by value, so that `_10` comes after `_9`.
@@ -291,6 +323,21 @@ fn compare_numbers(left: &str, right: &str) -> Ordering {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_of_a_log_share_a_name() {
+        for (name, log) in [
+            ("drive_12.mcap", "drive"),
+            ("drive_3.db3.zstd", "drive"),
+            ("drive_2026-05-28-22-26-40_0.bag", "drive"),
+            ("drive_2026-05-28-22-26-42_1.bag.active", "drive"),
+            ("drive_2026-05-28.bag", "drive_2026-05-28"),
+            ("12.bag", "12"),
+            ("ä_2026-05-28-22-26-4ä_1.bag", "ä_2026-05-28-22-26-4ä"),
+        ] {
+            assert_eq!(stem_without_number(Path::new(name)), log, "{name}");
+        }
+    }
 
     #[test]
     fn parts_are_ordered_by_number() {

@@ -23,6 +23,8 @@ pub struct FilledVelocities {
 struct Zeros {
     is_measured: bool,
     is_filled: bool,
+    /// Whether a velocity was stated at all.
+    has_zeros: bool,
     last: Option<f64>,
     /// Way since the first position (rad or m), its least and greatest, and the largest step.
     way: f64,
@@ -61,6 +63,7 @@ impl FilledVelocities {
                 self.open -= 1;
                 continue;
             }
+            joint.has_zeros |= velocity.is_finite();
             joint.take(*position);
             if joint.is_filled {
                 *velocity = f64::NAN;
@@ -78,7 +81,7 @@ impl FilledVelocities {
     pub fn filled(&self) -> impl Iterator<Item = usize> {
         let joints = self.joints.iter().enumerate();
         joints
-            .filter(|(_, joint)| joint.is_filled && !joint.is_measured)
+            .filter(|(_, joint)| joint.is_filled && joint.has_zeros && !joint.is_measured)
             .map(|(place, _)| place)
     }
 }
@@ -123,6 +126,15 @@ mod tests {
         // the position of a wheel that begins anew
         let turns = |sample: usize| (0.3 * sample as f64) % TAU;
         assert_eq!(marked(turns, |_| 0.0)[0], 3);
+    }
+
+    #[test]
+    fn velocities_that_nobody_states_are_not_filled_in() {
+        for velocity in [0.0, f64::NAN] {
+            let mut filled = FilledVelocities::new(1);
+            (0..200).for_each(|sample| filled.mark(&mut [0.01 * f64::from(sample), velocity]));
+            assert_eq!(filled.filled().count(), usize::from(velocity == 0.0));
+        }
     }
 
     #[test]

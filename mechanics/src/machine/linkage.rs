@@ -264,13 +264,14 @@ pub struct LinkageBodies {
     pub rod: usize,
 }
 
-/// Builds a linkage from its specification; `input` and `measured_joint` identify the logged joint.
+/// Builds a linkage from its specification; `near` is an angle of the pivot (rad) on the side on which the machine works, `input` and `measured_joint` identify the logged joint.
 ///
 /// # Errors
 /// The triangle closes at no position, or the joints do not form a triangle.
 pub(super) fn build(
     spec: &LinkageSpec,
     bodies: LinkageBodies,
+    near: f64,
     input: LinkageInput,
     measured_joint: usize,
     tree: &Tree,
@@ -279,6 +280,7 @@ pub(super) fn build(
     let geometry = Survey {
         spec,
         bodies,
+        near,
         tree,
         file,
     }
@@ -296,6 +298,7 @@ pub(super) fn build(
 struct Survey<'a> {
     spec: &'a LinkageSpec,
     bodies: LinkageBodies,
+    near: f64,
     tree: &'a Tree,
     file: &'a str,
 }
@@ -463,16 +466,8 @@ impl Survey<'_> {
 
     /// On which side of its longest position the actuator works.
     fn branch(&self, t: &Triangle) -> f64 {
-        let limits = self.tree.bodies[self.bodies.pivot]
-            .joint
-            .as_ref()
-            .and_then(|j| j.limits);
-        let middle = limits
-            .filter(|[lower, upper]| upper - lower < std::f64::consts::TAU)
-            .map(|[lower, upper]| 0.5 * (lower + upper));
-        let near = self.spec.pivot_near.or(middle).unwrap_or(0.0);
         // sin(near - theta_0) has the sign of sin(near) P - cos(near) Q
-        if near.sin() * t.p - near.cos() * t.q < 0.0 {
+        if self.near.sin() * t.p - self.near.cos() * t.q < 0.0 {
             -1.0
         } else {
             1.0

@@ -172,8 +172,9 @@ pub struct LinkageSpec {
     /// Standard deviation of its friction, as a fraction of the force.
     #[serde(default = "actuator_friction")]
     pub friction_share: f64,
-    /// An angle of the pivot (rad) on the branch that the machine uses; needed only if the rod is measured.
-    /// Default: the middle of the pivot's URDF limits if they span less than a full turn, else 0.
+    /// An angle of the pivot (rad) on the side of the dead centre on which the machine works; needed only if the rod is measured.
+    /// Default: that of the reference posture, the middle of the pivot's URDF limits if they span less than half a turn, or 0 if it
+    /// carries wheels.
     pub pivot_near: Option<f64>,
 }
 

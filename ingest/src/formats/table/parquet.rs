@@ -117,13 +117,6 @@ impl ParquetReader {
             None => number_time(file.data(), &metadata, &numbers, options).map_err(invalid)?,
         };
         numbers.retain(|at| !time.columns.contains(at));
-        if numbers.is_empty() {
-            let names: Vec<&str> = columns.iter().map(|column| column.name()).collect();
-            return Err(invalid(format!(
-                "expected a column of numbers beside the time (whole numbers, floats of 32 or 64 bits, decimals), found {}",
-                names.join(", ")
-            )));
-        }
         refuse_packing(&metadata, numbers.iter().chain(&time.columns)).map_err(invalid)?;
         if let Some(told) = told {
             losses.note(format!("{}: {told}", path.display()));

@@ -63,7 +63,6 @@ pub(super) struct JointWatch {
     last: Option<(i64, f64, f64)>,
     last_ns: Option<i64>,
     period_s: f64,
-    has_rates: bool,
     moves: bool,
     /// Number of consecutive identical positions, and their start.
     run: u32,
@@ -100,11 +99,15 @@ struct Held {
 /// ```
 /// A velocity error d makes e tend to d T. The difference is a fault beyond
 /// `allowance + T tolerance + share * motion`; e is limited to twice that, so that a fault that ends is quickly
-/// forgotten.
+/// forgotten. Where the two agree again, the joint is still off by what they came apart, undiminished: that counts as a jump.
 #[derive(Debug, Clone, Copy, Default)]
 struct Agreement {
     apart: f64,
     motion: f64,
+    /// The same without fading, since they last agreed, and whether there was a fault since then.
+    apart_in_all: f64,
+    motion_in_all: f64,
+    had_fault: bool,
     /// Difference of the velocities, smoothed.
     difference: f64,
     /// Accumulated difference since the fault began.
@@ -131,7 +134,6 @@ impl JointWatch {
             last: None,
             last_ns: None,
             period_s: 0.0,
-            has_rates: false,
             moves: false,
             run: 0,
             run_since_ns: 0,
@@ -177,16 +179,14 @@ impl JointWatch {
         limits: &Limits,
         found: &mut Found<'_>,
     ) {
-        let rate_is_wrong = rate.is_infinite() || (rate.is_nan() && self.has_rates);
-        if rate_is_wrong {
+        // NaN is not measured, in one message or in all of them
+        if rate.is_infinite() {
             found(Notice::not_finite(stamp_ns, Component::Rate));
         }
         if !position.is_finite() {
             found(Notice::not_finite(stamp_ns, Component::Value));
             return;
         }
-        // exactly zero may stand for a velocity that is not measured
-        self.has_rates |= rate.is_finite() && rate != 0.0;
         self.begin(stamp_ns, limits, found);
         self.check_range(stamp_ns, position, found);
         let here = Held {
@@ -481,16 +481,27 @@ impl JointWatch {
         it.motion = it.motion * kept + step.abs().max((mean * dt).abs());
         let allowed = POSITION_ALLOWANCE + MEMORY_S * tolerance + share * it.motion;
         it.apart = (it.apart * kept + step - mean * dt).clamp(-2.0 * allowed, 2.0 * allowed);
+        it.apart_in_all += step - mean * dt;
+        it.motion_in_all += step.abs().max((mean * dt).abs());
         let newer = dt / (DIFFERENCE_MEMORY_S + dt);
         it.difference += newer * (step / dt - mean - it.difference);
         // The sum decays slowly after a fault ends, the difference at once.
         if it.apart.abs() <= allowed || it.difference.abs() <= tolerance {
             it.since_quiet = it.apart;
             if it.apart.abs() <= 0.25 * allowed {
+                let by = std::mem::take(&mut it.apart_in_all);
+                let moved = POSITION_ALLOWANCE
+                    + tolerance * limits.elapsed_s(it.quiet_ns, stamp_ns)
+                    + share * std::mem::take(&mut it.motion_in_all);
+                let is_off = by.abs() > moved && !self.limits.spins_wheel;
+                if std::mem::take(&mut it.had_fault) && is_off {
+                    found(Notice::offset(it.quiet_ns, by, moved));
+                }
                 it.quiet_ns = stamp_ns;
             }
             return false;
         }
+        it.had_fault = true;
         it.since_quiet += step - mean * dt;
         let is_frozen = self.run >= FEWEST_IDENTICAL;
         // where it froze is no place from which it could reach another
@@ -536,6 +547,52 @@ mod tests {
         spins_wheel: false,
         wraps: false,
     };
+
+    /// By how much a joint is off, that moves from 0.5 to 1.5 s: what its positions and velocities show, by the sample.
+    fn left_off(shown: impl Fn(usize) -> [f64; 2]) -> Vec<f64> {
+        let mut watch = JointWatch::new(LIMITS, 25.0);
+        let mut offsets = Vec::new();
+        for sample in 0..500 {
+            let stamp_ns = sample as i64 * 10_000_000;
+            let mut take = |notice: Notice| {
+                if notice.kind == FaultKind::Contradiction {
+                    offsets.push(notice.measure);
+                }
+            };
+            watch.check(stamp_ns, shown(sample), true, &Limits::OF_TESTS, &mut take);
+        }
+        offsets
+    }
+
+    #[test]
+    fn a_position_that_stuck_while_the_joint_moved_stays_off() {
+        let rate = |sample: usize| {
+            if (50..150).contains(&sample) {
+                0.5
+            } else {
+                0.0
+            }
+        };
+        let way = |sample: usize| 0.005 * (sample.clamp(50, 150) - 50) as f64;
+        let noise = |sample: usize| 1e-4 * (sample as f64 * 1.7).sin();
+        let stuck = left_off(|sample| [noise(sample), rate(sample)]);
+        assert!(
+            stuck.len() == 1 && (stuck[0] + 0.5).abs() < 0.05,
+            "{stuck:?}"
+        );
+        // until it is back where it should be
+        let returns = left_off(|sample| {
+            let shown = if sample < 400 { 0.0 } else { way(sample) };
+            [shown + noise(sample), rate(sample)]
+        });
+        assert!(
+            returns.len() == 2 && (returns[0] + returns[1]).abs() < 0.05,
+            "{returns:?}"
+        );
+        // a velocity that is late has gone the same way in the end
+        let late = left_off(|sample| [way(sample), rate(sample.saturating_sub(25))]);
+        assert_eq!(late, [] as [f64; 0]);
+    }
 
     /// From when to when (s) positions every 10 ms are in doubt, each with what its sample says of earlier ones.
     fn doubted(position: impl Fn(usize) -> f64) -> Option<(f64, f64)> {

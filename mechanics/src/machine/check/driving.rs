@@ -165,9 +165,11 @@ impl Checker<'_> {
             LinkageInput::RodLength => bodies.rod,
         };
         let joint = self.tree.bodies[body].joint.as_ref();
+        let near = self.pivot_near(spec, bodies.pivot, input)?;
         driving.linkages.push(linkage::build(
             spec,
             bodies,
+            near,
             input,
             measured,
             self.tree,
@@ -181,6 +183,46 @@ impl Checker<'_> {
         driving.couplings[bodies.cylinder] = Some(JointCoupling::Cylinder(index));
         driving.couplings[bodies.rod] = Some(JointCoupling::Rod(index));
         Ok(())
+    }
+
+    /// An angle of the pivot on the side of the dead centre on which the machine works: as stated, that of the reference posture, the
+    /// middle of limits that span less than half a turn, or zero for a suspension, whose wheels are level there. Two angles fit each
+    /// length of a rod.
+    fn pivot_near(
+        &self,
+        spec: &LinkageSpec,
+        pivot: usize,
+        input: LinkageInput,
+    ) -> Result<f64, MachineError> {
+        let posture = &self.spec.limits.reference_posture;
+        let stated = spec
+            .pivot_near
+            .or_else(|| posture.get(&spec.pivot).copied());
+        let joint = self.tree.bodies[pivot].joint.as_ref();
+        let limits = joint.and_then(TreeJoint::stated_limits);
+        let middle = limits
+            .filter(|[lower, upper]| upper - lower < std::f64::consts::PI)
+            .map(|[lower, upper]| 0.5 * (lower + upper));
+        let is_below = |link: &str| {
+            let link = self.tree.link(link);
+            link.is_some_and(|link| self.tree.is_carried_by(self.tree.links[link].body, pivot))
+        };
+        let suspends = self.spec.wheels.values().any(|wheel| is_below(&wheel.link));
+        let level = suspends.then_some(0.0);
+        match (stated.or(middle).or(level), input) {
+            (Some(near), _) => Ok(near),
+            // the measured angle is on the side on which it is
+            (None, LinkageInput::PivotAngle) => Ok(0.0),
+            (None, LinkageInput::RodLength) => Err(self.value_error(
+                format!("linkage.{}.pivot_near", spec.name),
+                format!(
+                    "an angle of \"{}\" on the side on which the machine works [rad] (or one in limits.reference_posture, or limits in \
+                     the URDF that span less than half a turn): only its rod is measured, and two angles fit each length",
+                    spec.pivot
+                ),
+                "none",
+            )),
+        }
     }
 
     /// A mimic joint is coupled to a measured one; a chain of mimic joints is resolved to its source.
