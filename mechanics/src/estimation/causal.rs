@@ -6,8 +6,8 @@ use super::followed::Followed;
 use super::rotation::{PlatformRotation, RotationSpell};
 use super::rows::{Estimate, RowClock, regular_index, regular_row};
 use super::shown_noise::ShownNoise;
-use super::state_builder::{Channel, FilterStatus, Filters, Reading, StateBuilder};
-use super::white_jerk::seconds;
+use super::state_builder::{FilterStatus, Filters, Reading, StateBuilder};
+use super::white_jerk::{Channel, seconds};
 use crate::estimation::last_sample::LastSample;
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect, SignalDoubt};
 use crate::estimation::support_configuration::SupportWatch;
@@ -285,6 +285,7 @@ impl CausalEstimator {
 
     fn give_row(&mut self, machine: &Machine, time_ns: i64, row: &mut dyn FnMut(&Estimate)) {
         let (filters, settle_ns, max_gap_ns) = (&self.filters, self.settle_ns, self.max_gap_ns);
+        let share = filters.share_of_faster(time_ns);
         let mut read = |followed: Followed, channels: &mut [Channel]| {
             let Some(filter) = filters.get(followed) else {
                 return Reading::NOTHING;
@@ -295,13 +296,7 @@ impl CausalEstimator {
             if !near {
                 return Reading::NOTHING;
             }
-            let covariance = filter.covariance_at(time_ns);
-            for (k, channel) in channels.iter_mut().enumerate().take(filter.channels()) {
-                *channel = Channel {
-                    jet: filter.at(k, time_ns),
-                    lag: filter.lag(k, &covariance),
-                };
-            }
+            let covariance = filter.read(time_ns, share, channels);
             let settled = time_ns.saturating_sub(filter.started_ns()) >= settle_ns;
             Reading {
                 standing: if settled {

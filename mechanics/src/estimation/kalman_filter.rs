@@ -11,10 +11,13 @@
 //! ([`Adaptation`]), so all channels share it and the gains.
 
 use super::adaptation::{Adaptation, Factors};
+use super::faster;
 use super::history::History;
 use super::lag::MeanAccelerations;
-use super::misfit::Misfit;
-use super::white_jerk::{ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric};
+use super::misfit::{self, Misfit};
+use super::white_jerk::{
+    Channel, ChannelState, Matrix, predicted, seconds, smoother_gain, step, symmetric,
+};
 use crate::state::SampleError;
 
 /// Initial standard deviation of a channel's derivatives, as multiples of the process noise.
@@ -50,6 +53,8 @@ pub(crate) struct KalmanFilter {
     means: Option<MeanAccelerations>,
     /// `None` where the covariance stays that of the noise.
     misfit: Option<Misfit>,
+    /// For motion that this one is too slow for.
+    faster: Option<Box<KalmanFilter>>,
 }
 
 /// What the filter knows after a sample: from it, later samples continue to the bit.
@@ -91,6 +96,7 @@ impl KalmanFilter {
             history: keeps_history.then(|| History::new(channels)),
             means: (!keeps_history).then(|| MeanAccelerations::new(channels)),
             misfit: None,
+            faster: None,
         }
     }
 
@@ -102,7 +108,20 @@ impl KalmanFilter {
 
     /// The same filter, whose covariance is as large as its innovations show.
     pub(super) fn weighing_misfit(mut self) -> Self {
-        self.misfit = Some(Misfit::default());
+        self.misfit = Some(Misfit::new(misfit::MEMORY_S));
+        self
+    }
+
+    /// The same filter beside a [`faster`] one of the same samples.
+    pub(super) fn beside_faster(mut self) -> Self {
+        let density = self.model.density * faster::RATIO.powi(6);
+        let model = FilterModel {
+            density,
+            ..self.model
+        };
+        let mut filter = Self::new(model, self.channels(), false);
+        filter.misfit = Some(Misfit::new(faster::MEMORY_S));
+        self.faster = Some(Box::new(filter));
         self
     }
 
@@ -204,7 +223,10 @@ impl KalmanFilter {
         if let Some(history) = &mut self.history {
             history.push(stamp_ns, &self.state.jets, &self.state.covariance);
         }
-        Ok(())
+        match &mut self.faster {
+            Some(faster) => faster.push(stamp_ns, values, rates, doubt),
+            None => Ok(()),
+        }
     }
 
     /// Covariance predicted to a stamp close to the last sample, as large as the innovations show it to be.
@@ -220,10 +242,48 @@ impl KalmanFilter {
         self.misfit.as_ref().map_or(1.0, Misfit::factor)
     }
 
-    /// How far the second derivative of a channel is behind a motion that changes fast, beside this covariance.
-    pub(super) fn lag(&self, channel: usize, covariance: &Matrix) -> f64 {
+    /// How far a channel is behind a motion that changes fast, beside this covariance.
+    pub(super) fn lag(&self, channel: usize, covariance: &Matrix) -> ChannelState {
         let acceleration = self.state.jets[channel][2];
-        (self.means.as_ref()).map_or(0.0, |means| means.lag(channel, acceleration, covariance))
+        let means = self.means.as_ref();
+        means.map_or([0.0; 3], |means| {
+            means.lag(channel, acceleration, covariance)
+        })
+    }
+
+    /// Writes the estimates of the channels at a stamp close to the last sample, with so much of the [`faster`] filter where
+    /// there is one; returns their covariance.
+    pub(super) fn read(&self, stamp_ns: i64, share: f64, channels: &mut [Channel]) -> Matrix {
+        let covariance = self.covariance_at(stamp_ns);
+        let of_channel = |k: usize| Channel {
+            jet: self.at(k, stamp_ns),
+            lag: self.lag(k, &covariance),
+        };
+        let channels = &mut channels[..self.channels()];
+        let faster = self.faster.as_deref().filter(|_| share > 0.0);
+        let Some(faster) = faster else {
+            let places = channels.iter_mut().enumerate();
+            places.for_each(|(k, channel)| *channel = of_channel(k));
+            return covariance;
+        };
+        let of_faster = faster.read(stamp_ns, 0.0, channels);
+        for (k, channel) in channels.iter_mut().enumerate() {
+            *channel = of_channel(k).towards(channel, share);
+        }
+        faster::towards(&covariance, &of_faster, share)
+    }
+
+    /// Squared distance of the [`faster`] filter in the component `ESTIMATED` of the channels' states over its variance, on
+    /// average over the channels; `None` where there is no such filter, or no sample yet.
+    pub(super) fn distance_of_faster<const ESTIMATED: usize>(&self, stamp_ns: i64) -> Option<f64> {
+        let faster = self.faster.as_deref().filter(|it| it.last_ns().is_some())?;
+        let channels = 0..self.channels();
+        let squares = channels.map(|k| {
+            let [own, its] = [self, faster].map(|filter| filter.at(k, stamp_ns)[ESTIMATED]);
+            (its - own).powi(2)
+        });
+        let variance = faster.covariance_at(stamp_ns)[ESTIMATED][ESTIMATED];
+        Some(squares.sum::<f64>() / (self.channels() as f64 * variance))
     }
 
     /// State of a channel extrapolated to a stamp close to the last sample, by its Taylor series.
@@ -250,7 +310,7 @@ impl KalmanFilter {
             means.restart();
         }
         if let Some(misfit) = &mut self.misfit {
-            *misfit = Misfit::default();
+            misfit.restart();
         }
         let factors = self.state.factors();
         let spread = INITIAL_SPREAD * INITIAL_SPREAD * self.density();

@@ -16,8 +16,6 @@
 //! Its sign is known: the lags of one motion in several channels add up or cancel in a load as they do in truth. A smoother
 //! also knows what comes after, and has no lag.
 
-use nalgebra::Vector3;
-
 use super::white_jerk::{ChannelState, Matrix};
 
 /// Accelerations of the channels, averaged over the filter's own delay.
@@ -53,21 +51,16 @@ impl MeanAccelerations {
         }
     }
 
-    /// The lag of the acceleration of a channel; zero within its noise.
-    pub(super) fn lag(&self, channel: usize, acceleration: f64, p: &Matrix) -> f64 {
+    /// The lag e of a channel; zero within its noise.
+    pub(super) fn lag(&self, channel: usize, acceleration: f64, p: &Matrix) -> ChannelState {
         let distance = acceleration - self.by_channel[channel];
         let excess = (distance * distance - p[2][2]).max(0.0);
-        excess.sqrt().copysign(distance)
+        let lag = excess.sqrt().copysign(distance);
+        match p[2][2] > 0.0 {
+            true => [0, 1, 2].map(|i| lag * (p[i][2] / p[2][2])),
+            false => [0.0; 3],
+        }
     }
-}
-
-/// The lags of the values and of the rates of channels, from those of their accelerations.
-pub(super) fn of_derivatives(p: &Matrix, accelerations: [f64; 3]) -> [Vector3<f64>; 2] {
-    let lags = Vector3::from(accelerations);
-    [0, 1].map(|i| match p[2][2] > 0.0 {
-        true => lags * (p[i][2] / p[2][2]),
-        false => Vector3::zeros(),
-    })
 }
 
 #[cfg(test)]
@@ -117,7 +110,7 @@ mod tests {
             for i in 0..3 {
                 let stated = jerk * p[i][2] / DENSITY;
                 assert!((errors[i] / stated - 1.0).abs() < 1e-6, "{i}: {errors:?}");
-                let found = errors[i] / (p[i][2] / p[2][2] * lag);
+                let found = errors[i] / lag[i];
                 // less the part that is noise
                 assert!((1.0..1.02).contains(&found), "{i}: {found}");
             }
@@ -130,6 +123,6 @@ mod tests {
         let (_, filter) = followed(0.0, true);
         let stamp_ns = filter.last_ns().unwrap();
         let p = filter.covariance_at(stamp_ns);
-        assert_eq!(filter.lag(0, &p), 0.0);
+        assert_eq!(filter.lag(0, &p), [0.0; 3]);
     }
 }

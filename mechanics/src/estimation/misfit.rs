@@ -1,7 +1,7 @@
 //! How much larger the errors of a filter are than its stated noise makes them.
 //!
 //! An innovation nu has the variance S = h' P h + r by the stated noise. With the mean over the channels and the last
-//! second,
+//! second (less for a faster filter),
 //!
 //! ```text
 //!     c = mean of nu^2 / S
@@ -12,25 +12,32 @@
 //! is the measurement alone: by h' Q h over S, as Q is what the process adds. Where c is less than 1, what was stated stays.
 
 /// Memory (s): longer than a sway of the platform, and short beside work that shakes it.
-const MEMORY_S: f64 = 1.0;
+pub(super) const MEMORY_S: f64 = 1.0;
 
 /// The mean c of one filter.
 #[derive(Debug, Clone)]
 pub(super) struct Misfit {
     mean: f64,
-}
-
-impl Default for Misfit {
-    fn default() -> Self {
-        Self { mean: 1.0 }
-    }
+    memory_s: f64,
 }
 
 impl Misfit {
+    pub(super) fn new(memory_s: f64) -> Self {
+        Self {
+            mean: 1.0,
+            memory_s,
+        }
+    }
+
+    /// The filter started anew.
+    pub(super) fn restart(&mut self) {
+        self.mean = 1.0;
+    }
+
     /// Takes nu^2 / S of a sample, on average over its channels, `dt` seconds after the one before.
     pub(super) fn step(&mut self, size: f64, dt: f64) {
         if size.is_finite() {
-            self.mean += dt / (dt + MEMORY_S) * (size - self.mean);
+            self.mean += dt / (dt + self.memory_s) * (size - self.mean);
         }
     }
 

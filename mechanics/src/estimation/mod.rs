@@ -13,6 +13,7 @@
 mod adaptation;
 mod bias;
 mod causal;
+mod faster;
 mod filled_velocities;
 mod followed;
 mod held;

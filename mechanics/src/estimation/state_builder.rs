@@ -3,12 +3,12 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::adaptation::Adaptation;
+use super::faster;
 use super::followed::Followed;
 use super::kalman_filter::{Doubt, FilterModel, KalmanFilter};
-use super::lag;
 use super::shown_noise::ShownNoise;
 use super::turns::Turns;
-use super::white_jerk::{ChannelState, Matrix};
+use super::white_jerk::{Channel, Matrix};
 use crate::estimation::plausibility::{Judgement, RowEffect, Treatment};
 use crate::geometry::coordinate::Motion;
 use crate::machine::Machine;
@@ -92,13 +92,17 @@ impl Filters {
             };
             list.push((Followed::Joints(stream), of_joints));
         }
-        // The force at the centre of mass follows from specific force, angular velocity and its derivative together: if one
-        // of them were followed faster than the others, what the tyres shake would no longer cancel.
+        let of_imu = |model| match keeps_history {
+            true => filter(model, 3),
+            false => filter(model, 3).beside_faster(),
+        };
         if sensors.imu {
-            list.push((Followed::SpecificForce, filter(accelerometer, 3)));
+            list.push((Followed::SpecificForce, of_imu(accelerometer)));
+            list.push((Followed::AngularVelocity, of_imu(gyro)));
+        } else if sensors.odometry {
+            list.push((Followed::AngularVelocity, filter(gyro, 3)));
         }
         if sensors.imu || sensors.odometry {
-            list.push((Followed::AngularVelocity, filter(gyro, 3)));
             list.push((Followed::Up, filter(attitude, 3)));
         }
         if sensors.odometry {
@@ -129,6 +133,15 @@ impl Filters {
             .iter()
             .find(|(f, _)| *f == followed)
             .map(|(_, filter)| filter)
+    }
+
+    /// How much of the [`faster`] filters is in the estimates of the platform's motion at a stamp: the same of all.
+    pub(super) fn share_of_faster(&self, stamp_ns: i64) -> f64 {
+        let force = self.get(Followed::SpecificForce);
+        let turning = self.get(Followed::AngularVelocity);
+        let force = force.and_then(|filter| filter.distance_of_faster::<0>(stamp_ns));
+        let turning = turning.and_then(|filter| filter.distance_of_faster::<1>(stamp_ns));
+        (force.zip(turning)).map_or(0.0, |(a, b)| faster::share(0.5 * (a + b)))
     }
 
     /// The filters that samples of a sensor update, in a fixed order.
@@ -256,14 +269,6 @@ pub(super) struct StateBuilder {
     channels: Vec<Channel>,
 }
 
-/// A filter's estimate of a channel at a given time.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Channel {
-    pub(super) jet: ChannelState,
-    /// How far the second derivative is behind, beside its noise: see [`lag`](super::lag).
-    pub(super) lag: f64,
-}
-
 /// Writes a filter's channels and returns their validity.
 pub(super) type Read<'a> = dyn FnMut(Followed, &mut [Channel]) -> Reading + 'a;
 
@@ -338,7 +343,7 @@ impl StateBuilder {
                     rate,
                     acceleration,
                 };
-                state.lag.joints[joint] = channel.lag;
+                state.lag.joints[joint] = channel.lag[2];
             }
         }
         let imu = self.sensors.imu;
@@ -534,7 +539,7 @@ fn vectors(
         value: Vector3::new(x[0], y[0], z[0]),
         rate: Vector3::new(x[1], y[1], z[1]),
         covariance: reading.covariance,
-        lag: lag::of_derivatives(&reading.covariance, channels.map(|channel| channel.lag)),
+        lag: [0, 1].map(|i| Vector3::from(channels.map(|channel| channel.lag[i]))),
     })
 }
 

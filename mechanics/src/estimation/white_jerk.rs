@@ -3,6 +3,14 @@
 /// Position-velocity-acceleration state of a channel: value, first and second time derivative.
 pub(crate) type ChannelState = [f64; 3];
 
+/// A filter's estimate of a channel at a given time.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Channel {
+    pub(super) jet: ChannelState,
+    /// How far it is behind, beside its noise: see [`lag`](super::lag).
+    pub(super) lag: ChannelState,
+}
+
 /// Covariance of such a state, or a gain.
 pub(crate) type Matrix = [[f64; 3]; 3];
 

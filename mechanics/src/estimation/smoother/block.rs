@@ -15,8 +15,8 @@ use crate::estimation::kalman_filter::KalmanFilter;
 use crate::estimation::plausibility::{FaultSpan, SpanWalk};
 use crate::estimation::rows::RowClock;
 use crate::estimation::shown_noise::ShownNoise;
-use crate::estimation::state_builder::{Channel, Filters, Reading, StateBuilder};
-use crate::estimation::white_jerk::seconds;
+use crate::estimation::state_builder::{Filters, Reading, StateBuilder};
+use crate::estimation::white_jerk::{Channel, seconds};
 use crate::machine::{Machine, SessionProofs};
 use crate::state::{Reasons, Sensor, Sensors, State, StateColumns, StreamCounts};
 

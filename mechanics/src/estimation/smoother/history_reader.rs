@@ -3,8 +3,8 @@
 use super::quintic::Quintic;
 use crate::estimation::held::{held, is_dense};
 use crate::estimation::history::History;
-use crate::estimation::state_builder::{Channel, FilterStatus, Reading};
-use crate::estimation::white_jerk::{ChannelState, Matrix, seconds, step};
+use crate::estimation::state_builder::{FilterStatus, Reading};
+use crate::estimation::white_jerk::{Channel, ChannelState, Matrix, seconds, step};
 
 /// Reads a smoothed history at increasing times.
 pub(super) struct HistoryReader<'a> {
