@@ -414,13 +414,10 @@ fn lost(analysis: &Analysis) -> String {
         1 => sentences.push("One signal has a gap.".into()),
         count => sentences.push(format!("Signals have {count} gaps.")),
     }
-    let head = SupportWord::of(&analysis.machine).head;
+    let loads = unstated_load::known_loads(analysis);
     sentences.push(match analysis.coverage.on_side_s > 0.0 {
-        true => format!("{head} loads are known in {}.", analysis.coverage),
-        false => format!(
-            "{head} loads are known in {} of the log.",
-            analysis.coverage
-        ),
+        true => format!("{loads} in {}.", analysis.coverage),
+        false => format!("{loads} in {} of the log.", analysis.coverage),
     });
     sentences.join(" ")
 }
