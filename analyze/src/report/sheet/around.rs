@@ -195,7 +195,10 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
         let known = line.iter().rev().find(|(_, value)| value.is_finite());
         names.extend(known.map(|&(_, value)| (value, name.as_str(), class)));
     }
-    chart.names(names);
+    // the title names a single curve
+    if names.len() > 1 {
+        chart.names(names);
+    }
     for share in [0.0, 0.5, 1.0] {
         let time = span.0 + share * (span.1 - span.0);
         chart.label_x(time, &format!("{time:.1}"));
