@@ -10,7 +10,7 @@ use tipwatch_analyze::suspension::{
     Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, measured_fall, suppose, what_if,
 };
 use tipwatch_binding::MachineFile;
-use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::{Quantity, State};
 use tipwatch_tests::data;
 
 fn replayed(log: &str, text: Option<&str>, options: WhatIfOptions) -> Result<WhatIf, String> {
@@ -355,18 +355,12 @@ fn the_slope_that_is_levelled_is_in_the_bands() {
         ..Suppositions::default()
     });
     assert!(least_otf(&supposed) > least_otf(&recorded) + 300.0);
-    let median_sigma = |analysis: &Analysis| {
-        let mut sigmas = analysis
-            .rows
-            .whole()
-            .outcomes
-            .column(Quantity::OtfSigma(2))
-            .to_vec();
-        sigmas.retain(|sigma| sigma.is_finite());
-        sigmas.sort_by(f64::total_cmp);
-        sigmas[sigmas.len() / 2]
+    let noise = |analysis: &Analysis| {
+        let mut state = State::zero(&analysis.machine);
+        analysis.rows.state(analysis.rows.len() / 2, &mut state);
+        state.noise.specific_force
     };
-    assert!(median_sigma(&supposed) > median_sigma(&recorded));
+    assert!(noise(&supposed) > noise(&recorded));
     let lift = lift(&recorded).unwrap();
     for answer in &lift.counterfactuals {
         let recorded = answer.recorded_probability.unwrap();

@@ -332,9 +332,8 @@ impl Finder<'_> {
 /// Sets the lead of each event: time since the onset of the earliest `wheel_light` still active at its start. Of a wheel that
 /// the rotation alone shows to be light, it is not known since when.
 pub(super) fn add_leads(events: &mut [Event]) {
-    let by_rotation = |event: &&Event| {
-        event.start_bound == Bound::AtOrBefore && event.start_sigma_s.is_some()
-    };
+    let by_rotation =
+        |event: &&Event| event.start_bound == Bound::AtOrBefore && event.start_sigma_s.is_some();
     let light: Vec<(i64, i64)> = events
         .iter()
         .filter(|event| event.kind == EventKind::WheelLight && !by_rotation(event))

@@ -327,7 +327,9 @@ fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
 /// The assumption that moves the result most.
 fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
     let gravest = incidents.first().map(Incident::gravest);
-    if gravest.is_some_and(|event| unstated_load::contradicts(analysis, event) && event.is_measured()) {
+    if gravest
+        .is_some_and(|event| unstated_load::contradicts(analysis, event) && event.is_measured())
+    {
         return Some(
             "On gyro and attitude, which measured the rotation: on no mass and no load of the machine file.".into(),
         );
