@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use tipwatch_mechanics::machine::Payload;
 use tipwatch_mechanics::studies::monte_carlo::Band;
 use tipwatch_mechanics::{ColumnNames, State};
 
@@ -116,7 +117,7 @@ fn model_summary(analysis: &Analysis) -> ModelSummary {
 fn largest_mass_kg(analysis: &Analysis) -> f64 {
     let (machine, rows) = (&analysis.machine, &analysis.rows);
     let payloads = machine.payloads();
-    if payloads.iter().all(|payload| payload.is_always()) {
+    if payloads.iter().all(Payload::is_always) {
         return machine.mass();
     }
     let mut state = State::zero(machine);
