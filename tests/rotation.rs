@@ -150,6 +150,43 @@ fn rotation_and_loads_tell_one_story() {
 }
 
 #[test]
+fn the_point_of_no_return_is_that_of_the_machine_that_explains_the_fall() {
+    let log = data("tip_over.mcap");
+    let right = analysed(&log, Options::default());
+    let lighter = Stated::lighter().analysed(&log);
+    let over = [&right, &lighter].map(tip_over);
+    let [of_right, of_lighter] = over.map(|event| event.measured_rotation.unwrap());
+    assert_eq!(of_right.no_return_load_kg, None);
+    let load_kg = of_lighter.no_return_load_kg.unwrap();
+    assert!((load_kg - 350.0).abs() < 100.0, "{load_kg}");
+    let apart_rad = of_lighter.no_return_rad.unwrap() - of_right.no_return_rad.unwrap();
+    let sigmas = [of_right, of_lighter].map(|it| it.no_return_sigma_rad.unwrap());
+    assert!(
+        apart_rad.abs() < 2.0 * sigmas[0].hypot(sigmas[1]),
+        "{of_right:?} {of_lighter:?}"
+    );
+    for event in over {
+        let measured = event.measured_rotation.unwrap();
+        assert!(
+            measured.no_return_ns.unwrap() >= event.start_ns,
+            "{event:?}"
+        );
+        assert!(measured.no_return_time_sigma_s.unwrap() > 0.0, "{event:?}");
+    }
+    let light = |analysis: &Analysis| {
+        let events = analysis.events.iter().cloned();
+        let light: Vec<Event> = events
+            .filter(|it| it.kind == EventKind::WheelLight)
+            .collect();
+        light
+    };
+    for event in [light(&right), light(&lighter)].concat() {
+        let has_band = event.start_sigma_s.is_some() || event.start_bound == Bound::AtOrBefore;
+        assert!(has_band, "{event:?}");
+    }
+}
+
+#[test]
 fn missing_rows_do_not_hide_a_tip_over() {
     let stated = Stated::lighter();
     let (log, until_ns) = (stated.log("cut.mcap"), true_onset_ns() - 1_000_000_000);

@@ -7,10 +7,10 @@ use tipwatch_analyze::base::options::Options;
 use tipwatch_analyze::compare::{Side, compare};
 use tipwatch_analyze::events::{Event, EventKind, Supposition};
 use tipwatch_analyze::suspension::{
-    Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, suppose, what_if,
+    Summary, Suppositions, SuspensionMode, WhatIf, WhatIfOptions, measured_fall, suppose, what_if,
 };
 use tipwatch_binding::MachineFile;
-use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::{Quantity, State};
 use tipwatch_tests::data;
 
 fn replayed(log: &str, text: Option<&str>, options: WhatIfOptions) -> Result<WhatIf, String> {
@@ -316,6 +316,58 @@ fn a_supposition_is_the_counterfactual_of_the_lift() {
     }
 }
 
+/// Brakes hard on level ground: the platform pitches, and the ground does not.
+#[test]
+fn level_ground_that_was_level_is_what_was_recorded() {
+    let level = Suppositions {
+        level: true,
+        ..Suppositions::default()
+    };
+    let least = |analysis: &Analysis| -> Vec<(i64, f64)> {
+        let wheels = analysis.digest.wheels.iter();
+        wheels
+            .map(|wheel| wheel.least_otf.unwrap())
+            .map(|(row, n)| (row as i64, n))
+            .collect()
+    };
+    let log = data("hard_brake.mcap");
+    let file = MachineFile::read(&data("hard_brake.toml")).unwrap();
+    let [recorded, supposed] = suppose(&log, &file, Options::default(), &level).unwrap();
+    assert_eq!(least(&recorded), least(&supposed));
+    // with another supposition, too
+    let both = Suppositions {
+        speed: Some(0.5),
+        ..level
+    };
+    let slower = Suppositions {
+        level: false,
+        ..both.clone()
+    };
+    let [_, both] = suppose(&log, &file, Options::default(), &both).unwrap();
+    let [_, slower] = suppose(&log, &file, Options::default(), &slower).unwrap();
+    assert_eq!(least(&both), least(&slower));
+}
+
+#[test]
+fn the_slope_that_is_levelled_is_in_the_bands() {
+    let [recorded, supposed] = supposed(&Suppositions {
+        level: true,
+        ..Suppositions::default()
+    });
+    assert!(least_otf(&supposed) > least_otf(&recorded) + 300.0);
+    let noise = |analysis: &Analysis| {
+        let mut state = State::zero(&analysis.machine);
+        analysis.rows.state(analysis.rows.len() / 2, &mut state);
+        state.noise.specific_force
+    };
+    assert!(noise(&supposed) > noise(&recorded));
+    let lift = lift(&recorded).unwrap();
+    for answer in &lift.counterfactuals {
+        let recorded = answer.recorded_probability.unwrap();
+        assert!((0.5..1.0).contains(&recorded), "{answer:?}");
+    }
+}
+
 #[test]
 fn more_load_than_the_machine_can_hold_in_its_reference_posture_may_be_supposed() {
     for more_kg in [100.0, 300.0] {
@@ -327,6 +379,15 @@ fn more_load_than_the_machine_can_hold_in_its_reference_posture_may_be_supposed(
         // limits stay those of the machine as recorded
         let loads = |analysis: &Analysis| analysis.machine.reference().static_load.clone();
         assert_eq!(loads(&supposed), loads(&recorded));
+        // the mass is that of the machine with the load
+        let sides = [(&recorded, "as recorded"), (&supposed, "as supposed")];
+        let [a, b] = sides.map(|(analysis, name)| Side::of_analysis(analysis, name).unwrap());
+        let facts = compare(&a, &b).facts;
+        let mass = facts.iter().find(|fact| fact.unit == "kg").unwrap();
+        assert!(
+            (mass.difference.unwrap() - more_kg).abs() < 1e-9,
+            "{mass:?}"
+        );
     }
 }
 
@@ -366,5 +427,12 @@ fn a_recorded_fall_is_not_the_fall_of_what_is_supposed() {
         let pairs = compare(&a, &b).events;
         let fell = pairs.iter().find(|pair| pair.kind == "tip_over").unwrap();
         assert!(fell.is_open_elsewhere && fell.b.is_none());
+        let facts = compare(&a, &b).facts;
+        let count = facts.iter().find(|fact| fact.name == "tip over").unwrap();
+        assert!(
+            count.a == Some(1.0) && count.b.is_none() && count.why_not.is_some(),
+            "{count:?}"
+        );
+        assert!(measured_fall(&recorded, &supposed).is_some());
     }
 }

@@ -26,7 +26,7 @@ pub struct EstimatedRows {
     kept: BTreeMap<usize, State<f64>>,
     pub(super) states: Arc<dyn StateSource>,
     /// The first row among those of `states`.
-    pub(super) first: usize,
+    pub(crate) first: usize,
 }
 
 /// What the machine does in a row.

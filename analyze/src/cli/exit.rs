@@ -155,7 +155,12 @@ impl Ending {
 
     /// Prints how much of the log's time is computable, and why nothing is decided.
     pub(super) fn tell(self, terminal: Terminal) -> Exit {
-        terminal.print(&format!("computable: {} of the log", self.coverage));
+        self.tell_of("the log", terminal)
+    }
+
+    /// The same, with what the time is of.
+    pub(super) fn tell_of(self, of: &str, terminal: Terminal) -> Exit {
+        terminal.print(&format!("computable: {} of {of}", self.coverage));
         if let Some(reason) = &self.undecided {
             terminal.verdict(&format!("not decided: {reason}"));
         }

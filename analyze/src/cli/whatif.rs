@@ -15,7 +15,7 @@ use crate::base::output_place::OutputPlace;
 use crate::base::progress::Progress;
 use crate::compare::{InputDifference, Side, as_text, compare, render};
 use crate::suspension::{
-    Suppositions, SuspensionMode, WhatIfOptions, caveats, findings, suppose, what_if,
+    Suppositions, SuspensionMode, WhatIfOptions, caveats, findings, measured_fall, suppose, what_if,
 };
 
 #[derive(Debug, Args)]
@@ -33,7 +33,7 @@ pub(super) struct WhatIfArgs {
     /// Suspension motion; default: look-ahead, unless something else is supposed.
     #[arg(long, value_enum)]
     suspension: Option<SuspensionMode>,
-    /// Suppose that the ground had been level.
+    /// Suppose that the ground had been level; the platform rocks on it as recorded.
     #[arg(long)]
     slope_level: bool,
     /// Suppose that machine and arm had travelled the same path so many times as fast.
@@ -123,6 +123,10 @@ fn supposed(
     let a = Side::of_analysis(&recorded, "as recorded")?;
     let b = Side::of_analysis(&supposed, &suppositions.in_words())?;
     let mut comparison = compare(&a, &b);
+    // B has no rotations of its own: what was measured of one stands in its first line
+    if let Some(fall) = measured_fall(&recorded, &supposed) {
+        comparison.b.finding = format!("{fall}. By its loads: {}", comparison.b.finding);
+    }
     comparison.inputs.insert(
         0,
         InputDifference {
@@ -138,12 +142,17 @@ fn supposed(
     write_atomically(&target.path().join("comparison.html"), page.as_bytes())?;
     target.publish("comparison.json")?;
     terminal.print(as_text(&comparison, terminal.verbose).trim_end());
-    for caveat in caveats(&recorded) {
+    for caveat in caveats(&recorded, suppositions) {
         terminal.print(&format!("- {caveat}"));
     }
     terminal.print(&format!("results: {}", args.out.display()));
     let min_valid = args.min_valid.share(None);
-    Ok(Ending::of(&recorded, min_valid).tell(terminal))
+    let [of_a, of_b] = [
+        (&recorded, "the log as recorded"),
+        (&supposed, "it as supposed"),
+    ]
+    .map(|(analysis, of)| Ending::of(analysis, min_valid).tell_of(of, terminal));
+    Ok(of_a.and(of_b))
 }
 
 /// NAME=OFFSET.

@@ -41,12 +41,13 @@ pub fn compare(a: &Side, b: &Side) -> Comparison {
         Err(note) => (None, Some(note)),
     };
     let (about_a, about_b) = (a.about(), b.about());
+    let events = facts::events(a, b);
     Comparison {
         schema: SCHEMA,
         same_log: about_a.log_sha256 == about_b.log_sha256,
         inputs: inputs::inputs(a, b),
-        events: facts::events(a, b),
-        facts: facts::facts(a, b),
+        facts: facts::facts(a, b, &events),
+        events,
         series,
         series_note,
         a: about_a,

@@ -20,6 +20,8 @@ pub struct FactDifference {
     pub b: Option<f64>,
     /// B minus A.
     pub difference: Option<f64>,
+    /// Why the count of events of a side is null although the other side has one.
+    pub why_not: Option<&'static str>,
 }
 
 /// An event on one side or on both.
@@ -79,8 +81,9 @@ const OF_WHEEL: [(&str, &str); 6] = [
 ];
 
 /// All figures, grouped by unit, the largest difference first; those on one side only come last.
-pub(super) fn facts(a: &Side, b: &Side) -> Vec<FactDifference> {
-    let (on_a, on_b) = (numbers(a), numbers(b));
+pub(super) fn facts(a: &Side, b: &Side, pairs: &[EventPair]) -> Vec<FactDifference> {
+    let (mut on_a, mut on_b) = (numbers(a), numbers(b));
+    let open = leave_open(&mut on_a, &mut on_b, pairs);
     let names: std::collections::BTreeSet<_> = on_a.keys().chain(on_b.keys()).collect();
     let mut facts: Vec<FactDifference> = names
         .into_iter()
@@ -93,6 +96,7 @@ pub(super) fn facts(a: &Side, b: &Side) -> Vec<FactDifference> {
                 a,
                 b,
                 difference: a.zip(b).map(|(a, b)| b - a),
+                why_not: open.get(&key.1).copied(),
             }
         })
         .collect();
@@ -106,6 +110,38 @@ pub(super) fn facts(a: &Side, b: &Side) -> Vec<FactDifference> {
     facts
 }
 
+/// Makes the counts unknown of a kind of which the other side has an event where this side cannot be computed, and says why, by
+/// the name of the count.
+fn leave_open(
+    on_a: &mut Numbers,
+    on_b: &mut Numbers,
+    pairs: &[EventPair],
+) -> BTreeMap<String, &'static str> {
+    let mut open = BTreeMap::new();
+    for pair in pairs.iter().filter(|pair| pair.is_open_elsewhere) {
+        let (side, why) = match pair.a {
+            Some(_) => (&mut *on_b, "B cannot be computed during an event of A"),
+            None => (&mut *on_a, "A cannot be computed during an event of B"),
+        };
+        let name = pair.kind.replace('_', " ");
+        side.insert(key("events", name.clone()), None);
+        let before = open.insert(name.clone(), why);
+        if before.is_some_and(|before| before != why) {
+            open.insert(
+                name,
+                "neither can be computed during every event of the other",
+            );
+        }
+    }
+    open
+}
+
+/// The key of a number.
+fn key(unit: &str, name: String) -> (usize, String) {
+    let place = UNITS.iter().position(|known| *known == unit);
+    (place.unwrap_or(0), name)
+}
+
 /// Value by index of the unit and name.
 type Numbers = BTreeMap<(usize, String), Option<f64>>;
 
@@ -113,8 +149,7 @@ fn numbers(side: &Side) -> Numbers {
     let summary = &side.summary;
     let mut numbers = Numbers::new();
     let mut add = |unit: &str, name: String, value: Option<f64>| {
-        let place = UNITS.iter().position(|known| *known == unit);
-        numbers.insert((place.unwrap_or(0), name), value);
+        numbers.insert(key(unit, name), value);
     };
     let wheels = summary["wheels"].as_object();
     for (wheel, facts) in wheels.into_iter().flatten() {
@@ -161,7 +196,7 @@ fn numbers(side: &Side) -> Numbers {
     add(
         "kg",
         "mass of the machine".into(),
-        summary["machine"]["mass_kg"].as_f64(),
+        summary["machine"]["largest_mass_kg"].as_f64(),
     );
     // events of the machine are known only where loads are
     let mut counts: BTreeMap<&str, Option<f64>> = BTreeMap::new();

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::comparison::Comparison;
 use super::facts::formatted;
 use super::inputs::{InputDifference, NOT_HELD};
-use super::series::shared_rows;
+use super::series::{in_words, printed_unit, shared_rows};
 use super::side::Side;
 use super::text::{event, origin};
 use crate::page::svg::{CHART_STYLE, Chart};
@@ -71,8 +71,13 @@ fn events(comparison: &Comparison) -> Markup {
 fn facts(comparison: &Comparison) -> Markup {
     let row = |fact: &super::FactDifference| {
         let values = [fact.a, fact.b, fact.difference].map(|value| formatted(value, fact.unit));
-        let name = [fact.name.clone()].into_iter();
-        name.chain(values).chain([fact.unit.to_string()]).collect()
+        let why = fact
+            .why_not
+            .map_or(String::new(), |why| format!(" ({why})"));
+        let name = [format!("{}{why}", fact.name)].into_iter();
+        name.chain(values)
+            .chain([printed_unit(fact.unit)])
+            .collect()
     };
     let rows: Vec<Vec<String>> = comparison.facts.iter().map(row).collect();
     table(&["Quantity", "A", "B", "B - A", "Unit"], &rows)
@@ -92,13 +97,13 @@ fn series(comparison: &Comparison) -> Markup {
             .relative
             .map_or(String::new(), |r| format!("{:.2} %", 100.0 * r));
         let of = [column.mean, column.rms, column.largest].map(number);
-        let name = [column.column.clone()].into_iter();
+        let name = [column.in_words()].into_iter();
         name.chain(of)
-            .chain([relative, column.unit.clone()])
+            .chain([relative, printed_unit(&column.unit)])
             .collect()
     });
     let head = [
-        "Column",
+        "Quantity",
         "Mean of B - A",
         "RMS",
         "Largest",
@@ -109,7 +114,9 @@ fn series(comparison: &Comparison) -> Markup {
         p.hint { (series.rows) " rows are valid in both results." }
         (table(&head, &rows.collect::<Vec<Vec<String>>>()))
         @for (side, names) in [("A", &series.only_a), ("B", &series.only_b)] {
-            @if !names.is_empty() { p.hint { "Only " (side) " has " (names.join(", ")) "." } }
+            @if !names.is_empty() {
+                p.hint { "Only " (side) " has " (names.iter().map(|name| in_words(name)).collect::<Vec<_>>().join(", ")) "." }
+            }
         }
     }
 }

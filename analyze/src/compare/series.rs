@@ -1,8 +1,10 @@
 //! Differences row by row, for sides with rows at the same times.
 
 use serde::Serialize;
+use tipwatch_mechanics::Quantity;
 
 use super::side::Side;
+use crate::base::number::readable;
 
 /// Units that come first in the output.
 const FIRST_UNITS: [&str; 3] = ["N", "-", "N m"];
@@ -42,9 +44,64 @@ pub struct SeriesDifference {
 }
 
 impl SeriesDifference {
+    /// What the column holds.
+    pub(super) fn in_words(&self) -> String {
+        in_words(&self.column)
+    }
+
     /// Whether it is a derivative, which is shown on demand only.
     pub(super) fn is_derivative(&self) -> bool {
         self.column.starts_with("dsigma_")
+    }
+}
+
+/// What a column holds: the label of its quantity and what it is of. "OTF, RL" is `otf_rl`.
+pub(super) fn in_words(column: &str) -> String {
+    let known = Quantity::KINDS.iter().filter_map(|kind| {
+        let of = placed(column, kind.pattern)?;
+        Some((kind.label, of))
+    });
+    // of several patterns that fit, the one that leaves least to its places
+    let best = known.min_by_key(|(_, of)| of.iter().map(|part| part.len()).sum::<usize>());
+    match best {
+        Some((label, of)) if of.is_empty() => label.into(),
+        Some((label, of)) => {
+            let of = of.iter().map(|part| match part.len() {
+                // names of wheels are initials
+                0..=3 => part.to_uppercase(),
+                _ => readable(part),
+            });
+            format!("{label}, {}", of.collect::<Vec<_>>().join(", "))
+        }
+        None => readable(column),
+    }
+}
+
+/// What stands at the places in braces of a pattern; `None` where a name does not fit it.
+fn placed<'n>(name: &'n str, pattern: &str) -> Option<Vec<&'n str>> {
+    let (before, rest) = match pattern.split_once('{') {
+        Some((before, rest)) => (before, rest.split_once('}').map(|(_, rest)| rest)),
+        None => (pattern, None),
+    };
+    let name = name.strip_prefix(before)?;
+    let Some(rest) = rest else {
+        return name.is_empty().then(Vec::new);
+    };
+    // the longest part after which the rest fits: names of causes and links have underscores, those of wheels seldom
+    let ends = name.char_indices().map(|(at, _)| at).chain([name.len()]);
+    ends.rev().filter(|&end| end > 0).find_map(|end| {
+        let (part, after) = name.split_at(end);
+        let mut of = placed(after, rest)?;
+        of.insert(0, part);
+        Some(of)
+    })
+}
+
+/// A unit as people write it: "N²" is `N^2`; nothing for a number without one.
+pub(super) fn printed_unit(unit: &str) -> String {
+    match unit {
+        "-" => String::new(),
+        unit => unit.replace("^2", "²").replace("^3", "³"),
     }
 }
 
@@ -163,5 +220,22 @@ mod tests {
         assert_eq!(found.rms, 12.5_f64.sqrt());
         assert_eq!(found.relative, Some((25.0_f64 / 17.0).sqrt()));
         assert!(difference("x", "N", [(0, f64::NAN, 1.0)].into_iter()).is_none());
+    }
+
+    #[test]
+    fn columns_are_told_by_their_quantity() {
+        let expected = [
+            ("otf_rl", "OTF, RL"),
+            ("load_rl_min", "smallest load, RL"),
+            ("otf_rl_sigma", "σ of the OTF, RL"),
+            ("itom_full_left", "ITOM with wheels, left"),
+            ("cause_arm_weight_fr", "contribution, arm weight, FR"),
+            ("zmp_margin", "ZMP margin"),
+            ("a_column_of_nobody", "a column of nobody"),
+        ];
+        for (column, words) in expected {
+            assert_eq!(in_words(column), words, "{column}");
+        }
+        assert_eq!([printed_unit("N^2"), printed_unit("-")], ["N²", ""]);
     }
 }

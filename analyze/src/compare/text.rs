@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::comparison::Comparison;
 use super::facts::{EventPair, formatted};
 use super::inputs::{InputDifference, NOT_HELD, in_words};
+use super::series::printed_unit;
 use super::side::SideSummary;
 use crate::base::number::number;
 
@@ -37,12 +38,14 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
             let value = |value: Option<f64>| formatted(value, fact.unit);
             let _ = writeln!(
                 text,
-                "{:42} {:>12} {:>12} {:>12} {}",
+                "{:42} {:>12} {:>12} {:>12} {}{}",
                 fact.name,
                 value(fact.a),
                 value(fact.b),
                 value(fact.difference),
-                fact.unit
+                printed_unit(fact.unit),
+                fact.why_not
+                    .map_or(String::new(), |why| format!(" ({why})"))
             );
         }
     }
@@ -161,11 +164,11 @@ fn add_series(comparison: &Comparison, all: bool, text: &mut String) {
             let _ = writeln!(
                 text,
                 "{:42} {:>12} {:>12} {:>12} {relative:>9} {}",
-                column.column,
+                column.in_words(),
                 number(column.mean),
                 number(column.rms),
                 number(column.largest),
-                column.unit
+                printed_unit(&column.unit)
             );
         }
     }

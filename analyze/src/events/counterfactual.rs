@@ -12,7 +12,8 @@ tipwatch_mechanics::named! {
     #[derive(PartialOrd, Ord, JsonSchema)]
     #[schemars(rename_all = "snake_case")]
     pub enum Supposition {
-        /// Gravity is perpendicular to the ground under the wheels; all motion relative to the ground is as recorded.
+        /// The ground has no slope; all motion relative to the ground is as recorded, the rocking of the platform included.
+        /// On ground that cannot be told from level ground (two standard deviations) this is what was recorded.
         LevelGround,
         /// Machine and arm travel the same path at half the speed.
         HalfSpeed,
@@ -49,7 +50,11 @@ pub struct Counterfactual {
     pub probability: Option<f64>,
     /// Smallest OTF of the event's wheels as recorded, weighted by their distance for an edge (N).
     pub recorded_otf_n: Option<f64>,
-    /// The same under the supposition (N); null where it cannot be computed.
+    /// Its standard deviation (N); null where it cannot be computed.
+    pub recorded_sigma_n: Option<f64>,
+    /// Probability of the event as recorded by the same evaluation: what differs from it is the effect of the supposition.
+    pub recorded_probability: Option<f64>,
+    /// The smallest OTF under the supposition (N); null where it cannot be computed.
     pub otf_n: Option<f64>,
     /// Its standard deviation (N).
     pub sigma_n: Option<f64>,

@@ -4,7 +4,7 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Machine;
 
 use super::causes::Causes;
-use super::episodes::{Episode, MERGED_NS, episodes_within, least, most};
+use super::episodes::{Episode, MERGED_NS, episodes_within, joined, least, most};
 use super::event::{Bound, Event, EventKind, ShownBy, TIP_OVER_RAD};
 use super::evidence::Evidence;
 use super::onset::{self, Curve, Onset};
@@ -104,6 +104,14 @@ impl Finder<'_> {
         rotations.filter(move |tipping| tipping.factors[wheel] > 0.0)
     }
 
+    /// The first of them in an episode. A machine that falls on its side and then on its roof rotates about more than one edge:
+    /// the first lifted the wheel.
+    fn rotation_over(&self, wheel: usize, episode: Episode) -> Option<&Tipping> {
+        let overlaps =
+            |t: &&Tipping| t.episode.first <= episode.last && episode.first <= t.episode.last;
+        (self.rotations_off(wheel).filter(overlaps)).min_by_key(|tipping| tipping.episode.first)
+    }
+
     fn is_rotated_off(&self, wheel: usize, row: usize) -> bool {
         let mut rows = (self.rotations_off(wheel)).map(|t| t.episode.first..=t.episode.last);
         rows.any(|rows| rows.contains(&row))
@@ -117,6 +125,21 @@ impl Finder<'_> {
         let found = found.into_iter().map(|episode| {
             let worst = least(&load, episode);
             let mut event = self.event(EventKind::WheelLight, name, episode, worst, "N");
+            let rotation = self.rotation_over(wheel, episode);
+            match rotation.filter(|_| !(load(episode.first) < min_load_n)) {
+                // where the rotation alone shows that it was light, it was so when the rotation began, and may have been before
+                Some(tipping) => {
+                    self.start(&mut event, tipping.episode, tipping.onset);
+                    event.start_bound = Bound::AtOrBefore;
+                }
+                None => {
+                    let passes = self.passage(wheel, min_load_n, episode);
+                    event.start_sigma_s = passes.map(|onset| {
+                        let off_s = onset.at_s - self.rows.seconds(episode.first);
+                        onset.sigma_s.hypot(off_s)
+                    });
+                }
+            }
             event.split_dependent = Some(largest(worst.0) >= min_load_n);
             self.add_confidence(&mut event, wheel, min_load_n, episode);
             event.causes = self.causes(event.start_ns, &self.only(wheel));
@@ -134,23 +157,24 @@ impl Finder<'_> {
         let weight = self.column(Quantity::NormalForce);
         let name = &self.machine.wheels()[wheel].name;
         let found = self.episodes(|row| load(row) <= 0.0 || self.is_rotated_off(wheel, row));
+        // a load that is zero within its error is no touch-down
+        let may_lift = |row: usize| {
+            self.rows.is_meaningful(row) && load(row) <= self.evidence.load_sigma(wheel, row)
+        };
+        let found = joined(self.rows.times_ns, found, may_lift);
         let found = found.into_iter().map(|episode| {
             let worst = least(&otf, episode);
             let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
             event.split_dependent = Some(largest(worst.0) > 1e-6 * weight(worst.0));
             self.add_confidence(&mut event, wheel, 0.0, episode);
-            let overlaps =
-                |t: &&Tipping| t.episode.first <= episode.last && episode.first <= t.episode.last;
-            // a machine that falls on its side and then on its roof rotates about more than one edge: the first lifted the wheel
-            let rotation = (self.rotations_off(wheel).filter(overlaps))
-                .min_by_key(|tipping| tipping.episode.first);
+            let rotation = self.rotation_over(wheel, episode);
             if rotation.is_some() {
                 event.split_dependent = Some(false);
             }
             // where the loads do not show the rotation, they do not show when the wheel lifted before it
             let is_shown = rotation
                 .is_none_or(|tipping| tipping.is_by_loads || episode.first < tipping.episode.first);
-            let own = self.passage(wheel, episode).filter(|_| is_shown);
+            let own = self.passage(wheel, 0.0, episode).filter(|_| is_shown);
             let begins_s = |tipping: &Tipping| match tipping.onset {
                 Some(onset) => onset.at_s,
                 None => self.rows.seconds(tipping.episode.first),
@@ -194,8 +218,8 @@ impl Finder<'_> {
         heaviest == Some(wheel)
     }
 
-    /// When the load of a wheel passes through zero around the start of an episode.
-    fn passage(&self, wheel: usize, episode: Episode) -> Option<Onset> {
+    /// When the load of a wheel passes through a level around the start of an episode.
+    fn passage(&self, wheel: usize, level_n: f64, episode: Episode) -> Option<Onset> {
         let row = episode.first;
         let error = self.evidence.known_error(wheel, row);
         let sigma_n = self.evidence.sigma_of(wheel, row) * error.variance_share.sqrt();
@@ -207,7 +231,7 @@ impl Finder<'_> {
         for row in (before..self.rows.len()).take_while(near) {
             if self.rows.is_meaningful(row) {
                 let load_n = self.evidence.held_load(wheel, row) - error.mean_n;
-                curve.push(self.rows.seconds(row), load_n);
+                curve.push(self.rows.seconds(row), load_n - level_n);
             }
         }
         onset::passage(&curve, near_s, sigma_n)
@@ -305,11 +329,14 @@ impl Finder<'_> {
     }
 }
 
-/// Sets the lead of each event: time since the onset of the earliest `wheel_light` still active at its start.
+/// Sets the lead of each event: time since the onset of the earliest `wheel_light` still active at its start. Of a wheel that
+/// the rotation alone shows to be light, it is not known since when.
 pub(super) fn add_leads(events: &mut [Event]) {
+    let by_rotation =
+        |event: &&Event| event.start_bound == Bound::AtOrBefore && event.start_sigma_s.is_some();
     let light: Vec<(i64, i64)> = events
         .iter()
-        .filter(|event| event.kind == EventKind::WheelLight)
+        .filter(|event| event.kind == EventKind::WheelLight && !by_rotation(event))
         .map(|event| (event.start_ns, event.end_ns.unwrap_or(i64::MAX)))
         .collect();
     for event in events

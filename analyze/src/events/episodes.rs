@@ -4,6 +4,8 @@
 pub(crate) const SHORTEST_NS: i64 = 50_000_000;
 /// Episodes closer than this are merged (ns).
 pub(super) const MERGED_NS: i64 = 200_000_000;
+/// Those closer than this are merged where nothing shows that they are two (ns).
+const DOUBTFUL_NS: i64 = 500_000_000;
 
 /// A run of rows, ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +74,27 @@ pub(super) fn episodes_within(
     found.collect()
 }
 
+/// Merges episodes that are close, and between which the condition `may_hold` in every row as far as its error tells.
+pub(super) fn joined(
+    times_ns: &[i64],
+    episodes: Vec<Episode>,
+    may_hold: impl Fn(usize) -> bool,
+) -> Vec<Episode> {
+    let mut joined: Vec<Episode> = Vec::new();
+    for episode in episodes {
+        match joined.last_mut() {
+            Some(before)
+                if times_ns[episode.first] - times_ns[before.last] < DOUBTFUL_NS
+                    && (before.last + 1..episode.first).all(&may_hold) =>
+            {
+                before.last = episode.last;
+            }
+            _ => joined.push(episode),
+        }
+    }
+    joined
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,6 +129,18 @@ mod tests {
             panic!("{found:?}");
         };
         assert_eq!((a.first, a.last, b.first, b.last), (50, 60, 95, 99));
+    }
+
+    #[test]
+    fn episodes_merge_over_a_gap_that_lies_within_the_error() {
+        let times: Vec<i64> = (0..200).map(|k| k * PERIOD_NS).collect();
+        let episode = |(first, last): (usize, usize)| Episode { first, last };
+        let found = |may_hold: &dyn Fn(usize) -> bool, ends: [(usize, usize); 2]| {
+            joined(&times, ends.map(episode).to_vec(), may_hold).len()
+        };
+        assert_eq!(found(&|_| true, [(10, 20), (50, 60)]), 1);
+        assert_eq!(found(&|row| row != 30, [(10, 20), (50, 60)]), 2);
+        assert_eq!(found(&|_| true, [(10, 20), (80, 90)]), 2);
     }
 
     #[test]

@@ -111,6 +111,9 @@ tipwatch_mechanics::named! {
     }
 }
 
+/// What is less probable than this is no statement of fact.
+pub(crate) const LEAST_OF_A_FACT: f64 = 0.5;
+
 /// A rotation about an edge by gyro and attitude alone.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredRotation {
@@ -124,15 +127,21 @@ pub struct MeasuredRotation {
     pub onset_in_log: bool,
     /// When it reached 10 degrees (ns).
     pub ten_degrees_ns: Option<i64>,
-    /// Rotation since the start at which gravity through the stated centre of mass passes over the edge: the point of no
-    /// return (rad); null where the posture at the start is unknown. Of all that is said of a rotation, only this rests on
-    /// masses.
+    /// Rotation since the start at which gravity through the centre of mass passes over the edge: the point of no return
+    /// (rad), of the stated machine with `no_return_load_kg` more on its tool; null where the posture at the start is unknown,
+    /// and where neither the stated machine nor a load explains the rotation. Of all that is said of a rotation, only this
+    /// rests on masses.
     pub no_return_rad: Option<f64>,
     /// Its standard deviation, by those of the masses (rad); null without uncertainties.
     pub no_return_sigma_rad: Option<f64>,
-    /// When the platform passed it (ns); null if it did not.
+    /// The unstated load on the tool that explains the rotation and that the point of no return contains (kg); null where the
+    /// stated machine explains it.
+    pub no_return_load_kg: Option<f64>,
+    /// When the platform passed it, at the start or later (ns); null if it did not.
     pub no_return_ns: Option<i64>,
-    /// Since when the machine rested on its side (ns).
+    /// Standard deviation of that time (s); null where the platform did not pass it for certain.
+    pub no_return_time_sigma_s: Option<f64>,
+    /// Since when the machine rested on its side, or earlier (ns).
     pub at_rest_ns: Option<i64>,
     /// Since when it rested between its wheels and its side, while the loads show it on its wheels (ns): the ground gave way
     /// under it, or something that is not measured props it.

@@ -191,7 +191,7 @@ impl<'a> Evidence<'a> {
     }
 
     /// Standard deviation of a wheel's load at a row, or of its OTF shortly before.
-    fn load_sigma(&self, wheel: usize, row: usize) -> f64 {
+    pub(super) fn load_sigma(&self, wheel: usize, row: usize) -> f64 {
         if !self.scope.sensitivities {
             return f64::NAN;
         }

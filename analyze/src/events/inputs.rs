@@ -145,7 +145,9 @@ mod tests {
                 rested_ns: None,
                 no_return_rad: None,
                 no_return_sigma_rad: None,
+                no_return_load_kg: None,
                 no_return_ns: None,
+                no_return_time_sigma_s: None,
             }),
             ..fall.clone()
         };

@@ -23,8 +23,8 @@ mod unloaded;
 
 pub use counterfactual::{Answer, Counterfactual, Supposition};
 pub(crate) use episodes::SHORTEST_NS;
-pub(crate) use event::TIP_OVER_RAD;
 pub use event::*;
+pub(crate) use event::{LEAST_OF_A_FACT, TIP_OVER_RAD};
 pub use finding::Finding;
 pub(crate) use normal::normal_distribution;
 pub(crate) use on_supports::{AnyPass, OnSet};

@@ -5,7 +5,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::machine::{LoadOnTool, Machine};
 use tipwatch_mechanics::{Placement, Scope, State};
 
 use super::event::{Bound, Event, EventKind, MeasuredRotation, ShownBy};
@@ -127,18 +127,21 @@ impl Stories<'_> {
         let reached = |angle: f64| rotation.reached(angle + since_rad);
         // the point of no return is that of the posture at the start
         let passed = |angle: f64| rotation.reached(angle + at_start_rad);
-        let no_return = self.no_return(rotation, tipping.start_ns);
+        let no_return = self.no_return(self.machine, rotation, tipping.start_ns);
         tipping.measured_rotation = Some(MeasuredRotation {
             witness: rotation.witness(),
             sigma_rad: rotation.spell.sigma,
             onset_in_log: is_in_log,
             ten_degrees_ns: reached(super::TIP_OVER_RAD),
-            no_return_rad: no_return.map(|no_return| no_return.rotation_rad),
-            no_return_sigma_rad: no_return.and_then(|no_return| no_return.sigma_rad),
-            no_return_ns: no_return.and_then(|no_return| passed(no_return.rotation_rad)),
+            no_return_rad: None,
+            no_return_sigma_rad: None,
+            no_return_load_kg: None,
+            no_return_ns: None,
+            no_return_time_sigma_s: None,
             at_rest_ns: rotation.spell.at_rest_ns,
             rested_ns: rotation.spell.rested_ns.filter(|_| !is_by_loads),
         });
+        set_no_return(&mut tipping, rotation, no_return);
         // beyond 10 degrees, or for certain beyond the point of no return, and never back
         let is_past = no_return.is_some_and(|no_return| {
             let surely_rad = no_return.rotation_rad + 2.0 * no_return.sigma_rad.unwrap_or(0.0);
@@ -164,16 +167,62 @@ impl Stories<'_> {
         over.into_iter().chain([tipping]).collect()
     }
 
-    /// Where gravity through the stated centre of mass passes over the edge, in the posture of the last known row up to
-    /// the start. With q from the edge to the centre of mass and the up direction u, both across the edge,
+    /// Takes the point of no return from a rotation that neither the stated machine nor a load explains.
+    pub(crate) fn without_no_return(event: &mut Event) {
+        if let Some(measured) = &mut event.measured_rotation {
+            (measured.no_return_rad, measured.no_return_sigma_rad) = (None, None);
+            (measured.no_return_ns, measured.no_return_time_sigma_s) = (None, None);
+        }
+    }
+
+    /// Replaces the point of no return of an event by that of the machine with more mass on its tool than stated (kg; its
+    /// standard deviation).
+    pub(crate) fn with_load(
+        &self,
+        event: &mut Event,
+        load: LoadOnTool,
+        mass_kg: f64,
+        sigma_kg: f64,
+    ) {
+        let rotation = self.rotations.iter().find(|it| is_same(event, it));
+        let no_return = rotation.and_then(|rotation| {
+            let of = |mass_kg: f64| {
+                let machine = self.machine.with_load(load.body, load.place, mass_kg);
+                self.no_return(&machine, rotation, event.start_ns)
+            };
+            let (own, heavier) = (of(mass_kg)?, of(mass_kg + sigma_kg)?);
+            let by_load_rad = heavier.rotation_rad - own.rotation_rad;
+            Some(NoReturn {
+                sigma_rad: own.sigma_rad.map(|sigma_rad| sigma_rad.hypot(by_load_rad)),
+                ..own
+            })
+        });
+        match rotation.zip(no_return) {
+            Some((rotation, no_return)) => {
+                set_no_return(event, rotation, Some(no_return));
+                if let Some(measured) = &mut event.measured_rotation {
+                    measured.no_return_load_kg = Some(mass_kg);
+                }
+            }
+            None => Self::without_no_return(event),
+        }
+    }
+
+    /// Where gravity through the centre of mass of a machine, the stated one or one with a load, passes over the edge, in the
+    /// posture of the last known row up to the start. With q from the edge to the centre of mass and the up direction u, both across the edge,
     /// ```text
     ///     rotation = atan2(a . (q x u), q . u),      sigma = reach sigma(load off the edge) / (W |q|)
     /// ```
-    fn no_return(&self, rotation: &FoundRotation, start_ns: i64) -> Option<NoReturn> {
+    fn no_return(
+        &self,
+        machine: &Machine,
+        rotation: &FoundRotation,
+        start_ns: i64,
+    ) -> Option<NoReturn> {
         if self.table.supports().is_some() {
             return None;
         }
-        let edges = self.machine.polygon().edges();
+        let edges = machine.polygon().edges();
         let edge = edges
             .iter()
             .position(|edge| edge.name.to_lowercase() == rotation.edge)?;
@@ -181,15 +230,22 @@ impl Stories<'_> {
         let until = self
             .row_at(start_ns.saturating_add(1))
             .min(self.table.len());
-        let mut placement = Placement::new(self.machine);
-        let mut state = State::zero(self.machine);
+        let mut placement = Placement::new(machine);
+        let mut state = State::zero(machine);
+        let loads = machine.payloads().len();
+        let read = |row: usize, state: &mut State<f64>| {
+            // the table knows the payloads of the stated machine alone; a load is there all the time
+            state.payload_share.truncate(self.machine.payloads().len());
+            self.table.state(row, state);
+            state.payload_share.resize(loads, 1.0);
+        };
         let is_placed = |row: &usize| {
-            self.table.state(*row, &mut state);
+            read(*row, &mut state);
             placement.place(&state);
             placement.centre_of_mass.iter().all(|c| c.is_finite())
         };
         let row = (0..until).rev().take(MOST_ROWS_BACK).find(is_placed)?;
-        self.table.state(row, &mut state);
+        read(row, &mut state);
         let contacts = &placement.contacts;
         let axis = (contacts[spec.to] - contacts[spec.from]).try_normalize(1e-9)?;
         let across = |vector: nalgebra::Vector3<f64>| vector - axis * axis.dot(&vector);
@@ -198,14 +254,14 @@ impl Stories<'_> {
         let up = across(up.unwrap_or(placement.normal));
         let rotation_rad = axis.dot(&centre.cross(&up)).atan2(centre.dot(&up));
         // Derivatives are unknown while the machine tips, so they are taken where it does not yet.
-        let mut derivatives = RowDerivatives::new(self.machine);
+        let mut derivatives = RowDerivatives::new(machine);
         let mut sigma_at = |row: usize| {
-            let distances = distances(self.machine, &placement, edge);
+            let distances = distances(machine, &placement, edge);
             let reach = distances.iter().copied().fold(0.0, f64::max);
             let factors: Vec<f64> = distances.iter().map(|distance| distance / reach).collect();
-            let read = |state: &mut State<f64>| self.table.state(row, state);
-            let sigma_n = derivatives.sigma(self.machine, row, &factors, read)?;
-            let weight = self.machine.mass() * self.machine.gravity();
+            let read_row = |state: &mut State<f64>| read(row, state);
+            let sigma_n = derivatives.sigma(machine, row, &factors, read_row)?;
+            let weight = machine.mass() * machine.gravity();
             Some(reach * sigma_n / (weight * centre.norm())).filter(|sigma| sigma.is_finite())
         };
         let sigma = || (0..=row).rev().take(MOST_ROWS_BACK).find_map(&mut sigma_at);
@@ -216,6 +272,32 @@ impl Stories<'_> {
         // of a posture that is not known, or that no machine has
         .filter(|it| it.rotation_rad.abs() < FRAC_PI_2 && it.sigma_rad.unwrap_or(0.0) < FRAC_PI_2)
     }
+}
+
+/// Sets the point of no return of an event, and when its platform passed it: where its rotation reached it, not before the
+/// event began. How certain that time is follows from when it was within one standard deviation of it.
+fn set_no_return(event: &mut Event, rotation: &FoundRotation, no_return: Option<NoReturn>) {
+    let (start_ns, start_sigma_s) = (event.start_ns, event.start_sigma_s);
+    let (Some(measured), Some(no_return)) = (&mut event.measured_rotation, no_return) else {
+        return;
+    };
+    let at_start_rad = rotation.angle_at(start_ns);
+    let passed = |rotation_rad: f64| {
+        let at_ns = rotation.reached(rotation_rad + at_start_rad);
+        at_ns.map(|at_ns| at_ns.max(start_ns))
+    };
+    measured.no_return_rad = Some(no_return.rotation_rad);
+    measured.no_return_sigma_rad = no_return.sigma_rad;
+    measured.no_return_load_kg = None;
+    measured.no_return_ns = passed(no_return.rotation_rad);
+    measured.no_return_time_sigma_s = no_return.sigma_rad.and_then(|sigma_rad| {
+        let sigma_rad = sigma_rad.hypot(measured.sigma_rad);
+        let [first_ns, last_ns] =
+            [-sigma_rad, sigma_rad].map(|off_rad| passed(no_return.rotation_rad + off_rad));
+        let half_s = 0.5 * last_ns?.saturating_sub(first_ns?) as f64 * 1e-9;
+        measured.no_return_ns?;
+        Some(half_s.hypot(start_sigma_s.unwrap_or(0.0)))
+    });
 }
 
 fn is_tipping(event: &Event) -> bool {

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Quantity, Scope, State};
 
-use super::episodes::{Episode, MERGED_NS, episodes_within};
+use super::episodes::{Episode, MERGED_NS, episodes_within, joined};
 use super::normal::normal_distribution;
 use super::onset::{self, Curve, Onset};
 use super::pages::{MOST_ROWS_BACK, Pages};
@@ -205,7 +205,9 @@ impl OfEdge<'_, '_> {
                 match self.rotating(&blank, &load) {
                     Some(tipping) => found.push(tipping),
                     None => {
-                        let brief = episodes_within(times, episode, unloaded).into_iter();
+                        let brief = episodes_within(times, episode, unloaded);
+                        let may_tip = |row: usize| rows.is_meaningful(row) && load(row) <= sigma_n;
+                        let brief = joined(times, brief, may_tip).into_iter();
                         found.extend(brief.map(|episode| self.unloaded(&blank, episode, &load)));
                     }
                 }

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 use tipwatch_mechanics::machine::{Ground, Split};
 
 use super::findings::reason_counts;
+use super::unstated_load;
 use crate::analysis::Analysis;
 use crate::analysis::measured_loads::Contradiction;
 use crate::base::options::{Estimator, ModelKind};
@@ -197,8 +198,8 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
     }
     if !analysis.coverage.is_whole() {
         found.push(format!(
-            "{} loads are known in {} of the log.",
-            SupportWord::of(&analysis.machine).head,
+            "{} in {} of the log.",
+            unstated_load::known_loads(analysis),
             analysis.coverage
         ));
     }

@@ -28,7 +28,6 @@ mod unstated_load;
 mod whatif;
 mod when;
 
-pub(crate) use fact::LEAST_OF_A_FACT;
 pub use findings::{BANDS, findings, main_findings};
 pub use log_report::{render, render_pdf, render_sketch, render_sketch_as_pdf};
 pub(crate) use log_report::{render_beside, shared_library};

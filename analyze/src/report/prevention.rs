@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 use tipwatch_mechanics::machine::Wheel;
 
+use super::unstated_load;
 use crate::analysis::Analysis;
 use crate::analysis::advice::{Advice, BeforeAfter, SimulatedChange};
 use crate::base::number::number;
@@ -170,7 +171,9 @@ fn without_advice(analysis: &Analysis) -> String {
     let mut events = analysis.events.iter();
     if analysis.options.model != ModelKind::WholeBody {
         "The chosen model does not simulate changes.".into()
-    } else if events.any(|event| event.kind.is_observed()) {
+    } else if events.any(|event| unstated_load::contradicts(analysis, event)) {
+        "Nothing was simulated: the loads of the machine as stated do not show the event.".into()
+    } else if analysis.events.iter().any(|event| event.kind.is_observed()) {
         format!(
             "Nothing was simulated: no {} was below its limit in a valid row of an event.",
             word.one

@@ -3,19 +3,15 @@
 
 use maud::{Markup, html};
 
-use super::fact::LEAST_OF_A_FACT;
 use crate::analysis::Analysis;
 use crate::analysis::unstated_load::{ExplainedFall, Explanation, LoadEstimates, MassEstimate};
 use crate::base::number::number;
 use crate::events::support_words::SupportWord;
-use crate::events::{Event, Finding, ShownBy};
+use crate::events::{Event, Finding, LEAST_OF_A_FACT, ShownBy};
 use crate::page::{probability, short, table};
 
 /// Explanations that are less probable are not listed.
 const LEAST_PROBABILITY: f64 = 1e-3;
-/// An explanation that is less than so many times as probable as the machine as stated does not count against it: its evidence
-/// is "not worth more than a bare mention" (Kass and Raftery 1995).
-const BARELY_MORE: f64 = 3.0;
 /// Most explanations in the table.
 const MOST_SHOWN: usize = 8;
 
@@ -43,6 +39,17 @@ pub(super) fn warning(analysis: &Analysis) -> Option<Markup> {
             }
         }
     })
+}
+
+/// What is known of the loads, to be followed by the time: where the machine as stated does not show an event, they are those
+/// computed for it.
+pub(super) fn known_loads(analysis: &Analysis) -> String {
+    let head = SupportWord::of(&analysis.machine).head;
+    let mut events = analysis.events.iter();
+    match events.any(|event| contradicts(analysis, event)) {
+        true => format!("{head} loads are computed for the stated machine"),
+        false => format!("{head} loads are known"),
+    }
 }
 
 /// The section; `None` without a rotation about an edge.
@@ -148,7 +155,7 @@ pub(super) fn findings(analysis: &Analysis) -> Vec<Finding> {
 }
 
 fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
-    let best = told_explanation(fall)?;
+    let best = fall.told()?;
     let about = format!(
         "The rotation about the {} edge at t = {:.2} s",
         fall.edge,
@@ -162,7 +169,9 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
     let headline = match (best.kind, load) {
         // one explanation among several is no statement of fact
         ("stated_machine", _) if best.probability < LEAST_OF_A_FACT => {
-            format!("{about} does not contradict the machine as stated {chance}")
+            format!(
+                "{about}: the log does not tell between several explanations; the machine as stated is one of them {chance}"
+            )
         }
         (kind, _) if best.probability < LEAST_OF_A_FACT => {
             let most_probable = match kind {
@@ -210,7 +219,12 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         ];
         let ways = ways.iter().filter_map(|(way, estimate)| {
             let MassEstimate { mass_kg, sigma_kg } = (*estimate)?;
-            Some(format!("{way} {mass_kg:.0} ± {:.0} kg", 2.0 * sigma_kg))
+            let lighter = if mass_kg < 0.0 { " less" } else { "" };
+            let band_kg = 2.0 * sigma_kg;
+            Some(format!(
+                "{way} {:.0} ± {band_kg:.0} kg{lighter}",
+                mass_kg.abs()
+            ))
         });
         let ways: Vec<String> = ways.collect();
         evidence.push(format!(
@@ -230,17 +244,6 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
     Some(Finding { headline, evidence })
 }
 
-/// The explanation that a rotation is told with: the machine as stated, unless another one is a fact or clearly more probable.
-fn told_explanation(fall: &ExplainedFall) -> Option<&Explanation> {
-    let best = fall.explanations.first()?;
-    let mut all = fall.explanations.iter();
-    let stated = all.find(|it| it.kind == "stated_machine");
-    let is_close = |stated: &&Explanation| {
-        best.probability < LEAST_OF_A_FACT && best.probability < BARELY_MORE * stated.probability
-    };
-    Some(stated.filter(is_close).unwrap_or(best))
-}
-
 fn seconds(analysis: &Analysis, time_ns: i64) -> f64 {
     time_ns.saturating_sub(analysis.rows.times_ns[0]) as f64 * 1e-9
 }
@@ -254,8 +257,16 @@ fn with_amounts(explanation: &Explanation) -> String {
 
 fn amounts(explanation: &Explanation) -> String {
     let amounts = explanation.amounts.iter().map(|amount| {
-        let [value, sigma] = [amount.value, 2.0 * amount.sigma].map(short);
-        format!("{} {value} ± {sigma} {}", amount.name, amount.unit)
+        // a negative mass is one that is missing
+        let is_missing = amount.unit == "kg" && amount.value < 0.0;
+        let size = if is_missing {
+            -amount.value
+        } else {
+            amount.value
+        };
+        let [value, sigma] = [size, 2.0 * amount.sigma].map(short);
+        let less = if is_missing { " less than stated" } else { "" };
+        format!("{} {value} ± {sigma} {}{less}", amount.name, amount.unit)
     });
     amounts.collect::<Vec<_>>().join(", ")
 }
@@ -276,44 +287,5 @@ fn name(explanation: &Explanation) -> String {
         "imu_sign" => format!("IMU {subject} with the opposite sign"),
         "wheel_radius" => format!("a sunk or flat wheel {subject}"),
         _ => "none of these".into(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// What a fall is told with whose explanations have these probabilities.
-    fn told(explanations: &[(&'static str, f64)]) -> Option<&'static str> {
-        let explanation = |&(kind, probability): &(&'static str, f64)| Explanation {
-            kind,
-            subject: None,
-            probability,
-            log_evidence: 0.0,
-            amounts: Vec::new(),
-        };
-        let fall = ExplainedFall {
-            edge: "left".into(),
-            onset_ns: 0,
-            until_ns: 0,
-            rotation_rad: 0.0,
-            rows: 0,
-            lean_rows: 0,
-            explanations: explanations.iter().map(explanation).collect(),
-            load: None,
-            not_estimated: None,
-        };
-        told_explanation(&fall).map(|it| it.kind)
-    }
-
-    #[test]
-    fn explanations_as_probable_as_the_stated_machine_do_not_count_against_it() {
-        let close = [("imu_rotation", 0.21), ("stated_machine", 0.17)];
-        assert_eq!(told(&close), Some("stated_machine"));
-        let clear = [("load_on_tool", 0.4), ("stated_machine", 0.1)];
-        assert_eq!(told(&clear), Some("load_on_tool"));
-        let fact = [("load_on_tool", 0.6), ("stated_machine", 0.4)];
-        assert_eq!(told(&fact), Some("load_on_tool"));
-        assert_eq!(told(&[]), None);
     }
 }

@@ -7,15 +7,15 @@ use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::machine::{PayloadMass, PayloadSpec};
 
 use crate::analysis::Analysis;
-use crate::analysis::advice::Hypothesis;
+use crate::analysis::advice::{GroundSlope, Hypothesis};
 use crate::analysis::run::{analyse, analyse_supposing};
 use crate::base::options::Options;
-use crate::events::{EventKind, ShownBy};
+use crate::events::{Event, EventKind, ShownBy};
 
 /// What is supposed instead of what was recorded, all of it together.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Suppositions {
-    /// Gravity is perpendicular to the ground under the wheels.
+    /// The ground has no slope; the platform rocks on it as recorded.
     pub level: bool,
     /// Machine and arm travel the same path so many times as fast.
     pub speed: Option<f64>,
@@ -29,26 +29,76 @@ pub struct Suppositions {
 
 /// What the evaluation of a supposition cannot show, beside the analysis of what was recorded.
 #[must_use]
-pub fn caveats(recorded: &Analysis) -> Vec<String> {
+pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> {
+    let slope = suppositions
+        .level
+        .then(|| GroundSlope::of(&recorded.machine, &recorded.rows))
+        .flatten();
+    let degrees = |slope: &GroundSlope| 2.0 * slope.largest_sigma_rad().to_degrees();
+    let level = slope.as_ref().filter(|slope| slope.is_level()).map(|slope| {
+        format!(
+            "The log does not tell the ground from level ground (to ± {:.1}°, two standard deviations): to suppose it level changes nothing.",
+            degrees(slope)
+        )
+    });
+    if suppositions.is_only_level() && level.is_some() {
+        return level.into_iter().collect();
+    }
+    let sloped = slope.as_ref().filter(|slope| !slope.is_level()).map(|slope| {
+        format!(
+            "The slope of the ground is what the platform showed where the machine was calm, known to ± {:.1}° or better (two standard \
+             deviations, in the bands of B). Only this slope is levelled.",
+            degrees(slope)
+        )
+    });
     let mut caveats = vec![
         "Everything else is as recorded: the path, the ground, the rocking of the platform. Nobody reacts.".to_string(),
         "A speed changes velocities by its factor and accelerations by its square, on the same path: times stay those of the log.".into(),
         "Measured forces of actuators are not used, and sensors are not compared with each other.".into(),
     ];
-    let falls = recorded.events.iter().filter(|event| {
-        event.kind == EventKind::EdgeTipping
-            && matches!(event.shown_by, Some(ShownBy::Rotation | ShownBy::Both))
-    });
-    if let Some(first_ns) = falls.map(|event| event.start_ns).min() {
-        let at_s = (first_ns - recorded.rows.times_ns[0]) as f64 * 1e-9;
+    if let Some(fall) = first_fall(recorded) {
+        let at_s = fall.start_ns.saturating_sub(recorded.rows.times_ns[0]) as f64 * 1e-9;
         caveats.insert(0, format!(
             "The platform began to rotate about an edge at t = {at_s:.2} s. While it did, only what was recorded is known: whether the machine as supposed would have tipped then is open."
         ));
     }
+    caveats.extend(level.or(sloped));
     caveats
 }
 
+/// What was measured of the first rotation about an edge, where the supposed analysis has none: it knows loads alone.
+#[must_use]
+pub fn measured_fall(recorded: &Analysis, supposed: &Analysis) -> Option<String> {
+    let fall = first_fall(recorded).filter(|_| first_fall(supposed).is_none())?;
+    let at_s = fall.start_ns.saturating_sub(recorded.rows.times_ns[0]) as f64 * 1e-9;
+    let rotated = fall.rotation_rad.map_or(String::new(), |rotation_rad| {
+        format!(" by {:.0}°", rotation_rad.to_degrees())
+    });
+    Some(format!(
+        "As recorded, the platform rotated{rotated} about the {} edge from t = {at_s:.2} s; whether it would have as supposed is open",
+        fall.subject
+    ))
+}
+
+/// The first rotation about an edge that gyro and attitude show.
+fn first_fall(analysis: &Analysis) -> Option<&Event> {
+    let falls = analysis.events.iter().filter(|event| {
+        event.kind == EventKind::EdgeTipping
+            && matches!(event.shown_by, Some(ShownBy::Rotation | ShownBy::Both))
+    });
+    falls.min_by_key(|event| event.start_ns)
+}
+
 impl Suppositions {
+    /// Whether level ground is all that is supposed.
+    fn is_only_level(&self) -> bool {
+        let level = Self {
+            level: true,
+            ..Self::default()
+        };
+        *self == level
+    }
+
     /// Whether nothing is supposed.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -162,7 +212,23 @@ pub fn suppose(
         hypotheses.push(Hypothesis::Joint(joint, *offset));
     }
     hypotheses.extend(suppositions.speed.map(Hypothesis::Speed));
-    hypotheses.extend(suppositions.level.then_some(Hypothesis::LevelGround));
+    if suppositions.level {
+        let slope = GroundSlope::of(&recorded.machine, &recorded.rows).with_context(|| {
+            format!(
+                "{}: expected an attitude and a machine that is calm at some time for --slope-level, found no slope of the ground",
+                log.display()
+            )
+        })?;
+        match slope.is_level() {
+            // what happened on level ground is what was recorded, with all that was measured of it
+            true if suppositions.is_only_level() => {
+                let again = analyse(log, file, recorded.options, &mut |_| {})?;
+                return Ok([recorded, again]);
+            }
+            true => {}
+            false => hypotheses.push(Hypothesis::LevelGround(slope)),
+        }
+    }
     let file = suppositions.file(file)?;
     let supposed = analyse_supposing(log, &file, options, &hypotheses)?;
     Ok([recorded, supposed])

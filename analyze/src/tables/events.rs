@@ -75,7 +75,11 @@ fn add_rotation(table: &mut Table, events: &[Event]) {
     table.add("no_return", Some("rad"), all().map(|r| r?.no_return_rad));
     let sigma = all().map(|r| r?.no_return_sigma_rad);
     table.add("no_return_sigma", Some("rad"), sigma);
+    let load = all().map(|r| r?.no_return_load_kg);
+    table.add("no_return_load", Some("kg"), load);
     table.add("no_return_ns", Some("ns"), all().map(|r| r?.no_return_ns));
+    let sigma = all().map(|r| r?.no_return_time_sigma_s);
+    table.add("no_return_time_sigma", Some("s"), sigma);
     table.add("at_rest_ns", Some("ns"), all().map(|r| r?.at_rest_ns));
 }
 

@@ -11,6 +11,7 @@ use tipwatch_mechanics::{
 
 use super::super::standing_rows::StandingRows;
 use super::candidates::base_rests;
+use super::ground_slope::GroundSlope;
 use super::hypothesis::{Hypothesis, Supposed};
 use super::simulate::{least_sum, otf_by_rule};
 use super::window::Window;
@@ -43,7 +44,12 @@ const DERIVATIVES: Scope = Scope {
 };
 
 /// Asks every lift and tipping what would have prevented it.
-pub(crate) fn ask_all(standing: &[StandingRows<'_>], rows: &Table, events: &mut [Event]) {
+pub(crate) fn ask_all(
+    machine: &Machine,
+    standing: &[StandingRows<'_>],
+    rows: &Table,
+    events: &mut [Event],
+) {
     let mut asked: Vec<usize> = (0..events.len())
         .filter(|&k| events[k].kind.is_lift())
         .collect();
@@ -63,10 +69,14 @@ pub(crate) fn ask_all(standing: &[StandingRows<'_>], rows: &Table, events: &mut 
             None => first.push(place),
         }
     }
+    if first.is_empty() {
+        return;
+    }
+    let slope = GroundSlope::of(machine, rows);
     let answers = first.par_iter().map(|&place| {
         let onset = rows.at(events[place].start_ns);
         let on = &standing[StandingRows::place_of(standing, onset, rows)?];
-        let question = Question::of(on.machine, on.rows, &events[place])?;
+        let question = Question::of(on.machine, on.rows, slope.clone(), &events[place])?;
         Some((question.answers(), question.split_flips_at()))
     });
     let answers: Vec<Option<(Vec<Counterfactual>, Option<f64>)>> = answers.collect();
@@ -91,12 +101,29 @@ struct Question<'a> {
     rows: &'a Table,
     event: &'a Event,
     window: Window,
+    /// `None` where it is not known.
+    slope: Option<Arc<GroundSlope>>,
     /// By wheel, its weight in what reaches zero.
     factors: Vec<f64>,
 }
 
+/// How near the wheels of an event come to lifting.
+struct Chance {
+    /// The smallest weighted sum of their OTF (N).
+    otf_n: f64,
+    /// Its standard deviation (N).
+    sigma_n: Option<f64>,
+    /// Probability that they lift.
+    probability: Option<f64>,
+}
+
 impl<'a> Question<'a> {
-    fn of(machine: &Machine, rows: &'a Table, event: &'a Event) -> Option<Self> {
+    fn of(
+        machine: &Machine,
+        rows: &'a Table,
+        slope: Option<Arc<GroundSlope>>,
+        event: &'a Event,
+    ) -> Option<Self> {
         let last_ns = *rows.times_ns.last()?;
         let span_ns = [event.start_ns, event.end_ns.unwrap_or(last_ns)];
         let first = rows.at(span_ns[0].saturating_sub(BEFORE_NS));
@@ -119,23 +146,21 @@ impl<'a> Question<'a> {
             rows,
             event,
             window,
+            slope,
             factors,
         })
     }
 
     fn answers(&self) -> Vec<Counterfactual> {
-        let recorded = least_sum(&self.window, &self.factors);
-        let chance = recorded.and_then(|(otf_n, place)| {
-            let sigma_n = sigma(&self.window, place, &self.factors)?;
-            Some(normal_distribution(-otf_n / sigma_n))
-        });
+        let recorded = self.chance(&self.window);
+        let chance = recorded.as_ref().and_then(|recorded| recorded.probability);
         // what the stated machine does not do as recorded, it tells nothing about otherwise: a load that nobody stated
         // would have tipped it at half the speed, too
         let is_shown =
             Answer::of(chance) != Answer::No && self.event.shown_by != Some(ShownBy::Rotation);
         let all = Supposition::ALL.iter();
         let answers = all.filter_map(|&supposed| {
-            let mut answer = self.answer(supposed, recorded.and_then(|(n, _)| known(n)))?;
+            let mut answer = self.answer(supposed, recorded.as_ref())?;
             if !is_shown {
                 answer.answer = Answer::Open;
                 (answer.probability, answer.sigma_n) = (None, None);
@@ -147,19 +172,29 @@ impl<'a> Question<'a> {
     }
 
     /// `None` where the supposition is what was recorded.
-    fn answer(&self, supposed: Supposition, recorded: Option<f64>) -> Option<Counterfactual> {
+    fn answer(&self, supposed: Supposition, recorded: Option<&Chance>) -> Option<Counterfactual> {
         let mut answer = Counterfactual {
             supposed,
             answer: Answer::Open,
             probability: None,
-            recorded_otf_n: recorded,
+            recorded_otf_n: recorded.and_then(|it| known(it.otf_n)),
+            recorded_sigma_n: recorded.and_then(|it| it.sigma_n),
+            recorded_probability: recorded.and_then(|it| it.probability),
             otf_n: None,
             sigma_n: None,
             posture_ns: None,
             why_not: None,
         };
         let hypothesis = match supposed {
-            Supposition::LevelGround => Hypothesis::LevelGround,
+            Supposition::LevelGround => match &self.slope {
+                Some(slope) => Hypothesis::LevelGround(Arc::clone(slope)),
+                None => {
+                    answer.why_not = Some(
+                        "the slope of the ground is not known: the log has no attitude, or the machine was never calm",
+                    );
+                    return Some(answer);
+                }
+            },
             Supposition::HalfSpeed => match base_rests(&self.window) {
                 true => Hypothesis::ArmSpeed(0.5),
                 false => Hypothesis::Speed(0.5),
@@ -172,25 +207,33 @@ impl<'a> Question<'a> {
                 Hypothesis::ArmAt(positions)
             }
         };
-        let window = self.window.supposing(&hypothesis);
-        let Some((otf_n, place)) = least_sum(&window, &self.factors) else {
+        let window = self.window.supposing(&hypothesis, &self.rows.times_ns);
+        let Some(chance) = self.chance(&window) else {
             answer.why_not = Some(match hypothesis {
-                Hypothesis::LevelGround => "the attitude of the platform is not known",
+                Hypothesis::LevelGround(_) => "the attitude of the platform is not known",
                 Hypothesis::Speed(_) => "the speed of the platform is not known",
                 _ => "the loads cannot be computed",
             });
             return Some(answer);
         };
-        answer.otf_n = Some(otf_n);
-        answer.sigma_n = sigma(&window, place, &self.factors);
-        answer.probability = answer
-            .sigma_n
-            .map(|sigma_n| normal_distribution(-otf_n / sigma_n));
+        answer.otf_n = Some(chance.otf_n);
+        (answer.sigma_n, answer.probability) = (chance.sigma_n, chance.probability);
         answer.answer = Answer::of(answer.probability);
         if answer.probability.is_none() {
             answer.why_not = Some("the uncertainty of the loads cannot be computed");
         }
         Some(answer)
+    }
+
+    /// How near the wheels of the event come to lifting in a window, and how probable it is that they do.
+    fn chance(&self, window: &Window) -> Option<Chance> {
+        let (otf_n, place) = least_sum(window, &self.factors)?;
+        let sigma_n = sigma(window, place, &self.factors);
+        Some(Chance {
+            otf_n,
+            sigma_n,
+            probability: sigma_n.map(|sigma_n| normal_distribution(-otf_n / sigma_n)),
+        })
     }
 
     /// The front axle's share of the roll moment, nearest to the stated one, at which the wheel would just have stayed on the
@@ -263,6 +306,7 @@ impl<'a> Question<'a> {
             let mut standing = state.clone();
             supposed.apply(
                 &Hypothesis::ArmAt(reference.positions.clone()),
+                self.event.start_ns,
                 &mut standing,
             );
             let steadiness = supposed.steadiness(&standing);
@@ -271,7 +315,11 @@ impl<'a> Question<'a> {
         let mut take = |time_ns: i64, of_row: &State<f64>| {
             let positions: Vec<f64> = of_row.joints.iter().map(|joint| joint.position).collect();
             let mut standing = state.clone();
-            supposed.apply(&Hypothesis::ArmAt(positions.clone()), &mut standing);
+            supposed.apply(
+                &Hypothesis::ArmAt(positions.clone()),
+                time_ns,
+                &mut standing,
+            );
             let steadiness = supposed.steadiness(&standing);
             if !(best.as_ref()).is_some_and(|best| best.0 >= steadiness) && steadiness.is_finite() {
                 best = Some((steadiness, positions, Some(time_ns)));
@@ -294,14 +342,14 @@ impl<'a> Question<'a> {
 }
 
 impl Window {
-    /// The same rows under a hypothesis.
-    fn supposing(&self, hypothesis: &Hypothesis) -> Self {
+    /// The same rows under a hypothesis; the times are those of the log's rows (ns).
+    fn supposing(&self, hypothesis: &Hypothesis, times_ns: &[i64]) -> Self {
         let mut supposed = Supposed::new(self.machine());
         let mut states = StateColumns::unknown(self.machine(), self.rows.len());
         let mut state = State::zero(self.machine());
         for place in 0..self.rows.len() {
             self.states.get(place, &mut state);
-            supposed.apply(hypothesis, &mut state);
+            supposed.apply(hypothesis, times_ns[self.rows[place]], &mut state);
             states.set(place, &mut state);
         }
         Self {

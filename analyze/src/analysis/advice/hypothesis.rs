@@ -3,18 +3,20 @@
 //! In these states the sensor frame is the base frame, as in those of a window.
 
 use std::fmt;
+use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 use tipwatch_mechanics::machine::{JointCoupling, LinkGroup, Machine};
 use tipwatch_mechanics::{Placement, State};
 
 use super::change::{slow_joints, slow_manoeuvre};
+use super::ground_slope::{GroundSlope, Slope};
 
 /// What is supposed instead of what was recorded.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Hypothesis {
-    /// Gravity is perpendicular to the ground under the wheels.
-    LevelGround,
+    /// The ground has no slope; the platform rocks on it as recorded.
+    LevelGround(Arc<GroundSlope>),
     /// Machine and joints travel the same path so many times as fast.
     Speed(f64),
     /// The joints do, and the base rests as recorded.
@@ -53,10 +55,10 @@ impl<'m> Supposed<'m> {
         }
     }
 
-    /// Changes a state. What is not known of it makes what follows from it unknown.
-    pub(crate) fn apply(&mut self, hypothesis: &Hypothesis, state: &mut State<f64>) {
+    /// Changes the state at a time (ns). What is not known of it makes what follows from it unknown.
+    pub(crate) fn apply(&mut self, hypothesis: &Hypothesis, time_ns: i64, state: &mut State<f64>) {
         match hypothesis {
-            Hypothesis::LevelGround => self.level(state),
+            Hypothesis::LevelGround(slope) => self.level(&slope.at(time_ns), state),
             Hypothesis::Speed(times) => slow_manoeuvre(*times, state),
             Hypothesis::ArmSpeed(times) => slow_joints(*times, state),
             Hypothesis::WithoutLoad => {
@@ -76,15 +78,30 @@ impl<'m> Supposed<'m> {
         }
     }
 
-    /// Turns gravity into the normal n of the plane through the contacts; the acceleration of the base stays:
+    /// Turns gravity back by the tilt of the ground; the acceleration of the base and how its platform rocks stay. With the
+    /// normal n of the plane through the contacts and the rotation R that takes up on the slope to up on level ground:
     /// ```text
-    ///     f' = f + g (n - up),      up' = n
+    ///     R (n - tilt x n) = n,      up' = R up,      f' = f + g (up' - up),      var f' = var f + (g sigma)^2
     /// ```
-    fn level(&mut self, state: &mut State<f64>) {
+    fn level(&mut self, slope: &Slope, state: &mut State<f64>) {
+        let share = slope.share();
+        if share == 0.0 {
+            // ground that cannot be told from level ground is as recorded, as far as the attitude is known
+            if !state.base.up.iter().all(|part| part.is_finite()) {
+                state.imu.specific_force.fill(f64::NAN);
+            }
+            return;
+        }
         self.placement.place(state);
         let (normal, up) = (self.placement.normal, state.base.up);
-        state.imu.specific_force += (normal - up) * self.machine.gravity();
-        state.base.up = normal;
+        let tilt = Vector3::new(slope.tilt.x, slope.tilt.y, 0.0) * share;
+        let on_slope = normal - tilt.cross(&normal);
+        let turn = Rotation3::rotation_between(&on_slope, &normal);
+        let unknown = || Vector3::repeat(f64::NAN);
+        state.base.up = turn.map_or_else(unknown, |turn| turn * up);
+        state.imu.specific_force += (state.base.up - up) * self.machine.gravity();
+        let by_slope = share * slope.sigma_rad * self.machine.gravity();
+        state.noise.specific_force += by_slope * by_slope;
     }
 
     /// How far the centre of mass is within the supports in a posture (m), negative outside; NaN where it cannot stand.

@@ -53,9 +53,15 @@ impl PreparedMachine {
         if let Some(hypotheses) = task.hypotheses {
             let machine = loaded.machine.measured_at_base();
             let recorded_by = std::mem::replace(&mut loaded.machine, machine);
+            let times = (rows.times_ns.clone(), rows.first);
             rows.look_through(|recorded| -> Arc<dyn StateSource> {
                 let hypotheses = hypotheses.to_vec();
-                Arc::new(SupposedStates::new(recorded, recorded_by, hypotheses))
+                Arc::new(SupposedStates::new(
+                    recorded,
+                    recorded_by,
+                    hypotheses,
+                    times,
+                ))
             });
         }
         let on_supports = supports::of_rows(loaded, &rows.times_ns, read.scope);

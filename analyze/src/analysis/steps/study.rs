@@ -23,7 +23,7 @@ use super::evaluate::EvaluatedLog;
 use super::prepare::PreparedMachine;
 use super::read::ReadLog;
 use crate::analysis::{Analysis, Coverage, Input, Sources};
-use crate::events::{self, Event, FoundRotation, OnSet, ShownBy};
+use crate::events::{self, Event, FoundRotation, OnSet, ShownBy, Stories};
 use crate::load::LoadedLog;
 
 /// Default limit of a light wheel, as a share of its static load.
@@ -95,12 +95,21 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let sets = OnSet::all(&table, min_loads);
     let standing = StandingRows::all(machine, &table, limits, &sets);
     if is_explained {
-        ask_all(&standing, &table, &mut events);
+        ask_all(machine, &standing, &table, &mut events);
     }
     let explained_falls = match is_explained {
         true => unstated_load::study(&table, &unstated_load::falls(&table, &events)),
         false => Vec::new(),
     };
+    if is_explained {
+        let stories = Stories {
+            machine,
+            table: &table,
+            scope,
+            rotations: &rotations,
+        };
+        unstated_load::set_no_returns(&stories, &explained_falls, &mut events);
+    }
     let passes = std::mem::take(&mut gathered.sensitivity);
     let sensitivities: Vec<Option<SensitivityTable>> = (passes.iter().zip(&standing))
         .map(|(pass, standing)| pass.table(standing))

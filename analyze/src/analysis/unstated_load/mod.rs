@@ -19,12 +19,14 @@ mod equations;
 mod explanations;
 mod fall;
 mod load_estimates;
+mod no_return;
 mod nuisances;
 mod regression;
 mod result;
 mod rows;
 mod study;
 
+pub(crate) use no_return::set_no_returns;
 pub use result::{
     Agreement, EstimatedAmount, ExplainedFall, Explanation, LoadEstimates, MassEstimate,
 };

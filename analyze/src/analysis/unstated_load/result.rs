@@ -3,6 +3,12 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::events::LEAST_OF_A_FACT;
+
+/// An explanation that is less than so many times as probable as the machine as stated does not count against it: its evidence
+/// is "not worth more than a bare mention" (Kass and Raftery 1995).
+const BARELY_MORE: f64 = 3.0;
+
 /// What explains a rotation about an edge.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ExplainedFall {
@@ -24,6 +30,22 @@ pub struct ExplainedFall {
     pub load: Option<LoadEstimates>,
     /// Why nothing could be estimated; null if it was.
     pub not_estimated: Option<String>,
+}
+
+impl ExplainedFall {
+    /// The explanation that the rotation is told with: the machine as stated, unless another one is a fact or clearly more
+    /// probable.
+    #[must_use]
+    pub fn told(&self) -> Option<&Explanation> {
+        let best = self.explanations.first()?;
+        let mut all = self.explanations.iter();
+        let stated = all.find(|it| it.kind == "stated_machine");
+        let is_close = |stated: &&Explanation| {
+            best.probability < LEAST_OF_A_FACT
+                && best.probability < BARELY_MORE * stated.probability
+        };
+        Some(stated.filter(is_close).unwrap_or(best))
+    }
 }
 
 /// An explanation.
@@ -100,4 +122,43 @@ pub struct Agreement {
     pub degrees: usize,
     /// Probability of a larger sum if all of them are right.
     pub probability: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a fall is told with whose explanations have these probabilities.
+    fn told(explanations: &[(&'static str, f64)]) -> Option<&'static str> {
+        let explanation = |&(kind, probability): &(&'static str, f64)| Explanation {
+            kind,
+            subject: None,
+            probability,
+            log_evidence: 0.0,
+            amounts: Vec::new(),
+        };
+        let fall = ExplainedFall {
+            edge: "left".into(),
+            onset_ns: 0,
+            until_ns: 0,
+            rotation_rad: 0.0,
+            rows: 0,
+            lean_rows: 0,
+            explanations: explanations.iter().map(explanation).collect(),
+            load: None,
+            not_estimated: None,
+        };
+        fall.told().map(|it| it.kind)
+    }
+
+    #[test]
+    fn explanations_as_probable_as_the_stated_machine_do_not_count_against_it() {
+        let close = [("imu_rotation", 0.21), ("stated_machine", 0.17)];
+        assert_eq!(told(&close), Some("stated_machine"));
+        let clear = [("load_on_tool", 0.4), ("stated_machine", 0.1)];
+        assert_eq!(told(&clear), Some("load_on_tool"));
+        let fact = [("load_on_tool", 0.6), ("stated_machine", 0.4)];
+        assert_eq!(told(&fact), Some("load_on_tool"));
+        assert_eq!(told(&[]), None);
+    }
 }

@@ -122,9 +122,10 @@ impl Scene {
 
     /// The events of an incident in order of time, each wheel or edge once for each kind.
     fn course(&self, incident: &Incident<'_>) -> Option<String> {
-        let told = incident.steps();
+        let told = incident.joined_steps();
         let mut steps = Vec::new();
-        for event in told.iter().take(MOST_STEPS) {
+        for group in told.iter().take(MOST_STEPS) {
+            let event = group[0];
             let end = match event.end_ns {
                 Some(end_ns) if end_ns > event.start_ns => {
                     let later = match event.end_bound {
@@ -137,7 +138,7 @@ impl Scene {
             };
             steps.push(format!(
                 "{} from {}{end}",
-                self.step(event),
+                self.joined_step(group),
                 self.start(event)
             ));
         }
@@ -146,6 +147,17 @@ impl Scene {
             steps.push(format!("and {more} more"));
         }
         (!steps.is_empty()).then(|| format!("Course: {}", steps.join("; ")))
+    }
+
+    /// Events that differ in the wheel alone as one step of their incident's course.
+    pub(in crate::report) fn joined_step(&self, group: &[&Event]) -> String {
+        let state = match group {
+            [only] => return self.step(only),
+            [first, ..] if first.kind == EventKind::WheelLight => "light",
+            _ => "off the ground",
+        };
+        let subjects = enumerated(&self.subjects(group));
+        format!("{} {subjects} {state}", self.word_of(group).many)
     }
 
     /// An event as a step of its incident's course.

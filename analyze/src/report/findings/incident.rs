@@ -6,6 +6,8 @@ use crate::report::fact::is_fact;
 
 /// Events this close in time are one incident (ns).
 const MERGED_NS: i64 = 500_000_000;
+/// Steps of a kind that begin and end this close in time are told as one (ns).
+const SAME_NS: i64 = 50_000_000;
 
 /// Events of the machine that overlap in time, or nearly.
 #[derive(Debug, Clone)]
@@ -79,6 +81,30 @@ impl<'a> Incident<'a> {
         steps
     }
 
+    /// The steps, those together that differ in the wheel alone. A wheel that lifts is light from then on: where it was not light
+    /// before, that is no step of its own.
+    pub(in crate::report) fn joined_steps(&self) -> Vec<Vec<&'a Event>> {
+        let steps = self.steps();
+        let lifts_with = |light: &Event| {
+            let mut lifts = steps
+                .iter()
+                .filter(|step| step.kind == EventKind::WheelLift);
+            light.kind == EventKind::WheelLight
+                && lifts.any(|lift| {
+                    let since_ns = light.start_ns.saturating_sub(lift.start_ns);
+                    lift.subject == light.subject && since_ns >= -SAME_NS
+                })
+        };
+        let mut joined: Vec<Vec<&Event>> = Vec::new();
+        for &step in steps.iter().filter(|step| !lifts_with(step)) {
+            match joined.iter_mut().find(|group| is_alike(group[0], step)) {
+                Some(group) => group.push(step),
+                None => joined.push(vec![step]),
+            }
+        }
+        joined
+    }
+
     /// The first event of a kind that is a fact.
     pub(in crate::report) fn first(&self, kind: EventKind) -> Option<&'a Event> {
         let of_kind = |event: &&&Event| event.kind == kind && is_fact(event);
@@ -92,6 +118,20 @@ impl<'a> Incident<'a> {
             .min_by_key(|event| (!is_fact(event), rank(event.kind), event.start_ns))
             .copied()
     }
+}
+
+/// Whether two steps differ in the wheel alone, within what can be told of their times.
+fn is_alike(one: &Event, other: &Event) -> bool {
+    let is_of_wheels = matches!(one.kind, EventKind::WheelLight | EventKind::WheelLift);
+    let ends_alike = match (one.end_ns, other.end_ns) {
+        (Some(one_ns), Some(other_ns)) => one_ns.abs_diff(other_ns) <= SAME_NS as u64,
+        (one_ns, other_ns) => one_ns == other_ns,
+    };
+    is_of_wheels
+        && one.kind == other.kind
+        && [one.start_bound, one.end_bound] == [other.start_bound, other.end_bound]
+        && one.start_ns.abs_diff(other.start_ns) <= SAME_NS as u64
+        && ends_alike
 }
 
 #[cfg(test)]
@@ -152,6 +192,29 @@ mod tests {
             (EventKind::WheelLift, "fr"),
         ];
         assert_eq!(steps, expected);
+    }
+
+    #[test]
+    fn steps_that_differ_in_the_wheel_alone_are_joined() {
+        let events = [
+            event(EventKind::WheelLight, "rr", [2, 9]),
+            event(EventKind::WheelLift, "fr", [3, 9]),
+            event(EventKind::WheelLight, "fr", [3, 9]),
+            event(EventKind::WheelLift, "rr", [3, 9]),
+            event(EventKind::TipOver, "right", [3, 9]),
+        ];
+        let found = incidents(&events);
+        let joined = found[0].joined_steps();
+        let joined: Vec<Vec<_>> = (joined.iter())
+            .map(|group| group.iter().map(|e| (e.kind, e.subject.as_str())).collect())
+            .collect();
+        // a wheel that is light only because it lifts is no step of its own
+        let expected = [
+            vec![(EventKind::WheelLight, "rr")],
+            vec![(EventKind::TipOver, "right")],
+            vec![(EventKind::WheelLift, "fr"), (EventKind::WheelLift, "rr")],
+        ];
+        assert_eq!(joined, expected);
     }
 
     #[test]

@@ -108,19 +108,32 @@ impl Scene {
             let sigma = sigma.map_or(String::new(), |sigma| {
                 format!(" ± {:.1}", 2.0 * sigma.to_degrees())
             });
-            let passed = measured
-                .no_return_ns
-                .map_or("not passed".to_string(), |at_ns| {
-                    format!("passed at t = {:.2} s", self.seconds(at_ns))
-                });
+            let passed = match (measured.no_return_ns, measured.no_return_time_sigma_s) {
+                (None, _) => "not passed".to_string(),
+                (Some(at_ns), Some(sigma_s)) => format!(
+                    "passed at t = {:.2} ± {:.2} s",
+                    self.seconds(at_ns),
+                    (2.0 * sigma_s).max(0.01)
+                ),
+                // what is within its band at the end may not have been passed
+                (Some(at_ns), None) => format!("reached at t = {:.2} s", self.seconds(at_ns)),
+            };
+            let masses = match measured.no_return_load_kg {
+                Some(load_kg) => {
+                    format!("with {load_kg:.0} kg on the tool beyond the stated masses")
+                }
+                None => "by the stated masses".to_string(),
+            };
             evidence.push(format!(
-                "Point of no return by the stated masses: {:.1}{sigma}°, {passed}",
+                "Point of no return {masses}: {:.1}{sigma}°, {passed}",
                 no_return_rad.to_degrees()
             ));
         }
         if let Some(at_rest_ns) = measured.at_rest_ns {
             let at_s = self.seconds(at_rest_ns);
-            evidence.push(format!("At rest on its side from t = {at_s:.2} s"));
+            evidence.push(format!(
+                "At rest on its side from t = {at_s:.2} s or earlier"
+            ));
         }
         if let Some(rested_ns) = measured.rested_ns {
             let at_s = self.seconds(rested_ns);
@@ -235,11 +248,17 @@ impl Scene {
             EventKind::WheelLift => "lifted",
             _ => "tipped",
         };
-        let answered = (event.counterfactuals.iter())
-            .filter_map(|answer| Some(format!("{}: {}", self.supposed(answer), answered(answer)?)));
+        let answered: Vec<String> = (event.counterfactuals.iter())
+            .filter_map(|answer| Some(format!("{}: {}", self.supposed(answer), answered(answer)?)))
+            .collect();
+        // beside answers, the probability as recorded that the same evaluation gives
+        let recorded = event.counterfactuals.first().and_then(as_recorded);
+        let recorded = recorded.filter(|_| !answered.is_empty());
+        let recorded =
+            recorded.map(|chance| format!("as recorded, by the same evaluation: {chance}"));
         let open = self.unanswered(&event.counterfactuals).into_iter();
         let open = open.map(|(suppositions, why)| format!("{suppositions}: open ({why})"));
-        let answers: Vec<String> = answered.chain(open).collect();
+        let answers: Vec<String> = recorded.into_iter().chain(answered).chain(open).collect();
         (!answers.is_empty()).then(|| format!("Would it have {happened} {}", answers.join("; ")))
     }
 
@@ -297,6 +316,16 @@ fn answered(answer: &Counterfactual) -> Option<String> {
         Answer::Open => format!("open, {chance} ({otf})"),
         answer => format!("{} ({otf})", answer.name()),
     })
+}
+
+/// The probability as recorded by the evaluation of the answers, and what it rests on.
+fn as_recorded(answer: &Counterfactual) -> Option<String> {
+    Some(format!(
+        "{} (minimum OTF {} ± {} N)",
+        probability(answer.recorded_probability?),
+        number(answer.recorded_otf_n?),
+        number(2.0 * answer.recorded_sigma_n?)
+    ))
 }
 
 /// Inputs in words.
@@ -447,6 +476,8 @@ mod tests {
             answer: Answer::Open,
             probability: None,
             recorded_otf_n: None,
+            recorded_sigma_n: None,
+            recorded_probability: None,
             otf_n: Some(400.0),
             sigma_n: None,
             posture_ns: None,

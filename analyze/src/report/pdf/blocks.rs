@@ -72,7 +72,7 @@ fn add<'a>(node: Node<'a, 'a>, depth: usize, blocks: &mut Vec<Block<'a>>) {
         "div" if has_class(node, "pictures") || has_class(node, "grid") => {
             let figures = node.children().filter(|child| child.has_tag_name("figure"));
             let pictures: Vec<_> = figures.filter_map(picture).collect();
-            let places = if has_class(node, "three") { 3 } else { 2 };
+            let places = if has_class(node, "four") { 4 } else { 2 };
             let mut pictures = pictures.into_iter().peekable();
             while pictures.peek().is_some() {
                 let row = pictures.by_ref().take(places).collect();

@@ -326,6 +326,14 @@ fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
 
 /// The assumption that moves the result most.
 fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
+    let gravest = incidents.first().map(Incident::gravest);
+    if gravest
+        .is_some_and(|event| unstated_load::contradicts(analysis, event) && event.is_measured())
+    {
+        return Some(
+            "On gyro and attitude, which measured the rotation: on no mass and no load of the machine file.".into(),
+        );
+    }
     let Some(found) = &analysis.sensitivity else {
         return Some(format!(
             "Not known. {}",
@@ -347,7 +355,8 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         .min_loads_n
         .as_ref()
         .map(|limits| limits[found.worst_wheel]);
-    let shift = lift.and_then(|event| event.lead_s).zip(limit_n);
+    let lead_s = lift.and_then(|event| event.lead_s);
+    let shift = lead_s.filter(|lead_s| *lead_s > 0.0).zip(limit_n);
     let shift = shift.map_or(String::new(), |(lead_s, limit_n)| {
         format!(
             ", and its lift by about {:.2} s",
@@ -414,13 +423,10 @@ fn lost(analysis: &Analysis) -> String {
         1 => sentences.push("One signal has a gap.".into()),
         count => sentences.push(format!("Signals have {count} gaps.")),
     }
-    let head = SupportWord::of(&analysis.machine).head;
+    let loads = unstated_load::known_loads(analysis);
     sentences.push(match analysis.coverage.on_side_s > 0.0 {
-        true => format!("{head} loads are known in {}.", analysis.coverage),
-        false => format!(
-            "{head} loads are known in {} of the log.",
-            analysis.coverage
-        ),
+        true => format!("{loads} in {}.", analysis.coverage),
+        false => format!("{loads} in {} of the log.", analysis.coverage),
     });
     sentences.join(" ")
 }

@@ -60,10 +60,11 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         ),
     };
     html! {
-        div.grid.three {
+        div.grid.four {
             (chart(loads, &curves.loads, span, onset_s, true))
             (chart("Roll and pitch [°]", &curves.attitude, span, onset_s, false))
-            (chart("Speed [m/s] and yaw rate [°/s]", &curves.motion, span, onset_s, false))
+            (chart("Speed [m/s]", &curves.speed, span, onset_s, false))
+            (chart("Yaw rate [°/s]", &curves.yaw_rate, span, onset_s, false))
         }
     }
 }
@@ -71,7 +72,8 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
 struct Curves {
     loads: Vec<Named>,
     attitude: Vec<Named>,
-    motion: Vec<Named>,
+    speed: Vec<Named>,
+    yaw_rate: Vec<Named>,
 }
 
 impl Curves {
@@ -86,7 +88,8 @@ impl Curves {
                 .map(|&wheel| named(&machine.wheels()[wheel].name))
                 .collect(),
             attitude: vec![named("roll"), named("pitch")],
-            motion: vec![named("speed"), named("yaw rate")],
+            speed: vec![named("speed")],
+            yaw_rate: vec![named("yaw rate")],
         };
         let mut placement = Placement::new(machine);
         let mut state = State::zero(machine);
@@ -127,7 +130,8 @@ impl Curves {
                 .dot(&placement.angular_velocity)
                 .to_degrees();
             let values = [roll, pitch, state.base.velocity.x, yaw];
-            let curves = found.attitude.iter_mut().chain(&mut found.motion);
+            let motion = found.speed.iter_mut().chain(&mut found.yaw_rate);
+            let curves = found.attitude.iter_mut().chain(motion);
             for (curve, value) in curves.zip(values) {
                 curve.1.push((time_s, value, f64::NAN));
             }
@@ -191,7 +195,10 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
         let known = line.iter().rev().find(|(_, value)| value.is_finite());
         names.extend(known.map(|&(_, value)| (value, name.as_str(), class)));
     }
-    chart.names(names);
+    // the title names a single curve
+    if names.len() > 1 {
+        chart.names(names);
+    }
     for share in [0.0, 0.5, 1.0] {
         let time = span.0 + share * (span.1 - span.0);
         chart.label_x(time, &format!("{time:.1}"));

@@ -97,11 +97,12 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
         });
     }
     let room = MOST_LANES.saturating_sub(steps.len());
-    for event in incident.steps().into_iter().take(room) {
+    for group in incident.joined_steps().into_iter().take(room) {
+        let event = group[0];
         let from_s = scene.seconds(event.start_ns);
         let to_s = event.end_ns.map_or(last_s, |end_ns| scene.seconds(end_ns));
         steps.push(Step {
-            label: scene.step(event),
+            label: scene.joined_step(&group),
             class: class(event),
             from_s,
             to_s: to_s.max(from_s),
@@ -120,7 +121,7 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
             from_s: scene.seconds(at_ns),
             to_s: last_s,
             band_s: None,
-            note: format!("from t = {:.2} s", scene.seconds(at_ns)),
+            note: format!("from t = {:.2} s or earlier", scene.seconds(at_ns)),
         });
     }
     steps

@@ -13,7 +13,7 @@ use super::{machine_view, prevention, unstated_load};
 use crate::analysis::Analysis;
 use crate::base::file_hash::FileHash;
 use crate::events::support_words::SupportWord;
-use crate::events::{Event, EventCauses};
+use crate::events::{Answer, Event, EventCauses};
 use crate::page::{facts, number, probability, readable, table, whole};
 
 /// Causes on the sheet.
@@ -126,7 +126,20 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
             whole(chance),
         ])
     });
-    let rows: Vec<Vec<Markup>> = rows.collect();
+    let mut rows: Vec<Vec<Markup>> = rows.collect();
+    let mut answers = event.counterfactuals.iter();
+    // two probabilities are an effect only beside that of the same evaluation
+    if !rows.is_empty()
+        && let Some(recorded) = answers.find_map(|answer| answer.recorded_probability)
+    {
+        let answer = Answer::of(Some(recorded));
+        let cells = [
+            html! { "as recorded, by the same evaluation" },
+            html! { (answer.name()) },
+        ];
+        let chance = whole(probability(recorded));
+        rows.insert(0, cells.into_iter().chain([chance]).collect());
+    }
     html! {
         div {
             h3 { "Would it have happened otherwise: " (scene.step(event)) }

@@ -149,7 +149,7 @@ fn tipped(scene: &Scene, event: &Event) -> String {
         .and_then(|it| it.at_rest_ns);
     let rest = rest.map_or(String::new(), |at_ns| {
         format!(
-            ", and it lay at rest on its side from t = {:.2} s",
+            ", and it lay at rest on its side from t = {:.2} s or earlier",
             scene.seconds(at_ns)
         )
     });

@@ -10,10 +10,10 @@ use serde::Serialize;
 use super::ranking::{Group, Ranked};
 use super::seen::log_link;
 use crate::events::EventKind;
+use crate::events::LEAST_OF_A_FACT;
 use crate::events::support_words::SupportWord;
 use crate::page::{self, Program, input_in_words, percent, probability, readable};
 use crate::policy::facts::EXPOSURE_CAUSES;
-use crate::report::LEAST_OF_A_FACT;
 use crate::screen::outliers::{Comparison, Verdict};
 use crate::screen::record::{Outcome, Record};
 

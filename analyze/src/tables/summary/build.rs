@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use tipwatch_mechanics::ColumnNames;
+use tipwatch_mechanics::machine::Payload;
 use tipwatch_mechanics::studies::monte_carlo::Band;
+use tipwatch_mechanics::{ColumnNames, State};
 
 use super::document::*;
 use super::events::groups;
@@ -35,6 +36,7 @@ impl<'a> Summary<'a> {
             machine: MachineSummary {
                 name: analysis.machine.name(),
                 mass_kg: analysis.machine.mass(),
+                largest_mass_kg: largest_mass_kg(analysis),
                 gravity_m_s2: analysis.machine.gravity(),
                 base_link: analysis.machine.base_link(),
             },
@@ -109,6 +111,25 @@ fn model_summary(analysis: &Analysis) -> ModelSummary {
             .filter_map(|comparison| comparison.as_ref().err().cloned())
             .collect(),
     }
+}
+
+/// Mass of the machine with the payloads of the row in which they are heaviest (kg).
+fn largest_mass_kg(analysis: &Analysis) -> f64 {
+    let (machine, rows) = (&analysis.machine, &analysis.rows);
+    let payloads = machine.payloads();
+    if payloads.iter().all(Payload::is_always) {
+        return machine.mass();
+    }
+    let mut state = State::zero(machine);
+    let carried_kg = |row: usize| -> f64 {
+        rows.state(row, &mut state);
+        let of_row = state.payload_share.iter().zip(payloads);
+        let of_row = of_row.filter(|(_, payload)| !payload.is_always());
+        of_row
+            .map(|(share, payload)| share * payload.inertia.mass)
+            .sum()
+    };
+    machine.mass() + (0..rows.len()).map(carried_kg).fold(0.0, f64::max)
 }
 
 fn payload_summary(found: &EstimatedPayload) -> PayloadSummary<'_> {

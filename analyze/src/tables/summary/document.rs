@@ -208,7 +208,10 @@ pub struct WheelSummary {
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct MachineSummary<'a> {
     pub(super) name: &'a str,
+    /// With the payloads that it always carries.
     pub(super) mass_kg: f64,
+    /// With the payloads of the row in which they are heaviest.
+    pub(super) largest_mass_kg: f64,
     pub(super) gravity_m_s2: f64,
     pub(super) base_link: &'a str,
 }

@@ -1,0 +1,331 @@
+//! The slope of the ground under a machine, apart from how its platform rocks.
+//!
+//! A platform that brakes, rocks on its tyres or lifts a wheel turns while the ground stays. The slope is therefore taken where
+//! the machine is calm, less the lean of the platform on its tyres there, and kept in between, turned by the yaw. With the
+//! normal n of the contact plane and up u in base axes, the lean theta on the tyres and the angle psi of the yaw:
+//! ```text
+//!     tilt = (u + theta x u) x n,      kept = mean of R_z(psi) tilt,      tilt(t) = R_z(-psi(t)) kept
+//! ```
+//! Ground that cannot be told from level ground is level: a tilt below two standard deviations counts as none, and one above
+//! three as it is.
+
+use std::sync::Arc;
+
+use nalgebra::{Rotation2, Vector2, Vector3};
+use tipwatch_mechanics::estimation::plausibility::LeanOnTyres;
+use tipwatch_mechanics::geometry::spatial::Wrench;
+use tipwatch_mechanics::machine::{Axis, Machine, Parameter};
+use tipwatch_mechanics::{Placement, Scope, State, Workspace, evaluate};
+
+use super::to_base::ToBase;
+use crate::base::table::Table;
+use crate::events::drives;
+
+/// Time between the states that are looked at (ns).
+const STEP_NS: i64 = 50_000_000;
+/// Time constants (s): of the motion that must be calm, and of the mean of the tilt.
+const SMOOTHED_S: f64 = 0.25;
+const AVERAGED_S: f64 = 1.0;
+/// Acceleration (m/s^2) and angular velocity (rad/s) below which a machine is calm.
+const CALM_ACCELERATION: f64 = 0.3;
+const CALM_RATE: f64 = 0.05;
+/// Standard deviation by which ground changes its slope under a machine that drives one metre over it (rad).
+const CHANGES_PER_METRE: f64 = 0.01;
+/// Speed of a machine that may drive, where no speed is known (m/s).
+const UNKNOWN_SPEED: f64 = 1.0;
+/// Standard deviation of the lean where nothing tells it (rad).
+const UNKNOWN_LEAN: f64 = 0.01;
+/// That of a computed lean, as a share of it: of tyres of stated stiffness, and of others.
+const STATED_LEAN_SHARE: f64 = 0.3;
+const USUAL_LEAN_SHARE: f64 = 1.0;
+/// Standard deviations up to which a tilt counts as none, and from which it counts as it is.
+const NONE_SIGMAS: f64 = 2.0;
+const WHOLE_SIGMAS: f64 = 3.0;
+
+/// The slope of the ground, by time.
+#[derive(Debug, PartialEq)]
+pub(crate) struct GroundSlope {
+    /// In the order of time; never empty.
+    samples: Vec<Sample>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sample {
+    time_ns: i64,
+    slope: Slope,
+}
+
+/// The slope of the ground at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Slope {
+    /// How far the ground turns a platform at rest on it, about x and y of the base (rad).
+    pub(crate) tilt: Vector2<f64>,
+    /// Standard deviation of either component (rad).
+    pub(crate) sigma_rad: f64,
+}
+
+impl Slope {
+    /// The share of the tilt that is no error: 0 of ground that cannot be told from level ground, 1 where it surely slopes.
+    pub(crate) fn share(&self) -> f64 {
+        let sigmas = self.tilt.norm() / self.sigma_rad;
+        ((sigmas - NONE_SIGMAS) / (WHOLE_SIGMAS - NONE_SIGMAS)).clamp(0.0, 1.0)
+    }
+}
+
+impl GroundSlope {
+    /// `None` where the log has no attitude, or the machine was never calm.
+    pub(crate) fn of(machine: &Machine, rows: &Table) -> Option<Arc<Self>> {
+        let mut watched = Watched::new(machine);
+        let mut state = State::zero(machine);
+        let mut next_ns = i64::MIN;
+        for (row, &time_ns) in rows.times_ns.iter().enumerate() {
+            if time_ns < next_ns {
+                continue;
+            }
+            next_ns = time_ns.saturating_add(STEP_NS);
+            rows.state(row, &mut state);
+            let may_count = rows.is_valid(row);
+            let stands_on = match rows.supports() {
+                Some(_) => rows.machine_at(row),
+                None => Some(machine),
+            };
+            watched.take(stands_on, time_ns, may_count, &mut state);
+        }
+        watched.finish().map(Arc::new)
+    }
+
+    /// That at a time (ns).
+    pub(crate) fn at(&self, time_ns: i64) -> Slope {
+        let after = self
+            .samples
+            .partition_point(|sample| sample.time_ns <= time_ns);
+        self.samples[after.saturating_sub(1)].slope
+    }
+
+    /// Whether the ground can nowhere be told from level ground.
+    pub(crate) fn is_level(&self) -> bool {
+        self.samples
+            .iter()
+            .all(|sample| sample.slope.share() == 0.0)
+    }
+
+    /// The largest standard deviation (rad).
+    pub(crate) fn largest_sigma_rad(&self) -> f64 {
+        let sigmas = self.samples.iter().map(|sample| sample.slope.sigma_rad);
+        sigmas.fold(0.0, f64::max)
+    }
+}
+
+/// The tilt as it was when the machine was last calm, in axes that do not turn with the yaw.
+#[derive(Debug, Clone, Copy)]
+struct Kept {
+    tilt: Vector2<f64>,
+    /// Mean square of what a component differs from its mean (rad^2).
+    scatter: f64,
+    /// Standard deviation of the lean (rad).
+    lean_sigma: f64,
+    /// Way driven since (m).
+    driven_m: f64,
+}
+
+/// A machine that is watched for calm.
+struct Watched<'a> {
+    machine: &'a Machine,
+    to_base: ToBase,
+    lean: Option<Lean>,
+    last_ns: Option<i64>,
+    yaw: f64,
+    acceleration: Vector3<f64>,
+    rate: Vector3<f64>,
+    /// Standard deviation of the measured attitude (rad).
+    attitude_sigma: f64,
+    kept: Option<Kept>,
+    /// Time, yaw and what was kept then.
+    seen: Vec<(i64, f64, Option<Kept>)>,
+}
+
+impl<'a> Watched<'a> {
+    fn new(machine: &'a Machine) -> Self {
+        Self {
+            machine,
+            to_base: ToBase::new(machine),
+            lean: Lean::of(machine),
+            last_ns: None,
+            yaw: 0.0,
+            acceleration: Vector3::zeros(),
+            rate: Vector3::zeros(),
+            attitude_sigma: Parameter::ImuRotation(Axis::X).sigma(machine),
+            kept: None,
+            seen: Vec::new(),
+        }
+    }
+
+    /// The next state; `stands_on` is the machine on its supports, `None` where it is not known on which.
+    fn take(
+        &mut self,
+        stands_on: Option<&Machine>,
+        time_ns: i64,
+        may_count: bool,
+        state: &mut State<f64>,
+    ) {
+        let step_s = self
+            .last_ns
+            .map_or(0.0, |last_ns| time_ns.saturating_sub(last_ns) as f64 * 1e-9);
+        let is_first = self.last_ns.replace(time_ns).is_none();
+        let measured = state.clone();
+        self.to_base.apply(self.machine, state);
+        let up = state.base.up;
+        let rate = state.imu.angular_velocity;
+        if rate.iter().all(|part| part.is_finite()) {
+            self.yaw += up.dot(&rate) * step_s;
+        }
+        if !self.yaw.is_finite() {
+            self.yaw = 0.0;
+        }
+        let acceleration = state.imu.specific_force - up * self.machine.gravity();
+        let share = match is_first {
+            true => 1.0,
+            false => 1.0 - (-step_s / SMOOTHED_S).exp(),
+        };
+        for (mean, now) in [
+            (&mut self.acceleration, acceleration),
+            (&mut self.rate, rate),
+        ] {
+            // what was unknown does not stay so
+            match mean.iter().all(|part| part.is_finite()) {
+                true => *mean += (now - *mean) * share,
+                false => *mean = now,
+            }
+        }
+        if let Some(kept) = &mut self.kept {
+            kept.driven_m += speed(self.machine, state) * step_s;
+        }
+        let is_calm = self.acceleration.norm() < CALM_ACCELERATION && self.rate.norm() < CALM_RATE;
+        if is_calm
+            && may_count
+            && let Some(on) = stands_on
+            && let Some((tilt, lean_sigma)) = self.tilt(on, &measured, &up)
+        {
+            self.keep(tilt, lean_sigma, step_s);
+        }
+        self.seen.push((time_ns, self.yaw, self.kept));
+    }
+
+    /// How far the ground tilts a machine that is calm (rad), and the standard deviation of its lean.
+    fn tilt(
+        &mut self,
+        on: &Machine,
+        measured: &State<f64>,
+        up: &Vector3<f64>,
+    ) -> Option<(Vector2<f64>, f64)> {
+        let mut placement = Placement::new(on);
+        placement.place(measured);
+        let normal = placement.normal;
+        let lean = match &mut self.lean {
+            Some(lean) => lean.at(on, measured),
+            None => None,
+        };
+        let (lean, lean_sigma) = lean.unwrap_or((Vector2::zeros(), UNKNOWN_LEAN));
+        let lean = Vector3::new(lean.x, lean.y, 0.0);
+        let tilt = (up + lean.cross(up)).cross(&normal).xy();
+        (tilt.iter().all(|part| part.is_finite())).then_some((tilt, lean_sigma))
+    }
+
+    fn keep(&mut self, tilt: Vector2<f64>, lean_sigma: f64, step_s: f64) {
+        let tilt = Rotation2::new(self.yaw) * tilt;
+        let Some(kept) = &mut self.kept else {
+            self.kept = Some(Kept {
+                tilt,
+                scatter: 0.0,
+                lean_sigma,
+                driven_m: 0.0,
+            });
+            return;
+        };
+        let share = 1.0 - (-step_s / AVERAGED_S).exp();
+        let apart = tilt - kept.tilt;
+        kept.tilt += apart * share;
+        kept.scatter += (0.5 * apart.norm_squared() - kept.scatter) * share;
+        kept.lean_sigma = lean_sigma;
+        kept.driven_m *= 1.0 - share;
+    }
+
+    fn finish(self) -> Option<GroundSlope> {
+        let first = self.seen.iter().find_map(|(.., kept)| *kept)?;
+        let sample = |&(time_ns, yaw, kept): &(i64, f64, Option<Kept>)| {
+            // before it was calm for the first time, it stood where it then was
+            let kept = kept.unwrap_or(first);
+            let variance = self.attitude_sigma.powi(2)
+                + kept.scatter
+                + kept.lean_sigma.powi(2)
+                + CHANGES_PER_METRE.powi(2) * kept.driven_m;
+            let slope = Slope {
+                tilt: Rotation2::new(-yaw) * kept.tilt,
+                sigma_rad: variance.sqrt(),
+            };
+            Sample { time_ns, slope }
+        };
+        let samples: Vec<Sample> = self.seen.iter().map(sample).collect();
+        let is_known = |sample: &Sample| {
+            sample.slope.sigma_rad > 0.0
+                && sample.slope.sigma_rad.is_finite()
+                && sample.slope.tilt.norm().is_finite()
+        };
+        samples
+            .iter()
+            .all(is_known)
+            .then_some(GroundSlope { samples })
+    }
+}
+
+/// How fast a machine drives (m/s), or may.
+fn speed(machine: &Machine, state: &State<f64>) -> f64 {
+    let speed = Some(state.base.velocity.norm()).filter(|speed| speed.is_finite());
+    speed.unwrap_or(match drives(machine, state) {
+        true => UNKNOWN_SPEED,
+        false => 0.0,
+    })
+}
+
+/// The lean of a calm machine on its tyres.
+struct Lean {
+    on_tyres: LeanOnTyres,
+    /// Centre of the tyres' stiffness (m): a load over it leans nothing.
+    centre: Vector2<f64>,
+    workspace: Workspace<f64>,
+}
+
+impl Lean {
+    fn of(machine: &Machine) -> Option<Self> {
+        let on_tyres = LeanOnTyres::of(machine)?;
+        let is_stated = on_tyres.stiffness_is_stated();
+        let (mut sum, mut moment) = (0.0, Vector2::zeros());
+        for wheel in machine.wheels() {
+            let stated = wheel.stiffness.filter(|_| is_stated);
+            let stiffness = stated.unwrap_or(wheel.relative_stiffness);
+            sum += stiffness;
+            moment += wheel.centre_at_zero.xy() * stiffness;
+        }
+        Some(Self {
+            on_tyres,
+            centre: moment / sum,
+            workspace: Workspace::with_scope(machine, Scope::LOADS),
+        })
+    }
+
+    /// Lean about x and y (rad), and its standard deviation; `None` where the loads are unknown.
+    fn at(&mut self, machine: &Machine, state: &State<f64>) -> Option<(Vector2<f64>, f64)> {
+        let ground = &evaluate(machine, state, &mut self.workspace).ground_wrench;
+        let over = Vector3::new(self.centre.x, self.centre.y, 0.0);
+        let about_centre = Wrench {
+            force: ground.force,
+            moment: ground.moment - over.cross(&ground.force),
+        };
+        let lean = self.on_tyres.lean(&about_centre);
+        let share = match self.on_tyres.stiffness_is_stated() {
+            true => STATED_LEAN_SHARE,
+            false => USUAL_LEAN_SHARE,
+        };
+        (lean.iter().all(|part| part.is_finite())).then(|| (lean, share * lean.norm()))
+    }
+}
