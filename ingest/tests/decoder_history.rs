@@ -113,12 +113,19 @@ fn a_message_is_decoded_alike_whatever_came_before() {
         for seed in 0..20 {
             let mut random = Random(seed);
             let mut decoder = new.clone();
+            let mut compared = 0;
             for _ in 0..400 {
                 let message = random.message(kind);
                 let alone = decoded(&mut new.clone(), &topic, &message);
                 let then = decoded(&mut decoder, &topic, &message);
+                // of another sensor than the first message
+                if kind != SensorKind::JointStates && then.starts_with("Err(OtherFrame)") {
+                    continue;
+                }
+                compared += 1;
                 assert_eq!(then, alone, "{kind:?}, seed {seed}, {message:02x?}");
             }
+            assert!(compared > 100, "{kind:?}, seed {seed}: {compared}");
         }
     }
 }
