@@ -111,8 +111,21 @@ fn measured_rods_have_the_reference_of_measured_pivots() {
             .map(ToString::to_string)
             .collect()
     };
+    // two angles fit each length of a rod
+    let refused = checked(
+        &machine_text("", ""),
+        Some(&names(["lift_rod", "tilt_rod"])),
+    );
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("pivot_near"), "{refused}");
+    let mut text = machine_text("", "");
+    for linkage in ["lift", "tilt"] {
+        let name = format!("pivot = \"{linkage}\"\n");
+        assert!(text.contains(&name));
+        text = text.replace(&name, &format!("{name}pivot_near = 0.0\n"));
+    }
     let loads = |joints: &[String]| {
-        let mut machine = checked(&machine_text("", ""), Some(joints)).unwrap();
+        let mut machine = checked(&text, Some(joints)).unwrap();
         machine.set_reference_loads().unwrap();
         machine.reference().static_load.clone()
     };
