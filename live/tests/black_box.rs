@@ -50,7 +50,9 @@ fn clip_gives_the_verdicts_of_the_monitor() {
     ];
     let recorder = world.record(&machine, folder.path(), &options);
     let monitor = world.monitor(&machine, &["--quiet"]);
+    // the monitor ends with the session: who connects to it later reads nothing
     let reading = Reading::new(&world.join());
+    reading.wait_for("the monitor", |_| true);
     let replay = world.replay("tiny_lift", &["--readers", "2", "--wait", "60"]);
     assert!(replay.end().status.success());
     let mut rows: Vec<WireVerdict> = Vec::new();
@@ -66,7 +68,10 @@ fn clip_gives_the_verdicts_of_the_monitor() {
         recorder.err
     );
     let is_danger = |row: &&WireVerdict| row.level == Level::Danger as u32;
-    let first_danger = rows.iter().find(is_danger).unwrap();
+    let levels: Vec<(u32, u32)> = rows.iter().map(|row| (row.level, row.faults)).collect();
+    let Some(first_danger) = rows.iter().find(is_danger) else {
+        panic!("no danger in {} rows: {levels:?}", rows.len());
+    };
     let [clip] = &clips(folder.path())[..] else {
         panic!("{:?}", files(folder.path()));
     };
