@@ -158,8 +158,8 @@ def test_what_tables_do_not_state_can_be_said(tmp_path):
             tw.read(tmp_path / "drive.csv", DATA / "tiny_lift.toml")
     finally:
         tw.set_read_options()
-    with pytest.raises(ValueError, match="time_unit: expected s, ms, us, ns or days, found \"min\""):
-        tw.set_read_options(time_unit="min")
+    with pytest.raises(ValueError, match="time_unit: expected s, ms, us, ns, min, h or days, found \"weeks\""):
+        tw.set_read_options(time_unit="weeks")
 
 
 def test_columns_and_tables_are_indexed_like_sequences(analysis):
