@@ -476,6 +476,42 @@ fn clock_drift_is_removed() {
     assert!(error < 0.2, "{error} ms");
 }
 
+/// As a busy computer writes a replay that runs as fast as it can: the log times are those of late reads.
+#[test]
+fn stamps_that_begin_and_end_together_are_of_one_clock_where_log_times_scatter() {
+    let late = |i: i64| {
+        let log = at(0) + i * PERIOD * 5 / 4 + (i * 0x9E37_79B9 >> 7) % S;
+        StampedMessage {
+            log,
+            ..sound(at(i), i)
+        }
+    };
+    let of_arm = |message: &dyn Fn(i64) -> StampedMessage| {
+        let topics = [
+            ("/arm", (0..MESSAGES).map(message).collect()),
+            ("/boom", all(|i| sound(at(i), i))),
+            ("/imu", all(|i| sound(at(i), i))),
+        ];
+        recorded(&log_of(&topics, false)).remove("/arm").unwrap()
+    };
+    let arm = of_arm(&late);
+    assert_eq!(largest_error_ms(&arm, at), 0.0);
+    assert_eq!(arm.stamps_ns.len(), MESSAGES as usize);
+    let clock = (arm.findings.iter())
+        .find(|f| matches!(f.kind, Kind::ClockDrift | Kind::ClockApart))
+        .unwrap();
+    assert_eq!(clock.treatment, Treatment::Reported, "{clock}");
+
+    // a clock that is 2 s ahead does not show itself as the same
+    let ahead = |i: i64| StampedMessage {
+        stamp: at(i) + 2 * S,
+        ..late(i)
+    };
+    let arm = of_arm(&ahead);
+    let is_refusal = |f: &ClockFinding| f.treatment == Treatment::Refused;
+    assert!(arm.findings.iter().any(is_refusal), "{:?}", arm.findings);
+}
+
 #[test]
 fn single_numbers_are_put_on_the_clock_of_the_sensors() {
     let simulated = |i: i64| StampedMessage {

@@ -73,6 +73,23 @@ fn journal_beside_a_database_is_applied_to_a_copy() {
 }
 
 #[test]
+fn missing_write_ahead_log_is_told() {
+    let asks = |path: &Path| {
+        let (_, losses) = joint_samples(path);
+        losses.notes.iter().any(|note| note.contains("-wal"))
+    };
+    let file = copied_while_open("WAL", "-wal");
+    let journal = file.folder().join("crashed_0.db3-wal");
+    std::fs::remove_file(&journal).unwrap();
+    assert!(asks(&file.path));
+    // the recorder has merged all of it, and left the file empty
+    std::fs::write(&journal, b"").unwrap();
+    assert!(!asks(&file.path));
+    let without = database(&[JOINTS], &rows(&joint_messages(0, 3)), true);
+    assert!(!asks(&without.path));
+}
+
+#[test]
 fn unusable_journal_is_reported() {
     let file = copied_while_open("DELETE", "-journal");
     let journal = file.folder().join("crashed_0.db3-journal");

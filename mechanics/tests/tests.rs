@@ -49,6 +49,8 @@ mod val_closed_form;
 mod val_newton_euler;
 // The machine of the first paper against reference numbers.
 mod val_petrovic_mattila;
+// In which frame a log gives the wrench of the tool.
+mod wrench_mount;
 // Platforms whose inertia follows their actuators.
 mod variable_inertia;
 // A machine on any set of its supports.

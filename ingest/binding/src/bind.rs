@@ -55,6 +55,9 @@ pub fn bind(
     if numbers.imu_frame.is_some() {
         topics.imu_frame.clone_from(&numbers.imu_frame);
     }
+    if numbers.tool_wrench_frame.is_some() {
+        topics.tool_wrench_frame = numbers.tool_wrench_frame.clone();
+    }
     let found = Found { topics, numbers };
     let mut streams = found.joint_streams(log, &spec.signals.joints);
     if is_recorded {
@@ -71,6 +74,7 @@ pub fn bind(
         joint_names: Some(&joint_names),
         lacks_imu: !found.has_imu(),
         imu_frame: found.topics.imu_frame.as_deref(),
+        tool_wrench_frame: found.topics.tool_wrench_frame.as_deref(),
         static_transforms: &static_transforms,
     };
     let mut notes = Vec::new();
@@ -207,7 +211,7 @@ fn match_sensors(
     let others = OtherSensors {
         imu: found.has_imu(),
         odometry: found.has_odometry(),
-        tool_wrench: found.has_tool_wrench(),
+        tool_wrench: found.has_tool_wrench() && machine.tool().is_some(),
     };
     Ok(MatchedSensors::new(machine, &streams, others)?)
 }

@@ -32,6 +32,8 @@ pub(crate) struct NumberSignals {
     pub(crate) tool_wrench: Option<SensorRequest>,
     /// The frame in the IMU's messages.
     pub(crate) imu_frame: Option<String>,
+    /// The frame in the messages of the tool's wrench.
+    pub(crate) tool_wrench_frame: Option<String>,
 }
 
 /// The location of a number, for example for [`tipwatch_ingest::record_fields`]. `list` is the
@@ -185,6 +187,9 @@ impl NumberSignals {
                 roll_pitch_yaw: None,
             };
             found.tool_wrench = parts.request(log, SensorKind::ToolWrench)?;
+            if let Some(request) = &found.tool_wrench {
+                found.tool_wrench_frame = first_frame(log, request.topic)?;
+            }
         }
         Ok(found)
     }

@@ -63,6 +63,14 @@ impl Clock {
         })
     }
 
+    /// The first and the last stamp of its points.
+    pub(super) fn stamp_span_ns(&self) -> (i64, i64) {
+        let stamps = (self.points.iter()).map(|&(log, offset)| log.saturating_add(offset));
+        stamps.fold((i64::MAX, i64::MIN), |(least, largest), stamp| {
+            (least.min(stamp), largest.max(stamp))
+        })
+    }
+
     /// How far it is ahead of another clock, at the middle of the time span that both cover (ns).
     fn ahead_of(&self, other: &Self) -> i64 {
         let from = self.log_span_ns.0.max(other.log_span_ns.0);

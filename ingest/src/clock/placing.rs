@@ -30,6 +30,10 @@ const DRIFT_SIGMAS: f64 = 5.0;
 /// Log times with more scatter about a topic's clock cannot place it (s).
 const MOST_SCATTER_S: f64 = 0.1;
 
+/// Topics of one recording whose stamps begin and end within this time of each other show one clock (s), where the log
+/// times show nothing, as in a replay as fast as possible on a busy computer.
+const MOST_SPAN_APART_S: f64 = 0.1;
+
 /// What was done to the stamps of a topic.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, JsonSchema)]
 pub struct StampCorrection {
@@ -153,6 +157,20 @@ impl TimeBase {
             _ => Kind::ClockApart,
         };
         if let Some(reason) = why_log_times_do_not_tell(&line, from == to && points.len() > 1) {
+            if let Some(apart_s) = self
+                .span_differs_s(clock)
+                .filter(|s| *s <= MOST_SPAN_APART_S)
+            {
+                let done = format!(
+                    "its stamps are used as they are: {reason}, but its stamps begin and end with those of {anchor}, \
+                     to within {:.0} ms",
+                    apart_s * 1e3
+                );
+                placed
+                    .findings
+                    .push(ClockFinding::reported(kind, seen, done));
+                return;
+            }
             placed.placement.correction = Correction::Refused;
             let done = format!("its samples cannot be used: {reason}");
             placed
@@ -174,6 +192,14 @@ impl TimeBase {
         placed
             .findings
             .push(ClockFinding::handled(kind, seen, done));
+    }
+
+    /// By how much the first or the last stamp of a clock differs from that of the anchor (s).
+    fn span_differs_s(&self, clock: &Clock) -> Option<f64> {
+        let (from, to) = self.anchor_span_ns?;
+        let (own_from, own_to) = clock.stamp_span_ns();
+        let apart = |a: i64, b: i64| seconds_between(a, b).abs();
+        Some(apart(from, own_from).max(apart(to, own_to)))
     }
 
     /// Places a topic with only publish or log times, shifted to what a stamp would show: on average its own ones do, where they are

@@ -23,6 +23,8 @@ pub struct TimeBase {
     pub(super) source: StampSource,
     /// The topic that defines the clock; `None` if it is the log time.
     pub(super) anchor: Option<String>,
+    /// The first and the last stamp of that topic.
+    pub(super) anchor_span_ns: Option<(i64, i64)>,
     /// Maps log times to this clock.
     pub(super) map: LogMap,
     /// Maps publish times to this clock, where they differ from the log times.
@@ -65,6 +67,7 @@ impl TimeBase {
         let mut base = Self {
             source: StampSource::Log,
             anchor: None,
+            anchor_span_ns: None,
             map: LogMap::IDENTITY,
             from_publish: None,
             log_jumps,
@@ -123,6 +126,7 @@ impl TimeBase {
             let from_publish = tells_publish.then(|| line_from_publish(stamps(), times));
             self.source = source;
             self.anchor = Some(name.to_owned());
+            self.anchor_span_ns = Some(clock.stamp_span_ns());
             self.map = map;
             self.from_publish = from_publish.flatten();
             return;

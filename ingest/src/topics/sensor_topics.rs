@@ -39,6 +39,8 @@ pub struct SensorTopics {
     pub odometry: Option<Binding>,
     /// The tool wrench.
     pub tool_wrench: Option<Binding>,
+    /// The frame in its first message, without a leading slash.
+    pub tool_wrench_frame: Option<String>,
 }
 
 /// Joints of a topic of joint states that come in the same messages: all of them, or those of one of several
@@ -70,9 +72,9 @@ impl SensorTopics {
             false => bind(log.topics(), kind, name.as_deref()),
         };
         let imu = single(SensorKind::Imu, &named.imu)?;
-        let imu_frame = match &imu {
-            Some(binding) => first_frame(log, binding.topic)?,
-            None => None,
+        let frame_of = |binding: &Option<Binding>| match binding {
+            Some(binding) => first_frame(log, binding.topic),
+            None => Ok(None),
         };
         let odometry = single(SensorKind::Odometry, &named.odometry)?;
         let tool_wrench = match named.has_tool || named.tool_wrench.is_some() {
@@ -81,9 +83,10 @@ impl SensorTopics {
         };
         Ok(Self {
             joint_states,
+            imu_frame: frame_of(&imu)?,
             imu,
-            imu_frame,
             odometry,
+            tool_wrench_frame: frame_of(&tool_wrench)?,
             tool_wrench,
         })
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use tipwatch_binding::{BoundLog, MachineFile, Urdf, arrivals, bind};
 use tipwatch_ingest::{Losses, SensorRecording};
 use tipwatch_mechanics::machine::MountSource;
@@ -89,6 +89,17 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
         file.path.display(),
         machine.imu().source
     );
+    // nor the frames of messages, but the IMU's
+    let other_frame = machine
+        .tool()
+        .map(|tool| &tool.source)
+        .filter(|it| **it != MountSource::MachineFile);
+    if let Some(source) = other_frame {
+        bail!(
+            "{}: the wrench of the tool is in the axes of {source}; expected those of arm.tool for live use",
+            file.path.display(),
+        );
+    }
     let mut actuated_joints: Vec<u32> = (matched.sensors.actuators.iter())
         .map(|signal| signal.joint as u32)
         .collect();

@@ -69,6 +69,8 @@ impl Session {
             joint_names: Some(&names),
             lacks_imu: !self.imu,
             imu_frame: self.imu_frame.as_deref(),
+            // a session gives it in the frame of the tool's link
+            tool_wrench_frame: None,
             static_transforms: &[],
         };
         let checked = file.spec.check(&urdf.text, &urdf.name, facts);

@@ -123,7 +123,7 @@ pub struct Mounting {
 }
 
 /// A frame fixed to a body.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Mount {
     /// The body.
     pub body: usize,

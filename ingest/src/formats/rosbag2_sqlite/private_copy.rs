@@ -18,6 +18,10 @@ const JOURNALS: [(&str, &[u8]); 3] = [
     ),
 ];
 
+/// Place of the versions for writing and reading in a database's header, and their values in write-ahead mode.
+const MODE_AT: usize = 18;
+const WRITE_AHEAD: [u8; 2] = [2, 2];
+
 /// The copy, deleted with the value.
 pub(super) struct PrivateCopy {
     pub(super) path: PathBuf,
@@ -27,7 +31,16 @@ pub(super) struct PrivateCopy {
 /// Copies a database and its journal, and merges the two; `None` without a journal. A journal that
 /// cannot be merged is reported as a loss.
 pub(super) fn with_journal(path: &Path, losses: &mut Losses) -> Option<PrivateCopy> {
-    let (journal, ending) = journal_of(path)?;
+    let Some((journal, ending)) = journal_of(path) else {
+        if needs_write_ahead_log(path) {
+            losses.note(format!(
+                "{}: it was recorded with a write-ahead log, and no file of this name with -wal is beside it; if it was \
+                 copied while the recorder wrote it, its last messages are missing",
+                path.display()
+            ));
+        }
+        return None;
+    };
     match copy_and_merge(path, &journal, ending) {
         Ok(copy) => {
             losses.note(format!(
@@ -54,6 +67,16 @@ fn journal_of(path: &Path) -> Option<(PathBuf, &'static str)> {
         std::io::Read::read_exact(&mut file, &mut first_bytes).ok()?;
         (first_bytes == *magic).then_some((journal, *ending))
     })
+}
+
+/// Whether messages may lie in a file -wal that is not there. A recorder that ends in order merges and deletes the
+/// file, but the header keeps the mode: nothing tells the two apart.
+fn needs_write_ahead_log(path: &Path) -> bool {
+    let mut header = [0; MODE_AT + 2];
+    let is_read = std::fs::File::open(path)
+        .and_then(|mut file| std::io::Read::read_exact(&mut file, &mut header))
+        .is_ok();
+    is_read && header[MODE_AT..] == WRITE_AHEAD && !beside(path, "-wal").exists()
 }
 
 fn beside(path: &Path, ending: &str) -> PathBuf {

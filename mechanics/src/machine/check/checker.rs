@@ -27,6 +27,8 @@ pub struct LogFacts<'a> {
     pub lacks_imu: bool,
     /// Frame of its IMU messages.
     pub imu_frame: Option<&'a str>,
+    /// Frame of its messages with the tool's wrench.
+    pub tool_wrench_frame: Option<&'a str>,
     /// Its static transforms (`/tf_static`).
     pub static_transforms: &'a [StaticTransform],
 }
@@ -108,8 +110,14 @@ impl Checker<'_> {
             .and_then(|arm| arm.tool.as_ref())
             .map(|tool| self.link("arm.tool", tool))
             .transpose()?;
-        let tool =
-            tool_link.map(|link| self.mount(link, Isometry3::identity(), MountSource::MachineFile));
+        let tool = match tool_link {
+            None => None,
+            Some(link) => {
+                let (mount, note) = self.wrench(link)?;
+                notes.extend(note);
+                mount
+            }
+        };
         let links: Vec<Link> = (0..self.tree.links.len())
             .map(|i| Link {
                 inertia_sigma: sigma_of(&inertias.replaced, &self.tree.links[i].name),

@@ -23,8 +23,7 @@ impl Checker<'_> {
         let frame = frame.filter(|frame| !frame.is_empty());
         let mut sources: Vec<Mount> = self.stated_imu(wheels)?.into_iter().collect();
         if let Some(frame) = frame {
-            sources.extend(self.imu_link(frame));
-            sources.extend(self.transformed_imus(frame));
+            sources.extend(self.places_of(frame));
         }
         if sources.is_empty() {
             let assumed = MountSource::Assumed {
@@ -58,16 +57,15 @@ impl Checker<'_> {
         Ok(Some(self.mount(link, pose, MountSource::MachineFile)))
     }
 
-    fn imu_link(&self, frame: &str) -> Option<Mount> {
-        let link = self.tree.link(frame)?;
-        let source = MountSource::MessageFrame {
-            frame: frame.into(),
-        };
-        Some(self.mount(link, Isometry3::identity(), source))
-    }
-
-    /// Poses of the frame according to the static transforms, in links of the URDF, the nearest first.
-    fn transformed_imus(&self, frame: &str) -> Vec<Mount> {
+    /// Poses of the frame of messages: that of the link of this name, then those of the static transforms in links of
+    /// the URDF, the nearest first.
+    pub(super) fn places_of(&self, frame: &str) -> Vec<Mount> {
+        let own = self.tree.link(frame).map(|link| {
+            let source = MountSource::MessageFrame {
+                frame: frame.into(),
+            };
+            self.mount(link, Isometry3::identity(), source)
+        });
         let in_links = ancestors(self.log.static_transforms, frame).into_iter();
         let mount = |(parent, pose): (&str, _)| {
             let source = MountSource::StaticTransform {
@@ -76,7 +74,7 @@ impl Checker<'_> {
             };
             Some(self.mount(self.tree.link(parent)?, pose, source))
         };
-        in_links.filter_map(mount).collect()
+        own.into_iter().chain(in_links.filter_map(mount)).collect()
     }
 }
 

@@ -25,5 +25,6 @@ mod suspension_control;
 mod weighed;
 mod wheel_side;
 mod wheels;
+mod wrench_mount;
 
 pub use checker::LogFacts;
