@@ -340,6 +340,10 @@ fn a_damaged_record_is_written_again() {
         "{messages}"
     );
     assert_eq!(json(&out.path().join("fleet/screen.json"))["failed"], 1);
+    // nobody names the log, but it does not vanish
+    let _ = gathered(&place, &out.path().join("unnamed"), &[]);
+    let totals = json(&out.path().join("unnamed/screen.json"));
+    assert_eq!((&totals["logs"], &totals["failed"]), (&2.into(), &1.into()));
     assert!(
         part(logs.path(), &place, &machine, &["1/1"])
             .status()

@@ -394,6 +394,39 @@ fn runs_of_a_looped_replay_follow_each_other() {
     assert_eq!(of_run(arm, 1500), of_run(imu, 375));
 }
 
+/// As several writers, a merge or a late flush leave it.
+#[test]
+fn blocks_in_another_order_are_no_restarts() {
+    let sound_ones = || all(|i| sound(at(i), i));
+    let topics = [("/arm", sound_ones()), ("/imu", sound_ones())];
+    let late_block = |_: usize, i: i64, message: &StampedMessage| match i {
+        800..900 => at(1000) + i,
+        _ => message.log,
+    };
+    let halves_exchanged = |_: usize, i: i64, message: &StampedMessage| match i {
+        ..1000 => message.log + 10 * S,
+        _ => message.log - 10 * S,
+    };
+    let reversed =
+        |_: usize, i: i64, message: &StampedMessage| message.log - 2 * (i / 300) * 300 * PERIOD;
+    let files = [
+        log_ordered(&topics, false, late_block),
+        log_ordered(&topics, false, halves_exchanged),
+        log_ordered(&topics, false, reversed),
+    ];
+    for (place, file) in files.iter().enumerate() {
+        for recording in recorded(file).into_values() {
+            assert!(
+                !kinds(&recording).contains(&Kind::ClockRestart),
+                "{place}: {:?}",
+                recording.findings
+            );
+            assert_eq!(recording.stamps_ns.len(), MESSAGES as usize);
+            assert_eq!(largest_error_ms(&recording, at), 0.0);
+        }
+    }
+}
+
 #[test]
 fn restarted_sensor_is_joined_by_log_time() {
     let restarted = |i| StampedMessage {

@@ -53,6 +53,44 @@ fn columns_are_fields_and_empty_cells_are_absent() {
 }
 
 #[test]
+fn a_row_may_begin_with_the_mark_of_remarks() {
+    // what a spreadsheet writes for a cell without a value
+    let file = csv(
+        "speed,time [s],x\n1,1,10\n#N/A,2,20\n# stopped by \"hand\n# speed,time [s],x\n#N/A,3,30\n",
+    );
+    let (times, values, notes) = field(&Log::open(&file.path).unwrap(), "x");
+    assert_eq!(values, [10.0, 20.0, 30.0]);
+    assert_eq!(times[2], 3_000_000_000);
+    assert!(
+        notes.iter().any(|note| note.contains("2 lines")),
+        "{notes:?}"
+    );
+    let (_, values, _) = field(&Log::open(&file.path).unwrap(), "speed");
+    assert_eq!(values, [1.0]);
+    // a time that is none is a lost row
+    let file = csv("time [s],x\n1,10\n#N/A,20\n3,30\n");
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(log.losses().ranges[0].message_count, Some(1));
+    let file = csv("id,time [s],x\n#1,1,10\n#2,2,20\n");
+    assert_eq!(field(&Log::open(&file.path).unwrap(), "x").1, [10.0, 20.0]);
+}
+
+#[test]
+fn lost_rows_lie_between_the_intact_ones_and_repeated_names_are_no_loss() {
+    let file = csv("time [s],x\n1,10\nbad,20\n3,30\ntime [s],x\n4,40\n5,50\n6,60\n");
+    let log = Log::open(&file.path).unwrap();
+    let [lost] = &log.losses().ranges[..] else {
+        panic!("{:?}", log.losses());
+    };
+    let between = (lost.first_time_ns, lost.last_time_ns);
+    assert_eq!(between, (Some(1_000_000_000), Some(3_000_000_000)));
+    assert_eq!(lost.message_count, Some(1));
+    let file = csv("time [s],x\n1,10\n2,20\nbad,30\n");
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(log.losses().ranges[0].last_time_ns, None);
+}
+
+#[test]
 fn decimal_commas_and_dates_are_read() {
     let file = csv("timestamp;x\n2023-11-14 22:13:20,5;1,25\n2023-11-14 22:13:21;-3\n");
     let log = Log::open(&file.path).unwrap();
@@ -656,7 +694,7 @@ fn the_dates_of_a_spreadsheet_can_be_stated() {
 
 #[test]
 fn a_line_that_names_other_columns_ends_the_rows_that_are_read() {
-    // the same names again cost one line, others what follows them, up to the first ones
+    // the same names again cost nothing, others what follows them, up to the first ones
     let file = csv(
         "time_s,x,y\n1,10,20\ntime_s,x,y\n2,11,21\ntime_s,y,x\n3,22,12\n4,23,13\ntime_s,x,y\n5,14,24\n",
     );
@@ -664,7 +702,7 @@ fn a_line_that_names_other_columns_ends_the_rows_that_are_read() {
     let (times, values, _) = field(&log, "x");
     assert_eq!(values, [10.0, 11.0, 14.0]);
     assert_eq!(times[2], 5_000_000_000);
-    assert_eq!(log.losses().ranges.len(), 2);
+    assert_eq!(log.losses().ranges.len(), 1);
 }
 
 #[test]

@@ -87,6 +87,10 @@ pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
     let min_valid = args.min_valid.share(None);
     let mut exit = Exit::DONE;
     for side in [&a, &b] {
+        if side.has_losses() {
+            terminal.verdict(&format!("lost: {}: data of its log was lost", side.name()));
+            exit.lost = true;
+        }
         if let Some(reason) = side.undecided(min_valid) {
             terminal.verdict(&format!("not decided: {}: {reason}", side.name()));
             exit.undecided = true;

@@ -85,6 +85,9 @@ pub(super) fn run(args: &IdentifyArgs, terminal: Terminal) -> Result<Exit> {
         };
         terminal.verdict(&format!("{kind}: {refusal}"));
     }
+    if found.has_losses {
+        terminal.verdict("lost: data of the logs was lost");
+    }
     if let Some(path) = args.out.as_deref().filter(|_| refusal.is_none()) {
         write_machine_file(path, &file, &found)?;
         terminal.print(&format!("machine file: {}", path.display()));

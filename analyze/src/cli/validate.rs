@@ -53,10 +53,17 @@ pub(super) fn run(args: &ValidateArgs, terminal: Terminal) -> Result<Exit> {
         target.publish("")?;
         terminal.print(&format!("page: {}", out.display()));
     }
+    let damaged = found.logs.iter().filter(|log| log.has_losses).count();
+    if damaged > 0 {
+        terminal.verdict(&format!(
+            "lost: data of {damaged} of {} logs was lost",
+            found.logs.len()
+        ));
+    }
     Ok(Exit {
         broken: found.is_contradicted(),
         undecided: !found.has_compared(),
-        lost: found.logs.iter().any(|log| log.has_losses),
+        lost: damaged > 0,
         ..Exit::DONE
     })
 }

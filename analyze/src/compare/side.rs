@@ -189,6 +189,18 @@ impl Side {
         undecided.map(|reason| reason.to_string())
     }
 
+    /// Whether data of the log was lost.
+    #[must_use]
+    pub fn has_losses(&self) -> bool {
+        let losses = &self.summary["losses"];
+        let ranges = losses["ranges"]
+            .as_array()
+            .is_some_and(|ranges| !ranges.is_empty());
+        let counts = ["undecodable_messages", "missing_messages"];
+        let is_counted = |name: &str| losses[name].as_object().is_some_and(|of| !of.is_empty());
+        ranges || counts.into_iter().any(is_counted)
+    }
+
     /// As given on the command line.
     #[must_use]
     pub fn name(&self) -> &str {

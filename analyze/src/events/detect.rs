@@ -140,7 +140,10 @@ impl Finder<'_> {
                     });
                 }
             }
-            event.split_dependent = Some(largest(worst.0) >= min_load_n);
+            // loads held at zero are equal: any row may be the least
+            let holds = |row: usize| largest(row) < min_load_n;
+            let is_sure = rotation.is_some() || (episode.first..=episode.last).any(holds);
+            event.split_dependent = Some(!is_sure);
             self.add_confidence(&mut event, wheel, min_load_n, episode);
             event.causes = self.causes(event.start_ns, &self.only(wheel));
             event
@@ -165,12 +168,11 @@ impl Finder<'_> {
         let found = found.into_iter().map(|episode| {
             let worst = least(&otf, episode);
             let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
-            event.split_dependent = Some(largest(worst.0) > 1e-6 * weight(worst.0));
             self.add_confidence(&mut event, wheel, 0.0, episode);
             let rotation = self.rotation_over(wheel, episode);
-            if rotation.is_some() {
-                event.split_dependent = Some(false);
-            }
+            let holds = |row: usize| largest(row) <= 1e-6 * weight(row);
+            let is_sure = rotation.is_some() || (episode.first..=episode.last).any(holds);
+            event.split_dependent = Some(!is_sure);
             // where the loads do not show the rotation, they do not show when the wheel lifted before it
             let is_shown = rotation
                 .is_none_or(|tipping| tipping.is_by_loads || episode.first < tipping.episode.first);

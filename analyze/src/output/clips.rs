@@ -13,7 +13,7 @@ use crate::base::file_hash::{FileHash, hash_file};
 use crate::events::{Event, EventKind};
 
 /// Folder of the clips, in the output folder.
-const FOLDER: &str = "clips";
+pub(crate) const CLIPS: &str = "clips";
 
 /// Which clips to cut.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ pub fn cut(
     folder: &Path,
     options: &ClipOptions,
 ) -> Result<()> {
-    let clips = folder.join(FOLDER);
+    let clips = folder.join(CLIPS);
     remove_earlier(&clips);
     let spans = spans(analysis, options);
     if spans.is_empty() {
@@ -172,7 +172,7 @@ fn clip_event(event: &Event) -> ClipEvent {
 
 fn relative(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    format!("{FOLDER}/{name}")
+    format!("{CLIPS}/{name}")
 }
 
 /// Removes the files that [`name`] may have named.

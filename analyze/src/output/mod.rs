@@ -23,6 +23,7 @@ use crate::suspension::{self, Summary as WhatIfSummary, WhatIf};
 use crate::tables::summary::Summary;
 use crate::tables::{events, parquet, studies};
 
+pub(crate) use self::clips::CLIPS;
 use self::options::REPORT;
 pub(crate) use self::options::{DERIVED, EVENTS, SAMPLES};
 pub use self::options::{OutputOptions, Outputs, SUMMARY};

@@ -144,7 +144,10 @@ impl LogFacts {
             coverage: analysis.coverage,
             gross_inputs: analysis.gross_inputs_in_words(),
             worst: analysis.digest.margins.worst.clone(),
-            margin_any_split: analysis.digest.margins.any_split,
+            margin_any_split: match analysis.events.iter().any(lifts_under_any_split) {
+                true => Some(0.0),
+                false => analysis.digest.margins.any_split,
+            },
             largest_utilisation: analysis.digest.margins.largest_utilisation,
             exposure: (analysis.digest.margins).exposure(analysis.coverage.covered_s),
             wheels: (0..analysis.machine.wheels().len())
@@ -201,6 +204,13 @@ impl LogFacts {
         stability.any(|&kind| self.has_event(kind))
             || self.largest_utilisation.is_some_and(|u| u >= 1.0)
     }
+}
+
+/// Whether a wheel was off the ground however the load is split. Rows of a tipping machine, which show it best, are not valid.
+fn lifts_under_any_split(event: &Event) -> bool {
+    let certainty = event.certainty_any_split;
+    event.kind == EventKind::WheelLift
+        && certainty.is_some_and(|certainty| certainty >= super::LIKELY)
 }
 
 /// The facts of all events of an analysis.

@@ -3,10 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::LIKELY;
-use super::facts::{EventFacts, LogFacts};
+use super::facts::{EventFacts, LogFacts, WheelFacts};
 use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 use crate::analysis::Undecided;
 use crate::events::EventKind;
+
+/// The edges of a machine on four wheels; others are named by the wheels at their ends.
+const EDGES: [&str; 4] = ["front", "left", "rear", "right"];
 
 /// The judgement of a log: `policy.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -91,7 +94,9 @@ impl Policy {
 impl Rule {
     fn judge(&self, facts: &LogFacts, events: &[EventFacts]) -> RuleOutcome {
         let (passed, decided, found) = match &self.check {
-            Check::Events { which, at_most } => which.judge(*at_most, facts.start_ns, events),
+            Check::Events { which, at_most } => {
+                which.judge(*at_most, facts.start_ns, &facts.wheels, events)
+            }
             Check::Number {
                 quantity,
                 at_least,
@@ -153,7 +158,13 @@ impl Rule {
 
 impl Events {
     /// Whether the events satisfy the rule, whether they decide it, and what was expected and found.
-    fn judge(&self, at_most: u64, start_ns: i64, events: &[EventFacts]) -> (bool, bool, String) {
+    fn judge(
+        &self,
+        at_most: u64,
+        start_ns: i64,
+        wheels: &[WheelFacts],
+        events: &[EventFacts],
+    ) -> (bool, bool, String) {
         let seconds = |event: &EventFacts| (event.start_ns - start_ns) as f64 * 1e-9;
         let mut counted: Vec<&EventFacts> = events.iter().filter(|it| self.counts(it)).collect();
         if counted.is_empty() && self.kind == EventKind::WheelLift && self.subjects.is_empty() {
@@ -173,6 +184,14 @@ impl Events {
             ));
         }
         let passed = counted.len() as u64 <= at_most;
+        if let Some(unknown) = self.unknown_subject(wheels, events).filter(|_| passed) {
+            let wheels: Vec<&str> = wheels.iter().map(|it| it.name.as_str()).collect();
+            let found = format!(
+                "not decided: expected the name of a wheel or an edge of the machine, found \"{unknown}\"; its wheels are {}",
+                wheels.join(", ")
+            );
+            return (false, false, found);
+        }
         let is_open = |event: &&&EventFacts| event.is_open == Some(true);
         let sure = counted.iter().filter(|event| !is_open(event)).count() as u64;
         if let Some(open) = counted.iter().find(|event| is_open(event))
@@ -202,6 +221,30 @@ impl Events {
             }
             _ => (passed, true, found),
         }
+    }
+
+    /// A subject that the machine of this log does not have: no event can ever be its.
+    fn unknown_subject(&self, wheels: &[WheelFacts], events: &[EventFacts]) -> Option<&str> {
+        let is_wheel = |name: &str| wheels.iter().any(|wheel| wheel.name == name);
+        let is_edge = |name: &str| {
+            let mut ends = name.match_indices('_');
+            EDGES.contains(&name)
+                || ends.any(|(at, _)| is_wheel(&name[..at]) && is_wheel(&name[at + 1..]))
+        };
+        let is_known = |subject: &&String| {
+            let is_seen = events.iter().any(|event| event.subject == **subject);
+            is_seen
+                || match self.kind {
+                    EventKind::WheelLight | EventKind::WheelLift | EventKind::LiftNotExcluded => {
+                        is_wheel(subject)
+                    }
+                    EventKind::EdgeTipping | EventKind::TipOver => is_edge(subject),
+                    // a signal has no gap or fault in most logs
+                    EventKind::InputGap | EventKind::InputFault => true,
+                }
+        };
+        let unknown = self.subjects.iter().find(|subject| !is_known(subject));
+        unknown.map(String::as_str)
     }
 
     fn counts(&self, event: &EventFacts) -> bool {
@@ -297,10 +340,10 @@ mod tests {
     #[test]
     fn a_tipping_counts_as_a_lift_where_no_load_is_known() {
         let lifts = Events::all_of(EventKind::WheelLift);
-        assert!(!lifts.judge(0, 0, &[tipping(Some(1))]).0);
+        assert!(!lifts.judge(0, 0, &[], &[tipping(Some(1))]).0);
         assert!(
             lifts
-                .judge(1, 0, &[tipping(Some(1)), event(None, 1.0, false)])
+                .judge(1, 0, &[], &[tipping(Some(1)), event(None, 1.0, false)])
                 .0
         );
     }
@@ -308,9 +351,9 @@ mod tests {
     #[test]
     fn a_log_that_ends_in_a_fall_does_not_decide_on_a_tip_over() {
         let falls = Events::all_of(EventKind::TipOver);
-        let (passed, decided, _) = falls.judge(0, 0, &[tipping(None)]);
+        let (passed, decided, _) = falls.judge(0, 0, &[], &[tipping(None)]);
         assert!(!passed && !decided);
-        let (passed, decided, _) = falls.judge(0, 0, &[tipping(Some(1))]);
+        let (passed, decided, _) = falls.judge(0, 0, &[], &[tipping(Some(1))]);
         assert!(passed && decided);
     }
 
@@ -322,11 +365,11 @@ mod tests {
             certainty: Some(0.4),
             ..tipping(None)
         };
-        let (passed, decided, _) = falls.judge(0, 0, std::slice::from_ref(&open));
+        let (passed, decided, _) = falls.judge(0, 0, &[], std::slice::from_ref(&open));
         assert!(!passed && !decided);
-        let (passed, decided, _) = falls.judge(0, 0, &[open.clone(), tipping(Some(1))]);
+        let (passed, decided, _) = falls.judge(0, 0, &[], &[open.clone(), tipping(Some(1))]);
         assert!(!passed && decided, "another one is sure");
-        let (passed, decided, _) = falls.judge(1, 0, &[open]);
+        let (passed, decided, _) = falls.judge(1, 0, &[], &[open]);
         assert!(passed && decided, "one is allowed");
     }
 
@@ -353,6 +396,27 @@ mod tests {
             ..all
         };
         assert!(!others.counts(&event(Some(1.0), 1.0, false)));
+        // a wheel that the machine does not have is no evidence that it stood
+        let wheel = |name: &str| WheelFacts {
+            name: name.into(),
+            static_load_n: None,
+            least_otf_n: None,
+            least_load_n: None,
+            largest_load_n: None,
+        };
+        let (passed, decided, _) = others.judge(0, 0, &[wheel("fl"), wheel("rl")], &[]);
+        assert!(!passed && !decided);
+        let (passed, decided, _) = others.judge(0, 0, &[wheel("fl"), wheel("rr")], &[]);
+        assert!(passed && decided);
+        let edge = |name: &str| Events {
+            kind: EventKind::TipOver,
+            subjects: vec![name.into()],
+            ..others.clone()
+        };
+        let wheels = [wheel("l_1"), wheel("l_2")];
+        for (name, is_known) in [("left", true), ("l_1_l_2", true), ("l_1_l_3", false)] {
+            assert_eq!(edge(name).judge(0, 0, &wheels, &[]).1, is_known, "{name}");
+        }
         let kind = Events::all_of(EventKind::TipOver);
         assert!(!kind.counts(&event(Some(1.0), 1.0, false)));
     }

@@ -15,7 +15,7 @@ use super::one_log::empty_record;
 use super::outliers::comparisons;
 use super::place::Place;
 use super::policy_result::{judge, write_policy};
-use super::record::{Outcome, REPORT_FILES, REPORTS, Record};
+use super::record::{Outcome, REPORT_FILES, REPORTS, Record, path_key};
 use super::request::{Gate, Gathering, Screen, Update};
 use super::store::Store;
 use super::totals::Totals;
@@ -44,9 +44,10 @@ pub fn gather(
     let mut missing = Vec::new();
     let mut found = None;
     let (records, unusable) = store.load(&names)?;
-    unusable
-        .into_iter()
-        .for_each(|note| notify(Update::Note(note)));
+    let mut valid: BTreeSet<String> = records
+        .iter()
+        .map(|record| path_key(&record.path))
+        .collect();
     if !asked.logs.is_empty() {
         let done: BTreeSet<&str> = records.iter().map(|record| record.path.as_str()).collect();
         let named = found.insert(inputs::find(asked.logs, asked.out)?);
@@ -59,10 +60,13 @@ pub fn gather(
                     kind: FailureKind::NoRecord,
                     reason: "no process finished this log".into(),
                 };
+                valid.insert(path_key(&record.path));
                 missing.push(record);
             }
         }
     }
+    let unreadable = unusable.into_iter();
+    missing.extend(unreadable.filter_map(|it| it.into_record(&valid, &asked.options, notify)));
     let records = latest(records, missing);
     let records = match &found {
         Some(found) => present(

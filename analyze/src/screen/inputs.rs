@@ -18,7 +18,7 @@ use tipwatch_binding::read_text;
 use tipwatch_can::ContainerFormat;
 use tipwatch_storage::{Expanded, Folder, Location, expand};
 
-use crate::output::{DERIVED, EVENTS, SAMPLES, SUMMARY};
+use crate::output::{CLIPS, DERIVED, EVENTS, SAMPLES, SUMMARY};
 
 /// File extensions of logs; logs given by name may have any.
 const LOG_ENDINGS: [&str; 6] = [".mcap", ".bag", ".db3", ".bag.active", ".blf", ".mf4"];
@@ -308,7 +308,7 @@ impl Finder {
 
     /// The logs in a folder tree. An unreadable folder is listed itself, so that it is reported.
     fn add_folder(&mut self, folder: &Path, above: &mut BTreeSet<PathBuf>) {
-        if folder == self.out {
+        if folder == self.out || is_clips_of_result(folder) {
             return;
         }
         if folder.join(ROSBAG2_METADATA).is_file() {
@@ -371,6 +371,12 @@ fn is_log(path: &Path) -> bool {
 fn is_result(path: &Path) -> bool {
     let is = |name: &&str| path.file_name().is_some_and(|own| own == *name);
     [SAMPLES, EVENTS, DERIVED].iter().any(is) && path.with_file_name(SUMMARY).is_file()
+}
+
+/// Whether a folder has the clips that an analysis cut from its log.
+fn is_clips_of_result(folder: &Path) -> bool {
+    let is_named = folder.file_name().is_some_and(|name| name == CLIPS);
+    is_named && folder.with_file_name(SUMMARY).is_file()
 }
 
 fn is_table(path: &Path) -> bool {

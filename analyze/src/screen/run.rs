@@ -15,7 +15,7 @@ use super::gather::{PAGE, finish, lock, present};
 use super::merge::{latest, merge};
 use super::one_log::{CurrentRun, Screened, Screening};
 use super::place::Place;
-use super::record::{Outcome, Record};
+use super::record::{Outcome, Record, path_key};
 use super::request::{Gate, Output, Request, Screen, Update};
 use super::store::{Before, Store};
 use super::totals::Totals;
@@ -105,9 +105,10 @@ pub fn screen(
         (totals, gate.undecided(&rows), None)
     } else {
         let (records, unusable) = screening.store.load(&screening.store.names()?)?;
-        unusable
-            .into_iter()
-            .for_each(|note| notify(Update::Note(note)));
+        let of_logs = records.iter().chain(&now);
+        let valid = of_logs.map(|record| path_key(&record.path)).collect();
+        let unreadable = unusable.into_iter();
+        now.extend(unreadable.filter_map(|it| it.into_record(&valid, &request.options, notify)));
         // a log of this computer is looked for wherever it was
         let is_gone = |path: &str| {
             let place = Path::new(path);

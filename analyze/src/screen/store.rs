@@ -5,12 +5,19 @@
 //! done. Tables and page are built from the records.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use anyhow::Result;
 
+use super::failure::FailureKind;
+use super::one_log::empty_record;
 use super::place::Place;
-use super::record::{Common, FAILED, OLDEST_SCHEMA, RECORD_SCHEMA, Record, content_key, path_key};
+use super::record::{
+    Common, FAILED, OLDEST_SCHEMA, Outcome, RECORD_SCHEMA, Record, content_key, path_key,
+};
+use super::request::Update;
 use crate::base::error_text::error_text;
+use crate::base::options::Options;
 
 const FOLDER: &str = "state";
 const ENDING: &str = ".json";
@@ -28,6 +35,15 @@ pub(super) struct Index {
     analysed: BTreeMap<String, Vec<String>>,
     /// Path keys of failed logs.
     failed: BTreeSet<String>,
+}
+
+/// A record that is damaged or of an unknown schema. Its name tells which log it is of only by a hash of the path.
+#[derive(Debug)]
+pub(super) struct Unreadable {
+    /// Where it is.
+    place: String,
+    path_key: String,
+    reason: String,
 }
 
 /// How a run knows what was done before.
@@ -159,8 +175,8 @@ impl Store {
         Ok(names.map(|name| format!("{FOLDER}/{name}")).collect())
     }
 
-    /// All records of these objects, and a note on each that is not valid: its log counts as not analysed.
-    pub(super) fn load(&self, names: &[String]) -> Result<(Vec<Record>, Vec<String>)> {
+    /// All records of these objects, and those that are not valid.
+    pub(super) fn load(&self, names: &[String]) -> Result<(Vec<Record>, Vec<Unreadable>)> {
         let common = Common::default();
         let read = self.place.in_parallel(names, |name| {
             Ok(self.read(name).map(|record| record.compact(&common)))
@@ -168,8 +184,12 @@ impl Store {
         let mut unusable = Vec::new();
         // in place: the list is long
         let records = read.into_iter().zip(names).filter_map(|(read, name)| {
-            let note = |error| format!("{}/{name}: {}", self.place, error_text(&error));
-            read.map_err(|error| unusable.push(note(error))).ok()
+            let of_error = |error| Unreadable {
+                place: format!("{}/{name}", self.place),
+                path_key: path_key_of(name).to_owned(),
+                reason: error_text(&error),
+            };
+            read.map_err(|error| unusable.push(of_error(error))).ok()
         });
         let records = records.collect();
         Ok((records, unusable))
@@ -183,6 +203,38 @@ impl Store {
             record.schema
         );
         Ok(record)
+    }
+}
+
+impl Unreadable {
+    /// A failed row, in place of the log that nobody can name any more; `None` with a note where another record of this log is
+    /// valid.
+    pub(super) fn into_record(
+        self,
+        valid: &BTreeSet<String>,
+        options: &Options,
+        notify: &(dyn Fn(Update<'_>) + Sync),
+    ) -> Option<Record> {
+        if valid.contains(&self.path_key) {
+            notify(Update::Note(format!("{}: {}", self.place, self.reason)));
+            return None;
+        }
+        let mut record = empty_record(Path::new(&self.place), options);
+        record.result = Outcome::Failed {
+            kind: FailureKind::NoRecord,
+            reason: format!("the record of a log cannot be read: {}", self.reason),
+        };
+        Some(record)
+    }
+}
+
+/// The [`path_key`] in the name of a record.
+fn path_key_of(name: &str) -> &str {
+    let name = name.rsplit_once('/').map_or(name, |(_, name)| name);
+    let key = name.strip_suffix(ENDING).unwrap_or(name);
+    match (key.strip_suffix(FAILED), key.rsplit_once('-')) {
+        (Some(path), _) | (None, Some((_, path))) => path,
+        (None, None) => key,
     }
 }
 

@@ -1,16 +1,25 @@
 //! Binds a machine to a log: finds the topics, checks the machine, determines what to read.
 
-use tipwatch_ingest::{Binding, Log, NamedTopics, SensorRequest, SensorTopics};
+use std::ops::ControlFlow;
+
+use tipwatch_ingest::{
+    Binding, Log, NamedTopics, RobotDescription, SensorKind, SensorRequest, SensorTopics,
+    robot_descriptions,
+};
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany, SignalSpec};
 use tipwatch_mechanics::state::{JointStream, MatchedSensors, OtherSensors, Sensor};
 
 use crate::bound_log::{BoundLog, BoundSensor};
 use crate::error::BindError;
+use crate::machine_file::{mass_text, other_mass};
 use crate::number_signals::{self, NumberSignals};
 use crate::sources::{Found, FoundJoints, JointSource};
 use crate::transforms::{static_transforms, twice_noted};
 use crate::{actuators, monitor_topic};
+
+/// Lost parts of a log that a message lists.
+const MOST_LOST_RANGES: usize = 3;
 
 /// The topics that a machine file names.
 #[must_use]
@@ -107,6 +116,7 @@ pub fn bind(
         machine.leave_out_tool();
     }
     notes.extend(actuators.notes);
+    notes.extend(described_otherwise(log, urdf_text, urdf_name)?);
     notes.extend(twice_noted(&static_transforms));
     Ok(BoundLog {
         machine,
@@ -167,9 +177,23 @@ fn no_joint_states(log: &Log) -> BindError {
     } else {
         topics.join(", ")
     };
+    let joint_topics = (log.topics().iter())
+        .filter(|topic| SensorKind::JointStates.is_type(&topic.type_name))
+        .map(|topic| topic.id);
+    let joint_topics: Vec<_> = joint_topics.collect();
+    let losses = log.read(&joint_topics, &mut |_| ControlFlow::Continue(()));
+    let ranges = losses.ok().into_iter().flat_map(|losses| losses.ranges);
+    let lost: Vec<String> = ranges
+        .map(|range| range.to_string())
+        .take(MOST_LOST_RANGES)
+        .collect();
     BindError::NoJointStates {
         log: log.path().display().to_string(),
         topics,
+        lost: match lost.is_empty() || joint_topics.is_empty() {
+            true => String::new(),
+            false => format!(" that can be read: {}", lost.join("; ")),
+        },
     }
 }
 
@@ -184,6 +208,31 @@ fn other_joints(streams: &[FoundJoints<'_>]) -> Option<String> {
             joints.join(", ")
         )
     })
+}
+
+/// The log carries the description of another machine than the one it is analysed with: a wrong machine file, or masses
+/// that were corrected.
+fn described_otherwise(
+    log: &Log,
+    urdf_text: &str,
+    urdf_name: &str,
+) -> Result<Option<String>, BindError> {
+    let Some(of_log) = robot_descriptions(log)?.pop() else {
+        return Ok(None);
+    };
+    let used = RobotDescription {
+        topic: urdf_name.into(),
+        log_time_ns: of_log.log_time_ns,
+        text: urdf_text.into(),
+    };
+    Ok(other_mass(&of_log, &used).map(|masses| {
+        let (of_log_kg, used_kg) = (mass_text(masses.earlier), mass_text(masses.last));
+        format!(
+            "The log describes another machine on {} than {urdf_name}: link {} has {of_log_kg} there and {used_kg} here. If the \
+             machine file is that of another machine, every load is wrong.",
+            of_log.topic, masses.link
+        )
+    }))
 }
 
 /// Nothing tells when rows are to be computed.

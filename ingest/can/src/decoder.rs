@@ -62,6 +62,8 @@ struct Last {
     counter: Option<u64>,
     checksum: Option<u64>,
     data: Vec<u8>,
+    /// Whether the counter has moved since the first frame.
+    has_counted: bool,
 }
 
 impl Decoder {
@@ -252,9 +254,14 @@ impl Selected {
         let (counter, checksum) = (raw(self.counter), raw(self.checksum));
         let last = self.last.get_or_insert_default();
         let is_first = last.data.is_empty();
-        let is_standing = !is_first && counter.is_some() && counter == last.counter;
+        let is_same = !is_first && counter.is_some() && counter == last.counter;
+        last.has_counted |= !is_first && counter != last.counter;
+        // one that has never counted is not implemented, and says nothing
+        let is_standing = is_same && last.has_counted;
         if is_standing {
             self.tally.standing_counter += 1;
+        } else if is_same && data != last.data {
+            self.tally.idle_counter += 1;
         }
         if !is_first && checksum.is_some() && checksum == last.checksum && data != last.data {
             self.tally.standing_checksum += 1;

@@ -301,6 +301,10 @@ impl Message {
             "repeat the message counter of the frame before: no numbers".to_owned(),
         );
         tell(
+            tally.idle_counter,
+            "have other data and a message counter that has not moved: it is ignored".to_owned(),
+        );
+        tell(
             tally.standing_checksum,
             "have the checksum of the frame before although other data changed".to_owned(),
         );

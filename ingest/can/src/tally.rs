@@ -13,6 +13,8 @@ pub struct Tally {
     pub unknown_multiplexer: Option<(u64, u64)>,
     /// Frames whose counter stood still since the last frame, so that they are repetitions. They give no numbers.
     pub standing_counter: u64,
+    /// Frames with other data whose counter has never moved up to them: the sender does not count.
+    pub idle_counter: u64,
     /// Frames whose checksum stood still although other data changed.
     pub standing_checksum: u64,
     /// By index of the signal: values that say "not available".

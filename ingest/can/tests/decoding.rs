@@ -90,6 +90,21 @@ fn standing_counters_give_no_numbers_and_standing_checksums_are_told() {
 }
 
 #[test]
+fn a_counter_that_never_counts_is_ignored_and_told() {
+    let id = CanId::standard(288);
+    let of = |angle: u8, counter: u8| frame(id, &[angle, 0, 0, 0, 0, 0, counter, angle]);
+    let frames = [of(1, 0), of(2, 0), of(2, 0), of(3, 0)];
+    let (values, tally, _) = decoded(message("BoomState"), "BoomAngle", &frames);
+    assert_eq!(values.len(), 4);
+    assert_eq!((tally.standing_counter, tally.idle_counter), (0, 2));
+    // one that counts later repeats frames from then on
+    let frames = [of(1, 0), of(2, 0), of(3, 1), of(4, 1)];
+    let (values, tally, _) = decoded(message("BoomState"), "BoomAngle", &frames);
+    assert_eq!(values.len(), 3);
+    assert_eq!((tally.standing_counter, tally.idle_counter), (1, 1));
+}
+
+#[test]
 fn error_and_not_available_ranges_of_j1939_are_never_numbers() {
     let id = CanId::extended(0x0cf0_0400);
     let speed = |raw: u16| {

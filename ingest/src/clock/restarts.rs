@@ -70,13 +70,15 @@ pub(super) fn find(
     let Some(&(first, mut highest)) = present.peek() else {
         return restarts;
     };
-    let mut log_before = log_ns[first];
+    let mut log_of_highest = log_ns[first];
     for (index, stamp) in present {
         let leap_ns = stamp.saturating_sub(highest);
-        let log_step = log_ns[index].saturating_sub(log_before);
-        let is_set = leap_ns.saturating_sub(log_step) > LEAST_LEAP_NS;
+        // a block that the file has in another place steps back in both
+        let against_log_ns = leap_ns.saturating_sub(log_ns[index].saturating_sub(log_of_highest));
+        let is_set = against_log_ns > LEAST_LEAP_NS;
+        let falls = leap_ns < -LEAST_FALL_NS && against_log_ns < -LEAST_FALL_NS;
         let falls_with_log = leap_ns <= -LEAST_COMMON_FALL_NS && is_common(index);
-        if is_set || leap_ns < -LEAST_FALL_NS || falls_with_log {
+        if is_set || falls || falls_with_log {
             // after a single bad stamp, the clock returns to its previous course
             let follows =
                 |(_, next): &(usize, i64)| next.abs_diff(stamp) < leap_ns.unsigned_abs() / 2;
@@ -95,8 +97,9 @@ pub(super) fn find(
             });
             highest = stamp;
         }
-        highest = highest.max(stamp);
-        log_before = log_ns[index];
+        if stamp >= highest {
+            (highest, log_of_highest) = (stamp, log_ns[index]);
+        }
     }
     add_shifts(&mut restarts, stamps, strays, log_ns);
     restarts

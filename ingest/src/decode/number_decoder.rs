@@ -191,14 +191,20 @@ impl NumberDecoder {
         (stamp != 0).then_some(stamp)
     }
 
-    /// Converts angles to a quaternion; a quaternion that was never set becomes NaN.
+    /// Converts angles to a quaternion; a quaternion that was never set, and angles that are none, become NaN.
     fn finish_attitude(&self, values: &mut Vec<f64>) {
         const FIRST: usize = 6;
         if self.has_roll_pitch_yaw
             && let [roll, pitch, yaw] = values[FIRST..]
         {
             values.truncate(FIRST);
-            values.extend(quaternion([roll, pitch, yaw]));
+            let is_angle = [roll, pitch]
+                .iter()
+                .all(|angle| angle.abs() <= LARGEST_TILT_RAD);
+            values.extend(match is_angle {
+                true => quaternion([roll, pitch, yaw]),
+                false => [f64::NAN; 4],
+            });
         }
         if let Some(attitude) = values.get_mut(FIRST..FIRST + 4)
             && *attitude == [0.0; 4]
@@ -207,6 +213,9 @@ impl NumberDecoder {
         }
     }
 }
+
+/// Roll and pitch beyond a full circle are no angles, but a value that stands for none, or degrees (rad). Yaw may count turns.
+const LARGEST_TILT_RAD: f64 = std::f64::consts::TAU + 0.02;
 
 /// Quaternion x y z w of a rotation by roll about x, then pitch about y, then yaw about z (fixed
 /// axes).

@@ -215,7 +215,8 @@ impl SensorDecoder {
         match self.kind {
             SensorKind::JointStates => {
                 self.find_joints();
-                if !self.joint_places.is_empty() && self.joint_places.iter().all(Option::is_none) {
+                let names_none = self.joint_places.iter().all(Option::is_none);
+                if !self.joint_places.is_empty() && (names_none || self.has_no_motion()) {
                     return Ok(JointSample::OfOthers);
                 }
                 self.joint_values(values);
@@ -292,6 +293,14 @@ impl SensorDecoder {
     /// The kind of sensor.
     pub fn kind(&self) -> SensorKind {
         self.kind
+    }
+
+    /// Whether a message of joint states gives neither positions nor velocities, but efforts: an empty array is by convention
+    /// not given.
+    fn has_no_motion(&self) -> bool {
+        [NAMES + 1, NAMES + 2]
+            .into_iter()
+            .all(|array| self.fields.numbers(array).is_empty())
     }
 
     /// Finds the wanted joints among the names of the message.

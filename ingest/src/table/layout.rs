@@ -213,9 +213,12 @@ fn below_names(
         .iter()
         .enumerate()
         .skip(index + 1)
-        .filter(|(_, line)| line.is_row())
+        .filter(|(_, line)| !line.text.trim().is_empty())
+        .map(|(at, line)| (at, line.is_comment(), cells(&line.text, separator)))
+        // the first cell of a row may be "#N/A" or "#1"
+        .filter(|(_, begins_with_mark, row)| !begins_with_mark || row.len() == names.len())
+        .map(|(at, _, row)| (at, row))
         .take(MOST_ROWS + MOST_BELOW)
-        .map(|(at, line)| (at, cells(&line.text, separator)))
         .collect();
     let has_decimal_comma = has_decimal_comma(&below, separator);
     let is_number = |cell: &String| number(cell, has_decimal_comma).is_some();

@@ -358,6 +358,14 @@ fn choose(
         .count()
         * 2
         > texts.len();
+    let is_date = |name: &str| name.to_lowercase().contains("dat");
+    if columns.len() == 2 && are_numbers && is_date(name(first)) {
+        return Err(format!(
+            "the columns {called}: expected a date and a time of day with their marks (2026-11-28 and 14:59:58), or seconds and \
+             nanoseconds, found {}; another column: --time-column NAME",
+            example.join(" and ")
+        ));
+    }
     if columns.len() == 2 && are_numbers {
         let pair = source(
             Kind::SecondsAndNanoseconds,

@@ -1,5 +1,6 @@
 //! The machine that is computed: valid by construction.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use super::ImpossibleInertia;
@@ -20,6 +21,9 @@ use super::support_polygon::SupportPolygon;
 use super::supports::Supports;
 use super::suspension::Suspension;
 use super::wheel::Wheel;
+
+/// Limits of a joint that turns on are given as a turn, rounded (rad).
+const TURN_TOLERANCE_RAD: f64 = 0.1;
 
 /// A machine that is ready for computation: valid by construction and cheap to share.
 ///
@@ -199,10 +203,12 @@ impl Machine {
         self.linkages.iter().any(measured_rod) || self.bodies.iter().any(driven)
     }
 
-    /// Whether a measured joint may turn without end: it is revolute and has no limits.
+    /// Whether a measured joint may turn a whole turn: it is revolute, and its limits, if any, are a turn apart. Then its
+    /// encoder may start anew after each turn.
     #[must_use]
     pub fn joint_turns(&self, joint: usize) -> bool {
-        !self.joint_slides(joint) && self.joints[joint].limits.is_none()
+        let is_turn = |[least, most]: [f64; 2]| most - least >= TAU - TURN_TOLERANCE_RAD;
+        !self.joint_slides(joint) && self.joints[joint].limits.is_none_or(is_turn)
     }
 
     /// Removes the tool, for logs without a measured tool wrench.

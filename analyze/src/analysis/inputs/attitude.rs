@@ -1,6 +1,7 @@
 //! Attitudes: rotations at all, in agreement with the specific force, and measuring a tilt.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use tipwatch_mechanics::machine::{Note, NoteKind};
 use tipwatch_mechanics::state::{Sensor, tilt_is_measured};
 
 use super::windows::{median, of_windows};
@@ -73,6 +74,22 @@ pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
          the ground is unknown, not 0 degrees. Loads follow from the specific force and are not affected.",
         signal.topic
     ))
+}
+
+/// An IMU whose specific force is compared with no attitude.
+pub(crate) fn untested_mounting(loaded: &LoadedLog) -> Option<Note> {
+    let with_attitude = (loaded.signals.iter())
+        .filter(|signal| matches!(signal.sensor, Sensor::Imu | Sensor::Odometry));
+    let measures_tilt = |signal: &Signal| {
+        quaternions(signal)
+            .any(|xyzw| xyzw.iter().all(|v| v.is_finite()) && tilt_is_measured(&xyzw))
+    };
+    let is_untested = loaded.matched.sensors.imu && !with_attitude.into_iter().any(measures_tilt);
+    is_untested.then(|| {
+        let text = "Not tested by any signal of this log: mounting and signs of the IMU, because no attitude is logged that its \
+            specific force could be compared with. An error there is found only by a check at the machine.";
+        Note::new(NoteKind::Untested, text.into())
+    })
 }
 
 fn quaternions(signal: &Signal) -> impl Iterator<Item = [f64; 4]> {

@@ -1,4 +1,6 @@
-//! Angles that the machine file binds one by one: roll and pitch beyond half a turn are in degrees.
+//! Angles that the machine file binds one by one: roll and pitch beyond a full circle are in degrees.
+
+use std::f64::consts::{PI, TAU};
 
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, number_field};
@@ -6,12 +8,15 @@ use tipwatch_ingest::{FieldRequest, Log, record_fields};
 use tipwatch_mechanics::machine::{NumberSpec, SignalSpec};
 
 use super::proportion::digits;
-use super::windows::quantile;
 use super::{GrossInput, GrossInputKind};
-use crate::base::number::short;
+use crate::base::number::{percent, short};
 
-/// Largest roll and pitch, and largest yaw, which may count turns (rad).
-const LARGEST_RAD: [f64; 3] = [3.2, 3.2, 40.0];
+/// Largest roll and pitch, which may be given from 0 to a full circle, and largest yaw, which may count turns (rad).
+const LARGEST_RAD: [f64; 3] = [TAU + 0.02, TAU + 0.02, 40.0];
+/// Largest roll and pitch in degrees. Beyond it a value stands for none.
+const LARGEST_TILT_DEG: f64 = 361.0;
+/// Share of such values from which the unit is wrong.
+const LEAST_SHARE: f64 = 0.05;
 
 /// Attitudes bound as roll, pitch and yaw whose values are no angles in radians.
 ///
@@ -36,6 +41,7 @@ pub(super) fn angles_in_degrees(log: &Log, file: &MachineFile) -> Result<Vec<Gro
 
 fn in_degrees(log: &Log, signal: &str, angles: &[NumberSpec; 3]) -> Result<Option<GrossInput>> {
     let mut beyond = Vec::new();
+    let mut is_scaled = false;
     for ((name, number), largest) in ["roll", "pitch", "yaw"].iter().zip(angles).zip(LARGEST_RAD) {
         let Some(field) = number.field() else {
             continue;
@@ -45,31 +51,39 @@ fn in_degrees(log: &Log, signal: &str, angles: &[NumberSpec; 3]) -> Result<Optio
             number: number_field(field, ""),
         };
         let (recordings, _) = record_fields(log, &[request], None)?;
-        let sizes = recordings
-            .iter()
-            .flat_map(|r| r.values.iter().map(|v| v.abs()));
-        let sizes: Vec<f64> = sizes.collect();
-        // a single outlier is a fault of its own
-        let Some(size) = quantile(sizes, 0.95) else {
-            continue;
+        let values = recordings.iter().flat_map(|r| r.values.iter().copied());
+        let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+        let is_degrees = |value: &f64| {
+            value.abs() > largest && (*name == "yaw" || value.abs() < LARGEST_TILT_DEG)
         };
-        if size > largest {
-            beyond.push(format!(
-                "{name}: up to {} (95 % of the samples), topic {}",
-                short(size),
-                field.topic
-            ));
+        let wrong: Vec<f64> = values.iter().copied().filter(is_degrees).collect();
+        let share = wrong.len() as f64 / values.len() as f64;
+        // one value again and again stands for none
+        let varies = wrong.windows(2).any(|pair| pair[0] != pair[1]);
+        if share < LEAST_SHARE || !varies {
+            continue;
         }
+        let size = wrong
+            .iter()
+            .fold(0.0, |size: f64, value| size.max(value.abs()));
+        beyond.push(format!(
+            "{name}: up to {} in {} of the samples, topic {}",
+            short(size),
+            percent(share),
+            field.topic
+        ));
+        is_scaled |= field.scale != 1.0;
     }
+    let in_radians = digits(PI / 180.0);
     Ok((!beyond.is_empty()).then(|| GrossInput {
         kind: GrossInputKind::Attitude,
         headline: format!(
             "The angles of signals.{signal}.roll_pitch_yaw are beyond a full circle: they look like degrees"
         ),
         evidence: beyond,
-        fix: format!(
-            "add scale = {} to each of the three fields",
-            digits(std::f64::consts::PI / 180.0)
-        ),
+        fix: match is_scaled {
+            true => format!("multiply the scale of each of the three fields by {in_radians}"),
+            false => format!("add scale = {in_radians} to each of the three fields"),
+        },
     }))
 }

@@ -17,7 +17,7 @@ mod specific_force;
 mod stance;
 mod windows;
 
-pub(crate) use attitude::notes_on_slope;
+pub(crate) use attitude::{notes_on_slope, untested_mounting};
 pub(crate) use find::gross_inputs;
 pub use gross_input::{GrossInput, GrossInputKind};
 pub(crate) use stance::{is_quiet, looked_at};

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Sensor;
 
@@ -38,6 +39,8 @@ const UNITS: [Unit; 8] = [
 /// The velocity of a wheel's circumference, by slot.
 struct WheelSpeed {
     wheel: usize,
+    /// 1 where a positive velocity rolls the machine forward by its URDF, else -1.
+    rolls: f64,
     by_slot: BTreeMap<i64, f64>,
 }
 
@@ -110,17 +113,26 @@ pub(super) fn exchanged(loaded: &LoadedLog) -> Option<GrossInput> {
     let mut reader = imu.recording.reader();
     let turn = slots::means(&imu.recording.stamps_ns, |at| {
         let sample = reader.sample(at);
-        (mount * nalgebra::Vector3::new(sample[3], sample[4], sample[5])).z
+        (mount * Vector3::new(sample[3], sample[4], sample[5])).z
     });
     let mut differences: BTreeMap<i64, f64> = BTreeMap::new();
     let speeds = wheel_speeds(loaded);
     // joint axes may point to either side: forward is positive
-    let signed: Vec<(&WheelSpeed, f64)> = (speeds.iter())
+    let mut signed: Vec<(&WheelSpeed, f64)> = (speeds.iter())
         .filter_map(|speed| {
             let factor = compared(&speed.by_slot, &forward).factor()?;
             Some((speed, factor.signum()))
         })
         .collect();
+    // odometry that points backwards turns all of them, and says nothing of left and right
+    if signed
+        .iter()
+        .all(|(speed, forward)| speed.rolls == -forward)
+    {
+        for (speed, forward) in &mut signed {
+            *forward = speed.rolls;
+        }
+    }
     for (left, of_left) in &signed {
         for (right, of_right) in &signed {
             let track = lateral(machine, left.wheel) - lateral(machine, right.wheel);
@@ -165,6 +177,18 @@ fn lateral(machine: &Machine, wheel: usize) -> f64 {
     machine.wheels()[wheel].centre_at_zero.y
 }
 
+/// The axis of a body's joint in base axes, with all joints at zero.
+fn axis_at_zero(machine: &Machine, mut body: usize) -> Vector3<f64> {
+    let mut axis = Vector3::z();
+    // the root has no joint
+    while body != 0 {
+        let of = &machine.bodies()[body];
+        axis = of.parent_from_joint * axis;
+        body = of.parent;
+    }
+    axis
+}
+
 fn compared(x: &BTreeMap<i64, f64>, y: &BTreeMap<i64, f64>) -> Proportion {
     let mut proportion = Proportion::default();
     for (x, y) in slots::pairs(x, y) {
@@ -187,7 +211,9 @@ fn wheel_speeds(loaded: &LoadedLog) -> Vec<WheelSpeed> {
             let Some(wheel) = machine.joints()[joint].spins_wheel else {
                 continue;
             };
-            wheels.push((wheel, joints.len() + column, Sums::default()));
+            let body = machine.bodies_of_joint(joint).next();
+            let rolls = body.map_or(1.0, |body| axis_at_zero(machine, body).y.signum());
+            wheels.push((wheel, rolls, joints.len() + column, Sums::default()));
         }
         let mut reader = signal.recording.reader();
         if wheels.is_empty() {
@@ -195,17 +221,22 @@ fn wheel_speeds(loaded: &LoadedLog) -> Vec<WheelSpeed> {
         }
         for (at, &stamp_ns) in signal.recording.stamps_ns.iter().enumerate() {
             let sample = reader.sample(at);
-            for (wheel, velocity, sums) in &mut wheels {
+            for (wheel, _, velocity, sums) in &mut wheels {
                 sums.add(
                     stamp_ns,
                     machine.wheels()[*wheel].radius * sample[*velocity],
                 );
             }
         }
-        speeds.extend(wheels.into_iter().map(|(wheel, _, sums)| WheelSpeed {
-            wheel,
-            by_slot: sums.means(),
-        }));
+        speeds.extend(
+            wheels
+                .into_iter()
+                .map(|(wheel, rolls, _, sums)| WheelSpeed {
+                    wheel,
+                    rolls,
+                    by_slot: sums.means(),
+                }),
+        );
     }
     speeds
 }

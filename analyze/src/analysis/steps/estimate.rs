@@ -1,6 +1,7 @@
 //! Second step: the states of the rows, and what the samples show by themselves. After it they are forgotten.
 
 use anyhow::{Result, bail};
+use tipwatch_mechanics::machine::Note;
 use tipwatch_mechanics::state::Reason;
 
 use super::super::clock::ClockOffsets;
@@ -26,6 +27,8 @@ pub(in crate::analysis) struct SampleFindings {
     pub(super) gross_inputs: Vec<GrossInput>,
     /// Why the slope of the ground is unknown, if it is.
     pub(super) note_on_slope: Option<String>,
+    /// That nothing shows an error in the mounting of the IMU, if so.
+    pub(super) untested_mounting: Option<Note>,
     /// Since when the ground has given way under the standing machine, if it has.
     pub(super) note_on_ground: Option<String>,
     pub(super) health: Vec<SensorHealth>,
@@ -42,6 +45,7 @@ impl EstimatedLog {
         let rotations = &quality.rotations;
         let gross_inputs = inputs::gross_inputs(&task.log, task.file, loaded, &rows, rotations)?;
         let note_on_slope = inputs::notes_on_slope(loaded);
+        let untested_mounting = inputs::untested_mounting(loaded);
         let health = health::of(loaded, &quality.counts);
         loaded.check_read()?;
         loaded.forget_samples();
@@ -63,6 +67,7 @@ impl EstimatedLog {
                 clock,
                 gross_inputs,
                 note_on_slope,
+                untested_mounting,
                 note_on_ground: None,
                 health,
             },

@@ -249,6 +249,7 @@ fn all_notes(
     let first = first.chain(on_slope.chain(static_rows).map(Note::from));
     first
         .chain(of_log)
+        .chain(samples.untested_mounting.clone())
         .chain(of_noise.map(Note::from))
         .collect()
 }

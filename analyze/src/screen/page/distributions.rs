@@ -30,7 +30,7 @@ pub(super) fn margins(seen: &[Seen<'_>]) -> Option<Markup> {
     let all: f64 = seen.iter().map(|log| log.facts.coverage.covered_s).sum();
     Some(html! {
         p.hint {
-            "Dark bars: a wheel or support is off the ground. The margin cannot be computed for " (time(unknown)) " of " (time(all))
+            "Bars below 0: a wheel or support is off the ground. The margin cannot be computed for " (time(unknown)) " of " (time(all))
             "; this time is not shown."
         }
         div.grid {

@@ -32,12 +32,14 @@ pub enum BindError {
         positions: [(String, usize); 2],
     },
     /// No topic carries joint states.
-    #[error("{log}: expected joint states ({}), found none; the log has: {topics}", SensorKind::JointStates.type_name())]
+    #[error("{log}: expected joint states ({}), found none{lost}; the log has: {topics}", SensorKind::JointStates.type_name())]
     NoJointStates {
         /// The log.
         log: String,
         /// Every topic with its type.
         topics: String,
+        /// Which of their messages were lost, as " that can be read: ...", or empty.
+        lost: String,
     },
     /// The machine file states the clock offset of a topic that does not exist.
     #[error("{file}: clock.offset.\"{topic}\": expected a topic of {log}, which has: {topics}")]

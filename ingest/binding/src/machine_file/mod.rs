@@ -11,7 +11,7 @@ use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec};
 
 use crate::error::CanError;
 use crate::files::read_text;
-use descriptions::{mass_text, other_mass};
+pub(crate) use descriptions::{mass_text, other_mass};
 
 /// A machine file as read.
 #[derive(Debug, Clone)]

@@ -105,6 +105,7 @@ impl CsvReader {
         losses.integrity.checksums_absent = true;
         let mut odd = vec![OddCells::default(); self.columns.names.len()];
         let mut lacks_zone = false;
+        let mut remarks = 0_u64;
         let mut counted = Counted::default();
         let mut lost = LostRows::default();
         self.each_row(&mut |row, place| {
@@ -115,7 +116,9 @@ impl CsvReader {
                         odd.count(cell);
                     }
                     counted.count(row.time_ns);
+                    lost.intact(row.time_ns);
                 }
+                Err(problem) if problem.is_remark() => remarks += 1,
                 Err(problem) => lost.count(problem, &place),
             }
             ControlFlow::Continue(())
@@ -126,6 +129,11 @@ impl CsvReader {
         if self.lines.cut_at.is_some() {
             losses.note(format!(
                 "{name}: the last row has no line break and may be cut off: it is not read"
+            ));
+        }
+        if remarks > 0 {
+            losses.note(format!(
+                "{name}: {remarks} lines are no rows: they begin with # or repeat the names of the columns"
             ));
         }
         self.rows.counted = counted;
@@ -151,7 +159,10 @@ impl CsvReader {
         let mut flow = ControlFlow::Continue(());
         self.lines.each(&mut |line, place| {
             flow = match line.and_then(|line| signals.read(&line, &self.lines)) {
-                Err(problem) => take(Err(problem), place),
+                Err(problem) => match open.take().map(|before| before.show(take)) {
+                    Some(ControlFlow::Break(())) => ControlFlow::Break(()),
+                    _ => take(Err(problem), place),
+                },
                 Ok(read) => match &mut open {
                     Some(joined) if joined.takes(&read) => {
                         joined.add(read, place);
@@ -244,16 +255,18 @@ impl Lines {
             if self.cut_at == Some(place.bytes.start) {
                 return Ok(());
             }
+            let is_remark = self.is_remark(&row);
             if let Some(next) = self.behind_open_quote(&row, &place)? {
                 let mut position = reader.position().clone();
                 position
                     .set_byte(next - table.rows_at)
                     .set_line(start.line() + 1);
-                let problem = Problem {
-                    kind: "quote",
-                    text:
-                        "expected a quotation mark at the end of a cell, found the end of the line"
-                            .to_owned(),
+                let problem = match is_remark {
+                    true => Problem::remark(),
+                    false => Problem {
+                        kind: "quote",
+                        text: "expected a quotation mark at the end of a cell, found the end of the line".to_owned(),
+                    },
                 };
                 let of_line = Place {
                     bytes: place.bytes.start..next,
@@ -267,10 +280,21 @@ impl Lines {
                 }
                 continue;
             }
+            if is_remark {
+                if take(Err(Problem::remark()), place).is_break() {
+                    return Ok(());
+                }
+                continue;
+            }
             cells.clear();
             let mut line = self.read(&row, &mut cells, &mut days);
             if has_other_columns || line.is_err() {
-                has_other_columns = self.names_columns(&row).unwrap_or(has_other_columns);
+                let names = self.names_columns(&row);
+                has_other_columns = names.unwrap_or(has_other_columns);
+                // a recorder that starts again
+                if names == Some(false) || !has_other_columns && self.is_units(&row) {
+                    line = Err(Problem::remark());
+                }
             }
             if has_other_columns {
                 line = Err(Problem {
@@ -286,6 +310,20 @@ impl Lines {
         }
     }
 
+    /// Whether a line is for a reader: it begins with `#` and has not the cells of a row, whose first cell may be "#N/A" or
+    /// "#1", or it names the columns again.
+    fn is_remark(&self, record: &ByteRecord) -> bool {
+        let Some(first) = record
+            .get(0)
+            .and_then(|cell| cell.trim_ascii_start().strip_prefix(b"#"))
+        else {
+            return false;
+        };
+        let names = &self.table.names;
+        let is_name = |name: &String| !name.is_empty() && name.as_bytes() == first.trim_ascii();
+        record.len() != names.len() || names.first().is_some_and(is_name)
+    }
+
     /// Whether a line that names the columns names others than the first one, or in another order; `None` for a row.
     fn names_columns(&self, record: &ByteRecord) -> Option<bool> {
         let names = &self.table.names;
@@ -296,6 +334,13 @@ impl Lines {
             let cells = record.iter().take(names.len()).map(<[u8]>::trim_ascii);
             !cells.eq(names.iter().map(String::as_bytes))
         })
+    }
+
+    /// Whether a line repeats the one below the names of the columns.
+    fn is_units(&self, record: &ByteRecord) -> bool {
+        let units = &self.table.units;
+        let of_line = record.iter().map(<[u8]>::trim_ascii);
+        !units.is_empty() && of_line.eq(units.iter().map(|unit| unit.trim().as_bytes()))
     }
 
     /// Where the next line begins, if a quotation mark in this one has swallowed others: a record of several lines that has not as
@@ -608,7 +653,6 @@ fn reader(file: File, separator: u8) -> Reader<BufReader<File>> {
         .delimiter(separator)
         .has_headers(false)
         .flexible(true)
-        .comment(Some(b'#'))
         .from_reader(BufReader::with_capacity(1 << 16, file))
 }
 

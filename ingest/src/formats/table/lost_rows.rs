@@ -12,6 +12,22 @@ pub(super) struct Problem {
     pub(super) text: String,
 }
 
+impl Problem {
+    const REMARK: &'static str = "remark";
+
+    /// It is no row, but a line for a reader, or one that repeats the names of the columns.
+    pub(super) fn remark() -> Self {
+        Self {
+            kind: Self::REMARK,
+            text: String::new(),
+        }
+    }
+
+    pub(super) fn is_remark(&self) -> bool {
+        self.kind == Self::REMARK
+    }
+}
+
 /// Where a row is.
 pub(super) struct Place {
     pub(super) bytes: Range<u64>,
@@ -21,7 +37,11 @@ pub(super) struct Place {
 
 /// The lost rows of each kind.
 #[derive(Default)]
-pub(super) struct LostRows(BTreeMap<&'static str, Kind>);
+pub(super) struct LostRows {
+    kinds: BTreeMap<&'static str, Kind>,
+    /// The time of the last intact row.
+    last_ns: Option<i64>,
+}
 
 struct Kind {
     count: u64,
@@ -30,23 +50,38 @@ struct Kind {
     lines: (u64, u64),
     /// What is wrong with the first.
     example: String,
+    /// The times of the intact rows before the first of them and behind the last.
+    before_ns: Option<i64>,
+    behind_ns: Option<i64>,
 }
 
 impl LostRows {
     pub(super) fn count(&mut self, problem: Problem, place: &Place) {
-        let kind = self.0.entry(problem.kind).or_insert_with(|| Kind {
+        let before_ns = self.last_ns;
+        let kind = self.kinds.entry(problem.kind).or_insert_with(|| Kind {
             count: 0,
             bytes: place.bytes.clone(),
             lines: (place.line, place.line),
             example: problem.text,
+            before_ns,
+            behind_ns: None,
         });
         kind.count += 1;
+        kind.behind_ns = None;
         kind.bytes.end = place.bytes.end;
         kind.lines.1 = place.line;
     }
 
+    /// An intact row follows.
+    pub(super) fn intact(&mut self, time_ns: i64) {
+        self.last_ns = Some(time_ns);
+        for kind in self.kinds.values_mut() {
+            kind.behind_ns.get_or_insert(time_ns);
+        }
+    }
+
     pub(super) fn report(self, path: &Path, losses: &mut Losses) {
-        for kind in self.0.into_values() {
+        for kind in self.kinds.into_values() {
             let (first, last) = kind.lines;
             let reason = match kind.count {
                 1 => format!("line {first}: {}", kind.example),
@@ -61,8 +96,8 @@ impl LostRows {
                 end_byte: kind.bytes.end,
                 part: LostPart::Records,
                 reason,
-                first_time_ns: None,
-                last_time_ns: None,
+                first_time_ns: kind.before_ns,
+                last_time_ns: kind.behind_ns,
                 messages: BTreeMap::from([(TOPIC.to_owned(), kind.count)]),
                 message_count: Some(kind.count),
             });
