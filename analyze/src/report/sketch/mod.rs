@@ -348,10 +348,10 @@ impl Inputs {
 
     /// A result in the rows whose loads are usable, else NaN; NaN throughout if there is no such result.
     fn usable(&self, rows: &Rows, quantity: Quantity) -> Vec<f64> {
-        if !rows.outcomes.quantities.contains(&quantity) {
+        let Some(column) = rows.outcomes.known_column(quantity) else {
             return vec![f64::NAN; rows.len()];
-        }
-        let values = rows.outcomes.column(quantity).iter().zip(&self.usable);
+        };
+        let values = column.iter().zip(&self.usable);
         values
             .map(|(&value, &usable)| if usable { value } else { f64::NAN })
             .collect()
