@@ -227,10 +227,6 @@ impl Widening for MovedGround {
             outcomes.columns[utilisation][row] = used;
         }
     }
-
-    fn failure(&self) -> Option<String> {
-        None
-    }
 }
 
 #[cfg(test)]
