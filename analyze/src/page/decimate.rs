@@ -211,6 +211,13 @@ mod tests {
     }
 
     #[test]
+    fn a_bucket_keeps_its_first_least_its_last_largest_and_its_first_break() {
+        let curve = [0.0, 5.0, 5.0, 2.0, -3.0, f64::NAN, -3.0, f64::NAN, 0.5];
+        assert_eq!(rows_to_draw(&curve, 5), [0, 2, 4, 5, 8]);
+        assert_eq!(rows_to_draw(&[1.0; 9], 5), [0, 8]);
+    }
+
+    #[test]
     fn the_division_into_blocks_leaves_no_trace() {
         let mut curve: Vec<f64> = (0..12_345)
             .map(|row| (f64::from(row) * 0.01).sin())
