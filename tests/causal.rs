@@ -49,7 +49,8 @@ fn assert_equals_one_sample_at_a_time(path: &Path, machine: &Path) -> Vec<Reason
         },
     );
     let log = Log::open(path).unwrap();
-    let loaded = load(&log, &MachineFile::read(machine).unwrap(), &mut |_| {}).unwrap();
+    let file = MachineFile::read(machine).unwrap();
+    let loaded = load(&log, &file, Estimator::Causal, &mut |_| {}).unwrap();
     // the machine of the analysis, which has its reference loads
     let machine = &analysis.machine;
     let mut estimator =

@@ -1,5 +1,6 @@
 //! Gaps, disorder and duplicates are reported, never filled in.
 
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_analyze::load::load;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
@@ -15,6 +16,7 @@ fn smoothed(edit: impl Fn(&mut OwnedSamples)) -> SmoothedRows {
     let loaded = load(
         &log,
         &MachineFile::read(&path.with_extension("toml")).unwrap(),
+        Estimator::Smoother,
         &mut |_| {},
     )
     .unwrap();

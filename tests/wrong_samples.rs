@@ -4,9 +4,11 @@
 use std::path::Path;
 
 use tempfile::TempDir;
-use tipwatch_analyze::analysis::{Analysis, DEFAULT_MIN_VALID, Undecided};
+use tipwatch_analyze::analysis::{Analysis, DEFAULT_MIN_VALID, Undecided, clock_offsets};
 use tipwatch_analyze::base::options::{Estimator, Options};
 use tipwatch_analyze::events::{Event, EventKind};
+use tipwatch_binding::MachineFile;
+use tipwatch_ingest::Log;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::FaultKind;
 use tipwatch_mechanics::state::Reason;
@@ -324,6 +326,33 @@ fn sound_samples_are_left_alone() {
     }
 }
 
+/// The offsets between clocks are those of the analysis whoever asks for them, also where a driver fills velocities with zeros.
+#[test]
+fn velocities_that_are_filled_in_move_no_clock() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("changed.mcap");
+    write_edited(&data(LIFT), &path, &mut |topic, values| {
+        if topic == "/joint_states" {
+            set_velocities(values, 0.0);
+        }
+    });
+    let log = Log::open(&path).unwrap();
+    let file = MachineFile::read(&data(LIFT).with_extension("toml")).unwrap();
+    let alone = clock_offsets(&log, &file).unwrap();
+    let analysis = analysed(&path, Estimator::Smoother);
+    assert!(!alone.pairs.is_empty());
+    assert_eq!(format!("{alone:?}"), format!("{:?}", analysis.clock));
+}
+
+fn set_velocities(values: &mut Values<'_>, value: f64) {
+    let names: Vec<String> = (values.names())
+        .filter(|name| name.starts_with("velocity."))
+        .map(str::to_owned)
+        .collect();
+    assert!(!names.is_empty());
+    names.iter().for_each(|name| values.set(name, value));
+}
+
 /// A driver without velocities fills them with zeros, or says that they are unknown: both are the same log.
 #[test]
 fn velocities_that_are_always_zero_are_not_measured() {
@@ -331,12 +360,7 @@ fn velocities_that_are_always_zero_are_not_measured() {
         let velocities = |value: f64| {
             with(estimator, &mut |topic, values, _| {
                 if topic == "/joint_states" {
-                    let names: Vec<String> = (values.names())
-                        .filter(|name| name.starts_with("velocity."))
-                        .map(str::to_owned)
-                        .collect();
-                    assert!(!names.is_empty());
-                    names.iter().for_each(|name| values.set(name, value));
+                    set_velocities(values, value);
                 }
             })
         };

@@ -3,6 +3,7 @@
 use std::io;
 use std::ops::Range;
 
+use tipwatch_analyze::base::options::Estimator;
 use tipwatch_analyze::load::{LoadedLog, Signal, load, load_within};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
@@ -70,8 +71,8 @@ fn samples_in_temporary_files_give_the_same_bits() {
     let path = data("tiny.mcap");
     let log = Log::open(&path).unwrap();
     let file = MachineFile::read(&path.with_extension("toml")).unwrap();
-    let in_memory = load(&log, &file, &mut |_| {}).unwrap();
-    let in_files = load_within(&log, &file, 0, &mut |_| {}).unwrap();
+    let in_memory = load(&log, &file, Estimator::Smoother, &mut |_| {}).unwrap();
+    let in_files = load_within(&log, &file, Estimator::Smoother, 0, &mut |_| {}).unwrap();
     assert_eq!(arrivals(&in_memory), arrivals(&in_files));
     assert_eq!(smoothed(&in_memory), smoothed(&in_files));
     for (a, b) in in_memory.signals.iter().zip(in_files.signals.iter()) {

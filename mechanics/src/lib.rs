@@ -57,7 +57,7 @@ pub use evaluate::workspace::Workspace;
 pub use explain::attribution::{Contribution, Contributions};
 pub use explain::indicators::{Indicators, VelocityGradient};
 pub use explain::sensitivity::{Sensitivity, SensitivitySums};
-pub use explain::uncertainty::Uncertainty;
+pub use explain::uncertainty::{Uncertainty, largest_utilisation};
 pub use geometry::coordinate::Motion;
 pub use geometry::spatial::Wrench;
 pub use machine::{

@@ -196,12 +196,7 @@ impl<'a> DigestPass<'a> {
             }
             self.widths.push((largest[row] - least_n) / at_rest_n);
         }
-        if rows
-            .outcomes
-            .quantities
-            .contains(&Quantity::LoadSigma(wheel))
-        {
-            let sigma = column(Quantity::LoadSigma(wheel));
+        if let Some(sigma) = rows.outcomes.known_column(Quantity::LoadSigma(wheel)) {
             valid
                 .iter()
                 .filter(|&&row| !load[row].is_nan())

@@ -40,18 +40,6 @@ pub(super) struct SignalQuality {
     pub(super) shown: Vec<(i64, SessionProofs)>,
     /// The rate that was asked of each joint, from the row at this time (ns) on; none if the estimator knows the whole log.
     pub(super) commands: Vec<(i64, Vec<f64>)>,
-    /// Which supports were on the ground as far as the estimator knew it in the row; `None` if it knows the whole log, or if
-    /// they are always the same.
-    supports: Option<SupportTimeline>,
-}
-
-impl SignalQuality {
-    /// Puts what the estimator knew of the supports in place of what the whole log tells.
-    fn tell_supports(&mut self, loaded: &mut LoadedLog) {
-        if let Some(supports) = self.supports.take() {
-            loaded.supports = Some(supports);
-        }
-    }
 }
 
 /// The states of a log's rows: its sensors on one clock, smoothed or causal. No loads are computed.
@@ -75,12 +63,8 @@ pub(super) fn open(
     options: &Options,
 ) -> Result<(Log, LoadedLog, EstimatedRows, SignalQuality)> {
     let log = file.open_log(path)?;
-    let mut loaded = load(&log, file, &mut |_| {})?;
-    if options.estimator == Estimator::Smoother {
-        loaded.leave_out_filled_velocities()?;
-    }
-    let (rows, mut quality) = estimate(&loaded, options)?;
-    quality.tell_supports(&mut loaded);
+    let mut loaded = load(&log, file, options.estimator, &mut |_| {})?;
+    let (rows, quality) = estimate(&mut loaded, options)?;
     Ok((log, loaded, rows, quality))
 }
 
@@ -101,7 +85,7 @@ pub(crate) fn posture_in_log(
 /// # Errors
 /// The machine does not fit the log, or it cannot be read.
 pub fn clock_offsets(log: &Log, file: &MachineFile) -> Result<ClockOffsets> {
-    let loaded = load(log, file, &mut |_| {})?;
+    let loaded = load(log, file, Estimator::Smoother, &mut |_| {})?;
     let (rows, _) = smoothed(&loaded, RowClock::JointStates)?;
     let forces = linkage_force::read_all(log, file, &loaded);
     let offsets = clock::estimate(&loaded, &forces, &rows);
@@ -116,7 +100,7 @@ pub(super) fn estimate_on_one_clock(
     forces: &mut [LinkageForce],
     options: &Options,
 ) -> Result<(EstimatedRows, SignalQuality, ClockOffsets)> {
-    let (rows, mut quality) = estimate(loaded, options)?;
+    let (rows, quality) = estimate(loaded, options)?;
     // the causal estimator lags behind its signals, and a time range may leave few rows
     let is_usual = options.estimator == Estimator::Smoother && options.rate_hz.is_none();
     let mut clock = if is_usual && options.from_s.is_none() && options.to_s.is_none() {
@@ -128,7 +112,6 @@ pub(super) fn estimate_on_one_clock(
     if options.apply_clock_offsets == ApplyClockOffsets::Stated {
         let is_asked = clock.are_applicable() && quality.faults.iter().any(is_contradiction);
         if !is_asked {
-            quality.tell_supports(loaded);
             return Ok((rows, quality, clock));
         }
         // the rows share the samples, whose stamps change
@@ -136,15 +119,13 @@ pub(super) fn estimate_on_one_clock(
         let on_one_clock = faults_on_one_clock(loaded, &clock, options)?;
         let (rows, mut quality) = estimate(loaded, options)?;
         explain_by_clock(&mut quality.faults, &on_one_clock);
-        quality.tell_supports(loaded);
         return Ok((rows, quality, clock));
     }
     drop(rows);
     if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
         clock.apply(signals, forces);
     }
-    let (rows, mut quality) = estimate(loaded, options)?;
-    quality.tell_supports(loaded);
+    let (rows, quality) = estimate(loaded, options)?;
     Ok((rows, quality, clock))
 }
 
@@ -182,23 +163,26 @@ fn is_contradiction(span: &FaultSpan) -> bool {
     span.worst.kind == FaultKind::Contradiction && span.worst.explanation.is_some()
 }
 
-/// States of all rows in the requested time range.
+/// States of all rows in the requested time range. What the causal estimator knew of the supports takes the place of what the
+/// whole log tells of them.
 pub(super) fn estimate(
-    loaded: &LoadedLog,
+    loaded: &mut LoadedLog,
     options: &Options,
 ) -> Result<(EstimatedRows, SignalQuality)> {
     let clock = options
         .rate_hz
         .map_or(RowClock::JointStates, RowClock::Rate);
     // where no end is asked for, rotations need no row
+    let log = &*loaded;
     let (estimated, found) = rayon::join(
         || match options.estimator {
-            Estimator::Smoother => smoothed(loaded, clock),
-            Estimator::Causal => causal(loaded, clock),
+            Estimator::Smoother => smoothed(log, clock).map(|estimated| (estimated, None)),
+            Estimator::Causal => causal(log, clock),
         },
-        || (options.to_s.is_none()).then(|| rotations::until(loaded, i64::MAX)),
+        || (options.to_s.is_none()).then(|| rotations::until(log, i64::MAX)),
     );
-    let (mut rows, mut quality) = estimated?;
+    let ((mut rows, mut quality), supports) = estimated?;
+    loaded.supports = supports.or(loaded.supports.take());
     let first_ns = rows.times_ns.first().copied().unwrap_or(0);
     let at = |seconds: f64| first_ns.saturating_add((seconds * 1e9).round() as i64);
     let until_end = || rotations::until(loaded, options.to_s.map_or(i64::MAX, at));
@@ -234,7 +218,6 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         // each row knows the whole log
         shown: vec![(i64::MIN, smoother.shown())],
         commands: Vec::new(),
-        supports: None,
     };
     let times_ns = smoother.row_times_ns().to_vec();
     let states = state_blocks::smoothed(machine, smoother);
@@ -254,8 +237,12 @@ fn estimated(machine: &Machine, times_ns: Vec<i64>, states: Arc<dyn StateSource>
     })
 }
 
-/// Same as live: sample by sample, in the order in which the recorder received them.
-fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {
+/// Same as live: sample by sample, in the order in which the recorder received them. With it, which supports were on the ground as
+/// far as the estimator knew it in each row; `None` if they are always the same.
+fn causal(
+    loaded: &LoadedLog,
+    clock: RowClock,
+) -> Result<((EstimatedRows, SignalQuality), Option<SupportTimeline>)> {
     let machine = &loaded.machine;
     let mut estimator = CausalEstimator::new(machine, &loaded.matched.sensors, clock);
     let doubts = &loaded.signal_doubts;
@@ -323,9 +310,9 @@ fn causal(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQ
         rotating,
         shown,
         commands,
-        supports,
     };
-    Ok((estimated(machine, times_ns, Arc::new(kept)), quality))
+    let rows = estimated(machine, times_ns, Arc::new(kept));
+    Ok(((rows, quality), supports))
 }
 
 /// Keeps the rows between `from_s` and `to_s`.

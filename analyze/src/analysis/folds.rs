@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use tipwatch_mechanics::machine::Machine;
+use tipwatch_mechanics::state::Reasons;
 use tipwatch_mechanics::studies::monte_carlo::Band;
 use tipwatch_mechanics::{OutcomeColumns, Scope};
 
@@ -14,10 +15,11 @@ use super::monte_carlo::{MonteCarlo, MonteCarloPass};
 use super::notes::Seen;
 use super::quasi_static::{Exclusion, ExclusionPass};
 use super::sensitivity::SensitivityPass;
+use super::standing_rows::StandingRows;
 use crate::base::options::Options;
 use crate::base::rows::Rows;
 use crate::base::table::Table;
-use crate::events::{AnyPass, Event, Found, FoundRotation, OnSet, Stories};
+use crate::events::{Event, EventPass, FoundRotation, LowestOtf, Stories};
 use crate::load::MeasuredLoads;
 
 /// Receives the rows of a log block by block, in order.
@@ -62,7 +64,12 @@ pub struct Prepared<'a> {
 
 /// What the pass found.
 pub(super) struct Gathered {
-    pub(super) found: Found,
+    /// The events of the machine, in no order.
+    pub(super) events: Vec<Event>,
+    /// The smallest OTF in them.
+    pub(super) lowest: Option<LowestOtf>,
+    /// The reasons of all rows.
+    pub(super) reasons: Vec<Reasons>,
     /// On each set of supports; one for a machine that is always on the same ones; none without derivatives.
     pub(super) sensitivity: Vec<SensitivityPass>,
     pub(super) comparisons: Vec<Result<ModelComparison, String>>,
@@ -81,7 +88,7 @@ pub(super) struct Gathered {
 pub(super) fn gather(
     prepared: Prepared<'_>,
     min_loads_n: Option<&[f64]>,
-    sets: &[OnSet<'_>],
+    standing: &[StandingRows<'_>],
     rotations: &[FoundRotation],
     scope: Scope,
     others: &OtherModels,
@@ -97,27 +104,27 @@ pub(super) fn gather(
     let draws = options.monte_carlo;
     let monte_carlo = draws.map(|draws| MonteCarloPass::new(machine, draws));
     let mut bands: Vec<Vec<Band>> = Vec::new();
-    let mut events = AnyPass::new(
-        machine,
-        table,
-        min_loads_n,
-        sets,
-        scope,
-        rotations,
-        measured_loads,
-    );
+    let mut studied: Vec<Studied<'_>> = (standing.iter())
+        .map(|standing| Studied {
+            standing,
+            events: EventPass::new(
+                standing.machine,
+                standing.rows(),
+                standing.min_loads_n.as_deref(),
+                scope,
+                rotations,
+                measured_loads,
+            ),
+            sensitivity: (scope.sensitivities).then(|| SensitivityPass::new(standing.machine)),
+        })
+        .collect();
+    let mut reasons = Vec::with_capacity(table.len());
     let stories = Stories {
         machine,
         table,
         scope,
         rotations,
     };
-    let studied = match scope.sensitivities {
-        true => standing_machines(machine, table),
-        false => Vec::new(),
-    };
-    let mut sensitivity: Vec<SensitivityPass> =
-        studied.into_iter().map(SensitivityPass::new).collect();
     let mut seen = Seen::new(machine);
     let mut digest = DigestPass::new(machine, table, min_loads_n);
     let mut exclusion = ExclusionPass::new(machine, table);
@@ -148,36 +155,52 @@ pub(super) fn gather(
             || taken.iter().try_for_each(|rows| sink.take(rows)),
             || {
                 for rows in &taken {
-                    events.take(rows);
-                    on_each_set(machine, table, scope, rows, &mut |set, machine, rows| {
-                        seen.take(machine, rows);
-                        if let Some(sensitivity) = sensitivity.get_mut(set) {
-                            sensitivity.take(rows);
+                    reasons.extend_from_slice(&rows.reasons);
+                    for (part, place) in StandingRows::parts_of(rows, table) {
+                        for (index, studied) in studied.iter_mut().enumerate() {
+                            match place == Some(index) {
+                                true => {
+                                    let rows = studied.standing.part(rows, part.clone(), scope);
+                                    seen.take(studied.standing.machine, &rows);
+                                    studied.take(&rows);
+                                }
+                                false => studied.skip(rows.first + part.start, part.len()),
+                            }
                         }
-                    });
+                    }
                     digest.take(rows);
                     exclusion.take(rows);
                 }
             },
         );
         written?;
-        let settled = stories.settled(events.settled());
+        let settled = studied.iter().map(|studied| studied.events.settled());
+        let settled = stories.settled(settled.min().unwrap_or(reasons.len()));
         let time_ns = table.times_ns.get(settled).copied();
         match time_ns {
             Some(_) => {
-                let told = stories.told(events.events().to_vec(), settled);
+                let known = studied.iter().flat_map(|studied| studied.events.events());
+                let told = stories.told(known.cloned().collect(), settled);
                 sink.settle(settled, time_ns, &told)
             }
             // events that are still open become known at the end
             None => Ok(()),
         }
     })?;
-    let mut found = events.finish();
-    found.events = stories.told(found.events, table.len());
+    let (mut events, mut lowest, mut sensitivity) = (Vec::new(), None, Vec::new());
+    for studied in studied {
+        let (found, of_found) = studied.events.finish();
+        events.extend(found);
+        lowest = LowestOtf::lower(lowest, of_found);
+        sensitivity.extend(studied.sensitivity);
+    }
+    let events = stories.told(events, table.len());
     let (not_excluded, exclusion) = exclusion.finish();
-    sink.settle(table.len(), None, &found.events)?;
+    sink.settle(table.len(), None, &events)?;
     Ok(Gathered {
-        found,
+        events,
+        lowest,
+        reasons,
         sensitivity,
         comparisons: (compared.into_iter())
             .map(|compared| compared.and_then(ComparedModel::finish))
@@ -190,31 +213,27 @@ pub(super) fn gather(
     })
 }
 
-/// The machine on each of its sets of supports; itself if it is always on the same ones.
-fn standing_machines<'a>(machine: &'a Machine, table: &'a Table) -> Vec<&'a Machine> {
-    match table.supports() {
-        Some(supports) => supports.sets.iter().map(|set| &set.machine).collect(),
-        None => vec![machine],
-    }
+/// The machine on one set of supports, and what is gathered of the rows in which it stands on them.
+struct Studied<'a> {
+    standing: &'a StandingRows<'a>,
+    events: EventPass<'a>,
+    /// None without derivatives.
+    sensitivity: Option<SensitivityPass>,
 }
 
-/// Shows rows, those on each set of supports with the index of the set and the machine on it.
-fn on_each_set(
-    machine: &Machine,
-    table: &Table,
-    scope: Scope,
-    rows: &Rows,
-    show: &mut dyn FnMut(usize, &Machine, &Rows),
-) {
-    let Some(supports) = table.supports() else {
-        show(0, machine, rows);
-        return;
-    };
-    for (part, index) in supports.spans_within(rows.first..rows.first + rows.len()) {
-        if let Some(index) = index {
-            let set = &supports.sets[index];
-            show(index, &set.machine, &rows.on_set(set, scope, part));
+impl Studied<'_> {
+    /// Takes the next rows on these supports.
+    fn take(&mut self, rows: &Arc<Rows>) {
+        self.events.take(rows);
+        if let Some(sensitivity) = &mut self.sensitivity {
+            sensitivity.take(rows);
         }
+    }
+
+    /// Takes the next rows of the log, which are on others.
+    fn skip(&mut self, first: usize, count: usize) {
+        let reasons = &self.standing.rows().reasons;
+        self.events.skip(&reasons[first..first + count]);
     }
 }
 

@@ -12,7 +12,7 @@
 
 use nalgebra::Vector2;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Placement, Quantity, State};
+use tipwatch_mechanics::{Placement, Quantity, State, largest_utilisation};
 
 use crate::base::rows::Rows;
 use crate::base::table::Table;
@@ -185,12 +185,7 @@ impl Widening for MovedGround {
     fn widen(&self, machine: &Machine, rows: &mut Rows, _next_ns: Option<i64>) {
         let wheels = 0..machine.wheels().len();
         let outcomes = &mut rows.outcomes;
-        let place = |quantity: Quantity| {
-            outcomes
-                .quantities
-                .iter()
-                .position(|&known| known == quantity)
-        };
+        let place = |quantity: Quantity| outcomes.place(quantity);
         let columns: Option<Vec<[usize; 6]>> = wheels
             .map(|wheel| {
                 Some([
@@ -215,10 +210,7 @@ impl Widening for MovedGround {
             if share == 0.0 || !stands {
                 continue;
             }
-            let mut used = f64::NEG_INFINITY;
-            for (wheel, &[load, least, largest, otf, load_sigma, otf_sigma]) in
-                columns.iter().enumerate()
-            {
+            for &[load, least, largest, _, load_sigma, otf_sigma] in &columns {
                 let columns = &mut outcomes.columns;
                 let range = [columns[least][row], columns[largest][row]];
                 let variance = share * share * open_variance(columns[load][row], range);
@@ -226,17 +218,14 @@ impl Widening for MovedGround {
                     let sigma = &mut columns[sigma][row];
                     *sigma = (*sigma * *sigma + variance).sqrt();
                 }
-                let sure = columns[otf][row] - 2.0 * columns[otf_sigma][row];
-                let of_wheel = 1.0 - sure / machine.reference().static_load[wheel];
-                // in the opposite order a NaN would be ignored
-                used = if of_wheel < used { used } else { of_wheel };
             }
+            let at = |column: usize| outcomes.columns[column][row];
+            let used = largest_utilisation(machine, |wheel| {
+                let [_, _, _, otf, _, otf_sigma] = columns[wheel];
+                at(otf) - 2.0 * at(otf_sigma)
+            });
             outcomes.columns[utilisation][row] = used;
         }
-    }
-
-    fn failure(&self) -> Option<String> {
-        None
     }
 }
 

@@ -191,9 +191,14 @@ impl<'a> MarginPass<'a> {
         let wheels = Wheels::of(self.machine, rows);
         let notice_margin = 1.0 - self.machine.limits().notice;
         let max_gap_s = self.machine.estimator().max_gap;
-        let utilisation = wheels.column(Quantity::Utilisation);
+        let utilisation = wheels.rows.outcomes.known_column(Quantity::Utilisation);
         let largest_loads: Vec<_> = (0..self.machine.wheels().len())
-            .map(|wheel| wheels.column(Quantity::LoadLargest(wheel)))
+            .map(|wheel| {
+                wheels
+                    .rows
+                    .outcomes
+                    .known_column(Quantity::LoadLargest(wheel))
+            })
             .collect();
         let mut worst_row = None;
         for row in 0..rows.len() {
@@ -263,7 +268,8 @@ impl<'a> MarginPass<'a> {
         if !self.worst.as_ref().is_none_or(is_worse) {
             return false;
         }
-        let sigma_n = wheels.column(Quantity::OtfSigma(wheel)).map(|s| s[row]);
+        let sigmas = wheels.rows.outcomes.known_column(Quantity::OtfSigma(wheel));
+        let sigma_n = sigmas.map(|s| s[row]);
         let otf_sigma_n = sigma_n.and_then(known);
         self.worst = Some(WorstMargin {
             margin,
@@ -308,24 +314,16 @@ impl<'a> Wheels<'a> {
             .clone()
             .map(|wheel| rows.outcomes.column(Quantity::Otf(wheel)));
         let causes = WEIGHTS.into_iter().chain(MOTION_CAUSES);
-        let has = |quantity| rows.outcomes.quantities.contains(&quantity);
-        let of_cause = |cause: Contribution| -> Vec<&'a [f64]> {
-            let known = wheels
+        let known = |of: &dyn Fn(usize) -> Quantity| -> Vec<&'a [f64]> {
+            let columns = wheels
                 .clone()
-                .map(|wheel| Quantity::Contribution(cause, wheel));
-            known
-                .filter(|q| has(*q))
-                .map(|q| rows.outcomes.column(q))
-                .collect()
+                .map(|wheel| rows.outcomes.known_column(of(wheel)));
+            columns.flatten().collect()
         };
+        let of_cause = |cause: Contribution| known(&|wheel| Quantity::Contribution(cause, wheel));
         Self {
             rows,
-            least: wheels
-                .clone()
-                .map(Quantity::OtfBetweenLeast)
-                .filter(|quantity| has(*quantity))
-                .map(|quantity| rows.outcomes.column(quantity))
-                .collect(),
+            least: known(&Quantity::OtfBetweenLeast),
             otf: otf.collect(),
             static_load: &machine.reference().static_load,
             contributions: causes.map(of_cause).collect(),
@@ -346,12 +344,6 @@ impl<'a> Wheels<'a> {
         let least = self.least.get(wheel).map(|least| least[row]);
         let least = least.filter(|least| least.is_finite());
         least.unwrap_or(self.otf[wheel][row])
-    }
-
-    fn column(&self, quantity: Quantity) -> Option<&'a [f64]> {
-        let outcomes = &self.rows.outcomes;
-        let has = outcomes.quantities.contains(&quantity);
-        has.then(|| outcomes.column(quantity))
     }
 }
 

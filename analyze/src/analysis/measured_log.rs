@@ -39,9 +39,9 @@ impl MeasuredLog {
     /// The log cannot be read, or the machine does not fit it.
     pub(crate) fn read(path: &Path, file: &MachineFile, options: &Options) -> Result<Self> {
         let log = file.open_log(path)?;
-        let mut loaded = load(&log, file, &mut |_| {})?;
+        let mut loaded = load(&log, file, options.estimator, &mut |_| {})?;
         let quasi_static = choose(&mut loaded, options)?;
-        let (mut rows, quality) = estimate(&loaded, options)?;
+        let (mut rows, quality) = estimate(&mut loaded, options)?;
         let of_payloads = payload::follow_signals(&log, file, &loaded, &mut rows)?;
         let forces = linkage_force::read_all(&log, file, &loaded);
         let loads = MeasuredLoads::read(&log, file, &loaded);

@@ -58,13 +58,8 @@ impl Seen {
     pub(crate) fn take(&mut self, machine: &Machine, rows: &Rows) {
         self.rows += rows.len();
         self.ahead.take(rows);
-        if rows
-            .outcomes
-            .quantities
-            .contains(&Quantity::MeasuredTorques)
-        {
-            let used = rows.outcomes.column(Quantity::MeasuredTorques).iter();
-            self.with_torques += used.filter(|&&torques| torques > 0.0).count();
+        if let Some(used) = rows.outcomes.known_column(Quantity::MeasuredTorques) {
+            self.with_torques += used.iter().filter(|&&torques| torques > 0.0).count();
         }
         let mut state = State::zero(machine);
         for row in 0..rows.len() {

@@ -111,7 +111,7 @@ impl SensitivityPass {
 
     /// The table of a log; `None` if no row is valid.
     pub(crate) fn table(&self, standing: &StandingRows<'_>) -> Option<SensitivityTable> {
-        let StandingRows { machine, rows, .. } = *standing;
+        let (machine, rows) = (standing.machine, standing.rows());
         let parameters = Parameter::all(machine);
         let mut workspace = Workspace::with_model(machine, Scope::ALL, Arc::new(Model::WholeBody));
         let mut state = State::zero(machine);

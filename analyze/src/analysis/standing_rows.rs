@@ -1,61 +1,89 @@
 //! The machine as it stands in some rows of a log, so that what is asked of a machine on fixed supports can be asked of one whose
-//! supports come and go.
+//! supports come and go: the times on each set of them are looked into by themselves, with the machine on that set. A support
+//! that is set down or raised is in no such time, so that its load passes through zero unnoticed.
 
+use std::ops::Range;
+use std::sync::Arc;
+
+use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::machine::Machine;
 
+use crate::base::rows::Rows;
+use crate::base::support_sets::SupportSet;
 use crate::base::table::Table;
-use crate::events::OnSet;
 
 /// The machine on one set of supports, and the rows in which it stands on them.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub(crate) struct StandingRows<'a> {
     /// The machine on them.
     pub(crate) machine: &'a Machine,
-    /// The rows of the log; those on other supports are unknown.
-    pub(crate) rows: &'a Table,
     /// Load below which each wheel is light (N); `None` if unknown.
-    pub(crate) min_loads_n: Option<&'a [f64]>,
-    /// Index of the set; `None` for a machine that is always on the same supports.
-    set: Option<usize>,
+    pub(crate) min_loads_n: Option<Vec<f64>>,
+    /// The rows of the log.
+    all: &'a Table,
+    /// The set, and the rows on it; `None` for a machine that is always on the same supports.
+    on_set: Option<(&'a SupportSet, Table)>,
 }
 
 impl<'a> StandingRows<'a> {
     /// The machine on each of its sets; of a machine that is always on the same supports, that one.
     pub(crate) fn all(
         machine: &'a Machine,
-        rows: &'a Table,
-        min_loads_n: Option<&'a [f64]>,
-        sets: &'a [OnSet<'a>],
+        table: &'a Table,
+        min_loads_n: impl Fn(&Machine) -> Option<Vec<f64>>,
     ) -> Vec<Self> {
-        if rows.supports().is_none() {
-            return vec![Self {
-                machine,
-                rows,
-                min_loads_n,
-                set: None,
-            }];
-        }
-        let sets = sets.iter().map(|on| Self {
-            machine: &on.set.machine,
-            rows: &on.table,
-            min_loads_n: on.min_loads_n.as_deref(),
-            set: Some(on.index),
+        let standing = |machine: &'a Machine, on_set| Self {
+            machine,
+            min_loads_n: min_loads_n(machine),
+            all: table,
+            on_set,
+        };
+        let Some(supports) = table.supports() else {
+            return vec![standing(machine, None)];
+        };
+        let sets = supports.sets.iter().enumerate();
+        let sets = sets.map(|(index, set)| {
+            let rows = table.on_set(index, &set.machine);
+            standing(&set.machine, Some((set, rows)))
         });
         sets.collect()
     }
 
-    /// The place of that of a row; `None` where it is not known on what the machine stands.
-    pub(crate) fn place_of(all: &[Self], row: usize, rows: &Table) -> Option<usize> {
-        let set = match rows.supports() {
-            Some(supports) => Some(supports.index_of_row(row)?),
-            None => None,
-        };
-        all.iter().position(|standing| standing.set == set)
+    /// The place of that of a row of the log; `None` where it is not known on what the machine stands.
+    pub(crate) fn place_of(row: usize, table: &Table) -> Option<usize> {
+        match table.supports() {
+            Some(supports) => supports.index_of_row(row),
+            None => Some(0),
+        }
+    }
+
+    /// The parts of a block of the log, each with the place of that which stands in it, see [`place_of`](Self::place_of).
+    pub(crate) fn parts_of(rows: &Rows, table: &Table) -> Vec<(Range<usize>, Option<usize>)> {
+        match table.supports() {
+            Some(supports) => {
+                let spans = supports.spans_within(rows.first..rows.first + rows.len());
+                spans.collect()
+            }
+            None => vec![(0..rows.len(), Some(0))],
+        }
+    }
+
+    /// The rows of the log; those on other supports are unknown.
+    pub(crate) fn rows(&self) -> &Table {
+        self.on_set.as_ref().map_or(self.all, |(_, rows)| rows)
+    }
+
+    /// A part of a block of the log in which it stands, with the quantities of its machine.
+    pub(crate) fn part(&self, rows: &Arc<Rows>, part: Range<usize>, scope: Scope) -> Arc<Rows> {
+        match &self.on_set {
+            Some((set, _)) => Arc::new(rows.on_set(set, scope, part)),
+            None => Arc::clone(rows),
+        }
     }
 
     /// The place of one of its wheels among those of the machine that names the results.
     pub(crate) fn named_wheel(&self, wheel: usize) -> usize {
-        match self.set {
+        match self.on_set {
             Some(_) => self.machine.stands_on()[wheel].index(),
             None => wheel,
         }

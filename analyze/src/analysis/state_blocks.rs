@@ -235,6 +235,7 @@ mod tests {
     use tipwatch_mechanics::estimation::RowClock;
 
     use super::*;
+    use crate::base::options::Estimator;
     use crate::load::{block_smoother, load};
 
     #[test]
@@ -242,7 +243,7 @@ mod tests {
         let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/tiny.mcap");
         let file = MachineFile::read(&log.with_extension("toml")).unwrap();
         let log = file.open_log(&log).unwrap();
-        let loaded = load(&log, &file, &mut |_| {}).unwrap();
+        let loaded = load(&log, &file, Estimator::Smoother, &mut |_| {}).unwrap();
         // at this rate there are several blocks
         let states = || {
             let smoother = block_smoother(&loaded, RowClock::Rate(1500.0)).unwrap();

@@ -72,8 +72,8 @@ impl Rows {
     /// A result of a row; NaN where it cannot be computed, or if the model has no such quantity.
     #[must_use]
     pub fn value(&self, quantity: Quantity, row: usize) -> f64 {
-        let found = (self.outcomes.quantities.iter()).position(|&known| known == quantity);
-        found.map_or(f64::NAN, |column| self.outcomes.columns[column][row])
+        let found = self.outcomes.known_column(quantity);
+        found.map_or(f64::NAN, |column| column[row])
     }
 
     /// Some of these rows on one set of supports, without verdicts.

@@ -121,15 +121,13 @@ fn mark_contradictions(
         return;
     }
     let mut state = State::zero(machine);
-    let has = |quantity: Quantity| outcomes.quantities.contains(&quantity);
-    let column = |quantity: Quantity| has(quantity).then(|| outcomes.column(quantity));
     let joints = 0..machine.contact().actuated_joints.len();
     let residuals: Vec<_> = joints
-        .map(|joint| column(Quantity::TorqueResidual(joint)))
+        .map(|joint| outcomes.known_column(Quantity::TorqueResidual(joint)))
         .collect();
     let wheels = 0..machine.wheels().len();
     let sigmas: Vec<_> = wheels
-        .map(|wheel| column(Quantity::LoadSigma(wheel)))
+        .map(|wheel| outcomes.known_column(Quantity::LoadSigma(wheel)))
         .collect();
     for (row, reasons) in reasons.iter_mut().enumerate() {
         states.get(first + row, &mut state);

@@ -180,7 +180,13 @@ impl Table {
     /// Time of a row (s) after the first one.
     #[must_use]
     pub fn seconds(&self, row: usize) -> f64 {
-        (self.times_ns[row] - self.times_ns[0]) as f64 * 1e-9
+        self.seconds_at(self.times_ns[row])
+    }
+
+    /// A time (ns) on the clock of the stamps, in seconds after the first row.
+    #[must_use]
+    pub fn seconds_at(&self, time_ns: i64) -> f64 {
+        time_ns.saturating_sub(self.times_ns[0]) as f64 * 1e-9
     }
 
     /// Whether the model computes a quantity.

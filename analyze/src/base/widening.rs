@@ -12,5 +12,7 @@ pub(crate) trait Widening: Debug + Send + Sync {
     fn widen(&self, machine: &Machine, rows: &mut Rows, next_ns: Option<i64>);
 
     /// Why samples could not be read so far.
-    fn failure(&self) -> Option<String>;
+    fn failure(&self) -> Option<String> {
+        None
+    }
 }

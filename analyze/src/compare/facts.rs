@@ -200,7 +200,7 @@ fn numbers(side: &Side) -> Numbers {
     );
     // events of the machine are known only where loads are
     let mut counts: BTreeMap<&str, Option<f64>> = BTreeMap::new();
-    for kind in crate::events::EventKind::all() {
+    for kind in crate::events::EventKind::ALL {
         let is_known = is_computable || !kind.is_stability();
         counts.insert(kind.name(), is_known.then_some(0.0));
     }

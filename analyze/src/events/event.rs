@@ -176,6 +176,11 @@ impl Event {
         rotation.is_some_and(|rotation| rotation.witness == RotationWitness::Both)
     }
 
+    /// Whether it is more probable than not; one without a probability rests on what was measured.
+    pub(crate) fn is_fact(&self) -> bool {
+        self.certainty.is_none_or(|p| p >= LEAST_OF_A_FACT)
+    }
+
     /// Whether the ground may as well have given way under the machine: this neither happened for certain nor did not.
     pub(crate) fn is_open(&self) -> bool {
         let rested_ns = |rotation: &MeasuredRotation| rotation.rested_ns;
@@ -328,12 +333,6 @@ impl Event {
 }
 
 impl EventKind {
-    /// All kinds.
-    #[must_use]
-    pub fn all() -> &'static [Self] {
-        &Self::ALL
-    }
-
     /// Whether it concerns the machine's stability, not the log.
     #[must_use]
     pub fn is_stability(self) -> bool {

@@ -78,11 +78,6 @@ impl<'a> Pages<'a> {
         self.reasons.len()
     }
 
-    /// The reasons of all rows.
-    pub(super) fn into_reasons(self) -> Vec<Reasons> {
-        self.reasons
-    }
-
     /// Number of rows of the log.
     pub(super) fn len(&self) -> usize {
         self.times_ns.len()

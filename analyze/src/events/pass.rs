@@ -67,22 +67,12 @@ pub(crate) struct LowestOtf {
 
 impl LowestOtf {
     /// The lower one; of equal ones the first.
-    pub(super) fn lower(one: Option<Self>, other: Option<Self>) -> Option<Self> {
+    pub(crate) fn lower(one: Option<Self>, other: Option<Self>) -> Option<Self> {
         match (one, other) {
             (Some(one), Some(other)) if other.share < one.share => Some(other),
             (one, other) => one.or(other),
         }
     }
-}
-
-/// What the pass found.
-pub(crate) struct Found {
-    /// The events of the machine, in no order.
-    pub(crate) events: Vec<Event>,
-    /// The smallest OTF in them.
-    pub(crate) lowest: Option<LowestOtf>,
-    /// The reasons of all rows.
-    pub(crate) reasons: Vec<Reasons>,
 }
 
 impl<'a> EventPass<'a> {
@@ -175,18 +165,14 @@ impl<'a> EventPass<'a> {
         &self.events
     }
 
-    /// After the last block.
-    pub(crate) fn finish(mut self) -> Found {
+    /// After the last block: the events of the machine, in no order, and the smallest OTF in them.
+    pub(crate) fn finish(mut self) -> (Vec<Event>, Option<LowestOtf>) {
         self.close();
         while let Some(spell) = self.waiting.pop_front() {
             self.look_into(spell);
         }
         self.unloaded.join(&mut self.events);
-        Found {
-            events: self.events,
-            lowest: self.lowest,
-            reasons: self.rows.into_reasons(),
-        }
+        (self.events, self.lowest)
     }
 
     /// The rows of a block in which a wheel is light, an edge has little load, or the platform rotates about one.

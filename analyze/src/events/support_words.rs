@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn an_event_is_called_after_what_it_happens_to() {
-        for &kind in EventKind::all() {
+        for kind in EventKind::ALL {
             assert_eq!(WHEEL.event(kind), readable(kind.name()));
             let of_a_support = SUPPORT.event(kind);
             assert!(

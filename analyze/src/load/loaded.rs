@@ -20,6 +20,7 @@ use super::span::{self, RecordingSpan};
 use super::standing::Standing;
 use super::supports::{self, SupportTimeline};
 use crate::base::file_hash::{FileHash, hash_of};
+use crate::base::options::Estimator;
 
 /// Most values of samples that stay in memory: a quarter of an hour of a usual machine, 32 MB.
 const MOST_IN_MEMORY: usize = 4 << 20;
@@ -95,17 +96,6 @@ impl LoadedLog {
         Standing::of(&self.machine, self.supports.as_ref())
     }
 
-    /// Leaves out the velocities that drivers fill with zeros, from the first sample on: for an estimator that knows the whole log.
-    ///
-    /// # Errors
-    /// A temporary file cannot be read or written.
-    pub(crate) fn leave_out_filled_velocities(&mut self) -> Result<()> {
-        for signal in Arc::get_mut(&mut self.signals).into_iter().flatten() {
-            signal.recording.leave_out_filled_velocities()?;
-        }
-        Ok(())
-    }
-
     /// Frees the memory of the samples, all but their stamps, unless somebody else still reads them.
     pub(crate) fn forget_samples(&mut self) {
         let signals = Arc::get_mut(&mut self.signals).into_iter().flatten();
@@ -156,11 +146,19 @@ pub struct Signal {
 
 /// Reads the samples of a machine's sensors from a log. Those of a long log go to temporary files.
 ///
+/// Velocities that a driver fills with zeros are left out: for the smoother, which knows the whole log, from the first sample on;
+/// else from the sample on that shows the motion, as live.
+///
 /// # Errors
 /// The machine does not fit the log, a signal is missing or ambiguous, the log cannot be read, or a temporary file
 /// cannot be written.
-pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Result<LoadedLog> {
-    load_within(log, file, MOST_IN_MEMORY, progress)
+pub fn load(
+    log: &Log,
+    file: &MachineFile,
+    estimator: Estimator,
+    progress: &mut dyn FnMut(u64),
+) -> Result<LoadedLog> {
+    load_within(log, file, estimator, MOST_IN_MEMORY, progress)
 }
 
 /// The same with at most `most_in_memory` values in memory.
@@ -170,6 +168,7 @@ pub fn load(log: &Log, file: &MachineFile, progress: &mut dyn FnMut(u64)) -> Res
 pub fn load_within(
     log: &Log,
     file: &MachineFile,
+    estimator: Estimator,
     most_in_memory: usize,
     progress: &mut dyn FnMut(u64),
 ) -> Result<LoadedLog> {
@@ -196,6 +195,9 @@ pub fn load_within(
     let sensors = bound.sensors.into_iter().chain(bound.beside);
     for ((sensor, topic), mut recording) in sensors.zip(topics).zip(recordings) {
         let topic = log.topic(topic)?;
+        if estimator == Estimator::Smoother {
+            recording.leave_out_filled_velocities()?;
+        }
         if let Some(&offset_s) = bound.clock_offsets_s.get(&topic.name) {
             recording.shift(offset_s);
         }

@@ -194,8 +194,7 @@ fn is_clip(path: &Path) -> bool {
     let kind = stem.split_once('_').filter(|(number, _)| {
         number.len() >= 4 && number.bytes().all(|byte| byte.is_ascii_digit())
     });
-    is_mcap
-        && kind.is_some_and(|(_, kind)| EventKind::all().iter().any(|known| known.name() == kind))
+    is_mcap && kind.is_some_and(|(_, kind)| EventKind::ALL.iter().any(|known| known.name() == kind))
 }
 
 fn nanoseconds(seconds: f64) -> i64 {

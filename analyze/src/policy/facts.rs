@@ -200,7 +200,7 @@ impl LogFacts {
     /// zero.
     #[must_use]
     pub fn has_findings(&self) -> bool {
-        let mut stability = EventKind::all().iter().filter(|kind| kind.is_stability());
+        let mut stability = EventKind::ALL.iter().filter(|kind| kind.is_stability());
         stability.any(|&kind| self.has_event(kind))
             || self.largest_utilisation.is_some_and(|u| u >= 1.0)
     }

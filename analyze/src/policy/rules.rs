@@ -245,9 +245,9 @@ impl RuleSpec {
             ("at_least", self.at_least.is_some()),
             ("unknown", self.unknown.is_some()),
         ])?;
-        let mut kinds = EventKind::all().iter();
+        let mut kinds = EventKind::ALL.iter();
         let Some(&kind) = kinds.find(|kind| kind.name() == event) else {
-            let names: Vec<_> = EventKind::all().iter().map(|kind| kind.name()).collect();
+            let names: Vec<_> = EventKind::ALL.iter().map(|kind| kind.name()).collect();
             bail!(
                 "event: expected one of {}, found \"{event}\"",
                 names.join(", ")

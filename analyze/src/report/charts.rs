@@ -2,11 +2,11 @@
 
 use maud::{Markup, html};
 
-use super::sketch::{Curve, Point, Sketch};
+use super::sketch::{Curve, Sketch};
 use crate::analysis::Analysis;
 use crate::events::support_words::SupportWord;
-use crate::page::number;
 use crate::page::svg::{Chart, round_up};
+use crate::page::{Point, number};
 
 /// A chart for each wheel: its load with its band, its envelope and its limit.
 pub(super) fn section(analysis: &Analysis, sketch: &Sketch) -> Markup {

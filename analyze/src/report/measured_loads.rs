@@ -44,8 +44,7 @@ pub(super) fn findings(analysis: &Analysis) -> impl Iterator<Item = Finding> {
 }
 
 fn finding(analysis: &Analysis, span: &Contradiction) -> Finding {
-    let start_ns = analysis.rows.times_ns[0];
-    let seconds = |time_ns: i64| time_ns.saturating_sub(start_ns) as f64 * 1e-9;
+    let seconds = |time_ns: i64| analysis.rows.seconds_at(time_ns);
     let what = match span.sensor.as_str() {
         TOTAL => "the sum of the measured loads".into(),
         sensor => format!("the measured load {sensor}"),

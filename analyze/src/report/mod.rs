@@ -6,7 +6,6 @@ mod clocks;
 mod deciding;
 mod drawing;
 mod explanations;
-mod fact;
 mod faults;
 mod findings;
 mod health;

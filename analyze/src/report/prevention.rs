@@ -29,7 +29,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
         share: change.effort,
         text: format!("{:.0} % of {}", 100.0 * change.effort, change.effort_of),
     };
-    let seconds = |time_ns: i64| time_ns.saturating_sub(analysis.rows.times_ns[0]) as f64 * 1e-9;
+    let seconds = |time_ns: i64| analysis.rows.seconds_at(time_ns);
     html! {
         p {
             (word_of(analysis, &advice.wheel).head) " " (display(analysis, &advice.wheel)) " carried least: its overturning force (OTF) was "

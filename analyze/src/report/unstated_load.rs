@@ -30,7 +30,7 @@ pub(super) fn warning(analysis: &Analysis) -> Option<Markup> {
         .events
         .iter()
         .find(|event| contradicts(analysis, event))?;
-    let from_s = seconds(analysis, fall.start_ns);
+    let from_s = analysis.rows.seconds_at(fall.start_ns);
     Some(html! {
         p {
             strong {
@@ -69,7 +69,7 @@ pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
 }
 
 fn of_fall(analysis: &Analysis, fall: &ExplainedFall) -> Markup {
-    let onset_s = seconds(analysis, fall.onset_ns);
+    let onset_s = analysis.rows.seconds_at(fall.onset_ns);
     let shown = fall.explanations.iter().take(MOST_SHOWN);
     let shown = shown.filter(|explanation| explanation.probability >= LEAST_PROBABILITY);
     let cells = shown.map(|explanation| {
@@ -159,7 +159,7 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
     let about = format!(
         "The rotation about the {} edge at t = {:.2} s",
         fall.edge,
-        seconds(analysis, fall.onset_ns)
+        analysis.rows.seconds_at(fall.onset_ns)
     );
     let chance = format!(
         "(probability {} among the explanations tried)",
@@ -242,10 +242,6 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         evidence.push(format!("Next explanations: {}", others.join(", ")));
     }
     Some(Finding { headline, evidence })
-}
-
-fn seconds(analysis: &Analysis, time_ns: i64) -> f64 {
-    time_ns.saturating_sub(analysis.rows.times_ns[0]) as f64 * 1e-9
 }
 
 fn with_amounts(explanation: &Explanation) -> String {

@@ -57,7 +57,7 @@ pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> 
         "Measured forces of actuators are not used, and sensors are not compared with each other.".into(),
     ];
     if let Some(fall) = first_fall(recorded) {
-        let at_s = fall.start_ns.saturating_sub(recorded.rows.times_ns[0]) as f64 * 1e-9;
+        let at_s = recorded.rows.seconds_at(fall.start_ns);
         caveats.insert(0, format!(
             "The platform began to rotate about an edge at t = {at_s:.2} s. While it did, only what was recorded is known: whether the machine as supposed would have tipped then is open."
         ));
@@ -70,7 +70,7 @@ pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> 
 #[must_use]
 pub fn measured_fall(recorded: &Analysis, supposed: &Analysis) -> Option<String> {
     let fall = first_fall(recorded).filter(|_| first_fall(supposed).is_none())?;
-    let at_s = fall.start_ns.saturating_sub(recorded.rows.times_ns[0]) as f64 * 1e-9;
+    let at_s = recorded.rows.seconds_at(fall.start_ns);
     let rotated = fall.rotation_rad.map_or(String::new(), |rotation_rad| {
         format!(" by {:.0}°", rotation_rad.to_degrees())
     });

@@ -14,6 +14,19 @@ pub struct Data {
     pub sources: Vec<Source>,
 }
 
+impl Data {
+    /// The index of the channel of this name; `channel` is added if there is none.
+    pub fn index_of(&mut self, channel: Channel) -> usize {
+        let mut known = self.channels.iter();
+        known
+            .position(|known| known.name == channel.name)
+            .unwrap_or_else(|| {
+                self.channels.push(channel);
+                self.channels.len() - 1
+            })
+    }
+}
+
 /// A sensor whose readings share a constant error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {

@@ -23,8 +23,6 @@ pub struct FilledVelocities {
 struct Zeros {
     is_measured: bool,
     is_filled: bool,
-    /// Whether a velocity was stated at all.
-    has_zeros: bool,
     last: Option<f64>,
     /// Way since the first position (rad or m), its least and greatest, and the largest step.
     way: f64,
@@ -63,8 +61,10 @@ impl FilledVelocities {
                 self.open -= 1;
                 continue;
             }
-            joint.has_zeros |= velocity.is_finite();
-            joint.take(*position);
+            // where no velocity is stated, nothing is filled in
+            if *velocity == 0.0 {
+                joint.take(*position);
+            }
             if joint.is_filled {
                 *velocity = f64::NAN;
             }
@@ -81,7 +81,7 @@ impl FilledVelocities {
     pub fn filled(&self) -> impl Iterator<Item = usize> {
         let joints = self.joints.iter().enumerate();
         joints
-            .filter(|(_, joint)| joint.is_filled && joint.has_zeros && !joint.is_measured)
+            .filter(|(_, joint)| joint.is_filled && !joint.is_measured)
             .map(|(place, _)| place)
     }
 }

@@ -60,8 +60,20 @@ impl OutcomeColumns {
     /// If there is no such column.
     #[must_use]
     pub fn column(&self, quantity: Quantity) -> &[f64] {
-        let found = self.quantities.iter().position(|&q| q == quantity);
-        &self.columns[found.unwrap_or_else(|| panic!("no column of {quantity:?}"))]
+        let found = self.known_column(quantity);
+        found.unwrap_or_else(|| panic!("no column of {quantity:?}"))
+    }
+
+    /// The column of this quantity; `None` if the scope or the model has none.
+    #[must_use]
+    pub fn known_column(&self, quantity: Quantity) -> Option<&[f64]> {
+        Some(&self.columns[self.place(quantity)?])
+    }
+
+    /// The place of this quantity's column; `None` if there is none.
+    #[must_use]
+    pub fn place(&self, quantity: Quantity) -> Option<usize> {
+        self.quantities.iter().position(|&known| known == quantity)
     }
 
     /// The reasons `so_far` of a row and those that its outcome adds, as [`Reasons::with_outcome`] does for a

@@ -275,10 +275,16 @@ impl<'a, T: Real> LoadSigmas<'a, T> {
 
 /// U of the worst wheel, from OTF and its standard deviation by wheel (N).
 pub(crate) fn utilisation<T: Real>(machine: &Machine, otf: &[T], otf_sigma: &[T]) -> T {
+    largest_utilisation(machine, |wheel| {
+        otf[wheel] - otf_sigma[wheel] * T::constant(2.0)
+    })
+}
+
+/// U of the worst wheel, from what is sure of the OTF of each: OTF - 2 sigma, or the least that is possible (N).
+pub fn largest_utilisation<T: Real>(machine: &Machine, sure: impl Fn(usize) -> T) -> T {
     let mut worst = T::constant(f64::NEG_INFINITY);
     for (wheel, &static_load) in machine.reference.static_load.iter().enumerate() {
-        let sure = otf[wheel] - otf_sigma[wheel] * T::constant(2.0);
-        let used = T::one() - sure / T::constant(static_load);
+        let used = T::one() - sure(wheel) / T::constant(static_load);
         // In the opposite order a NaN would be ignored.
         worst = T::select(used.lt(worst), worst, used);
     }

@@ -74,7 +74,7 @@ struct Places {
 impl Places {
     fn new(outcomes: &OutcomeColumns, explained: &OutcomeColumns, wheels: usize) -> Self {
         let find = |columns: &OutcomeColumns, quantity: Quantity| {
-            let found = columns.quantities.iter().position(|&q| q == quantity);
+            let found = columns.place(quantity);
             found.unwrap_or_else(|| panic!("no column of {quantity:?}"))
         };
         let by_wheel = |columns, of: fn(usize) -> Quantity| -> Vec<usize> {

@@ -34,13 +34,9 @@ pub(crate) fn advise(
     sensitivity: &SensitivityTable,
     positions: &[[f64; 2]],
 ) -> Option<Advice> {
-    let StandingRows {
-        machine,
-        rows,
-        min_loads_n,
-        ..
-    } = *standing;
-    let limit = |wheel: usize| min_loads_n.map_or(0.0, |limits| limits[wheel]);
+    let (machine, rows) = (standing.machine, standing.rows());
+    let limits = standing.min_loads_n.as_ref();
+    let limit = |wheel: usize| limits.map_or(0.0, |limits| limits[wheel]);
     let event = on_its_wheels(events, rows, event_around(events, rows, worst.row)?);
     let too_long = too_long(rows, event);
     let window = match too_long {

@@ -75,8 +75,8 @@ pub(crate) fn ask_all(
     let slope = GroundSlope::of(machine, rows);
     let answers = first.par_iter().map(|&place| {
         let onset = rows.at(events[place].start_ns);
-        let on = &standing[StandingRows::place_of(standing, onset, rows)?];
-        let question = Question::of(on.machine, on.rows, slope.clone(), &events[place])?;
+        let on = standing.get(StandingRows::place_of(onset, rows)?)?;
+        let question = Question::of(on.machine, on.rows(), slope.clone(), &events[place])?;
         Some((question.answers(), question.split_flips_at()))
     });
     let answers: Vec<Option<(Vec<Counterfactual>, Option<f64>)>> = answers.collect();

@@ -1,7 +1,5 @@
 //! Finds the gross inputs of a log.
 
-use std::borrow::Cow;
-
 use anyhow::Result;
 use rayon::prelude::*;
 use tipwatch_binding::MachineFile;
@@ -51,14 +49,7 @@ pub(crate) fn gross_inputs(
         found.extend(stance::direction(&loaded.machine, rows));
     }
     if found.is_empty() {
-        let machine_at = |row: usize| match &loaded.supports {
-            None => Some(Cow::Borrowed(&loaded.machine)),
-            Some(supports) => {
-                let on = supports.on_at(rows.times_ns[row])?;
-                Some(Cow::Owned(loaded.machine.standing_on(on).ok()?))
-            }
-        };
-        found.extend(stance::rests_while_tipping(&machine_at, rows));
+        found.extend(stance::rests_while_tipping(&loaded.standing(), rows));
     }
     Ok(found)
 }

@@ -1,7 +1,6 @@
 //! A machine that stands still must be able to stand: the specific force points away from the ground, and the
 //! computed loads hold it up.
 
-use std::borrow::Cow;
 use std::ops::Range;
 
 use nalgebra::Vector3;
@@ -12,6 +11,7 @@ use super::windows::windows;
 use super::{GrossInput, GrossInputKind};
 use crate::base::estimated::EstimatedRows;
 use crate::base::number::short;
+use crate::load::Standing;
 
 /// Largest angular velocity of a quiet row (rad/s).
 const QUIET_RAD_S: f64 = 0.03;
@@ -88,12 +88,11 @@ pub(super) fn direction(machine: &Machine, rows: &EstimatedRows) -> Option<Gross
 }
 
 /// A machine that rests where it would tip over.
-///
-/// `machine_at` is the machine on the supports of a row, where these are known.
-pub(super) fn rests_while_tipping<'m>(
-    machine_at: &dyn Fn(usize) -> Option<Cow<'m, Machine>>,
+pub(super) fn rests_while_tipping(
+    standing: &Standing<'_>,
     rows: &EstimatedRows,
 ) -> Option<GrossInput> {
+    let machine_at = |row: usize| standing.at(rows.times_ns[row]);
     let mut windows = quiet_windows(rows).into_iter();
     let (window, machine) = windows.find_map(|window| {
         let machine = machine_at(window.start)?;
@@ -101,7 +100,6 @@ pub(super) fn rests_while_tipping<'m>(
         let last = machine_at(window.end - 1)?;
         (last.stands_on() == machine.stands_on()).then_some((window, machine))
     })?;
-    let machine = machine.as_ref();
     let mut scratch = Scratch::new(machine);
     let earlier = 0..window.start;
     let step = window.start.div_ceil(MOST_EARLIER).max(1);

@@ -34,19 +34,10 @@ impl Exclusion {
     }
 }
 
-/// Whether each wheel of a machine is one of the supports of the machine on a set.
-fn on_set(machine: &Machine, set: &Machine) -> Vec<bool> {
-    let wheels = machine.wheels().iter();
-    let stands = |name: &str| set.wheels().iter().any(|wheel| wheel.name == name);
-    wheels.map(|wheel| stands(&wheel.name)).collect()
-}
-
 /// Collects what is known between rows, block by block.
 pub(in crate::analysis) struct ExclusionPass<'a> {
     machine: &'a Machine,
     table: &'a Table,
-    /// By set of supports, whether each wheel of `machine` is one of them.
-    on_sets: Vec<Vec<bool>>,
     is_sparse: bool,
     found: Exclusion,
     /// By wheel, the event that may go on.
@@ -59,10 +50,6 @@ impl<'a> ExclusionPass<'a> {
         Self {
             machine,
             table,
-            on_sets: (table.supports().into_iter())
-                .flat_map(|supports| &supports.sets)
-                .map(|set| on_set(machine, &set.machine))
-                .collect(),
             is_sparse: table.has(Quantity::Static),
             found: Exclusion::default(),
             open: vec![None; machine.wheels().len()],
@@ -112,13 +99,11 @@ impl<'a> ExclusionPass<'a> {
 
     /// Whether a wheel is one of the supports of a row; without a known set, none is.
     fn is_on_ground(&self, wheel: usize, row: usize) -> bool {
-        match self.table.supports() {
-            Some(supports) => {
-                let set = supports.index_of_row(row);
-                set.is_some_and(|set| self.on_sets[set][wheel])
-            }
-            None => true,
-        }
+        let Some(supports) = self.table.supports() else {
+            return true;
+        };
+        let on = supports.of_row(row).map(|set| set.machine.stands_on());
+        on.is_some_and(|on| on.iter().any(|support| support.index() == wheel))
     }
 
     /// Whether the machine stands on other supports in the next row, or it is unknown on which.

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use tipwatch_mechanics::estimation::quasi_static::{MotionRange, UnobservedMotion};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::studies::unobserved::UnobservedLoads;
-use tipwatch_mechanics::{Quantity, State};
+use tipwatch_mechanics::{Quantity, State, largest_utilisation};
 
 use super::motion_loads::MotionLoads;
 use crate::base::rows::Rows;
@@ -93,26 +93,18 @@ impl Widening for StaticRows {
             }
             let is_bounded = at.is_bounded && until.is_bounded;
             let reach = is_bounded.then(|| loads.reach(machine, &state, &until));
-            let mut utilisation = f64::NEG_INFINITY;
-            for (wheel, place) in places.wheels.iter().enumerate() {
-                let static_load = machine.reference().static_load[wheel];
-                let sure = match &reach {
-                    Some(reach) => {
-                        let two_sigma = 2.0 * sigmas[wheel];
-                        columns[place.least][row] = reach[wheel].least_otf - two_sigma;
-                        columns[place.largest][row] = reach[wheel].largest_otf + two_sigma;
-                        columns[place.least][row]
-                    }
-                    None => columns[place.otf][row] - 2.0 * columns[place.otf_sigma][row],
-                };
-                let used = 1.0 - sure / static_load;
-                // in the opposite order a NaN would be ignored
-                utilisation = if used < utilisation {
-                    utilisation
-                } else {
-                    used
-                };
+            for (wheel, reach) in reach.iter().flatten().enumerate() {
+                let (place, two_sigma) = (&places.wheels[wheel], 2.0 * sigmas[wheel]);
+                columns[place.least][row] = reach.least_otf - two_sigma;
+                columns[place.largest][row] = reach.largest_otf + two_sigma;
             }
+            let utilisation = largest_utilisation(machine, |wheel| {
+                let place = &places.wheels[wheel];
+                match is_bounded {
+                    true => columns[place.least][row],
+                    false => columns[place.otf][row] - 2.0 * columns[place.otf_sigma][row],
+                }
+            });
             columns[places.utilisation][row] = utilisation;
         }
     }
@@ -141,9 +133,8 @@ struct WheelPlaces {
 impl Places {
     /// The table of a sparse log has all of them.
     fn of(machine: &Machine, rows: &Rows) -> Self {
-        let quantities = &rows.outcomes.quantities;
         let at = |quantity: Quantity| {
-            let found = quantities.iter().position(|&known| known == quantity);
+            let found = rows.outcomes.place(quantity);
             found.unwrap_or_else(|| unreachable!("no column of {quantity:?}"))
         };
         let wheels = 0..machine.wheels().len();

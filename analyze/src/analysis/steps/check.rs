@@ -1,9 +1,9 @@
 //! Fourth step: what sensors say of each other beside the states: measured loads, cylinder forces, lengths.
 
+use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Reason;
 
 use super::super::measured_loads::{Comparison, LoadComparison};
-use super::super::quasi_static::StaticRows;
 use super::super::redundancy;
 use super::super::task::Task;
 use super::estimate::EstimatedLog;
@@ -12,7 +12,7 @@ use super::read::ReadLog;
 use crate::base::estimated::EstimatedRows;
 use crate::base::options::Estimator;
 use crate::events::Event;
-use crate::load::{MeasuredLoads, Standing};
+use crate::load::MeasuredLoads;
 
 /// What the comparison of the sensors has found.
 #[derive(Default)]
@@ -36,15 +36,16 @@ impl CheckedLog {
         }
         let (loaded, rows) = (&read.loaded, &mut estimated.rows);
         let motion = read.quasi_static.as_ref().map(|found| found.rows.as_ref());
-        let load_comparison =
-            compare_loads(&loaded.standing(), rows, &prepared.measured_loads, motion);
+        let measured = prepared.measured_loads.as_ref();
+        let load_comparison = Comparison {
+            standing: &loaded.standing(),
+            rows,
+            measured,
+            motion,
+        }
+        .compare();
         if task.options.estimator == Estimator::Smoother {
-            follow_loads(
-                &loaded.standing(),
-                rows,
-                &prepared.measured_loads,
-                &load_comparison,
-            );
+            follow_loads(&loaded.machine, rows, measured, &load_comparison);
         }
         let contradicted = match estimated.samples.gross_inputs.is_empty() {
             true => redundancy::contradictions(
@@ -64,29 +65,13 @@ impl CheckedLog {
     }
 }
 
-/// Compares measured with computed loads.
-fn compare_loads(
-    standing: &Standing<'_>,
-    rows: &EstimatedRows,
-    measured: &MeasuredLoads,
-    motion: Option<&StaticRows>,
-) -> LoadComparison {
-    Comparison {
-        standing,
-        rows,
-        measured,
-        motion,
-    }
-    .compare()
-}
-
 /// Where all supports are measured, the loads of rows in which they contradict the computed ones follow them, those that are measured
 /// slowly by their last sample. Where no load on the tool explains the difference, either may be wrong: such rows are in doubt.
 ///
 /// That knows the whole log. The causal estimator's rows are doubted from when past rows contradict each other, as live, and follow no
 /// measured load.
 fn follow_loads(
-    standing: &Standing<'_>,
+    machine: &Machine,
     rows: &mut EstimatedRows,
     measured: &MeasuredLoads,
     comparison: &LoadComparison,
@@ -98,7 +83,7 @@ fn follow_loads(
         true => Default::default(),
         false => (measured.held.clone(), rows.times_ns.clone()),
     };
-    rows.change(standing.machine(), &spans, move |row, state| {
+    rows.change(machine, &spans, move |row, state| {
         // what is unknown stays unknown
         state.follows_supports = state.follows_supports * 0.0 + 1.0;
         for (joint, force) in state.actuator_force.iter_mut().enumerate() {

@@ -8,7 +8,6 @@ use super::super::quasi_static::{QuasiStatic, choose};
 use super::super::size;
 use super::super::task::Task;
 use crate::base::file_hash::LogHashes;
-use crate::base::options::Estimator;
 use crate::load::linkage_force::{self, LinkageForce};
 use crate::load::{LoadedLog, load, recorder_gaps};
 
@@ -35,10 +34,7 @@ impl ReadLog {
         progress: &mut dyn FnMut(u64),
     ) -> Result<Self> {
         let hashes = LogHashes::begin(&task.log);
-        let mut loaded = load(&task.log, task.file, progress)?;
-        if task.options.estimator == Estimator::Smoother {
-            loaded.leave_out_filled_velocities()?;
-        }
+        let mut loaded = load(&task.log, task.file, task.options.estimator, progress)?;
         loaded.notes.extend(recorder_gaps::note(&task.log)?);
         let quasi_static = choose(&mut loaded, &task.options)?;
         let scope = QuasiStatic::scope(quasi_static.as_ref(), evaluation::scope(&task.options));

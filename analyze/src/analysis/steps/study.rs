@@ -23,7 +23,7 @@ use super::evaluate::EvaluatedLog;
 use super::prepare::PreparedMachine;
 use super::read::ReadLog;
 use crate::analysis::{Analysis, Coverage, Input, Sources};
-use crate::events::{self, Event, FoundRotation, OnSet, ShownBy, Stories};
+use crate::events::{self, Event, FoundRotation, ShownBy, Stories};
 use crate::load::LoadedLog;
 
 /// Default limit of a light wheel, as a share of its static load.
@@ -67,12 +67,12 @@ pub(in crate::analysis) fn study<S: RowSink>(
         measured_loads: &prepared.measured_loads,
     };
     let mut sink = begin(&at_start)?;
-    let sets = OnSet::all(&table, min_loads);
+    let standing = StandingRows::all(machine, &table, min_loads);
     let limits = min_loads_n.as_deref();
     let mut gathered = gather(
-        at_start, limits, &sets, &rotations, scope, &others, &mut sink,
+        at_start, limits, &standing, &rotations, scope, &others, &mut sink,
     )?;
-    drop(sets);
+    drop(standing);
     let provenance = provenance(
         &task.log,
         hashes.finish()?,
@@ -81,19 +81,18 @@ pub(in crate::analysis) fn study<S: RowSink>(
         commissioning.as_ref(),
     )?;
     table.check()?;
-    table.reasons = std::mem::take(&mut gathered.found.reasons);
+    table.reasons = std::mem::take(&mut gathered.reasons);
     let mut coverage = Coverage::of(&loaded, &table, &rotations, &task.options);
     let exclusion = gathered.exclusion.as_ref();
     coverage.between_rows = exclusion.map(|found| found.within(coverage.covered_s));
     // what is only possible has no lead time
     input_events.append(&mut gathered.not_excluded);
-    let found = std::mem::take(&mut gathered.found.events);
+    let found = std::mem::take(&mut gathered.events);
     let mut events = all_events(found, input_events, &rotations);
     checked.load_comparison.weigh(&mut events);
     let is_explained = scope.sensitivities && task.is_recorded() && samples.gross_inputs.is_empty();
     // with the reasons that the events added
-    let sets = OnSet::all(&table, min_loads);
-    let standing = StandingRows::all(machine, &table, limits, &sets);
+    let standing = StandingRows::all(machine, &table, min_loads);
     if is_explained {
         ask_all(machine, &standing, &table, &mut events);
     }
@@ -114,11 +113,11 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let sensitivities: Vec<Option<SensitivityTable>> = (passes.iter().zip(&standing))
         .map(|(pass, standing)| pass.table(standing))
         .collect();
-    let lowest = gathered.found.lowest.as_ref();
+    let lowest = gathered.lowest.as_ref();
     let advice = lowest.and_then(|lowest| {
-        let place = StandingRows::place_of(&standing, lowest.row, &table)?;
+        let place = StandingRows::place_of(lowest.row, &table)?;
         advise(
-            &standing[place],
+            standing.get(place)?,
             &events,
             lowest,
             sensitivities.get(place)?.as_ref()?,
@@ -128,7 +127,6 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let sensitivity = (sensitivities.into_iter().flatten())
         .min_by(|one, other| one.worst_share.total_cmp(&other.worst_share));
     drop(standing);
-    drop(sets);
     let clock_findings = clock::text::of_signals(&loaded.signals);
     let mut notes = all_notes(
         task,

@@ -5,7 +5,6 @@ use super::rank::rank;
 use super::scene::Scene;
 use crate::events::{Bound, Event, EventKind, Finding, TIP_OVER_RAD};
 use crate::page::{number, probability};
-use crate::report::fact::is_fact;
 
 /// Below this confidence under any split, a finding is not shown without knowing the split.
 const LEAST_CONFIDENCE: f64 = 0.5;
@@ -58,7 +57,7 @@ impl Scene {
         let least = alike.iter().filter_map(|event| event.certainty);
         let least = least.reduce(f64::min);
         let confidence = match least {
-            Some(certainty) if is_fact(gravest) => {
+            Some(certainty) if gravest.is_fact() => {
                 format!(" (confidence {})", probability(certainty))
             }
             _ => String::new(),
@@ -69,7 +68,7 @@ impl Scene {
             self.statement(gravest, alike),
             self.when(gravest, alike)
         );
-        match gravest.certainty.filter(|_| !is_fact(gravest)) {
+        match gravest.certainty.filter(|_| !gravest.is_fact()) {
             Some(certainty) => format!(
                 "Less likely than not (probability {}): {}{}",
                 probability(certainty),
@@ -178,7 +177,7 @@ impl Scene {
     fn not_facts(&self, incident: &Incident<'_>) -> Option<String> {
         let gravest = incident.gravest();
         let unlikely = incident.events.iter();
-        let unlikely = unlikely.filter(|event| is_fact(gravest) && !is_fact(event));
+        let unlikely = unlikely.filter(|event| gravest.is_fact() && !event.is_fact());
         let graver = unlikely.filter(|event| rank(event.kind) <= rank(gravest.kind));
         let texts = graver.take(MOST_NAMED).map(|event| {
             let chance = event.certainty.map_or("unknown".into(), probability);

@@ -2,7 +2,6 @@
 
 use super::rank::rank;
 use crate::events::{Event, EventKind};
-use crate::report::fact::is_fact;
 
 /// Events this close in time are one incident (ns).
 const MERGED_NS: i64 = 500_000_000;
@@ -44,7 +43,7 @@ pub(in crate::report) fn incidents(events: &[Event]) -> Vec<Incident<'_>> {
 impl<'a> Incident<'a> {
     /// The event that the incident is named after: the gravest that is a fact, or of all if none is.
     pub(in crate::report) fn gravest(&self) -> &'a Event {
-        let order = |event: &&&Event| (!is_fact(event), rank(event.kind), event.start_ns);
+        let order = |event: &&&Event| (!event.is_fact(), rank(event.kind), event.start_ns);
         match self.events.iter().min_by_key(order) {
             Some(event) => event,
             None => unreachable!("an incident has an event"),
@@ -57,15 +56,15 @@ impl<'a> Incident<'a> {
 
     /// The events like the gravest, in order of their start.
     pub(in crate::report) fn like_the_gravest(&self) -> impl Iterator<Item = &'a Event> {
-        let (kind, is_stated) = (self.gravest().kind, is_fact(self.gravest()));
-        let alike = move |event: &&Event| event.kind == kind && is_fact(event) == is_stated;
+        let (kind, is_stated) = (self.gravest().kind, self.gravest().is_fact());
+        let alike = move |event: &&Event| event.kind == kind && event.is_fact() == is_stated;
         self.events.iter().copied().filter(alike)
     }
 
     /// What is told of it one by one: the facts in order of their start, of each wheel or edge once for each kind. A tip-over
     /// is an edge tipping that went on, so that tipping is no step of its own.
     pub(in crate::report) fn steps(&self) -> Vec<&'a Event> {
-        let facts = || self.events.iter().copied().filter(|event| is_fact(event));
+        let facts = || self.events.iter().copied().filter(|event| event.is_fact());
         let went_on = |event: &Event| {
             let is_its_end =
                 |other: &Event| other.kind == EventKind::TipOver && other.subject == event.subject;
@@ -107,7 +106,7 @@ impl<'a> Incident<'a> {
 
     /// The first event of a kind that is a fact.
     pub(in crate::report) fn first(&self, kind: EventKind) -> Option<&'a Event> {
-        let of_kind = |event: &&&Event| event.kind == kind && is_fact(event);
+        let of_kind = |event: &&&Event| event.kind == kind && event.is_fact();
         self.events.iter().find(of_kind).copied()
     }
 
@@ -115,7 +114,7 @@ impl<'a> Incident<'a> {
     pub(in crate::report) fn with_causes(&self) -> Option<&'a Event> {
         let known = self.events.iter().filter(|event| event.causes.is_some());
         known
-            .min_by_key(|event| (!is_fact(event), rank(event.kind), event.start_ns))
+            .min_by_key(|event| (!event.is_fact(), rank(event.kind), event.start_ns))
             .copied()
     }
 }

@@ -92,7 +92,7 @@ pub(super) fn worst_of_each_kind<'a>(
 ) -> (Vec<&'a Event>, Vec<Finding>) {
     let all: Vec<&Event> = events.collect();
     let (mut kept, mut left_out) = (Vec::new(), Vec::new());
-    for &kind in EventKind::all() {
+    for kind in EventKind::ALL {
         let of_kind = all.iter().copied().filter(|event| event.kind == kind);
         let mut of_kind: Vec<&Event> = of_kind.collect();
         if let Some(more) = of_kind.len().checked_sub(most).filter(|&more| more > 0) {

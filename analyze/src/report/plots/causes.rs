@@ -4,9 +4,9 @@ use tipwatch_mechanics::Quantity;
 
 use super::plotter::{Part, Plotter, axis};
 use crate::events::support_words::SupportWord;
-use crate::page::{Figure, Look, readable};
+use crate::page::{Figure, Look, Point, readable};
 use crate::report::findings::incidents;
-use crate::report::sketch::{Curve, Point};
+use crate::report::sketch::Curve;
 
 /// Most wheels whose contributions are drawn.
 const MOST_WHEELS: usize = 3;

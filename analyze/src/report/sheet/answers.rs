@@ -11,7 +11,6 @@ use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
 use crate::page::{number, percent, probability, short};
 use crate::report::deciding::Deciding;
 use crate::report::explanations;
-use crate::report::fact::is_fact;
 use crate::report::findings::{Incident, Scene};
 use crate::report::parameter_words::in_words;
 use crate::report::unstated_load;
@@ -134,7 +133,7 @@ fn tipped_over(analysis: &Analysis) -> String {
     let scene = Scene::of(analysis);
     let at = |event: &Event| format!("from {}", scene.start(event));
     // what is measured directly holds whatever is wrong with the loads
-    if let Some(event) = of_kind(analysis, EventKind::TipOver).find(|event| is_fact(event))
+    if let Some(event) = of_kind(analysis, EventKind::TipOver).find(|event| event.is_fact())
         && (event.measured_rotation.is_some() || nothing_known(analysis).is_none())
     {
         let (edge, at) = (scene.subject(event), at(event));
@@ -152,7 +151,7 @@ fn tipped_over(analysis: &Analysis) -> String {
     }
     let scope = scope(analysis);
     let tipping = of_kind(analysis, EventKind::EdgeTipping);
-    let mut tipping: Vec<&Event> = tipping.filter(|event| is_fact(event)).collect();
+    let mut tipping: Vec<&Event> = tipping.filter(|event| event.is_fact()).collect();
     tipping.sort_by_key(|event| event.end_ns.is_some());
     match tipping.first() {
         Some(event) if event.end_ns.is_none() => format!(
@@ -195,7 +194,7 @@ fn lifted(analysis: &Analysis) -> String {
     }
     let scene = Scene::of(analysis);
     let lifts = of_kind(analysis, EventKind::WheelLift);
-    let mut events: Vec<&Event> = lifts.filter(|event| is_fact(event)).collect();
+    let mut events: Vec<&Event> = lifts.filter(|event| event.is_fact()).collect();
     events.sort_by_key(|event| event.start_ns);
     let mut wheels: Vec<Lifted> = Vec::new();
     for event in events {

@@ -30,8 +30,7 @@ type Named = (String, Vec<(f64, f64, f64)>);
 pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let rows = &analysis.rows;
     let last_s = rows.seconds(rows.len().saturating_sub(1));
-    let first_ns = rows.times_ns[0];
-    let seconds = |time_ns: i64| time_ns.saturating_sub(first_ns) as f64 * 1e-9;
+    let seconds = |time_ns: i64| rows.seconds_at(time_ns);
     let gravest = incident.gravest();
     let from_s = (seconds(incident.start_ns()) - BEFORE_S).max(0.0);
     let ends = incident
@@ -46,7 +45,7 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         EventKind::TipOver => to_s.min(seconds(gravest.start_ns) + FALL_S),
         _ => to_s,
     };
-    let at = |s: f64| rows.at(first_ns.saturating_add((s * 1e9) as i64));
+    let at = |s: f64| rows.at(rows.times_ns[0].saturating_add((s * 1e9) as i64));
     let (first, end) = (at(from_s), at(to_s) + 1);
     let window = rows.window(first..end.min(rows.len()));
     let curves = Curves::of(analysis, &window, incident);

@@ -4,13 +4,12 @@ use super::answers::{self, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind, ShownBy};
 use crate::page::number;
-use crate::report::fact::is_fact;
 use crate::report::findings::{Incident, Scene, findings};
 
 /// At most three sentences on the gravest incident, or one on a log without any.
 pub(super) fn sentences(analysis: &Analysis, incidents: &[Incident<'_>]) -> Vec<String> {
     let scene = Scene::of(analysis);
-    let Some(incident) = incidents.iter().find(|it| is_fact(it.gravest())) else {
+    let Some(incident) = incidents.iter().find(|it| it.gravest().is_fact()) else {
         let first = findings(analysis).into_iter().next();
         return first
             .map(|finding| format!("{}.", finding.headline))
@@ -28,7 +27,7 @@ fn before(scene: &Scene, incident: &Incident<'_>, incidents: &[Incident<'_>]) ->
     let earlier = incidents
         .iter()
         .filter(|it| it.start_ns() < incident.start_ns());
-    let earlier = earlier.filter(|it| is_fact(it.gravest()));
+    let earlier = earlier.filter(|it| it.gravest().is_fact());
     let earlier = earlier.min_by_key(|it| it.start_ns()).map(|it| {
         let event = it.gravest();
         let at_s = scene.seconds(event.start_ns);

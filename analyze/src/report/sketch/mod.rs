@@ -1,7 +1,6 @@
 //! What the report draws of all rows, kept while they are computed block by block.
 
 mod late;
-mod thin;
 
 use std::sync::Arc;
 
@@ -11,14 +10,12 @@ use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Contribution, Quantity, State};
 
 pub(crate) use self::late::LateSketch;
-pub(super) use self::thin::Point;
-use self::thin::{Thinned, VALUES, together};
 use super::moment::Instants;
 use super::path::{Path, PathPass};
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, RowSink};
 use crate::base::rows::Rows;
-use crate::page::MOST_POINTS;
+use crate::page::{MOST_POINTS, Point, Thinned, VALUES, together};
 
 /// How finely a report draws the rows of a log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -348,10 +345,10 @@ impl Inputs {
 
     /// A result in the rows whose loads are usable, else NaN; NaN throughout if there is no such result.
     fn usable(&self, rows: &Rows, quantity: Quantity) -> Vec<f64> {
-        if !rows.outcomes.quantities.contains(&quantity) {
+        let Some(column) = rows.outcomes.known_column(quantity) else {
             return vec![f64::NAN; rows.len()];
-        }
-        let values = rows.outcomes.column(quantity).iter().zip(&self.usable);
+        };
+        let values = column.iter().zip(&self.usable);
         values
             .map(|(&value, &usable)| if usable { value } else { f64::NAN })
             .collect()

@@ -310,7 +310,7 @@ mod tests {
     #[test]
     fn every_kind_of_event_and_every_cause_has_a_column() {
         let has = |name: String| FleetLog::columns().iter().any(|column| column.name == name);
-        for kind in EventKind::all() {
+        for kind in EventKind::ALL {
             assert!(has(format!("{}_events", kind.name())), "{}", kind.name());
         }
         for cause in EXPOSURE_CAUSES {

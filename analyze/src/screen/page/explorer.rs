@@ -210,7 +210,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
     let mut data = Data {
         causes: EXPOSURE_CAUSES.map(readable).to_vec(),
         groups: Group::ALL.map(|(_, name)| name).to_vec(),
-        kinds: EventKind::all()
+        kinds: EventKind::ALL
             .iter()
             .map(|&kind| SupportWord::OF_ANY_MACHINE.event(kind))
             .collect(),
@@ -258,7 +258,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         doubts.extend(doubted.map(|subject| input_in_words(subject)));
         doubts.sort_unstable();
         doubts.dedup();
-        let flags = EventKind::all().iter().enumerate();
+        let flags = EventKind::ALL.iter().enumerate();
         let flags = flags.filter(|(_, kind)| facts.has_event(**kind));
         data.margin
             .push(whole(worst.map(|worst| worst.margin), 1e3));

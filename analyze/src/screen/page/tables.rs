@@ -39,7 +39,7 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
             totals.with_findings.to_string(),
         ),
     ];
-    let kinds = EventKind::all()
+    let kinds = EventKind::ALL
         .iter()
         .filter(|kind| kind.is_stability())
         .rev();
@@ -100,7 +100,7 @@ fn rest(count: usize) -> String {
 
 /// Events by machine and kind; `None` without logs.
 pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
-    let kinds = EventKind::all();
+    let kinds = EventKind::ALL;
     let row = |(machine, logs): (String, Vec<Seen<'_>>)| -> Vec<String> {
         let computable = logs.iter().map(|log| log.facts.coverage.computable_s);
         let computable = time(computable.sum());

@@ -7,6 +7,7 @@ use tipwatch_binding::{Commissioning, CommissioningSource, MachineFile, Urdf, sh
 use tipwatch_calibration::commissioning::{Answers, Assessment, Recording, assess};
 
 use crate::base::file_hash::{FileHash, hash_log};
+use crate::base::options::Estimator;
 use crate::load::load;
 
 /// What a log shows, for people and as a file.
@@ -26,7 +27,7 @@ pub struct LogCommissioning {
 /// The machine file does not describe a machine, or the log does not fit it.
 pub fn from_log(path: &Path, file: &MachineFile) -> Result<LogCommissioning> {
     let log = file.open_log(path)?;
-    let loaded = load(&log, file, &mut |_| {})?;
+    let loaded = load(&log, file, Estimator::Causal, &mut |_| {})?;
     let sensors = &loaded.matched.sensors;
     let mut recording = Recording::new(sensors);
     loaded.for_each_arrival(|sample| {

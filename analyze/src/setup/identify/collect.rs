@@ -80,18 +80,11 @@ struct Channels {
 impl Channels {
     fn of(log: &MeasuredLog, spec: &MachineSpec, data: &mut Data) -> Self {
         let mut add = |name: String, bias_sigma: f64, is_load: bool| {
-            let found = data
-                .channels
-                .iter()
-                .position(|channel| channel.name == name);
-            found.unwrap_or_else(|| {
-                data.channels.push(Channel {
-                    name,
-                    unit: "N",
-                    bias_sigma,
-                    is_load,
-                });
-                data.channels.len() - 1
+            data.index_of(Channel {
+                name,
+                unit: "N",
+                bias_sigma,
+                is_load,
             })
         };
         let loads = log.loads.sensors.iter().map(|load| {

@@ -103,17 +103,10 @@ fn readings(
 
 /// The channel of this name, without a constant error: that of an accelerometer is a parameter of the machine.
 pub(super) fn channel(data: &mut Data, name: String, unit: &'static str) -> usize {
-    let found = data
-        .channels
-        .iter()
-        .position(|channel| channel.name == name);
-    found.unwrap_or_else(|| {
-        data.channels.push(Channel {
-            is_load: unit == "N" && name.starts_with("scale"),
-            name,
-            unit,
-            bias_sigma: 0.0,
-        });
-        data.channels.len() - 1
+    data.index_of(Channel {
+        is_load: unit == "N" && name.starts_with("scale"),
+        name,
+        unit,
+        bias_sigma: 0.0,
     })
 }

@@ -128,9 +128,8 @@ fn stability<'a>(machine: &'a Machine, rows: &Rows, row: usize) -> DiagnosticSta
         let load = rows.outcomes.column(Quantity::Load(wheel))[row];
         add(format!("load {}", facts.name), load, "N");
     }
-    if rows.outcomes.quantities.contains(&Quantity::Utilisation) {
-        let utilisation = rows.outcomes.column(Quantity::Utilisation)[row];
-        add("utilisation".to_string(), utilisation, "");
+    if let Some(utilisation) = rows.outcomes.known_column(Quantity::Utilisation) {
+        add("utilisation".to_string(), utilisation[row], "");
     }
     if let Some(verdicts) = &rows.verdicts {
         let seconds = verdicts.time_to_lift_off_s[row];

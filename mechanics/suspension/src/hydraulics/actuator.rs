@@ -3,7 +3,7 @@
 use nalgebra::{Matrix4, Vector4};
 
 use super::chambers::{Flows, Pressures, flows, piston_force, pressure_rates};
-use super::rosenbrock::{StepError, Stiff, integrate};
+use super::rosenbrock::{StepError, integrate};
 use super::valve::Valve;
 use tipwatch_mechanics::machine::HydraulicParameters;
 use tipwatch_mechanics::number::{Dual, Real};
@@ -109,12 +109,19 @@ impl Actuator {
                 ActuatorInput::Motion { velocity } => velocity,
             },
         ]);
+        let tolerance = Vector4::from([
+            PRESSURE_TOLERANCE,
+            PRESSURE_TOLERANCE,
+            POSITION_TOLERANCE,
+            VELOCITY_TOLERANCE,
+        ]);
         let system = LoadedCylinder {
             parameters: &self.parameters,
             opening: valve.opening(),
             input,
         };
-        let [piston, rod, extension, velocity] = integrate(&system, start, seconds)?.into();
+        let [piston, rod, extension, velocity] =
+            integrate(|y| system.rates(y), tolerance, start, seconds)?.into();
         Ok(ActuatorState {
             pressures: Pressures { piston, rod },
             extension,
@@ -156,9 +163,8 @@ impl LoadedCylinder<'_> {
         let outer = (-(stiff * distal) - damped * velocity).min(zero);
         T::select(extension.lt(zero), inner, zero) + T::select(zero.lt(distal), outer, zero)
     }
-}
 
-impl Stiff for LoadedCylinder<'_> {
+    /// f(y) and its derivatives.
     fn rates(&self, y: &Vector4<f64>) -> (Vector4<f64>, Matrix4<f64>) {
         let mut jacobian = Matrix4::zeros();
         for column in 0..4 {
@@ -170,14 +176,5 @@ impl Stiff for LoadedCylinder<'_> {
             jacobian.set_column(column, &Vector4::from(slopes));
         }
         (Vector4::from(self.of((*y).into())), jacobian)
-    }
-
-    fn tolerance(&self) -> Vector4<f64> {
-        Vector4::from([
-            PRESSURE_TOLERANCE,
-            PRESSURE_TOLERANCE,
-            POSITION_TOLERANCE,
-            VELOCITY_TOLERANCE,
-        ])
     }
 }

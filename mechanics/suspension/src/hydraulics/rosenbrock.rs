@@ -30,17 +30,11 @@ pub enum StepError {
     },
 }
 
-/// An autonomous system of four equations and its Jacobian.
-pub(super) trait Stiff {
-    /// f(y) and its derivatives.
-    fn rates(&self, y: &Vector4<f64>) -> (Vector4<f64>, Matrix4<f64>);
-    /// Error tolerance of each component per sub-step.
-    fn tolerance(&self) -> Vector4<f64>;
-}
-
-/// Integrates for `seconds`.
+/// Integrates an autonomous system of four equations for `seconds`. `rates_at` gives f(y) and its Jacobian, `tolerance` the error of each
+/// component per sub-step.
 pub(super) fn integrate(
-    system: &impl Stiff,
+    rates_at: impl Fn(&Vector4<f64>) -> (Vector4<f64>, Matrix4<f64>),
+    tolerance: Vector4<f64>,
     start: Vector4<f64>,
     seconds: f64,
 ) -> Result<Vector4<f64>, StepError> {
@@ -49,16 +43,15 @@ pub(super) fn integrate(
     if !(finite(&y) && seconds.is_finite() && seconds >= 0.0) {
         return Err(StepError::NotFinite);
     }
-    let tolerance = system.tolerance();
     for _ in 0..MAX_SUBSTEPS {
         if left <= 0.0 {
             return Ok(y);
         }
         h = h.min(left);
-        let (rates, jacobian) = system.rates(&y);
+        let (rates, jacobian) = rates_at(&y);
         let solver = (Matrix4::identity() - jacobian * (GAMMA * h)).lu();
         let stages = solver.solve(&rates).and_then(|k1| {
-            let (ahead, _) = system.rates(&(y + k1 * h));
+            let (ahead, _) = rates_at(&(y + k1 * h));
             Some((k1, solver.solve(&(ahead - k1 * 2.0))?))
         });
         let Some((k1, k2)) = stages else {
