@@ -195,6 +195,15 @@ impl Part {
             },
             // the loads rest on the specific force, not on the velocity beside it
             Self::Acceleration if matches!(explanation, Explanation::Speed(_)) => 0.9,
+            // attitude and specific force agree: the housing of both is turned, or the velocity is wrong
+            Self::Acceleration
+                if matches!(
+                    explanation,
+                    Explanation::HousingHalfTurn(_) | Explanation::HousingQuarterTurn(..)
+                ) =>
+            {
+                0.5
+            }
             // specific force, attitude and velocity: one of three is what the loads rest on
             Self::Acceleration => 2.0 / 3.0,
             // one side of a jump is right: this one or the other
