@@ -90,6 +90,8 @@ pub enum Explanation {
     JointsExchanged(usize, usize),
     /// A joint whose encoder is off by a constant since its position jumped, by its index.
     JointOffset(usize),
+    /// An attitude whose inclination jumped without the gyro, and stayed.
+    AttitudeOffset,
     /// A load on the tool that nothing states.
     UnstatedLoad,
     /// Stamps that are off by a constant time. Only a whole log shows it: with other stamps the signals agree.
@@ -131,6 +133,7 @@ impl Explanation {
             | Self::JointScale(..)
             | Self::JointsExchanged(..)
             | Self::JointOffset(_)
+            | Self::AttitudeOffset
             | Self::UnstatedLoad
             | Self::Late
             | Self::Other => return None,
@@ -222,6 +225,7 @@ impl Explanation {
             Self::JointOffset(j) => {
                 format!("the encoder of {} were off since it jumped", joint(j))
             }
+            Self::AttitudeOffset => "the attitude were off since it jumped".into(),
             Self::UnstatedLoad => "a load that nothing states were on the tool".into(),
             Self::Late => "the clock of one of them were off".into(),
             Self::Other => "one of them were wrong in another way".into(),
