@@ -511,7 +511,7 @@ fn serial_number_tells_machines_of_one_name_apart() {
     let (folder, files) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let open = |serial: &str, comment: &str| {
         let (hash, identity) = with_serial(files.path(), serial, comment);
-        AlarmStore::open(folder.path(), hash, &identity).unwrap()
+        AlarmStore::open(folder.path(), hash, &identity, Some("hdmm_rigid")).unwrap()
     };
     let raised = Kept::alarm(Latch::raised(Level::Danger)).contradicted_at(Timestamp::now());
     let (mut first, _) = open("A-1", "");

@@ -44,6 +44,12 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
                     number(event.worst),
                     event.unit
                 ),
+                _ if event.subject.ends_with(ATTITUDE) => format!(
+                    "The inclination jumps by {} {} and stays there, and the gyro did not turn: the attitude is wrong before or since \
+                     then, or all that this sensor shows{looks}",
+                    number(event.worst),
+                    event.unit
+                ),
                 "-" => format!(
                     "The signals contradict each other, and which one is wrong is unknown{looks}. Logarithm of the likelihood \
                      ratio against sound sensors: {} (counts from {} on)",

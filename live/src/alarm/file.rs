@@ -4,7 +4,8 @@
 //!     tipwatch-alarm 4 MACHINE_HASH IDENTITY_CRC32 LEVEL ACKNOWLEDGED CONTRADICTION DOUBTED CRC32
 //! ```
 //! Whoever changes the machine file gets another hash. The alarm is then taken over from the files of machines of the same
-//! identity, which is the name with the serial number; IDENTITY_CRC32 is its checksum. CONTRADICTION is `-`, or the time at which
+//! identity, which is the name with the serial number; IDENTITY_CRC32 is its checksum. A machine file that states a serial number
+//! for the first time has another identity, too: files of its name alone are of this machine. CONTRADICTION is `-`, or the time at which
 //! the sensors were contradicted last (UTC). It is never erased: a commissioning whose drive is later overrules it, an earlier one
 //! does not. DOUBTED is `-`, or the signals that failed visibly, see [`super::doubted`]. Version 3 has none. Version 2 names no time
 //! either; its contradictions count as of when they are read.
@@ -82,6 +83,8 @@ pub struct AlarmFile {
     folder: PathBuf,
     machine_hash: u64,
     identity_checksum: u32,
+    /// Checksum of its identity before its machine file stated a serial number.
+    unnumbered_checksum: Option<u32>,
 }
 
 impl AlarmFile {
@@ -92,7 +95,15 @@ impl AlarmFile {
             folder: folder.into(),
             machine_hash,
             identity_checksum: crc32fast::hash(identity.as_bytes()),
+            unnumbered_checksum: None,
         }
+    }
+
+    /// The same, of a machine that had this identity before its machine file stated a serial number, if it states one.
+    #[must_use]
+    pub(super) fn once_unnumbered(mut self, identity: Option<&str>) -> Self {
+        self.unnumbered_checksum = identity.map(|identity| crc32fast::hash(identity.as_bytes()));
+        self
     }
 
     /// The other files of machines of the same identity with an alarm or a contradiction, and files of which nobody can tell: a
@@ -113,13 +124,18 @@ impl AlarmFile {
             let Some(machine_hash) = hash_of(&entry?.file_name()) else {
                 continue;
             };
-            let file = Self {
+            let mut file = Self {
                 machine_hash,
                 ..self.clone()
             };
-            if machine_hash == self.machine_hash || file.is_of_another_machine() {
+            let identity = file.written_identity();
+            let is_ours = |identity| {
+                identity == self.identity_checksum || Some(identity) == self.unnumbered_checksum
+            };
+            if machine_hash == self.machine_hash || identity.is_some_and(|it| !is_ours(it)) {
                 continue;
             }
+            file.identity_checksum = identity.unwrap_or(self.identity_checksum);
             match file.read() {
                 Ok(kept) if kept == Kept::default() => {}
                 Ok(kept) => found.push(Predecessor {
@@ -137,14 +153,11 @@ impl AlarmFile {
         Ok(found)
     }
 
-    /// Whether its file is undamaged and of a machine of another identity.
-    fn is_of_another_machine(&self) -> bool {
-        let text = fs::read_to_string(self.path()).unwrap_or_default();
-        let Some(written) = Written::parse(&text) else {
-            return false;
-        };
-        written.machine_hash == self.machine_hash
-            && written.identity_checksum != self.identity_checksum
+    /// Checksum of the identity in its file; `None` if that is damaged.
+    fn written_identity(&self) -> Option<u32> {
+        let text = fs::read_to_string(self.path()).ok()?;
+        let written = Written::parse(&text)?;
+        (written.machine_hash == self.machine_hash).then_some(written.identity_checksum)
     }
 
     /// Its path.

@@ -51,13 +51,19 @@ pub struct AlarmStore {
 }
 
 impl AlarmStore {
-    /// Opens the store of the machine with this hash and identity. Returns what is on the disk, also of its files of before. A file
+    /// Opens the store of the machine with this hash and identity; `unnumbered` is what that was before its machine file stated a
+    /// serial number, if it states one. Returns what is on the disk, also of its files of before. A file
     /// that cannot be read counts as a latched fault. If the folder cannot be written, [`Self::is_unsaved`] tells.
     ///
     /// # Errors
     /// No thread can be started.
-    pub fn open(folder: &Path, machine_hash: u64, identity: &str) -> Result<(Self, Kept)> {
-        let file = AlarmFile::new(folder, machine_hash, identity);
+    pub fn open(
+        folder: &Path,
+        machine_hash: u64,
+        identity: &str,
+        unnumbered: Option<&str>,
+    ) -> Result<(Self, Kept)> {
+        let file = AlarmFile::new(folder, machine_hash, identity).once_unnumbered(unnumbered);
         let fault = Kept::alarm(Latch::raised(Level::Fault));
         let predecessors = file.predecessors();
         let mut kept = file.read().unwrap_or_else(|error| {
@@ -251,7 +257,29 @@ mod tests {
     use crate::alarm::DoubtedSignal;
 
     fn open(folder: &Path, hash: u64, identity: &str) -> (AlarmStore, Kept) {
-        AlarmStore::open(folder, hash, identity).unwrap()
+        AlarmStore::open(folder, hash, identity, None).unwrap()
+    }
+
+    /// Whoever adds a serial number to the machine file does not end the alarm.
+    // requirement: TW-VERDICT-20
+    #[test]
+    fn alarm_is_taken_over_by_a_machine_that_gets_a_serial_number() {
+        let folder = tempfile::tempdir().unwrap();
+        let numbered =
+            |hash| AlarmStore::open(folder.path(), hash, "\"m\" \"7\"", Some("m")).unwrap();
+        let danger = Kept::alarm(Latch::raised(Level::Danger));
+        let (mut store, _) = open(folder.path(), 3, "m");
+        store.keep(&danger);
+        drop(store);
+        let (_, another) = open(folder.path(), 6, "\"other\" \"7\"");
+        assert_eq!(another, Kept::default());
+        let (mut store, kept) = numbered(4);
+        assert_eq!(kept, danger);
+        // once it is acknowledged and over, no file has it
+        store.keep(&Kept::default());
+        drop(store);
+        assert_eq!(numbered(5).1, Kept::default());
+        assert_eq!(open(folder.path(), 3, "m").1, Kept::default());
     }
 
     // requirement: TW-VERDICT-20

@@ -299,7 +299,8 @@ impl<'a> MonitorProgram<'a> {
         let source = new_identity(hash);
         // first of all: of two monitors, one may not touch the other's alarm
         let verdicts = ExpiringSender::new(node, source, hash, clock)?;
-        let (store, kept) = AlarmStore::open(options.state, hash, &file.spec.identity())?;
+        let (identity, unnumbered) = (file.spec.identity(), file.spec.unnumbered_identity());
+        let (store, kept) = AlarmStore::open(options.state, hash, &identity, unnumbered)?;
         Ok(Self {
             stays: options.running.stays,
             acknowledgements: node.receiver()?,

@@ -606,6 +606,12 @@ impl MachineSpec {
         }
     }
 
+    /// Its identity before the machine file stated a serial number; `None` if it states none.
+    #[must_use]
+    pub fn unnumbered_identity(&self) -> Option<&str> {
+        self.serial.as_ref().map(|_| self.name.as_str())
+    }
+
     /// Field of the force of a linkage's actuator: its own key, else the effort of the rod joint.
     #[must_use]
     pub fn force_of<'a>(&'a self, linkage: &'a LinkageSpec) -> Option<&'a FieldSpec> {

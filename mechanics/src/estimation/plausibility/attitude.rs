@@ -16,7 +16,24 @@ pub(super) struct AttitudeWatch {
     /// Of its up direction.
     outliers: Outliers<3>,
     last_ns: Option<i64>,
+    /// The last credible up direction and angular velocity (rad/s, NaN: not known), with its stamp.
+    good: Option<(i64, Vector3<f64>, Vector3<f64>)>,
+    /// How far it has inclined by the gyro in about the last [`INCLINED_S`] (rad).
+    inclined: f64,
+    jumped: Option<Jumped>,
 }
+
+/// An inclination that jumped without the gyro: one side of the jump is wrong, until it jumps back.
+#[derive(Debug, Clone, Copy)]
+struct Jumped {
+    since_ns: i64,
+    /// Sum of the jumps of the up direction, and how much of it may be noise and motion (rad).
+    by: Vector3<f64>,
+    moved: f64,
+}
+
+/// Time for which an attitude may hold its value, and then show the turn of all of it in one sample (s).
+const INCLINED_S: f64 = 0.5;
 
 /// Change of the inclination between two samples that does no harm (rad).
 const HARMLESS_TILT: f64 = 0.05;
@@ -28,15 +45,20 @@ impl AttitudeWatch {
             freeze: Freeze::new(),
             outliers: Outliers::new(HARMLESS_TILT),
             last_ns: None,
+            good: None,
+            inclined: 0.0,
+            jumped: None,
         }
     }
 
     /// Reports faults of a quaternion to `found` and returns whether it is present and credible. If it is NaN or
-    /// zero from the start, the sensor has no orientation.
+    /// zero from the start, the sensor has no orientation. `turning` is the angular velocity in its axes (rad/s), NaN where none is
+    /// known.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,
         xyzw: &[f64],
+        turning: Vector3<f64>,
         turns: bool,
         limits: &Limits,
         found: &mut Found<'_>,
@@ -65,17 +87,77 @@ impl AttitudeWatch {
         let last_ns = self.last_ns.replace(stamp_ns);
         if last_ns.is_some_and(|last_ns| limits.elapsed_s(last_ns, stamp_ns) > limits.max_gap_s) {
             self.outliers.restart();
+            self.good = None;
         }
-        if let Some(up) = up_direction(xyzw)
-            && let Some(notice) = self.outliers.notice(stamp_ns, up.into(), Component::Value)
-        {
-            found(notice);
-            return false;
+        if let Some(up) = up_direction(xyzw) {
+            let was_suspect = self.outliers.is_suspect();
+            if let Some(notice) = (self.outliers).notice(stamp_ns, up.into(), Component::Value) {
+                found(notice);
+                return false;
+            }
+            self.follow([up, turning], stamp_ns, was_suspect, limits);
+        }
+        if let Some(jumped) = &self.jumped {
+            found(Notice::offset(
+                jumped.since_ns,
+                jumped.by.norm(),
+                jumped.moved,
+            ));
         }
         if let Some(notice) = self.freeze.notice(stamp_ns, xyzw, turns, limits) {
+            // where it froze is no inclination from which it jumps
+            self.good = None;
             found(notice);
         }
         true
+    }
+}
+
+impl AttitudeWatch {
+    /// Takes a credible up direction. One that has changed within a sample has turned as the gyro says, or jumped:
+    /// ```text
+    ///     u1 = exp(-w dt) u0 + jump,      |jump| > limit of outliers + integral of |w x u| dt over the last half second
+    /// ```
+    /// Only where the gyro is known on both sides. Headings do not count: a compass corrects them.
+    fn follow(
+        &mut self,
+        [up, turning]: [Vector3<f64>; 2],
+        stamp_ns: i64,
+        has_changed: bool,
+        limits: &Limits,
+    ) {
+        let Some((good_ns, good, before)) = self.good.replace((stamp_ns, up, turning)) else {
+            self.inclined = 0.0;
+            return;
+        };
+        let step_s = limits.elapsed_s(good_ns, stamp_ns);
+        let by_gyro = 0.5 * (before + turning) * step_s;
+        if !by_gyro.iter().all(|angle| angle.is_finite()) {
+            self.inclined = 0.0;
+            return;
+        }
+        // a turn about the vertical does not incline
+        let [before, turning] = [before.cross(&good), turning.cross(&up)];
+        let fastest = before.norm().max(turning.norm());
+        self.inclined = (self.inclined + fastest * step_s) * INCLINED_S / (INCLINED_S + step_s);
+        if !has_changed {
+            return;
+        }
+        let by = up - UnitQuaternion::from_scaled_axis(-by_gyro) * good;
+        let moved = self.outliers.limit() + self.inclined;
+        if by.norm() <= moved {
+            return;
+        }
+        let jumped = self.jumped.get_or_insert(Jumped {
+            since_ns: stamp_ns,
+            by: Vector3::zeros(),
+            moved: 0.0,
+        });
+        jumped.by += by;
+        jumped.moved += moved;
+        if jumped.by.norm() <= jumped.moved {
+            self.jumped = None;
+        }
     }
 }
 
@@ -85,4 +167,67 @@ pub(super) fn up_direction(xyzw: &[f64]) -> Option<Vector3<f64>> {
     let attitude = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.1)?;
     let up = attitude.inverse_transform_vector(&Vector3::z());
     up.iter().all(|v| v.is_finite()).then_some(up)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Times (s) of the first and of the last sample that contradicts itself; samples every ten milliseconds. `shown` gives roll by
+    /// attitude (rad) and rate by gyro (rad/s).
+    fn jumped(shown: impl Fn(f64) -> [f64; 2]) -> Option<[f64; 2]> {
+        let mut watch = AttitudeWatch::new();
+        let mut first_and_last: Option<[f64; 2]> = None;
+        for step in 0..2000_i64 {
+            let time_s = step as f64 * 0.01;
+            let [roll, rate] = shown(time_s);
+            let noise = 5e-4 * (step as f64 * 12.9898).sin();
+            let attitude = UnitQuaternion::from_euler_angles(roll + noise, 0.0, 0.3 * time_s);
+            let turning =
+                attitude.inverse_transform_vector(&(Vector3::z() * 0.3)) + Vector3::x() * rate;
+            let xyzw: [f64; 4] = attitude.coords.into();
+            let mut take = |notice: Notice| {
+                if notice.kind == FaultKind::Contradiction {
+                    let first = first_and_last.map_or(time_s, |[first, _]| first);
+                    first_and_last = Some([first, time_s]);
+                }
+            };
+            let stamp_ns = step * 10_000_000;
+            watch.check(stamp_ns, &xyzw, turning, true, &Limits::OF_TESTS, &mut take);
+        }
+        first_and_last
+    }
+
+    #[test]
+    fn an_inclination_that_jumps_and_stays_contradicts_a_silent_gyro_until_it_is_back() {
+        let jump = |t: f64| if t > 5.0 { 0.12 } else { 0.0 };
+        let [first, last] = jumped(|t| [jump(t), 0.0]).unwrap();
+        assert!(
+            (5.0..5.05).contains(&first) && last > 19.9,
+            "{first} {last}"
+        );
+        let passes = |t: f64| if t > 12.0 { 0.0 } else { jump(t) };
+        let [_, last] = jumped(|t| [passes(t), 0.0]).unwrap();
+        assert!((11.9..12.1).contains(&last), "{last}");
+    }
+
+    #[test]
+    fn an_inclination_that_moves_contradicts_nothing() {
+        // as the gyro says, however fast; also where it shows that late, or every 0.2 s
+        let roll = |t: f64| 0.4 * (6.0 * t).sin();
+        let rate = |t: f64| 2.4 * (6.0 * t).cos();
+        assert_eq!(jumped(|t| [roll(t), rate(t)]), None);
+        assert_eq!(jumped(|t| [roll(t - 0.05), rate(t)]), None);
+        assert_eq!(jumped(|t| [roll((5.0 * t).floor() / 5.0), rate(t)]), None);
+        // a filter that converges, or is corrected slowly
+        assert_eq!(jumped(|t| [0.3 * (-t).exp(), 0.0]), None);
+        assert_eq!(jumped(|t| [0.3 * ((t - 9.0) * 2.0).tanh(), 0.0]), None);
+        // one sample, and a gyro that is not known
+        let flips = |t: f64| if (5.0..5.005).contains(&t) { 0.4 } else { 0.0 };
+        assert_eq!(jumped(|t| [flips(t), 0.0]), None);
+        assert_eq!(
+            jumped(|t| [if t > 5.0 { 0.3 } else { 0.0 }, f64::NAN]),
+            None
+        );
+    }
 }

@@ -68,6 +68,10 @@ pub enum Explanation {
     QuarterTurn(Axis, bool),
     /// Mounted turned by 180 degrees about an axis.
     HalfTurn(Axis),
+    /// The housing of an IMU, with all that it measures, turned by 90 degrees about an axis; `true`: in the positive sense.
+    HousingQuarterTurn(Axis, bool),
+    /// The housing of an IMU, with all that it measures, turned by 180 degrees about an axis.
+    HousingHalfTurn(Axis),
     /// A scale of one half or of two.
     Scale(bool),
     /// The value does not follow the motion.
@@ -86,6 +90,8 @@ pub enum Explanation {
     JointsExchanged(usize, usize),
     /// A joint whose encoder is off by a constant since its position jumped, by its index.
     JointOffset(usize),
+    /// An attitude whose inclination jumped without the gyro, and stayed.
+    AttitudeOffset,
     /// A load on the tool that nothing states.
     UnstatedLoad,
     /// Stamps that are off by a constant time. Only a whole log shows it: with other stamps the signals agree.
@@ -110,9 +116,10 @@ impl Explanation {
                 exchanged.swap_rows(a as usize, b as usize);
                 exchanged
             }
-            Self::HalfTurn(axis) => -flipped(axis),
-            Self::QuarterTurn(axis, positive) => {
-                let angle = if positive { 1.0 } else { -1.0 } * std::f64::consts::FRAC_PI_2;
+            Self::HalfTurn(axis) | Self::HousingHalfTurn(axis) => -flipped(axis),
+            Self::QuarterTurn(axis, positive) | Self::HousingQuarterTurn(axis, positive) => {
+                // in the axes of a sensor that is turned, a vector turns the other way
+                let angle = if positive { -1.0 } else { 1.0 } * std::f64::consts::FRAC_PI_2;
                 let mut along = nalgebra::Vector3::zeros();
                 along[axis as usize] = angle;
                 nalgebra::Rotation3::from_scaled_axis(along).into_inner()
@@ -126,6 +133,7 @@ impl Explanation {
             | Self::JointScale(..)
             | Self::JointsExchanged(..)
             | Self::JointOffset(_)
+            | Self::AttitudeOffset
             | Self::UnstatedLoad
             | Self::Late
             | Self::Other => return None,
@@ -150,6 +158,17 @@ impl Explanation {
         all
     }
 
+    /// An IMU whose housing is turned.
+    pub(super) fn of_housings() -> impl Iterator<Item = Self> {
+        Axis::ALL.into_iter().flat_map(|axis| {
+            [
+                Self::HousingHalfTurn(axis),
+                Self::HousingQuarterTurn(axis, true),
+                Self::HousingQuarterTurn(axis, false),
+            ]
+        })
+    }
+
     /// Whether it lies in how sensors are mounted, wired or configured: that does not heal by itself.
     #[must_use]
     pub fn lasts(self) -> bool {
@@ -160,6 +179,8 @@ impl Explanation {
                 | Self::Exchanged(..)
                 | Self::QuarterTurn(..)
                 | Self::HalfTurn(_)
+                | Self::HousingQuarterTurn(..)
+                | Self::HousingHalfTurn(_)
                 | Self::Scale(_)
                 | Self::GravityOnly
                 | Self::Speed(_)
@@ -173,21 +194,21 @@ impl Explanation {
     #[must_use]
     pub fn text(self, machine: &Machine) -> String {
         let joint = |joint: usize| machine.joints()[joint].name.as_str();
+        let quarter = |positive: bool| if positive { 90 } else { -90 };
+        let turned = |what: &str, degrees: i32, axis: Axis| {
+            let axis = axis.name();
+            format!("the {what} were turned by {degrees} degrees about {axis}")
+        };
         match self {
             Self::Sign(axis) => format!("the sign of {} were reversed", axis.name()),
             Self::Signs => "all signs were reversed".into(),
             Self::Exchanged(a, b) => format!("{} and {} were exchanged", a.name(), b.name()),
-            Self::QuarterTurn(axis, positive) => format!(
-                "the sensor were turned by {}90 degrees about {}",
-                if positive { "" } else { "-" },
-                axis.name()
-            ),
-            Self::HalfTurn(axis) => {
-                format!(
-                    "the sensor were turned by 180 degrees about {}",
-                    axis.name()
-                )
+            Self::QuarterTurn(axis, positive) => turned("sensor", quarter(positive), axis),
+            Self::HalfTurn(axis) => turned("sensor", 180, axis),
+            Self::HousingQuarterTurn(axis, positive) => {
+                turned("housing of the IMU", quarter(positive), axis)
             }
+            Self::HousingHalfTurn(axis) => turned("housing of the IMU", 180, axis),
             Self::Scale(true) => "one showed twice the other".into(),
             Self::Scale(false) => "one showed half the other".into(),
             Self::Stopped => "one of them did not follow the motion".into(),
@@ -204,6 +225,7 @@ impl Explanation {
             Self::JointOffset(j) => {
                 format!("the encoder of {} were off since it jumped", joint(j))
             }
+            Self::AttitudeOffset => "the attitude were off since it jumped".into(),
             Self::UnstatedLoad => "a load that nothing states were on the tool".into(),
             Self::Late => "the clock of one of them were off".into(),
             Self::Other => "one of them were wrong in another way".into(),

@@ -78,7 +78,7 @@ pub struct Finding {
     pub stamp_ns: i64,
     /// Magnitude of the fault, in the unit of its kind: the value out of range, the rate, the time for which the
     /// signal has been frozen, the norm of the quaternion, the difference of velocity or gravity, the logarithm of the
-    /// likelihood ratio of a contradiction, or by how much a joint has jumped since it contradicts itself (signed); 1 for a
+    /// likelihood ratio of a contradiction, or by how much a joint has jumped since it contradicts itself (signed), or an attitude (rad); 1 for a
     /// value that is not finite.
     pub measure: f64,
     /// Limit for `measure`, in the same unit; NaN if there is none.
@@ -102,12 +102,13 @@ impl Finding {
         is_needed && (is_unusable || self.lacks_a_value())
     }
 
-    /// Whether it casts doubt on rows: a contradiction between sensors of which the loads require one.
+    /// Whether it casts doubt on rows: a contradiction between sensors of which the loads require one. An attitude that jumps without
+    /// the gyro leaves it open what in the IMU failed, and the loads rest on its specific force.
     #[must_use]
     pub fn casts_doubt(&self, has_imu: bool) -> bool {
-        self.kind == FaultKind::Contradiction
-            && self.policy != Policy::Report
-            && self.part.reason(self.sensor, has_imu).is_some()
+        let is_needed = self.part.reason(self.sensor, has_imu).is_some()
+            || (self.sensor, self.part) == (Sensor::Imu, Part::Attitude);
+        self.kind == FaultKind::Contradiction && self.policy != Policy::Report && is_needed
     }
 
     /// Whether a value that the estimate requires is not finite.
@@ -195,6 +196,17 @@ impl Part {
             },
             // the loads rest on the specific force, not on the velocity beside it
             Self::Acceleration if matches!(explanation, Explanation::Speed(_)) => 0.9,
+            // attitude and specific force agree: the housing of both is turned, or the velocity is wrong
+            Self::Acceleration
+                if matches!(
+                    explanation,
+                    Explanation::HousingHalfTurn(_) | Explanation::HousingQuarterTurn(..)
+                ) =>
+            {
+                0.5
+            }
+            // the attitude, the gyro, or all that the IMU sends: only the last is what the loads rest on
+            Self::Attitude => 2.0 / 3.0,
             // specific force, attitude and velocity: one of three is what the loads rest on
             Self::Acceleration => 2.0 / 3.0,
             // one side of a jump is right: this one or the other
@@ -235,6 +247,7 @@ impl Part {
             FaultKind::OutOfRange | FaultKind::Saturated | FaultKind::JointLimit => value,
             FaultKind::Outlier => value,
             FaultKind::Contradiction if matches!(self, Self::Joint(_)) => value,
+            FaultKind::Contradiction if self == Self::Attitude => "rad",
             // the logarithm of a likelihood ratio
             FaultKind::Contradiction => "-",
             FaultKind::Disagreement if self == Self::Attitude => "m/s^2",

@@ -93,7 +93,14 @@ mod tests {
             let mut found_s = None;
             let force = force(time_s);
             let is_felt = measured.check(stamp_ns, &force, false, &LIMITS, &mut |_| ());
-            let is_given = given.check(stamp_ns, &attitude, false, &LIMITS, &mut |_| ());
+            let is_given = given.check(
+                stamp_ns,
+                &attitude,
+                Vector3::zeros(),
+                false,
+                &LIMITS,
+                &mut |_| (),
+            );
             if is_felt && is_given {
                 watch.check(stamp_ns, &force, &attitude, &LIMITS, &mut |notice| {
                     assert_eq!(notice.kind, FaultKind::Disagreement);

@@ -49,6 +49,16 @@ impl<const N: usize> Outliers<N> {
         (self.last, self.is_suspect) = (None, false);
     }
 
+    /// Whether the last sample was an outlier: if the next one is none, the signal has changed, or is back.
+    pub(super) fn is_suspect(&self) -> bool {
+        self.is_suspect
+    }
+
+    /// How far a sample may be from the one before.
+    pub(super) fn limit(&self) -> f64 {
+        TIMES * self.difference + self.harmless
+    }
+
     /// The notice to report if a sample is an outlier. `values` are finite.
     pub(super) fn notice(
         &mut self,
@@ -61,7 +71,7 @@ impl<const N: usize> Outliers<N> {
             return None;
         };
         let difference = distance(values, last);
-        let limit = TIMES * self.difference + self.harmless;
+        let limit = self.limit();
         let is_far = self.count >= FEWEST && difference > limit;
         if is_far && !self.is_suspect {
             self.is_suspect = true;

@@ -1,12 +1,15 @@
 //! The checks of each sensor's samples by themselves. Of the other sensors they only ask whether something moves: a
 //! signal that does not change is frozen then.
 
+use nalgebra::Vector3;
+
 use super::attitude::AttitudeWatch;
+use super::explanation::Explanation;
 use super::false_alarms;
 use super::fault::{Finding, Part};
 use super::gravity::GravityWatch;
 use super::joint::{JointLimits, JointWatch};
-use super::notice::{Note, Rules};
+use super::notice::{Note, Notice, Rules};
 use super::signal_doubt::SignalDoubt;
 use super::vector::{Slew, VectorWatch};
 use crate::machine::{FaultKind, Machine, Proof, Proofs, SignalSpec};
@@ -279,9 +282,19 @@ impl SignalChecks {
             .check(stamp_ns, turning, moves, limits, &mut note.of(part));
         let turns = is_faster(turning, TURNING);
         let part = Part::Attitude;
+        let known = match has_turning {
+            true => Vector3::from_column_slice(turning),
+            false => Vector3::repeat(f64::NAN),
+        };
+        let mut of_attitude = |notice: Notice| {
+            let jumps = notice.kind == FaultKind::Contradiction;
+            note.of(part)(match jumps {
+                true => notice.explained(Explanation::AttitudeOffset),
+                false => notice,
+            });
+        };
         let has_attitude =
-            self.attitude
-                .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
+            (self.attitude).check(stamp_ns, attitude, known, turns, limits, &mut of_attitude);
         if has_force && has_attitude && tilt_is_measured(attitude) {
             self.gravity
                 .check(stamp_ns, force, attitude, limits, &mut note.of(part));
@@ -317,8 +330,9 @@ impl SignalChecks {
                 .check(stamp_ns, turning, turns, limits, &mut note.of(part));
         let part = Part::Attitude;
         let has_attitude =
+            // whether its own gyro is behind its attitude is not known
             self.odometry_attitude
-                .check(stamp_ns, attitude, turns, limits, &mut note.of(part));
+                .check(stamp_ns, attitude, Vector3::repeat(f64::NAN), turns, limits, &mut note.of(part));
         self.motion.travelling = is_faster(velocity, TRAVELLING);
         Sound {
             velocity: has_velocity,

@@ -30,12 +30,29 @@ pub(super) struct Hypotheses {
 #[derive(Debug, Clone)]
 struct Alternative {
     explanation: Explanation,
+    /// The component that `Other` is about. Components that agree would outweigh the one that does not.
+    other: Option<usize>,
     offsets: [Unknowns<1>; 3],
     evidence: Evidence,
 }
 
+/// Log odds, beforehand, of a turned housing against a part of it that alone is turned: an attitude is computed from the
+/// accelerometer and the gyro beside it, and is wrong with them. On level ground nothing else tells the two apart.
+const HOUSING: f64 = 3.0;
+
+impl Alternative {
+    /// By what it leads before others, as a logarithm of likelihood.
+    fn lead(&self) -> f64 {
+        let beforehand = match self.explanation {
+            Explanation::HousingHalfTurn(_) | Explanation::HousingQuarterTurn(..) => HOUSING,
+            _ => 0.0,
+        };
+        self.evidence.sum + beforehand
+    }
+}
+
 impl Hypotheses {
-    /// Of these alternatives and `Other`; `offset` is the standard deviation of the offset that is learned.
+    /// Of these alternatives and `Other` of each component; `offset` is the standard deviation of the offset that is learned.
     pub(super) fn new(
         mixture: Mixture,
         offset: f64,
@@ -43,13 +60,15 @@ impl Hypotheses {
         threshold: f64,
     ) -> Self {
         let offset = Unknowns::new(SVector::from([0.0]), SVector::from([offset]));
-        let all = alternatives.into_iter().chain([Explanation::Other]);
+        let stated = alternatives.into_iter().map(|it| (it, None));
+        let others = (0..3).map(|axis| (Explanation::Other, Some(axis)));
         Self {
             mixture,
             sound: [offset; 3],
-            alternatives: all
-                .map(|explanation| Alternative {
+            alternatives: (others.chain(stated))
+                .map(|(explanation, other)| Alternative {
                     explanation,
+                    other,
                     offsets: [offset; 3],
                     evidence: Evidence::default(),
                 })
@@ -68,20 +87,19 @@ impl Hypotheses {
         let (mixture, threshold) = (self.mixture, self.threshold);
         let before = self.sound;
         let residual = compared.measured - predicted(None);
-        let sound = take(&mut self.sound, compared, &residual, mixture);
+        let densities = take(&mut self.sound, compared, &residual, mixture);
+        let sound = densities.sum();
         for it in &mut self.alternatives {
-            let ratio = match it.explanation {
-                Explanation::Other => {
-                    let asked = (0..3).filter(|&axis| compared.sigma[axis].is_finite());
-                    let densities = asked.map(|axis| {
-                        let offset = before[axis].mean[0] * compared.per_offset;
-                        log_density_of_other(residual[axis] - offset, compared.sigma[axis])
-                    });
-                    densities.sum::<f64>() - sound
+            let ratio = match it.other {
+                Some(axis) if compared.sigma[axis].is_finite() => {
+                    let offset = before[axis].mean[0] * compared.per_offset;
+                    let other = log_density_of_other(residual[axis] - offset, compared.sigma[axis]);
+                    other - densities[axis]
                 }
-                explanation => {
-                    let residual = compared.measured - predicted(Some(explanation));
-                    take(&mut it.offsets, compared, &residual, mixture) - sound
+                Some(_) => continue,
+                None => {
+                    let residual = compared.measured - predicted(Some(it.explanation));
+                    take(&mut it.offsets, compared, &residual, mixture).sum() - sound
                 }
             };
             it.evidence.add(compared.start_ns, ratio, threshold);
@@ -106,26 +124,26 @@ impl Hypotheses {
     /// The best of the alternatives that stand, with the threshold.
     pub(super) fn standing(&self) -> Standing {
         let standing = self.alternatives.iter().filter(|it| it.evidence.stands());
-        let best = standing.max_by(|a, b| a.evidence.value.total_cmp(&b.evidence.value))?;
+        let best = standing.max_by(|a, b| a.lead().total_cmp(&b.lead()))?;
         Some((best.explanation, best.evidence, self.threshold))
     }
 }
 
-/// Log density of a residual, and what it teaches of the offsets.
+/// Log density of each component of a residual, 0 where it is not asked for, and what it teaches of the offsets.
 fn take(
     offsets: &mut [Unknowns<1>; 3],
     compared: &Compared,
     residual: &Vector3<f64>,
     mixture: Mixture,
-) -> f64 {
-    let mut sum = 0.0;
+) -> Vector3<f64> {
+    let mut densities = Vector3::zeros();
     for (axis, offset) in offsets.iter_mut().enumerate() {
         let sigma = compared.sigma[axis];
         if sigma.is_finite() {
             offset.drift(SVector::from([compared.drift]));
             let row = SVector::from([compared.per_offset]);
-            sum += offset.take(&row, residual[axis], sigma, mixture);
+            densities[axis] = offset.take(&row, residual[axis], sigma, mixture);
         }
     }
-    sum
+    densities
 }

@@ -467,7 +467,7 @@ impl LeanRelation {
     /// more.
     pub(super) fn standing(&self) -> Standing {
         let standing = self.alternatives.iter().filter(|it| it.evidence.stands());
-        let best = standing.max_by(|a, b| a.evidence.value.total_cmp(&b.evidence.value))?;
+        let best = standing.max_by(|a, b| a.evidence.sum.total_cmp(&b.evidence.sum))?;
         Some((best.explanation, best.evidence, self.threshold))
     }
 }

@@ -67,6 +67,8 @@ pub(super) struct Evidence {
     /// Since when it grows (ns).
     pub(super) since_ns: i64,
     stands: bool,
+    /// The value without its limit, which tells of two that have reached that which explains more.
+    pub(super) sum: f64,
     /// The same for "all sensors are sound" against it, and whether that has exceeded the threshold.
     against: f64,
     is_refuted: bool,
@@ -81,8 +83,9 @@ impl Evidence {
             return;
         }
         if self.value == 0.0 {
-            self.since_ns = start_ns;
+            (self.since_ns, self.sum) = (start_ns, 0.0);
         }
+        self.sum += ratio;
         self.value = (self.value + ratio).clamp(0.0, LARGEST * threshold);
         self.stands = self.value
             > if self.stands {
@@ -161,6 +164,17 @@ mod tests {
         evidence.add(8, f64::NAN, 20.0);
         evidence.forget();
         assert_eq!(evidence.value, 0.0);
+    }
+
+    #[test]
+    fn what_explains_more_leads_though_both_have_reached_the_limit() {
+        let (mut more, mut less) = (Evidence::default(), Evidence::default());
+        for k in 0..20 {
+            more.add(k, 9.0, 20.0);
+            less.add(k, 8.0, 20.0);
+        }
+        assert_eq!(more.value, less.value);
+        assert!(more.sum > less.sum);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The motion of the platform: gyro against attitude, and specific force against both and the velocity.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::super::explanation::{Axis, Explanation, SpeedUnit};
 use super::super::fault::Part;
@@ -137,6 +137,9 @@ impl RotationRelation {
 ///     f = dv/dt + w x v + g up
 /// ```
 /// on average over a window. The velocity is that of the odometry; without one, the wheels give its forward component.
+///
+/// A housing that is turned turns the attitude and the gyro with the specific force, as M turns vectors: f, w and up agree with
+/// each other, and with M v in place of v and M p in place of p.
 #[derive(Debug, Clone)]
 pub(super) struct SpecificForceRelation {
     gravity: f64,
@@ -157,6 +160,8 @@ const LEAST_FORCE: f64 = 0.08;
 const VELOCITY_NOISE: f64 = 0.01;
 /// Share of the acceleration by which a velocity lags or slips.
 const ACCELERATION_SHARE: f64 = 0.15;
+/// Vertical component of the up direction of a machine that drives: a slope of 60 degrees.
+const UPRIGHT: f64 = 0.5;
 const FORCES: Mixture = Mixture {
     outliers: 0.05,
     range: 4.0,
@@ -164,10 +169,14 @@ const FORCES: Mixture = Mixture {
 
 impl SpecificForceRelation {
     pub(super) fn new(machine: &Machine, threshold: f64) -> Self {
-        let turned = vec![Explanation::HalfTurn(Axis::Z)];
+        let turned = vec![
+            Explanation::HalfTurn(Axis::Z),
+            Explanation::HousingHalfTurn(Axis::Z),
+        ];
         let mut of_odometry = Explanation::of_vectors();
         of_odometry.push(Explanation::GravityOnly);
         of_odometry.extend(SpeedUnit::ALL.map(Explanation::Speed));
+        of_odometry.extend(Explanation::of_housings());
         let stated = machine.uncertainty();
         let tilt = stated.attitude_bias * machine.gravity();
         let bias = BIAS_SPREAD * stated.accelerometer_bias.hypot(tilt);
@@ -202,16 +211,17 @@ impl SpecificForceRelation {
             return;
         };
         self.uses_wheels = window.velocity.is_none();
-        let moved_by = |unit: f64| {
+        let moved_by = |[of_velocity, of_position]: [Matrix3<f64>; 2]| {
+            let position = of_position * self.position;
             let [before, after] = [0, 1].map(|end| {
                 let turning = window.turning[end];
-                unit * velocity[end] + turning.cross(&self.position)
+                of_velocity * velocity[end] + turning.cross(&position)
             });
             let turned = [(0, before), (1, after)].map(|(end, v)| window.turning[end].cross(&v));
             let gained = (after - before) / window.duration_s;
             (gained, gained + (turned[0] + turned[1]) / 2.0)
         };
-        let (gained, moved) = moved_by(1.0);
+        let (gained, moved) = moved_by([Matrix3::identity(); 2]);
         let slip = if self.uses_wheels {
             window.slip / window.duration_s
         } else {
@@ -241,15 +251,27 @@ impl SpecificForceRelation {
             true => &mut self.by_wheels,
             false => &mut self.by_odometry,
         };
-        hypotheses.weigh(&compared, |explanation| match explanation {
-            None => gravity + moved,
-            Some(Explanation::GravityOnly) => gravity + moved * (1.0 - moves),
-            Some(Explanation::Speed(unit)) => {
-                gravity + moved + (moved_by(unit.in_si()).1 - moved) * moves
-            }
-            Some(other) => {
-                let matrix = other.matrix().unwrap_or_else(nalgebra::Matrix3::identity);
-                matrix * (gravity + moved)
+        let sound = gravity + moved;
+        hypotheses.weigh(&compared, |explanation| {
+            let matrix = explanation.and_then(Explanation::matrix);
+            let matrix = matrix.unwrap_or_else(Matrix3::identity);
+            match explanation {
+                None => sound,
+                Some(Explanation::GravityOnly) => sound - moved * moves,
+                Some(Explanation::Speed(unit)) => {
+                    let shown = Matrix3::identity() * unit.in_si();
+                    sound + (moved_by([shown, Matrix3::identity()]).1 - moved) * moves
+                }
+                Some(Explanation::HousingHalfTurn(_) | Explanation::HousingQuarterTurn(..)) => {
+                    // no machine drives on its side or on its head
+                    let stands = matrix.tr_mul(&up).z > UPRIGHT;
+                    if stands {
+                        gravity + moved_by([matrix; 2]).1
+                    } else {
+                        sound
+                    }
+                }
+                Some(_) => matrix * sound,
             }
         });
     }

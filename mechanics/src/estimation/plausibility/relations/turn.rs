@@ -152,6 +152,6 @@ impl WayRelation {
 /// The best of the alternatives that stand.
 fn best(alternatives: &[(Explanation, Evidence)], threshold: f64) -> Standing {
     let standing = alternatives.iter().filter(|(_, it)| it.stands());
-    let best = standing.max_by(|a, b| a.1.value.total_cmp(&b.1.value))?;
+    let best = standing.max_by(|a, b| a.1.sum.total_cmp(&b.1.sum))?;
     Some((best.0, best.1, threshold))
 }

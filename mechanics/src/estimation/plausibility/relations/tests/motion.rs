@@ -208,6 +208,49 @@ fn a_wrong_accelerometer_is_found_by_attitude_and_velocity() {
     }
 }
 
+/// The housing is mounted as if it had been turned by this from where the machine file says (base axes).
+fn turn_housing(shown: &mut Shown, axis: Axis, degrees: f64) {
+    let mut along = Vector3::zeros();
+    along[axis as usize] = degrees.to_radians();
+    let turn = UnitQuaternion::from_scaled_axis(along);
+    shown.force = turn.inverse_transform_vector(&shown.force);
+    shown.gyro = turn.inverse_transform_vector(&shown.gyro);
+    shown.attitude *= turn;
+}
+
+#[test]
+fn a_turned_housing_is_found_by_the_velocity_though_all_in_it_agree() {
+    let machine = bogies();
+    let on_a_slope = UnitQuaternion::from_euler_angles(0.15, 0.1, 0.0);
+    let turned = [
+        (Explanation::HousingHalfTurn(Axis::Z), 180.0),
+        (Explanation::HousingQuarterTurn(Axis::Z, true), 90.0),
+        (Explanation::HousingQuarterTurn(Axis::Z, false), -90.0),
+    ];
+    for (expected, degrees) in turned {
+        let found = found(&machine, |_, shown| {
+            let flat = shown.attitude.inverse_transform_vector(&Vector3::z());
+            shown.attitude = on_a_slope * shown.attitude;
+            let up = shown.attitude.inverse_transform_vector(&Vector3::z());
+            shown.force += (up - flat) * machine.gravity();
+            turn_housing(shown, Axis::Z, degrees);
+        });
+        let (explanation, s) = of(&found, Part::Acceleration).unwrap();
+        assert_eq!(explanation, expected, "{found:?}");
+        assert!(s < 15.0, "{found:?}");
+        assert_eq!(of(&found, Part::Rotation), None, "they turn together");
+    }
+}
+
+#[test]
+fn one_axis_that_is_wrong_in_another_way_is_found_beside_two_that_are_right() {
+    let machine = bogies();
+    let wanders = |t: f64, shown: &mut Shown| shown.force.y += 1.2 * (0.7 * t).sin();
+    let found = found(&machine, wanders);
+    let (explanation, _) = of(&found, Part::Acceleration).unwrap();
+    assert_eq!(explanation, Explanation::Other, "{found:?}");
+}
+
 #[test]
 fn a_velocity_in_another_unit_is_found_without_speeds_of_the_wheels() {
     let machine = bogies();
