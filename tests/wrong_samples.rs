@@ -136,6 +136,29 @@ fn a_slew_that_returns_is_believed_again() {
     }
 }
 
+/// While the encoder shows no place, the arm goes on: what it shows then is another one than before.
+#[test]
+fn a_slew_that_shows_no_place_for_a_second_is_believed_again() {
+    for estimator in BOTH {
+        let analysis = with(estimator, &mut |topic, values, time_s| {
+            if topic == "/joint_states" && (5.0..6.0).contains(&time_s) {
+                values.set("position.slew", 65_535.0);
+            }
+        });
+        let after = rows(&analysis, 7.0, 11.5);
+        assert!(after.iter().all(|&row| !is_doubted(&analysis, row)));
+        // one that slips twice is no closer to where it was
+        let mut first = set_anew(0.8, [5.5, 99.0]);
+        let mut second = set_anew(0.8, [6.5, 99.0]);
+        let analysis = with(estimator, &mut |topic, values, time_s| {
+            first(topic, values, time_s);
+            second(topic, values, time_s);
+        });
+        let after = rows(&analysis, 7.5, 9.0);
+        assert!(after.iter().all(|&row| is_doubted(&analysis, row)));
+    }
+}
+
 #[test]
 fn the_lean_of_the_platform_decides_about_a_jump() {
     // the arm was off from the beginning, and is right from 2 s on, before it moves

@@ -379,7 +379,7 @@ fn is_faster(vector: &[f64], limit: f64) -> bool {
     vector.iter().map(|v| v * v).sum::<f64>() > limit * limit
 }
 
-fn joint_limits(machine: &Machine, joint: usize) -> JointLimits {
+pub(super) fn joint_limits(machine: &Machine, joint: usize) -> JointLimits {
     let (spec, it) = (machine.plausibility(), &machine.joints()[joint]);
     let slides = machine.joint_slides(joint);
     let of_kind = |turning: f64, sliding: f64| if slides { sliding } else { turning };

@@ -114,7 +114,7 @@ impl Relations {
             way: WayRelation::new(threshold),
             tilt: TiltRelation::new(machine, threshold),
             lean: LeanRelation::new(machine, has_imu, threshold),
-            offsets: Offsets::new(machine.joints().len()),
+            offsets: Offsets::new(machine),
             joints: streams.map(|stream| stream.joints.clone()).collect(),
             threshold,
             proven: Proofs::NONE,

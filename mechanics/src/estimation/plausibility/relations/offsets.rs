@@ -1,7 +1,7 @@
 //! Joints whose position jumped and stayed there: an encoder that was set anew, or slipped. It was wrong before, or is wrong
 //! since then, by a constant. Both sides count for themselves, and rows since the jump are doubted, until
 //!
-//! - it jumps back: what it shows now agrees with what it showed at first;
+//! - it jumps back: what it shows now agrees with what it showed at first, as far as the joint cannot have moved meanwhile;
 //! - the arm has moved so that the platform leans as the position requires, and not as one without the jump would
 //!   ([`super::lean`]). If it leans as the latter, that is a contradiction of its own, and the doubt stays.
 
@@ -9,12 +9,17 @@ use super::super::explanation::Explanation;
 use super::super::fault::{Finding, Part};
 use super::super::notice::Notice;
 use super::super::signal_doubt::SignalDoubt;
+use super::super::signals::joint_limits;
 use super::lean::LeanRelation;
-use crate::machine::{FaultKind, Proof, Proofs};
+use crate::machine::{FaultKind, Machine, Proof, Proofs};
 
 /// The jumps that stand.
 #[derive(Debug, Clone)]
-pub(super) struct Offsets(Vec<Offset>);
+pub(super) struct Offsets {
+    standing: Vec<Offset>,
+    /// The greatest speed of each joint (rad/s or m/s).
+    fastest: Vec<f64>,
+}
 
 #[derive(Debug, Clone, Copy)]
 struct Offset {
@@ -28,13 +33,20 @@ struct Offset {
 
 impl Offsets {
     /// None yet, and room for one of each joint.
-    pub(super) fn new(joints: usize) -> Self {
-        Self(Vec::with_capacity(joints))
+    pub(super) fn new(machine: &Machine) -> Self {
+        let joints = 0..machine.joints().len();
+        let fastest: Vec<f64> = joints
+            .map(|joint| joint_limits(machine, joint).max_velocity)
+            .collect();
+        Self {
+            standing: Vec::with_capacity(fastest.len()),
+            fastest,
+        }
     }
 
     /// What stands.
     pub(super) fn doubts(&self) -> impl Iterator<Item = SignalDoubt> {
-        self.0.iter().map(|it| SignalDoubt {
+        self.standing.iter().map(|it| SignalDoubt {
             signal: Proof::Joint(it.joint),
             by: it.by,
             moved: it.moved,
@@ -43,8 +55,8 @@ impl Offsets {
 
     /// A joint jumped before the first sample.
     pub(super) fn remember(&mut self, joint: usize, by: f64, moved: f64) {
-        self.0.retain(|it| it.joint != joint);
-        self.0.push(Offset {
+        self.standing.retain(|it| it.joint != joint);
+        self.standing.push(Offset {
             joint,
             since_ns: None,
             by,
@@ -54,7 +66,8 @@ impl Offsets {
 
     /// A person trusts these joints where they are now.
     pub(super) fn trust(&mut self, signals: Proofs) {
-        self.0.retain(|it| !signals.has(Proof::Joint(it.joint)));
+        self.standing
+            .retain(|it| !signals.has(Proof::Joint(it.joint)));
     }
 
     /// Takes the jumps among the findings of a sample by itself.
@@ -80,8 +93,8 @@ impl Offsets {
 
     fn add(&mut self, joint: usize, jump: &Finding) {
         let (by, moved) = (jump.measure, jump.amount.value);
-        let Some(known) = self.0.iter_mut().find(|it| it.joint == joint) else {
-            self.0.push(Offset {
+        let Some(known) = self.standing.iter_mut().find(|it| it.joint == joint) else {
+            self.standing.push(Offset {
                 joint,
                 since_ns: Some(jump.since_ns),
                 by,
@@ -89,25 +102,35 @@ impl Offsets {
             });
             return;
         };
+        let apart = known.by.abs();
         known.by += by;
         known.moved += moved;
-        if known.by.abs() <= known.moved {
-            self.0.retain(|it| it.joint != joint);
+        // while it showed another place, the joint may have gone on; one that slips again comes no closer
+        let returns = known.by.abs() < 0.5 * apart;
+        let gone = match known.since_ns.filter(|_| returns) {
+            Some(since_ns) => {
+                let meanwhile_s = jump.since_ns.saturating_sub(since_ns).max(0) as f64 * 1e-9;
+                self.fastest[joint] * meanwhile_s
+            }
+            None => 0.0,
+        };
+        if known.by.abs() <= known.moved + gone {
+            self.standing.retain(|it| it.joint != joint);
         }
     }
 
     /// Ends the doubts that the lean of the platform refutes.
     pub(super) fn end_refuted(&mut self, lean: &LeanRelation) {
-        self.0.retain(|it| !lean.refutes_offset(it.joint));
+        self.standing.retain(|it| !lean.refutes_offset(it.joint));
     }
 
     fn of(&self, joint: usize) -> Option<&Offset> {
-        self.0.iter().find(|it| it.joint == joint)
+        self.standing.iter().find(|it| it.joint == joint)
     }
 
     /// That a joint contradicts itself since it jumped; of one that jumped before, since the first sample, which is at `stamp_ns`.
     pub(super) fn standing(&mut self, joint: usize, stamp_ns: i64) -> Option<Notice> {
-        let known = self.0.iter_mut().find(|it| it.joint == joint)?;
+        let known = self.standing.iter_mut().find(|it| it.joint == joint)?;
         let since_ns = *known.since_ns.get_or_insert(stamp_ns);
         let offset = Notice::offset(since_ns, known.by, known.moved);
         Some(offset.explained(Explanation::JointOffset(joint)))
