@@ -513,7 +513,7 @@ fn clock_drift_is_removed() {
 #[test]
 fn stamps_that_begin_and_end_together_are_of_one_clock_where_log_times_scatter() {
     let late = |i: i64| {
-        let log = at(0) + i * PERIOD * 5 / 4 + (i * 0x9E37_79B9 >> 7) % S;
+        let log = at(0) + i * PERIOD * 5 / 4 + ((i * 0x9E37_79B9) >> 7) % S;
         StampedMessage {
             log,
             ..sound(at(i), i)

@@ -11,7 +11,7 @@ use tipwatch_storage::{Folder, Location};
 use super::failure::FailureKind;
 use super::inputs;
 use super::merge::{LogRow, Present, latest, merge, without_gone};
-use super::one_log::empty_record;
+use super::one_log::{empty_record, unreadable_record};
 use super::outliers::comparisons;
 use super::place::Place;
 use super::policy_result::{judge, write_policy};
@@ -66,7 +66,8 @@ pub fn gather(
         }
     }
     let unreadable = unusable.into_iter();
-    missing.extend(unreadable.filter_map(|it| it.into_record(&valid, &asked.options, notify)));
+    missing
+        .extend(unreadable.filter_map(|it| unreadable_record(it, &valid, &asked.options, notify)));
     let records = latest(records, missing);
     let records = match &found {
         Some(found) => present(

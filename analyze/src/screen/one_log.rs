@@ -1,7 +1,7 @@
 //! Analyses one log of a fleet; success and failure both become a record.
 
 use std::any::Any;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -17,8 +17,8 @@ use super::place::Place;
 use super::record::{
     MachineName, Outcome, RECORD_SCHEMA, REPORT_PAGE, REPORTS, Record, report_folder,
 };
-use super::request::Reports;
-use super::store::{Before, Store};
+use super::request::{Reports, Update};
+use super::store::{Before, Store, Unreadable};
 use super::version::{SOURCES, analysis_version, machine_sha256, named_files, urdf_hash};
 use crate::analysis::Analysis;
 use crate::analysis::run::{Prepared, analyse_into};
@@ -267,6 +267,31 @@ pub(super) fn empty_record(path: &Path, options: &Options) -> Record {
             reason: String::new(),
         },
     }
+}
+
+/// A failed row for a record that cannot be read, in place of the log that nobody can name any more; `None` with a note where
+/// another record of this log is valid.
+pub(super) fn unreadable_record(
+    unreadable: Unreadable,
+    valid: &BTreeSet<String>,
+    options: &Options,
+    notify: &(dyn Fn(Update<'_>) + Sync),
+) -> Option<Record> {
+    let Unreadable {
+        place,
+        path_key,
+        reason,
+    } = unreadable;
+    if valid.contains(&path_key) {
+        notify(Update::Note(format!("{place}: {reason}")));
+        return None;
+    }
+    let mut record = empty_record(Path::new(&place), options);
+    record.result = Outcome::Failed {
+        kind: FailureKind::NoRecord,
+        reason: format!("the record of a log cannot be read: {reason}"),
+    };
+    Some(record)
 }
 
 /// Time of the clock (ns since 1970, UTC).

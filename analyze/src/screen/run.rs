@@ -13,7 +13,7 @@ use super::failure::FailureKind;
 use super::fleet_file::Fleet;
 use super::gather::{PAGE, finish, lock, present};
 use super::merge::{latest, merge};
-use super::one_log::{CurrentRun, Screened, Screening};
+use super::one_log::{CurrentRun, Screened, Screening, unreadable_record};
 use super::place::Place;
 use super::record::{Outcome, Record, path_key};
 use super::request::{Gate, Output, Request, Screen, Update};
@@ -108,7 +108,9 @@ pub fn screen(
         let of_logs = records.iter().chain(&now);
         let valid = of_logs.map(|record| path_key(&record.path)).collect();
         let unreadable = unusable.into_iter();
-        now.extend(unreadable.filter_map(|it| it.into_record(&valid, &request.options, notify)));
+        now.extend(
+            unreadable.filter_map(|it| unreadable_record(it, &valid, &request.options, notify)),
+        );
         // a log of this computer is looked for wherever it was
         let is_gone = |path: &str| {
             let place = Path::new(path);

@@ -5,19 +5,12 @@
 //! done. Tables and page are built from the records.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
 
 use anyhow::Result;
 
-use super::failure::FailureKind;
-use super::one_log::empty_record;
 use super::place::Place;
-use super::record::{
-    Common, FAILED, OLDEST_SCHEMA, Outcome, RECORD_SCHEMA, Record, content_key, path_key,
-};
-use super::request::Update;
+use super::record::{Common, FAILED, OLDEST_SCHEMA, RECORD_SCHEMA, Record, content_key, path_key};
 use crate::base::error_text::error_text;
-use crate::base::options::Options;
 
 const FOLDER: &str = "state";
 const ENDING: &str = ".json";
@@ -41,9 +34,9 @@ pub(super) struct Index {
 #[derive(Debug)]
 pub(super) struct Unreadable {
     /// Where it is.
-    place: String,
-    path_key: String,
-    reason: String,
+    pub(super) place: String,
+    pub(super) path_key: String,
+    pub(super) reason: String,
 }
 
 /// How a run knows what was done before.
@@ -203,28 +196,6 @@ impl Store {
             record.schema
         );
         Ok(record)
-    }
-}
-
-impl Unreadable {
-    /// A failed row, in place of the log that nobody can name any more; `None` with a note where another record of this log is
-    /// valid.
-    pub(super) fn into_record(
-        self,
-        valid: &BTreeSet<String>,
-        options: &Options,
-        notify: &(dyn Fn(Update<'_>) + Sync),
-    ) -> Option<Record> {
-        if valid.contains(&self.path_key) {
-            notify(Update::Note(format!("{}: {}", self.place, self.reason)));
-            return None;
-        }
-        let mut record = empty_record(Path::new(&self.place), options);
-        record.result = Outcome::Failed {
-            kind: FailureKind::NoRecord,
-            reason: format!("the record of a log cannot be read: {}", self.reason),
-        };
-        Some(record)
     }
 }
 
