@@ -91,6 +91,36 @@ fn lost_rows_lie_between_the_intact_ones_and_repeated_names_are_no_loss() {
 }
 
 #[test]
+fn the_column_tells_whether_a_mark_stands_between_groups_of_digits() {
+    for (rows, values) in [
+        (
+            "0,0;998;1,5\n0,1;1.002;1,5\n0,2;-1.010;1,5\n",
+            [998.0, 1002.0, -1010.0],
+        ),
+        // a column of another table, with decimal points
+        (
+            "0,0;0.998;1,5\n0,1;1.002;1,5\n0,2;-1.010;1,5\n",
+            [0.998, 1.002, -1.01],
+        ),
+        (
+            "0,0;99.5;1,5\n0,1;1.002;1,5\n0,2;-1.010;1,5\n",
+            [99.5, 1.002, -1.01],
+        ),
+    ] {
+        let file = csv(&format!("time_s;p;q\n{rows}"));
+        let (_, found, notes) = field(&Log::open(&file.path).unwrap(), "p");
+        assert_eq!(found, values);
+        let is_told = notes.iter().any(|note| note.contains("between thousands"));
+        assert_eq!(is_told, values[0] == 998.0, "{notes:?}");
+    }
+    let file = csv("time_s,p,q\n0.0,998,1.5\n0.1,\"1,002\",1.5\n0.2,999,1.5\n");
+    assert_eq!(
+        field(&Log::open(&file.path).unwrap(), "p").1,
+        [998.0, 1002.0, 999.0]
+    );
+}
+
+#[test]
 fn decimal_commas_and_dates_are_read() {
     let file = csv("timestamp;x\n2023-11-14 22:13:20,5;1,25\n2023-11-14 22:13:21;-3\n");
     let log = Log::open(&file.path).unwrap();

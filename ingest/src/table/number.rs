@@ -21,6 +21,14 @@ pub(super) fn with_point(text: &str, has_decimal_comma: bool) -> Cow<'_, str> {
     }
 }
 
+/// The whole number of a cell like `1.002` in a table with decimal commas, or `1,002` in one with decimal points, if its mark
+/// stands between groups of digits. Only the other cells of its column can tell.
+pub(crate) fn grouped_once(cell: &str, has_decimal_comma: bool) -> Option<f64> {
+    let mark = if has_decimal_comma { '.' } else { ',' };
+    let (first, second) = cell.trim().split_once(mark)?;
+    is_grouped(first, &[second]).then(|| format!("{first}{second}").parse().ok())?
+}
+
 /// The number without the marks between its groups of digits; `None` if it has none, or one that may be a decimal mark.
 fn without_groups(text: &str, decimal: char) -> Option<String> {
     let is_mark = |c: char| {
@@ -31,19 +39,22 @@ fn without_groups(text: &str, decimal: char) -> Option<String> {
         Some(at) => text.split_at(at),
         None => (text, ""),
     };
-    let digits = whole.trim_start_matches(['+', '-']);
-    let mut groups = digits.split(mark);
+    let mut groups = whole.split(mark);
+    let first = groups.next().unwrap_or_default();
+    let following: Vec<&str> = groups.collect();
+    let may_be_decimal = matches!(mark, '.' | ',') && rest.is_empty() && following.len() == 1;
+    let is_plain = is_grouped(first, &following) && !may_be_decimal && !rest.contains(mark);
+    is_plain.then(|| whole.replace(mark, "") + rest)
+}
+
+/// Whether these are groups of three digits behind one of one to three that does not begin with zero.
+fn is_grouped(first: &str, following: &[&str]) -> bool {
     let is_group = |group: &str, least: usize| {
         (least..=3).contains(&group.len()) && group.bytes().all(|byte| byte.is_ascii_digit())
     };
-    let is_first = groups
-        .next()
-        .is_some_and(|first| is_group(first, 1) && !first.starts_with('0'));
-    let following: Vec<&str> = groups.collect();
-    let may_be_decimal = matches!(mark, '.' | ',') && rest.is_empty() && following.len() == 1;
-    let is_grouped =
-        is_first && !following.is_empty() && following.iter().all(|group| is_group(group, 3));
-    (is_grouped && !may_be_decimal && !rest.contains(mark)).then(|| whole.replace(mark, "") + rest)
+    let first = first.trim_start_matches(['+', '-']);
+    let is_first = is_group(first, 1) && !first.starts_with('0');
+    is_first && !following.is_empty() && following.iter().all(|group| is_group(group, 3))
 }
 
 #[cfg(test)]

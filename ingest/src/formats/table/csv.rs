@@ -20,7 +20,10 @@ use crate::{
     file::LogFile,
     formats::reader::{FileReader, Request},
     message::{Error, Losses, TopicTable},
-    table::{BySignal, DaysPassed, Kind, Refusal, TableOptions, TextTable, join_blanks, number},
+    table::{
+        BySignal, DaysPassed, Kind, Refusal, TableOptions, TextTable, grouped_once, join_blanks,
+        number,
+    },
 };
 
 /// Enough for some hundred rows, by which the form of the times is found out.
@@ -40,6 +43,8 @@ pub(crate) struct CsvReader {
     columns: Columns,
     /// Where each line has one signal.
     signals: Option<Signals>,
+    /// By column: whether a mark in its numbers stands between groups of digits.
+    grouped: Vec<bool>,
 }
 
 impl CsvReader {
@@ -94,6 +99,7 @@ impl CsvReader {
             lines,
             columns,
             signals,
+            grouped: Vec::new(),
         };
         csv.scan(losses)?;
         topics.add_messages(csv.rows.topic, Some(csv.rows.counted.rows));
@@ -141,6 +147,11 @@ impl CsvReader {
             losses.note(format!(
                 "{name}: times are stated without a time zone: UTC is assumed"
             ));
+        }
+        self.grouped = odd.iter().map(OddCells::is_grouped).collect();
+        note_grouped(&name, &self.columns.names, &odd, losses);
+        for odd in odd.iter_mut().filter(|odd| !odd.is_grouped()) {
+            odd.count += odd.only_grouped;
         }
         note_odd_cells(&name, &self.columns.names, &odd, losses);
         Ok(())
@@ -421,11 +432,20 @@ impl Lines {
     fn cell(&self, bytes: &[u8]) -> Cell {
         let text = String::from_utf8_lossy(bytes);
         let text = text.trim();
-        match number(text, self.table.has_decimal_comma) {
-            Some(number) => Cell::Number(number),
+        let has_decimal_comma = self.table.has_decimal_comma;
+        let plain = number(text, has_decimal_comma);
+        if let Some(whole) = grouped_once(text, has_decimal_comma) {
+            return Cell::Grouped { whole, plain };
+        }
+        match plain {
+            Some(number) => Cell::Number {
+                number,
+                // the decimal mark of another table: then it marks no groups in this column
+                is_pointed: has_decimal_comma && text.contains('.') && !text.contains(','),
+            },
             None => match text.to_ascii_lowercase().as_str() {
-                "true" => Cell::Number(1.0),
-                "false" => Cell::Number(0.0),
+                "true" => Cell::whole(1.0),
+                "false" => Cell::whole(0.0),
                 text if MISSING.contains(&text) => Cell::Missing,
                 _ => Cell::Other(text.to_owned()),
             },
@@ -578,9 +598,27 @@ impl JoinedRow {
 
 /// A cell other than the time.
 enum Cell {
-    Number(f64),
+    Number {
+        number: f64,
+        /// Whether it has a point in a table with decimal commas.
+        is_pointed: bool,
+    },
+    /// A number that is `whole` if its mark stands between groups of digits, else `plain`.
+    Grouped {
+        whole: f64,
+        plain: Option<f64>,
+    },
     Missing,
     Other(String),
+}
+
+impl Cell {
+    fn whole(number: f64) -> Self {
+        Self::Number {
+            number,
+            is_pointed: false,
+        }
+    }
 }
 
 struct Row<'c> {
@@ -605,6 +643,11 @@ struct OddCells {
     count: u64,
     example: String,
     has_number: bool,
+    /// Numbers whose mark may stand between groups of digits, how many of them are no numbers otherwise, and whether another cell
+    /// shows that it does not.
+    grouped: u64,
+    only_grouped: u64,
+    marks_decimals: bool,
 }
 
 impl OddCells {
@@ -615,10 +658,39 @@ impl OddCells {
                     self.example = text.chars().take(20).collect();
                 }
                 self.count += 1;
+                self.marks_decimals |= text.contains(',');
             }
-            Cell::Number(_) => self.has_number = true,
+            Cell::Number { is_pointed, .. } => {
+                self.has_number = true;
+                self.marks_decimals |= is_pointed;
+            }
+            Cell::Grouped { whole, plain } => {
+                if plain.is_none() && self.example.is_empty() {
+                    let whole = whole.abs() as u64;
+                    self.example = format!("{},{:03}", whole / 1000, whole % 1000);
+                }
+                self.grouped += 1;
+                self.only_grouped += u64::from(plain.is_none());
+                self.has_number |= plain.is_some();
+            }
             Cell::Missing => {}
         }
+    }
+
+    /// Whether the marks in its numbers stand between groups of digits.
+    fn is_grouped(&self) -> bool {
+        self.grouped > 0 && !self.marks_decimals
+    }
+}
+
+/// Names the columns whose numbers have marks between groups of digits.
+fn note_grouped(name: &str, columns: &[String], odd: &[OddCells], losses: &mut Losses) {
+    for (column, odd) in columns.iter().zip(odd).filter(|(_, odd)| odd.is_grouped()) {
+        losses.note(format!(
+            "{name}: column \"{}\": the mark in {} numbers is taken for one between thousands and hundreds",
+            column.escape_debug(),
+            odd.grouped
+        ));
     }
 }
 
@@ -667,8 +739,11 @@ impl FileReader for CsvReader {
         self.each_row(&mut |row, _| {
             if let Ok(row) = row {
                 values.clear();
-                values.extend(row.cells.iter().map(|cell| match cell {
-                    Cell::Number(number) => *number,
+                let cells = row.cells.iter().zip(&self.grouped);
+                values.extend(cells.map(|(cell, &is_grouped)| match cell {
+                    Cell::Number { number, .. } => *number,
+                    Cell::Grouped { whole, .. } if is_grouped => *whole,
+                    Cell::Grouped { plain, .. } => plain.unwrap_or(f64::NAN),
                     Cell::Missing | Cell::Other(_) => f64::NAN,
                 }));
                 let time_ns = row.time_ns;
