@@ -32,7 +32,7 @@ pub enum FailureKind {
     OutOfMemory,
     /// The engine could not run the analysis.
     Engine,
-    /// The log was asked for, and no process finished it.
+    /// The log was asked for, and no process finished it; or the record of a log cannot be read.
     NoRecord,
 }
 
