@@ -42,8 +42,7 @@ pub(super) fn slope_unknown(loaded: &LoadedLog) -> Option<GrossInput> {
     if samples == 0 || quaternions(signal).any(|xyzw| tilt_is_measured(&xyzw)) {
         return None;
     }
-    let given = quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()));
-    let evidence = match given.count() {
+    let evidence = match given(signal).count() {
         0 => format!("No orientation in {samples} messages of {}", signal.topic),
         count => format!(
             "Roll and pitch are exactly 0 in all {count} orientations of {}",
@@ -63,12 +62,10 @@ pub(super) fn slope_unknown(loaded: &LoadedLog) -> Option<GrossInput> {
 #[must_use]
 pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
     let signal = (loaded.signals.iter()).find(|signal| signal.sensor == Sensor::Imu)?;
-    let given = || quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()));
-    // a first sample that measures a tilt is enough
-    if given().any(|xyzw| tilt_is_measured(&xyzw)) {
+    if measures_tilt(signal) {
         return None;
     }
-    let count = Some(given().count()).filter(|count| *count > 0)?;
+    let count = Some(given(signal).count()).filter(|count| *count > 0)?;
     Some(format!(
         "{}: roll and pitch are exactly 0 in all {count} orientations. They are treated as not measured: the slope of \
          the ground is unknown, not 0 degrees. Loads follow from the specific force and are not affected.",
@@ -78,18 +75,24 @@ pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
 
 /// An IMU whose specific force is compared with no attitude.
 pub(crate) fn untested_mounting(loaded: &LoadedLog) -> Option<Note> {
-    let with_attitude = (loaded.signals.iter())
+    let mut with_attitude = (loaded.signals.iter())
         .filter(|signal| matches!(signal.sensor, Sensor::Imu | Sensor::Odometry));
-    let measures_tilt = |signal: &Signal| {
-        quaternions(signal)
-            .any(|xyzw| xyzw.iter().all(|v| v.is_finite()) && tilt_is_measured(&xyzw))
-    };
-    let is_untested = loaded.matched.sensors.imu && !with_attitude.into_iter().any(measures_tilt);
+    let is_untested = loaded.matched.sensors.imu && !with_attitude.any(measures_tilt);
     is_untested.then(|| {
         let text = "Not tested by any signal of this log: mounting and signs of the IMU, because no attitude is logged that its \
             specific force could be compared with. An error there is found only by a check at the machine.";
         Note::new(NoteKind::Untested, text.into())
     })
+}
+
+/// Whether a signal has an orientation with roll and pitch; the first one is enough.
+fn measures_tilt(signal: &Signal) -> bool {
+    given(signal).any(|xyzw| tilt_is_measured(&xyzw))
+}
+
+/// The orientations that are given.
+fn given(signal: &Signal) -> impl Iterator<Item = [f64; 4]> {
+    quaternions(signal).filter(|xyzw| xyzw.iter().all(|v| v.is_finite()))
 }
 
 fn quaternions(signal: &Signal) -> impl Iterator<Item = [f64; 4]> {
