@@ -95,7 +95,10 @@ fn json_numbers_are_read_exactly_in_every_notation() {
         (6, 1.0, 1.0, std::f64::consts::PI)
     );
     assert_eq!(fields.number(2), 5.0);
-    assert_eq!(fields.numbers(3), [1.0, 12345.0]);
+    // an element without the number keeps its place
+    let d = fields.numbers(3);
+    assert!(d[1].is_nan());
+    assert_eq!((d.len(), d[0], d[2]), (3, 1.0, 12345.0));
     assert!(fields.number(4).is_nan());
     layout.decode(b"{}", &mut fields).unwrap();
     assert!(fields.number(0).is_nan() && fields.numbers(1).is_empty());
@@ -132,7 +135,9 @@ fn json_numbers_are_found_in_lists_of_lists() {
     assert!(of(&fields, 2).is_nan());
     assert_eq!(of(&fields, 3), -7.0);
     assert_eq!((of(&fields, 4), of(&fields, 5)), (9.0, 10.0));
-    assert_eq!(fields.numbers(6), [2.0, 5.0]);
+    let rows = fields.numbers(6);
+    assert!(rows[1].is_nan());
+    assert_eq!((rows.len(), rows[0], rows[2]), (3, 2.0, 5.0));
     assert_eq!(of(&fields, 7), 4.0);
     // a list that a message lacks is no number, and costs no other one
     let json = br#"{"m": [null, [1, 2, 3]], "deep": [5], "mixed": [9, 1]}"#;
@@ -206,13 +211,10 @@ fn descriptors() -> FileDescriptorSet {
                 field(&format!("many{index}"), number + 50, *kind, MANY, ""),
             ]
         })
-        .chain([field(
-            "parts",
-            200,
-            Type::Message,
-            MANY,
-            ".sensor_msgs.Numbers",
-        )])
+        .chain([
+            field("parts", 200, Type::Message, MANY, ".sensor_msgs.Numbers"),
+            field("name", 201, Type::String, ONE, ""),
+        ])
         .collect();
     let file = FileDescriptorProto {
         name: Some("joint_state.proto".to_owned()),
@@ -286,6 +288,33 @@ fn protobuf_joint_states_equal_those_in_cdr() {
     };
     let paths = ["name[]".parse().unwrap()];
     assert!(Layout::of_topic(&bare, &paths).is_err());
+}
+
+#[test]
+fn elements_keep_their_place_where_protobuf_writes_no_zero() {
+    let set = descriptors().encode_to_vec();
+    let pool = DescriptorPool::decode(&*set).unwrap();
+    let numbers = || DynamicMessage::new(pool.get_message_by_name("sensor_msgs.Numbers").unwrap());
+    let part = |name: &str, value: f64| {
+        let mut part = numbers();
+        part.set_field_by_name("name", ProtoValue::String(name.to_owned()));
+        part.set_field_by_name("one0", ProtoValue::F64(value));
+        ProtoValue::Message(part)
+    };
+    let parts = vec![part("jib", 0.0), part("", 2.0), part("hook", 300.0)];
+    let mut message = numbers();
+    message.set_field_by_name("parts", ProtoValue::List(parts));
+    let bytes = message.encode_to_vec();
+    let schema = ("sensor_msgs.Numbers", "protobuf", set.as_slice());
+    let file = log_of("protobuf", schema, std::slice::from_ref(&bytes));
+    let topic = Log::open(&file.path).unwrap().topics()[0].clone();
+    let paths = ["parts[].name", "parts[].one0"].map(|path| path.parse().unwrap());
+    let layout = Layout::of_topic(&topic, &paths).unwrap();
+    let mut fields = Fields::new();
+    layout.decode(&bytes, &mut fields).unwrap();
+    let names: Vec<&[u8]> = fields.texts(0).collect();
+    assert_eq!(names, [b"jib".as_slice(), b"", b"hook"]);
+    assert_eq!(fields.numbers(1), [0.0, 2.0, 300.0]);
 }
 
 fn proto_number(kind: Type, seed: i64) -> (ProtoValue, f64) {

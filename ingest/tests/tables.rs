@@ -113,6 +113,19 @@ fn the_column_tells_whether_a_mark_stands_between_groups_of_digits() {
         let is_told = notes.iter().any(|note| note.contains("between thousands"));
         assert_eq!(is_told, values[0] == 998.0, "{notes:?}");
     }
+    // the other columns tell where this one does not: decimal points mark no groups, and commas beside them do
+    for (cells, values) in [
+        (["1.250", "1.251", "1.252"], [1.25, 1.251, 1.252]),
+        (["998", "2,942", "1,002"], [998.0, 2942.0, 1002.0]),
+        (["1,998", "2,942", "1,002"], [1998.0, 2942.0, 1002.0]),
+    ] {
+        let [a, b, c] = cells;
+        let file = csv(&format!(
+            "time_s;p;q\n0;{a};0.125\n1;{b};-1.5\n2;{c};0.25\n"
+        ));
+        let (_, found, _) = field(&Log::open(&file.path).unwrap(), "p");
+        assert_eq!(found, values);
+    }
     let file = csv("time_s,p,q\n0.0,998,1.5\n0.1,\"1,002\",1.5\n0.2,999,1.5\n");
     assert_eq!(
         field(&Log::open(&file.path).unwrap(), "p").1,

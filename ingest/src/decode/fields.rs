@@ -2,6 +2,9 @@
 
 use std::ops::Range;
 
+/// Of an array: how many numbers, and how many strings.
+pub(crate) type Counts = [usize; 2];
+
 /// The values of one message, in the order of the layout's paths. Reuse one instance for all
 /// messages, so that decoding does not allocate.
 ///
@@ -157,6 +160,33 @@ impl Fields {
         } else {
             slot.text.clear();
             slot.text.extend_from_slice(text);
+        }
+    }
+
+    /// How many numbers and strings the array at a path has so far.
+    pub(crate) fn counts(&self, path_index: usize) -> Counts {
+        self.slots.get(path_index).map_or([0; 2], |slot| {
+            [slot.numbers.len(), slot.incoming.items.len()]
+        })
+    }
+
+    /// Ends a message of an array, before which the array at a path had so many: it now has one more. A number that the
+    /// message lacks is NaN, a string is empty, and of several the last one counts. Else the values of all that follow would be
+    /// taken for those of their neighbours.
+    pub(crate) fn end_element(&mut self, path_index: usize, [numbers, texts]: Counts) {
+        let Some(slot) = self.slots.get_mut(path_index) else {
+            return;
+        };
+        if slot.numbers.len() > numbers {
+            slot.numbers.drain(numbers..slot.numbers.len() - 1);
+        } else {
+            slot.numbers.push(f64::NAN);
+        }
+        if slot.incoming.items.len() > texts {
+            let items = &mut slot.incoming.items;
+            items.drain(texts..items.len() - 1);
+        } else {
+            slot.incoming.collect(b"");
         }
     }
 

@@ -272,11 +272,21 @@ impl<'de> DeserializeSeed<'de> for Part<'_, '_> {
     type Value = ();
 
     fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        let singles = match self.is_in_array {
+            true => self.tree.singles(),
+            false => Vec::new(),
+        };
+        let counts = |&slot: &usize| (slot, self.fields.counts(slot));
+        let before: Vec<_> = singles.iter().map(counts).collect();
         deserializer.deserialize_any(MessageVisitor {
             tree: self.tree,
-            fields: self.fields,
+            fields: &mut *self.fields,
             is_in_array: self.is_in_array,
-        })
+        })?;
+        for (slot, before) in before {
+            self.fields.end_element(slot, before);
+        }
+        Ok(())
     }
 }
 

@@ -80,6 +80,24 @@ impl PathTree {
         }
     }
 
+    /// The slots of what a message has once: single numbers and strings, those of nested messages, and single elements of arrays.
+    pub(crate) fn singles(&self) -> Vec<usize> {
+        let mut slots = Vec::new();
+        self.add_singles(&mut slots);
+        slots
+    }
+
+    fn add_singles(&self, slots: &mut Vec<usize>) {
+        for branch in &self.branches {
+            slots.extend(branch.single);
+            slots.extend(branch.elements.iter().map(|(_, slot)| slot));
+            let picks = branch.picks.iter().map(|(_, tree)| tree);
+            for tree in branch.part.iter().chain(picks) {
+                tree.add_singles(slots);
+            }
+        }
+    }
+
     /// What is wanted from a field of this name or one of its alternatives.
     pub(crate) fn branch(&self, name: &str) -> Option<&Branch> {
         self.branches.iter().find(|branch| branch.is_called(name))

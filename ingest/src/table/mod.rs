@@ -9,6 +9,6 @@ mod time;
 pub use self::options::{DateOrder, TableOptions, TimeUnit};
 pub(crate) use self::{
     layout::{BySignal, Refusal, TextTable, join_blanks},
-    number::{grouped_once, number},
+    number::{Mark, decimal_mark, grouped_once, number},
     time::{DaysPassed, Kind, Sample, TimeSource, find, from_float, is_same_column},
 };

@@ -11,7 +11,9 @@ pub(crate) fn number(cell: &str, has_decimal_comma: bool) -> Option<f64> {
 /// A number with a point where a comma may stand for it, and without marks between groups of three digits where they can be
 /// nothing else: a mark beside the decimal one, several marks, an apostrophe or a narrow blank.
 pub(super) fn with_point(text: &str, has_decimal_comma: bool) -> Cow<'_, str> {
-    let decimal = if has_decimal_comma { ',' } else { '.' };
+    // of two marks the last one is the decimal one
+    let is_comma = has_decimal_comma && text.rfind('.') < text.rfind(',').or(Some(text.len()));
+    let decimal = if is_comma { ',' } else { '.' };
     if let Some(plain) = without_groups(text, decimal) {
         return plain.replace(',', ".").into();
     }
@@ -21,12 +23,48 @@ pub(super) fn with_point(text: &str, has_decimal_comma: bool) -> Cow<'_, str> {
     }
 }
 
-/// The whole number of a cell like `1.002` in a table with decimal commas, or `1,002` in one with decimal points, if its mark
-/// stands between groups of digits. Only the other cells of its column can tell.
-pub(crate) fn grouped_once(cell: &str, has_decimal_comma: bool) -> Option<f64> {
-    let mark = if has_decimal_comma { '.' } else { ',' };
-    let (first, second) = cell.trim().split_once(mark)?;
-    is_grouped(first, &[second]).then(|| format!("{first}{second}").parse().ok())?
+/// What stands before decimals, or between groups of digits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Mark {
+    Point,
+    Comma,
+}
+
+impl Mark {
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Self::Point => Self::Comma,
+            Self::Comma => Self::Point,
+        }
+    }
+
+    fn symbol(self) -> char {
+        match self {
+            Self::Point => '.',
+            Self::Comma => ',',
+        }
+    }
+}
+
+/// The whole number of a cell like `1.002` or `1,002`, if its mark stands between groups of digits. Only other cells can tell.
+pub(crate) fn grouped_once(cell: &str) -> Option<(f64, Mark)> {
+    [Mark::Point, Mark::Comma].into_iter().find_map(|mark| {
+        let (first, second) = cell.trim().split_once(mark.symbol())?;
+        let whole = is_grouped(first, &[second]).then(|| format!("{first}{second}").parse());
+        Some((whole?.ok()?, mark))
+    })
+}
+
+/// The mark before the decimals of a number; `None` without one, and where it may stand between groups of digits.
+pub(crate) fn decimal_mark(number: &str) -> Option<Mark> {
+    let number = number.trim();
+    let at = number.rfind(['.', ','])?;
+    let mark = match &number[at..=at] {
+        "." => Mark::Point,
+        _ => Mark::Comma,
+    };
+    let is_single = number.matches(mark.symbol()).count() == 1;
+    (is_single && grouped_once(number).is_none()).then_some(mark)
 }
 
 /// The number without the marks between its groups of digits; `None` if it has none, or one that may be a decimal mark.
@@ -59,13 +97,31 @@ fn is_grouped(first: &str, following: &[&str]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::number;
+    use super::{Mark, decimal_mark, number};
+
+    #[test]
+    fn a_mark_that_may_stand_between_groups_of_digits_tells_nothing_of_decimals() {
+        for (text, mark) in [
+            ("0.125", Some(Mark::Point)),
+            ("-1.294417", Some(Mark::Point)),
+            ("1,5", Some(Mark::Comma)),
+            ("1.556,949", Some(Mark::Comma)),
+            ("1,556.949", Some(Mark::Point)),
+            ("1.250", None),
+            ("2,942", None),
+            ("1,234,567", None),
+            ("998", None),
+        ] {
+            assert_eq!(decimal_mark(text), mark, "{text}");
+        }
+    }
 
     #[test]
     fn groups_of_digits_are_read_where_they_can_be_nothing_else() {
         for (text, has_decimal_comma, value) in [
             ("1.556,949", true, Some(1556.949)),
             ("-1,556.949", false, Some(-1556.949)),
+            ("-1,556.949", true, Some(-1556.949)),
             ("1'556.5", false, Some(1556.5)),
             ("1\u{a0}556,5", true, Some(1556.5)),
             ("12.345.678", true, Some(12_345_678.0)),

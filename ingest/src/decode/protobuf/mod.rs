@@ -59,6 +59,8 @@ pub(crate) struct Plan {
     fields: Vec<FieldPlan>,
     /// Slots of numbers that default to zero when absent.
     zeros: Vec<usize>,
+    /// Slots of what it has once, see [`PathTree::singles`].
+    singles: Vec<usize>,
 }
 
 #[derive(Debug, Clone)]
@@ -109,17 +111,24 @@ impl Plan {
     }
 
     /// Reads one message. Fields that it lacks keep their values, except for numbers whose absence
-    /// means zero.
+    /// means zero. A message of an array adds one value to each list.
     pub(crate) fn run(
         &self,
         message: &[u8],
         fields: &mut Fields,
         is_in_array: bool,
     ) -> Result<(), DecodeError> {
-        if !is_in_array {
-            for &slot in &self.zeros {
-                fields.take_number(slot, 0.0, false);
-            }
+        let before: Vec<_> = match is_in_array {
+            true => self
+                .singles
+                .iter()
+                .map(|&slot| fields.counts(slot))
+                .collect(),
+            false => Vec::new(),
+        };
+        // of several values the last one counts
+        for &slot in &self.zeros {
+            fields.take_number(slot, 0.0, is_in_array);
         }
         let mut indices = vec![0; self.fields.len()];
         for item in wire::items(message) {
@@ -130,6 +139,9 @@ impl Plan {
                 take.item(item, &mut indices[place], fields, is_in_array)
                     .ok_or(BROKEN)??;
             }
+        }
+        for (&slot, before) in self.singles.iter().zip(before) {
+            fields.end_element(slot, before);
         }
         Ok(())
     }
@@ -162,7 +174,7 @@ impl Take {
                         fields.take_number(*slot, value, true);
                     }
                     for (_, slot) in elements.iter().filter(|(place, _)| place == index) {
-                        fields.take_number(*slot, value, false);
+                        fields.take_number(*slot, value, is_in_array);
                     }
                     *index += 1;
                 };
@@ -202,7 +214,10 @@ impl Compiler<'_> {
         tree: &PathTree,
         path: &mut Vec<String>,
     ) -> Result<Plan, SchemaError> {
-        let mut plan = Plan::default();
+        let mut plan = Plan {
+            singles: tree.singles(),
+            ..Plan::default()
+        };
         for branch in &tree.branches {
             path.push(branch.name.clone());
             let found = fields.iter().find(|field| branch.is_called(&field.name));

@@ -21,8 +21,8 @@ use crate::{
     formats::reader::{FileReader, Request},
     message::{Error, Losses, TopicTable},
     table::{
-        BySignal, DaysPassed, Kind, Refusal, TableOptions, TextTable, grouped_once, join_blanks,
-        number,
+        BySignal, DaysPassed, Kind, Mark, Refusal, TableOptions, TextTable, decimal_mark,
+        grouped_once, join_blanks, number,
     },
 };
 
@@ -111,6 +111,7 @@ impl CsvReader {
         losses.integrity.checksums_absent = true;
         let mut odd = vec![OddCells::default(); self.columns.names.len()];
         let mut lacks_zone = false;
+        let mut time_decimals = Decimals::default();
         let mut remarks = 0_u64;
         let mut counted = Counted::default();
         let mut lost = LostRows::default();
@@ -118,6 +119,7 @@ impl CsvReader {
             match row {
                 Ok(row) => {
                     lacks_zone |= row.lacks_zone;
+                    (row.time_decimal.into_iter()).for_each(|mark| time_decimals.see(mark));
                     for (odd, cell) in odd.iter_mut().zip(row.cells) {
                         odd.count(cell);
                     }
@@ -148,9 +150,12 @@ impl CsvReader {
                 "{name}: times are stated without a time zone: UTC is assumed"
             ));
         }
-        self.grouped = odd.iter().map(OddCells::is_grouped).collect();
-        note_grouped(&name, &self.columns.names, &odd, losses);
-        for odd in odd.iter_mut().filter(|odd| !odd.is_grouped()) {
+        let decimals = odd.iter().map(|odd| odd.decimals);
+        let decimals = decimals.fold(time_decimals, Decimals::and);
+        self.grouped = odd.iter().map(|odd| odd.is_grouped(decimals)).collect();
+        let grouped = &self.grouped;
+        note_grouped(&name, &self.columns.names, (&odd, grouped), losses);
+        for (odd, _) in odd.iter_mut().zip(grouped).filter(|(_, is)| !**is) {
             odd.count += odd.only_grouped;
         }
         note_odd_cells(&name, &self.columns.names, &odd, losses);
@@ -414,6 +419,9 @@ impl Lines {
             Kind::TimeOfDay => days.after(time_ns),
             _ => time_ns,
         };
+        let is_number = |text: &&&str| number(text, self.table.has_decimal_comma).is_some();
+        let time_decimal = texts.first().filter(is_number);
+        let time_decimal = time_decimal.and_then(|text| decimal_mark(text));
         if self.table.by_signal.is_none() {
             let values = record.iter().take(width).enumerate();
             let values = values.filter(|(at, _)| !time.columns.contains(at));
@@ -425,6 +433,7 @@ impl Lines {
                 time_ns,
                 cells,
                 lacks_zone: time.lacks_zone(&texts),
+                time_decimal,
             },
         })
     }
@@ -434,14 +443,16 @@ impl Lines {
         let text = text.trim();
         let has_decimal_comma = self.table.has_decimal_comma;
         let plain = number(text, has_decimal_comma);
-        if let Some(whole) = grouped_once(text, has_decimal_comma) {
-            return Cell::Grouped { whole, plain };
+        // between cells that commas separate a point can only be a decimal mark
+        let may_be = |mark| has_decimal_comma || mark == Mark::Comma;
+        if let Some((whole, mark)) = grouped_once(text).filter(|(_, mark)| may_be(*mark)) {
+            return Cell::Grouped { whole, plain, mark };
         }
         match plain {
             Some(number) => Cell::Number {
                 number,
-                // the decimal mark of another table: then it marks no groups in this column
-                is_pointed: has_decimal_comma && text.contains('.') && !text.contains(','),
+                decimal: decimal_mark(text),
+                digits: text.bytes().filter(u8::is_ascii_digit).count(),
             },
             None => match text.to_ascii_lowercase().as_str() {
                 "true" => Cell::whole(1.0),
@@ -591,6 +602,7 @@ impl JoinedRow {
             time_ns: self.time_ns,
             cells: &self.cells,
             lacks_zone: self.lacks_zone,
+            time_decimal: None,
         };
         take(Ok(row), self.place)
     }
@@ -600,13 +612,15 @@ impl JoinedRow {
 enum Cell {
     Number {
         number: f64,
-        /// Whether it has a point in a table with decimal commas.
-        is_pointed: bool,
+        /// The mark before its decimals.
+        decimal: Option<Mark>,
+        digits: usize,
     },
     /// A number that is `whole` if its mark stands between groups of digits, else `plain`.
     Grouped {
         whole: f64,
         plain: Option<f64>,
+        mark: Mark,
     },
     Missing,
     Other(String),
@@ -616,7 +630,8 @@ impl Cell {
     fn whole(number: f64) -> Self {
         Self::Number {
             number,
-            is_pointed: false,
+            decimal: None,
+            digits: 0,
         }
     }
 }
@@ -626,6 +641,8 @@ struct Row<'c> {
     cells: &'c [Cell],
     /// Whether its date has no time zone.
     lacks_zone: bool,
+    /// The mark before the decimals of its time, if that is a number.
+    time_decimal: Option<Mark>,
 }
 
 /// A line of the file; its row has no cells where each line has one signal.
@@ -637,17 +654,50 @@ struct Line<'c> {
 type TakeLine<'t> = dyn FnMut(Result<Line<'_>, Problem>, Place) -> ControlFlow<()> + 't;
 type TakeRow<'t> = dyn FnMut(Result<Row<'_>, Problem>, Place) -> ControlFlow<()> + 't;
 
-/// The cells of a column that are neither numbers nor empty by intent.
+/// Which marks stand before decimals where they can be nothing else.
+#[derive(Debug, Clone, Copy, Default)]
+struct Decimals {
+    point: bool,
+    comma: bool,
+}
+
+impl Decimals {
+    fn see(&mut self, mark: Mark) {
+        match mark {
+            Mark::Point => self.point = true,
+            Mark::Comma => self.comma = true,
+        }
+    }
+
+    fn have(self, mark: Mark) -> bool {
+        match mark {
+            Mark::Point => self.point,
+            Mark::Comma => self.comma,
+        }
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            point: self.point || other.point,
+            comma: self.comma || other.comma,
+        }
+    }
+}
+
+/// The cells of a column that are neither numbers nor empty by intent, and what its marks can be.
 #[derive(Debug, Clone, Default)]
 struct OddCells {
     count: u64,
     example: String,
     has_number: bool,
-    /// Numbers whose mark may stand between groups of digits, how many of them are no numbers otherwise, and whether another cell
-    /// shows that it does not.
+    decimals: Decimals,
+    /// Numbers whose mark may stand between groups of digits, that mark, and how many of them are no numbers otherwise.
     grouped: u64,
+    mark: Option<Mark>,
     only_grouped: u64,
-    marks_decimals: bool,
+    /// Whether there are whole numbers of three digits without a mark, and of more.
+    has_hundreds: bool,
+    has_thousands: bool,
 }
 
 impl OddCells {
@@ -658,17 +708,34 @@ impl OddCells {
                     self.example = text.chars().take(20).collect();
                 }
                 self.count += 1;
-                self.marks_decimals |= text.contains(',');
+                if text.contains(',') {
+                    self.decimals.see(Mark::Comma);
+                }
             }
-            Cell::Number { is_pointed, .. } => {
+            Cell::Number {
+                number,
+                decimal,
+                digits,
+            } => {
                 self.has_number = true;
-                self.marks_decimals |= is_pointed;
+                if let Some(mark) = decimal {
+                    self.decimals.see(*mark);
+                } else if number.fract() == 0.0 {
+                    self.has_hundreds |= *digits == 3;
+                    self.has_thousands |= *digits > 3;
+                }
             }
-            Cell::Grouped { whole, plain } => {
+            Cell::Grouped { whole, plain, mark } => {
                 if plain.is_none() && self.example.is_empty() {
                     let whole = whole.abs() as u64;
                     self.example = format!("{},{:03}", whole / 1000, whole % 1000);
                 }
+                // with both marks one of them stands before decimals
+                if self.mark.is_some_and(|other| other != *mark) {
+                    self.decimals.see(*mark);
+                    self.decimals.see(mark.other());
+                }
+                self.mark = Some(*mark);
                 self.grouped += 1;
                 self.only_grouped += u64::from(plain.is_none());
                 self.has_number |= plain.is_some();
@@ -677,15 +744,34 @@ impl OddCells {
         }
     }
 
-    /// Whether the marks in its numbers stand between groups of digits.
-    fn is_grouped(&self) -> bool {
-        self.grouped > 0 && !self.marks_decimals
+    /// Whether the marks in its numbers stand between groups of digits. The column itself tells, else the decimals of the whole
+    /// table, else whole numbers below a thousand without a mark.
+    fn is_grouped(&self, table: Decimals) -> bool {
+        let Some(mark) = self.mark else {
+            return false;
+        };
+        let other = mark.other();
+        if self.decimals.have(mark) || self.decimals.have(other) {
+            !self.decimals.have(mark)
+        } else if self.only_grouped == self.grouped {
+            true
+        } else if table.have(mark) != table.have(other) {
+            table.have(other)
+        } else {
+            self.has_hundreds && !self.has_thousands
+        }
     }
 }
 
 /// Names the columns whose numbers have marks between groups of digits.
-fn note_grouped(name: &str, columns: &[String], odd: &[OddCells], losses: &mut Losses) {
-    for (column, odd) in columns.iter().zip(odd).filter(|(_, odd)| odd.is_grouped()) {
+fn note_grouped(
+    name: &str,
+    columns: &[String],
+    (odd, grouped): (&[OddCells], &[bool]),
+    losses: &mut Losses,
+) {
+    let columns = columns.iter().zip(odd).zip(grouped);
+    for ((column, odd), _) in columns.filter(|(_, is_grouped)| **is_grouped) {
         losses.note(format!(
             "{name}: column \"{}\": the mark in {} numbers is taken for one between thousands and hundreds",
             column.escape_debug(),
