@@ -321,6 +321,23 @@ fn parquet_files_are_read() {
         field(&Log::open(&file.path).unwrap(), "x").0,
         [5_000, 6_000]
     );
+    // a name says more than a type
+    let stored = [1_700_000_000_000, 1_700_000_000_050].map(Some).to_vec();
+    let two = parquet(&[
+        (
+            "stored_at",
+            Column::Whole64(stored, timestamp(ColumnUnit::MILLIS)),
+        ),
+        ("time_s", Column::Double(vec![Some(5.0), Some(6.0)])),
+        ("x", x()),
+    ]);
+    let file = TempLog::new("table", &two);
+    let (times, _, notes) = field(&Log::open(&file.path).unwrap(), "x");
+    assert_eq!(times, [5_000_000_000, 6_000_000_000]);
+    assert!(
+        notes.iter().any(|note| note.contains("stored_at")),
+        "{notes:?}"
+    );
     let without = parquet(&[("x", x())]);
     let file = TempLog::new("table", &without);
     let error = Log::open(&file.path).unwrap_err().to_string();

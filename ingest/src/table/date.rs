@@ -32,7 +32,7 @@ pub(super) fn parse(text: &str, order: Option<DateOrder>) -> Option<Stamp> {
 }
 
 /// Whether the order of day and month changes what a text means.
-pub(super) fn is_ambiguous(text: &str) -> bool {
+pub(crate) fn is_ambiguous(text: &str) -> bool {
     let read = |order| parse(text, Some(order)).is_some();
     parse(text, None).is_none() && (read(DateOrder::Dmy) || read(DateOrder::Mdy))
 }

@@ -382,9 +382,8 @@ fn choose(
     if !are_numbers {
         return text_kind(texts, &called, options).map(|(kind, told)| source(kind, told));
     }
-    let of_epoch = texts
-        .iter()
-        .find_map(|cells| epoch_unit(as_number(cells.first()?)?));
+    let numbers = texts.iter().filter_map(|cells| as_number(cells.first()?));
+    let of_epoch = epoch_unit_of(&numbers.collect::<Vec<_>>());
     let below = sample.units.get(first).and_then(|cell| unit_cell(cell));
     if let Some(unit) = options.time_unit {
         let other = in_name.or(below).filter(|other| *other != unit);
@@ -523,17 +522,43 @@ impl DaysPassed {
     }
 }
 
-/// The unit of a number that counts from 1970: 10 digits are seconds, 13 milliseconds, and so on.
+/// The unit of numbers that count from 1970, by most of them. What would be minutes apart in that unit are no rows of a log: they
+/// count from the start of a computer, in a smaller unit.
+fn epoch_unit_of(numbers: &[f64]) -> Option<TimeUnit> {
+    const LONGEST_STEP_NS: f64 = 600e9;
+    let units: Vec<TimeUnit> = numbers.iter().copied().filter_map(epoch_unit).collect();
+    let unit = *units.first()?;
+    let (same, count) = (units.iter().filter(|other| **other == unit), numbers.len());
+    let mut steps: Vec<f64> = numbers
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]).abs())
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let is_log = match Kind::of(unit) {
+        Kind::Multiples(unit_ns) => step * unit_ns as f64 <= LONGEST_STEP_NS,
+        _ => false,
+    };
+    (2 * same.count() > count && is_log).then_some(unit)
+}
+
+/// The unit of a number that counts from 1970: 10 digits are seconds, 13 milliseconds, and so on. Not after 2052: LabVIEW counts
+/// from 1904.
 fn epoch_unit(number: f64) -> Option<TimeUnit> {
-    let digits = |least: f64| (least..10.0 * least).contains(&number);
+    let is_date = |least: f64| (least..2.6 * least).contains(&number);
     let units = [
         (TimeUnit::Seconds, 1e9),
         (TimeUnit::Milliseconds, 1e12),
         (TimeUnit::Microseconds, 1e15),
         (TimeUnit::Nanoseconds, 1e18),
     ];
-    let found = units.into_iter().find(|(_, least)| digits(*least));
+    let found = units.into_iter().find(|(_, least)| is_date(*least));
     found.map(|(unit, _)| unit)
+}
+
+/// Whether a name is that of a time.
+pub(crate) fn is_name_of_time(name: &str) -> bool {
+    unit_in_name(name).is_some()
 }
 
 /// What a name says: whether it is that of a time, and of which unit.
@@ -652,6 +677,21 @@ mod tests {
         for (name, expected) in cases {
             assert_eq!(unit_in_name(name), expected, "{name}");
         }
+    }
+
+    #[test]
+    fn counters_of_a_computer_are_no_dates() {
+        let steps = |first: f64, step: f64| {
+            let numbers: Vec<f64> = (0..5).map(|k| first + f64::from(k) * step).collect();
+            epoch_unit_of(&numbers)
+        };
+        assert_eq!(steps(1.7e9, 0.01), Some(TimeUnit::Seconds));
+        assert_eq!(steps(1.7e15, 1e4), Some(TimeUnit::Microseconds));
+        // nanoseconds from 0, microseconds and nanoseconds since a computer was started, LabVIEW's seconds since 1904
+        assert_eq!(steps(0.0, 5e8), None);
+        assert_eq!(steps(1.200_004e9, 1e4), None);
+        assert_eq!(steps(1.8e12, 1e7), None);
+        assert_eq!(steps(3.86e9, 0.01), None);
     }
 
     fn source(kind: Kind) -> TimeSource {

@@ -22,7 +22,7 @@ use crate::{
     message::{Error, Losses, TopicTable},
     table::{
         BySignal, DaysPassed, Kind, Mark, Refusal, TableOptions, TextTable, decimal_mark,
-        grouped_once, join_blanks, number,
+        grouped_once, is_ambiguous, join_blanks, number,
     },
 };
 
@@ -407,11 +407,16 @@ impl Lines {
         let texts: Vec<_> = texts.map(String::from_utf8_lossy).collect();
         let texts: Vec<&str> = texts.iter().map(|text| &**text).collect();
         let Some(time_ns) = time.read(&texts, self.table.has_decimal_comma) else {
+            let found = texts.join(" ");
+            let advice = match is_ambiguous(&found) {
+                true => ", which can be day or month first: --date-order dmy or mdy states it",
+                false => "",
+            };
             return Err(Problem {
                 kind: "time",
                 text: format!(
-                    "expected a time, found \"{}\"",
-                    texts.join(" ").escape_debug()
+                    "expected a time, found \"{}\"{advice}",
+                    found.escape_debug()
                 ),
             });
         };

@@ -103,19 +103,38 @@ impl ParquetReader {
             let named = options.time_column.as_ref();
             named.is_none_or(|named| table::is_same_column(columns[at].name(), named))
         };
-        let stated = singles()
-            .filter(|&at| is_meant(at))
-            .find_map(|at| Some((at, time_unit_ns(&columns[at])?)));
-        let (time, told) = match stated {
-            Some((at, unit_ns)) => (
-                Time {
-                    columns: vec![at],
-                    unit_ns,
-                },
-                None,
-            ),
-            None => number_time(file.data(), &metadata, &numbers, options).map_err(invalid)?,
+        let stamps = singles().filter(|&at| is_meant(at));
+        let stamps = stamps.filter_map(|at| Some((at, time_unit_ns(&columns[at])?)));
+        let stamps: Vec<(usize, i64)> = stamps.collect();
+        let of_stamp = |&(at, unit_ns): &(usize, i64)| Time {
+            columns: vec![at],
+            unit_ns,
         };
+        // a name says more than a type: tables also have times at which something else happened
+        let by_name = stamps
+            .iter()
+            .find(|(at, _)| table::is_name_of_time(columns[*at].name()));
+        let (time, mut told) = match by_name {
+            Some(stamp) => (of_stamp(stamp), None),
+            None => match (
+                number_time(file.data(), &metadata, &numbers, options),
+                stamps.first(),
+            ) {
+                (Err(_), Some(stamp)) => (of_stamp(stamp), None),
+                (found, _) => found.map_err(invalid)?,
+            },
+        };
+        let not_used = stamps.iter().map(|(at, _)| at);
+        let not_used = not_used.filter(|at| !time.columns.contains(at));
+        let not_used: Vec<&str> = not_used.map(|at| columns[*at].name()).collect();
+        if !not_used.is_empty() {
+            let used = time.columns.iter().map(|at| columns[*at].name());
+            told = Some(format!(
+                "time: {}; not the other columns of times: {} (--time-column NAME states one)",
+                used.collect::<Vec<_>>().join(" and "),
+                not_used.join(", ")
+            ));
+        }
         numbers.retain(|at| !time.columns.contains(at));
         refuse_packing(&metadata, numbers.iter().chain(&time.columns)).map_err(invalid)?;
         if let Some(told) = told {
