@@ -110,40 +110,34 @@ pub(super) fn estimate_on_one_clock(
         clock::estimate(loaded, forces, &smoothed)
     };
     if options.apply_clock_offsets == ApplyClockOffsets::Stated {
-        let is_asked = clock.are_applicable() && quality.faults.iter().any(is_contradiction);
-        if !is_asked {
-            return Ok((rows, quality, clock));
+        let mut quality = quality;
+        if clock.are_applicable() && quality.faults.iter().any(is_contradiction) {
+            let on_one_clock = faults_on_one_clock(loaded, &clock, options)?;
+            explain_by_clock(&mut quality.faults, &on_one_clock);
         }
-        // the rows share the samples, whose stamps change
-        drop(rows);
-        let on_one_clock = faults_on_one_clock(loaded, &clock, options)?;
-        let (rows, mut quality) = estimate(loaded, options)?;
-        explain_by_clock(&mut quality.faults, &on_one_clock);
         return Ok((rows, quality, clock));
     }
     drop(rows);
-    if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
-        clock.apply(signals, forces);
-    }
+    loaded.signals = Arc::new(clock.corrected(&loaded.signals));
+    clock.correct(forces);
+    clock.set_applied();
     let (rows, quality) = estimate(loaded, options)?;
     Ok((rows, quality, clock))
 }
 
-/// What the checks would find if the estimated offsets between the clocks were applied; the stamps stay as they are.
+/// What the checks would find if the estimated offsets between the clocks were applied.
 fn faults_on_one_clock(
     loaded: &mut LoadedLog,
     clock: &ClockOffsets,
     options: &Options,
 ) -> Result<Vec<FaultSpan>> {
-    let shift = |loaded: &mut LoadedLog, times: f64| {
-        if let Some(signals) = Arc::get_mut(&mut loaded.signals) {
-            clock.shift(signals, &mut [], times);
-        }
-    };
-    shift(loaded, 1.0);
-    let found = estimate(loaded, options).map(|(_, quality)| quality.faults);
-    shift(loaded, -1.0);
-    found
+    let corrected = Arc::new(clock.corrected(&loaded.signals));
+    let stated = std::mem::replace(&mut loaded.signals, corrected);
+    let found = states_of_all_rows(loaded, options);
+    let is_read = loaded.check_read();
+    loaded.signals = stated;
+    is_read?;
+    found.map(|((_, quality), _)| quality.faults)
 }
 
 /// Where signals contradict each other only as long as their clocks differ, it is the clock that is off.
@@ -169,16 +163,10 @@ pub(super) fn estimate(
     loaded: &mut LoadedLog,
     options: &Options,
 ) -> Result<(EstimatedRows, SignalQuality)> {
-    let clock = options
-        .rate_hz
-        .map_or(RowClock::JointStates, RowClock::Rate);
     // where no end is asked for, rotations need no row
     let log = &*loaded;
     let (estimated, found) = rayon::join(
-        || match options.estimator {
-            Estimator::Smoother => smoothed(log, clock).map(|estimated| (estimated, None)),
-            Estimator::Causal => causal(log, clock),
-        },
+        || states_of_all_rows(log, options),
         || (options.to_s.is_none()).then(|| rotations::until(log, i64::MAX)),
     );
     let ((mut rows, mut quality), supports) = estimated?;
@@ -204,6 +192,20 @@ pub(super) fn estimate(
         rows.add_reason(&on_side, Reason::SupportsUnknown);
     }
     Ok((within(rows, options), quality))
+}
+
+/// The states of all rows and, of the causal estimator, what it knew of the supports.
+fn states_of_all_rows(
+    loaded: &LoadedLog,
+    options: &Options,
+) -> Result<((EstimatedRows, SignalQuality), Option<SupportTimeline>)> {
+    let clock = options
+        .rate_hz
+        .map_or(RowClock::JointStates, RowClock::Rate);
+    match options.estimator {
+        Estimator::Smoother => smoothed(loaded, clock).map(|estimated| (estimated, None)),
+        Estimator::Causal => causal(loaded, clock),
+    }
 }
 
 fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, SignalQuality)> {

@@ -88,7 +88,7 @@ impl MovedGround {
         let since_s = (since_ns - start_ns) as f64 * 1e-9;
         Some(format!(
             "From t = {since_s:.1} s on the platform turned farther than its arm and tyres explain while the machine stood: the \
-             ground gave way under it. How the wheels share the load on it is open there, and in the bands."
+             ground gave way under it, or a position of the arm is wrong. How the wheels share the load on it is open there, and in the bands."
         ))
     }
 

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use tipwatch_mechanics::estimation::ShownNoise;
-use tipwatch_mechanics::estimation::plausibility::Excitation;
-use tipwatch_mechanics::machine::{Axis, Machine, MountSource, Note, NoteKind, Parameter};
+use tipwatch_mechanics::estimation::plausibility::{Excitation, Unshown};
+use tipwatch_mechanics::machine::{
+    Axis, Machine, MountSource, Note, NoteKind, Parameter, Proof, SessionProofs,
+};
 use tipwatch_mechanics::state::{Reason, Sensor};
 use tipwatch_mechanics::{Quantity, State};
 
@@ -119,6 +121,26 @@ pub(crate) fn of_noise(noise: &[ShownNoise]) -> Option<String> {
             "The samples show another noise than [estimator] states. Estimates and bands rest on what they show: {}.",
             told.join(", ")
         )
+    })
+}
+
+/// The joints of the arm whose encoder reads exactly zero in every sample of the log.
+pub(crate) fn of_zeros(machine: &Machine, seen: &Seen, shown: SessionProofs) -> Option<Note> {
+    let unshown = seen.excitation.unshown();
+    let joints = unshown.iter().filter_map(|it| match it {
+        Unshown::Joint(joint) if shown.only_zeros.has(Proof::Joint(*joint)) => {
+            Some(machine.joints()[*joint].name.as_str())
+        }
+        _ => None,
+    });
+    let joints: Vec<&str> = joints.collect();
+    (!joints.is_empty()).then(|| {
+        let text = format!(
+            "The position of {} is exactly 0 in every sample. So reads an encoder that nobody reads, too: if the arm stood \
+             elsewhere, the loads are those of another posture.",
+            joints.join(", ")
+        );
+        Note::new(NoteKind::Untested, text)
     })
 }
 

@@ -87,6 +87,12 @@ pub struct Analysis {
 }
 
 impl Analysis {
+    /// Whether the machine as stated explains every rotation about an edge, as far as anything does.
+    #[must_use]
+    pub fn falls_are_as_stated(&self) -> bool {
+        self.explained_falls.iter().all(ExplainedFall::is_as_stated)
+    }
+
     /// Why the analysis decides nothing; `None` if it does. At least `min_valid` of the log's time must be
     /// computable.
     #[must_use]

@@ -125,7 +125,7 @@ impl LoadedLog {
 }
 
 /// A sensor, its topic and its samples.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Signal {
     /// Which sensor.
     pub sensor: Sensor,

@@ -2,7 +2,7 @@
 
 use std::io;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use tipwatch_ingest::{
     ClockFinding, Placement, SensorReading, StampCorrection, StampDecision, TimeBase,
@@ -16,8 +16,9 @@ use super::sample_store::{Arrival, Samples, Times, arrival, message_times};
 /// Number of samples read from a file at a time.
 const CHUNK: usize = 1024;
 
-/// All samples of one sensor, in file order. Those of a long log are in a temporary file, except for their stamps.
-#[derive(Debug)]
+/// All samples of one sensor, in file order. Those of a long log are in a temporary file, except for their stamps. A clone has
+/// the same samples, at stamps of its own.
+#[derive(Debug, Clone)]
 pub struct Recording {
     /// The time source, and why it was chosen.
     pub clock: StampDecision,
@@ -41,7 +42,7 @@ pub struct Recording {
     pub unstamped: u64,
     /// Messages without any number of the sample, which are omitted.
     pub without_value: u64,
-    samples: Samples,
+    samples: Arc<Samples>,
     /// Whether the samples arrived in file order.
     arrived_in_order: bool,
     failure: OnceLock<String>,
@@ -52,7 +53,7 @@ impl Recording {
     ///
     /// # Errors
     /// A temporary file cannot be read or written.
-    pub(super) fn new(reading: SensorReading, samples: Samples) -> io::Result<Self> {
+    pub(super) fn new(reading: SensorReading, mut samples: Samples) -> io::Result<Self> {
         let mut recording = Self {
             clock: reading.clock,
             correction: reading.correction,
@@ -65,14 +66,13 @@ impl Recording {
             undecodable: reading.undecodable,
             unstamped: reading.unstamped,
             without_value: reading.without_value,
-            samples,
+            samples: Arc::default(),
             arrived_in_order: true,
             failure: OnceLock::new(),
         };
         let mut last = Arrival::default();
         let mut omitted = Vec::new();
         let Self {
-            samples,
             stamps_ns,
             log_span_ns,
             log_times,
@@ -102,8 +102,9 @@ impl Recording {
         log_times.finish();
         if !omitted.is_empty() || reading.placement.removes_log_jumps() {
             let times = |index, times| without_jumps(&reading.placement, index, times);
-            *samples = rewritten(samples, reading.samples, &omitted, times, |_| {})?;
+            samples = rewritten(&samples, reading.samples, &omitted, times, |_| {})?;
         }
+        recording.samples = Arc::new(samples);
         Ok(recording)
     }
 
@@ -151,14 +152,15 @@ impl Recording {
                 (filled.iter()).for_each(|place| sample[joints + place] = f64::NAN);
             };
             let count = self.len();
-            self.samples = rewritten(&self.samples, count, &[], |_, times| times, leave_out)?;
+            let rewritten = rewritten(&self.samples, count, &[], |_, times| times, leave_out)?;
+            self.samples = Arc::new(rewritten);
         }
         Ok(())
     }
 
     /// Frees the memory of the samples, which nobody reads any more.
     pub(super) fn forget_samples(&mut self) {
-        self.samples = Samples::default();
+        self.samples = Arc::default();
     }
 
     /// Reads samples one at a time.

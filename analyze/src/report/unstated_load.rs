@@ -20,8 +20,7 @@ pub(super) fn contradicts(analysis: &Analysis, event: &Event) -> bool {
     let is_own =
         |fall: &&ExplainedFall| fall.edge == event.subject && fall.onset_ns == event.start_ns;
     let explained = analysis.explained_falls.iter().find(is_own);
-    let by = explained.and_then(|fall| fall.explanations.first());
-    event.shown_by == Some(ShownBy::Rotation) || by.is_some_and(|by| by.kind != "stated_machine")
+    event.shown_by == Some(ShownBy::Rotation) || explained.is_some_and(|fall| !fall.is_as_stated())
 }
 
 /// What stands beside loads of a machine whose fall they do not show; `None` where they may be read as they are.

@@ -98,29 +98,41 @@ impl TopicOffset {
 }
 
 impl ClockOffsets {
-    /// Applies the significant and precise offsets to the stamps of their signals.
-    pub(crate) fn apply(&mut self, signals: &mut [Signal], forces: &mut [LinkageForce]) {
-        self.shift(signals, forces, 1.0);
-        for offset in self.topics.iter_mut().filter(|o| o.is_applicable()) {
-            offset.applied = true;
-        }
-    }
-
     /// Whether there is an offset to apply.
     pub(crate) fn are_applicable(&self) -> bool {
-        self.topics.iter().any(TopicOffset::is_applicable)
+        self.applicable().next().is_some()
     }
 
-    /// Shifts the stamps of the signals by this multiple of the offsets that can be applied.
-    pub(crate) fn shift(&self, signals: &mut [Signal], forces: &mut [LinkageForce], times: f64) {
-        for offset in self.topics.iter().filter(|o| o.is_applicable()) {
-            let seconds = times * offset.offset_s.unwrap_or(0.0);
-            for signal in signals.iter_mut().filter(|s| s.topic == offset.topic) {
+    /// The same signals, their stamps corrected by the significant and precise offsets.
+    pub(crate) fn corrected(&self, signals: &[Signal]) -> Vec<Signal> {
+        let mut signals = signals.to_vec();
+        for (topic, seconds) in self.applicable() {
+            for signal in signals.iter_mut().filter(|s| s.topic == topic) {
                 signal.recording.shift(seconds);
             }
-            for force in forces.iter_mut().filter(|f| f.topic == offset.topic) {
+        }
+        signals
+    }
+
+    /// Corrects the stamps of forces by the same offsets.
+    pub(crate) fn correct(&self, forces: &mut [LinkageForce]) {
+        for (topic, seconds) in self.applicable() {
+            for force in forces.iter_mut().filter(|f| f.topic == topic) {
                 force.shift(seconds);
             }
         }
+    }
+
+    /// Notes which offsets were applied.
+    pub(crate) fn set_applied(&mut self) {
+        for offset in &mut self.topics {
+            offset.applied = offset.is_applicable();
+        }
+    }
+
+    /// The topics with an offset to apply (s).
+    fn applicable(&self) -> impl Iterator<Item = (&str, f64)> {
+        let topics = self.topics.iter().filter(|offset| offset.is_applicable());
+        topics.filter_map(|offset| Some((offset.topic.as_str(), offset.offset_s?)))
     }
 }

@@ -16,7 +16,7 @@ use super::super::quasi_static::QuasiStatic;
 use super::super::sensitivity::SensitivityTable;
 use super::super::standing_rows::StandingRows;
 use super::super::task::Task;
-use super::super::unstated_load;
+use super::super::unstated_load::{self, ExplainedFall};
 use super::check::CheckedLog;
 use super::estimate::SampleFindings;
 use super::evaluate::EvaluatedLog;
@@ -113,7 +113,9 @@ pub(in crate::analysis) fn study<S: RowSink>(
     let sensitivities: Vec<Option<SensitivityTable>> = (passes.iter().zip(&standing))
         .map(|(pass, standing)| pass.table(standing))
         .collect();
-    let lowest = gathered.lowest.as_ref();
+    // what would have kept another machine on its wheels is no advice for the one that fell
+    let is_as_stated = explained_falls.iter().all(ExplainedFall::is_as_stated);
+    let lowest = gathered.lowest.as_ref().filter(|_| is_as_stated);
     let advice = lowest.and_then(|lowest| {
         let place = StandingRows::place_of(lowest.row, &table)?;
         advise(
@@ -243,10 +245,13 @@ fn all_notes(
         seen,
     );
     let of_noise = notes::of_noise(&samples.quality.noise);
+    let shown = samples.quality.shown.last();
+    let of_zeros = shown.and_then(|(_, shown)| notes::of_zeros(&loaded.machine, seen, *shown));
     let first = mounting.into_iter().flatten();
     let first = first.chain(on_slope.chain(static_rows).map(Note::from));
     first
         .chain(of_log)
+        .chain(of_zeros)
         .chain(samples.untested_mounting.clone())
         .chain(of_noise.map(Note::from))
         .collect()

@@ -33,6 +33,12 @@ pub struct ExplainedFall {
 }
 
 impl ExplainedFall {
+    /// Whether the machine as stated explains it, as far as anything does.
+    #[must_use]
+    pub fn is_as_stated(&self) -> bool {
+        self.told().is_none_or(|told| told.kind == "stated_machine")
+    }
+
     /// The explanation that the rotation is told with: the machine as stated, unless another one is a fact or clearly more
     /// probable.
     #[must_use]

@@ -25,6 +25,10 @@ impl Scene {
             evidence.extend(self.course(incident));
         }
         evidence.extend(self.evidence(gravest));
+        let of_stated = incident.events.iter();
+        let of_stated = of_stated.find_map(|event| self.of_stated_machine(event));
+        evidence
+            .extend(of_stated.map(|text| format!("Times and loads of {}: {text}", self.word.many)));
         let others = alike
             .iter()
             .filter(|event| event.subject != gravest.subject);
@@ -185,6 +189,13 @@ impl Scene {
         });
         let texts: Vec<String> = texts.collect();
         (!texts.is_empty()).then(|| format!("Less likely than not: {}", texts.join("; ")))
+    }
+
+    /// What an event by loads rests on, where the machine as stated does not explain how the platform turned.
+    pub(in crate::report) fn of_stated_machine(&self, event: &Event) -> Option<&'static str> {
+        let is_by_loads = matches!(event.kind, EventKind::WheelLight | EventKind::WheelLift);
+        (is_by_loads && !self.is_as_stated)
+            .then_some("by the machine as stated, which does not explain the fall")
     }
 
     /// The assumption about the split that an event rests on, all of it or its beginning.

@@ -21,6 +21,8 @@ pub(in crate::report) struct Scene {
     pub(in crate::report) word: SupportWord,
     /// Whether the machine file states what determines the split: flat ground and the tyres' stiffness.
     pub(super) is_split_stated: bool,
+    /// Whether the machine as stated explains how the platform turned.
+    pub(super) is_as_stated: bool,
     pub(super) is_sparse: bool,
     pub(super) inputs: Vec<InputFacts>,
 }
@@ -73,6 +75,7 @@ impl Scene {
             sharing: sharing(machine),
             word: SupportWord::of(machine),
             is_split_stated: is_stated(machine),
+            is_as_stated: analysis.falls_are_as_stated(),
             is_sparse: analysis.coverage.between_rows.is_some(),
             inputs: analysis.inputs.iter().map(InputFacts::of).collect(),
         }

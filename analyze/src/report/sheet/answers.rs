@@ -4,7 +4,6 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{Ground, NoteKind};
 
 use crate::analysis::Analysis;
-use crate::analysis::unstated_load::ExplainedFall;
 use crate::events::split_rule::{is_stated, measured_forces, sharing, split_rule};
 use crate::events::support_words::SupportWord;
 use crate::events::{Event, EventKind, ShownBy, TIP_OVER_RAD};
@@ -34,11 +33,7 @@ pub(super) fn answers(
         ("How sure is this?", certainty(analysis, incidents)),
     ];
     // without it the loads and causes of a fall that the stated machine does not explain read as facts
-    let is_as_stated = |fall: &ExplainedFall| match fall.explanations.first() {
-        Some(best) => best.kind == "stated_machine",
-        None => true,
-    };
-    if !analysis.explained_falls.iter().all(is_as_stated) {
+    if !analysis.falls_are_as_stated() {
         let explained = unstated_load::findings(analysis).into_iter();
         all.extend(explained.map(|it| ("What explains the fall?", format!("{}.", it.headline))));
     }
@@ -54,11 +49,9 @@ pub(super) fn answers(
 /// Under which condition a step is told, and how sure it is where a reader would take it for surer than it is.
 pub(super) fn reserve(scene: &Scene, event: &Event) -> String {
     let confidence = doubt(event.certainty);
-    let reserves: Vec<String> = scene
-        .condition(event)
-        .into_iter()
-        .chain(confidence)
-        .collect();
+    let of_stated = scene.of_stated_machine(event).map(str::to_owned);
+    let reserves = scene.condition(event).into_iter().chain(of_stated);
+    let reserves: Vec<String> = reserves.chain(confidence).collect();
     match reserves.is_empty() {
         true => String::new(),
         false => format!(" ({})", reserves.join("; ")),
