@@ -69,8 +69,8 @@ pub use crate::{
         record_fields, record_sensors,
     },
     decode::{
-        DecodeError, Fields, Layout, NumberField, SampleSpec, SensorDecoder, SensorSample,
-        ValueSource, number_fields,
+        DecodeError, Fields, LARGEST_TILT_RAD, Layout, NumberField, SampleSpec, SensorDecoder,
+        SensorSample, ValueSource, number_fields,
     },
     file::{FileTransfer, Format, ReadOptions, read_options, set_read_options},
     formats::{CDR, CanFrameType},

@@ -256,7 +256,6 @@ pub fn load_within(
     );
     loaded.notes.extend(unmeasured(&loaded.signals));
     loaded.notes.extend(filled_velocities(&loaded));
-    loaded.notes.extend(file.urdf_notes(log)?);
     if let Some(timeline) = &loaded.supports {
         loaded.notes.extend_from_slice(&timeline.notes);
     }

@@ -1,15 +1,13 @@
 //! Judges a log by the rules of a policy.
 
 use serde::{Deserialize, Serialize};
+use tipwatch_mechanics::machine::EDGES_OF_FOUR;
 
 use super::LIKELY;
 use super::facts::{EventFacts, LogFacts, WheelFacts};
 use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 use crate::analysis::Undecided;
 use crate::events::EventKind;
-
-/// The edges of a machine on four wheels; others are named by the wheels at their ends.
-const EDGES: [&str; 4] = ["front", "left", "rear", "right"];
 
 /// The judgement of a log: `policy.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -228,7 +226,7 @@ impl Events {
         let is_wheel = |name: &str| wheels.iter().any(|wheel| wheel.name == name);
         let is_edge = |name: &str| {
             let mut ends = name.match_indices('_');
-            EDGES.contains(&name)
+            EDGES_OF_FOUR.contains(&name)
                 || ends.any(|(at, _)| is_wheel(&name[..at]) && is_wheel(&name[at + 1..]))
         };
         let is_known = |subject: &&String| {

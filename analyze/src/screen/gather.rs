@@ -11,11 +11,11 @@ use tipwatch_storage::{Folder, Location};
 use super::failure::FailureKind;
 use super::inputs;
 use super::merge::{LogRow, Present, latest, merge, without_gone};
-use super::one_log::{empty_record, unreadable_record};
+use super::one_log::{add_unreadable, empty_record};
 use super::outliers::comparisons;
 use super::place::Place;
 use super::policy_result::{judge, write_policy};
-use super::record::{Outcome, REPORT_FILES, REPORTS, Record, path_key};
+use super::record::{Outcome, REPORT_FILES, REPORTS, Record};
 use super::request::{Gate, Gathering, Screen, Update};
 use super::store::Store;
 use super::totals::Totals;
@@ -44,10 +44,6 @@ pub fn gather(
     let mut missing = Vec::new();
     let mut found = None;
     let (records, unusable) = store.load(&names)?;
-    let mut valid: BTreeSet<String> = records
-        .iter()
-        .map(|record| path_key(&record.path))
-        .collect();
     if !asked.logs.is_empty() {
         let done: BTreeSet<&str> = records.iter().map(|record| record.path.as_str()).collect();
         let named = found.insert(inputs::find(asked.logs, asked.out)?);
@@ -60,14 +56,11 @@ pub fn gather(
                     kind: FailureKind::NoRecord,
                     reason: "no process finished this log".into(),
                 };
-                valid.insert(path_key(&record.path));
                 missing.push(record);
             }
         }
     }
-    let unreadable = unusable.into_iter();
-    missing
-        .extend(unreadable.filter_map(|it| unreadable_record(it, &valid, &asked.options, notify)));
+    add_unreadable(&mut missing, unusable, &records, &asked.options, notify);
     let records = latest(records, missing);
     let records = match &found {
         Some(found) => present(

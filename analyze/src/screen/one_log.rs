@@ -15,7 +15,7 @@ use super::fleet_file::Fleet;
 use super::identity::{Identity, identify};
 use super::place::Place;
 use super::record::{
-    MachineName, Outcome, RECORD_SCHEMA, REPORT_PAGE, REPORTS, Record, report_folder,
+    MachineName, Outcome, RECORD_SCHEMA, REPORT_PAGE, REPORTS, Record, path_key, report_folder,
 };
 use super::request::{Reports, Update};
 use super::store::{Before, Store, Unreadable};
@@ -269,29 +269,30 @@ pub(super) fn empty_record(path: &Path, options: &Options) -> Record {
     }
 }
 
-/// A failed row for a record that cannot be read, in place of the log that nobody can name any more; `None` with a note where
-/// another record of this log is valid.
-pub(super) fn unreadable_record(
-    unreadable: Unreadable,
-    valid: &BTreeSet<String>,
+/// Adds a failed row for every record that cannot be read, in place of the log that nobody can name any more; of a log that another
+/// record tells of, old or new, there is a note instead.
+pub(super) fn add_unreadable(
+    new: &mut Vec<Record>,
+    unreadable: Vec<Unreadable>,
+    old: &[Record],
     options: &Options,
     notify: &(dyn Fn(Update<'_>) + Sync),
-) -> Option<Record> {
-    let Unreadable {
-        place,
-        path_key,
-        reason,
-    } = unreadable;
-    if valid.contains(&path_key) {
-        notify(Update::Note(format!("{place}: {reason}")));
-        return None;
+) {
+    let known = old.iter().chain(&*new);
+    let known: BTreeSet<String> = known.map(|record| path_key(&record.path)).collect();
+    for record in unreadable {
+        let (place, reason) = (record.place, record.reason);
+        if known.contains(&record.path_key) {
+            notify(Update::Note(format!("{place}: {reason}")));
+            continue;
+        }
+        let mut failed = empty_record(Path::new(&place), options);
+        failed.result = Outcome::Failed {
+            kind: FailureKind::NoRecord,
+            reason: format!("the record of a log cannot be read: {reason}"),
+        };
+        new.push(failed);
     }
-    let mut record = empty_record(Path::new(&place), options);
-    record.result = Outcome::Failed {
-        kind: FailureKind::NoRecord,
-        reason: format!("the record of a log cannot be read: {reason}"),
-    };
-    Some(record)
 }
 
 /// Time of the clock (ns since 1970, UTC).

@@ -13,9 +13,9 @@ use super::failure::FailureKind;
 use super::fleet_file::Fleet;
 use super::gather::{PAGE, finish, lock, present};
 use super::merge::{latest, merge};
-use super::one_log::{CurrentRun, Screened, Screening, unreadable_record};
+use super::one_log::{CurrentRun, Screened, Screening, add_unreadable};
 use super::place::Place;
-use super::record::{Outcome, Record, path_key};
+use super::record::{Outcome, Record};
 use super::request::{Gate, Output, Request, Screen, Update};
 use super::store::{Before, Store};
 use super::totals::Totals;
@@ -105,12 +105,7 @@ pub fn screen(
         (totals, gate.undecided(&rows), None)
     } else {
         let (records, unusable) = screening.store.load(&screening.store.names()?)?;
-        let of_logs = records.iter().chain(&now);
-        let valid = of_logs.map(|record| path_key(&record.path)).collect();
-        let unreadable = unusable.into_iter();
-        now.extend(
-            unreadable.filter_map(|it| unreadable_record(it, &valid, &request.options, notify)),
-        );
+        add_unreadable(&mut now, unusable, &records, &request.options, notify);
         // a log of this computer is looked for wherever it was
         let is_gone = |path: &str| {
             let place = Path::new(path);

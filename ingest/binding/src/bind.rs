@@ -116,7 +116,7 @@ pub fn bind(
         machine.leave_out_tool();
     }
     notes.extend(actuators.notes);
-    notes.extend(described_otherwise(log, urdf_text, urdf_name)?);
+    notes.extend(about_descriptions(log, spec, urdf_text, urdf_name)?);
     notes.extend(twice_noted(&static_transforms));
     Ok(BoundLog {
         machine,
@@ -210,29 +210,56 @@ fn other_joints(streams: &[FoundJoints<'_>]) -> Option<String> {
     })
 }
 
-/// The log carries the description of another machine than the one it is analysed with: a wrong machine file, or masses
-/// that were corrected.
-fn described_otherwise(
+/// What is worth telling about the robot descriptions of a log: of the last one, which is the URDF, that others came before it;
+/// otherwise that it is that of another machine: a wrong machine file, or masses that were corrected.
+fn about_descriptions(
     log: &Log,
+    spec: &MachineSpec,
     urdf_text: &str,
     urdf_name: &str,
 ) -> Result<Option<String>, BindError> {
-    let Some(of_log) = robot_descriptions(log)?.pop() else {
+    let mut described = robot_descriptions(log)?;
+    let Some(last) = described.pop() else {
         return Ok(None);
     };
+    if spec.urdf.is_none() && last.text == urdf_text {
+        return Ok(several(&described, &last));
+    }
     let used = RobotDescription {
         topic: urdf_name.into(),
-        log_time_ns: of_log.log_time_ns,
+        log_time_ns: last.log_time_ns,
         text: urdf_text.into(),
     };
-    Ok(other_mass(&of_log, &used).map(|masses| {
+    Ok(other_mass(&last, &used).map(|masses| {
         let (of_log_kg, used_kg) = (mass_text(masses.earlier), mass_text(masses.last));
         format!(
             "The log describes another machine on {} than {urdf_name}: link {} has {of_log_kg} there and {used_kg} here. If the \
              machine file is that of another machine, every load is wrong.",
-            of_log.topic, masses.link
+            last.topic, masses.link
         )
     }))
+}
+
+/// The different descriptions of one machine: the last one is used.
+fn several(earlier: &[RobotDescription], last: &RobotDescription) -> Option<String> {
+    let others = earlier.iter().map(|other| {
+        format!(
+            "one of {} bytes at log time {} ns",
+            other.text.len(),
+            other.log_time_ns
+        )
+    });
+    (!earlier.is_empty()).then(|| {
+        format!(
+            "Topic {} has {} different robot descriptions: the last one is used, of {} bytes at log time {} ns. \
+             Before it came {}, without masses or with the same ones.",
+            last.topic,
+            earlier.len() + 1,
+            last.text.len(),
+            last.log_time_ns,
+            others.collect::<Vec<_>>().join(", ")
+        )
+    })
 }
 
 /// Nothing tells when rows are to be computed.

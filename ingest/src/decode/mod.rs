@@ -27,7 +27,7 @@ pub use self::{
     error::DecodeError,
     fields::Fields,
     layout::Layout,
-    number_decoder::{NumberField, SampleSpec, ValueSource},
+    number_decoder::{LARGEST_TILT_RAD, NumberField, SampleSpec, ValueSource},
     number_fields::number_fields,
     sensor::{SensorDecoder, SensorSample},
 };

@@ -214,8 +214,9 @@ impl NumberDecoder {
     }
 }
 
-/// Roll and pitch beyond a full circle are no angles, but a value that stands for none, or degrees (rad). Yaw may count turns.
-const LARGEST_TILT_RAD: f64 = std::f64::consts::TAU + 0.02;
+/// Largest roll and pitch (rad), a full circle and its rounding: beyond it a value stands for none, or is in degrees. Yaw may count
+/// turns.
+pub const LARGEST_TILT_RAD: f64 = std::f64::consts::TAU + 0.02;
 
 /// Quaternion x y z w of a rotation by roll about x, then pitch about y, then yaw about z (fixed
 /// axes).

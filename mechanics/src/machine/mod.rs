@@ -112,7 +112,7 @@ pub use spec::{
 pub use split::Split;
 pub use static_transform::StaticTransform;
 pub use support_id::SupportId;
-pub use support_polygon::{Edge, SupportPolygon};
+pub use support_polygon::{EDGES_OF_FOUR, Edge, SupportPolygon};
 pub use support_set::SupportSetError;
 pub use support_spec::{
     MeasuredLoad, PresenceSpec, SupportKind, SupportOrigin, SupportSpec, SwitchSpec, TrackSpec,

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector2;
 
+/// The edges of a machine on four wheels, in the order of a polygon; others are named by the wheels at their ends.
+pub const EDGES_OF_FOUR: [&str; 4] = ["front", "left", "rear", "right"];
 /// A wheel within this fraction of the polygon's diameter of an edge counts as lying on it.
 const ON_EDGE_SHARE: f64 = 0.02;
 
@@ -52,7 +54,7 @@ impl SupportPolygon {
             .map(|i| {
                 let (from, to) = (corners[(front + i) % n], corners[(front + i + 1) % n]);
                 let name = if points.len() == 4 && n == 4 {
-                    ["front", "left", "rear", "right"][i].to_string()
+                    EDGES_OF_FOUR[i].to_string()
                 } else {
                     format!(
                         "{}_{}",

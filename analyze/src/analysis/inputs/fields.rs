@@ -1,18 +1,18 @@
 //! Angles that the machine file binds one by one: roll and pitch beyond a full circle are in degrees.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, number_field};
-use tipwatch_ingest::{FieldRequest, Log, record_fields};
+use tipwatch_ingest::{FieldRequest, LARGEST_TILT_RAD, Log, record_fields};
 use tipwatch_mechanics::machine::{NumberSpec, SignalSpec};
 
 use super::proportion::digits;
 use super::{GrossInput, GrossInputKind};
 use crate::base::number::{percent, short};
 
-/// Largest roll and pitch, which may be given from 0 to a full circle, and largest yaw, which may count turns (rad).
-const LARGEST_RAD: [f64; 3] = [TAU + 0.02, TAU + 0.02, 40.0];
+/// Largest roll, pitch and yaw, which may count turns (rad).
+const LARGEST_RAD: [f64; 3] = [LARGEST_TILT_RAD, LARGEST_TILT_RAD, 40.0];
 /// Largest roll and pitch in degrees. Beyond it a value stands for none.
 const LARGEST_TILT_DEG: f64 = 361.0;
 /// Share of such values from which the unit is wrong.

@@ -261,33 +261,6 @@ impl MachineFile {
         Ok(())
     }
 
-    /// What is worth telling about the URDF of [`urdf`](Self::urdf), if the log has it: which others there are.
-    ///
-    /// # Errors
-    /// The log cannot be read.
-    pub fn urdf_notes(&self, log: &Log) -> Result<Vec<String>, tipwatch_ingest::Error> {
-        if self.urdf_path().is_some() {
-            return Ok(Vec::new());
-        }
-        let mut described = robot_descriptions(log)?;
-        let last = described.pop();
-        let note = last.filter(|_| !described.is_empty()).map(|last| {
-            let others = described.iter().map(|other| {
-                format!("one of {} bytes at log time {} ns", other.text.len(), other.log_time_ns)
-            });
-            format!(
-                "Topic {} has {} different robot descriptions: the last one is used, of {} bytes at log time {} ns. \
-                 Before it came {}, without masses or with the same ones.",
-                last.topic,
-                described.len() + 1,
-                last.text.len(),
-                last.log_time_ns,
-                others.collect::<Vec<_>>().join(", ")
-            )
-        });
-        Ok(note.into_iter().collect())
-    }
-
     /// The machine without a log: every joint not moved by a linkage counts as measured.
     ///
     /// # Errors
