@@ -1,4 +1,6 @@
-//! Builds the columns of tables from values of Rust's types.
+//! Builds the columns of tables from values of Rust's types, and from columns of data frames.
+
+use polars::prelude::{Column, DataType};
 
 use super::series::{Known, Lists, Texts};
 use super::values::Values;
@@ -25,7 +27,7 @@ macro_rules! cells {
     )*};
 }
 
-cells!(bool, f32, f64, i64, u32, u64);
+cells!(bool, f32, f64, i32, i64, u32, u64);
 
 impl Cell for Option<&str> {
     fn column(values: impl Iterator<Item = Self>) -> Values {
@@ -89,4 +91,35 @@ pub(crate) fn texts<T: AsRef<str>>(
         }
     }
     column.into()
+}
+
+/// A column of a data frame; `None` if tables have no such type.
+pub(crate) fn of_frame(column: &Column) -> Option<Values> {
+    let lists = || {
+        let lists = column.list().ok()?;
+        Some((0..lists.len()).map(|row| lists.get_as_series(row)))
+    };
+    Some(match column.dtype() {
+        DataType::Boolean => Cell::column(column.bool().ok()?.iter()),
+        DataType::Float32 => Cell::column(column.f32().ok()?.iter()),
+        DataType::Float64 => Cell::column(column.f64().ok()?.iter()),
+        DataType::UInt32 => Cell::column(column.u32().ok()?.iter()),
+        DataType::UInt64 => Cell::column(column.u64().ok()?.iter()),
+        DataType::Int32 => Cell::column(column.i32().ok()?.iter()),
+        DataType::Int64 => Cell::column(column.i64().ok()?.iter()),
+        DataType::String => Cell::column(column.str().ok()?.iter()),
+        DataType::List(of) if **of == DataType::Float64 => {
+            Cell::column(lists()?.map(|list| Some(list?.f64().ok()?.iter().collect::<Vec<_>>())))
+        }
+        DataType::List(of) if **of == DataType::String => {
+            let texts = lists()?.map(|list| {
+                let list = list?;
+                let texts = list.str().ok()?.iter();
+                let texts = texts.map(|text| text.unwrap_or_default().to_owned());
+                Some(texts.collect::<Vec<String>>())
+            });
+            Cell::column(texts)
+        }
+        _ => return None,
+    })
 }

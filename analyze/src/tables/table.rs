@@ -51,7 +51,7 @@ impl Table {
         self.add_values(name, Some(unit.into()), known);
     }
 
-    pub(super) fn add_values(
+    pub(crate) fn add_values(
         &mut self,
         name: impl Into<String>,
         unit: Option<Cow<'static, str>>,

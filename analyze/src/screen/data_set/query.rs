@@ -1,5 +1,6 @@
 //! SQL over a data set.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +16,7 @@ use super::log::FleetLog;
 use super::not_answered::{self, NotAnswered};
 use super::{TABLES, is_table};
 use crate::screen::place::Place;
+use crate::tables::collect::{Cell, of_frame};
 use crate::tables::frame::{Day, Record};
 use crate::tables::table::Table;
 
@@ -130,48 +132,20 @@ impl Answer {
             let unit = known
                 .filter(|known| known.name == name)
                 .find_map(|known| known.unit);
-            match column.dtype() {
-                DataType::Float64 => table.add(name, unit, column.f64()?.iter()),
-                DataType::Float32 => table.add(name, unit, column.f32()?.iter()),
-                DataType::Int64 => table.add(name, unit, column.i64()?.iter()),
-                DataType::UInt64 => table.add(name, unit, column.u64()?.iter()),
-                DataType::Boolean => table.add(name, unit, column.bool()?.iter()),
-                DataType::String => table.add(name, unit, column.str()?.iter()),
-                other if other.is_integer() => {
-                    let whole = column.cast(&DataType::Int64)?;
-                    table.add(name, unit, whole.i64()?.iter());
-                }
-                DataType::List(of) if **of == DataType::Float64 => {
-                    let lists = (0..column.len()).map(|row| match column.get(row) {
-                        Ok(AnyValue::List(list)) => {
-                            Some(list.f64().ok()?.iter().collect::<Vec<_>>())
-                        }
-                        _ => None,
-                    });
-                    table.add(name, unit, lists);
-                }
-                DataType::List(of) if **of == DataType::String => {
-                    let lists = (0..column.len()).map(|row| match column.get(row) {
-                        Ok(AnyValue::List(list)) => {
-                            let texts = list.str().ok()?.iter();
-                            Some(
-                                texts
-                                    .map(|text| text.unwrap_or_default().to_owned())
-                                    .collect::<Vec<_>>(),
-                            )
-                        }
-                        _ => None,
-                    });
-                    table.add(name, unit, lists);
-                }
-                _ => {
-                    let texts = (0..column.len()).map(|row| match json(&column.get(row).ok()?) {
-                        Value::Null => None,
-                        value => Some(text(&value)),
-                    });
-                    table.add(name, unit, texts.collect::<Vec<Option<String>>>());
-                }
-            }
+            let values = match column.dtype() {
+                DataType::Int64 | DataType::UInt64 => of_frame(column),
+                whole if whole.is_integer() => of_frame(&column.cast(&DataType::Int64)?),
+                _ => of_frame(column),
+            };
+            let texts = || {
+                let texts = (0..column.len()).map(|row| match json(&column.get(row).ok()?) {
+                    Value::Null => None,
+                    value => Some(text(&value)),
+                });
+                Cell::column(texts.collect::<Vec<Option<String>>>().into_iter())
+            };
+            let values = values.unwrap_or_else(texts);
+            table.add_values(name, unit.map(Cow::from), values);
         }
         Ok(table)
     }
