@@ -130,13 +130,15 @@ impl Relations {
     ) {
         self.offsets.take(findings, self.lean.as_mut());
         match sample.sensor {
+            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
+                return;
+            }
+            // as if it had been lost
+            _ if findings.iter().any(Finding::lacks_a_value) => {}
             Sensor::Joints(stream) => self.take_joints(stream, sample, sound),
             Sensor::Imu => self.take_imu(sample, sound),
             Sensor::Odometry => self.take_odometry(sample, sound),
             Sensor::ToolWrench => self.take_tool(sample, sound),
-            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
-                return;
-            }
         }
         self.finish_window(sample.stamp_ns);
         self.report(sample, findings);
