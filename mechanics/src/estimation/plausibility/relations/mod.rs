@@ -20,6 +20,7 @@ mod band;
 mod excitation;
 mod gyro;
 mod hypotheses;
+mod inclination;
 mod leaky;
 mod lean;
 mod lean_model;
