@@ -12,7 +12,7 @@ const ROCKS: f64 = 0.005;
 /// Rotation by the gyro of a platform at rest that has other causes than its bias (rad/s).
 const STIRS: f64 = 5e-4;
 
-/// What a window of time without motion over the ground measured: means and standard deviations of samples.
+/// What a window of time without acceleration measured: means and standard deviations of samples.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rest {
     /// Specific force (m/s^2, base axes).

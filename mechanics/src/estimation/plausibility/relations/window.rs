@@ -10,9 +10,10 @@ use crate::state::tilt_is_measured;
 pub(super) const WINDOW_S: f64 = 0.5;
 /// Weight of a sample in the noise of the attitude and of the velocity.
 const NOISE_WEIGHT: f64 = 1.0 / 256.0;
-/// Mean speed of a machine at rest (m/s), its fastest at the ends of a window, and its mean turn by a gyro with a bias (rad/s).
-const RESTS: f64 = 0.03;
-const RESTS_AT_ENDS: f64 = 0.05;
+/// Mean speed of a machine at rest (m/s), as it creeps on a slope; the change of it in a window; and its mean turn by a gyro with a
+/// bias (rad/s).
+const CREEPS: f64 = 0.1;
+const CREEPS_EVENLY: f64 = 0.03;
 const RESTS_TURNING: f64 = 0.04;
 
 /// The window so far.
@@ -314,20 +315,24 @@ impl Accumulated {
             by_steering: wheels.turned[1],
             slip: wheels.slip,
         };
-        let slow = |speed: f64| speed < RESTS_AT_ENDS;
+        // In the first window nothing is known of its start.
+        let evenly = |way: f64, start: Option<f64>, end: f64, noise: f64| {
+            let mean = way / duration_s;
+            let changes = end - start.unwrap_or(mean);
+            mean.abs() < CREEPS && changes.abs() < CREEPS_EVENLY.max(3.0 * noise)
+        };
         let by_odometry = velocity.map(|velocity| {
-            let starts_slow = odometry.first.is_none_or(|first| slow(first.norm()));
-            starts_slow && slow(velocity.norm()) && odometry.way.abs() < RESTS * duration_s
+            let start = odometry.first.map(|first| first.x);
+            evenly(odometry.way, start, velocity.x, velocity_noise)
         });
         let by_wheels = rolled.map(|(_, it)| {
-            let starts_slow = wheels.first.is_none_or(|first| slow(first.fastest));
-            starts_slow && slow(it.fastest) && wheels.distance.abs() < RESTS * duration_s
+            let start = wheels.first.map(|first| first.speed);
+            evenly(wheels.distance, start, it.speed, 0.0)
         });
-        let stands = by_odometry.or(by_wheels).is_some()
-            && by_odometry != Some(false)
-            && by_wheels != Some(false);
+        let known = [by_odometry, by_wheels];
+        let stands = known.contains(&Some(true)) && !known.contains(&Some(false));
         let rest = (whole && !imu.measures_attitude && stands)
-            .then(|| imu.rest(duration_s, turned_noise))
+            .then(|| imu.rest(duration_s, turned_noise, velocity_noise))
             .flatten();
         if let Some(rest) = rest {
             match &mut imu.inclination {
@@ -351,7 +356,7 @@ impl Accumulated {
 
 impl Imu {
     /// What it measured of a machine that stood, if it hardly turned. `turned_noise`: of the rotation in a window so long.
-    fn rest(&self, duration_s: f64, turned_noise: f64) -> Option<Rest> {
+    fn rest(&self, duration_s: f64, turned_noise: f64, velocity_noise: f64) -> Option<Rest> {
         let (force, turning) = (self.force / self.count, self.turning / self.count);
         let scatter = self.squares.sum() / self.count - force.norm_squared();
         // Of a component. What is not noise of samples is motion, whose mean is as large.
@@ -360,7 +365,8 @@ impl Imu {
         let stirs = (turns - noise * noise * self.count).max(0.0);
         (turning.norm() < RESTS_TURNING).then(|| Rest {
             force,
-            force_scatter: scatter.max(0.0).sqrt(),
+            // what may have been an acceleration
+            force_scatter: scatter.max(0.0).sqrt().hypot(velocity_noise / duration_s),
             turning,
             turning_scatter: stirs.sqrt().hypot(noise),
         })
