@@ -11,6 +11,8 @@
 //! | [`Part::Lean`] | how the platform leans on its tyres | joints of the arm; against gyro | of a machine that stands on all wheels |
 //! | [`Part::Joint`] | where a joint is after its position jumped | itself before; decided by the lean | until it returns |
 //!
+//! Where no attitude is measured, the up direction at rest, carried on by the gyro, stands for it: see [`inclination`].
+//!
 //! A row of it is judged window by window: see [`window`]. The density of the residual if all sensors are sound
 //! ([`likelihood`]) contains the noise that the samples themselves show, what is not known beforehand and is learned
 //! ([`unknowns`]: biases, the compliance of tyres and ground), and an error of the model. Against it stand alternatives
