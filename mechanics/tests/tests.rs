@@ -29,6 +29,8 @@ mod lanes_equal_scalar;
 mod lift_off;
 // Measured actuator forces determine the load split.
 mod measured_torques;
+// Samples with a value that is not finite.
+mod missing_values;
 // The study of drawn parameters.
 mod monte_carlo;
 // Where the parts of a machine are.

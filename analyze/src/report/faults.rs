@@ -78,6 +78,10 @@ pub(super) fn evidence(event: &Event, fault: &InputFault) -> Vec<String> {
         Policy::Invalid | Policy::Widen if fault.kind == FaultKind::Outlier => {
             "They were left out, and the estimate bridges them"
         }
+        // whatever the policy: there is no value to use
+        _ if fault.kind == FaultKind::NotFinite => {
+            "They count as missing: the estimate bridges them up to the longest gap"
+        }
         Policy::Invalid => "Rows that depend on it are invalid",
         Policy::Widen => "Results that depend on it have a larger standard deviation",
         Policy::Report => "The values were used as logged",

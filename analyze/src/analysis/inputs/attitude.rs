@@ -73,16 +73,30 @@ pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
     ))
 }
 
-/// An IMU whose specific force is compared with no attitude.
+/// An IMU whose specific force is compared with no attitude: what is left to test its mounting.
 pub(crate) fn untested_mounting(loaded: &LoadedLog) -> Option<Note> {
     let mut with_attitude = (loaded.signals.iter())
         .filter(|signal| matches!(signal.sensor, Sensor::Imu | Sensor::Odometry));
     let is_untested = loaded.matched.sensors.imu && !with_attitude.any(measures_tilt);
     is_untested.then(|| {
-        let text = "Not tested by any signal of this log: mounting and signs of the IMU, because no attitude is logged that its \
-            specific force could be compared with. An error there is found only by a check at the machine.";
+        let text = match measures_speed(loaded) {
+            true => {
+                "Mounting and signs of the IMU are tested by the speed alone, because no attitude is logged: where the machine speeds up, \
+                 brakes or turns after a rest. An error that this does not show is found only by a check at the machine."
+            }
+            false => {
+                "Not tested by any signal of this log: mounting and signs of the IMU, because neither an attitude nor a speed is logged \
+                 that its specific force could be compared with. An error there is found only by a check at the machine."
+            }
+        };
         Note::new(NoteKind::Untested, text.into())
     })
+}
+
+/// Whether the log has the velocity of the machine, or of its wheels.
+fn measures_speed(loaded: &LoadedLog) -> bool {
+    let mut joints = loaded.machine.joints().iter();
+    loaded.matched.sensors.odometry || joints.any(|it| it.spins_wheel.is_some() && it.logged)
 }
 
 /// Whether a signal has an orientation with roll and pitch; the first one is enough.

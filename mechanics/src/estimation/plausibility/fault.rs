@@ -145,7 +145,7 @@ impl Part {
             Self::Velocity => "velocity",
             Self::Lean => return "imu.angular_velocity against joint_states".into(),
             Self::Acceleration => {
-                return "imu.specific_force against imu.attitude and odometry.velocity".into();
+                return "imu.specific_force against gravity and odometry.velocity".into();
             }
             Self::Tilt => return "imu.attitude against odometry.attitude".into(),
             Self::Rotation => return "imu.angular_velocity against imu.attitude".into(),

@@ -105,8 +105,8 @@ impl RowEffect {
             }
             return;
         }
-        if finding.kind == FaultKind::Outlier {
-            // the estimate bridges it
+        if matches!(finding.kind, FaultKind::NotFinite | FaultKind::Outlier) {
+            // The estimate bridges it like a lost sample; where that lasts too long, a gap invalidates the row.
             return;
         }
         match finding.policy {

@@ -11,6 +11,8 @@
 //! | [`Part::Lean`] | how the platform leans on its tyres | joints of the arm; against gyro | of a machine that stands on all wheels |
 //! | [`Part::Joint`] | where a joint is after its position jumped | itself before; decided by the lean | until it returns |
 //!
+//! Where no attitude is measured, the up direction at rest, carried on by the gyro, stands for it: see [`inclination`].
+//!
 //! A row of it is judged window by window: see [`window`]. The density of the residual if all sensors are sound
 //! ([`likelihood`]) contains the noise that the samples themselves show, what is not known beforehand and is learned
 //! ([`unknowns`]: biases, the compliance of tyres and ground), and an error of the model. Against it stand alternatives
@@ -20,6 +22,7 @@ mod band;
 mod excitation;
 mod gyro;
 mod hypotheses;
+mod inclination;
 mod leaky;
 mod lean;
 mod lean_model;
@@ -130,13 +133,15 @@ impl Relations {
     ) {
         self.offsets.take(findings, self.lean.as_mut());
         match sample.sensor {
+            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
+                return;
+            }
+            // as if it had been lost
+            _ if findings.iter().any(Finding::lacks_a_value) => {}
             Sensor::Joints(stream) => self.take_joints(stream, sample, sound),
             Sensor::Imu => self.take_imu(sample, sound),
             Sensor::Odometry => self.take_odometry(sample, sound),
             Sensor::ToolWrench => self.take_tool(sample, sound),
-            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
-                return;
-            }
         }
         self.finish_window(sample.stamp_ns);
         self.report(sample, findings);

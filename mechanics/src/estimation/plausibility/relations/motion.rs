@@ -136,7 +136,8 @@ impl RotationRelation {
 /// ```text
 ///     f = dv/dt + w x v + g up
 /// ```
-/// on average over a window. The velocity is that of the odometry; without one, the wheels give its forward component.
+/// on average over a window. The velocity is that of the odometry; without one, the wheels give its forward component. Up is that of
+/// the attitude; without one, it is the specific force at rest, carried on by the gyro: see [`Inclination`](super::inclination::Inclination).
 ///
 /// A housing that is turned turns the attitude and the gyro with the specific force, as M turns vectors: f, w and up agree with
 /// each other, and with M v in place of v and M p in place of p.
@@ -233,7 +234,9 @@ impl SpecificForceRelation {
         };
         let noise = velocity_noise / window.duration_s;
         let moves = share_of_motion(&moved, noise.max(slip));
-        let known = [LEAST_FORCE, noise, slip, ACCELERATION_SHARE * gained.norm()];
+        let tilt = self.gravity * window.carried.unwrap_or(0.0);
+        let share = ACCELERATION_SHARE * gained.norm();
+        let known = [LEAST_FORCE, noise, slip, share, tilt];
         let known = known.iter().map(|s| s * s).sum::<f64>();
         let mut sigma = window.force_scatter.map(|s| (s * s + known).sqrt());
         if self.uses_wheels {
@@ -267,6 +270,15 @@ impl SpecificForceRelation {
                     let stands = matrix.tr_mul(&up).z > UPRIGHT;
                     if stands {
                         gravity + moved_by([matrix; 2]).1
+                    } else {
+                        sound
+                    }
+                }
+                // What it showed at rest is up, wrong or not, and not of a machine on its side.
+                Some(_) if window.carried.is_some() => {
+                    let stands = matrix.tr_mul(&up).z > UPRIGHT;
+                    if stands {
+                        gravity + matrix * moved
                     } else {
                         sound
                     }

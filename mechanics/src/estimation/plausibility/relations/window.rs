@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
+use super::inclination::{Inclination, Rest};
 use super::rolling::Rolled;
 use crate::state::tilt_is_measured;
 
@@ -9,6 +10,11 @@ use crate::state::tilt_is_measured;
 pub(super) const WINDOW_S: f64 = 0.5;
 /// Weight of a sample in the noise of the attitude and of the velocity.
 const NOISE_WEIGHT: f64 = 1.0 / 256.0;
+/// Mean speed of a machine at rest (m/s), as it creeps on a slope; the change of it in a window; and its mean turn by a gyro with a
+/// bias (rad/s).
+const CREEPS: f64 = 0.1;
+const CREEPS_EVENLY: f64 = 0.03;
+const RESTS_TURNING: f64 = 0.04;
 
 /// The window so far.
 #[derive(Debug, Clone)]
@@ -39,6 +45,8 @@ pub(super) struct Window {
     /// scatter (m/s^2).
     pub(super) force: Option<Vector3<f64>>,
     pub(super) up: Option<Vector3<f64>>,
+    /// Standard deviation of an up direction that was carried on by the gyro (rad); `None` where the attitude measures it.
+    pub(super) carried: Option<f64>,
     pub(super) force_scatter: Vector3<f64>,
     /// Velocity by the odometry at both ends (m/s), and how far it turned about z (rad), if it measures that.
     pub(super) velocity: Option<[Vector3<f64>; 2]>,
@@ -73,6 +81,12 @@ struct Imu {
     noise: f64,
     /// Sum of squares of the differences between neighbouring angular velocities.
     scatter: f64,
+    /// Sums of the angular velocity and of its square.
+    turning: Vector3<f64>,
+    turning_squares: f64,
+    /// Whether it has ever measured an attitude: only without one its up direction is carried on by the gyro.
+    measures_attitude: bool,
+    inclination: Option<Inclination>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -132,6 +146,7 @@ impl Accumulated {
             let imu_from_base = UnitQuaternion::from_matrix(&self.base_from_imu.transpose());
             Some(of_imu * imu_from_base)
         });
+        it.measures_attitude |= attitude.is_some();
         let reading = Reading { turning, attitude };
         let step_ns = it
             .last_ns
@@ -142,6 +157,9 @@ impl Accumulated {
             let mean = (last.turning + turning) * (0.5e-9 * step_ns as f64);
             it.rotation *= UnitQuaternion::from_scaled_axis(mean);
             it.scatter += (turning - last.turning).norm_squared();
+            if let Some(inclination) = &mut it.inclination {
+                it.up += inclination.turn(&mean, 1e-9 * step_ns as f64);
+            }
             if let (Some(before), Some(now)) = (last.attitude, attitude) {
                 let beyond = (before.inverse() * now).scaled_axis() - mean;
                 if let Some(before) = it.beyond.replace(beyond) {
@@ -155,6 +173,8 @@ impl Accumulated {
         if let Some(attitude) = attitude {
             it.up += attitude.inverse_transform_vector(&Vector3::z());
         }
+        it.turning += turning;
+        it.turning_squares += turning.norm_squared();
         it.force += force;
         it.squares += force.component_mul(&force);
         it.count += 1.0;
@@ -254,21 +274,29 @@ impl Accumulated {
         let wheels = &mut self.wheels;
         let rolled = (!wheels.is_broken).then_some(wheels.last).flatten();
         let rolled = rolled.filter(|(at_ns, _)| is_fresh(*at_ns));
+        let duration_s = stamp_ns.saturating_sub(start_ns) as f64 * 1e-9;
+        let turned = whole.then(|| imu.rotation.scaled_axis());
+        let turned_noise = {
+            // Neighbouring samples differ by noise: the variance of a difference is twice that.
+            let of_sample = (imu.scatter / (6.0 * imu.count)).sqrt();
+            of_sample * duration_s / imu.count.sqrt()
+        };
+        imu.inclination = (imu.inclination).filter(|_| whole && !imu.measures_attitude);
+        if let (Some(inclination), Some(turned)) = (&mut imu.inclination, &turned) {
+            inclination.doubt(turned, turned_noise);
+        }
+        let carried = imu.inclination.map(|it| it.sigma());
         let window = Window {
             start_ns,
-            duration_s: stamp_ns.saturating_sub(start_ns) as f64 * 1e-9,
-            turned: whole.then(|| imu.rotation.scaled_axis()),
-            turned_noise: {
-                // Neighbouring samples differ by noise: the variance of a difference is twice that.
-                let of_sample = (imu.scatter / (6.0 * imu.count)).sqrt();
-                let duration_s = stamp_ns.saturating_sub(start_ns) as f64 * 1e-9;
-                of_sample * duration_s / imu.count.sqrt()
-            },
+            duration_s,
+            turned,
+            turned_noise,
             turning: ends.map_or([Vector3::zeros(); 2], |(a, b)| [a.turning, b.turning]),
             attitude,
             attitude_noise: imu.noise.sqrt(),
             force: whole.then_some(mean),
-            up: (whole && imu.has_attitude).then(|| imu.up / imu.count),
+            up: (whole && (imu.has_attitude || carried.is_some())).then(|| imu.up / imu.count),
+            carried,
             force_scatter: (variance / imu.count).map(f64::sqrt),
             velocity: velocities,
             velocity_noise,
@@ -287,6 +315,31 @@ impl Accumulated {
             by_steering: wheels.turned[1],
             slip: wheels.slip,
         };
+        // In the first window nothing is known of its start.
+        let evenly = |way: f64, start: Option<f64>, end: f64, noise: f64| {
+            let mean = way / duration_s;
+            let changes = end - start.unwrap_or(mean);
+            mean.abs() < CREEPS && changes.abs() < CREEPS_EVENLY.max(3.0 * noise)
+        };
+        let by_odometry = velocity.map(|velocity| {
+            let start = odometry.first.map(|first| first.x);
+            evenly(odometry.way, start, velocity.x, velocity_noise)
+        });
+        let by_wheels = rolled.map(|(_, it)| {
+            let start = wheels.first.map(|first| first.speed);
+            evenly(wheels.distance, start, it.speed, 0.0)
+        });
+        let known = [by_odometry, by_wheels];
+        let stands = known.contains(&Some(true)) && !known.contains(&Some(false));
+        let rest = (whole && !imu.measures_attitude && stands)
+            .then(|| imu.rest(duration_s, turned_noise, velocity_noise))
+            .flatten();
+        if let Some(rest) = rest {
+            match &mut imu.inclination {
+                Some(inclination) => inclination.take(&rest),
+                None => imu.inclination = Inclination::at(&rest),
+            }
+        }
         imu.begin();
         odometry.first = velocity;
         odometry.first_variance = last_variance;
@@ -302,6 +355,23 @@ impl Accumulated {
 }
 
 impl Imu {
+    /// What it measured of a machine that stood, if it hardly turned. `turned_noise`: of the rotation in a window so long.
+    fn rest(&self, duration_s: f64, turned_noise: f64, velocity_noise: f64) -> Option<Rest> {
+        let (force, turning) = (self.force / self.count, self.turning / self.count);
+        let scatter = self.squares.sum() / self.count - force.norm_squared();
+        // Of a component. What is not noise of samples is motion, whose mean is as large.
+        let turns = (self.turning_squares / self.count - turning.norm_squared()) / 3.0;
+        let noise = turned_noise / duration_s;
+        let stirs = (turns - noise * noise * self.count).max(0.0);
+        (turning.norm() < RESTS_TURNING).then(|| Rest {
+            force,
+            // what may have been an acceleration
+            force_scatter: scatter.max(0.0).sqrt().hypot(velocity_noise / duration_s),
+            turning,
+            turning_scatter: stirs.sqrt().hypot(noise),
+        })
+    }
+
     fn new() -> Self {
         Self {
             last_ns: None,
@@ -317,6 +387,10 @@ impl Imu {
             beyond: None,
             noise: 0.0,
             scatter: 0.0,
+            turning: Vector3::zeros(),
+            turning_squares: 0.0,
+            measures_attitude: false,
+            inclination: None,
         }
     }
 
@@ -327,6 +401,8 @@ impl Imu {
             first: self.last,
             last: self.last,
             noise: self.noise,
+            measures_attitude: self.measures_attitude,
+            inclination: self.inclination,
             ..Self::new()
         };
     }

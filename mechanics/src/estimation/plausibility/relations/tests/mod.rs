@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed setup fails the test")]
 
 mod excitation;
+mod inclination;
 mod lean_model;
 mod motion;
 mod rolling;

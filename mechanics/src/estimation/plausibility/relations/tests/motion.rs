@@ -39,7 +39,17 @@ fn found(machine: &Machine, change: impl Fn(f64, &mut Shown)) -> Found {
     found_within(30, machine, change)
 }
 
-fn found_within(seconds: i64, machine: &Machine, mut change: impl FnMut(f64, &mut Shown)) -> Found {
+fn found_within(seconds: i64, machine: &Machine, change: impl FnMut(f64, &mut Shown)) -> Found {
+    found_after(0.0, seconds, machine, change)
+}
+
+/// The same of a machine that moves only after so many seconds.
+fn found_after(
+    rest_s: f64,
+    seconds: i64,
+    machine: &Machine,
+    mut change: impl FnMut(f64, &mut Shown),
+) -> Found {
     let joints: Vec<usize> = (0..machine.joints().len()).collect();
     let sensors = Sensors {
         joints: vec![JointStream {
@@ -60,18 +70,20 @@ fn found_within(seconds: i64, machine: &Machine, mut change: impl FnMut(f64, &mu
     let mut findings = Vec::with_capacity(64);
     for step in 0..100 * seconds {
         let (stamp_ns, t) = (step * 10_000_000, step as f64 * 0.01);
+        let moves = f64::from(u8::from(t >= rest_s));
+        let s = (t - rest_s).max(0.0);
         let gyro = Vector3::new(
-            0.05 * (1.3 * t).sin(),
-            0.04 * (0.9 * t).cos(),
-            0.3 * (0.4 * t).sin(),
+            0.05 * (1.3 * s).sin(),
+            0.04 * moves * (0.9 * s).cos(),
+            0.3 * (0.4 * s).sin(),
         );
         attitude *= UnitQuaternion::from_scaled_axis(gyro * 0.01);
-        let speed = 1.5 * (0.5 * t).sin();
+        let speed = 1.5 * (0.5 * s).sin();
         let velocity = Vector3::x() * speed;
         let up = attitude.inverse_transform_vector(&Vector3::z());
         let noise = |k: f64| (k * t).sin() * 0.02;
         let at_imu = gyro.cross(&machine.imu().body_from_mount.translation.vector);
-        let force = Vector3::x() * (0.75 * (0.5 * t).cos())
+        let force = Vector3::x() * (0.75 * moves * (0.5 * s).cos())
             + gyro.cross(&(velocity + at_imu))
             + up * machine.gravity()
             + Vector3::new(noise(171.0), noise(193.0), noise(207.0));
@@ -299,4 +311,56 @@ fn a_wrong_sign_of_odometry_or_wheels_is_found() {
         }
     });
     assert_eq!(spins, []);
+}
+
+/// Without an attitude; at rest in the first seconds.
+fn found_without_attitude(machine: &Machine, change: impl Fn(&mut Shown)) -> Found {
+    found_after(3.0, 30, machine, |_, shown| {
+        change(shown);
+        // by convention: no roll and pitch
+        shown.attitude = UnitQuaternion::identity();
+    })
+}
+
+#[test]
+fn sound_sensors_without_attitude_contradict_nothing() {
+    let machine = bogies();
+    assert_eq!(found_without_attitude(&machine, |_| {}), []);
+    let bias = Vector3::new(0.004, -0.003, 0.005);
+    assert_eq!(
+        found_without_attitude(&machine, |shown| shown.gyro += bias),
+        []
+    );
+    let bias = Vector3::new(0.2, -0.15, 0.1);
+    assert_eq!(
+        found_without_attitude(&machine, |shown| shown.force += bias),
+        []
+    );
+}
+
+#[test]
+fn a_wrong_accelerometer_is_found_without_attitude() {
+    let machine = bogies();
+    let quarter = |sign: f64| move |shown: &mut Shown| turn_housing(shown, Axis::Z, sign * 90.0);
+    let half = |shown: &mut Shown| turn_housing(shown, Axis::Z, 180.0);
+    let sign = |shown: &mut Shown| shown.force.x *= -1.0;
+    let wrong: [(&[Explanation], &dyn Fn(&mut Shown)); 4] = [
+        (
+            &[Explanation::HousingQuarterTurn(Axis::Z, true)],
+            &quarter(1.0),
+        ),
+        (
+            &[Explanation::HousingQuarterTurn(Axis::Z, false)],
+            &quarter(-1.0),
+        ),
+        (&[Explanation::HousingHalfTurn(Axis::Z)], &half),
+        (&[Explanation::Sign(Axis::X)], &sign),
+    ];
+    for (expected, change) in wrong {
+        let found = found_without_attitude(&machine, change);
+        let (explanation, s) =
+            of(&found, Part::Acceleration).unwrap_or_else(|| panic!("{expected:?}: {found:?}"));
+        assert!(expected.contains(&explanation), "{expected:?}: {found:?}");
+        assert!(s < 20.0, "{expected:?}: {found:?}");
+    }
 }
