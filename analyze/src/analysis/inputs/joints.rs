@@ -140,6 +140,10 @@ impl Seen {
 
     /// Takes position and velocity of the next sample, so long after the one before (s).
     fn take(&mut self, step_s: f64, now: (f64, f64)) {
+        // of several samples with one stamp the first one is used: so much motion in no time is no velocity
+        if step_s == 0.0 && self.last.is_some() {
+            return;
+        }
         let before = self.last.replace(now);
         let position = now.0;
         if position.is_finite() {
@@ -336,5 +340,32 @@ impl Suspects {
                 signal.topic
             ),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn several_samples_of_one_stamp_make_no_velocity_too_large() {
+        let mut seen = Seen {
+            slides: false,
+            is_wheel: false,
+            range: None,
+            proportion: Proportion::default(),
+            last: None,
+            compared: [0.0; 3],
+        };
+        // 100 samples a second with stamps of a tenth of a second
+        let mut last = 0;
+        for k in 0..3000 {
+            let t = f64::from(k) * 0.01;
+            let tenth = k / 10;
+            let step_s = f64::from(tenth - last) * 0.1;
+            last = tenth;
+            seen.take(step_s, (0.5 * t.sin(), 0.5 * t.cos()));
+        }
+        assert_eq!(seen.velocity_proportion(), None);
     }
 }

@@ -25,7 +25,7 @@ impl Scene {
             evidence.extend(self.course(incident));
         }
         evidence.extend(self.evidence(gravest));
-        let of_stated = incident.events.iter();
+        let mut of_stated = incident.events.iter();
         let of_stated = of_stated.find_map(|event| self.of_stated_machine(event));
         evidence
             .extend(of_stated.map(|text| format!("Times and loads of {}: {text}", self.word.many)));
