@@ -344,7 +344,8 @@ fn a_wrong_accelerometer_is_found_without_attitude() {
     let quarter = |sign: f64| move |shown: &mut Shown| turn_housing(shown, Axis::Z, sign * 90.0);
     let half = |shown: &mut Shown| turn_housing(shown, Axis::Z, 180.0);
     let sign = |shown: &mut Shown| shown.force.x *= -1.0;
-    let wrong: [(&[Explanation], &dyn Fn(&mut Shown)); 4] = [
+    type Wrong<'w> = (&'w [Explanation], &'w dyn Fn(&mut Shown));
+    let wrong: [Wrong<'_>; 4] = [
         (
             &[Explanation::HousingQuarterTurn(Axis::Z, true)],
             &quarter(1.0),
