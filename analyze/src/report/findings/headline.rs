@@ -191,10 +191,12 @@ impl Scene {
         (!texts.is_empty()).then(|| format!("Less likely than not: {}", texts.join("; ")))
     }
 
-    /// What an event by loads rests on, where the machine as stated does not explain how the platform turned.
+    /// What an event by loads rests on, where the machine as stated does not explain how the platform turned. A lift that begins
+    /// with the rotation is shown by that.
     pub(in crate::report) fn of_stated_machine(&self, event: &Event) -> Option<&'static str> {
         let is_by_loads = matches!(event.kind, EventKind::WheelLight | EventKind::WheelLift);
-        (is_by_loads && !self.is_as_stated)
+        let is_by_loads = is_by_loads && !self.unexplained_ns.contains(&event.start_ns);
+        (is_by_loads && !self.unexplained_ns.is_empty())
             .then_some("by the machine as stated, which does not explain the fall")
     }
 

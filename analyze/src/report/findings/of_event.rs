@@ -391,7 +391,7 @@ mod tests {
             sharing: "wheels share the load".into(),
             word: SupportWord::of_kind(SupportKind::Wheel),
             is_split_stated: false,
-            is_as_stated: true,
+            unexplained_ns: Vec::new(),
             is_sparse: false,
             inputs: vec![InputFacts {
                 subject: "actuator.lift".into(),

@@ -21,8 +21,8 @@ pub(in crate::report) struct Scene {
     pub(in crate::report) word: SupportWord,
     /// Whether the machine file states what determines the split: flat ground and the tyres' stiffness.
     pub(super) is_split_stated: bool,
-    /// Whether the machine as stated explains how the platform turned.
-    pub(super) is_as_stated: bool,
+    /// When rotations began that the machine as stated does not explain (ns).
+    pub(super) unexplained_ns: Vec<i64>,
     pub(super) is_sparse: bool,
     pub(super) inputs: Vec<InputFacts>,
 }
@@ -68,6 +68,8 @@ impl Scene {
             limit_n: limits.get(wheel).copied(),
             deciding: Deciding::of(analysis, &[wheel]),
         });
+        let unexplained = analysis.explained_falls.iter();
+        let unexplained = unexplained.filter(|fall| !fall.is_as_stated());
         Self {
             start_ns: analysis.rows.times_ns.first().copied().unwrap_or(0),
             wheels: wheels.collect(),
@@ -75,7 +77,7 @@ impl Scene {
             sharing: sharing(machine),
             word: SupportWord::of(machine),
             is_split_stated: is_stated(machine),
-            is_as_stated: analysis.falls_are_as_stated(),
+            unexplained_ns: unexplained.map(|fall| fall.onset_ns).collect(),
             is_sparse: analysis.coverage.between_rows.is_some(),
             inputs: analysis.inputs.iter().map(InputFacts::of).collect(),
         }
