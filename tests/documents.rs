@@ -7,6 +7,7 @@ mod page;
 mod snippets;
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use page::Page;
 
@@ -37,13 +38,20 @@ fn fail_on(differences: &[String]) {
 #[test]
 fn commands_of_the_documents_run_and_print_what_is_shown() {
     let pages = Page::all();
+    // all at once they would take each other's time, and each page has a limit
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let next = AtomicUsize::new(0);
+    let run = || {
+        let pages = std::iter::from_fn(|| pages.get(next.fetch_add(1, Ordering::Relaxed)));
+        pages
+            .flat_map(|page| console::run(page, None))
+            .collect::<Vec<_>>()
+    };
     let differences: Vec<_> = std::thread::scope(|scope| {
-        let runs: Vec<_> = (pages.iter())
-            .map(|page| scope.spawn(|| console::run(page, None)))
-            .collect();
+        let runs: Vec<_> = (0..threads).map(|_| scope.spawn(run)).collect();
         let joined = runs
             .into_iter()
-            .map(|run| run.join().expect("a page that runs"));
+            .map(|run| run.join().expect("pages that run"));
         joined.flatten().collect()
     });
     fail_on(&differences);

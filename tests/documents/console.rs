@@ -184,7 +184,7 @@ fn shell(folder: &Path, script: &str) -> (String, bool) {
     let search = std::env::var("PATH").unwrap_or_default();
     let programs = programs.display();
     let output = Command::new("timeout")
-        .args(["120", "bash", "-c", &(prelude + script)])
+        .args(["600", "bash", "-c", &(prelude + script)])
         .current_dir(folder)
         .env("PATH", format!("{programs}:{programs}/examples:{search}"))
         .env(
