@@ -2,9 +2,6 @@
 
 use std::ops::Range;
 
-/// Of an array: how many numbers, and how many strings.
-pub(crate) type Counts = [usize; 2];
-
 /// The values of one message, in the order of the layout's paths. Reuse one instance for all
 /// messages, so that decoding does not allocate.
 ///
@@ -163,31 +160,41 @@ impl Fields {
         }
     }
 
-    /// How many numbers and strings the array at a path has so far.
-    pub(crate) fn counts(&self, path_index: usize) -> Counts {
-        self.slots.get(path_index).map_or([0; 2], |slot| {
-            [slot.numbers.len(), slot.incoming.items.len()]
-        })
-    }
-
-    /// Ends a message of an array, before which the array at a path had so many: it now has one more. A number that the
-    /// message lacks is NaN, a string is empty, and of several the last one counts. Else the values of all that follow would be
+    /// Reads a message of an array that has a value at each of these paths: their arrays then have one more each. A number that
+    /// the message lacks is NaN, a string is empty, and of several the last one counts. Else the values of all that follow would be
     /// taken for those of their neighbours.
-    pub(crate) fn end_element(&mut self, path_index: usize, [numbers, texts]: Counts) {
-        let Some(slot) = self.slots.get_mut(path_index) else {
-            return;
+    pub(crate) fn element<E>(
+        &mut self,
+        path_indices: &[usize],
+        read: impl FnOnce(&mut Self) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let counts = |&at: &usize| {
+            let slot = self.slots.get(at);
+            slot.map_or([0; 2], |slot| {
+                [slot.numbers.len(), slot.incoming.items.len()]
+            })
         };
-        if slot.numbers.len() > numbers {
-            slot.numbers.drain(numbers..slot.numbers.len() - 1);
-        } else {
-            slot.numbers.push(f64::NAN);
+        let before: Vec<[usize; 2]> = path_indices.iter().map(counts).collect();
+        read(self)?;
+        for (&at, [numbers, texts]) in path_indices.iter().zip(before) {
+            let Some(Slot {
+                numbers: all,
+                incoming,
+                ..
+            }) = self.slots.get_mut(at)
+            else {
+                continue;
+            };
+            match all.len() > numbers {
+                true => drop(all.drain(numbers..all.len() - 1)),
+                false => all.push(f64::NAN),
+            }
+            match incoming.items.len() > texts {
+                true => drop(incoming.items.drain(texts..incoming.items.len() - 1)),
+                false => incoming.collect(b""),
+            }
         }
-        if slot.incoming.items.len() > texts {
-            let items = &mut slot.incoming.items;
-            items.drain(texts..items.len() - 1);
-        } else {
-            slot.incoming.collect(b"");
-        }
+        Ok(())
     }
 
     /// The numbers of consecutive paths.

@@ -272,21 +272,17 @@ impl<'de> DeserializeSeed<'de> for Part<'_, '_> {
     type Value = ();
 
     fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
-        let singles = match self.is_in_array {
-            true => self.tree.singles(),
-            false => Vec::new(),
+        let read = |fields: &mut Fields| {
+            deserializer.deserialize_any(MessageVisitor {
+                tree: self.tree,
+                fields,
+                is_in_array: self.is_in_array,
+            })
         };
-        let counts = |&slot: &usize| (slot, self.fields.counts(slot));
-        let before: Vec<_> = singles.iter().map(counts).collect();
-        deserializer.deserialize_any(MessageVisitor {
-            tree: self.tree,
-            fields: &mut *self.fields,
-            is_in_array: self.is_in_array,
-        })?;
-        for (slot, before) in before {
-            self.fields.end_element(slot, before);
+        match self.is_in_array {
+            true => self.fields.element(&self.tree.singles(), read),
+            false => read(self.fields),
         }
-        Ok(())
     }
 }
 

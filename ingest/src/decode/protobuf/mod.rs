@@ -118,32 +118,27 @@ impl Plan {
         fields: &mut Fields,
         is_in_array: bool,
     ) -> Result<(), DecodeError> {
-        let before: Vec<_> = match is_in_array {
-            true => self
-                .singles
-                .iter()
-                .map(|&slot| fields.counts(slot))
-                .collect(),
-            false => Vec::new(),
-        };
-        // of several values the last one counts
-        for &slot in &self.zeros {
-            fields.take_number(slot, 0.0, is_in_array);
-        }
-        let mut indices = vec![0; self.fields.len()];
-        for item in wire::items(message) {
-            let (number, item) = item.ok_or(BROKEN)?;
-            let place = self.fields.iter().position(|field| field.number == number);
-            if let Some(place) = place {
-                let take = &self.fields[place].take;
-                take.item(item, &mut indices[place], fields, is_in_array)
-                    .ok_or(BROKEN)??;
+        let read = |fields: &mut Fields| {
+            // of several values the last one counts
+            for &slot in &self.zeros {
+                fields.take_number(slot, 0.0, is_in_array);
             }
+            let mut indices = vec![0; self.fields.len()];
+            for item in wire::items(message) {
+                let (number, item) = item.ok_or(BROKEN)?;
+                let place = self.fields.iter().position(|field| field.number == number);
+                if let Some(place) = place {
+                    let take = &self.fields[place].take;
+                    take.item(item, &mut indices[place], fields, is_in_array)
+                        .ok_or(BROKEN)??;
+                }
+            }
+            Ok(())
+        };
+        match is_in_array {
+            true => fields.element(&self.singles, read),
+            false => read(fields),
         }
-        for (&slot, before) in self.singles.iter().zip(before) {
-            fields.end_element(slot, before);
-        }
-        Ok(())
     }
 }
 

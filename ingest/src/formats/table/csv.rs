@@ -424,8 +424,8 @@ impl Lines {
             Kind::TimeOfDay => days.after(time_ns),
             _ => time_ns,
         };
-        let is_number = |text: &&&str| number(text, self.table.has_decimal_comma).is_some();
-        let time_decimal = texts.first().filter(is_number);
+        let is_number = matches!(time.kind, Kind::Multiples(_) | Kind::SpreadsheetDays);
+        let time_decimal = texts.first().filter(|_| is_number);
         let time_decimal = time_decimal.and_then(|text| decimal_mark(text));
         if self.table.by_signal.is_none() {
             let values = record.iter().take(width).enumerate();
