@@ -188,7 +188,8 @@ impl Control {
     fn row(&mut self, row: &CompletedRow, now_ns: i64, publish: &mut Publish<'_>) -> Result<()> {
         let estimate = self.input.estimate();
         let time_ns = estimate.time_ns;
-        self.row_is_valid = estimate.reasons.leave_loads();
+        // Valves move by measured rods, not by bridged ones.
+        self.row_is_valid = estimate.reasons.leave_loads() && row.joints_are_measured;
         if self.controller.is_none()
             && let Some(posture) =
                 standing_posture(&self.machine, &estimate.state, estimate.reasons)

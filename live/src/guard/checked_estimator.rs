@@ -4,7 +4,7 @@ use tipwatch_mechanics::Machine;
 use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
 use tipwatch_mechanics::machine::Proofs;
-use tipwatch_mechanics::state::Sensors;
+use tipwatch_mechanics::state::{SampleError, Sensor, Sensors};
 use tipwatch_mechanics::verdict::Conditions;
 
 use super::checks::{Admitted, Guard};
@@ -17,6 +17,8 @@ pub struct CheckedEstimator {
     /// The checks.
     pub guard: Guard,
     estimator: CausalEstimator,
+    /// Whether a position or velocity of a joint was not finite since the row before.
+    joints_lack_a_value: bool,
 }
 
 /// What came of a message.
@@ -40,6 +42,8 @@ pub struct CompletedRow {
     pub sample_sequence: u64,
     /// When that sample was published (ns).
     pub sample_published_ns: i64,
+    /// Whether every sample of the joints since the row before had all its values: the state bridges what they lack.
+    pub joints_are_measured: bool,
 }
 
 impl CheckedEstimator {
@@ -49,6 +53,7 @@ impl CheckedEstimator {
         Self {
             guard: Guard::new(session, machine, sensors, now_ns),
             estimator: CausalEstimator::new(machine, sensors, RowClock::JointStates),
+            joints_lack_a_value: false,
         }
     }
 
@@ -108,10 +113,12 @@ impl CheckedEstimator {
             Ok(Admitted::End) => return Step::Ended,
             Err(_) => return Step::Pending,
         };
+        let is_of_joints = matches!(admitted.sample().sensor, Sensor::Joints(_));
         let mut is_row = false;
         let pushed = self
             .estimator
             .push(machine, admitted.sample(), &mut |_| is_row = true);
+        self.joints_lack_a_value |= is_of_joints && pushed == Err(SampleError::NotFinite);
         let findings = self.estimator.findings();
         let assessed = self.guard.assess(admitted, pushed, findings);
         if !is_row {
@@ -121,6 +128,7 @@ impl CheckedEstimator {
             conditions: self.guard.complete_row(assessed),
             sample_sequence: wire.sequence,
             sample_published_ns: wire.published_ns,
+            joints_are_measured: !std::mem::take(&mut self.joints_lack_a_value),
         })
     }
 }
