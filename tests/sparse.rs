@@ -6,6 +6,7 @@ use tipwatch_analyze::analysis::{Analysis, Undecided};
 use tipwatch_analyze::base::options::{Options, QuasiStaticOption};
 use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_mechanics::Quantity;
+use tipwatch_mechanics::machine::Note;
 use tipwatch_mechanics::state::Reason;
 use tipwatch_tests::{Truth, analysed_with, data, write_edited};
 
@@ -85,6 +86,56 @@ impl Sparse {
             ..Options::default()
         };
         analysed_with(&self.log, &self.machine, options)
+    }
+}
+
+/// A logger that writes its rows faster than the joints are measured holds their values. Its log is that of the measurements: the
+/// stairs of the repeats are no motion, which tipped a machine over that only lifted a wheel.
+#[test]
+fn held_values_are_the_log_of_their_measurements() {
+    for (name, messages) in [("swing_lift", 20), ("swing_lift", 50), ("tip_over", 10)] {
+        let folder = tempfile::tempdir().unwrap();
+        let (from, held) = (
+            data(&format!("{name}.mcap")),
+            folder.path().join("held.mcap"),
+        );
+        let mut last: Vec<(String, f64)> = Vec::new();
+        let mut count = 0;
+        write_edited(&from, &held, &mut |topic, values| {
+            if topic != "/joint_states" {
+                return;
+            }
+            if count % messages == 0 {
+                let names: Vec<String> = values.names().map(str::to_owned).collect();
+                last = names
+                    .into_iter()
+                    .map(|name| (name.clone(), values.get(&name)))
+                    .collect();
+            }
+            count += 1;
+            last.iter()
+                .for_each(|(name, value)| values.set(name, *value));
+        });
+        let mut count = 0;
+        let measured = Sparse::of(name, "", &mut |topic, _| {
+            let is_kept = topic != "/joint_states" || count % messages == 0;
+            count += usize::from(topic == "/joint_states");
+            is_kept
+        });
+        let of_held = analysed_with(&held, &measured.machine, Options::default());
+        let of_measured = measured.analysed();
+        let is_told = |note: &Note| note.contains("held until the next measurement");
+        assert!(of_held.notes.iter().any(is_told) && !of_measured.notes.iter().any(is_told));
+        assert_eq!(of_held.rows.times_ns, of_measured.rows.times_ns);
+        let loads = |analysis: &Analysis| {
+            let outcomes = &analysis.rows.whole().outcomes;
+            let of_wheel = |wheel| outcomes.column(Quantity::Load(wheel)).iter();
+            let bits = (0..WHEELS.len())
+                .flat_map(of_wheel)
+                .map(|load| load.to_bits());
+            bits.collect::<Vec<_>>()
+        };
+        assert_eq!(loads(&of_held), loads(&of_measured));
     }
 }
 

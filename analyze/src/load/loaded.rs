@@ -147,7 +147,7 @@ pub struct Signal {
 /// Reads the samples of a machine's sensors from a log. Those of a long log go to temporary files.
 ///
 /// Velocities that a driver fills with zeros are left out: for the smoother, which knows the whole log, from the first sample on;
-/// else from the sample on that shows the motion, as live.
+/// else from the sample on that shows the motion, as live. For the smoother the repeats of held values are left out, too.
 ///
 /// # Errors
 /// The machine does not fit the log, a signal is missing or ambiguous, the log cannot be read, or a temporary file
@@ -197,6 +197,9 @@ pub fn load_within(
         let topic = log.topic(topic)?;
         if estimator == Estimator::Smoother {
             recording.leave_out_filled_velocities()?;
+            if signals.len() < used.len() {
+                recording.leave_out_repeats()?;
+            }
         }
         if let Some(&offset_s) = bound.clock_offsets_s.get(&topic.name) {
             recording.shift(offset_s);
@@ -226,11 +229,18 @@ pub fn load_within(
         });
     }
     let beside = signals.split_off(used.len());
+    let mut matched = bound.matched;
+    if signals
+        .iter()
+        .any(|signal| signal.recording.held_values().is_some())
+    {
+        put_fastest_stream_first(&mut matched, &mut signals);
+    }
     let mut loaded = LoadedLog {
         machine: bound.machine,
         urdf: hash_of(urdf.name, urdf.text.as_bytes()),
         urdf_text: urdf.text,
-        matched: bound.matched,
+        matched,
         signals: Arc::new(signals),
         beside,
         losses,
@@ -256,6 +266,7 @@ pub fn load_within(
     );
     loaded.notes.extend(unmeasured(&loaded.signals));
     loaded.notes.extend(filled_velocities(&loaded));
+    loaded.notes.extend(held_values(&loaded));
     if let Some(timeline) = &loaded.supports {
         loaded.notes.extend_from_slice(&timeline.notes);
     }
@@ -314,6 +325,62 @@ fn filled_velocities(loaded: &LoadedLog) -> Vec<String> {
         })
     };
     loaded.signals.iter().filter_map(of_topic).collect()
+}
+
+/// The values that are held between two measurements, as a sentence for each topic.
+fn held_values(loaded: &LoadedLog) -> Vec<String> {
+    // by topic and by period and interval (ms)
+    let mut of_topics: BTreeMap<&str, BTreeMap<[i64; 2], Vec<&str>>> = BTreeMap::new();
+    for signal in loaded.signals.iter() {
+        let Some(held) = signal.recording.held_values() else {
+            continue;
+        };
+        let rate = [held.period_ns, held.interval_ns].map(|ns| ns / 1_000_000);
+        let of_topic = of_topics.entry(&signal.topic).or_default();
+        let of_rate = of_topic.entry(rate).or_default();
+        match joints_of(&loaded.matched.sensors, signal.sensor) {
+            Some(joints) => {
+                of_rate.extend(
+                    joints
+                        .iter()
+                        .map(|&joint| loaded.machine.joints()[joint].name.as_str()),
+                );
+            }
+            None => of_rate.push(&signal.subject),
+        }
+    }
+    let at_rate = |([period_ms, interval_ms], names): ([i64; 2], Vec<&str>)| {
+        format!(
+            "{} (a measurement every {period_ms} ms, a message every {interval_ms} ms)",
+            names.join(", ")
+        )
+    };
+    let sentence = |(topic, rates): (&str, BTreeMap<[i64; 2], Vec<&str>>)| {
+        let rates: Vec<String> = rates.into_iter().map(at_rate).collect();
+        format!(
+            "Topic {topic}: values are held until the next measurement: {}. The repeats between measurements are left out.",
+            rates.join("; ")
+        )
+    };
+    of_topics.into_iter().map(sentence).collect()
+}
+
+/// Rows are computed at the samples of the first stream of joints: the one with most samples, of those that are left.
+fn put_fastest_stream_first(matched: &mut MatchedSensors, signals: &mut [Signal]) {
+    let is_stream = |signal: &Signal| matches!(signal.sensor, Sensor::Joints(_));
+    let streams = signals.iter().filter(|signal| is_stream(signal)).count();
+    signals.sort_by_key(|signal| match signal.sensor {
+        Sensor::Joints(_) => (0, std::cmp::Reverse(signal.recording.len())),
+        _ => (1, std::cmp::Reverse(0)),
+    });
+    let before = matched.clone();
+    for (stream, signal) in signals[..streams].iter_mut().enumerate() {
+        if let Sensor::Joints(was) = signal.sensor {
+            matched.sensors.joints[stream] = before.sensors.joints[was].clone();
+            matched.streams[stream] = before.streams[was];
+            signal.sensor = Sensor::Joints(stream);
+        }
+    }
 }
 
 /// The quantities of an IMU without which no wheel load is computed, each with the place of its values in a sample and its key.

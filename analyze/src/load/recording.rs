@@ -10,6 +10,7 @@ use tipwatch_ingest::{
 };
 use tipwatch_mechanics::estimation::FilledVelocities;
 
+use super::held_values::HeldValues;
 use super::log_times::LogTimes;
 use super::sample_store::{Arrival, Samples, Times, arrival, message_times};
 
@@ -45,6 +46,8 @@ pub struct Recording {
     samples: Arc<Samples>,
     /// Whether the samples arrived in file order.
     arrived_in_order: bool,
+    /// Repeats that were left out.
+    held: Option<HeldValues>,
     failure: OnceLock<String>,
 }
 
@@ -68,6 +71,7 @@ impl Recording {
             without_value: reading.without_value,
             samples: Arc::default(),
             arrived_in_order: true,
+            held: None,
             failure: OnceLock::new(),
         };
         let mut last = Arrival::default();
@@ -155,6 +159,33 @@ impl Recording {
             let rewritten = rewritten(&self.samples, count, &[], |_, times| times, leave_out)?;
             self.samples = Arc::new(rewritten);
         }
+        Ok(())
+    }
+
+    /// Repeats of a held value that were left out.
+    pub(super) fn held_values(&self) -> Option<&HeldValues> {
+        self.held.as_ref()
+    }
+
+    /// Leaves out the samples that only repeat the last value of the sensor.
+    ///
+    /// # Errors
+    /// A temporary file cannot be read or written.
+    pub(super) fn leave_out_repeats(&mut self) -> io::Result<()> {
+        let Some(held) = HeldValues::of(self)? else {
+            return Ok(());
+        };
+        let (count, repeats) = (self.len(), &held.repeats);
+        let kept = rewritten(&self.samples, count, repeats, |_, times| times, |_| {})?;
+        let mut repeats = repeats.iter().copied().peekable();
+        let mut index = 0..;
+        self.stamps_ns.retain(|_| {
+            repeats
+                .next_if_eq(&index.next().unwrap_or_default())
+                .is_none()
+        });
+        self.samples = Arc::new(kept);
+        self.held = Some(held);
         Ok(())
     }
 
