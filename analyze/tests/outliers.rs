@@ -18,6 +18,8 @@ struct Log {
     margin: f64,
     exposed: f64,
     duration_s: f64,
+    /// Version of its analysis.
+    version: char,
 }
 
 /// A fleet that exists as records only: those of a real log with other numbers.
@@ -52,6 +54,7 @@ impl Fleet {
             record["path"] = json!(format!("/logs/{number:05}.mcap"));
             record["log_id"] = json!(format!("{number:064x}"));
             record["machine"]["name"] = json!(format!("fw-{:02}", log.machine));
+            record["analysis_version"] = json!(log.version.to_string().repeat(64));
             let facts = &mut record["result"]["facts"];
             let start = 20_000 * DAY_NS + log.day * DAY_NS;
             facts["start_ns"] = json!(start);
@@ -111,6 +114,7 @@ fn usual_fleet(machines: usize, days: i64, noise: &mut Noise) -> Vec<Log> {
                 margin: 0.6 + own + 0.03 * noise.next(),
                 exposed: (0.02 + 0.002 * noise.next()).max(0.0),
                 duration_s: 600.0 + 30.0 * noise.next(),
+                version: 'a',
             });
         }
     }
@@ -234,6 +238,7 @@ fn one_fell(machines: usize, days: i64, fell_at: i64, seed: u64) -> Vec<Log> {
                 margin: level + 0.02 * noise.next(),
                 exposed: 0.02,
                 duration_s: 600.0,
+                version: 'a',
             });
         }
     }
@@ -277,4 +282,54 @@ fn fleets_without_outliers_stay_without_findings() {
         !outliers(&found).is_empty()
     });
     assert_eq!(alarms.count(), 0);
+}
+
+/// Another machine file or program may make any difference; one that came later explains none.
+#[test]
+fn a_change_that_came_with_another_analysis_is_no_finding_and_is_told() {
+    let fleet = Fleet::new();
+    for (changed_on, verdict) in [(30, "not_comparable"), (20, "outlier")] {
+        let mut logs = usual_fleet(5, 40, &mut Noise(4));
+        for log in &mut logs {
+            log.version = if log.day < changed_on { 'a' } else { 'b' };
+            if log.machine == 2 && log.day >= 30 {
+                log.margin -= 0.4;
+            }
+        }
+        let (found, page) = fleet.gather(&logs);
+        let is_it = |c: &&Value| {
+            c["machine"] == "fw-02"
+                && c["against"]["with"] == "history"
+                && c["quantity"] == "worst_margin"
+        };
+        let of_margin = found.iter().find(is_it).unwrap();
+        assert_eq!(of_margin["verdict"], verdict, "{of_margin}");
+        let usual = of_margin["usual"].as_f64().unwrap();
+        assert!(of_margin["value"].as_f64().unwrap() < usual - 0.3);
+        assert_eq!(outliers(&found).len(), usize::from(verdict == "outlier"));
+        assert_eq!(
+            page.contains("changed at the same time"),
+            verdict != "outlier"
+        );
+    }
+}
+
+/// A machine that does in some of its logs what the others never do is unlike them, whatever its usual log is.
+#[test]
+fn time_that_no_other_machine_has_is_found() {
+    let fleet = Fleet::new();
+    let mut logs = usual_fleet(20, 10, &mut Noise(5));
+    for log in &mut logs {
+        log.exposed = if log.machine == 7 && log.day % 5 < 2 {
+            0.5
+        } else {
+            0.0
+        };
+    }
+    let (found, _) = fleet.gather(&logs);
+    let told = outliers(&found);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert_eq!(told[0]["machine"], "fw-07");
+    assert_eq!(told[0]["quantity"], "exposed_share");
+    assert!((told[0]["value"].as_f64().unwrap() - 0.2).abs() < 0.02);
 }

@@ -881,8 +881,9 @@ fn one_content_under_two_machines_is_a_conflict() {
 
     // a stray copy in the folder of another machine
     fs::copy(data("tiny_lift.mcap"), at("a/lift.mcap")).unwrap();
-    let (code, _) = again();
+    let (code, messages) = again();
     assert_eq!(code, 1);
+    assert!(messages.contains("b/lift.mcap (7)"), "{messages}");
     let rows = ask(
         &result,
         "SELECT machine, failure, reason FROM logs ORDER BY machine",
@@ -953,6 +954,38 @@ fn moved_logs_keep_one_row_and_deleted_ones_leave() {
     let (_, messages) = again(&[]);
     assert!(
         messages.contains("Total: 1 logs") && !messages.contains("no longer"),
+        "{messages}"
+    );
+}
+
+/// The name of a file need be no text: its record, which tells it as well as a text can, is that of a file that exists.
+#[cfg(unix)]
+#[test]
+fn logs_whose_name_is_no_text_are_not_gone() {
+    use std::os::unix::ffi::OsStrExt;
+
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let out = out.path().join("fleet");
+    fs::copy(data("tiny.mcap"), logs.path().join("tiny.mcap")).unwrap();
+    let name = std::ffi::OsStr::from_bytes(b"drive-\xff.mcap");
+    fs::write(logs.path().join(name), "no log").unwrap();
+    let machine = data("tiny_lift.toml");
+    for more in [&[][..], &["--prune"], &["--prune"]] {
+        let mut args = vec!["--machine", text(&machine), "--resume"];
+        args.extend(more);
+        let (_, messages) = screen(logs.path(), &out, &args);
+        assert!(
+            messages.contains("Total: 2 logs") && !messages.contains("no longer"),
+            "{messages}"
+        );
+        let failed = "SELECT count(*) AS logs FROM logs WHERE status = 'failed'";
+        assert_eq!(ask(&out, failed)[0]["logs"], 1);
+    }
+    fs::remove_file(logs.path().join(name)).unwrap();
+    let args = ["--machine", text(&machine), "--resume", "--prune"];
+    let (_, messages) = screen(logs.path(), &out, &args);
+    assert!(
+        messages.contains("Total: 1 logs") && messages.contains("were removed"),
         "{messages}"
     );
 }

@@ -29,7 +29,7 @@ def main():
         facts["start_ns"] = 20_454 * DAY_NS + turn % 365 * DAY_NS + chance.randrange(DAY_NS)
         margin = -abs(chance.gauss(0, 0.05)) if lifts else min(0.95, max(0.01, chance.gauss(0.55, 0.12)))
         facts["worst"].update(margin=margin, sigma=0.01 + 0.01 * chance.random())
-        facts["any_split_margin"] = max(0.0, margin - 0.3 * chance.random())
+        facts["margin_any_split"] = max(0.0, margin - 0.3 * chance.random())
         facts["exposure"]["exposed_s"] = facts["coverage"]["computable_s"] * chance.random()
         if moment := facts["worst"].get("moment"):
             moment.update(speed_m_s=3 * chance.random(), tilt_rad=0.2 * chance.random())

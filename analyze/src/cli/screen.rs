@@ -90,6 +90,7 @@ pub(super) fn run(args: &ScreenArgs, terminal: Terminal) -> Result<Exit> {
             }
             count.next();
         }
+        Update::Conflict { log, reason } => count.error(&failed(log, reason)),
         Update::Note(note) => count.print(&format!("note: {note}")),
     };
     let gate = Gate {

@@ -8,10 +8,6 @@
 //! samples and a tolerance `t` = 1.1 `d` + 0.1 `P`, an interval between changes is near a multiple of the period `P` by chance with
 //! probability `p = 2 t / P`; of a held value it is so in all but [`MISSED`] of the cases. The logarithms of the ratio are summed.
 
-use std::io;
-
-use super::recording::Recording;
-
 /// Share of the updates of a held value that come at an odd time.
 const MISSED: f64 = 0.02;
 /// Sum of the logarithms of the ratio from which on a value is held: a thousand to one.
@@ -39,23 +35,8 @@ pub(super) struct HeldValues {
 }
 
 impl HeldValues {
-    /// The repeats of a recording; `None` if its values are not held.
-    ///
-    /// # Errors
-    /// The temporary file of the samples cannot be read.
-    pub(super) fn of(recording: &Recording) -> io::Result<Option<Self>> {
-        let mut reader = recording.reader();
-        let found = Self::among(&recording.stamps_ns, |index, take| {
-            take(reader.sample(index));
-        });
-        match recording.failure() {
-            Some(failure) => Err(io::Error::other(failure.to_owned())),
-            None => Ok(found),
-        }
-    }
-
-    /// The same of samples with these stamps, of which `read` passes one on.
-    fn among(
+    /// The repeats among samples with these stamps (ns), of which `read` passes one on; `None` if their values are not held.
+    pub(super) fn among(
         stamps_ns: &[i64],
         mut read: impl FnMut(usize, &mut dyn FnMut(&[f64])),
     ) -> Option<Self> {

@@ -172,7 +172,12 @@ impl Recording {
     /// # Errors
     /// A temporary file cannot be read or written.
     pub(super) fn leave_out_repeats(&mut self) -> io::Result<()> {
-        let Some(held) = HeldValues::of(self)? else {
+        let mut reader = self.reader();
+        let found = HeldValues::among(&self.stamps_ns, |index, take| take(reader.sample(index)));
+        if let Some(failure) = self.failure() {
+            return Err(io::Error::other(failure.to_owned()));
+        }
+        let Some(held) = found else {
             return Ok(());
         };
         let (count, repeats) = (self.len(), &held.repeats);

@@ -141,7 +141,20 @@ pub(super) fn finish(
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Finished> {
     let reports: BTreeSet<String> = records.iter().filter_map(Record::report_folder).collect();
+    let failed: BTreeSet<String> = (records.iter().filter(|record| record.is_failed()))
+        .map(|record| record.path.clone())
+        .collect();
     let rows = merge(records);
+    for record in rows.iter().map(|row| &row.record) {
+        if let Outcome::Failed { reason, .. } = &record.result
+            && !failed.contains(&record.path)
+        {
+            notify(Update::Conflict {
+                log: &record.path,
+                reason,
+            });
+        }
+    }
     note_versions(&rows, notify);
     // written again when the data set is complete
     out.remove(TOTALS)?;

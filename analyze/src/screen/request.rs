@@ -102,6 +102,13 @@ pub enum Update<'a> {
         /// Why it could not be analysed.
         failure: Option<&'a str>,
     },
+    /// Logs that were analysed contradict each other, so that this one fails.
+    Conflict {
+        /// Its path.
+        log: &'a str,
+        /// What contradicts what.
+        reason: &'a str,
+    },
     /// A note for the user.
     Note(String),
 }

@@ -1,5 +1,6 @@
 //! Analyses the logs of a fleet, or of one part of it, on the threads of this process.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -106,11 +107,14 @@ pub fn screen(
     } else {
         let (records, unusable) = screening.store.load(&screening.store.names()?)?;
         add_unreadable(&mut now, unusable, &records, &request.options, notify);
-        // a log of this computer is looked for wherever it was
+        let screened: BTreeSet<String> = now.iter().map(|record| record.path.clone()).collect();
+        // A log of this computer is looked for wherever it was. A name that is no text is not that of the file.
         let is_gone = |path: &str| {
             let place = Path::new(path);
-            let is_missing = !Location::is_remote_path(place) && !place.exists();
-            found.is_gone(path) || (is_missing && !found.is_listed(place))
+            let is_text = !path.contains(char::REPLACEMENT_CHARACTER);
+            let is_missing = is_text && !Location::is_remote_path(place) && !place.exists();
+            let is_gone = found.is_gone(path) || (is_missing && !found.is_listed(place));
+            is_gone && !screened.contains(path)
         };
         let records = latest(records, now);
         let records = present(records, is_gone, request.prune, &screening.store, notify)?;

@@ -261,7 +261,7 @@ pub(crate) fn screen(
         Update::Done { .. } => {
             done.fetch_add(1, Ordering::Relaxed);
         }
-        Update::Note(_) => {}
+        Update::Conflict { .. } | Update::Note(_) => {}
     };
     let gate = gate(rules.as_ref(), min_valid);
     let compute = |stop: &Stop| -> Result<Screen> {

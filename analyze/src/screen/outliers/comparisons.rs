@@ -1,6 +1,6 @@
 //! What is compared with what, and when it is said that a machine stands out.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -248,13 +248,47 @@ fn judge(families: Vec<Family>, most_false: f64) -> Vec<Comparison> {
 /// The logs of a day.
 type Days<'a> = (Day, Vec<&'a Log<'a>>);
 
-/// The days of a machine with the logs of its most frequent version of the analysis: another machine file or program is no
-/// other history.
+/// The logs of a machine by day.
 fn days_of<'a>(logs: &[&'a Log<'a>]) -> Vec<Days<'a>> {
-    let versions = count_by(logs, |log| log.record.analysis_version.clone());
-    let most = versions.into_iter().max_by_key(|(_, logs)| logs.len());
-    let logs = most.map_or_else(Vec::new, |(_, logs)| logs);
-    count_by(&logs, |log| log.day).into_iter().collect()
+    let mut days: BTreeMap<Day, Vec<&Log<'_>>> = BTreeMap::new();
+    for log in logs {
+        if let Some(day) = log.day {
+            days.entry(day).or_default().push(log);
+        }
+    }
+    days.into_iter().collect()
+}
+
+/// What logs say together: the median of their margins, but the share of all their time.
+fn together<'a>(
+    quantity: Quantity,
+    logs: impl Iterator<Item = &'a &'a Log<'a>> + Clone,
+) -> Option<f64> {
+    let known = logs.filter_map(|log| Some((log.duration_s, *log.values.get(&quantity)?)));
+    match quantity {
+        Quantity::WorstMargin => median(&known.map(|(_, value)| value).collect::<Vec<_>>()),
+        Quantity::ExposedShare | Quantity::LiftedShare => {
+            let (all_s, share_s) = known.fold((0.0, 0.0), |(all_s, share_s), (log_s, value)| {
+                (all_s + log_s, share_s + log_s * value)
+            });
+            (all_s > 0.0).then(|| share_s / all_s)
+        }
+    }
+}
+
+/// Whether a change came with another machine file or program: too few of the days before it have logs of a version of the
+/// analysis that those since then have.
+fn came_with_the_analysis(earlier: &[DayValue<'_>], since: &[DayValue<'_>]) -> bool {
+    let versions = |logs: &'_ [&Log<'_>]| -> BTreeSet<Option<String>> {
+        logs.iter()
+            .map(|log| log.record.analysis_version.clone())
+            .collect()
+    };
+    let known: BTreeSet<_> = since.iter().flat_map(|day| versions(day.logs)).collect();
+    let alike = earlier
+        .iter()
+        .filter(|day| !known.is_disjoint(&versions(day.logs)));
+    alike.count() < LEAST_SEGMENT
 }
 
 /// Fewest days in which a complete change of one machine in one quantity would be sure among this many machines.
@@ -264,27 +298,34 @@ fn days_needed(machines: usize) -> usize {
     (2 * LEAST_SEGMENT..1000).find(is_enough).unwrap_or(1000)
 }
 
-/// The days of a machine since they changed most with the days before, by the medians of the days: logs of one day are of
-/// one site and one driver, and count once. One comparison looks for worse days, one for better ones.
+/// What the logs of a day say together.
+struct DayValue<'a> {
+    day: Day,
+    logs: &'a [&'a Log<'a>],
+    value: f64,
+}
+
+/// The days of a machine since they changed most with the days before: logs of one day are of one site and one driver, and
+/// count once. One comparison looks for worse days, one for better ones.
 fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: usize) -> (Raw, Raw) {
     let known = days.iter().filter_map(|(day, logs)| {
-        let values: Vec<f64> = logs
-            .iter()
-            .filter_map(|log| log.values.get(&quantity).copied())
-            .collect();
-        Some((*day, logs, median(&values)?))
+        Some(DayValue {
+            day: *day,
+            logs,
+            value: together(quantity, logs.iter())?,
+        })
     });
-    let known: Vec<_> = known.collect();
+    let known: Vec<DayValue<'_>> = known.collect();
     // of the margin small values are bad, of the shares large ones
     let sign = if quantity.is_worse(-1.0) { 1.0 } else { -1.0 };
     let compare = |is_worse: bool| {
         let sign = if is_worse { sign } else { -sign };
         let mut comparison = empty(machine, Against::History, quantity);
-        let series: Vec<f64> = known.iter().map(|(.., value)| sign * value).collect();
+        let series: Vec<f64> = known.iter().map(|day| sign * day.value).collect();
         let chance = if series.len() < needed {
             comparison.usual_count = series.len();
             Err(format!(
-                "too few days: {} of at least {needed} with logs of one analysis; in fewer no change could be sure",
+                "too few days: {} of at least {needed}; in fewer no change could be sure",
                 series.len()
             ))
         } else {
@@ -293,19 +334,28 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
                 None => Ok(1.0),
                 Some(Change { before, chance, .. }) => {
                     let (earlier, since) = known.split_at(before);
-                    let middle = |days: &[(Day, &Vec<&Log<'_>>, f64)]| {
-                        median(&days.iter().map(|(.., value)| *value).collect::<Vec<_>>())
+                    let middle = |days: &[DayValue<'_>]| {
+                        median(&days.iter().map(|day| day.value).collect::<Vec<_>>())
                     };
-                    comparison.since = since.first().and_then(|(day, ..)| day.date());
+                    comparison.since = since.first().and_then(|day| day.day.date());
                     comparison.value = middle(since);
                     comparison.usual = middle(earlier);
                     comparison.count = since.len();
                     comparison.usual_count = earlier.len();
-                    let durations = |days: &[(Day, &Vec<&Log<'_>>, f64)]| {
-                        let all = days.iter().flat_map(|(_, logs, _)| logs.iter());
+                    let durations = |days: &[DayValue<'_>]| {
+                        let all = days.iter().flat_map(|day| day.logs.iter());
                         median(&all.map(|log| log.duration_s).collect::<Vec<_>>())
                     };
-                    comparable(quantity, durations(since), durations(earlier)).map(|()| chance)
+                    comparable(quantity, durations(since), durations(earlier)).and_then(|()| {
+                        match came_with_the_analysis(earlier, since) {
+                            true => Err(
+                                "the machine file or the program changed at the same time; analysing the logs before it anew \
+                                 would tell"
+                                    .into(),
+                            ),
+                            false => Ok(chance),
+                        }
+                    })
                 }
             }
         };
@@ -318,10 +368,10 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
     (compare(true), compare(false))
 }
 
-/// A machine by the medians of its logs.
+/// A machine by all its logs.
 struct Typical<'a> {
     kind: Option<&'a str>,
-    /// Number of logs with a value, and their median.
+    /// Number of logs with a value, and what they say together.
     values: BTreeMap<Quantity, (usize, Option<f64>)>,
     /// Of the uncertainties of the margins; `None` if one is unknown.
     sigma: Option<f64>,
@@ -332,9 +382,8 @@ impl<'a> Typical<'a> {
     fn of(logs: &[&'a Log<'a>]) -> Self {
         let machine = (logs.first()).and_then(|log| log.record.machine.as_ref());
         let values = Quantity::iter().map(|quantity| {
-            let values = logs.iter().filter_map(|log| log.values.get(&quantity));
-            let values: Vec<f64> = values.copied().collect();
-            (quantity, (values.len(), median(&values)))
+            let known = logs.iter().filter(|log| log.values.contains_key(&quantity));
+            (quantity, (known.count(), together(quantity, logs.iter())))
         });
         let sigmas: Option<Vec<f64>> = logs.iter().map(|log| log.sigma).collect();
         let durations: Vec<f64> = logs.iter().map(|log| log.duration_s).collect();
@@ -347,7 +396,7 @@ impl<'a> Typical<'a> {
     }
 }
 
-/// The median of a machine with the medians of the others of its type; `None` if its type is unknown.
+/// A machine with the medians of the others of its type; `None` if its type is unknown.
 fn with_type(
     machine: &str,
     machines: &BTreeMap<&str, Typical<'_>>,
@@ -394,8 +443,9 @@ fn with_type(
     // the uncertainty of a margin is that of the machine file, which all logs of the machine share
     let sigma = match quantity {
         Quantity::WorstMargin => own.sigma,
-        // the share has no stated uncertainty: that of the margin moves it, too, by an unknown amount
-        Quantity::ExposedShare | Quantity::LiftedShare => Some(0.0),
+        // A share has no stated uncertainty. It is known no better than the least difference that matters, also where the
+        // others do not differ at all, as machines that never lift a wheel.
+        Quantity::ExposedShare | Quantity::LiftedShare => Some(quantity.relevant()),
     };
     let durations: Vec<f64> = others.iter().filter_map(|other| other.duration_s).collect();
     let chance = comparable(quantity, own.duration_s, median(&durations)).and_then(|()| {
@@ -425,20 +475,6 @@ fn comparable(quantity: Quantity, a: Option<f64>, b: Option<f64>) -> Result<(), 
             "the logs last {a:.0} s and {b:.0} s (medians): longer logs reach smaller margins"
         )),
     }
-}
-
-/// The logs by a key; those without one are left out.
-fn count_by<'a, 'b, K: Ord>(
-    logs: &[&'b Log<'a>],
-    key: impl Fn(&Log<'a>) -> Option<K>,
-) -> BTreeMap<K, Vec<&'b Log<'a>>> {
-    let mut found: BTreeMap<K, Vec<&'b Log<'a>>> = BTreeMap::new();
-    for log in logs {
-        if let Some(key) = key(log) {
-            found.entry(key).or_default().push(log);
-        }
-    }
-    found
 }
 
 fn empty(machine: &str, against: Against, quantity: Quantity) -> Comparison {

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::seen::{Seen, by_machine};
+use super::seen::{Seen, by_machine, exposed as exposed_in_words, exposed_s};
 use crate::page::svg::{Chart, round_up};
 use crate::page::{Bar, bars, count_of, readable, table, time};
 use crate::policy::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};
@@ -97,12 +97,15 @@ fn finish(mut chart: Chart, top: f64) -> Markup {
 
 pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
     let all = by_cause(seen);
-    let exposed = exposed_s(seen);
+    let Some((exposed, is_unknown_of_some)) = exposed_s(seen) else {
+        return html! { p { "The margin of no log is known, and so no time below the notice level." } };
+    };
     if exposed == 0.0 {
         return html! {
             p {
                 "No machine came below the notice level (a margin of 25 % unless the machine file sets another) in the "
                 "time that is computable."
+                @if is_unknown_of_some { " The margins of some logs are not known." }
             }
         };
     }
@@ -121,7 +124,7 @@ pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
     let machines = by_machine(seen).into_iter().map(|(machine, logs)| {
         let sums = by_cause(&logs);
         let causes = order.iter().map(|&i| time(sums[i]));
-        [machine, time(exposed_s(&logs))]
+        [machine, exposed_in_words(&logs)]
             .into_iter()
             .chain(causes)
             .collect()
@@ -132,7 +135,7 @@ pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
     html! {
         p.hint {
             "Exposure is the time with a margin below the notice level (25 % unless the machine file sets another): "
-            (time(exposed)) " in total. Each instant is divided among the causes that take load from the worst wheel, "
+            (exposed_in_words(seen)) " in total. Each instant is divided among the causes that take load from the worst wheel, "
             "relative to its static load. Posture is the effect of the weight of chassis, wheels and arm in positions other than "
             "the static posture."
         }
@@ -151,9 +154,4 @@ fn by_cause(seen: &[Seen<'_>]) -> Vec<f64> {
         }
     }
     sums
-}
-
-fn exposed_s(seen: &[Seen<'_>]) -> f64 {
-    let exposed = seen.iter().filter_map(|log| log.facts.exposure.exposed_s);
-    exposed.sum()
 }

@@ -37,10 +37,10 @@ unpacked('data').json().then(function (data) {
     {head: 'Log', key: function (i) { return data.name[i]; }, cell: link},
     {head: 'Finding', key: function (i) { return data.group[i]; }, text: function (i) { return data.groups[data.group[i]]; }},
     {head: 'Worst margin', key: function (i) { return data.margin[i]; }, text: margin},
-    {head: 'Under any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
+    {head: 'At most by any split', key: function (i) { return data.any[i]; }, text: function (i) { return known(data.any[i]) ? data.any[i] + ' %' : ''; }},
     {head: 'Wheel or support', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
     {head: 'Lifted', key: function (i) { return -data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
-    {head: 'Certainty of the lift', key: function (i) { return known(data.sure[i]) ? -data.sure[i] : null; }, text: certainty},
+    {head: 'Certainty of the finding', key: function (i) { return known(data.sure[i]) ? -data.sure[i] : null; }, text: certainty},
     {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return known(data.valid[i]) ? percent(data.valid[i]) : ''; }},
     {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
     {head: 'Speed', key: function (i) { return known(data.speed[i]) ? -data.speed[i] : null; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
@@ -162,13 +162,14 @@ unpacked('data').json().then(function (data) {
     if (filters.machine.value === '') return;
     const m = +filters.machine.value, machine = data.machines[m];
     element('h3', machine.name + (known(machine.kind) ? ' (' + machine.kind + ')' : ''), card);
-    let logs = 0, computable = 0, exposed = 0, lifted = 0;
+    let logs = 0, computable = 0, exposed = 0, lifted = 0, unknown = 0;
     const groups = data.groups.map(function () { return 0; });
     for (let i = 0; i < rows; i++) if (data.machine[i] === m) {
-      logs++; computable += data.computable[i]; exposed += data.exposed[i] || 0; lifted += data.lifted[i] / 100; groups[data.group[i]]++;
+      logs++; computable += data.computable[i]; exposed += data.exposed[i] || 0; unknown += known(data.exposed[i]) ? 0 : 1; lifted += data.lifted[i] / 100; groups[data.group[i]]++;
     }
     const found = groups.map(function (n, g) { return n ? n + ': ' + data.groups[g] : ''; }).filter(Boolean).join('; ');
-    element('p', countOf(logs, 'log') + ', ' + seconds(computable) + ' computable, ' + seconds(exposed) + ' below the notice level, ' + seconds(lifted) + ' with a wheel or support off the ground. ' + found + '.', card);
+    element('p', countOf(logs, 'log') + ', ' + seconds(computable) + ' computable, ' + (unknown === logs ? 'unknown time' : (unknown ? 'at least ' : '') + seconds(exposed)) + ' below the notice level, ' + seconds(lifted) + ' with a wheel or support off the ground. ' + found + '.', card);
+    if (data.left_out) element('p', 'These are its logs among the first ' + rows + ' of ' + (rows + data.left_out) + ' that the page holds.', card, {'class': 'holes'});
     machine.outliers.forEach(function (told) { element('p', told, card, {'class': 'holes'}); });
     history(m);
   };

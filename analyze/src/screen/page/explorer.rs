@@ -58,6 +58,8 @@ struct Data {
     groups: Vec<&'static str>,
     kinds: Vec<String>,
     folders: Vec<String>,
+    /// Number of logs that the page does not hold.
+    left_out: usize,
     wheels: Vec<String>,
     /// Reasons of failures, and what is doubted.
     texts: Vec<String>,
@@ -73,14 +75,14 @@ struct Data {
     rank: Vec<usize>,
     /// How many logs behind the first of the rank cannot be told from it.
     tied: Vec<usize>,
-    /// Thousandths: margin and its standard deviation; hundredths: margin under any split.
+    /// Thousandths: margin and its standard deviation; hundredths: what it is at most by any split.
     margin: Vec<Option<i64>>,
     sigma: Vec<Option<i64>>,
     any: Vec<Option<i64>>,
     wheel: Vec<Option<usize>>,
     /// Hundredths of a second.
     lifted: Vec<i64>,
-    /// Ten thousandths: certainty of the surest lift, to sort by.
+    /// Ten thousandths: certainty of the finding, of the surest if there are several, to sort by.
     sure: Vec<Option<i64>>,
     /// What to say of it.
     certainty: Vec<Option<usize>>,
@@ -111,7 +113,8 @@ pub(super) fn explorer(
     let program = loop {
         let of_ranking = listed.min(ranked.len());
         let of_failed = (listed - of_ranking).min(failed.len());
-        let data = data(&ranked[..of_ranking], &failed[..of_failed], compared);
+        let mut data = data(&ranked[..of_ranking], &failed[..of_failed], compared);
+        data.left_out = ranked.len() + failed.len() - listed;
         let program = Program::new(&data, SCRIPT);
         if program.length() <= MOST_BYTES || listed <= 1000 {
             break program;
@@ -123,12 +126,14 @@ pub(super) fn explorer(
         p.hint {
             "The worst margin is the smallest overturning force (OTF) of any wheel or support as a share of its static load, ± two standard "
             "deviations: 0 when it is about to lift, 100 % at rest on level ground. It holds under the split of the load that "
-            "the machine file states; the margin under any split is 0 % where one is off the ground however the load splits. "
+            "the machine file states. By another split the margin is at most what stands beside it: 0 % where a wheel or support is off "
+            "the ground however the load splits, while 100 % does not exclude that one lifted by another split. "
             "Logs in which the machine tipped over come first, then those in which it tipped about an edge and those in which a "
-            "wheel or support lifted, the longest first; then those that are not decided, then the others, by their worst margin. Logs "
-            "that their margins cannot tell apart share a rank. "
+            "wheel or support lifted, the longest first; then those that are not decided, then the others, by their worst margin. Of "
+            "those without a lift, logs that their margins cannot tell apart share a rank. "
             @if listed < all {
-                "The page holds the first " (listed) " of " (all) " logs; the data set has all (" code { "tipwatch query" } "). "
+                "The page holds the first " (listed) " of " (all) " logs, and counts those of a machine among them; the data set has all ("
+                code { "tipwatch query" } "). "
             }
         }
         div #explorer {
@@ -148,7 +153,7 @@ fn first_of(ranked: &[Ranked<'_>]) -> Markup {
         "Log",
         "Finding",
         "Worst margin",
-        "Under any split",
+        "At most by any split",
         "Lifted",
         "Computable time",
         "Main cause of exposure",
@@ -178,7 +183,10 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
         html! { (rank) },
         html! { (log.machine()) },
         log_link(log.record),
-        html! { (group) },
+        html! {
+            (group)
+            @if let Some((stated, any)) = surest_finding(ranked) { " (" (certainty(stated, any)) ")" }
+        },
         html! { (margin) },
         html! { (any_split) },
         html! { @if ranked.lifted_s > 0.0 { (page::time(ranked.lifted_s)) } },
@@ -246,11 +254,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         identity(&mut data, log.log.record, log.group as usize, log.rank);
         let worst = facts.worst.as_ref();
         let moment = worst.and_then(|worst| worst.moment.as_ref());
-        let lifts = || events.iter().filter(|event| event.kind.is_lift());
-        let surest = lifts().filter_map(|event| event.certainty).reduce(f64::max);
-        let surest_any = lifts()
-            .filter_map(|event| event.certainty_any_split)
-            .reduce(f64::max);
+        let surest = surest_finding(log);
         let mut doubts: Vec<String> = facts.gross_inputs.clone();
         let doubted = events
             .iter()
@@ -268,8 +272,8 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         data.wheel
             .push(worst.map(|worst| wheels.place(&worst.wheel.to_uppercase())));
         data.lifted.push((log.lifted_s * 100.0).round() as i64);
-        data.sure.push(whole(surest, 1e4));
-        let told = surest.map(|surest| certainties.place(&certainty(surest, surest_any)));
+        data.sure.push(whole(surest.map(|(stated, _)| stated), 1e4));
+        let told = surest.map(|(stated, any)| certainties.place(&certainty(stated, any)));
         data.certainty.push(told);
         data.exposed.push(whole(facts.exposure.exposed_s, 1.0));
         data.computable
@@ -347,7 +351,18 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
     data
 }
 
-/// How sure a lift is under the stated split of the load, and whether it is shown under every other one.
+/// How sure the finding of a log is, of the surest if there are several: under the stated split, and under any.
+fn surest_finding(log: &Ranked<'_>) -> Option<(f64, Option<f64>)> {
+    let kind = log.group.event()?;
+    let found = || log.log.events.iter().filter(|event| event.kind == kind);
+    let stated = found()
+        .filter_map(|event| event.certainty)
+        .reduce(f64::max)?;
+    let any = found().filter_map(|event| event.certainty_any_split);
+    Some((stated, any.reduce(f64::max)))
+}
+
+/// How sure a finding is under the stated split of the load, and whether it is shown under every other one.
 fn certainty(surest: f64, under_every_split: Option<f64>) -> String {
     let otherwise = match under_every_split {
         None => "unknown under every split".into(),

@@ -30,6 +30,16 @@ impl Group {
         (Self::NoLift, "no lift by the stated split"),
     ];
 
+    /// The event that a log is in the group for.
+    pub(super) fn event(self) -> Option<EventKind> {
+        match self {
+            Self::TipOver => Some(EventKind::TipOver),
+            Self::EdgeTipping => Some(EventKind::EdgeTipping),
+            Self::WheelLift => Some(EventKind::WheelLift),
+            Self::Undecided | Self::NoLift => None,
+        }
+    }
+
     pub(super) fn of(log: &Seen<'_>) -> Self {
         let facts = log.facts;
         let worst = facts.worst.as_ref();

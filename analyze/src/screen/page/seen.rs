@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 
+use crate::page::time;
 use crate::policy::Judgement;
 use crate::policy::facts::{EventFacts, LogFacts};
 use crate::screen::record::Record;
@@ -23,6 +24,22 @@ impl Seen<'_> {
     pub(super) fn machine(&self) -> &str {
         let machine = self.record.machine.as_ref();
         machine.map_or("unknown", |machine| &machine.name)
+    }
+}
+
+/// Time below the notice level (s), and whether it is unknown of some of the logs; `None` if of all.
+pub(super) fn exposed_s(seen: &[Seen<'_>]) -> Option<(f64, bool)> {
+    let exposed = || seen.iter().map(|log| log.facts.exposure.exposed_s);
+    let sum = exposed().flatten().reduce(|sum, seconds| sum + seconds)?;
+    Some((sum, exposed().any(|seconds| seconds.is_none())))
+}
+
+/// The same in words.
+pub(super) fn exposed(seen: &[Seen<'_>]) -> String {
+    match exposed_s(seen) {
+        None => "unknown".into(),
+        Some((seconds, true)) => format!("at least {}", time(seconds)),
+        Some((seconds, false)) => time(seconds),
     }
 }
 

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use super::super::record::{Outcome, Record};
 use super::super::totals::Totals;
-use super::seen::{Seen, by_machine, log_link};
+use super::seen::{Seen, by_machine, exposed, log_link};
 use crate::events::EventKind;
 use crate::events::support_words::SupportWord;
 use crate::page::{count_of, facts, list, table, time};
@@ -16,8 +16,6 @@ const MOST_LOGS: usize = 200;
 
 pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
     let with = |kind: EventKind| seen.iter().filter(|log| log.facts.has_event(kind)).count();
-    let exposed = seen.iter().filter_map(|log| log.facts.exposure.exposed_s);
-    let exposed: f64 = exposed.sum();
     let computable: f64 = seen.iter().map(|log| log.facts.coverage.computable_s).sum();
     let covered: f64 = seen.iter().map(|log| log.facts.coverage.covered_s).sum();
     let mut rows = vec![
@@ -51,7 +49,7 @@ pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
         "Computable time".into(),
         format!("{} of {}", time(computable), time(covered)),
     ));
-    let duration = format!("{} of {}", time(exposed), time(computable));
+    let duration = format!("{} of {}", exposed(seen), time(computable));
     rows.push(("Time below the notice level".into(), duration));
     if seen.iter().any(|log| log.judgement.is_some()) {
         rows.push((
