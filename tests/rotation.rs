@@ -77,6 +77,52 @@ fn a_sound_log_that_ends_in_motion_is_decided() {
     }
 }
 
+#[test]
+fn loads_that_the_measured_rotation_contradicts_are_not_certain() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("reversed.mcap");
+    write_edited(&data("tip_over.mcap"), &log, &mut |topic, values| {
+        if topic == "/joint_states" {
+            for name in ["position.slew", "velocity.slew"] {
+                values.set(name, -values.get(name));
+            }
+        }
+    });
+    let analysis = analysed_with(&log, &data("tip_over.toml"), Options::default());
+    assert_eq!(
+        tip_over_of(&analysis, "left").shown_by,
+        Some(ShownBy::Rotation)
+    );
+    let is_against = |event: &&Event| match event.kind {
+        EventKind::WheelLift => ["fl", "rl"].contains(&event.subject.as_str()),
+        EventKind::EdgeTipping => event.subject != "left",
+        _ => false,
+    };
+    let against: Vec<&Event> = analysis.events.iter().filter(is_against).collect();
+    assert!(!against.is_empty(), "the loads of the wrong slew show them");
+    for event in against {
+        assert!(event.certainty.is_some_and(|p| p < 0.5), "{event:?}");
+        let doubt = event.doubt.as_ref().unwrap();
+        assert_eq!(doubt.subjects, ["rotation about the left edge"]);
+    }
+    let course = findings(&analysis)[0].evidence.join("\n");
+    let course = course
+        .lines()
+        .find(|line| line.starts_with("Course"))
+        .unwrap();
+    assert!(
+        !course.contains("right edge") && !course.contains("RL"),
+        "{course}"
+    );
+}
+
+/// The tip-over about an edge.
+fn tip_over_of<'a>(analysis: &'a Analysis, edge: &str) -> &'a Event {
+    let mut events = analysis.events.iter();
+    let is_it = |event: &&Event| event.kind == EventKind::TipOver && event.subject == edge;
+    events.find(is_it).unwrap()
+}
+
 /// The machine of the tip-over as it was, or with a tool that is stated 350 kg too light.
 struct Stated {
     folder: TempDir,

@@ -109,6 +109,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
             rotations: &rotations,
         };
         unstated_load::set_no_returns(&stories, &explained_falls, &mut events);
+        unstated_load::doubt_contradicted(machine, &explained_falls, &mut events);
     }
     let mut turning = turning.into_iter();
     let turning = turning.find(|turning| turning.may_be_fall(&table));
