@@ -28,6 +28,101 @@ fn true_onset_ns() -> i64 {
     times[last_down.unwrap() + 1]
 }
 
+/// Whether a log passes `--fail-on tip_over`, and whether it decides it.
+fn judged(analysis: &Analysis) -> (bool, bool) {
+    let facts = LogFacts::of(analysis, &findings(analysis));
+    let policy = Policy::without(&[EventKind::TipOver]);
+    let judgement = policy.judge(&facts, &event_facts(analysis), 0.5);
+    (judgement.passed, judgement.undecided.is_none())
+}
+
+#[test]
+fn a_log_that_ends_during_a_fall_does_not_pass() {
+    let stated = Stated::lighter();
+    let log = stated.log("ends.mcap");
+    for machine in [&stated.machine, &data("tip_over.toml")] {
+        for after_s in [0.8, 0.9, 1.0] {
+            let until_ns = true_onset_ns() + (after_s * 1e9) as i64;
+            write_kept(&data("tip_over.mcap"), &log, &|_, time_ns| {
+                time_ns < until_ns
+            });
+            let analysis = analysed_with(&log, machine, Options::default());
+            let (passed, _) = judged(&analysis);
+            assert!(!passed, "{after_s} s after the onset");
+            if let Some(turning) = &analysis.turning {
+                assert_eq!(turning.edge, "left");
+                let headline = &findings(&analysis)[0].headline;
+                let words =
+                    "The log ends while the platform turns outwards about the left edge at ";
+                assert!(headline.starts_with(words), "{headline}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_sound_log_that_ends_in_motion_is_decided() {
+    for name in ["hard_brake", "corner_brake", "swing_lift"] {
+        let path = data(&format!("{name}.mcap"));
+        let folder = tempfile::tempdir().unwrap();
+        let log = folder.path().join("ends.mcap");
+        let whole = analysed(&path, Options::default());
+        let first_ns = whole.rows.times_ns[0];
+        for until_s in [2.7, 3.1, 3.3] {
+            let until_ns = first_ns + (until_s * 1e9) as i64;
+            write_kept(&path, &log, &|_, time_ns| time_ns < until_ns);
+            let analysis = analysed_with(&log, &path.with_extension("toml"), Options::default());
+            assert_eq!(analysis.turning, None, "{name} until {until_s} s");
+        }
+    }
+}
+
+#[test]
+fn loads_that_the_measured_rotation_contradicts_are_not_certain() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("reversed.mcap");
+    write_edited(&data("tip_over.mcap"), &log, &mut |topic, values| {
+        if topic == "/joint_states" {
+            for name in ["position.slew", "velocity.slew"] {
+                values.set(name, -values.get(name));
+            }
+        }
+    });
+    let analysis = analysed_with(&log, &data("tip_over.toml"), Options::default());
+    assert_eq!(
+        tip_over_of(&analysis, "left").shown_by,
+        Some(ShownBy::Rotation)
+    );
+    let is_against = |event: &&Event| match event.kind {
+        EventKind::WheelLift => ["fl", "rl"].contains(&event.subject.as_str()),
+        EventKind::EdgeTipping => event.subject != "left",
+        _ => false,
+    };
+    let against: Vec<&Event> = analysis.events.iter().filter(is_against).collect();
+    assert!(!against.is_empty(), "the loads of the wrong slew show them");
+    for event in against {
+        assert!(event.certainty.is_some_and(|p| p < 0.5), "{event:?}");
+        let doubt = event.doubt.as_ref().unwrap();
+        assert_eq!(doubt.subjects, ["rotation about the left edge"]);
+    }
+    let course = findings(&analysis)[0].evidence.join("\n");
+    let course = course
+        .lines()
+        .find(|line| line.starts_with("Course"))
+        .unwrap();
+    assert!(
+        !course.contains("right edge") && !course.contains("RL"),
+        "{course}"
+    );
+}
+
+/// The tip-over about an edge.
+fn tip_over_of<'a>(analysis: &'a Analysis, edge: &str) -> &'a Event {
+    let mut events = analysis.events.iter();
+    let is_it = |event: &&Event| event.kind == EventKind::TipOver && event.subject == edge;
+    events.find(is_it).unwrap()
+}
+
 /// The machine of the tip-over as it was, or with a tool that is stated 350 kg too light.
 struct Stated {
     folder: TempDir,

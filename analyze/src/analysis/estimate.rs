@@ -21,7 +21,7 @@ use super::state_blocks::{self, KeptStates};
 use crate::base::estimated::EstimatedRows;
 use crate::base::options::{ApplyClockOffsets, Estimator, Options};
 use crate::base::state_source::{EstimatedStates, StateSource};
-use crate::events::FoundRotation;
+use crate::events::{FoundRotation, Rotations, Turning};
 use crate::load::linkage_force::{self, LinkageForce};
 use crate::load::supports::SupportTimeline;
 use crate::load::{LoadedLog, block_smoother, load};
@@ -34,6 +34,8 @@ pub(super) struct SignalQuality {
     pub(super) noise: Vec<ShownNoise>,
     /// Rotations of the platform about an edge, by gyro and attitude alone.
     pub(super) rotations: Vec<FoundRotation>,
+    /// How the platform turns about each edge at the end of the log, if a fall may have begun.
+    pub(super) turning: Vec<Turning>,
     /// Times of the first and the last row in each, as far as the estimator knew it in the row (ns).
     pub(super) rotating: Vec<[i64; 2]>,
     /// What the signals have shown, from the row at this time (ns) on.
@@ -174,7 +176,10 @@ pub(super) fn estimate(
     let first_ns = rows.times_ns.first().copied().unwrap_or(0);
     let at = |seconds: f64| first_ns.saturating_add((seconds * 1e9).round() as i64);
     let until_end = || rotations::until(loaded, options.to_s.map_or(i64::MAX, at));
-    quality.rotations = found.unwrap_or_else(until_end)?;
+    Rotations {
+        found: quality.rotations,
+        turning: quality.turning,
+    } = found.unwrap_or_else(until_end)?;
     if let Some(from_ns) = options.from_s.map(at) {
         (quality.rotations).retain(|found| found.end_ns.is_none_or(|end_ns| end_ns >= from_ns));
     }
@@ -216,6 +221,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         faults: smoother.faults().to_vec(),
         noise: smoother.shown_noise(),
         rotations: Vec::new(),
+        turning: Vec::new(),
         rotating: Vec::new(),
         // each row knows the whole log
         shown: vec![(i64::MIN, smoother.shown())],
@@ -309,6 +315,7 @@ fn causal(
         faults: faults.finish(),
         noise: estimator.shown_noise(machine),
         rotations: Vec::new(),
+        turning: Vec::new(),
         rotating,
         shown,
         commands,

@@ -24,7 +24,7 @@ use crate::base::clip::Clip;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
 use crate::base::table::Table;
-use crate::events::Event;
+use crate::events::{Event, Turning};
 use crate::load::{LogTimes, MeasuredLoads};
 
 /// The analysis of one log.
@@ -60,6 +60,8 @@ pub struct Analysis {
     pub min_loads_n: Option<Vec<f64>>,
     /// The events.
     pub events: Vec<Event>,
+    /// How the platform turns when the log ends, if a fall may have begun that is not known as an event.
+    pub turning: Option<Turning>,
     /// Derivatives of the loads; `None` for models without them.
     pub sensitivity: Option<SensitivityTable>,
     /// What would have prevented the worst event; `None` without one, and for models without derivatives.

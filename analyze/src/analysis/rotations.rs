@@ -4,14 +4,14 @@ use anyhow::Result;
 use tipwatch_mechanics::estimation::rotation::PlatformRotation;
 use tipwatch_mechanics::estimation::visit_by_stamp;
 
-use crate::events::{FoundRotation, RotationTrace};
+use crate::events::{RotationTrace, Rotations};
 use crate::load::{LoadedLog, shared_signals};
 
 /// Finds them in the samples up to a time. Neither rows nor their validity matter.
 ///
 /// # Errors
 /// Samples cannot be read from their temporary file.
-pub(super) fn until(loaded: &LoadedLog, until_ns: i64) -> Result<Vec<FoundRotation>> {
+pub(super) fn until(loaded: &LoadedLog, until_ns: i64) -> Result<Rotations> {
     let sensors = &loaded.matched.sensors;
     let mut watch = PlatformRotation::new(&loaded.machine, sensors);
     let mut trace = RotationTrace::default();

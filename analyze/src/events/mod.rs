@@ -18,6 +18,7 @@ pub(crate) mod split_rule;
 mod story;
 pub(crate) mod support_words;
 mod tipping;
+mod turning;
 mod unloaded;
 
 pub use counterfactual::{Answer, Counterfactual, Supposition};
@@ -27,6 +28,7 @@ pub(crate) use event::{LEAST_OF_A_FACT, TIP_OVER_RAD};
 pub use finding::Finding;
 pub(crate) use normal::normal_distribution;
 pub(crate) use pass::{EventPass, LowestOtf, of_inputs, sorted};
-pub(crate) use rotation::{FoundRotation, RotationTrace};
+pub(crate) use rotation::{FoundRotation, RotationTrace, Rotations};
 pub(crate) use story::Stories;
 pub(crate) use tipping::{distances, drives};
+pub use turning::Turning;

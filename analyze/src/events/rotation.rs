@@ -7,6 +7,7 @@ use tipwatch_mechanics::estimation::rotation::{
 };
 
 use super::onset::{self, Curve, Onset};
+use super::turning::Turning;
 
 /// Time before the platform left its reference that the onset is searched in (ns).
 const BEFORE_NS: i64 = 2_500_000_000;
@@ -134,6 +135,15 @@ impl FoundRotation {
     }
 }
 
+/// What gyro and attitude show of a log.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Rotations {
+    /// The rotations about edges.
+    pub(crate) found: Vec<FoundRotation>,
+    /// How the platform turns about each edge at the end, the farthest first, if a fall may have begun.
+    pub(crate) turning: Vec<Turning>,
+}
+
 /// Collects the rotations of a log from a watch over its samples.
 #[derive(Debug, Default)]
 pub(crate) struct RotationTrace {
@@ -145,9 +155,11 @@ pub(crate) struct RotationTrace {
 
 /// What gyro and attitude show at a time.
 #[derive(Debug, Clone, Copy)]
-struct Point {
-    at_ns: i64,
-    shown: [Option<ShownUp>; 2],
+pub(super) struct Point {
+    pub(super) at_ns: i64,
+    pub(super) shown: [Option<ShownUp>; 2],
+    /// Distance since the first sample (m).
+    pub(super) travelled: f64,
 }
 
 impl RotationTrace {
@@ -161,6 +173,7 @@ impl RotationTrace {
                 self.recent.push_back(Point {
                     at_ns: stamp_ns,
                     shown,
+                    travelled: watch.travelled(),
                 });
             }
         }
@@ -177,12 +190,19 @@ impl RotationTrace {
         }
     }
 
-    /// The rotations, after the last sample.
-    pub(crate) fn finish(mut self, watch: &PlatformRotation) -> Vec<FoundRotation> {
-        if let Some(spell) = watch.spell() {
-            self.close(watch, spell, None);
+    /// The rotations, and one that may have begun, after the last sample.
+    pub(crate) fn finish(mut self, watch: &PlatformRotation) -> Rotations {
+        let turning = match watch.spell() {
+            Some(spell) => {
+                self.close(watch, spell, None);
+                Vec::new()
+            }
+            None => Turning::at_end(&self.recent, watch),
+        };
+        Rotations {
+            found: self.found,
+            turning,
         }
-        self.found
     }
 
     fn close(&mut self, watch: &PlatformRotation, spell: &RotationSpell, end_ns: Option<i64>) {
@@ -209,7 +229,7 @@ impl RotationTrace {
         let left = shown.partition_point(|(at_ns, _)| *at_ns < spell.left_ns);
         let at_left = shown.get(left.min(shown.len().saturating_sub(1)));
         let rotation =
-            |from: &ShownUp, to: &ShownUp| spell.rotation_between(&axis, &from.up, &to.up);
+            |from: &ShownUp, to: &ShownUp| RotationSpell::rotation_between(&axis, &from.up, &to.up);
         let mut rates = Curve::default();
         for (at_ns, point) in &shown {
             if at_left.is_some_and(|(_, at_left)| rotation(at_left, point) > FITTED_RAD) {
@@ -229,7 +249,7 @@ impl RotationTrace {
         // from the reference of that time: a machine that drives takes the first degrees of its fall for the ground
         let lean_at = |at_s: f64| {
             point_at(at_s).map_or(0.0, |point| {
-                spell.rotation_between(&axis, &point.reference_up, &point.up)
+                RotationSpell::rotation_between(&axis, &point.reference_up, &point.up)
             })
         };
         let lean_rad = if spell.is_from_start {
@@ -336,6 +356,11 @@ mod tests {
 
     /// The rotations of a platform on level ground that rolls (rad, to the right, by time in s) while it travels (m/s).
     fn found(speed: f64, until_s: f64, roll: impl Fn(f64) -> f64) -> Vec<FoundRotation> {
+        rotations(speed, until_s, roll).found
+    }
+
+    /// The same, and how it turns at the end.
+    fn rotations(speed: f64, until_s: f64, roll: impl Fn(f64) -> f64) -> Rotations {
         let spec = include_str!("../../../mechanics/tests/data/rigid.toml");
         let urdf = include_str!("../../../mechanics/tests/data/rigid.urdf");
         let spec = MachineSpec::from_toml(spec, "rigid.toml").unwrap();
@@ -376,6 +401,43 @@ mod tests {
             trace.take(&watch, stamp_ns);
         }
         trace.finish(&watch)
+    }
+
+    #[test]
+    fn a_fall_that_has_begun_when_the_log_ends_is_not_unseen() {
+        for since_s in [0.35, 0.4, 0.45, 0.5] {
+            let ended = rotations(0.0, 3.0 + since_s, fall(3.0));
+            let turning = &ended.turning[0];
+            assert!(ended.found.is_empty(), "{since_s} s: {:?}", ended.found);
+            assert_eq!(turning.edge, "right", "{since_s} s");
+            assert!(turning.is_beyond_ground, "{since_s} s: {turning:?}");
+            let angle = fall(3.0)(3.0 + since_s);
+            assert!(
+                (turning.rotation_rad / angle - 1.0).abs() < 0.3,
+                "{since_s} s: {turning:?}, {angle} rad"
+            );
+        }
+    }
+
+    #[test]
+    fn a_platform_that_rocks_on_its_tyres_when_the_log_ends_does_not_fall() {
+        let rocks = |at_s: f64| 0.3_f64.to_radians() * (12.0 * at_s).sin();
+        for step in 0..40 {
+            let ended = rotations(0.0, 3.0 + 0.025 * f64::from(step), rocks);
+            let mut turning = ended.turning.iter();
+            assert!(turning.all(|it| !it.is_beyond_tyres), "{step}");
+        }
+    }
+
+    /// The ground turns a machine that drives as fast as a fall does: the loads decide.
+    #[test]
+    fn ground_that_turns_a_driving_machine_when_the_log_ends_is_no_fall_by_itself() {
+        let over = |at_s: f64| 6.0_f64.to_radians() * (at_s - 3.0).clamp(0.0, 1.0);
+        for until_s in [3.3, 3.5, 3.7] {
+            let ended = rotations(1.5, until_s, over);
+            let mut turning = ended.turning.iter();
+            assert!(turning.all(|it| !it.is_beyond_ground), "{until_s} s");
+        }
     }
 
     /// A fall that begins at a time (s): the moment that turns it grows from zero.

@@ -21,10 +21,10 @@ use super::pages::{MOST_ROWS_BACK, Pages};
 use super::rotation::FoundRotation;
 
 /// Loads off an edge below this share of the weight are looked at.
-const SMALL_SHARE: f64 = 0.15;
+pub(super) const SMALL_SHARE: f64 = 0.15;
 /// A load is near zero if it is below this many standard deviations, and below this share of the weight.
 const NEAR_SIGMAS: f64 = 2.0;
-const NEAR_SHARE: f64 = 0.03;
+pub(super) const NEAR_SHARE: f64 = 0.03;
 /// Standard deviation of the rotation about an edge (rad) of a machine whose wheels stay on the ground: standing,
 /// by its tyres, and driving, by the ground.
 const STANDING_SIGMA_RAD: f64 = 0.6 * DEGREE;

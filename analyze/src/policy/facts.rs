@@ -66,6 +66,18 @@ pub struct LogFacts {
     pub findings: Vec<String>,
     /// Notes of the analysis.
     pub notes: Vec<Shared<str>>,
+    /// A fall that may have begun when the log ends. Absent from results of older versions.
+    #[serde(default)]
+    pub open_fall: Option<OpenFall>,
+}
+
+/// A fall that may have begun when the log ends.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OpenFall {
+    /// The edge.
+    pub edge: String,
+    /// What was seen.
+    pub found: String,
 }
 
 /// The facts of a wheel, over the valid rows.
@@ -167,6 +179,10 @@ impl LogFacts {
             notes: (analysis.notes.iter())
                 .map(|note| note.to_string().into())
                 .collect(),
+            open_fall: (analysis.turning.as_ref()).map(|turning| OpenFall {
+                edge: turning.edge.clone(),
+                found: format!("the log ends while {}", turning.in_words()),
+            }),
         }
     }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::machine::EDGES_OF_FOUR;
 
 use super::LIKELY;
-use super::facts::{EventFacts, LogFacts, WheelFacts};
+use super::facts::{EventFacts, LogFacts, OpenFall, WheelFacts};
 use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 use crate::analysis::Undecided;
 use crate::events::EventKind;
@@ -93,7 +93,12 @@ impl Rule {
     fn judge(&self, facts: &LogFacts, events: &[EventFacts]) -> RuleOutcome {
         let (passed, decided, found) = match &self.check {
             Check::Events { which, at_most } => {
-                which.judge(*at_most, facts.start_ns, &facts.wheels, events)
+                let judged = which.judge(*at_most, facts.start_ns, &facts.wheels, events);
+                let open = facts.open_fall.as_ref();
+                match open.filter(|open| judged.0 && which.is_broken_by(open, *at_most, events)) {
+                    Some(open) => (false, false, format!("not decided: {}", open.found)),
+                    None => judged,
+                }
             }
             Check::Number {
                 quantity,
@@ -219,6 +224,14 @@ impl Events {
             }
             _ => (passed, true, found),
         }
+    }
+
+    /// Whether a fall, if it is one, would be one more than may be.
+    fn is_broken_by(&self, fall: &OpenFall, at_most: u64, events: &[EventFacts]) -> bool {
+        let counted = events.iter().filter(|event| self.counts(event)).count() as u64;
+        self.kind == EventKind::TipOver
+            && counted >= at_most
+            && (self.subjects.is_empty() || self.subjects.contains(&fall.edge))
     }
 
     /// A subject that the machine of this log does not have: no event can ever be its.
@@ -353,6 +366,27 @@ mod tests {
         assert!(!passed && !decided);
         let (passed, decided, _) = falls.judge(0, 0, &[], &[tipping(Some(1))]);
         assert!(passed && decided);
+    }
+
+    #[test]
+    fn a_fall_that_may_have_begun_is_one_more_for_its_edge_alone() {
+        let fall = OpenFall {
+            edge: "left".into(),
+            found: "the log ends".into(),
+        };
+        let rule = Events::all_of(EventKind::TipOver);
+        let over = EventFacts {
+            kind: EventKind::TipOver,
+            ..tipping(Some(1))
+        };
+        assert!(rule.is_broken_by(&fall, 0, &[]) && !rule.is_broken_by(&fall, 1, &[]));
+        assert!(rule.is_broken_by(&fall, 1, &[over]));
+        let of_right = Events {
+            subjects: vec!["right".into()],
+            ..rule
+        };
+        assert!(!of_right.is_broken_by(&fall, 0, &[]));
+        assert!(!Events::all_of(EventKind::WheelLift).is_broken_by(&fall, 0, &[]));
     }
 
     #[test]

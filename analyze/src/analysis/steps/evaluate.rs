@@ -21,7 +21,7 @@ use crate::base::options::Estimator;
 use crate::base::support_sets::SupportSets;
 use crate::base::table::Table;
 use crate::base::verdicts::{MonitorRecord, ProofRecord};
-use crate::events::FoundRotation;
+use crate::events::{FoundRotation, Turning};
 
 /// The table of a log.
 pub(in crate::analysis) struct EvaluatedLog {
@@ -29,6 +29,8 @@ pub(in crate::analysis) struct EvaluatedLog {
     pub(super) samples: SampleFindings,
     /// Rotations of the platform about an edge.
     pub(super) rotations: Vec<FoundRotation>,
+    /// How the platform turns about each edge at the end of the log, if a fall may have begun.
+    pub(super) turning: Vec<Turning>,
     /// The models to compare with.
     pub(super) others: OtherModels,
     /// The commissioning of the machine and its file.
@@ -58,10 +60,11 @@ impl EvaluatedLog {
         let mut gross = samples.gross_inputs.iter();
         let are_hidden = gross.any(|input| input.kind.hides_rotations());
         let quality = &mut samples.quality;
-        let (rotations, rotating) = match task.is_recorded() && !are_hidden {
+        let (rotations, rotating, turning) = match task.is_recorded() && !are_hidden {
             true => (
                 std::mem::take(&mut quality.rotations),
                 std::mem::take(&mut quality.rotating),
+                std::mem::take(&mut quality.turning),
             ),
             false => Default::default(),
         };
@@ -123,6 +126,7 @@ impl EvaluatedLog {
             table,
             samples,
             rotations,
+            turning,
             others,
             commissioning,
         })

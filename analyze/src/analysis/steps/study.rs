@@ -52,6 +52,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
         mut table,
         samples,
         rotations,
+        turning,
         others,
         commissioning,
     } = evaluated;
@@ -108,7 +109,10 @@ pub(in crate::analysis) fn study<S: RowSink>(
             rotations: &rotations,
         };
         unstated_load::set_no_returns(&stories, &explained_falls, &mut events);
+        unstated_load::doubt_contradicted(machine, &explained_falls, &mut events);
     }
+    let mut turning = turning.into_iter();
+    let turning = turning.find(|turning| turning.may_be_fall(&table));
     let passes = std::mem::take(&mut gathered.sensitivity);
     let sensitivities: Vec<Option<SensitivityTable>> = (passes.iter().zip(&standing))
         .map(|(pass, standing)| pass.table(standing))
@@ -170,6 +174,7 @@ pub(in crate::analysis) fn study<S: RowSink>(
         coverage,
         min_loads_n,
         events,
+        turning,
         sensitivity,
         advice,
         explained_falls,

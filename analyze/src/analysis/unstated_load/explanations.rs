@@ -239,8 +239,8 @@ impl Fitted {
                     let payloads = scene.machine.payloads().iter();
                     amount >= -(on_tool + payloads.map(|of| of.inertia.mass).sum::<f64>())
                 }
-                // how much a machine is overloaded by nobody knows beforehand
-                Unstated::OutwardForce => true,
+                // how much a machine is overloaded by nobody knows beforehand; a force inwards holds it
+                Unstated::OutwardForce => amount >= 0.0,
                 Unstated::Parameter(Parameter::LinkMass(link)) => {
                     is_credible && amount >= -mass_of(link)
                 }

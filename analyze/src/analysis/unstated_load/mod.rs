@@ -15,6 +15,7 @@
 //! in closed form, in which an amount that had to be fitted counts against it.
 
 mod amounts;
+mod contradicted;
 mod equations;
 mod explanations;
 mod fall;
@@ -26,6 +27,7 @@ mod result;
 mod rows;
 mod study;
 
+pub(crate) use contradicted::doubt_contradicted;
 pub(crate) use no_return::set_no_returns;
 pub use result::{
     Agreement, EstimatedAmount, ExplainedFall, Explanation, LoadEstimates, MassEstimate,

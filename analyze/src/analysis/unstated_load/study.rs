@@ -18,6 +18,8 @@ use crate::events::{Event, EventKind};
 const MOST_FALLS: usize = 5;
 /// Least rotation that is explained (rad): tyres allow less on their own.
 const LEAST_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// Of two rotations, the one that began earlier by so many standard deviations was first.
+const SURE_SIGMAS: f64 = 2.0;
 /// Fewest rows of onset and fall.
 const FEWEST_ROWS: usize = 4;
 /// Fewest rows of the lean.
@@ -43,15 +45,34 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
             until_ns: event.end_ns.unwrap_or(i64::MAX),
         })
     };
-    let mut falls: Vec<Fall> = Vec::new();
-    for fall in tippings.iter().filter_map(fall) {
-        // a machine that rotates about a second edge meanwhile no longer stands on its wheels
-        let is_part = |of: &Fall| of.onset_ns <= fall.until_ns && fall.onset_ns <= of.until_ns;
-        if falls.len() < MOST_FALLS && !falls.iter().any(is_part) {
-            falls.push(fall);
+    let all: Vec<Fall> = tippings.iter().filter_map(fall).collect();
+    stood_before(&all).into_iter().take(MOST_FALLS).collect()
+}
+
+/// Those that began on all wheels, in the same order, each as long as the machine rotates about no other edge. One that began
+/// while the machine rotated about another edge is the consequence of that, however much farther it went; where which was
+/// first is not known, the larger one counts, which comes first.
+fn stood_before(all: &[Fall]) -> Vec<Fall> {
+    let leads = |one: &Fall, other: &Fall| {
+        let lead_s = other.onset_ns.saturating_sub(one.onset_ns) as f64 * 1e-9;
+        lead_s > SURE_SIGMAS * one.onset_sigma_s().hypot(other.onset_sigma_s())
+    };
+    let overlap =
+        |one: &Fall, other: &Fall| one.onset_ns <= other.until_ns && other.onset_ns <= one.until_ns;
+    let stood = |&(place, fall): &(usize, &Fall)| {
+        let others = all.iter().enumerate().filter(|(of, _)| *of != place);
+        let mut others = others.filter(|(_, other)| overlap(other, fall));
+        !others.any(|(of, other)| leads(other, fall) || (of < place && !leads(fall, other)))
+    };
+    let alone = |(_, fall): (usize, &Fall)| {
+        let later = all.iter().filter(|other| leads(fall, other));
+        let until_ns = later.map(|other| other.onset_ns).min();
+        Fall {
+            until_ns: fall.until_ns.min(until_ns.unwrap_or(i64::MAX)),
+            ..*fall
         }
-    }
-    falls
+    };
+    all.iter().enumerate().filter(stood).map(alone).collect()
 }
 
 /// Explains each fall.
@@ -230,4 +251,38 @@ fn amounts(trial: &Trial, fitted: &Fitted) -> Vec<EstimatedAmount> {
         unit: wanted.unit,
     };
     trial.fitted.iter().enumerate().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fall(edge: usize, from_s: f64, until_s: f64) -> Fall {
+        Fall {
+            edge,
+            onset_ns: (from_s * 1e9) as i64,
+            onset_in_log: true,
+            onset_sigma_s: Some(0.05),
+            until_ns: (until_s * 1e9) as i64,
+        }
+    }
+
+    /// The edges and ends (s) of those that are explained, the largest first.
+    fn explained(all: &[Fall]) -> Vec<(usize, f64)> {
+        let found = stood_before(all);
+        let of = |fall: &Fall| (fall.edge, fall.until_ns as f64 * 1e-9);
+        found.iter().map(of).collect()
+    }
+
+    #[test]
+    fn the_edge_that_the_platform_left_is_explained_not_the_one_it_ended_on() {
+        let far = fall(1, 2.0, 9.0);
+        assert_eq!(explained(&[far, fall(0, 1.0, 5.0)]), [(0, 2.0)]);
+        // which was first is not known: the larger one
+        assert_eq!(explained(&[far, fall(0, 1.95, 5.0)]), [(1, 9.0)]);
+        // it had come back before
+        assert_eq!(explained(&[far, fall(0, 1.0, 1.5)]), [(1, 9.0), (0, 1.5)]);
+        // a smaller one on the way
+        assert_eq!(explained(&[far, fall(0, 3.0, 5.0)]), [(1, 3.0)]);
+    }
 }

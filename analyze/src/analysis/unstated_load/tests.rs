@@ -98,6 +98,18 @@ fn val_a_stated_load_leaves_nothing_to_explain() {
 }
 
 #[test]
+fn a_force_inwards_is_no_cause_of_a_fall() {
+    let found = explained("tip_over");
+    let forces = found
+        .explanations
+        .iter()
+        .filter(|it| it.kind == "force_on_tool");
+    for force in forces {
+        assert!(force.amounts[0].value >= 0.0, "{force:?}");
+    }
+}
+
+#[test]
 fn a_rotation_without_known_rows_is_not_explained() {
     let path = data("tip_over.mcap");
     let file = MachineFile::read(&path.with_extension("toml")).unwrap();

@@ -62,6 +62,7 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
     let finding = |event: &&Event| scene.finding(event);
     (analysis.gross_inputs.iter().map(gross_finding))
         .chain(losses(analysis))
+        .chain(open_fall(analysis, &scene))
         .chain(calm)
         .chain(incidents.first().map(|it| scene.of_incident(it)))
         .chain(measured_loads::findings(analysis))
@@ -144,6 +145,26 @@ fn losses(analysis: &Analysis) -> Option<Finding> {
     Some(Finding {
         headline,
         evidence: evidence.collect(),
+    })
+}
+
+/// A fall that may have begun when the log ends.
+fn open_fall(analysis: &Analysis, scene: &Scene) -> Option<Finding> {
+    let turning = analysis.turning.as_ref()?;
+    let lean = format!(
+        "It turns that way since t = {:.2} s; its tyres let it lean by {:.1}°",
+        scene.seconds(turning.since_ns),
+        turning.lean_rad.to_degrees()
+    );
+    let loads = (!turning.is_beyond_ground).then(|| {
+        format!(
+            "Tyres or ground could turn it so far, but hardly any computed load is left off the {} edge",
+            turning.edge
+        )
+    });
+    Some(Finding {
+        headline: format!("The log ends while {}", turning.in_words()),
+        evidence: [lean].into_iter().chain(loads).collect(),
     })
 }
 

@@ -55,6 +55,7 @@ impl<'a> Summary<'a> {
             sensitivity: sensitivity_summary(analysis),
             advice: analysis.advice.as_ref(),
             explained_falls: &analysis.explained_falls,
+            turning_at_end: analysis.turning.as_ref(),
             estimated_payloads: analysis.payloads.iter().map(payload_summary).collect(),
             measured_loads: measured_loads(analysis),
             monte_carlo: monte_carlo_summary(analysis),

@@ -17,7 +17,7 @@ use crate::analysis::unstated_load::ExplainedFall;
 use crate::base::clip::Clip;
 use crate::base::options::Options;
 use crate::base::provenance::Provenance;
-use crate::events::Event;
+use crate::events::{Event, Turning};
 
 /// Version of the document.
 pub const SCHEMA: u32 = 6;
@@ -73,6 +73,10 @@ pub struct Summary<'a> {
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     #[schemars(default)]
     pub explained_falls: &'a [ExplainedFall],
+    /// How the platform turns when the log ends, if a fall may have begun that no event tells of; absent otherwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(default)]
+    pub turning_at_end: Option<&'a Turning>,
     /// Payload masses estimated from cylinder forces.
     pub estimated_payloads: Vec<PayloadSummary<'a>>,
     /// Measured against computed loads, by load sensor of the machine file; absent without one in the log.

@@ -24,4 +24,4 @@ mod tests;
 mod watch;
 
 pub use spell::{RotationSpell, RotationWitness};
-pub use watch::{PlatformRotation, ShownUp};
+pub use watch::{PlatformRotation, ShownUp, SoundRotation};

@@ -6,6 +6,8 @@ use super::edges::Edges;
 
 /// Standard deviation of the slope under the machine (rad), where it has travelled by several of its lengths.
 const GROUND: f64 = 6.0 * DEGREE;
+/// Slopes beyond so many of these standard deviations are rare.
+const GROUND_SIGMAS: f64 = 2.0;
 /// Standard deviation of the slope on which a log or a session begins (rad).
 const FIRST_SLOPE: f64 = 10.0 * DEGREE;
 /// Steepest ramp that a machine drives onto or off (rad). The ground under it does not bend by a normal distribution: ramps
@@ -219,11 +221,16 @@ impl Reference {
         Some(up.cross(direction).norm().atan2(up.dot(direction)))
     }
 
+    /// How far ramps, slopes and soft ground turn a machine about an edge on a distance (rad).
+    pub(super) fn by_ground(&self, travelled: f64, axis: &Vector3<f64>, length: f64) -> f64 {
+        let slope = GROUND_SIGMAS * ground_variance(travelled, length).sqrt();
+        by_ramp(travelled, length) * axis.y.abs() + slope + self.settled
+    }
+
     fn largest(&self, up: &Vector3<f64>, step: &Step, edges: &Edges) -> Claim {
         let turned = -up.cross(&step.up);
         let obtuse = up.dot(&step.up) < 0.0;
-        let decay = -2.0 * self.distance / edges.length;
-        let ground = GROUND * GROUND * (1.0 - decay.exp());
+        let ground = ground_variance(self.distance, edges.length);
         let others = ground + self.assumed + step.sigma * step.sigma;
         // what was followed before needs no other explanation
         let by_ramp = by_ramp(self.distance - self.followed, edges.length);
@@ -253,6 +260,12 @@ impl Reference {
         }
         best
     }
+}
+
+/// Variance of the slope under the machine after a distance (rad^2).
+fn ground_variance(distance: f64, length: f64) -> f64 {
+    let decay = -2.0 * distance / length;
+    GROUND * GROUND * (1.0 - decay.exp())
 }
 
 /// How far a machine can have driven onto or off a ramp on a distance, about the edges across its way (rad). One axle climbs

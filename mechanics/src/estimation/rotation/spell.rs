@@ -85,12 +85,7 @@ impl RotationSpell {
 
     /// Rotation between two up directions about an axis, all in base axes (rad).
     #[must_use]
-    pub fn rotation_between(
-        &self,
-        axis: &Vector3<f64>,
-        from: &Vector3<f64>,
-        to: &Vector3<f64>,
-    ) -> f64 {
+    pub fn rotation_between(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
         rotation(from, to, axis)
     }
 }

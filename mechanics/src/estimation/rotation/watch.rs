@@ -67,6 +67,8 @@ pub struct PlatformRotation {
     /// An angle (rad), and since when the platform has kept it (ns).
     kept: (f64, i64),
     driven: f64,
+    /// Distance since the first sample (m).
+    travelled: f64,
 }
 
 /// A source of the up direction.
@@ -87,6 +89,15 @@ pub struct ShownUp {
     pub reference_up: Vector3<f64>,
     /// Angular velocity (rad/s).
     pub rate: Vector3<f64>,
+}
+
+/// What explains a rotation about an edge of a platform that stands on its wheels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SoundRotation {
+    /// How far its tyres let it lean to either side (rad).
+    pub lean: f64,
+    /// How far the ground can turn it (rad).
+    pub by_ground: f64,
 }
 
 /// The last that a source shows.
@@ -122,6 +133,7 @@ impl PlatformRotation {
             still_ns: None,
             kept: (0.0, 0),
             driven: 0.0,
+            travelled: 0.0,
         }
     }
 
@@ -147,6 +159,36 @@ impl PlatformRotation {
     #[must_use]
     pub fn axis(&self, edge: usize) -> Vector3<f64> {
         (self.edges.all.get(edge)).map_or_else(Vector3::zeros, |edge| edge.axis)
+    }
+
+    /// Number of edges.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        self.edges.all.len()
+    }
+
+    /// Distance travelled since the first sample (m); where nothing measures the speed, at a usual one.
+    #[must_use]
+    pub fn travelled(&self) -> f64 {
+        self.travelled
+    }
+
+    /// What explains a rotation about an edge on a distance (m) up to now, as the gyro or the attitude shows it.
+    #[must_use]
+    pub fn sound_rotation(&self, edge: usize, travelled: f64, is_gyro: bool) -> SoundRotation {
+        let source = if is_gyro {
+            &self.by_gyro
+        } else {
+            &self.by_attitude
+        };
+        let length = self.edges.length;
+        let edge = self.edges.all.get(edge);
+        SoundRotation {
+            lean: edge.map_or(f64::INFINITY, |edge| edge.lean),
+            by_ground: edge.map_or(f64::INFINITY, |edge| {
+                source.reference.by_ground(travelled, &edge.axis, length)
+            }),
+        }
     }
 
     /// What gyro and attitude show, as far as they were measured at this stamp.
@@ -252,9 +294,10 @@ impl PlatformRotation {
         if by_gyro.is_none() && by_attitude.is_none() {
             return;
         }
+        let dt = by_gyro.map_or_else(|| by_attitude.map_or(0.0, |it| it.dt), |it| it.dt);
+        self.travelled += assumed * dt;
         match self.spell {
             Some(spell) => {
-                let dt = by_gyro.map_or_else(|| by_attitude.map_or(0.0, |it| it.dt), |it| it.dt);
                 self.driven += assumed * dt;
                 self.go_on(spell, now_ns, dt);
             }

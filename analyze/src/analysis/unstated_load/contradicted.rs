@@ -1,0 +1,50 @@
+//! What the loads of a machine say that its measured rotation contradicts.
+
+use tipwatch_mechanics::machine::Machine;
+
+use super::result::ExplainedFall;
+use crate::events::{Event, EventKind};
+
+/// Doubts what the loads say against a measured rotation that the machine as stated does not explain. A platform that rotates
+/// about an edge stands on its wheels: where the loads lift these meanwhile, or tip the machine about another edge, that is
+/// as probable as the stated machine is right all the same.
+pub(crate) fn doubt_contradicted(
+    machine: &Machine,
+    explained: &[ExplainedFall],
+    events: &mut [Event],
+) {
+    for fall in explained.iter().filter(|fall| !fall.is_as_stated()) {
+        let edge = fall.edge.to_lowercase();
+        let is_own = |event: &&Event| {
+            event.is_measured() && event.subject == edge && event.start_ns == fall.onset_ns
+        };
+        let Some(span_ns) = events.iter().find(is_own).map(Event::span_ns) else {
+            continue;
+        };
+        let own = machine.polygon().edges().iter();
+        let own = own.filter(|it| it.name.to_lowercase() == edge);
+        let carrying: Vec<String> = own
+            .flat_map(|it| machine.wheels().iter().zip(&it.carries))
+            .filter_map(|(wheel, &carries)| carries.then(|| wheel.name.to_lowercase()))
+            .collect();
+        let is_contradicted = |event: &Event| match event.kind {
+            EventKind::WheelLight | EventKind::WheelLift => carrying.contains(&event.subject),
+            EventKind::EdgeTipping | EventKind::TipOver => event.subject != edge,
+            EventKind::InputGap | EventKind::InputFault | EventKind::LiftNotExcluded => false,
+        };
+        let mut explanations = fall.explanations.iter();
+        let stated = explanations.find(|it| it.kind == "stated_machine");
+        let loads_are_right = stated.map_or(0.0, |it| it.probability);
+        let contradicted = events.iter_mut().filter(|event| {
+            // what measures its own load needs no machine
+            let is_by_machine = event.rests_on_loads() && event.measured_load_n.is_none();
+            is_by_machine && event.overlaps(span_ns) && is_contradicted(event)
+        });
+        for event in contradicted {
+            event.doubt_by(
+                vec![format!("rotation about the {edge} edge")],
+                loads_are_right,
+            );
+        }
+    }
+}
