@@ -12,19 +12,21 @@
 
 use nalgebra::Vector3;
 use tipwatch_mechanics::machine::Machine;
-use tipwatch_mechanics::{Placement, Quantity, Scope, State};
+use tipwatch_mechanics::{Placement, Quantity, Scope, State, Workspace, evaluate};
 
 use super::episodes::{Episode, MERGED_NS, episodes_within, joined};
 use super::normal::normal_distribution;
 use super::onset::{self, Curve, Onset};
 use super::pages::{MOST_ROWS_BACK, Pages};
 use super::rotation::FoundRotation;
+use super::turning::Turning;
+use crate::base::table::Table;
 
 /// Loads off an edge below this share of the weight are looked at.
-pub(super) const SMALL_SHARE: f64 = 0.15;
+const SMALL_SHARE: f64 = 0.15;
 /// A load is near zero if it is below this many standard deviations, and below this share of the weight.
 const NEAR_SIGMAS: f64 = 2.0;
-pub(super) const NEAR_SHARE: f64 = 0.03;
+const NEAR_SHARE: f64 = 0.03;
 /// Standard deviation of the rotation about an edge (rad) of a machine whose wheels stay on the ground: standing,
 /// by its tyres, and driving, by the ground.
 const STANDING_SIGMA_RAD: f64 = 0.6 * DEGREE;
@@ -45,6 +47,9 @@ const FALLEN_RAD: f64 = 40.0 * DEGREE;
 const KEPT_RAD: f64 = 1.5 * DEGREE;
 /// Longest time before the load is near zero that the onset is searched with (s).
 const BEFORE_S: f64 = 1.5;
+
+/// Time before the end of a log whose computed loads tell whether a fall has begun (ns).
+const LAST_NS: i64 = 100_000_000;
 
 /// A time in which the machine tipped about an edge.
 #[derive(Debug, Clone)]
@@ -137,6 +142,38 @@ pub(super) fn size(machine: &Machine, edge: usize) -> f64 {
     wheels
         .map(|wheel| along.perp(&(place(wheel) - place(spec.from))))
         .fold(0.0, f64::max)
+}
+
+/// Whether a rotation at the end of a log may be a fall: neither tyres nor ground explain it, or hardly any load is left off the
+/// edge.
+pub(crate) fn may_be_fall(turning: &Turning, table: &Table) -> bool {
+    let limit = match turning.is_beyond_tyres {
+        true => SMALL_SHARE,
+        false => NEAR_SHARE,
+    };
+    turning.is_beyond_ground || share_off(turning, table).is_some_and(|share| share <= limit)
+}
+
+/// The computed load off its edge in the last rows, as a share of the weight.
+fn share_off(turning: &Turning, table: &Table) -> Option<f64> {
+    let machine = table.machine_at(table.at(turning.at_ns))?;
+    let mut edges = machine.polygon().edges().iter();
+    let edge = edges.position(|it| it.name.to_lowercase() == turning.edge)?;
+    let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
+    let mut state = State::zero(machine);
+    let times = &table.times_ns;
+    let from_ns = turning.at_ns.saturating_sub(LAST_NS);
+    let first = times.partition_point(|time_ns| *time_ns < from_ns);
+    let until = times.partition_point(|time_ns| *time_ns <= turning.at_ns);
+    let mut sums = [0.0; 2];
+    for row in (first..until).filter(|row| table.reasons[*row].leave_loads()) {
+        table.state(row, &mut state);
+        let outcome = evaluate(machine, &state, &mut workspace);
+        sums[0] += outcome.itom_full[edge];
+        sums[1] += outcome.normal_force;
+    }
+    let [moment_nm, weight_n] = sums;
+    (weight_n > 0.0).then(|| -moment_nm / (size(machine, edge) * weight_n))
 }
 
 /// Whether the machine drives in a state, or may.

@@ -12,12 +12,7 @@ use std::collections::VecDeque;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use tipwatch_mechanics::estimation::rotation::{PlatformRotation, RotationSpell};
-use tipwatch_mechanics::{Scope, State, Workspace, evaluate};
-
-use super::rotation::Point;
-use super::tipping;
-use crate::base::table::Table;
+use tipwatch_mechanics::estimation::rotation::{PlatformRotation, RotationSpell, ShownUp};
 
 /// Slower than this a platform does not turn (rad/s).
 const LEAST_RATE: f64 = 1.0 * DEGREE;
@@ -39,9 +34,16 @@ const GROWN: f64 = 1.5;
 const ROLLED_M: f64 = 0.1;
 /// Longer than this between two samples, what happened is not known (ns).
 const GAP_NS: i64 = 200_000_000;
-/// Time before the end whose computed loads count (ns).
-const LAST_NS: i64 = 100_000_000;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// What gyro and attitude show at a time.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Point {
+    pub(super) at_ns: i64,
+    pub(super) shown: [Option<ShownUp>; 2],
+    /// Distance since the first sample (m).
+    pub(super) travelled: f64,
+}
 
 /// How the platform turns at the end of the log.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -152,39 +154,6 @@ impl Turning {
             };
             (ahead / sound.lean, turning)
         })
-    }
-
-    /// Whether it may be a fall: neither tyres nor ground explain it, or hardly any load is left off the edge.
-    pub(crate) fn may_be_fall(&self, table: &Table) -> bool {
-        let limit = match self.is_beyond_tyres {
-            true => tipping::SMALL_SHARE,
-            false => tipping::NEAR_SHARE,
-        };
-        self.is_beyond_ground || self.share_off(table).is_some_and(|share| share <= limit)
-    }
-
-    /// The computed load off the edge in the last rows, as a share of the weight.
-    fn share_off(&self, table: &Table) -> Option<f64> {
-        let machine = table.machine_at(table.at(self.at_ns))?;
-        let mut edges = machine.polygon().edges().iter();
-        let edge = edges.position(|it| it.name.to_lowercase() == self.edge)?;
-        let size = tipping::size(machine, edge);
-        let mut workspace = Workspace::with_scope(machine, Scope::LOADS);
-        let mut state = State::zero(machine);
-        let times = &table.times_ns;
-        let from_ns = self.at_ns.saturating_sub(LAST_NS);
-        let first = times.partition_point(|time_ns| *time_ns < from_ns);
-        let until = times.partition_point(|time_ns| *time_ns <= self.at_ns);
-        let rows = (first..until).filter(|row| table.reasons[*row].leave_loads());
-        let mut sums = [0.0; 2];
-        for row in rows {
-            table.state(row, &mut state);
-            let outcome = evaluate(machine, &state, &mut workspace);
-            sums[0] += outcome.itom_full[edge];
-            sums[1] += outcome.normal_force;
-        }
-        let [moment_nm, weight_n] = sums;
-        (weight_n > 0.0).then(|| -moment_nm / (size * weight_n))
     }
 
     /// What was seen, to follow "the log ends while".
