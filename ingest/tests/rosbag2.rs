@@ -2,7 +2,7 @@ use std::path::Path;
 
 use rusqlite::Connection;
 use tipwatch_ingest::{
-    DefinitionSource, FieldRequest, Format, Log, LostPart, ReadOptions, record_fields,
+    DefinitionSource, FieldRequest, Format, Log, Losses, LostPart, ReadOptions, record_fields,
     topic_contents,
 };
 
@@ -187,6 +187,57 @@ fn split_files_of_a_folder_are_one_log() {
     );
 }
 
+/// A folder of three files of ten messages of which one is missing, and its metadata with the times of each.
+fn without_part(missing: usize) -> Losses {
+    let folder = tempfile::tempdir().unwrap();
+    let mut names = String::new();
+    let mut contents = String::new();
+    for part in 0..3_usize {
+        let messages = joint_messages(part * 10, part * 10 + 10);
+        let name = format!("drive_{part}.db3");
+        if part != missing {
+            write_database(
+                &folder.path().join(&name),
+                &[JOINTS],
+                &rows(&messages),
+                false,
+            );
+        }
+        names += &format!("    - {name}\n");
+        let first_ns = messages[0].0;
+        let duration_ns = messages[9].0 - first_ns;
+        contents += &format!(
+            "    - path: {name}\n      starting_time:\n        nanoseconds_since_epoch: {first_ns}\n      duration:\n        \
+            nanoseconds: {duration_ns}\n      message_count: 10\n"
+        );
+    }
+    let metadata = format!(
+        "rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n{names}  files:\n{contents}"
+    );
+    std::fs::write(folder.path().join("metadata.yaml"), metadata).unwrap();
+    let (samples, losses) = joint_samples(folder.path());
+    assert_eq!(samples.len(), 20);
+    losses
+}
+
+#[test]
+fn a_missing_part_is_lost_with_its_times() {
+    for missing in 0..3_usize {
+        let losses = without_part(missing);
+        let [lost] = losses.ranges.as_slice() else {
+            panic!("{losses:?}");
+        };
+        let time_ns = |index: i64| FIRST_NS + index * PERIOD_NS;
+        let first = 10 * missing as i64;
+        assert_eq!(lost.first_time_ns, Some(time_ns(first)));
+        let is_at_end = missing == 2;
+        let last_ns = (!is_at_end).then_some(time_ns(first + 9));
+        assert_eq!(lost.last_time_ns, last_ns);
+        assert_eq!(lost.message_count, Some(10));
+        assert_eq!(losses.end_is_lost(), is_at_end);
+    }
+}
+
 #[test]
 fn damaged_metadata_is_a_loss_and_the_files_are_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -202,6 +253,7 @@ fn damaged_metadata_is_a_loss_and_the_files_are_read() {
     let text = losses.ranges[0].to_string();
     assert!(text.contains("metadata.yaml: bytes 0 to"), "{text}");
     assert!(text.contains("not valid metadata"), "{text}");
+    assert!(!losses.end_is_lost(), "{text}");
 }
 
 #[test]

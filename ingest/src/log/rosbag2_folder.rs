@@ -88,12 +88,26 @@ fn listed_files(
         // a file that stands in for two names is read once
         match source.is_file(&file) && !present.contains(&file) {
             true => present.push(file),
-            false => missing.push(folder.join(name)),
+            false => missing.push((name, present.len())),
         }
     }
-    for file in missing {
-        let reason = format!("listed in {METADATA_NAME}, but the file does not exist");
-        losses.lose(LostPart::File, &file, 0..0, reason);
+    for (name, before) in missing {
+        let contents = metadata.contents.get(name);
+        let is_at_end = before == present.len();
+        losses.push(LostRange {
+            file: folder.join(name),
+            start_byte: 0,
+            end_byte: 0,
+            part: LostPart::File,
+            reason: format!("listed in {METADATA_NAME}, but the file does not exist"),
+            first_time_ns: contents.map(|contents| contents.span_ns.0),
+            // what follows the last file is not known
+            last_time_ns: contents
+                .filter(|_| !is_at_end)
+                .map(|contents| contents.span_ns.1),
+            messages: BTreeMap::new(),
+            message_count: contents.and_then(|contents| contents.message_count),
+        });
     }
     Ok(present)
 }

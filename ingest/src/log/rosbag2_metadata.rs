@@ -14,10 +14,33 @@ const MAX_DEPTH: usize = 32;
 #[derive(Default)]
 pub(super) struct Metadata {
     pub(super) files: Vec<String>,
+    /// What the recorder noted about files, by their names; before version 5 nothing.
+    pub(super) contents: BTreeMap<String, FileContents>,
     pub(super) compression_format: String,
     pub(super) compression_mode: String,
     /// How many messages the recorder wrote to each topic.
     pub(super) message_counts: BTreeMap<String, u64>,
+}
+
+/// What a file of the log contains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FileContents {
+    /// The log times of its first and its last message (ns).
+    pub(super) span_ns: (i64, i64),
+    pub(super) message_count: Option<u64>,
+}
+
+impl FileContents {
+    fn of(entry: &Yaml) -> Option<Self> {
+        let first_ns = entry["starting_time"]["nanoseconds_since_epoch"].as_i64()?;
+        let duration_ns = entry["duration"]["nanoseconds"].as_i64()?;
+        let is_span = first_ns >= 0 && duration_ns >= 0;
+        is_span.then_some(Self {
+            span_ns: (first_ns, first_ns.checked_add(duration_ns)?),
+            message_count: (entry["message_count"].as_i64())
+                .and_then(|count| u64::try_from(count).ok()),
+        })
+    }
 }
 
 impl Metadata {
@@ -41,6 +64,12 @@ impl Metadata {
         let files = list_at("relative_file_paths").filter_map(Yaml::as_str);
         let mut metadata = Self {
             files: files.map(str::to_owned).collect(),
+            contents: list_at("files")
+                .filter_map(|entry| {
+                    let name = entry["path"].as_str()?.to_owned();
+                    Some((name, FileContents::of(entry)?))
+                })
+                .collect(),
             compression_format: text_at("compression_format"),
             compression_mode: text_at("compression_mode"),
             message_counts: BTreeMap::new(),
@@ -96,6 +125,30 @@ mod tests {
         let metadata = Metadata::parse(flow).unwrap();
         assert_eq!(metadata.files, ["a.mcap", "b.mcap"]);
         assert!(metadata.compression_format.is_empty());
+    }
+
+    #[test]
+    fn times_and_counts_of_files_are_read() {
+        let entry = |name: &str, first_ns: i64, duration_ns: i64| {
+            format!(
+                "    - path: {name}\n      starting_time:\n        nanoseconds_since_epoch: {first_ns}\n      \
+                duration:\n        nanoseconds: {duration_ns}\n      message_count: 7\n"
+            )
+        };
+        let text = format!(
+            "rosbag2_bagfile_information:\n  files:\n{}{}{}    - path: none.mcap\n    - 5\n",
+            entry("a.mcap", 100, 50),
+            entry("before.mcap", -1, 50),
+            entry("beyond.mcap", i64::MAX, 1),
+        );
+        let contents = FileContents {
+            span_ns: (100, 150),
+            message_count: Some(7),
+        };
+        assert_eq!(
+            Metadata::parse(&text).unwrap().contents,
+            BTreeMap::from([("a.mcap".to_owned(), contents)])
+        );
     }
 
     #[test]

@@ -157,7 +157,9 @@ impl Losses {
 
     /// Whether the end of a file is lost: what was recorded after the last intact message is not known.
     pub fn end_is_lost(&self) -> bool {
-        self.ranges.iter().any(|range| range.last_time_ns.is_none())
+        let with_messages = (self.ranges.iter()).filter(|range| range.message_count != Some(0));
+        let mut last_times = with_messages.map(|range| range.last_time_ns);
+        last_times.any(|last_time_ns| last_time_ns.is_none())
     }
 
     /// The number of bytes in the lost ranges.

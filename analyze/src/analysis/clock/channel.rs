@@ -2,6 +2,9 @@
 
 use super::grid::STEP_S;
 
+/// Every second step is one of a coarse channel: smoothing leaves nothing that is faster.
+pub(super) const COARSE_STEP: usize = 2;
+
 /// Measurements of the same motion by two sensors, on an even time grid.
 ///
 /// `late` is the signal whose stamps may be late; apart from the delay it is a linear combination of the
@@ -32,6 +35,28 @@ impl Channel {
             late,
             known: known.filter(|values| changes(values)).collect(),
         })
+    }
+
+    /// The channel on a coarser time grid.
+    pub(super) fn coarse(&self) -> Self {
+        let coarse = |values: &Vec<f64>| values.iter().step_by(COARSE_STEP).copied().collect();
+        Self {
+            late: coarse(&self.late),
+            known: self.known.iter().map(coarse).collect(),
+        }
+    }
+
+    /// The channel with its late signal earlier by some steps, as far as it has both.
+    pub(super) fn earlier(&self, steps: isize) -> Self {
+        let cut = steps.unsigned_abs().min(self.late.len());
+        let end = self.late.len() - cut;
+        let (late, known) = if steps > 0 { (cut, 0) } else { (0, cut) };
+        Self {
+            late: self.late[late..late + end].to_vec(),
+            known: (self.known.iter())
+                .map(|values| values[known..known + end].to_vec())
+                .collect(),
+        }
     }
 }
 

@@ -9,8 +9,9 @@ use crate::load::linkage_force::LinkageForce;
 
 /// Largest standard deviation of an applied offset (s).
 const WORST_APPLIED_S: f64 = 0.015;
-/// An offset is significant beyond this many standard deviations, and relevant beyond [`LEAST_OFFSET_S`] (s).
-const REAL_SIGMAS: f64 = 3.0;
+/// An offset or a contradiction is significant beyond this many standard deviations, an offset relevant beyond
+/// [`LEAST_OFFSET_S`] (s).
+pub(super) const REAL_SIGMAS: f64 = 3.0;
 const LEAST_OFFSET_S: f64 = 0.005;
 
 /// Offsets between the topics of a log.
@@ -57,7 +58,7 @@ pub struct PairOffset {
     pub sigma_s: Option<f64>,
     /// Correlation at that delay.
     pub correlation: Option<f64>,
-    /// Why the delay is unknown.
+    /// Why the delay is unknown or, where there is one, not used.
     pub why_not: Option<String>,
 }
 

@@ -58,14 +58,22 @@ pub(crate) fn of_signals(signals: &[Signal]) -> Vec<TopicsFinding> {
     )
 }
 
-/// Notes on relevant offsets.
+/// Notes on relevant offsets, and on estimates that contradict each other.
 #[must_use]
 pub(crate) fn notes(offsets: &ClockOffsets) -> Vec<String> {
     let reference = offsets.reference.as_deref().unwrap_or("");
     let topics = offsets.topics.iter();
-    topics
+    let mut notes: Vec<String> = topics
         .filter_map(|topic| note(topic, reference, &offsets.pairs))
-        .collect()
+        .collect();
+    let left_out = (offsets.pairs.iter()).filter(|pair| pair.late_s.is_some());
+    for why_not in left_out.filter_map(|pair| pair.why_not.as_ref()) {
+        let note = format!("Clocks: not used, {why_not}.");
+        if !notes.contains(&note) {
+            notes.push(note);
+        }
+    }
+    notes
 }
 
 fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<String> {
@@ -82,7 +90,7 @@ fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<St
     let (offset_ms, sigma_ms) = (topic.offset_s? * 1e3, topic.sigma_s? * 1e3);
     let direction = if offset_ms < 0.0 { "late" } else { "early" };
     let by: Vec<&str> = (pairs.iter())
-        .filter(|pair| pair.late_s.is_some())
+        .filter(|pair| pair.late_s.is_some() && pair.why_not.is_none())
         .filter(|pair| pair.topic == topic.topic || pair.against == topic.topic)
         .map(|pair| pair.by)
         .collect();
@@ -112,10 +120,11 @@ pub(crate) fn table(offsets: &ClockOffsets) -> String {
         offset.zip(sigma),
         why_not,
     ) {
-        (Some((offset, sigma)), _) => format!(
-            "{} (standard deviation {:.1} ms)",
+        (Some((offset, sigma)), why_not) => format!(
+            "{} (standard deviation {:.1} ms){}",
             milliseconds(offset),
-            sigma * 1e3
+            sigma * 1e3,
+            if why_not.is_some() { ", not used" } else { "" }
         ),
         (None, why_not) => format!("unknown: {}", why_not.as_deref().unwrap_or("")),
     };
