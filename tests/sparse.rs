@@ -307,7 +307,7 @@ fn nothing_is_decided_while_a_lift_cannot_be_excluded() {
         analysis.undecided(0.0),
         Some(Undecided::LiftNotExcluded { .. })
     ));
-    let said: Vec<&tipwatch_mechanics::machine::Note> = analysis
+    let said: Vec<&Note> = analysis
         .notes
         .iter()
         .filter(|n| n.contains("static"))

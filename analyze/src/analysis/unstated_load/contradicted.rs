@@ -25,7 +25,8 @@ pub(crate) fn doubt_contradicted(
         let own = own.filter(|it| it.name.to_lowercase() == edge);
         let carrying: Vec<String> = own
             .flat_map(|it| machine.wheels().iter().zip(&it.carries))
-            .filter_map(|(wheel, &carries)| carries.then(|| wheel.name.to_lowercase()))
+            .filter(|(_, carries)| **carries)
+            .map(|(wheel, _)| wheel.name.to_lowercase())
             .collect();
         let is_contradicted = |event: &Event| match event.kind {
             EventKind::WheelLight | EventKind::WheelLift => carrying.contains(&event.subject),
