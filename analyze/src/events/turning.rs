@@ -14,6 +14,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tipwatch_mechanics::estimation::rotation::{PlatformRotation, RotationSpell, ShownUp};
 
+use super::event::{Event, EventKind};
+
 /// Slower than this a platform does not turn (rad/s).
 const LEAST_RATE: f64 = 1.0 * DEGREE;
 /// Time over which the rate is smoothed (s).
@@ -153,6 +155,15 @@ impl Turning {
                 is_beyond_ground: beyond_tyres > sound.by_ground,
             };
             (ahead / sound.lean, turning)
+        })
+    }
+
+    /// Whether an event about its edge that lasts until the log ends says as much, more likely than not.
+    pub(crate) fn is_known(&self, events: &[Event]) -> bool {
+        events.iter().any(|event| {
+            let is_tipping = matches!(event.kind, EventKind::EdgeTipping | EventKind::TipOver);
+            let lasts = event.end_ns.is_none();
+            is_tipping && lasts && event.subject == self.edge && event.is_fact()
         })
     }
 

@@ -226,7 +226,7 @@ impl LogFacts {
 fn lifts_under_any_split(event: &Event) -> bool {
     let certainty = event.certainty_any_split;
     event.kind == EventKind::WheelLift
-        && certainty.is_some_and(|certainty| certainty >= super::LIKELY)
+        && certainty.is_some_and(|certainty| certainty >= super::LEAST_OF_A_FACT)
 }
 
 /// The facts of all events of an analysis.
@@ -243,7 +243,7 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
         // what the loads show by themselves is more certain than that
         let rests_on_it = event
             .certainty
-            .is_some_and(|certainty| certainty < super::LIKELY);
+            .is_some_and(|certainty| certainty < super::LEAST_OF_A_FACT);
         let mut open = open.iter();
         event.kind.is_observed() && rests_on_it && open.any(|it| it.overlaps(event.span_ns()))
     };

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use tipwatch_mechanics::machine::EDGES_OF_FOUR;
 
-use super::LIKELY;
+use super::LEAST_OF_A_FACT;
 use super::facts::{EventFacts, LogFacts, OpenFall, WheelFacts};
 use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 use crate::analysis::Undecided;
@@ -211,7 +211,9 @@ impl Events {
         let is_falling = |event: &&EventFacts| {
             event.kind == EventKind::EdgeTipping
                 && event.end_ns.is_none()
-                && event.certainty.is_none_or(|certainty| certainty >= LIKELY)
+                && event
+                    .certainty
+                    .is_none_or(|certainty| certainty >= LEAST_OF_A_FACT)
         };
         match events.iter().find(is_falling) {
             Some(open) if passed && counted.is_empty() && self.kind == EventKind::TipOver => {

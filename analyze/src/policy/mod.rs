@@ -4,8 +4,7 @@ pub mod facts;
 mod judge;
 mod rules;
 
-/// An event of at least this probability is more likely than not.
-const LIKELY: f64 = 0.5;
+use crate::events::LEAST_OF_A_FACT;
 
 pub use judge::{Judgement, RuleOutcome};
 pub use rules::{Policy, Quantity};

@@ -112,7 +112,8 @@ pub(in crate::analysis) fn study<S: RowSink>(
         unstated_load::doubt_contradicted(machine, &explained_falls, &mut events);
     }
     let mut turning = turning.into_iter();
-    let turning = turning.find(|turning| events::may_be_fall(turning, &table));
+    let turning =
+        turning.find(|turning| !turning.is_known(&events) && events::may_be_fall(turning, &table));
     let passes = std::mem::take(&mut gathered.sensitivity);
     let sensitivities: Vec<Option<SensitivityTable>> = (passes.iter().zip(&standing))
         .map(|(pass, standing)| pass.table(standing))
