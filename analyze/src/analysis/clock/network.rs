@@ -164,7 +164,7 @@ fn leave_out_contradictions(pairs: &mut [PairOffset]) {
 /// the others agree.
 fn contradicting(pairs: &[Known<'_>]) -> Vec<usize> {
     let residuals = residuals(pairs);
-    if !residuals.iter().flatten().any(|r| *r > REAL_SIGMAS) {
+    if agree(&residuals) {
         return Vec::new();
     }
     let looped: Vec<usize> = (0..pairs.len())
@@ -175,10 +175,7 @@ fn contradicting(pairs: &[Known<'_>]) -> Vec<usize> {
             .filter(|set| {
                 let others = (0..pairs.len()).filter(|pair| !set.contains(pair));
                 let others: Vec<Known<'_>> = others.map(|pair| pairs[pair]).collect();
-                !self::residuals(&others)
-                    .iter()
-                    .flatten()
-                    .any(|r| *r > REAL_SIGMAS)
+                agree(&self::residuals(&others))
             })
             .flatten()
             .collect();
@@ -189,6 +186,11 @@ fn contradicting(pairs: &[Known<'_>]) -> Vec<usize> {
         }
     }
     looped
+}
+
+/// Whether no pair differs significantly from what the others say.
+fn agree(residuals: &[Option<f64>]) -> bool {
+    !residuals.iter().flatten().any(|r| *r > REAL_SIGMAS)
 }
 
 /// All sets of so many of some numbers.
@@ -308,6 +310,7 @@ mod tests {
         assert!((solved[1].0 - late).abs() < 1e-9, "{solved:?}");
         assert!((solved[1].1 - sigma).abs() < 1e-9, "{solved:?}");
     }
+
     /// Which of the pairs are left out, by their numbers.
     fn left_out(mut pairs: Vec<PairOffset>) -> Vec<usize> {
         leave_out_contradictions(&mut pairs);
