@@ -8,8 +8,8 @@ use mcap::{Compression, MessageStream, WriteOptions};
 
 /// Topics that are told once, at the start.
 const ONCE: [&str; 2] = ["/robot_description", "/tf_static"];
-/// Between the end of one pass and the start of the next (ns).
-const PAUSE_NS: u64 = 10_000_000;
+/// Between the end of one pass and the start of the next (ns): long enough for the arm to go back, or the log contradicts itself.
+const PAUSE_NS: u64 = 1_000_000_000;
 /// Of `std_msgs/Header`, which every other type of the log begins with: seconds, then nanoseconds.
 const STAMP: std::ops::Range<usize> = 4..12;
 

@@ -7,7 +7,7 @@
 //!
 //! `--check` compares with the last release, in as many attempts as it needs ([`Attempts`]). Exit codes: 0 no ratio fell
 //! by a third, 1 one did, 3 one did where the processors were not free. `--record RELEASE` writes the column of that
-//! release into `book/src/benchmarks-by-release.md`.
+//! release into `book/src/benchmarks.md`.
 
 #![allow(
     clippy::print_stdout,
@@ -25,7 +25,7 @@ use tipwatch_benchmarks::{Attempts, FIGURES, Judgement, Measured, Processors, Ta
 const BENCHES: [&str; 2] = ["figures", "evaluate"];
 /// The one whose ratios are comparable only on processors with instructions for SHA-256.
 const HASHING_BENCH: &str = "whole_log";
-const PAGE: &str = "book/src/benchmarks-by-release.md";
+const PAGE: &str = "book/src/benchmarks.md";
 /// Exit code where the processors were not free.
 const UNDECIDED: u8 = 3;
 

@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn the_page_of_the_book_is_readable() {
-        let page = include_str!("../../../book/src/benchmarks-by-release.md");
+        let page = include_str!("../../../book/src/benchmarks.md");
         Table::read(page).unwrap();
     }
 
