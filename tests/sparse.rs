@@ -139,6 +139,62 @@ fn held_values_are_the_log_of_their_measurements() {
     }
 }
 
+/// A driver that puts the last value of every encoder into its messages holds each joint at instants of its own. The joints are
+/// divided by when they are measured; else no message repeats the one before, and the stairs are taken for motion.
+#[test]
+fn joints_of_one_message_that_are_held_one_by_one_are_the_motion_that_they_measure() {
+    let messages = 10;
+    let folder = tempfile::tempdir().unwrap();
+    let held = folder.path().join("held.mcap");
+    let mut last = std::collections::BTreeMap::new();
+    let mut count = 0;
+    write_edited(&data("swing_lift.mcap"), &held, &mut |topic, values| {
+        if topic != "/joint_states" {
+            return;
+        }
+        let names: Vec<String> = values.names().map(str::to_owned).collect();
+        let of_joint = |name: &str| name.split_once('.').map(|(_, joint)| joint.to_owned());
+        let mut joints: Vec<String> = names.iter().filter_map(|name| of_joint(name)).collect();
+        joints.sort();
+        joints.dedup();
+        for name in names {
+            let joint = joints
+                .iter()
+                .position(|joint| Some(joint.clone()) == of_joint(&name));
+            if count == 0 || (count + 3 * joint.unwrap()) % messages == 0 {
+                last.insert(name.clone(), values.get(&name));
+            }
+            values.set(&name, last[&name]);
+        }
+        count += 1;
+    });
+    let analysis = analysed_with(&held, &data("swing_lift.toml"), Options::default());
+    let whole = analysed_with(
+        &data("swing_lift.mcap"),
+        &data("swing_lift.toml"),
+        Options::default(),
+    );
+    assert_eq!(analysis.undecided(0.5), None);
+    let lifts = |analysis: &Analysis| -> Vec<Event> {
+        let lifts = analysis
+            .events
+            .iter()
+            .filter(|event| event.kind == EventKind::WheelLift);
+        lifts.cloned().collect()
+    };
+    let [of_held, of_whole] = [lifts(&analysis), lifts(&whole)].map(|mut lifts| {
+        assert_eq!(lifts.len(), 1, "{lifts:?}");
+        lifts.remove(0)
+    });
+    assert_eq!(of_held.subject, of_whole.subject);
+    let apart_s = (of_held.start_ns - of_whole.start_ns) as f64 * 1e-9;
+    let sigma_s = of_held.start_sigma_s.unwrap();
+    assert!(
+        apart_s.abs() < 2.0 * sigma_s && sigma_s < 0.2,
+        "{apart_s} {sigma_s}"
+    );
+}
+
 /// Bounds that the simulated motion of the fixture keeps.
 const BOUNDS: &str = "[quasi_static]\nplatform_acceleration = 1.5\nplatform_rate = 0.3\n\
     platform_angular_acceleration = 1.5\njoint_acceleration = 2.0\njoint_acceleration_linear = 2.0\n\

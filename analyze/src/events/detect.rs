@@ -125,6 +125,7 @@ impl Finder<'_> {
         let found = found.into_iter().map(|episode| {
             let worst = least(&load, episode);
             let mut event = self.event(EventKind::WheelLight, name, episode, worst, "N");
+            self.end(&mut event, wheel, min_load_n, episode);
             let rotation = self.rotation_over(wheel, episode);
             match rotation.filter(|_| !(load(episode.first) < min_load_n)) {
                 // where the rotation alone shows that it was light, it was so when the rotation began, and may have been before
@@ -168,6 +169,7 @@ impl Finder<'_> {
         let found = found.into_iter().map(|episode| {
             let worst = least(&otf, episode);
             let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
+            self.end(&mut event, wheel, 0.0, episode);
             self.add_confidence(&mut event, wheel, 0.0, episode);
             let rotation = self.rotation_over(wheel, episode);
             let holds = |row: usize| largest(row) <= 1e-6 * weight(row);
@@ -256,6 +258,21 @@ impl Finder<'_> {
             } else {
                 Bound::AtOrBefore
             };
+        }
+    }
+
+    /// Ends an event where the load of its wheel rises through a level, between the last row of the episode and the next.
+    fn end(&self, event: &mut Event, wheel: usize, level_n: f64, episode: Episode) {
+        let last = episode.last;
+        if event.end_ns.is_none() || event.end_bound != Bound::At {
+            return;
+        }
+        let [below_n, above_n] =
+            [last, last + 1].map(|row| self.evidence.held_load(wheel, row) - level_n);
+        if below_n <= 0.0 && above_n > 0.0 {
+            let share = below_n / (below_n - above_n);
+            let [last_s, next_s] = [last, last + 1].map(|row| self.rows.seconds(row));
+            event.end_ns = Some(self.rows.time_ns(last_s + share * (next_s - last_s)));
         }
     }
 

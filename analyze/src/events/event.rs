@@ -24,7 +24,8 @@ pub struct Event {
     /// Whether it began then, or may have begun earlier: rows before it are missing, or the log begins with it.
     #[schemars(with = "&'static str")]
     pub start_bound: Bound,
-    /// Last row (ns); null if the event is still active when the log ends.
+    /// Last row, or, of a wheel whose load rises through the limit before the next row, that time (ns); null if the event is still
+    /// active when the log ends.
     pub end_ns: Option<i64>,
     /// Whether it ended then, or may have gone on: rows after it are missing.
     #[schemars(with = "&'static str")]

@@ -155,6 +155,11 @@ impl Curve {
 /// that before and that after, which ends where the load is lowest. Once a wheel has lifted, its overturning force falls at another rate than its load did, and
 /// one that is too large by its error passes through zero long after the load. The parabola is fitted around the sample at
 /// which the load falls to zero: farther away it has roots at which the load is large.
+///
+/// Of samples too far apart for a parabola those on either side of zero tell that the load passed between them:
+/// ```text
+///     var t = h^2 / 12 + d^2,      h: the time between these two samples
+/// ```
 pub(super) fn passage(curve: &Curve, near_s: f64, sigma_n: f64) -> Option<Onset> {
     let around_s = curve.falls_to_zero(near_s)?;
     let shape = |t: f64| SVector::from([1.0, t, t * t]);
@@ -185,9 +190,23 @@ pub(super) fn passage(curve: &Curve, near_s: f64, sigma_n: f64) -> Option<Onset>
     let found: Vec<(Onset, bool)> = PASSAGES_S.into_iter().filter_map(passes).collect();
     let clear = found.iter().find(|(_, is_clear)| *is_clear);
     let by_sigma = |a: &&(Onset, bool), b: &&(Onset, bool)| a.0.sigma_s.total_cmp(&b.0.sigma_s);
-    let (onset, _) = clear.or_else(|| found.iter().min_by(by_sigma))?;
+    let found = clear.or_else(|| found.iter().min_by(by_sigma));
+    let onset = found.map_or_else(|| between(curve, around_s, sigma_n), |(onset, _)| *onset);
     // a load that is below zero from the first row on fell before the rows begin
-    (onset.at_s > *curve.times_s.first()?).then_some(*onset)
+    (onset.at_s > *curve.times_s.first()?).then_some(onset)
+}
+
+/// A passage of which nothing is known but the values on either side of it.
+fn between(curve: &Curve, at_s: f64, sigma_n: f64) -> Onset {
+    let after = curve.times_s.partition_point(|t| *t < at_s);
+    let sides_s = [after.saturating_sub(1), after].map(|side| curve.times_s.get(side));
+    let apart_s = sides_s[0].zip(sides_s[1]).map_or(0.0, |(a, b)| b - a);
+    let within_s = curve.within_s(at_s, sigma_n);
+    Onset {
+        at_s,
+        sigma_s: (apart_s * apart_s / 12.0 + within_s * within_s + PASSAGE_S * PASSAGE_S).sqrt(),
+        level_n: None,
+    }
 }
 
 /// The corner at which a load stops falling, between the ends of the curve.

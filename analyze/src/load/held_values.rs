@@ -22,6 +22,8 @@ const UNEVEN_SHARE: f64 = 0.1;
 const FEWEST_SAMPLES: usize = 20;
 /// Share of the changes that may follow each other from sample to sample, and how many may in any case.
 const CLOSE: (f64, usize) = (0.04, 8);
+/// Share of the changes of two parts that are in the same samples if the parts are measured together.
+const SAME: f64 = 0.9;
 
 /// The repeats of a held value.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,94 +36,171 @@ pub(super) struct HeldValues {
     pub(super) repeats: Vec<usize>,
 }
 
+/// Parts of a sensor that are measured at the same instants.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Together {
+    /// The parts, by their index.
+    pub(super) parts: Vec<usize>,
+    /// Their repeats; `None` if their values are not held.
+    pub(super) held: Option<HeldValues>,
+}
+
 impl HeldValues {
-    /// The repeats among samples with these stamps (ns), of which `read` passes one on; `None` if their values are not held.
+    /// Which parts of a sensor are measured together, and their repeats. Each part is given by the places of its values in a sample;
+    /// `read` passes the sample with an index on.
     pub(super) fn among(
         stamps_ns: &[i64],
+        parts: &[Vec<usize>],
         mut read: impl FnMut(usize, &mut dyn FnMut(&[f64])),
-    ) -> Option<Self> {
+    ) -> Vec<Together> {
         let mut order: Vec<usize> = (0..stamps_ns.len()).collect();
         order.sort_by_key(|&index| stamps_ns[index]);
         let mut steps_ns: Vec<i64> = (order.windows(2))
             .map(|pair| stamps_ns[pair[1]].saturating_sub(stamps_ns[pair[0]]))
             .collect();
+        let all = (0..parts.len()).collect();
         if steps_ns.len() < FEWEST_SAMPLES {
-            return None;
+            return vec![Together {
+                parts: all,
+                held: None,
+            }];
         }
         let middle = steps_ns.len() / 2;
         let interval_ns = *steps_ns.select_nth_unstable(middle).1;
-        let mut changes = Changes::new(interval_ns);
+        let mut changes: Vec<Changes> = parts
+            .iter()
+            .map(|places| Changes::new(interval_ns, places))
+            .collect();
         for &index in &order {
+            let mut is_open = false;
             read(index, &mut |values| {
-                changes.take(stamps_ns[index], values);
+                for changes in changes.iter_mut().filter(|changes| !changes.are_close()) {
+                    changes.take(stamps_ns[index], values);
+                    is_open = true;
+                }
             });
-            if changes.are_close() {
-                return None;
+            if !is_open {
+                return vec![Together {
+                    parts: all,
+                    held: None,
+                }];
             }
         }
-        let period_ns = changes.period_ns()?;
-        let (&first_ns, earliest_ns) = (changes.at_ns.first()?, stamps_ns[*order.first()?]);
-        // the first value was measured before the log began
-        let periods = first_ns.saturating_sub(earliest_ns) / period_ns;
-        let mut due_ns = first_ns - periods * period_ns;
-        let mut next_change = changes.at_ns.iter().copied().peekable();
-        let mut repeats = Vec::new();
-        for index in order {
-            let stamp_ns = stamps_ns[index];
-            let is_change = next_change.next_if_eq(&stamp_ns).is_some();
-            // a value that stays was measured again
-            if is_change || stamp_ns >= due_ns - interval_ns / 2 {
-                due_ns = stamp_ns.saturating_add(period_ns);
-            } else {
-                repeats.push(index);
-            }
-        }
-        repeats.sort_unstable();
-        Some(Self {
-            period_ns,
-            interval_ns,
-            repeats,
-        })
+        let together = |parts: Vec<usize>| {
+            let of_parts = parts.iter().map(|&part| &changes[part]);
+            let joined = Changes::joined(interval_ns, of_parts);
+            let held = joined.and_then(|changes| changes.repeats(stamps_ns, &order));
+            Together { parts, held }
+        };
+        at_the_same_instants(&changes)
+            .into_iter()
+            .map(together)
+            .collect()
     }
 }
 
-/// The changes of the values of a sensor.
+/// Divides parts by the instants at which they are measured: those whose values are held, and all others.
+fn at_the_same_instants(changes: &[Changes]) -> Vec<Vec<usize>> {
+    let mut divided: Vec<(i64, Vec<usize>)> = Vec::new();
+    let mut others = Vec::new();
+    for (part, own) in changes.iter().enumerate() {
+        let Some(period_ns) = own.period_ns() else {
+            others.push(part);
+            continue;
+        };
+        let with = (divided.iter_mut())
+            .find(|(period_ns, with)| own.share_with(&changes[with[0]], *period_ns) >= SAME);
+        match with {
+            Some((_, with)) => with.push(part),
+            None => divided.push((period_ns, vec![part])),
+        }
+    }
+    // a part that hardly moves shows no period of its own
+    others.retain(|&part| {
+        let own = &changes[part];
+        let with = (divided.iter_mut())
+            .find(|(period_ns, with)| own.share_with(&changes[with[0]], *period_ns) >= 1.0);
+        let is_alone = own.are_close() || with.is_none();
+        if let Some((_, with)) = with.filter(|_| !is_alone) {
+            with.push(part);
+        }
+        is_alone
+    });
+    let mut divided: Vec<Vec<usize>> = divided.into_iter().map(|(_, parts)| parts).collect();
+    match divided.first_mut() {
+        Some(first) if others.iter().all(|&part| changes[part].at.is_empty()) => {
+            first.append(&mut others);
+        }
+        _ => divided.push(others),
+    }
+    divided.iter_mut().for_each(|parts| parts.sort_unstable());
+    divided
+}
+
+/// A sample that differs from the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Change {
+    stamp_ns: i64,
+    /// Whether its step is an uneven one.
+    is_uneven: bool,
+}
+
+/// The changes of the values of a sensor, or of a part of it.
 #[derive(Debug)]
 struct Changes {
     /// Time between two samples (ns).
     interval_ns: i64,
+    /// Where the values are in a sample.
+    places: Vec<usize>,
     last: Vec<f64>,
-    /// Stamps of the samples that differ from the one before (ns).
-    at_ns: Vec<i64>,
     /// The least step of each value so far.
     least: Vec<f64>,
-    /// The number of changes by uneven steps.
-    uneven: usize,
+    at: Vec<Change>,
     /// The number of changes that follow each other from sample to sample.
     close: usize,
 }
 
 impl Changes {
-    fn new(interval_ns: i64) -> Self {
+    fn new(interval_ns: i64, places: &[usize]) -> Self {
         Self {
             interval_ns,
+            places: places.to_vec(),
             last: Vec::new(),
-            at_ns: Vec::new(),
-            least: Vec::new(),
-            uneven: 0,
+            least: vec![f64::INFINITY; places.len()],
+            at: Vec::new(),
             close: 0,
         }
     }
 
+    /// Those of several parts as of one; `None` if one of them changes from sample to sample.
+    fn joined<'c>(interval_ns: i64, parts: impl Iterator<Item = &'c Self>) -> Option<Self> {
+        let mut all = Vec::new();
+        for part in parts {
+            if part.are_close() {
+                return None;
+            }
+            all.extend_from_slice(&part.at);
+        }
+        // of one sample the uneven change is the last
+        all.sort_unstable();
+        let mut joined = Self::new(interval_ns, &[]);
+        for one in all.chunk_by(|a, b| a.stamp_ns == b.stamp_ns) {
+            joined.at.extend(one.last());
+        }
+        let are_close = |pair: &&[Change]| joined.is_close(pair[0].stamp_ns, pair[1].stamp_ns);
+        joined.close = joined.at.windows(2).filter(are_close).count();
+        Some(joined)
+    }
+
     fn take(&mut self, stamp_ns: i64, values: &[f64]) {
-        if self.last.len() != values.len() {
-            self.last = values.to_vec();
-            self.least = vec![f64::INFINITY; values.len()];
+        let values = self.places.iter().map(|&place| values[place]);
+        if self.last.is_empty() {
+            self.last.extend(values);
             return;
         }
         let (mut differs, mut is_uneven) = (false, false);
         let places = self.last.iter_mut().zip(&mut self.least).zip(values);
-        for ((last, least), &value) in places {
+        for ((last, least), value) in places {
             differs |= last.to_bits() != value.to_bits();
             let step = (value - *last).abs();
             if step > 0.0 {
@@ -133,24 +212,49 @@ impl Changes {
         if !differs {
             return;
         }
-        self.uneven += usize::from(is_uneven);
-        let before_ns = self.at_ns.last();
-        let is_close = |before_ns: &i64| 2 * (stamp_ns - before_ns) < 3 * self.interval_ns;
-        self.close += usize::from(before_ns.is_some_and(is_close));
-        self.at_ns.push(stamp_ns);
+        let is_close = |before: &Change| self.is_close(before.stamp_ns, stamp_ns);
+        self.close += usize::from(self.at.last().is_some_and(is_close));
+        self.at.push(Change {
+            stamp_ns,
+            is_uneven,
+        });
+    }
+
+    /// Whether two stamps are those of two samples in a row.
+    fn is_close(&self, before_ns: i64, stamp_ns: i64) -> bool {
+        2 * stamp_ns.saturating_sub(before_ns) < 3 * self.interval_ns
     }
 
     /// Whether the values change from sample to sample.
     fn are_close(&self) -> bool {
         let (share, few) = CLOSE;
-        self.close > few && self.close as f64 > share * self.at_ns.len() as f64
+        self.close > few && self.close as f64 > share * self.at.len() as f64
+    }
+
+    /// Share of the changes that are in samples in which the other part changes, too, of those while it moves; zero if it rests at
+    /// all of them.
+    fn share_with(&self, other: &Self, period_ns: i64) -> f64 {
+        let (mut both, mut alone) = (0, 0);
+        for change in &self.at {
+            let next = (other.at).partition_point(|other| other.stamp_ns < change.stamp_ns);
+            let near = other.at[next.saturating_sub(1)..].iter().take(2);
+            let apart = near.map(|near| near.stamp_ns.abs_diff(change.stamp_ns));
+            match apart.min() {
+                Some(0) => both += 1,
+                Some(apart_ns) if 2 * apart_ns <= period_ns.unsigned_abs() => alone += 1,
+                _ => {}
+            }
+        }
+        f64::from(both) / f64::from((both + alone).max(1))
     }
 
     /// The time between two measurements (ns), if the values are held.
     fn period_ns(&self) -> Option<i64> {
-        let apart = self.at_ns.windows(2).map(|pair| (pair[1] - pair[0]) as f64);
+        let apart = (self.at.windows(2)).map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) as f64);
         let mut apart: Vec<f64> = apart.collect();
-        if apart.len() < FEWEST || (self.uneven as f64) < UNEVEN_SHARE * self.at_ns.len() as f64 {
+        let uneven = self.at.iter().filter(|change| change.is_uneven).count();
+        let is_even = (uneven as f64) < UNEVEN_SHARE * self.at.len() as f64;
+        if self.are_close() || apart.len() < FEWEST || is_even {
             return None;
         }
         apart.sort_unstable_by(f64::total_cmp);
@@ -176,6 +280,33 @@ impl Changes {
         }
         (fitting >= FEWEST && evidence >= EVIDENCE).then_some(period as i64)
     }
+
+    /// The repeats among samples with these stamps (ns), of which `order` is the order in time; `None` if the values are not held.
+    fn repeats(&self, stamps_ns: &[i64], order: &[usize]) -> Option<HeldValues> {
+        let period_ns = self.period_ns()?;
+        let (first, earliest_ns) = (self.at.first()?, stamps_ns[*order.first()?]);
+        // the first value was measured before the log began
+        let periods = first.stamp_ns.saturating_sub(earliest_ns) / period_ns;
+        let mut due_ns = first.stamp_ns - periods * period_ns;
+        let mut next_change = self.at.iter().map(|change| change.stamp_ns).peekable();
+        let mut repeats = Vec::new();
+        for &index in order {
+            let stamp_ns = stamps_ns[index];
+            let is_change = next_change.next_if_eq(&stamp_ns).is_some();
+            // a value that stays was measured again
+            if is_change || stamp_ns >= due_ns - self.interval_ns / 2 {
+                due_ns = stamp_ns.saturating_add(period_ns);
+            } else {
+                repeats.push(index);
+            }
+        }
+        repeats.sort_unstable();
+        Some(HeldValues {
+            period_ns,
+            interval_ns: self.interval_ns,
+            repeats,
+        })
+    }
 }
 
 #[cfg(test)]
@@ -187,7 +318,11 @@ mod tests {
     /// What is found in 20 s at 100 Hz of one value.
     fn found(value: impl Fn(f64) -> f64) -> Option<HeldValues> {
         let stamps: Vec<i64> = (0..2000).map(|k| k * 10 * MS).collect();
-        HeldValues::among(&stamps, |index, take| take(&[value(index as f64 * 0.01)]))
+        let read = |index: usize, take: &mut dyn FnMut(&[f64])| take(&[value(index as f64 * 0.01)]);
+        let [found] = &HeldValues::among(&stamps, &[vec![0]], read)[..] else {
+            panic!("one part");
+        };
+        found.held.clone()
     }
 
     /// A joint that swings, rests from 8 s to 12 s, and swings on (rad).
@@ -257,10 +392,42 @@ mod tests {
         }
     }
 
+    /// Joints of one message that are measured at instants of their own, each with a period.
+    #[test]
+    fn joints_of_one_message_are_divided_by_when_they_are_measured() {
+        let joints: [Box<dyn Fn(f64) -> f64>; 6] = [
+            Box::new(held(swing, 0.2, 0.0)),
+            Box::new(held(|at_s| swing(0.9 * at_s + 1.0), 0.2, 0.0)),
+            Box::new(held(|at_s| swing(1.1 * at_s), 0.2, 0.07)),
+            Box::new(held(|at_s| swing(0.8 * at_s + 2.0), 0.05, 0.01)),
+            Box::new(swing),
+            Box::new(|_| 0.7),
+        ];
+        let stamps: Vec<i64> = (0..2000).map(|k| k * 10 * MS).collect();
+        let parts: Vec<Vec<usize>> = (0..6).map(|joint| vec![joint]).collect();
+        let read = |index: usize, take: &mut dyn FnMut(&[f64])| {
+            take(&joints.each_ref().map(|joint| joint(index as f64 * 0.01)));
+        };
+        let found = HeldValues::among(&stamps, &parts, read);
+        let of = |together: &Together| {
+            let period_ns = together.held.as_ref().map(|held| held.period_ns / MS);
+            (together.parts.clone(), period_ns)
+        };
+        let expected = [
+            (vec![0, 1], Some(200)),
+            (vec![2], Some(200)),
+            (vec![3], Some(50)),
+            (vec![4, 5], None),
+        ];
+        assert_eq!(found.iter().map(of).collect::<Vec<_>>(), expected);
+    }
+
     #[test]
     fn a_few_samples_show_nothing() {
-        let few = HeldValues::among(&[0, MS], |_, take| take(&[1.0]));
-        assert_eq!(few, None);
-        assert_eq!(HeldValues::among(&[], |_, _| ()), None);
+        for stamps in [&[0, MS][..], &[]] {
+            let few = HeldValues::among(stamps, &[vec![0]], |_, take| take(&[1.0]));
+            assert_eq!(few.len(), 1);
+            assert_eq!(few[0].held, None);
+        }
     }
 }

@@ -10,7 +10,7 @@ use tipwatch_binding::{MachineFile, bind, monitor_topic};
 use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, TopicId, read_sensor_blocks};
 use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::{Machine, Proofs};
-use tipwatch_mechanics::state::{MatchedSensors, Sample, Sensor, Sensors};
+use tipwatch_mechanics::state::{JointStream, MatchedSensors, Sample, Sensor, Sensors};
 
 use super::arrivals::for_each_arrival;
 use super::held_forces::HeldForces;
@@ -147,7 +147,8 @@ pub struct Signal {
 /// Reads the samples of a machine's sensors from a log. Those of a long log go to temporary files.
 ///
 /// Velocities that a driver fills with zeros are left out: for the smoother, which knows the whole log, from the first sample on;
-/// else from the sample on that shows the motion, as live. For the smoother the repeats of held values are left out, too.
+/// else from the sample on that shows the motion, as live. For the smoother the repeats of held values are left out, too, and the
+/// joints of one message that are measured at other instants than the rest become a signal of their own.
 ///
 /// # Errors
 /// The machine does not fit the log, a signal is missing or ambiguous, the log cannot be read, or a temporary file
@@ -191,20 +192,21 @@ pub fn load_within(
     let recordings = readings.into_par_iter().zip(samples);
     let recordings = recordings.map(|(reading, samples)| Recording::new(reading, samples));
     let recordings: Vec<Recording> = recordings.collect::<io::Result<_>>()?;
-    let mut signals = Vec::with_capacity(recordings.len());
+    let (mut signals, mut beside) = (Vec::with_capacity(recordings.len()), Vec::new());
+    let mut matched = bound.matched;
     let sensors = bound.sensors.into_iter().chain(bound.beside);
-    for ((sensor, topic), mut recording) in sensors.zip(topics).zip(recordings) {
+    for (place, ((sensor, topic), mut recording)) in sensors.zip(topics).zip(recordings).enumerate()
+    {
         let topic = log.topic(topic)?;
+        let is_used = place < used.len();
+        let joints = joints_of(&matched.sensors, sensor.sensor).map(<[usize]>::to_vec);
         if estimator == Estimator::Smoother {
             recording.leave_out_filled_velocities()?;
-            if signals.len() < used.len() {
-                recording.leave_out_repeats()?;
-            }
         }
         if let Some(&offset_s) = bound.clock_offsets_s.get(&topic.name) {
             recording.shift(offset_s);
         }
-        if recording.stamps_ns.is_empty() && matches!(sensor.sensor, Sensor::Joints(_)) {
+        if recording.stamps_ns.is_empty() && joints.is_some() {
             let refusal = recording.refusal().map(ToString::to_string);
             bail!(
                 "{}: topic {}: expected joint states, found {}",
@@ -213,28 +215,45 @@ pub fn load_within(
                 refusal.as_deref().unwrap_or("no readable message")
             );
         }
-        signals.push(Signal {
-            sensor: sensor.sensor,
+        let signal = |sensor_of_part, recording| Signal {
+            sensor: sensor_of_part,
             name: sensor.request.kind.signal_key(),
-            subject: subject(
-                sensor.sensor,
-                sensor.request.kind.signal_key(),
-                &bound.matched.sensors,
-                &bound.machine,
-            ),
+            subject: String::new(),
             topic: topic.name.clone(),
             type_name: topic.type_name.clone(),
-            why: sensor.why,
+            why: sensor.why.clone(),
             recording,
-        });
+        };
+        if !is_used {
+            beside.push(signal(sensor.sensor, recording));
+            continue;
+        }
+        if estimator == Estimator::Causal {
+            signals.push(signal(sensor.sensor, recording));
+            continue;
+        }
+        let number = joints.as_ref().map(Vec::len);
+        let mut is_first = true;
+        for (places, recording) in recording.without_repeats(number)? {
+            let of_part = match (&joints, sensor.sensor) {
+                (Some(joints), Sensor::Joints(stream)) => {
+                    let joints = places.iter().map(|&place| joints[place]).collect();
+                    Sensor::Joints(put_stream(&mut matched, stream, is_first, joints))
+                }
+                _ => sensor.sensor,
+            };
+            is_first = false;
+            signals.push(signal(of_part, recording));
+        }
     }
-    let beside = signals.split_off(used.len());
-    let mut matched = bound.matched;
     if signals
         .iter()
         .any(|signal| signal.recording.held_values().is_some())
     {
         put_fastest_stream_first(&mut matched, &mut signals);
+    }
+    for signal in signals.iter_mut().chain(&mut beside) {
+        signal.subject = subject(signal.sensor, signal.name, &matched.sensors, &bound.machine);
     }
     let mut loaded = LoadedLog {
         machine: bound.machine,
@@ -363,6 +382,24 @@ fn held_values(loaded: &LoadedLog) -> Vec<String> {
         )
     };
     of_topics.into_iter().map(sentence).collect()
+}
+
+/// Makes a stream of these joints: in the place of the one that they are of if they are its first part, else a further one. Returns
+/// its index.
+fn put_stream(
+    matched: &mut MatchedSensors,
+    of: usize,
+    is_first: bool,
+    joints: Vec<usize>,
+) -> usize {
+    let part = JointStream { joints };
+    if is_first {
+        matched.sensors.joints[of] = part;
+        return of;
+    }
+    matched.sensors.joints.push(part);
+    matched.streams.push(matched.streams[of]);
+    matched.sensors.joints.len() - 1
 }
 
 /// Rows are computed at the samples of the first stream of joints: the one with most samples, of those that are left.

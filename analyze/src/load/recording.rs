@@ -10,7 +10,7 @@ use tipwatch_ingest::{
 };
 use tipwatch_mechanics::estimation::FilledVelocities;
 
-use super::held_values::HeldValues;
+use super::held_values::{HeldValues, Together};
 use super::log_times::LogTimes;
 use super::sample_store::{Arrival, Samples, Times, arrival, message_times};
 
@@ -106,7 +106,8 @@ impl Recording {
         log_times.finish();
         if !omitted.is_empty() || reading.placement.removes_log_jumps() {
             let times = |index, times| without_jumps(&reading.placement, index, times);
-            samples = rewritten(&samples, reading.samples, &omitted, times, |_| {})?;
+            let as_it_is = |sample: &[f64], kept: &mut Vec<f64>| kept.extend_from_slice(sample);
+            samples = rewritten(&samples, reading.samples, &omitted, times, as_it_is)?;
         }
         recording.samples = Arc::new(samples);
         Ok(recording)
@@ -152,8 +153,10 @@ impl Recording {
         let joints = self.samples.width / 2;
         let filled: Vec<usize> = self.filled_velocities().collect();
         if !filled.is_empty() {
-            let leave_out = |sample: &mut [f64]| {
-                (filled.iter()).for_each(|place| sample[joints + place] = f64::NAN);
+            let leave_out = |sample: &[f64], kept: &mut Vec<f64>| {
+                let first = kept.len() + joints;
+                kept.extend_from_slice(sample);
+                (filled.iter()).for_each(|place| kept[first + place] = f64::NAN);
             };
             let count = self.len();
             let rewritten = rewritten(&self.samples, count, &[], |_, times| times, leave_out)?;
@@ -167,31 +170,66 @@ impl Recording {
         self.held.as_ref()
     }
 
-    /// Leaves out the samples that only repeat the last value of the sensor.
+    /// Leaves out the samples that only repeat the last value of the sensor. Where some of its joints (their number; `None` for
+    /// another sensor) are measured at other instants than the rest, it becomes one recording for each of these groups; the places
+    /// of their joints are beside them.
     ///
     /// # Errors
     /// A temporary file cannot be read or written.
-    pub(super) fn leave_out_repeats(&mut self) -> io::Result<()> {
+    pub(super) fn without_repeats(
+        mut self,
+        joints: Option<usize>,
+    ) -> io::Result<Vec<(Vec<usize>, Self)>> {
+        let width = self.samples.width;
+        let parts: Vec<Vec<usize>> = match joints {
+            Some(joints) if width > 0 => (0..joints).map(|j| vec![j, joints + j]).collect(),
+            _ => vec![(0..width).collect()],
+        };
         let mut reader = self.reader();
-        let found = HeldValues::among(&self.stamps_ns, |index, take| take(reader.sample(index)));
+        let read = |index: usize, take: &mut dyn FnMut(&[f64])| take(reader.sample(index));
+        let found = HeldValues::among(&self.stamps_ns, &parts, read);
         if let Some(failure) = self.failure() {
             return Err(io::Error::other(failure.to_owned()));
         }
-        let Some(held) = found else {
-            return Ok(());
+        if let [Together { held: None, .. }] = &found[..] {
+            return Ok(vec![((0..joints.unwrap_or(0)).collect(), self)]);
+        }
+        let whole = std::mem::take(&mut self.samples);
+        let count = self.stamps_ns.len();
+        let part = |Together { parts: own, held }: Together| {
+            let values = own.iter().map(|&part| parts[part].as_slice());
+            let places: Vec<usize> = match joints {
+                // positions, then velocities
+                Some(_) => (0..2)
+                    .flat_map(|value| values.clone().map(move |part| part[value]))
+                    .collect(),
+                None => values.flatten().copied().collect(),
+            };
+            let repeats = held.as_ref().map_or(&[][..], |held| &held.repeats);
+            let mut kept = rewritten(
+                &whole,
+                count,
+                repeats,
+                |_, times| times,
+                |sample, kept| {
+                    kept.extend(places.iter().map(|&place| sample[place]));
+                },
+            )?;
+            kept.width = places.len();
+            let filled = kept.filled_velocities.as_ref();
+            kept.filled_velocities = filled.map(|filled| filled.of(&own));
+            let mut next_repeat = repeats.iter().copied().peekable();
+            let mut index = 0..;
+            let mut recording = self.clone();
+            recording.stamps_ns.retain(|_| {
+                let index = index.next().unwrap_or_default();
+                next_repeat.next_if_eq(&index).is_none()
+            });
+            recording.samples = Arc::new(kept);
+            recording.held = held;
+            Ok((own, recording))
         };
-        let (count, repeats) = (self.len(), &held.repeats);
-        let kept = rewritten(&self.samples, count, repeats, |_, times| times, |_| {})?;
-        let mut repeats = repeats.iter().copied().peekable();
-        let mut index = 0..;
-        self.stamps_ns.retain(|_| {
-            repeats
-                .next_if_eq(&index.next().unwrap_or_default())
-                .is_none()
-        });
-        self.samples = Arc::new(kept);
-        self.held = Some(held);
-        Ok(())
+        found.into_iter().map(part).collect()
     }
 
     /// Frees the memory of the samples, which nobody reads any more.
@@ -308,35 +346,35 @@ fn without_jumps(placement: &Placement, index: usize, times: Times) -> Times {
     ]
 }
 
-/// The samples with other times and values, and without those that are omitted, given by index in rising order.
+/// The samples with other times and values, and without those that are omitted, given by index in rising order. `write` appends the
+/// values that are kept of a sample.
 fn rewritten(
     samples: &Samples,
     count: usize,
     omitted: &[usize],
     other_times: impl Fn(usize, Times) -> Times,
-    change: impl Fn(&mut [f64]),
+    write: impl Fn(&[f64], &mut Vec<f64>),
 ) -> io::Result<Samples> {
     let mut kept = samples.emptied()?;
     let mut omitted = omitted.iter().copied().peekable();
-    let (mut times, mut values) = (Vec::new(), Vec::new());
+    let (mut times, mut values, mut kept_values) = (Vec::new(), Vec::new(), Vec::new());
     let width = samples.width;
     for chunk in chunks(count) {
         times.resize(chunk.len(), Times::default());
         values.resize(chunk.len() * width, 0.0);
         samples.read_times(chunk.start, &mut times)?;
         samples.values.read(chunk.start * width, &mut values)?;
+        kept_values.clear();
         let mut count = 0;
         for (k, index) in chunk.enumerate() {
             if omitted.next_if_eq(&index).is_none() {
                 times[count] = other_times(index, times[k]);
-                values.copy_within(k * width..(k + 1) * width, count * width);
+                write(&values[k * width..(k + 1) * width], &mut kept_values);
                 count += 1;
             }
         }
-        let values = &mut values[..count * width];
-        values.chunks_exact_mut(width.max(1)).for_each(&change);
         kept.times.append(times[..count].as_flattened())?;
-        kept.values.append(values)?;
+        kept.values.append(&kept_values)?;
     }
     Ok(kept)
 }

@@ -77,6 +77,14 @@ impl FilledVelocities {
         self.open == 0
     }
 
+    /// Of some joints of the stream alone, by their places.
+    #[must_use]
+    pub fn of(&self, places: &[usize]) -> Self {
+        let joints: Vec<Zeros> = places.iter().map(|&place| self.joints[place]).collect();
+        let open = joints.iter().filter(|joint| !joint.is_measured).count();
+        Self { joints, open }
+    }
+
     /// The joints whose velocity is filled in, by their place in the stream.
     pub fn filled(&self) -> impl Iterator<Item = usize> {
         let joints = self.joints.iter().enumerate();
