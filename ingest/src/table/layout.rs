@@ -524,15 +524,58 @@ mod tests {
             Some(1_700_000_000_500_000_000)
         );
         let table = found("header.stamp.sec,header.stamp.nanosec,x\n1700000000,5,1\n").unwrap();
-        assert_eq!(table.time.kind, Kind::SecondsAndNanoseconds);
+        let stamp = (Kind::Multiples(1_000_000_000), Some(1));
+        assert_eq!((table.time.kind, table.time.part_ns), stamp);
         let table = with(
             "1700000000,5000000,base,1.5\n1700000000,9000000,base,1.5\n",
             |of| of.no_header = true,
         );
         let table = table.unwrap();
+        assert_eq!(table.names.len(), 4);
+        assert_eq!((table.time.kind, table.time.part_ns), stamp);
+    }
+
+    #[test]
+    fn a_time_in_whole_seconds_has_its_parts_in_a_column_of_their_own() {
+        let table = found("Date,Time,ms,x\n2023-11-14,22:13:20,0,1\n2023-11-14,22:13:20,250,2\n");
+        let time = table.unwrap().time;
         assert_eq!(
-            (table.names.len(), table.time.kind),
-            (4, Kind::SecondsAndNanoseconds)
+            (&time.columns[..], time.part_ns),
+            (&[0, 1, 2][..], Some(1_000_000))
         );
+        let cells = ["2023-11-14", "22:13:20", "250"];
+        assert_eq!(time.read(&cells, false), Some(1_700_000_000_250_000_000));
+        assert!(time.lacks_zone(&cells));
+        let table =
+            found("x,time,usec\n1,1700000000,9\n2,1700000000,999000\n3,1700000001,1000\n").unwrap();
+        assert_eq!(
+            table.time.read(&["1700000001", "1000"], false),
+            Some(1_700_000_001_001_000_000)
+        );
+        // a time that has its parts, and a column that is none: of a delay, say
+        for text in [
+            "time,ms,x\n1700000000.25,3,1\n1700000000.5,4,2\n",
+            "time,ms,x\n1700000000,30,1\n1700000000,20,2\n1700000001,40,2\n",
+            "time,ms,x\n1700000000,1200,1\n1700000000,1300,2\n",
+            "time,ms,x\n1700000000,20,1\n1700000001,30,2\n",
+        ] {
+            assert_eq!(found(text).unwrap().time.columns, [0], "{text}");
+        }
+    }
+
+    #[test]
+    fn tables_of_measuring_programs_are_found_below_their_headers() {
+        let catman = "HBM-catman-AP\t5.4\n10. Messung\n\nZeit  1 - Standard-Messrate\tboom\ns\tgrad\n\
+                      0,0000\t10,5\n0,0100\t10,6\n";
+        let table = found(catman).unwrap();
+        assert_eq!(
+            (table.time.kind, table.has_decimal_comma),
+            (Kind::Multiples(1_000_000_000), true)
+        );
+        let labview = "LabVIEW Measurement\t\nDate\t2026/03/04\n***End_of_Header***\t\n\t\nChannels\t1\t\n\
+                       Date\t2026/03/04\t\nX_Dimension\tTime\t\nDelta_X\t0.01\t\n***End_of_Header***\t\t\n\
+                       X_Value\tboom\tComment\n0.000000\t10.5\t\n0.010000\t10.6\t\n";
+        let table = found(labview).unwrap();
+        assert_eq!(table.names, ["X_Value", "boom", "Comment"]);
     }
 }

@@ -51,15 +51,17 @@ const NAMES: [&str; 41] = [
     "uhrzeit",
 ];
 /// Names of which the program that writes them fixes the unit.
-const FIXED: [(&str, TimeUnit); 2] = [
+const FIXED: [(&str, TimeUnit); 3] = [
     // PlotJuggler
     ("__time", TimeUnit::Seconds),
     // rostopic echo -p
     ("%time", TimeUnit::Nanoseconds),
+    // LabVIEW
+    ("x_value", TimeUnit::Seconds),
 ];
 /// The last words of the names of two columns that are one stamp.
 const SECONDS: [&str; 4] = ["sec", "secs", "seconds", "s"];
-const NANOSECONDS: [&str; 5] = ["nanosec", "nsec", "nsecs", "nanoseconds", "ns"];
+const NANOSECONDS: &str = "nanosec";
 const NS_PER_S: i64 = 1_000_000_000;
 const SECONDS_A_DAY: f64 = 86_400.0;
 /// From 30 December 1899 on.
@@ -77,8 +79,6 @@ pub(crate) enum Kind {
     Text(Option<DateOrder>),
     /// Times of day without a date, or times since a beginning, beyond 24 hours.
     TimeOfDay,
-    /// Whole seconds in one column and nanoseconds in the next.
-    SecondsAndNanoseconds,
 }
 
 impl Kind {
@@ -95,11 +95,13 @@ impl Kind {
     }
 }
 
-/// The column of time, or the two.
+/// The column of time, or those whose cells are one time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct TimeSource {
     pub(crate) columns: Vec<usize>,
     pub(crate) kind: Kind,
+    /// The unit (ns) of the last column, if it has the part of a second that the others leave out.
+    pub(crate) part_ns: Option<i64>,
     /// How the unit or form was found out, where the name of the column does not state it.
     pub(crate) told: Option<String>,
 }
@@ -116,26 +118,84 @@ pub(crate) struct Sample<'s> {
 impl TimeSource {
     /// The time in nanoseconds of the row with these cells.
     pub(crate) fn read(&self, cells: &[&str], has_decimal_comma: bool) -> Option<i64> {
-        let first = cells.first()?.trim();
-        match (self.kind, cells.get(1)) {
-            (Kind::Multiples(unit_ns), _) => {
+        if let Some(part_ns) = self.part_ns {
+            let (part, whole) = cells.split_last()?;
+            let whole_ns = self.whole().read(whole, has_decimal_comma)?;
+            let part = decimal_ns(part.trim(), 1).or_else(|| whole_float(part.trim()))?;
+            let part_ns = part.checked_mul(part_ns)?;
+            let is_part = (0..NS_PER_S).contains(&part_ns);
+            return is_part.then(|| whole_ns.checked_add(part_ns)).flatten();
+        }
+        let (first, second) = (cells.first()?.trim(), cells.get(1));
+        match self.kind {
+            Kind::Multiples(unit_ns) => {
                 let text = with_point(first, has_decimal_comma);
                 decimal_ns(&text, unit_ns).or_else(|| from_float(text.parse().ok()?, unit_ns))
             }
-            (Kind::SpreadsheetDays, _) => {
+            Kind::SpreadsheetDays => {
                 let days = number(first, has_decimal_comma)? - DAYS_UNTIL_1970;
                 from_float(days * SECONDS_A_DAY, NS_PER_S)
             }
-            (Kind::Text(order), second) => Some(stamp(first, second, order)?.ns),
-            (Kind::TimeOfDay, second) => Some(stamp(first, second, None)?.ns),
-            (Kind::SecondsAndNanoseconds, Some(second)) => {
-                let whole = |text: &str| decimal_ns(text, 1).or_else(|| whole_float(text));
-                let nanoseconds = whole(second.trim())?;
-                let is_part = (0..NS_PER_S).contains(&nanoseconds);
-                let seconds = whole(first)?.checked_mul(NS_PER_S)?;
-                is_part.then(|| seconds.checked_add(nanoseconds)).flatten()
-            }
-            (Kind::SecondsAndNanoseconds, None) => None,
+            Kind::Text(order) => Some(stamp(first, second, order)?.ns),
+            Kind::TimeOfDay => Some(stamp(first, second, None)?.ns),
+        }
+    }
+
+    /// The columns without the last one, of the parts of a second.
+    fn whole(&self) -> Self {
+        Self {
+            columns: self.columns[..self.columns.len() - 1].to_vec(),
+            kind: self.kind,
+            part_ns: None,
+            told: None,
+        }
+    }
+
+    /// With the column that has the milliseconds, microseconds or nanoseconds of a time in whole seconds, if there is one: where rows
+    /// have one second, it puts them in order.
+    fn with_part(mut self, sample: &Sample<'_>) -> Self {
+        let texts = sample.column_texts(&self.columns);
+        let read = |cells: &Vec<&str>| self.read(cells, sample.has_decimal_comma);
+        let times: Vec<i64> = texts.iter().filter_map(read).collect();
+        let is_whole = |ns: &i64| ns % NS_PER_S == 0;
+        let repeats = times.windows(2).any(|pair| pair[0] == pair[1]);
+        if self.part_ns.is_some() || !repeats || !times.iter().all(is_whole) {
+            return self;
+        }
+        let part_of = |at: usize| {
+            let unit = unit_of(&sample.names[at].trim().to_lowercase())?;
+            let Kind::Multiples(part_ns) = Kind::of(unit) else {
+                return None;
+            };
+            let mut columns = self.columns.clone();
+            columns.push(at);
+            let source = Self {
+                columns,
+                part_ns: Some(part_ns),
+                ..self.clone()
+            };
+            let texts = sample.column_texts(&source.columns);
+            let times = texts
+                .iter()
+                .map(|cells| source.read(cells, sample.has_decimal_comma));
+            let times: Vec<i64> = times.collect::<Option<_>>()?;
+            let has_parts = times.is_sorted() && !times.iter().all(is_whole);
+            has_parts.then_some((source, unit))
+        };
+        let Some((found, unit)) = (0..sample.names.len()).find_map(part_of) else {
+            return self;
+        };
+        let told = format!(
+            "the seconds of the time are whole; its {unit} are those of the column \"{}\"",
+            sample.names[found.columns[found.columns.len() - 1]].escape_debug()
+        );
+        self.told = Some(
+            self.told
+                .map_or(told.clone(), |before| format!("{before}; {told}")),
+        );
+        Self {
+            told: self.told,
+            ..found
         }
     }
 
@@ -145,8 +205,9 @@ impl TimeSource {
             Kind::Text(order) => order,
             Kind::TimeOfDay => None,
             Kind::SpreadsheetDays => return true,
-            Kind::Multiples(_) | Kind::SecondsAndNanoseconds => return false,
+            Kind::Multiples(_) => return false,
         };
+        let cells = &cells[..cells.len() - usize::from(self.part_ns.is_some())];
         let first = cells.first().map_or("", |cell| cell.trim());
         stamp(first, cells.get(1), order).is_some_and(|stamp| !stamp.has_zone)
     }
@@ -188,12 +249,13 @@ pub(crate) fn find(sample: &Sample<'_>, options: &TableOptions) -> Result<TimeSo
                 shown(sample.names)
             )
         })?;
-        return choose(&sample.column_texts(&columns), &columns, sample, options);
+        let source = choose(&sample.column_texts(&columns), &columns, sample, options)?;
+        return Ok(source.with_part(sample));
     }
     let mut refusal = None;
     for columns in candidates(sample.names) {
         match choose(&sample.column_texts(&columns), &columns, sample, options) {
-            Ok(source) => return Ok(source),
+            Ok(source) => return Ok(source.with_part(sample)),
             Err(problem) => refusal = refusal.or(Some(problem)),
         }
     }
@@ -307,7 +369,8 @@ fn candidates(names: &[String]) -> Vec<Vec<usize>> {
         if SECONDS.contains(&word.as_str())
             && let Some(other) = names.iter().position(|other| {
                 let (of, word) = last_word(other);
-                of == before && NANOSECONDS.contains(&word.as_str())
+                let is_part = unit_of(&word) == Some(TimeUnit::Nanoseconds);
+                of == before && (is_part || word == NANOSECONDS)
             })
         {
             found.push(vec![at, other]);
@@ -340,6 +403,7 @@ fn choose(
     let source = |kind, told| TimeSource {
         columns: columns.to_vec(),
         kind,
+        part_ns: None,
         told,
     };
     let as_number = |text: &str| number(text, sample.has_decimal_comma);
@@ -367,10 +431,11 @@ fn choose(
         ));
     }
     if columns.len() == 2 && are_numbers {
-        let pair = source(
-            Kind::SecondsAndNanoseconds,
-            Some(format!("time: {called}, as seconds and nanoseconds")),
-        );
+        let told = format!("time: {called}, as seconds and nanoseconds");
+        let pair = TimeSource {
+            part_ns: Some(1),
+            ..source(Kind::of(TimeUnit::Seconds), Some(told))
+        };
         return match texts.iter().any(|cells| pair.read(cells, false).is_some()) {
             true => Ok(pair),
             false => Err(format!(
@@ -576,7 +641,14 @@ fn unit_in_name(name: &str) -> Option<Option<TimeUnit>> {
     {
         return Some(Some(unit));
     }
-    let bare = plain(bare);
+    // channels of time of one measurement are counted: "Time 1 - default rate"
+    let counted = bare.split_once(" - ").map_or(bare, |(name, _)| name);
+    let bare = plain(
+        match counted.trim_end_matches(|c: char| c.is_ascii_digit()) {
+            name if name.ends_with(' ') => name,
+            _ => bare,
+        },
+    );
     let glued = ["ms", "us", "µs", "ns", "sec"]
         .into_iter()
         .find_map(|unit| {
@@ -669,6 +741,11 @@ mod tests {
             ("Epoch", Some(None)),
             ("Date Time", Some(None)),
             ("Timestamp (UTC)", Some(None)),
+            ("Zeit  1 - Standard-Messrate", Some(None)),
+            ("Time 2", Some(None)),
+            ("X_Value", Some(Some(TimeUnit::Seconds))),
+            ("time2", None),
+            ("lap - 1", None),
             ("__timestamp", Some(None)),
             ("boom_angle", None),
             ("lift_time_s", None),
@@ -698,6 +775,7 @@ mod tests {
         TimeSource {
             columns: vec![0],
             kind,
+            part_ns: None,
             told: None,
         }
     }
@@ -715,7 +793,11 @@ mod tests {
         for wrong in ["", "nan", "yesterday", "99999999999999999999"] {
             assert_eq!(read(wrong, NS_PER_S), None, "{wrong}");
         }
-        let pair = source(Kind::SecondsAndNanoseconds);
+        let pair = TimeSource {
+            columns: vec![0, 1],
+            part_ns: Some(1),
+            ..source(Kind::Multiples(NS_PER_S))
+        };
         assert_eq!(
             pair.read(&["1700000000", "5"], false),
             Some(1_700_000_000_000_000_005)

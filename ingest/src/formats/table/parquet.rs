@@ -46,11 +46,11 @@ type Rows = (Vec<Option<i64>>, Vec<Vec<f64>>);
 /// Rows in which the unit of the times is looked for.
 const SAMPLED_ROWS: usize = 200;
 
-/// The column of time, or those of its seconds and nanoseconds.
+/// The column of time, or those of its seconds and their parts.
 struct Time {
     columns: Vec<usize>,
-    /// The unit of the first (ns).
-    unit_ns: i64,
+    /// The unit of each (ns).
+    units_ns: Vec<i64>,
 }
 
 /// A Parquet file.
@@ -108,7 +108,7 @@ impl ParquetReader {
         let stamps: Vec<(usize, i64)> = stamps.collect();
         let of_stamp = |&(at, unit_ns): &(usize, i64)| Time {
             columns: vec![at],
-            unit_ns,
+            units_ns: vec![unit_ns],
         };
         // a name says more than a type: tables also have times at which something else happened
         let by_name = stamps
@@ -253,12 +253,14 @@ impl ParquetReader {
                     group.column(at).column_descr(),
                 )
             };
-            let Time { columns, unit_ns } = &self.time;
-            let (first, described) = column(columns.first().copied().unwrap_or_default());
-            let mut times = times_ns(first?, described, *unit_ns, rows)?;
-            if let Some(&second) = columns.get(1) {
-                let (nanoseconds, described) = column(second);
-                add_nanoseconds(&mut times, &numbers(nanoseconds?, described, rows)?);
+            let Time { columns, units_ns } = &self.time;
+            let first = columns.first().zip(units_ns.first());
+            let (&first, &unit_ns) = first.unwrap_or((&0, &1));
+            let (first, described) = column(first);
+            let mut times = times_ns(first?, described, unit_ns, rows)?;
+            if let Some((&second, &part_ns)) = columns.get(1).zip(units_ns.get(1)) {
+                let (parts, described) = column(second);
+                add_parts(&mut times, part_ns, &numbers(parts?, described, rows)?);
             }
             let columns = self.numbers.iter().map(|&at| {
                 let (numbers_of, described) = column(at);
@@ -370,6 +372,7 @@ fn number_time(
     let TimeSource {
         columns: found,
         kind,
+        part_ns,
         told,
     } = table::find(&sample, options).map_err(|problem| {
         let others = (0..schema.num_columns()).filter(|at| !columns.contains(at));
@@ -384,7 +387,6 @@ fn number_time(
     })?;
     let unit_ns = match kind {
         Kind::Multiples(unit_ns) => unit_ns,
-        Kind::SecondsAndNanoseconds => 1_000_000_000,
         Kind::SpreadsheetDays => {
             return Err(
                 "--time-unit days is for tables in text: expected s, ms, us, ns, min or h"
@@ -394,7 +396,8 @@ fn number_time(
         Kind::Text(_) | Kind::TimeOfDay => return Err("no row has a time".to_owned()),
     };
     let columns = found.iter().map(|&at| columns[at]).collect();
-    Ok((Time { columns, unit_ns }, told))
+    let units_ns = std::iter::once(unit_ns).chain(part_ns).collect();
+    Ok((Time { columns, units_ns }, told))
 }
 
 /// The first values of columns of numbers, as text: whole numbers with all their digits.
@@ -437,13 +440,14 @@ fn first_texts(
     Ok(found)
 }
 
-/// Adds nanoseconds to times that are whole seconds.
-fn add_nanoseconds(times: &mut [Option<i64>], nanoseconds: &[f64]) {
-    for (time, &more) in times.iter_mut().zip(nanoseconds) {
-        let is_part = more.fract() == 0.0 && (0.0..1e9).contains(&more);
+/// Adds parts of a second, in a unit (ns), to times that are whole seconds.
+fn add_parts(times: &mut [Option<i64>], part_ns: i64, parts: &[f64]) {
+    for (time, &part) in times.iter_mut().zip(parts) {
+        let more_ns = part * part_ns as f64;
+        let is_part = part.fract() == 0.0 && (0.0..1e9).contains(&more_ns);
         *time = time
             .filter(|_| is_part)
-            .and_then(|time| time.checked_add(more as i64));
+            .and_then(|time| time.checked_add(more_ns as i64));
     }
 }
 
