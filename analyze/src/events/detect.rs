@@ -15,6 +15,8 @@ use super::tipping::Tipping;
 const BEFORE_S: f64 = 0.1;
 /// Time over which its load is averaged then (s).
 const AVERAGED_S: f64 = 0.3;
+/// From this probability on that loads are right, nothing is said of their error.
+const LEAST_RIGHT: f64 = 0.99;
 /// Shortest time before an onset that rows must show (s).
 const SEEN_S: f64 = 0.1;
 
@@ -146,6 +148,7 @@ impl Finder<'_> {
             let is_sure = rotation.is_some() || (episode.first..=episode.last).any(holds);
             event.split_dependent = Some(!is_sure);
             self.add_confidence(&mut event, wheel, min_load_n, episode);
+            self.doubt(&mut event, episode, |tipping| tipping.factors[wheel] > 0.0);
             event.causes = self.causes(event.start_ns, &self.only(wheel));
             event
         });
@@ -171,6 +174,7 @@ impl Finder<'_> {
             let mut event = self.event(EventKind::WheelLift, name, episode, worst, "N");
             self.end(&mut event, wheel, 0.0, episode);
             self.add_confidence(&mut event, wheel, 0.0, episode);
+            self.doubt(&mut event, episode, |tipping| tipping.factors[wheel] > 0.0);
             let rotation = self.rotation_over(wheel, episode);
             let holds = |row: usize| largest(row) <= 1e-6 * weight(row);
             let is_sure = rotation.is_some() || (episode.first..=episode.last).any(holds);
@@ -202,6 +206,25 @@ impl Finder<'_> {
             event
         });
         found.collect()
+    }
+
+    /// Doubts the event of a wheel, or of an edge, by the tippings that only loads show if these are farther below zero than their
+    /// error.
+    fn doubt(&self, event: &mut Event, episode: Episode, is_of: impl Fn(&Tipping) -> bool) {
+        let overlaps =
+            |t: &&Tipping| t.episode.first <= episode.last && episode.first <= t.episode.last;
+        let tippings = self.tippings.iter().filter(overlaps);
+        let least = tippings
+            .filter(|tipping| is_of(tipping) && tipping.loads_are_right < LEAST_RIGHT)
+            .min_by(|a, b| a.loads_are_right.total_cmp(&b.loads_are_right));
+        if let Some(tipping) = least {
+            let edge = &self.machine.polygon().edges()[tipping.edge].name;
+            let edge = edge.to_lowercase();
+            event.doubt_by(
+                vec![format!("loads below zero off the {edge} edge")],
+                tipping.loads_are_right,
+            );
+        }
     }
 
     /// Whether a wheel is the last one to lift when the machine begins to rotate about an edge: the heaviest shortly before.
@@ -249,6 +272,17 @@ impl Finder<'_> {
     }
 
     fn start(&self, event: &mut Event, episode: Episode, onset: Option<Onset>) {
+        // an onset after the end was fitted to what follows: between both lies how wrong it is
+        let first_s = self.rows.seconds(episode.first);
+        let ends_ns = event.end_ns.unwrap_or(i64::MAX);
+        let onset = onset.map(|onset| match self.rows.time_ns(onset.at_s) > ends_ns {
+            true => Onset {
+                at_s: first_s,
+                sigma_s: onset.sigma_s.hypot(onset.at_s - first_s),
+                ..onset
+            },
+            false => onset,
+        });
         event.start_ns = self.start_of(episode, onset);
         event.start_sigma_s = onset.map(|onset| onset.sigma_s);
         if let Some(onset) = onset {
@@ -331,6 +365,9 @@ impl Finder<'_> {
             false => ShownBy::Rotation,
         });
         event.rotation_rad = Some(tipping.rotation.0).filter(|rotation| rotation.is_finite());
+        self.doubt(&mut event, tipping.episode, |other| {
+            other.edge == tipping.edge
+        });
         event.causes = self.causes(event.start_ns, &tipping.factors);
         event
     }

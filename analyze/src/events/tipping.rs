@@ -36,6 +36,8 @@ pub(super) const ROTATES_SIGMAS: f64 = 3.3;
 /// Faster than this a machine drives (m/s).
 const DRIVES_M_PER_S: f64 = 0.1;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// Share of logs whose machine or sensors are not as stated, beforehand.
+const WRONG_SHARE: f64 = 1e-3;
 /// Largest rotation considered (rad).
 const LARGEST_RAD: f64 = std::f64::consts::FRAC_PI_2;
 /// Rotation up to which the load off the edge of a measured rotation is looked at (rad), and time after its onset (s).
@@ -71,6 +73,8 @@ pub(super) struct Tipping {
     pub(super) is_by_loads: bool,
     /// Probability that they were; `None` if it cannot be computed.
     pub(super) certainty: Option<f64>,
+    /// Probability that machine and sensors are as stated, by how far the computed load is below zero: wheels cannot pull.
+    pub(super) loads_are_right: f64,
 }
 
 /// Whether the load off an edge is so small in a row that the row is looked at: `size` is that of [`size`], the moment
@@ -238,6 +242,7 @@ impl OfEdge<'_, '_> {
                     rotates: false,
                     is_by_loads: true,
                     certainty: None,
+                    loads_are_right: 1.0,
                 };
                 match self.rotating(&blank, &load) {
                     Some(tipping) => found.push(tipping),
@@ -341,6 +346,7 @@ impl OfEdge<'_, '_> {
             rotates: true,
             is_by_loads,
             certainty: Some(rotation.certainty(is_by_loads)),
+            loads_are_right: 1.0,
         })
     }
 
@@ -465,7 +471,9 @@ impl OfEdge<'_, '_> {
             .map(load)
             .fold(f64::INFINITY, f64::min);
         let certainty = normal_distribution(-least_n / blank.sigma_n);
+        let weight_n = self.rows.value(Quantity::NormalForce, episode.first);
         Tipping {
+            loads_are_right: is_right(least_n, blank.sigma_n, weight_n),
             episode,
             onset: onset::passage(&curve, near_s, blank.sigma_n),
             rotation,
@@ -571,9 +579,38 @@ fn probability(
     lifted / (lifted + on_ground)
 }
 
+/// Probability that machine and sensors are as stated, by the least computed load off an edge about which nothing rotates.
+///
+/// ```text
+///     as stated: load ~ N(0, sigma^2) where it is below zero, for wheels cannot pull
+///     otherwise: any load between minus and plus the weight
+/// ```
+fn is_right(least_n: f64, sigma_n: f64, weight_n: f64) -> f64 {
+    let sigmas = least_n.min(0.0) / sigma_n;
+    let as_stated =
+        (-0.5 * sigmas * sigmas).exp() / (sigma_n * (2.0 * std::f64::consts::PI).sqrt());
+    let otherwise = WRONG_SHARE / (2.0 * weight_n);
+    let right = as_stated * (1.0 - WRONG_SHARE);
+    let probability = right / (right + otherwise);
+    // without derivatives the error is unknown
+    if probability.is_finite() {
+        probability
+    } else {
+        1.0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn loads_far_below_zero_are_wrong() {
+        let right = |least_n| is_right(least_n, 300.0, 60_000.0);
+        assert!(right(100.0) > 0.999 && right(-600.0) > 0.999);
+        assert!(right(-1500.0) < 0.9 && right(-5000.0) < 1e-9);
+        assert_eq!(is_right(-5000.0, f64::NAN, 60_000.0), 1.0);
+    }
 
     #[test]
     fn rotation_decides_where_the_load_cannot() {

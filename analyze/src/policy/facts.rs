@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use tipwatch_ingest::{Losses, LostRange};
+use tipwatch_mechanics::machine::Machine;
 
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::number::known;
@@ -76,6 +77,9 @@ pub struct LogFacts {
 pub struct OpenFall {
     /// The edge.
     pub edge: String,
+    /// The wheels off the edge, in lower case, if the tyres do not explain the rotation with all of them on the ground.
+    #[serde(default)]
+    pub off_edge: Vec<String>,
     /// What was seen.
     pub found: String,
 }
@@ -138,6 +142,19 @@ record! {
     }
 }
 
+/// The wheels that an edge does not carry, in lower case.
+fn wheels_off(machine: &Machine, edge: &str) -> Vec<String> {
+    let edges = machine.polygon().edges().iter();
+    let Some(edge) = edges.filter(|of| of.name == edge).next() else {
+        return Vec::new();
+    };
+    let wheels = machine.wheels().iter().zip(&edge.carries);
+    wheels
+        .filter(|(_, is_carried)| !**is_carried)
+        .map(|(wheel, _)| wheel.name.to_lowercase())
+        .collect()
+}
+
 impl LogFacts {
     /// The facts of an analysis, and the headlines of its findings.
     #[must_use]
@@ -181,6 +198,10 @@ impl LogFacts {
                 .collect(),
             open_fall: (analysis.turning.as_ref()).map(|turning| OpenFall {
                 edge: turning.edge.clone(),
+                off_edge: match turning.is_beyond_tyres {
+                    true => wheels_off(&analysis.machine, &turning.edge),
+                    false => Vec::new(),
+                },
                 found: format!("the log ends while {}", turning.in_words()),
             }),
         }

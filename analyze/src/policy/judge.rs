@@ -228,12 +228,18 @@ impl Events {
         }
     }
 
-    /// Whether a fall, if it is one, would be one more than may be.
+    /// Whether a fall, if it is one, would be one more than may be: a tipping about its edge, and a lift of every wheel off it.
     fn is_broken_by(&self, fall: &OpenFall, at_most: u64, events: &[EventFacts]) -> bool {
         let counted = events.iter().filter(|event| self.counts(event)).count() as u64;
-        self.kind == EventKind::TipOver
-            && counted >= at_most
-            && (self.subjects.is_empty() || self.subjects.contains(&fall.edge))
+        let of_it = match self.kind {
+            EventKind::TipOver | EventKind::EdgeTipping => std::slice::from_ref(&fall.edge),
+            EventKind::WheelLift | EventKind::WheelLight => &fall.off_edge,
+            _ => &[],
+        };
+        let is_meant =
+            |subject: &String| self.subjects.is_empty() || self.subjects.contains(subject);
+        let more = of_it.iter().filter(|subject| is_meant(subject)).count() as u64;
+        more > 0 && counted + more > at_most
     }
 
     /// A subject that the machine of this log does not have: no event can ever be its.
@@ -374,6 +380,7 @@ mod tests {
     fn a_fall_that_may_have_begun_is_one_more_for_its_edge_alone() {
         let fall = OpenFall {
             edge: "left".into(),
+            off_edge: vec!["fr".into(), "rr".into()],
             found: "the log ends".into(),
         };
         let rule = Events::all_of(EventKind::TipOver);
@@ -388,7 +395,14 @@ mod tests {
             ..rule
         };
         assert!(!of_right.is_broken_by(&fall, 0, &[]));
-        assert!(!Events::all_of(EventKind::WheelLift).is_broken_by(&fall, 0, &[]));
+        let lifts = Events::all_of(EventKind::WheelLift);
+        assert!(lifts.is_broken_by(&fall, 1, &[]) && !lifts.is_broken_by(&fall, 2, &[]));
+        let of_left = Events {
+            subjects: vec!["fl".into()],
+            ..lifts
+        };
+        assert!(!of_left.is_broken_by(&fall, 0, &[]));
+        assert!(Events::all_of(EventKind::EdgeTipping).is_broken_by(&fall, 0, &[]));
     }
 
     #[test]

@@ -147,6 +147,9 @@ fn degrees_of_freedom(count: usize) -> String {
     }
 }
 
+/// A log contradicts the machine as stated if that is less probable than this.
+const MOST_CONTRADICTED: f64 = 0.01;
+
 /// A finding for each rotation about an edge that could be explained.
 pub(super) fn findings(analysis: &Analysis) -> Vec<Finding> {
     let falls = analysis.explained_falls.iter();
@@ -165,6 +168,8 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         probability(best.probability)
     );
     let load = fall.load.as_ref().and_then(|load| load.combined);
+    let stated = (fall.explanations.iter()).find(|it| it.kind == "stated_machine");
+    let stated = stated.map_or(0.0, |it| it.probability);
     let headline = match (best.kind, load) {
         // one explanation among several is no statement of fact
         ("stated_machine", _) if best.probability < LEAST_OF_A_FACT => {
@@ -172,7 +177,13 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
                 "{about}: the log does not tell between several explanations; the machine as stated is one of them {chance}"
             )
         }
-        (kind, _) if best.probability < LEAST_OF_A_FACT => {
+        ("stated_machine", _) => {
+            format!("{about} is explained by the machine as stated {chance}")
+        }
+        (kind, load)
+            if best.probability < LEAST_OF_A_FACT
+                || load.is_none() && stated > MOST_CONTRADICTED && kind != "none_of_these" =>
+        {
             let most_probable = match kind {
                 "none_of_these" => "none that was tried".into(),
                 _ => with_amounts(best),
@@ -180,9 +191,6 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
             format!(
                 "{about}: the log does not tell between several explanations; the most probable: {most_probable} {chance}"
             )
-        }
-        ("stated_machine", _) => {
-            format!("{about} is explained by the machine as stated {chance}")
         }
         ("load_on_tool", Some(mass)) => {
             let [least, most] = mass.band_kg();
