@@ -1107,7 +1107,11 @@ fn the_ranking_says_no_more_than_the_data_bear() {
         event["certainty"] = certainty.into();
         event["duration_s"] = duration_s.into();
         event["start_sigma_s"] = 0.01.into();
-        record["result"]["events"] = vec![event].into();
+        let mut fault = event.clone();
+        fault["kind"] = "input_fault".into();
+        fault["subject"] = "imu".into();
+        record["result"]["events"] = vec![event, fault].into();
+        record["result"]["facts"]["doubts"] = vec!["a load that nobody stated"].into();
         record["result"]["has_report"] = false.into();
         record["result"]["facts"]["event_counts"]["tip_over"] =
             u64::from(kind == "tip_over").into();
@@ -1115,6 +1119,11 @@ fn the_ranking_says_no_more_than_the_data_bear() {
     }
     let gather = ["screen", "--gather", "--out", text(&out)];
     assert_eq!(code_and_stderr(&tipwatch(&gather)).0, 0);
+    let doubted = ask(&out, "SELECT doubted FROM logs")[0]["doubted"].clone();
+    assert_eq!(
+        doubted.to_string(),
+        r#"["a load that nobody stated","imu"]"#
+    );
     let page = fs::read_to_string(out.join("fleet.html")).unwrap();
     let ranking = page.split("class=\"ranking\"").nth(1).unwrap();
     let ranking = ranking.split("</table>").next().unwrap();

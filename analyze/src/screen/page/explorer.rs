@@ -259,7 +259,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         let worst = facts.worst.as_ref();
         let moment = worst.and_then(|worst| worst.moment.as_ref());
         let surest = surest_finding(log);
-        let doubts = doubted(facts, events, |signal| input_in_words(signal));
+        let doubts = doubted(facts, events, input_in_words);
         let flags = EventKind::ALL.iter().enumerate();
         let flags = flags.filter(|(_, kind)| facts.has_event(**kind));
         data.margin

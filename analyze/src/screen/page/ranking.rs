@@ -72,8 +72,11 @@ pub(super) struct Ranked<'a> {
     pub(super) rank: (usize, usize),
 }
 
-/// What logs are ordered by, one after the other: a value, the smallest first, and its standard deviation, 0 if unknown.
-const ORDER: [fn(&Ranked<'_>) -> (f64, f64); 3] = [
+/// What logs are ordered by: a value, the smallest first, and its standard deviation, 0 if unknown.
+type Key = fn(&Ranked<'_>) -> (f64, f64);
+
+/// One after the other.
+const ORDER: [Key; 3] = [
     |log| (f64::from(log.group as u8), 0.0),
     |log| match log.group.event() {
         Some(_) => (-log.lifted_s, log.lifted_sigma_s),
@@ -106,7 +109,7 @@ pub(super) fn ranked<'a>(seen: &[Seen<'a>]) -> Vec<Ranked<'a>> {
 }
 
 /// Orders and ranks logs behind `before` others.
-fn rank(logs: &mut [Ranked<'_>], before: usize, order: &[fn(&Ranked<'_>) -> (f64, f64)]) {
+fn rank(logs: &mut [Ranked<'_>], before: usize, order: &[Key]) {
     let Some((value, finer)) = order.split_first() else {
         let last = before + logs.len();
         logs.iter_mut()
