@@ -30,7 +30,7 @@ fn true_onset_ns() -> i64 {
 
 /// Whether a log passes `--fail-on tip_over`, and whether it decides it.
 fn judged(analysis: &Analysis) -> (bool, bool) {
-    let facts = LogFacts::of(analysis, &findings(analysis));
+    let facts = LogFacts::of(analysis, &findings(analysis), Vec::new());
     let policy = Policy::without(&[EventKind::TipOver]);
     let judgement = policy.judge(&facts, &event_facts(analysis), 0.5);
     (judgement.passed, judgement.undecided.is_none())
@@ -155,7 +155,7 @@ impl Stated {
 
 /// Whether `--fail-on tip_over` is met.
 fn fail_on(analysis: &Analysis) -> bool {
-    let facts = LogFacts::of(analysis, &findings(analysis));
+    let facts = LogFacts::of(analysis, &findings(analysis), Vec::new());
     let policy = Policy::without(&[EventKind::TipOver]);
     let judgement = policy.judge(&facts, &event_facts(analysis), 0.0);
     judgement.is_broken_by_evidence()

@@ -10,6 +10,7 @@ use tempfile::TempDir;
 use tipwatch_analyze::analysis::Analysis;
 use tipwatch_analyze::analysis::run::analyse;
 use tipwatch_analyze::base::options::Options;
+use tipwatch_analyze::report;
 use tipwatch_binding::MachineFile;
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{MountSource, Note, NoteKind};
@@ -125,6 +126,7 @@ fn transforms_in_the_log_define_an_unstated_mounting() {
 fn a_wrong_imu_mounting_is_reported_but_not_corrected() {
     let right = analysed(&data("tiny.mcap"), "[imu]\n");
     assert_eq!(fault(&right), None);
+    assert_eq!(report::doubts(&right), [""; 0]);
     // on its side, on its back, nose up
     for (rpy, explained) in [
         ("[1.5707963, 0.0, 0.0]", "-x (backward)"),
@@ -138,6 +140,7 @@ fn a_wrong_imu_mounting_is_reported_but_not_corrected() {
             "{messages}"
         );
         assert!(turned.notes[0].kind == NoteKind::InputFault);
+        assert_eq!(report::doubts(&turned), [messages.to_string()]);
         // the loads follow the wrong mounting in the machine file
         assert_ne!(
             loads(&right)[0][20].to_bits(),

@@ -35,7 +35,11 @@ fn no_output_needs_the_whole_table() {
             },
         )
         .unwrap();
-        let facts = LogFacts::of(&analysis, &report::findings(&analysis));
+        let facts = LogFacts::of(
+            &analysis,
+            &report::findings(&analysis),
+            report::doubts(&analysis),
+        );
         assert!(facts.rows > 0 && facts.worst.is_some());
         let written = output::finish(&analysis, sinks, &out).unwrap();
         assert!(written.files.iter().all(|file| out.join(file).is_file()));

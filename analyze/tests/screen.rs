@@ -900,6 +900,8 @@ fn one_content_under_two_machines_is_a_conflict() {
     // without it the row is what it was
     fs::remove_file(at("a/lift.mcap")).unwrap();
     assert_eq!(again().0, 0);
+    let gather = ["screen", "--gather", "--out", text(&result)];
+    assert_eq!(code_and_stderr(&tipwatch(&gather)).0, 0);
     assert_eq!(
         ask(&result, "SELECT machine, worst_margin FROM logs"),
         margin
@@ -955,6 +957,198 @@ fn moved_logs_keep_one_row_and_deleted_ones_leave() {
     assert!(
         messages.contains("Total: 1 logs") && !messages.contains("no longer"),
         "{messages}"
+    );
+}
+
+/// A folder that is not there fails as a log of that name, once: what its path is then is seen again in every run.
+#[test]
+fn a_folder_that_was_away_fails_only_while_it_is() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let out = out.path().join("fleet");
+    let (here, away) = (logs.path().join("here"), logs.path().join("away"));
+    for (folder, log) in [(&here, "tiny.mcap"), (&away, "tiny_lift.mcap")] {
+        fs::create_dir(folder).unwrap();
+        fs::copy(data(log), folder.join(log)).unwrap();
+    }
+    let machine = data("tiny_lift.toml");
+    let again = |more: &[&str]| {
+        let mut args = vec![text(&away), "--machine", text(&machine), "--resume"];
+        args.extend(more);
+        screen(&here, &out, &args)
+    };
+    assert_eq!(again(&[]).0, 0);
+    let unmounted = logs.path().join("unmounted");
+    fs::rename(&away, &unmounted).unwrap();
+    let (code, messages) = again(&["--prune"]);
+    assert_eq!(code, 1);
+    assert!(
+        messages.contains("Total: 3 logs, 1 failed") && messages.contains("out of reach"),
+        "{messages}"
+    );
+    // as the empty folder of what is not mounted
+    fs::create_dir(&away).unwrap();
+    let (code, messages) = again(&["--prune"]);
+    assert_eq!(code, 0, "{messages}");
+    assert!(
+        messages.contains("Total: 2 logs, 0 failed") && messages.contains("out of reach"),
+        "{messages}"
+    );
+    fs::remove_dir(&away).unwrap();
+    fs::rename(&unmounted, &away).unwrap();
+    let (code, messages) = again(&["--prune"]);
+    assert_eq!(code, 0, "{messages}");
+    assert!(
+        messages.contains("2 unchanged. Total: 2 logs, 0 failed") && !messages.contains("note"),
+        "{messages}"
+    );
+
+    // a folder that is not named is not looked at
+    fs::remove_file(away.join("tiny_lift.mcap")).unwrap();
+    fs::copy(data("tiny.mcap"), away.join("copy.mcap")).unwrap();
+    let args = ["--machine", text(&machine), "--resume", "--prune"];
+    let (_, messages) = screen(&here, &out, &args);
+    assert!(
+        messages.contains("Total: 2 logs") && messages.contains("out of reach"),
+        "{messages}"
+    );
+    let (_, messages) = again(&["--prune"]);
+    assert!(
+        messages.contains("Total: 1 logs") && messages.contains("were removed"),
+        "{messages}"
+    );
+}
+
+/// Before the recorder writes its metadata the files of a bag are logs, afterwards they are parts of one.
+#[test]
+fn a_bag_whose_metadata_came_later_counts_once() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let out = out.path().join("fleet");
+    let bag = logs.path().join("bag");
+    fs::create_dir(&bag).unwrap();
+    fs::copy(data("tiny_lift.mcap"), bag.join("bag_0.mcap")).unwrap();
+    let machine = data("tiny_lift.toml");
+    let args = ["--machine", text(&machine), "--resume"];
+    assert_eq!(screen(logs.path(), &out, &args).0, 0);
+    let metadata = "rosbag2_bagfile_information:\n  storage_identifier: mcap\n  relative_file_paths:\n    - bag_0.mcap\n";
+    fs::write(bag.join("metadata.yaml"), metadata).unwrap();
+    let (code, messages) = screen(logs.path(), &out, &args);
+    assert_eq!(code, 0, "{messages}");
+    assert!(messages.contains("Total: 1 logs"), "{messages}");
+    let rows = ask(&out, "SELECT path FROM logs");
+    assert!(
+        rows[0]["path"].as_str().unwrap().ends_with("/bag"),
+        "{rows}"
+    );
+    assert_eq!(
+        code_and_stderr(&tipwatch(&["screen", "--gather", "--out", text(&out)])).0,
+        0
+    );
+    assert_eq!(ask(&out, "SELECT path FROM logs"), rows);
+}
+
+#[test]
+fn a_report_that_somebody_removed_is_linked_nowhere() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let out = out.path().join("fleet");
+    fs::copy(data("tiny_lift.mcap"), logs.path().join("lift.mcap")).unwrap();
+    let machine = data("tiny_lift.toml");
+    screen(logs.path(), &out, &["--machine", text(&machine)]);
+    let linked = || ask(&out, "SELECT report FROM logs")[0]["report"].clone();
+    fs::remove_file(out.join(linked().as_str().unwrap())).unwrap();
+    let gather = ["screen", "--gather", "--out", text(&out)];
+    assert_eq!(code_and_stderr(&tipwatch(&gather)).0, 0);
+    assert_eq!(linked(), Value::Null);
+    let page = fs::read_to_string(out.join("fleet.html")).unwrap();
+    assert!(!page.contains("report.html\""));
+    let args = ["--machine", text(&machine), "--resume"];
+    screen(
+        logs.path(),
+        &out,
+        &[&args[..], &["--reports", "none"]].concat(),
+    );
+    assert_eq!(linked(), Value::Null);
+    screen(logs.path(), &out, &args);
+    assert!(out.join(linked().as_str().unwrap()).is_file());
+}
+
+/// What is less probable than not is no finding; times and margins that their bands do not tell apart are no order.
+#[test]
+fn the_ranking_says_no_more_than_the_data_bear() {
+    let (logs, out) = (TempDir::new().unwrap(), TempDir::new().unwrap());
+    let out = out.path().join("fleet");
+    fs::copy(data("tiny_lift.mcap"), logs.path().join("lift.mcap")).unwrap();
+    let machine = data("tiny_lift.toml");
+    screen(logs.path(), &out, &["--machine", text(&machine)]);
+    let state = out.join("state");
+    let records = files(&state);
+    let (name, path) = records
+        .iter()
+        .find(|(name, _)| name.ends_with(".json"))
+        .unwrap();
+    let pattern = json(path);
+    fs::remove_file(path).unwrap();
+    let events = pattern["result"]["events"].as_array().unwrap();
+    let lift = events
+        .iter()
+        .find(|event| event["kind"] == "wheel_lift")
+        .unwrap();
+    for (log, kind, certainty, duration_s) in [
+        ("a", "wheel_lift", 0.99, 1.0),
+        ("b", "wheel_lift", 0.99, 1.01),
+        ("c", "wheel_lift", 0.99, 5.0),
+        ("d", "tip_over", 0.4995, 9.0),
+        ("e", "tip_over", 0.99, 0.5),
+    ] {
+        let mut record = pattern.clone();
+        record["path"] = format!("/logs/{log}.mcap").into();
+        record["log_id"] = log.repeat(64).into();
+        let mut event = lift.clone();
+        event["kind"] = kind.into();
+        event["certainty"] = certainty.into();
+        event["duration_s"] = duration_s.into();
+        event["start_sigma_s"] = 0.01.into();
+        let mut fault = event.clone();
+        fault["kind"] = "input_fault".into();
+        fault["subject"] = "imu".into();
+        record["result"]["events"] = vec![event, fault].into();
+        record["result"]["facts"]["doubts"] = vec!["a load that nobody stated"].into();
+        record["result"]["has_report"] = false.into();
+        record["result"]["facts"]["event_counts"]["tip_over"] =
+            u64::from(kind == "tip_over").into();
+        fs::write(state.join(format!("{log}{name}")), record.to_string()).unwrap();
+    }
+    let gather = ["screen", "--gather", "--out", text(&out)];
+    assert_eq!(code_and_stderr(&tipwatch(&gather)).0, 0);
+    let doubted = ask(&out, "SELECT doubted FROM logs")[0]["doubted"].clone();
+    assert_eq!(
+        doubted.to_string(),
+        r#"["a load that nobody stated","imu"]"#
+    );
+    let page = fs::read_to_string(out.join("fleet.html")).unwrap();
+    let ranking = page.split("class=\"ranking\"").nth(1).unwrap();
+    let ranking = ranking.split("</table>").next().unwrap();
+    let ranks = ranking.split("<tr>").filter_map(|row| {
+        let cells: Vec<&str> = row.split("<td>").collect();
+        let log = cells.get(3)?.split(".mcap</").next()?;
+        let [rank, finding] = [1, 4].map(|cell| cells[cell].split("</td>").next().unwrap());
+        Some((log.chars().next_back()?, rank, finding))
+    });
+    let ranks: Vec<(char, &str, &str)> = ranks.collect();
+    let order: Vec<(char, &str)> = ranks.iter().map(|(log, rank, _)| (*log, *rank)).collect();
+    assert_eq!(
+        order,
+        [
+            ('e', "1"),
+            ('c', "2"),
+            ('b', "3 to 4"),
+            ('a', "3 to 4"),
+            ('d', "5")
+        ]
+    );
+    let finding = ranks[4].2;
+    assert!(
+        finding.contains("not decided") && finding.contains("perhaps tip over"),
+        "{finding}"
     );
 }
 

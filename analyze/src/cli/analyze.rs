@@ -260,7 +260,11 @@ fn analyze_one(
     }
     analysis.rows.check()?;
     let judgement = policy.map(|policy| {
-        let facts = LogFacts::of(&analysis, &report::findings(&analysis));
+        let facts = LogFacts::of(
+            &analysis,
+            &report::findings(&analysis),
+            report::doubts(&analysis),
+        );
         policy.judge(&facts, &event_facts(&analysis), min_valid)
     });
     // only a policy file gets a result file; --fail-on is on the command line

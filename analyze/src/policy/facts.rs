@@ -37,6 +37,10 @@ pub struct LogFacts {
     pub coverage: Coverage,
     /// Findings about grossly wrong inputs.
     pub gross_inputs: Vec<String>,
+    /// What else casts doubt on the computed loads, one sentence each: loads that nobody stated, measured loads that contradict
+    /// them, inputs that contradict the machine file. Absent from results of older versions.
+    #[serde(default)]
+    pub doubts: Vec<String>,
     /// Smallest margin over the valid rows.
     pub worst: Option<WorstMargin>,
     /// Smallest margin under any split of the load, 0 to 1, over the valid rows: 0 where a wheel was off the ground under
@@ -156,9 +160,9 @@ fn wheels_off(machine: &Machine, edge: &str) -> Vec<String> {
 }
 
 impl LogFacts {
-    /// The facts of an analysis, and the headlines of its findings.
+    /// The facts of an analysis, the headlines of its findings, and what casts doubt on it.
     #[must_use]
-    pub fn of(analysis: &Analysis, findings: &[Finding]) -> Self {
+    pub fn of(analysis: &Analysis, findings: &[Finding], doubts: Vec<String>) -> Self {
         let rows = &analysis.rows;
         let (start_ns, end_ns) = (rows.times_ns[0], rows.times_ns[rows.len() - 1]);
         let losses = &analysis.losses;
@@ -172,6 +176,7 @@ impl LogFacts {
             valid_rows: (0..rows.len()).filter(|&row| rows.is_valid(row)).count() as u64,
             coverage: analysis.coverage,
             gross_inputs: analysis.gross_inputs_in_words(),
+            doubts,
             worst: analysis.digest.margins.worst.clone(),
             margin_any_split: match analysis.events.iter().any(lifts_under_any_split) {
                 true => Some(0.0),
@@ -240,6 +245,15 @@ impl LogFacts {
         let mut stability = EventKind::ALL.iter().filter(|kind| kind.is_stability());
         stability.any(|&kind| self.has_event(kind))
             || self.largest_utilisation.is_some_and(|u| u >= 1.0)
+    }
+}
+
+impl EventFacts {
+    /// Whether it is more probable than not, and no ground that gave way explains it as well.
+    #[must_use]
+    pub fn is_fact(&self) -> bool {
+        let is_probable = |certainty: f64| certainty >= super::LEAST_OF_A_FACT;
+        self.certainty.is_none_or(is_probable) && self.is_open != Some(true)
     }
 }
 

@@ -27,7 +27,7 @@ mod unstated_load;
 mod whatif;
 mod when;
 
-pub use findings::{BANDS, findings, main_findings};
+pub use findings::{BANDS, doubts, findings, main_findings};
 pub use log_report::{render, render_pdf, render_sketch, render_sketch_as_pdf};
 pub(crate) use log_report::{render_beside, shared_library};
 pub use sheet::story;

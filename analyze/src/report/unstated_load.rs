@@ -156,6 +156,13 @@ pub(super) fn findings(analysis: &Analysis) -> Vec<Finding> {
     falls.filter_map(|fall| finding(analysis, fall)).collect()
 }
 
+/// Those of the rotations that the machine as stated does not explain.
+pub(super) fn not_as_stated(analysis: &Analysis) -> impl Iterator<Item = Finding> {
+    let falls = analysis.explained_falls.iter();
+    let falls = falls.filter(|fall| !fall.is_as_stated());
+    falls.filter_map(|fall| finding(analysis, fall))
+}
+
 fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
     let best = fall.told()?;
     let about = format!(

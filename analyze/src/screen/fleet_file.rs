@@ -94,9 +94,8 @@ impl Assigned<'_> {
         if let Some(kind) = self.kind {
             return Some(kind.into());
         }
-        let urdf = urdf?;
-        let name = Path::new(&urdf.path).file_name()?.to_string_lossy();
-        Some(format!("{name} {}", urdf.sha256.as_ref()?.get(..8)?))
+        // by content: copies of a file may have any name
+        Some(format!("URDF {}", urdf?.sha256.as_ref()?.get(..8)?))
     }
 }
 

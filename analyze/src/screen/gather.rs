@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use tipwatch_storage::{Folder, Location};
 
 use super::failure::FailureKind;
-use super::inputs;
-use super::merge::{LogRow, Present, latest, merge, without_gone};
+use super::inputs::{self, Presence};
+use super::merge::{ByPresence, LogRow, by_presence, latest, merge};
 use super::one_log::{add_unreadable, empty_record};
 use super::outliers::comparisons;
 use super::place::Place;
@@ -65,7 +65,7 @@ pub fn gather(
     let records = match &found {
         Some(found) => present(
             records,
-            |path| found.is_gone(path),
+            |path| found.presence(path),
             asked.prune,
             &store,
             notify,
@@ -96,40 +96,51 @@ pub(super) struct Finished {
     pub(super) undecided: Vec<(String, String)>,
 }
 
-/// The records of logs that still exist, and of deleted ones unless they are pruned. Of a log that moved the record of its
-/// new path stays.
+/// The records of logs that still exist or may do so, and of deleted ones unless they are pruned. Of a log that moved the record
+/// of its new path stays.
 pub(super) fn present(
     records: Vec<Record>,
-    is_gone: impl Fn(&str) -> bool,
+    presence: impl Fn(&str) -> Presence,
     prune: bool,
     store: &Store,
     notify: &(dyn Fn(Update<'_>) + Sync),
 ) -> Result<Vec<Record>> {
-    let Present {
-        mut here,
-        moved,
+    let ByPresence {
+        mut kept,
+        outdated,
         deleted,
-    } = without_gone(records, is_gone);
-    let first = deleted.first().map(|record| record.path.clone());
+        out_of_reach,
+    } = by_presence(records, presence);
+    // also without `prune`: nothing is lost, and who gathers the records elsewhere cannot know it
+    store.remove(&outdated)?;
+    let note = |logs: &[Record], what: &str| {
+        if let Some(first) = logs.first() {
+            let (count, first) = (logs.len(), &first.path);
+            notify(Update::Note(format!(
+                "{count} logs {what}, the first {first}"
+            )));
+        }
+    };
     if prune {
-        store.remove(moved.iter().chain(&deleted))?;
+        store.remove(&deleted)?;
+        note(
+            &deleted,
+            "no longer exist and were removed from the data set",
+        );
+    } else {
+        note(
+            &deleted,
+            "no longer exist and stay in the data set (--prune removes them)",
+        );
+        kept.extend(deleted);
     }
-    let count = deleted.len();
-    if let Some(first) = first {
-        notify(Update::Note(match prune {
-            true => format!(
-                "{count} logs no longer exist, the first {first}: they were removed from the data set"
-            ),
-            false => format!(
-                "{count} logs no longer exist, the first {first}: they stay in the data set; --prune removes them"
-            ),
-        }));
-    }
-    if !prune {
-        here.extend(deleted);
-        here.sort_by(|a, b| a.path.cmp(&b.path));
-    }
-    Ok(here)
+    note(
+        &out_of_reach,
+        "are out of reach (in a folder that is not among those named, or is not there) and stay in the data set",
+    );
+    kept.extend(out_of_reach);
+    kept.sort_by(|a, b| a.path.cmp(&b.path));
+    Ok(kept)
 }
 
 /// Builds everything from the records of different paths, sorted by path.

@@ -56,18 +56,50 @@ impl Found {
         place.is_ok()
     }
 
-    /// Whether a path would have been found if its log were still there.
-    pub(super) fn is_gone(&self, path: &str) -> bool {
+    /// What became of the log of a record.
+    pub(super) fn presence(&self, path: &str) -> Presence {
+        let is_text = !path.contains(char::REPLACEMENT_CHARACTER);
         let path = Path::new(path);
-        let is_covered = |searched: &PathBuf| {
-            let is_matched = is_pattern(searched)
-                && Pattern::new(&searched.to_string_lossy())
-                    .is_ok_and(|pattern| pattern.matches_path(path));
-            is_matched || path.starts_with(searched)
-        };
-        !self.is_listed(path)
-            && self.searched.iter().any(is_covered)
-            && (Location::is_remote_path(path) || !path.exists())
+        let is_remote = Location::is_remote_path(path);
+        if self.is_listed(path) {
+            return Presence::Here;
+        }
+        let mut above = path.ancestors().skip(1);
+        if let Some(folder) = above.find(|folder| self.is_listed(folder)) {
+            // a folder that is away or cannot be read is listed, too
+            let is_bag = match is_remote {
+                true => !self.searched.iter().any(|place| place == folder),
+                false => folder.join(ROSBAG2_METADATA).is_file(),
+            };
+            return match is_bag {
+                true => Presence::NoLog,
+                false => Presence::OutOfReach,
+            };
+        }
+        let is_covered = self.searched.iter().any(|place| covers(place, path));
+        if (is_covered && path.is_dir()) || self.searched.iter().any(|place| place == path) {
+            return Presence::NoLog;
+        }
+        if !is_remote && path.exists() {
+            return Presence::Here;
+        }
+        // what is not mounted looks like an empty folder: all its logs are missing
+        let is_there = |place: &&PathBuf| self.logs.iter().any(|log| covers(place, log));
+        let mut searched = self.searched.iter().filter(|place| covers(place, path));
+        let mut beside = path
+            .parent()
+            .map(fs::read_dir)
+            .into_iter()
+            .flatten()
+            .flatten();
+        match is_remote {
+            _ if searched.any(|place| is_there(&place)) => Presence::Gone { is_named: true },
+            true => Presence::Here,
+            // a name that is no text is not that of the file
+            false if !is_text => Presence::Here,
+            false if beside.next().is_some() => Presence::Gone { is_named: false },
+            false => Presence::OutOfReach,
+        }
     }
 
     /// Says what was not taken as a log although it may be one.
@@ -98,6 +130,28 @@ impl Found {
             first.display()
         ))
     }
+}
+
+/// What became of the log of a record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Presence {
+    /// It is there, or nothing is known of it.
+    Here,
+    /// It is no longer in its folder, which is one of those that were searched or not.
+    Gone { is_named: bool },
+    /// Its folder is not there either, or has nothing: a medium may not be mounted.
+    OutOfReach,
+    /// Its path is that of a folder of logs, or of a part of a log.
+    NoLog,
+}
+
+/// Whether a searched folder or pattern is that of a path.
+fn covers(searched: &Path, path: &Path) -> bool {
+    let is_matched = || {
+        let pattern = Pattern::new(&searched.to_string_lossy());
+        is_pattern(searched) && pattern.is_ok_and(|pattern| pattern.matches_path(path))
+    };
+    path.starts_with(searched) || is_matched()
 }
 
 /// All requested logs.

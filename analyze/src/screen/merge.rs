@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::mem;
 
 use super::failure::FailureKind;
+use super::inputs::Presence;
 use super::record::{Outcome, Record, beginning};
 
 /// A log of the data set.
@@ -172,41 +173,61 @@ fn refuse_conflict(rows: &mut [LogRow], of_content: &[usize]) {
     }
 }
 
-/// Separates the records of logs that no longer exist. Those whose content is found under another path have moved; the
-/// others were deleted.
-pub(super) fn without_gone(records: Vec<Record>, is_gone: impl Fn(&str) -> bool) -> Present {
-    let (gone, here): (Vec<Record>, Vec<Record>) = records
-        .into_iter()
-        .partition(|record| is_gone(&record.path));
-    let contents: BTreeSet<String> = here
-        .iter()
-        .filter_map(|record| record.log_id.clone())
-        .collect();
-    let (mut moved, mut deleted) = (Vec::new(), Vec::new());
-    let mut known = BTreeSet::new();
-    // of the paths that a deleted log had, the last one stays
-    let mut gone = gone;
-    gone.sort_by_key(|record| std::cmp::Reverse(record.age()));
-    for record in gone {
-        let id = record.log_id.as_ref();
-        let is_moved = id.is_some_and(|id| contents.contains(id) || !known.insert(id.clone()));
-        match is_moved {
-            true => moved.push(record),
-            false => deleted.push(record),
+/// Sorts records by what became of their logs. Logs whose content is found under another path have moved.
+pub(super) fn by_presence(records: Vec<Record>, presence: impl Fn(&str) -> Presence) -> ByPresence {
+    let mut found = ByPresence::default();
+    let mut missing = Vec::new();
+    let mut contents = BTreeSet::new();
+    // a copy that was analysed with another machine may be right, unless its log is gone for sure
+    let with_machine = |record: &Record| {
+        let id = record.log_id.clone();
+        id.map(|id| (id, machine_of(record).map(ToOwned::to_owned)))
+    };
+    let mut machines = BTreeSet::new();
+    for record in records {
+        match presence(&record.path) {
+            Presence::Here => {
+                contents.extend(record.log_id.clone());
+                machines.extend(with_machine(&record));
+                found.kept.push(record);
+            }
+            Presence::NoLog => found.outdated.push(record),
+            presence => missing.push((record, presence)),
         }
     }
-    deleted.sort_by(|a, b| a.path.cmp(&b.path));
-    Present {
-        here,
-        moved,
-        deleted,
+    // of the paths that a deleted log had, the last one stays
+    missing.sort_by_key(|(record, _)| std::cmp::Reverse(record.age()));
+    for (record, presence) in missing {
+        let of_machine = with_machine(&record);
+        let is_known = match presence {
+            Presence::Gone { .. } => {
+                (record.log_id.as_ref()).is_some_and(|id| contents.contains(id))
+            }
+            _ => (of_machine.as_ref()).is_some_and(|of_machine| machines.contains(of_machine)),
+        };
+        contents.extend(record.log_id.clone());
+        machines.extend(of_machine);
+        match (presence, is_known) {
+            (Presence::Gone { .. }, true) => found.outdated.push(record),
+            // it may come back
+            (_, true) => {}
+            (Presence::Gone { is_named: true }, false) => found.deleted.push(record),
+            (_, false) => found.out_of_reach.push(record),
+        }
     }
+    for records in [&mut found.deleted, &mut found.out_of_reach] {
+        records.sort_by(|a, b| a.path.cmp(&b.path));
+    }
+    found
 }
 
-/// The records of a data set, by what became of their logs.
-pub(super) struct Present {
-    pub(super) here: Vec<Record>,
-    /// Their content is or was under another path since then.
-    pub(super) moved: Vec<Record>,
+/// Records by what became of their logs.
+#[derive(Default)]
+pub(super) struct ByPresence {
+    pub(super) kept: Vec<Record>,
+    /// Their content is or was under another path since then, or their path is no longer that of a log.
+    pub(super) outdated: Vec<Record>,
     pub(super) deleted: Vec<Record>,
+    /// Nobody looked for these logs, or where they were is not there.
+    pub(super) out_of_reach: Vec<Record>,
 }

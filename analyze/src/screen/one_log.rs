@@ -163,7 +163,7 @@ impl Screening<'_> {
         let known = self
             .store
             .analysed(&self.before, &identity.id, &version, &record.path)?;
-        let known = known.filter(|known| self.has_its_report(known) && !self.lacks_report(known));
+        let known = known.filter(|known| !self.lacks_report(known));
         if let Some(known) = known {
             let is_own = known.path == record.path;
             let is_same = known.machine == record.machine;
@@ -179,7 +179,7 @@ impl Screening<'_> {
         }
         let of_copy = lock(&self.current.done).get(&identity.id).cloned();
         let of_copy = of_copy.filter(|known| known.analysis_version == record.analysis_version);
-        record.result = match of_copy.filter(|known| self.has_its_report(known)) {
+        record.result = match of_copy {
             Some(known) => known.result,
             None => {
                 if let Some(attempts) = &self.attempts {
@@ -190,15 +190,6 @@ impl Screening<'_> {
         };
         lock(&self.current.done).insert(identity.id, record.clone());
         Ok(false)
-    }
-
-    /// Whether the report of an analysed log still exists, if it has one.
-    fn has_its_report(&self, known: &Record) -> bool {
-        let (Some(folder), Some(local)) = (known.report_folder(), self.place.local()) else {
-            // the report is written before the record, and nobody tidies a bucket by hand
-            return true;
-        };
-        local.join(folder).join(REPORT_PAGE).is_file()
     }
 
     /// Whether a report is asked for now that was not written then.
@@ -234,7 +225,11 @@ impl Screening<'_> {
             );
             return Err(FailureKind::Changed.error(text));
         }
-        let facts = LogFacts::of(&analysis, &report::findings(&analysis));
+        let facts = LogFacts::of(
+            &analysis,
+            &report::findings(&analysis),
+            report::doubts(&analysis),
+        );
         let has_report = self.is_reported(&facts);
         if has_report {
             let library = self.current.library(&self.place)?;

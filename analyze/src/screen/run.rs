@@ -7,12 +7,12 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 use anyhow::{Result, bail};
-use tipwatch_storage::Location;
 
 use super::attempts::Attempts;
 use super::failure::FailureKind;
 use super::fleet_file::Fleet;
 use super::gather::{PAGE, finish, lock, present};
+use super::inputs::Presence;
 use super::merge::{latest, merge};
 use super::one_log::{CurrentRun, Screened, Screening, add_unreadable};
 use super::place::Place;
@@ -108,16 +108,12 @@ pub fn screen(
         let (records, unusable) = screening.store.load(&screening.store.names()?)?;
         add_unreadable(&mut now, unusable, &records, &request.options, notify);
         let screened: BTreeSet<String> = now.iter().map(|record| record.path.clone()).collect();
-        // A log of this computer is looked for wherever it was. A name that is no text is not that of the file.
-        let is_gone = |path: &str| {
-            let place = Path::new(path);
-            let is_text = !path.contains(char::REPLACEMENT_CHARACTER);
-            let is_missing = is_text && !Location::is_remote_path(place) && !place.exists();
-            let is_gone = found.is_gone(path) || (is_missing && !found.is_listed(place));
-            is_gone && !screened.contains(path)
+        let presence = |path: &str| match screened.contains(path) {
+            true => Presence::Here,
+            false => found.presence(path),
         };
         let records = latest(records, now);
-        let records = present(records, is_gone, request.prune, &screening.store, notify)?;
+        let records = present(records, presence, request.prune, &screening.store, notify)?;
         let built = finish(records, &place, &place, gate, notify)?;
         (built.totals, built.undecided, Some(request.out.join(PAGE)))
     };

@@ -9,7 +9,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::Result;
 
 use super::place::Place;
-use super::record::{Common, FAILED, OLDEST_SCHEMA, RECORD_SCHEMA, Record, content_key, path_key};
+use super::record::{
+    Common, FAILED, OLDEST_SCHEMA, Outcome, RECORD_SCHEMA, REPORT_PAGE, Record, content_key,
+    path_key,
+};
 use crate::base::error_text::error_text;
 
 const FOLDER: &str = "state";
@@ -95,8 +98,9 @@ impl Store {
     }
 
     /// Removes records.
-    pub(super) fn remove<'a>(&self, records: impl Iterator<Item = &'a Record>) -> Result<()> {
-        let names: Vec<String> = records.map(|record| name_of(&record.key())).collect();
+    pub(super) fn remove(&self, records: &[Record]) -> Result<()> {
+        let names = records.iter();
+        let names: Vec<String> = names.map(|record| name_of(&record.key())).collect();
         self.place
             .in_parallel(&names, |name| self.place.remove(name))?;
         Ok(())
@@ -189,12 +193,19 @@ impl Store {
     }
 
     fn read(&self, name: &str) -> Result<Record> {
-        let record: Record = serde_json::from_slice(&self.place.read(name)?)?;
+        let mut record: Record = serde_json::from_slice(&self.place.read(name)?)?;
         anyhow::ensure!(
             (OLDEST_SCHEMA..=RECORD_SCHEMA).contains(&record.schema),
             "expected a record of schema {OLDEST_SCHEMA} to {RECORD_SCHEMA}, found {}",
             record.schema
         );
+        // a report that somebody removed is none; nobody tidies a bucket by hand
+        if let (Some(folder), Some(local)) = (record.report_folder(), self.place.local())
+            && !local.join(folder).join(REPORT_PAGE).is_file()
+            && let Outcome::Analysed { has_report, .. } = &mut record.result
+        {
+            *has_report = false;
+        }
         Ok(record)
     }
 }

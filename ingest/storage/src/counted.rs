@@ -193,9 +193,9 @@ fn between<'t>(text: &'t str, start: &str, end: &str) -> Option<&'t str> {
     Some(found).filter(is_word)
 }
 
-/// Whether a text is a code or a name: the rest of an answer may repeat credentials.
+/// Whether a text is a code ("SlowDown", "KMS.DisabledException") or a name: the rest of an answer may repeat credentials.
 fn is_word(text: &&str) -> bool {
-    let is_of_word = |c: char| c.is_ascii_alphanumeric() || c == '-';
+    let is_of_word = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.');
     (1..64).contains(&text.len()) && text.chars().all(is_of_word)
 }
 
@@ -213,4 +213,19 @@ async fn nameable(response: HttpResponse) -> Result<HttpResponse, HttpError> {
         Err(_) => bytes.into(),
     };
     Ok(HttpResponse::from_parts(head, body))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_of_a_refusal_are_told_and_credentials_are_not() {
+        let code = |text: &str| between(text, "<Code>", "</Code>").map(ToOwned::to_owned);
+        for known in ["SlowDown", "KMS.DisabledException", "KMS.NotFoundException"] {
+            let answer = format!("<Error><Code>{known}</Code></Error>");
+            assert_eq!(code(&answer).as_deref(), Some(known));
+        }
+        assert_eq!(code("<Code>x?Signature=abc</Code>"), None);
+    }
 }

@@ -46,7 +46,8 @@ const KINDS: [Kind; 4] = [
     },
 ];
 
-/// The answer without objects and folders that no request can name, and the keys of these objects.
+/// The answer without objects that only mark a folder, and without objects and folders that no request can name, and the keys of these
+/// objects.
 pub(crate) fn without_unnameable(answer: &str) -> (String, Vec<String>) {
     let mut unnameable = Vec::new();
     let mut answer = answer.to_owned();
@@ -59,10 +60,12 @@ pub(crate) fn without_unnameable(answer: &str) -> (String, Vec<String>) {
             // an object whose key ends so marks a folder
             let is_nameable = |key: &String| key_of(key.strip_suffix('/').unwrap_or(key)).is_ok();
             let end = element.end + kind.end.len();
-            match key.filter(|key| !is_nameable(key)) {
+            // by the name without it, which a request would have, there is nothing
+            let marks_folder = |key: &String| kind.is_object && key.ends_with('/');
+            match key.filter(|key| !is_nameable(key) || marks_folder(key)) {
                 Some(key) => {
                     kept.push_str(&rest[..element.start - kind.begin.len()]);
-                    unnameable.extend(kind.is_object.then_some(key));
+                    unnameable.extend(Some(key).filter(|key| kind.is_object && !is_nameable(key)));
                 }
                 None => kept.push_str(&rest[..end]),
             }
@@ -125,7 +128,7 @@ mod tests {
     fn keys_that_no_request_can_name_are_taken_out_and_told() {
         let object = |key: &str| format!("<Contents><Key>{key}</Key><Size>7</Size></Contents>");
         let folder = |key: &str| format!("<CommonPrefixes><Prefix>{key}</Prefix></CommonPrefixes>");
-        let good = ["a/b.mcap", "a/", "a b/%2F.mcap", "t&amp;c/1.mcap", "ö.mcap"].map(object);
+        let good = ["a/b.mcap", "a b/%2F.mcap", "t&amp;c/1.mcap", "ö.mcap"].map(object);
         let bad = [
             "a//b.mcap",
             "/b.mcap",
@@ -135,8 +138,9 @@ mod tests {
             "a//",
         ]
         .map(object);
+        let markers = ["a/", "x.mcap/"].map(object).concat();
         let mixed = good.iter().zip(&bad).map(|(good, bad)| good.clone() + bad);
-        let mixed: String = mixed.chain([bad[5].clone()]).collect();
+        let mixed: String = mixed.chain(bad[4..].to_vec()).chain([markers]).collect();
         let (good_folder, bad_folder) = (folder("a/"), folder("a//"));
         let answer =
             format!("<ListBucketResult>{mixed}{bad_folder}{good_folder}</ListBucketResult>");

@@ -8,6 +8,7 @@ mod scene;
 mod without_event;
 
 use maud::{Markup, html};
+use tipwatch_mechanics::machine::{Note, NoteKind};
 
 pub(super) use incident::{Incident, incidents};
 pub(super) use rank::rank;
@@ -75,6 +76,20 @@ fn findings_of(analysis: &Analysis, most_of_kind: usize) -> Vec<Finding> {
         .chain(of_input.iter().map(finding))
         .chain((incidents.len() > most_of_kind).then(|| more(incidents.len() - most_of_kind)))
         .chain(left_out)
+        .collect()
+}
+
+/// What casts doubt on the computed loads beside gross inputs and implausible signals, one sentence each.
+#[must_use]
+pub fn doubts(analysis: &Analysis) -> Vec<String> {
+    let told = unstated_load::not_as_stated(analysis).chain(measured_loads::findings(analysis));
+    let casts_doubt = |note: &&Note| {
+        let kinds = [NoteKind::InputFault, NoteKind::ImuMountingConflict];
+        kinds.contains(&note.kind)
+    };
+    let notes = analysis.notes.iter().filter(casts_doubt);
+    told.map(|finding| finding.headline)
+        .chain(notes.map(ToString::to_string))
         .collect()
 }
 

@@ -86,7 +86,8 @@ record! {
         lift_certainty: Option<f64> ["-"],
         /// the same under any split
         lift_certainty_any_split: Option<f64> ["-"],
-        /// signals that contradict each other during events, and inputs that are grossly wrong
+        /// what casts doubt on the loads: signals that were implausible or contradict each other during events, inputs that are
+        /// grossly wrong or contradict the machine file, loads that nobody stated, measured loads that differ from computed ones
         doubted: Option<Vec<String>>,
         /// largest `1 - (OTF - 2 sigma) / static load`
         largest_utilisation: Option<f64> ["-"],
@@ -220,10 +221,10 @@ impl FleetLog {
             worst_tilt: moment.and_then(|moment| moment.tilt_rad),
             joints: moment.map(|moment| moment.joints.to_vec()),
             worst_posture: moment.map(|moment| moment.positions.clone()),
-            lifted_s: count(EventKind::WheelLift).map(|_| lifted_s(events.unwrap_or_default())),
+            lifted_s: count(EventKind::WheelLift).map(|_| lifted(events.unwrap_or_default()).0),
             lift_certainty: surest(|event| event.certainty),
             lift_certainty_any_split: surest(|event| event.certainty_any_split),
-            doubted: facts.map(|facts| doubted(facts, events.unwrap_or_default())),
+            doubted: facts.map(|facts| doubted(facts, events.unwrap_or_default(), str::to_owned)),
             largest_utilisation: facts.and_then(|facts| facts.largest_utilisation),
             wheels: facts.map(|facts| {
                 let names = facts.wheels.iter().map(|wheel| wheel.name.clone());
@@ -269,34 +270,44 @@ fn lifts(events: &[EventFacts]) -> impl Iterator<Item = &EventFacts> {
     events.iter().filter(|event| event.kind.is_lift())
 }
 
-/// Time in which at least one wheel was off the ground (s).
-pub(in crate::screen) fn lifted_s(events: &[EventFacts]) -> f64 {
-    let mut spans: Vec<(i64, i64)> = lifts(events)
+/// Time in which at least one wheel was off the ground, and its standard deviation (s): an end is taken to be known as well as
+/// the start.
+pub(in crate::screen) fn lifted(events: &[EventFacts]) -> (f64, f64) {
+    let mut spans: Vec<(i64, i64, f64)> = lifts(events)
         .map(|event| {
             let lasts_ns = (event.duration_s * 1e9).round() as i64;
-            (event.start_ns, event.start_ns.saturating_add(lasts_ns))
+            let end_ns = event.start_ns.saturating_add(lasts_ns);
+            (event.start_ns, end_ns, event.start_sigma_s.unwrap_or(0.0))
         })
         .collect();
-    spans.sort_unstable();
-    let (mut seconds, mut until) = (0.0, i64::MIN);
-    for (start, end) in spans {
+    spans.sort_unstable_by_key(|&(start, end, _)| (start, end));
+    let (mut seconds, mut variance, mut until) = (0.0, 0.0, i64::MIN);
+    for (start, end, sigma_s) in spans {
         let from = start.max(until);
+        if start > until {
+            variance += 2.0 * sigma_s.powi(2);
+        }
         if end > from {
             seconds += (end - from) as f64 * 1e-9;
             until = end;
         }
     }
-    seconds
+    (seconds, f64::sqrt(variance))
 }
 
-/// What casts doubt on a log, each once.
-fn doubted(facts: &LogFacts, events: &[EventFacts]) -> Vec<String> {
-    let mut doubted: Vec<String> = facts.gross_inputs.clone();
-    doubted.extend(
-        events
-            .iter()
-            .flat_map(|event| event.doubted_by.iter().flatten().cloned()),
-    );
+/// What casts doubt on a log, each once, with the signals by this name.
+pub(in crate::screen) fn doubted(
+    facts: &LogFacts,
+    events: &[EventFacts],
+    name: impl Fn(&str) -> String,
+) -> Vec<String> {
+    let signals = events.iter().flat_map(|event| {
+        let is_implausible = event.kind == EventKind::InputFault;
+        let own = is_implausible.then_some(&event.subject);
+        event.doubted_by.iter().flatten().chain(own)
+    });
+    let mut doubted: Vec<String> = signals.map(|signal| name(signal)).collect();
+    doubted.extend(facts.gross_inputs.iter().chain(&facts.doubts).cloned());
     doubted.sort();
     doubted.dedup();
     doubted

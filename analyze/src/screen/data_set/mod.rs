@@ -23,7 +23,7 @@ use super::merge::LogRow;
 use crate::base::files::{remove_unfinished, unfinished_of};
 use crate::tables::frame::{ColumnInfo, Record};
 
-pub(super) use self::log::lifted_s;
+pub(super) use self::log::{doubted, lifted};
 pub use not_answered::NotAnswered;
 pub use query::{Answer, query};
 

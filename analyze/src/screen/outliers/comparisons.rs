@@ -9,7 +9,7 @@ use strum::{EnumIter, IntoEnumIterator};
 use super::statistics::{
     Change, LEAST_SEGMENT, discovery_rates, fall, least_chance, median, of_one_more,
 };
-use crate::screen::data_set::lifted_s;
+use crate::screen::data_set::lifted;
 use crate::screen::merge::LogRow;
 use crate::screen::record::Record;
 use crate::tables::frame::Day;
@@ -122,7 +122,7 @@ impl<'a> Log<'a> {
             (Quantity::ExposedShare, exposed.map(|s| s / computable_s)),
             (
                 Quantity::LiftedShare,
-                exposed.map(|_| lifted_s(events) / computable_s),
+                exposed.map(|_| lifted(events).0 / computable_s),
             ),
         ];
         let known = |(quantity, value): (Quantity, Option<f64>)| {

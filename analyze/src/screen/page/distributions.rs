@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::seen::{Seen, by_machine, exposed as exposed_in_words, exposed_s};
+use super::seen::{Seen, exposed as exposed_in_words, exposed_s, listed_machines};
 use crate::page::svg::{Chart, round_up};
 use crate::page::{Bar, bars, count_of, readable, table, time};
 use crate::policy::facts::{EXPOSURE_CAUSES, HISTOGRAM_EDGES};
@@ -121,7 +121,8 @@ pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
             text: format!("{} ({:.1} %)", time(all[*i]), 100.0 * share),
         }
     };
-    let machines = by_machine(seen).into_iter().map(|(machine, logs)| {
+    let (machines, note) = listed_machines(seen);
+    let machines = machines.into_iter().map(|(machine, logs)| {
         let sums = by_cause(&logs);
         let causes = order.iter().map(|&i| time(sums[i]));
         [machine, exposed_in_words(&logs)]
@@ -140,6 +141,7 @@ pub(super) fn causes(seen: &[Seen<'_>]) -> Markup {
             "the static posture."
         }
         (bars(&order.iter().map(bar).collect::<Vec<_>>()))
+        (note)
         (table(&head.collect::<Vec<String>>(), &machines.collect::<Vec<_>>()))
     }
 }

@@ -41,7 +41,7 @@ unpacked('data').json().then(function (data) {
     {head: 'Wheel or support', key: function (i) { return data.wheel[i]; }, text: function (i) { return known(data.wheel[i]) ? data.wheels[data.wheel[i]] : ''; }},
     {head: 'Lifted', key: function (i) { return -data.lifted[i]; }, text: function (i) { return data.lifted[i] ? seconds(data.lifted[i] / 100) : ''; }},
     {head: 'Certainty of the finding', key: function (i) { return known(data.sure[i]) ? -data.sure[i] : null; }, text: certainty},
-    {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return known(data.valid[i]) ? percent(data.valid[i]) : ''; }},
+    {head: 'Computable', key: function (i) { return data.valid[i]; }, text: function (i) { return (known(data.valid[i]) ? percent(data.valid[i]) : '') + (data.undecided[i] ? ': not decided' : ''); }},
     {head: 'Main cause', key: function (i) { return data.cause[i]; }, text: function (i) { return known(data.cause[i]) ? data.causes[data.cause[i]] : ''; }},
     {head: 'Speed', key: function (i) { return known(data.speed[i]) ? -data.speed[i] : null; }, text: function (i) { return known(data.speed[i]) ? (data.speed[i] / 10).toFixed(1) + ' m/s' : ''; }},
     {head: 'Tilt', key: function (i) { return known(data.tilt[i]) ? -data.tilt[i] : null; }, text: function (i) { return known(data.tilt[i]) ? data.tilt[i] + '°' : ''; }},

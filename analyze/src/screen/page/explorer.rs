@@ -14,6 +14,7 @@ use crate::events::LEAST_OF_A_FACT;
 use crate::events::support_words::SupportWord;
 use crate::page::{self, Program, input_in_words, percent, probability, readable};
 use crate::policy::facts::EXPOSURE_CAUSES;
+use crate::screen::data_set::doubted;
 use crate::screen::outliers::{Comparison, Verdict};
 use crate::screen::record::{Outcome, Record};
 
@@ -91,6 +92,8 @@ struct Data {
     computable: Vec<i64>,
     /// Thousandths.
     valid: Vec<Option<i64>>,
+    /// Whether the log decides nothing beside what was found.
+    undecided: Vec<u8>,
     cause: Vec<Option<usize>>,
     /// Tenths of m/s, and degrees.
     speed: Vec<Option<i64>>,
@@ -129,8 +132,9 @@ pub(super) fn explorer(
             "the machine file states. By another split the margin is at most what stands beside it: 0 % where a wheel or support is off "
             "the ground however the load splits, while 100 % does not exclude that one lifted by another split. "
             "Logs in which the machine tipped over come first, then those in which it tipped about an edge and those in which a "
-            "wheel or support lifted, the longest first; then those that are not decided, then the others, by their worst margin. Of "
-            "those without a lift, logs that their margins cannot tell apart share a rank. "
+            "wheel or support lifted, the longest first, and where their times cannot be told apart, the deepest; then those that are not "
+            "decided, with what is less likely than not or may be ground that gave way; then the others, by their worst margin. Logs "
+            "that cannot be told apart by two standard deviations share a rank. "
             @if listed < all {
                 "The page holds the first " (listed) " of " (all) " logs, and counts those of a machine among them; the data set has all ("
                 code { "tipwatch query" } "). "
@@ -185,7 +189,7 @@ fn row(ranked: &Ranked<'_>) -> Vec<Markup> {
         log_link(log.record),
         html! {
             (group)
-            @if let Some((stated, any)) = surest_finding(ranked) { " (" (certainty(stated, any)) ")" }
+            @if let Some((_, told)) = surest_finding(ranked) { " (" (told) ")" }
         },
         html! { (margin) },
         html! { (any_split) },
@@ -255,13 +259,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         let worst = facts.worst.as_ref();
         let moment = worst.and_then(|worst| worst.moment.as_ref());
         let surest = surest_finding(log);
-        let mut doubts: Vec<String> = facts.gross_inputs.clone();
-        let doubted = events
-            .iter()
-            .flat_map(|event| event.doubted_by.iter().flatten());
-        doubts.extend(doubted.map(|subject| input_in_words(subject)));
-        doubts.sort_unstable();
-        doubts.dedup();
+        let doubts = doubted(facts, events, input_in_words);
         let flags = EventKind::ALL.iter().enumerate();
         let flags = flags.filter(|(_, kind)| facts.has_event(**kind));
         data.margin
@@ -272,9 +270,11 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         data.wheel
             .push(worst.map(|worst| wheels.place(&worst.wheel.to_uppercase())));
         data.lifted.push((log.lifted_s * 100.0).round() as i64);
-        data.sure.push(whole(surest.map(|(stated, _)| stated), 1e4));
-        let told = surest.map(|(stated, any)| certainties.place(&certainty(stated, any)));
+        data.sure
+            .push(whole(surest.as_ref().map(|(stated, _)| *stated), 1e4));
+        let told = surest.map(|(_, told)| certainties.place(&told));
         data.certainty.push(told);
+        data.undecided.push(log.log.is_undecided.into());
         data.exposed.push(whole(facts.exposure.exposed_s, 1.0));
         data.computable
             .push(facts.coverage.computable_s.round() as i64);
@@ -319,6 +319,7 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
         data.certainty.push(None);
         data.lifted.push(0);
         data.computable.push(0);
+        data.undecided.push(0);
         data.cause.push(None);
         data.events.push(0);
         data.text.push(Some(texts.place(&reason)));
@@ -351,15 +352,29 @@ fn data(ranked: &[Ranked<'_>], failed: &[&Record], compared: &[Comparison]) -> D
     data
 }
 
-/// How sure the finding of a log is, of the surest if there are several: under the stated split, and under any.
-fn surest_finding(log: &Ranked<'_>) -> Option<(f64, Option<f64>)> {
-    let kind = log.group.event()?;
-    let found = || log.log.events.iter().filter(|event| event.kind == kind);
+/// How sure the finding of a log is, of the surest if there are several, under the stated split, and in words. Of a log that is not
+/// decided it is the gravest that may have happened, by name.
+fn surest_finding(log: &Ranked<'_>) -> Option<(f64, String)> {
+    let events = log.log.events;
+    let may_be = || {
+        let lifts = events.iter().filter(|event| event.kind.is_lift());
+        let gravest = lifts.map(|event| event.kind).max()?;
+        (log.group == Group::Undecided).then_some(gravest)
+    };
+    let kind = log.group.event().or_else(may_be)?;
+    let found = || events.iter().filter(|event| event.kind == kind);
     let stated = found()
         .filter_map(|event| event.certainty)
         .reduce(f64::max)?;
     let any = found().filter_map(|event| event.certainty_any_split);
-    Some((stated, any.reduce(f64::max)))
+    let told = certainty(stated, any.reduce(f64::max));
+    Some(match log.group {
+        Group::Undecided => {
+            let kind = SupportWord::OF_ANY_MACHINE.event(kind);
+            (stated, format!("perhaps {kind}: {told}"))
+        }
+        _ => (stated, told),
+    })
 }
 
 /// How sure a finding is under the stated split of the load, and whether it is shown under every other one.

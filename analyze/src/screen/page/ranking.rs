@@ -1,10 +1,8 @@
 //! The order of the logs: how close each machine came to tipping over, as far as the data tell.
 
-use std::cmp::Ordering;
-
 use super::seen::Seen;
 use crate::events::EventKind;
-use crate::screen::data_set::lifted_s;
+use crate::screen::data_set::lifted;
 
 /// What a log is ranked by first. What happened comes first, the worst before the rest; then what nobody knows, then what is
 /// harmless.
@@ -14,7 +12,8 @@ pub(super) enum Group {
     TipOver,
     EdgeTipping,
     WheelLift,
-    /// Too little time is computable, or between the rows of a sparse log a lift cannot be excluded.
+    /// Too little time is computable, between the rows of a sparse log a lift cannot be excluded, or what was found is less
+    /// probable than not, or may as well be ground that gave way.
     Undecided,
     /// No wheel lifted by the stated split of the load. By another one a wheel may have: more than three wheels always have a
     /// split that leaves one of them no load, so that tells no log from another.
@@ -43,17 +42,20 @@ impl Group {
     pub(super) fn of(log: &Seen<'_>) -> Self {
         let facts = log.facts;
         let worst = facts.worst.as_ref();
-        let lifted = worst.is_some_and(|worst| worst.margin <= 0.0);
-        if facts.has_event(EventKind::TipOver) {
-            Self::TipOver
-        } else if facts.has_event(EventKind::EdgeTipping) {
-            Self::EdgeTipping
-        } else if facts.has_event(EventKind::WheelLift) || lifted {
-            Self::WheelLift
-        } else if log.is_undecided || worst.is_none() {
-            Self::Undecided
-        } else {
-            Self::NoLift
+        let mut gravest_first = [Self::TipOver, Self::EdgeTipping, Self::WheelLift].into_iter();
+        if let Some(found) = gravest_first.find(|group| {
+            let mut events = log.events.iter();
+            events.any(|event| group.event() == Some(event.kind) && event.is_fact())
+        }) {
+            return found;
+        }
+        let may_have_lifted = log.events.iter().any(|event| event.kind.is_lift());
+        match worst {
+            Some(worst) if worst.margin <= 0.0 && !may_have_lifted => Self::WheelLift,
+            Some(_) if !log.is_undecided && !may_have_lifted && facts.open_fall.is_none() => {
+                Self::NoLift
+            }
+            _ => Self::Undecided,
         }
     }
 }
@@ -64,66 +66,67 @@ pub(super) struct Ranked<'a> {
     pub(super) group: Group,
     /// Time with a wheel off the ground (s).
     pub(super) lifted_s: f64,
+    /// Its standard deviation (s).
+    lifted_sigma_s: f64,
     /// Number of the first log that it cannot be told from, and of the last.
     pub(super) rank: (usize, usize),
 }
 
-impl Ranked<'_> {
-    /// Margin, infinite if unknown.
-    fn margin(&self) -> f64 {
-        let worst = self.log.facts.worst.as_ref();
-        worst.map_or(f64::INFINITY, |worst| worst.margin)
-    }
+/// What logs are ordered by: a value, the smallest first, and its standard deviation, 0 if unknown.
+type Key = fn(&Ranked<'_>) -> (f64, f64);
 
-    /// Two standard deviations of the margin; 0 if unknown.
-    fn band(&self) -> f64 {
-        let worst = self.log.facts.worst.as_ref();
-        2.0 * worst.and_then(|worst| worst.sigma).unwrap_or(0.0)
-    }
-}
+/// One after the other.
+const ORDER: [Key; 3] = [
+    |log| (f64::from(log.group as u8), 0.0),
+    |log| match log.group.event() {
+        Some(_) => (-log.lifted_s, log.lifted_sigma_s),
+        None => (0.0, 0.0),
+    },
+    |log| {
+        let worst = log.log.facts.worst.as_ref();
+        worst.map_or((f64::INFINITY, 0.0), |worst| {
+            (worst.margin, worst.sigma.unwrap_or(0.0))
+        })
+    },
+];
 
-/// Logs by group; those with a lift by how long and then by how deep, the others by margin. Logs whose margins are within two
-/// standard deviations of the first of them share a rank.
+/// Logs by group; those with a lift by how long and then by how deep, the others by margin. What is within two standard deviations
+/// of the first of several cannot be told from it: the next quantity orders these, and logs that none tells apart share a rank.
 pub(super) fn ranked<'a>(seen: &[Seen<'a>]) -> Vec<Ranked<'a>> {
-    let ranked = seen.iter().map(|log| Ranked {
-        log: *log,
-        group: Group::of(log),
-        lifted_s: lifted_s(log.events),
-        rank: (0, 0),
+    let ranked = seen.iter().map(|log| {
+        let (lifted_s, lifted_sigma_s) = lifted(log.events);
+        Ranked {
+            log: *log,
+            group: Group::of(log),
+            lifted_s,
+            lifted_sigma_s,
+            rank: (0, 0),
+        }
     });
     let mut ranked: Vec<Ranked<'a>> = ranked.collect();
-    ranked.sort_by(order);
-    let mut first = 0;
-    while first < ranked.len() {
-        let is_tied = |other: &Ranked<'_>| cannot_be_told_apart(&ranked[first], other);
-        let tied = ranked[first + 1..]
-            .iter()
-            .take_while(|log| is_tied(log))
-            .count();
-        let rank = (first + 1, first + 1 + tied);
-        ranked[first..=first + tied]
-            .iter_mut()
-            .for_each(|log| log.rank = rank);
-        first += tied + 1;
-    }
+    rank(&mut ranked, 0, &ORDER);
     ranked
 }
 
-fn order(a: &Ranked<'_>, b: &Ranked<'_>) -> Ordering {
-    let by_time = match a.group {
-        Group::TipOver | Group::EdgeTipping | Group::WheelLift => b.lifted_s.total_cmp(&a.lifted_s),
-        _ => Ordering::Equal,
+/// Orders and ranks logs behind `before` others.
+fn rank(logs: &mut [Ranked<'_>], before: usize, order: &[Key]) {
+    let Some((value, finer)) = order.split_first() else {
+        let last = before + logs.len();
+        logs.iter_mut()
+            .for_each(|log| log.rank = (before + 1, last));
+        return;
     };
-    a.group
-        .cmp(&b.group)
-        .then(by_time)
-        .then_with(|| a.margin().total_cmp(&b.margin()))
-        .then_with(|| a.log.record.path.cmp(&b.log.record.path))
-}
-
-/// Whether two neighbours of the ranking may as well have the other order: equal times lifted, and margins within their bands.
-fn cannot_be_told_apart(a: &Ranked<'_>, b: &Ranked<'_>) -> bool {
-    let band = (a.band().powi(2) + b.band().powi(2)).sqrt();
-    let (x, y) = (a.margin(), b.margin());
-    a.group == b.group && a.lifted_s == b.lifted_s && (x == y || (x - y).abs() <= band)
+    logs.sort_by(|a, b| value(a).0.total_cmp(&value(b).0));
+    let mut first = 0;
+    while let Some(leader) = logs.get(first) {
+        let (least, sigma) = value(leader);
+        let cannot_be_told_apart = |log: &&Ranked<'_>| {
+            let (other, of_other) = value(log);
+            other == least || other - least <= 2.0 * sigma.hypot(of_other)
+        };
+        let tied = logs[first..].iter().take_while(cannot_be_told_apart);
+        let end = first + tied.count();
+        rank(&mut logs[first..end], before + first, finer);
+        first = end;
+    }
 }

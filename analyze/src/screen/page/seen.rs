@@ -52,6 +52,29 @@ pub(super) fn by_machine<'a>(seen: &[Seen<'a>]) -> BTreeMap<String, Vec<Seen<'a>
     machines
 }
 
+/// Most machines that a table lists; the table of the logs has a card for each.
+const MOST_MACHINES: usize = 200;
+
+/// The machines that a table lists, by name, those with the longest exposure, and what to say of the others.
+pub(super) fn listed_machines<'a>(seen: &[Seen<'a>]) -> (Vec<(String, Vec<Seen<'a>>)>, Markup) {
+    let mut machines: Vec<_> = by_machine(seen).into_iter().collect();
+    let all = machines.len();
+    if all > MOST_MACHINES {
+        let exposed = |logs: &[Seen<'_>]| exposed_s(logs).map_or(0.0, |(seconds, _)| seconds);
+        machines.sort_by(|(_, a), (_, b)| exposed(b).total_cmp(&exposed(a)));
+        machines.truncate(MOST_MACHINES);
+        machines.sort_by(|(a, _), (b, _)| a.cmp(b));
+    }
+    let note = html! {
+        @if all > MOST_MACHINES {
+            p.hint {
+                (MOST_MACHINES) " of " (all) " machines, those with the longest time below the notice level."
+            }
+        }
+    };
+    (machines, note)
+}
+
 /// The log's name, linked to its report if it has one.
 pub(super) fn log_link(record: &Record) -> Markup {
     html! {

@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use super::super::record::{Outcome, Record};
 use super::super::totals::Totals;
-use super::seen::{Seen, by_machine, exposed, log_link};
+use super::seen::{Seen, exposed, listed_machines, log_link};
 use crate::events::EventKind;
 use crate::events::support_words::SupportWord;
 use crate::page::{count_of, facts, list, table, time};
@@ -15,7 +15,13 @@ use crate::page::{count_of, facts, list, table, time};
 const MOST_LOGS: usize = 200;
 
 pub(super) fn glance(totals: &Totals, seen: &[Seen<'_>]) -> Markup {
-    let with = |kind: EventKind| seen.iter().filter(|log| log.facts.has_event(kind)).count();
+    let with = |kind: EventKind| {
+        let has = |log: &&Seen<'_>| {
+            let mut events = log.events.iter();
+            events.any(|event| event.kind == kind && event.is_fact())
+        };
+        seen.iter().filter(has).count()
+    };
     let computable: f64 = seen.iter().map(|log| log.facts.coverage.computable_s).sum();
     let covered: f64 = seen.iter().map(|log| log.facts.coverage.covered_s).sum();
     let mut rows = vec![
@@ -116,13 +122,14 @@ pub(super) fn events(seen: &[Seen<'_>]) -> Option<Markup> {
         let first = [machine, logs.len().to_string(), computable];
         first.into_iter().chain(counts).collect()
     };
-    let rows: Vec<_> = by_machine(seen).into_iter().map(row).collect();
+    let (machines, note) = listed_machines(seen);
+    let rows: Vec<_> = machines.into_iter().map(row).collect();
     let names = (kinds.iter()).map(|&kind| SupportWord::OF_ANY_MACHINE.event(kind));
     let head = ["Machine", "Logs", "Computable time"]
         .map(String::from)
         .into_iter()
         .chain(names);
-    (!rows.is_empty()).then(|| table(&head.collect::<Vec<_>>(), &rows))
+    (!rows.is_empty()).then(|| html! { (note) (table(&head.collect::<Vec<_>>(), &rows)) })
 }
 
 /// Logs that failed, grouped by reason, then one by one.
@@ -202,7 +209,8 @@ pub(super) fn method(seen: &[Seen<'_>]) -> Markup {
         );
         *versions.entry(version).or_default() += 1;
     }
-    let machines = machines.into_iter();
+    let of_all = machines.len();
+    let machines = machines.into_iter().take(MOST_LOGS);
     let rows: Vec<_> = machines
         .map(|((name, sha256), logs)| vec![name, sha256, logs.to_string()])
         .collect();
@@ -215,6 +223,7 @@ pub(super) fn method(seen: &[Seen<'_>]) -> Markup {
         }
         p { "All numbers are in the data set beside this page, in logs/ and events/." }
         (list(versions.iter().map(|(version, logs)| format!("{}: {version}", count_of(*logs, "log")))))
+        @if of_all > rows.len() { p.hint { "The first " (rows.len()) " of " (of_all) " machine files; the data set has all." } }
         (table(&["Machine", "SHA-256 of its machine file", "Logs"], &rows))
     }
 }
