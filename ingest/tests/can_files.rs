@@ -128,7 +128,7 @@ fn packed_traces_give_the_messages_of_the_trace() {
     }
 }
 
-/// Packed files that were joined are one file; of a file that is cut the beginning is read.
+/// Packed files that were joined are one file, whatever zeros fill up their blocks; of a file that is cut the beginning is read.
 #[test]
 fn joined_and_cut_packed_traces_are_read() {
     let bytes = std::fs::read(fixture("mixed.log")).unwrap();
@@ -138,10 +138,19 @@ fn joined_and_cut_packed_traces_are_read() {
         .into_iter()
         .zip(packed(&long[halves..]))
     {
-        let file = TempLog::new("joined", &[&first[..], &second[..]].concat());
-        let (counts, losses) = read(&Log::open(&file.path).unwrap());
-        assert_eq!(counts, [80 * 20, 20 * 20], "{packing}");
-        assert!(losses.is_empty(), "{packing}: {losses:?}");
+        for [between, behind] in
+            [[0, 0], [0, 1], [0, 70_000], [512, 3]].map(|pad| pad.map(|n| vec![0; n]))
+        {
+            let file = TempLog::new(
+                "joined",
+                &[&first, &between, &second, &behind]
+                    .map(Vec::as_slice)
+                    .concat(),
+            );
+            let (counts, losses) = read(&Log::open(&file.path).unwrap());
+            assert_eq!(counts, [80 * 20, 20 * 20], "{packing}");
+            assert!(losses.is_empty(), "{packing}: {losses:?}");
+        }
         let file = TempLog::new("cut", &[&first[..], &second[..second.len() / 2]].concat());
         let log = Log::open(&file.path).unwrap();
         let (counts, losses) = read(&log);
