@@ -103,7 +103,8 @@ fn loads_that_the_measured_rotation_contradicts_are_not_certain() {
     for event in against {
         assert!(event.certainty.is_some_and(|p| p < 0.5), "{event:?}");
         let doubt = event.doubt.as_ref().unwrap();
-        assert_eq!(doubt.subjects, ["rotation about the left edge"]);
+        let by_rotation = "rotation about the left edge".to_owned();
+        assert!(doubt.subjects.contains(&by_rotation), "{doubt:?}");
     }
     let course = findings(&analysis)[0].evidence.join("\n");
     let course = course

@@ -71,6 +71,7 @@ fn recorded(log: &Log, kind: SensorKind) -> SensorRecording {
         },
         numbers: None,
         other_parts: Vec::new(),
+        frame_id: None,
     };
     record_sensors(log, &[request], &mut |_| {})
         .unwrap()

@@ -73,6 +73,7 @@ fn read(path: &Path) {
             joint_names: joint_names_in(&log, topic.id).unwrap(),
             numbers: None,
             other_parts: Vec::new(),
+            frame_id: None,
         })
         .collect();
     let (start, mut most) = (Instant::now(), 0.0_f64);

@@ -98,6 +98,7 @@ fn check(bytes: &[u8]) -> usize {
             joint_names: joint_names(),
             numbers: None,
             other_parts: Vec::new(),
+            frame_id: None,
         })
         .collect();
     let (recordings, mut losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();

@@ -83,6 +83,7 @@ fn blocks_take_no_memory_for_the_values_of_the_log() {
             joint_names: joint_names_in(&log, topic).unwrap(),
             numbers: None,
             other_parts: Vec::new(),
+            frame_id: None,
         };
         let requests = [request];
         let mut samples = 0;

@@ -128,7 +128,7 @@ fn packed_traces_give_the_messages_of_the_trace() {
     }
 }
 
-/// Packed files that were joined are one file; of a file that is cut the beginning is read.
+/// Packed files that were joined are one file, whatever zeros fill up their blocks; of a file that is cut the beginning is read.
 #[test]
 fn joined_and_cut_packed_traces_are_read() {
     let bytes = std::fs::read(fixture("mixed.log")).unwrap();
@@ -138,10 +138,19 @@ fn joined_and_cut_packed_traces_are_read() {
         .into_iter()
         .zip(packed(&long[halves..]))
     {
-        let file = TempLog::new("joined", &[&first[..], &second[..]].concat());
-        let (counts, losses) = read(&Log::open(&file.path).unwrap());
-        assert_eq!(counts, [80 * 20, 20 * 20], "{packing}");
-        assert!(losses.is_empty(), "{packing}: {losses:?}");
+        for [between, behind] in
+            [[0, 0], [0, 1], [0, 70_000], [512, 3]].map(|pad| pad.map(|n| vec![0; n]))
+        {
+            let file = TempLog::new(
+                "joined",
+                &[&first, &between, &second, &behind]
+                    .map(Vec::as_slice)
+                    .concat(),
+            );
+            let (counts, losses) = read(&Log::open(&file.path).unwrap());
+            assert_eq!(counts, [80 * 20, 20 * 20], "{packing}");
+            assert!(losses.is_empty(), "{packing}: {losses:?}");
+        }
         let file = TempLog::new("cut", &[&first[..], &second[..second.len() / 2]].concat());
         let log = Log::open(&file.path).unwrap();
         let (counts, losses) = read(&log);
@@ -259,5 +268,27 @@ fn a_measurement_without_frames_is_refused() {
     assert!(
         error.contains("expected bus frames (CAN_DataFrame)"),
         "{error}"
+    );
+}
+
+#[test]
+fn requests_to_send_are_no_frames_and_frames_without_identifier_are_lost() {
+    let text = "date Mon Jan 1 10:00:00.000 am 2024\nbase dec  timestamps absolute\ninternal events logged\n   \
+        0.010000 1  256             Rx   d 1 200\n   0.020000 1  257             TxRq d 1 1\n   \
+        0.021000 1  257             Tx   d 1 1\n   0.022000 CANFD 1 TxRq 258 1 0 1 1 9\n   \
+        0.023000 1  Statistic: D 10 R 0 XD 0 XR 0 E 0 O 0 B 3.5%\n   0.030000 1  256             Rx   r\n";
+    let file = TempLog::new("log.asc", text.as_bytes());
+    let (counts, losses) = read(&Log::open(&file.path).unwrap());
+    assert_eq!(counts, [3]);
+    assert!(losses.is_empty(), "{losses:?}");
+    let named = format!(
+        "{text}   0.040000 1  EngineData      Rx   d 1 1\n   0.050000 1  256             Rx   d 1 2\n"
+    );
+    let file = TempLog::new("log.asc", named.as_bytes());
+    let (counts, losses) = read(&Log::open(&file.path).unwrap());
+    assert_eq!(counts, [4]);
+    assert!(
+        losses.lines().any(|line| line.contains("EngineData")),
+        "{losses:?}"
     );
 }

@@ -110,6 +110,7 @@ fn recorded(file: &TempLog) -> BTreeMap<String, SensorRecording> {
             joint_names: vec!["a".into()],
             numbers: None,
             other_parts: Vec::new(),
+            frame_id: None,
         })
         .collect();
     let (_, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
@@ -563,6 +564,7 @@ fn single_numbers_are_put_on_the_clock_of_the_sensors() {
         joint_names: vec!["a".into()],
         numbers: None,
         other_parts: Vec::new(),
+        frame_id: None,
     };
     let (arm, _) = record_sensors(&log, &[request], &mut |_| {}).unwrap();
     let field = FieldRequest {

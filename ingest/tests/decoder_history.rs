@@ -32,7 +32,7 @@ impl Random {
     fn message(&mut self, kind: SensorKind) -> Vec<u8> {
         let mut cdr = Cdr::new(self.below(10) == 0);
         let stamp_ns = self.below(3) as i64 * 1_000_000_007;
-        let frame = self.one_of(&["base", "base", "base", "arm", ""]);
+        let frame = self.one_of(&["base", "base", "base", "base", "base", "base", "arm", ""]);
         cdr.header(stamp_ns, frame);
         match kind {
             SensorKind::JointStates => {
@@ -110,10 +110,10 @@ fn a_message_is_decoded_alike_whatever_came_before() {
     ] {
         let topic = topic(kind);
         let new = SensorDecoder::new(&topic, kind, &joints).unwrap();
+        let mut compared = 0;
         for seed in 0..20 {
             let mut random = Random(seed);
             let mut decoder = new.clone();
-            let mut compared = 0;
             for _ in 0..400 {
                 let message = random.message(kind);
                 let alone = decoded(&mut new.clone(), &topic, &message);
@@ -125,7 +125,7 @@ fn a_message_is_decoded_alike_whatever_came_before() {
                 compared += 1;
                 assert_eq!(then, alone, "{kind:?}, seed {seed}, {message:02x?}");
             }
-            assert!(compared > 100, "{kind:?}, seed {seed}: {compared}");
         }
+        assert!(compared > 20 * 100, "{kind:?}: {compared}");
     }
 }

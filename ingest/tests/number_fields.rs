@@ -180,6 +180,7 @@ fn one_topic_may_serve_several_sensors() {
             has_roll_pitch_yaw,
         }),
         other_parts: Vec::new(),
+        frame_id: None,
     };
     let requests = [
         request(SensorKind::Imu, imu, true, &[]),

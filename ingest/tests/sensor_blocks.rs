@@ -138,6 +138,7 @@ pub(crate) fn joint_requests(log: &Log, joints: &[&str]) -> Vec<SensorRequest> {
             joint_names: joints.iter().map(|&joint| joint.to_owned()).collect(),
             numbers: None,
             other_parts: Vec::new(),
+            frame_id: None,
         })
         .collect()
 }

@@ -1,12 +1,15 @@
 //! Publishers that share a topic, and what a log says twice.
 
+use std::{collections::BTreeMap, io::Cursor};
+
+use mcap::{WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{
     Log, NamedTopics, SampleStream, SensorKind, SensorRequest, SensorTopics, record_sensors,
     robot_descriptions,
 };
 
 use crate::sensor_blocks::blocks_and_columns;
-use crate::support::{FIRST_NS, TempLog, joint_state};
+use crate::support::{Cdr, FIRST_NS, TempLog, joint_state};
 
 const MS: i64 = 1_000_000;
 
@@ -55,6 +58,7 @@ fn requests(log: &Log) -> Vec<SensorRequest> {
         joint_names: topic.joint_names.clone(),
         numbers: None,
         other_parts: Vec::new(),
+        frame_id: None,
     };
     found.joint_states.iter().map(request).collect()
 }
@@ -178,4 +182,87 @@ fn different_robot_descriptions_are_found_with_the_last_one_last() {
         .collect();
     assert_eq!(texts, [("placeholder", 1_000), ("machine", 4_000)]);
     assert!(log.topics().iter().all(tipwatch_ingest::Topic::is_latched));
+}
+
+const WRENCH: &str = "geometry_msgs/msg/WrenchStamped";
+
+/// The force of each message is 1 N by the one sensor and 2 N by the other; the sensors come in no steady turn.
+fn wrenches(frames: [&str; 2]) -> Vec<(usize, i64, Vec<u8>)> {
+    let message = |k: i64| {
+        let of = usize::from(k % 7 < 3);
+        let stamp_ns = FIRST_NS + k * MS;
+        let mut cdr = Cdr::new(false);
+        cdr.header(stamp_ns, frames[of])
+            .all(&[1.0 + of as f64, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        (0, stamp_ns, cdr.bytes)
+    };
+    (1..50_000).map(message).collect()
+}
+
+/// A log in small chunks, which several threads decode.
+fn chunked_log(type_name: &str, messages: &[(usize, i64, Vec<u8>)]) -> TempLog {
+    let options = WriteOptions::new().compression(None).chunk_size(Some(3000));
+    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
+    let schema = writer.add_schema(type_name, "ros2msg", b"").unwrap();
+    let channel = writer.add_channel(schema, "/t", "cdr", &BTreeMap::new());
+    let channel_id = channel.unwrap();
+    for (_, time_ns, data) in messages {
+        let header = MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: *time_ns as u64,
+            publish_time: *time_ns as u64,
+        };
+        writer.write_to_known_channel(&header, data).unwrap();
+    }
+    writer.finish().unwrap();
+    TempLog::new("t.mcap", &writer.into_inner().into_inner())
+}
+
+#[test]
+fn sensors_that_share_a_topic_are_never_mixed() {
+    for frames in [["left", "right"], ["left", ""], ["left", "left_too"]] {
+        let file = chunked_log(WRENCH, &wrenches(frames));
+        let log = Log::open(&file.path).unwrap();
+        let found = |frame: Option<&str>| {
+            let named = NamedTopics {
+                has_tool: true,
+                frames: (frame.iter())
+                    .map(|frame| ("/t".into(), (*frame).into()))
+                    .collect(),
+                ..NamedTopics::default()
+            };
+            SensorTopics::find(&log, &named)
+        };
+        for unsettled in [None, Some("middle")] {
+            let problem = found(unsettled).unwrap_err().to_string();
+            for frame in frames {
+                assert!(problem.contains(&format!("{frame:?}")), "{problem}");
+            }
+            assert!(problem.contains("frames = { \"/t\" = "), "{problem}");
+        }
+        for (frame_id, of) in [(Some(frames[0]), 0), (Some(frames[1]), 1), (None, 1)] {
+            let topic = found(Some(frames[of])).unwrap().tool_wrench.unwrap();
+            assert_eq!(topic.frame_id.as_deref(), Some(frames[of]));
+            let request = SensorRequest {
+                topic: topic.topic,
+                kind: SensorKind::ToolWrench,
+                joint_names: Vec::new(),
+                numbers: None,
+                other_parts: Vec::new(),
+                frame_id: frame_id.map(str::to_owned),
+            };
+            let (recordings, losses) = record_sensors(&log, &[request], &mut |_| {}).unwrap();
+            let samples = (0..recordings[0].stamps_ns.len()).map(|at| recordings[0].sample(at)[0]);
+            let count = (1..50_000).filter(|k| usize::from(k % 7 < 3) == of).count();
+            assert_eq!(samples.len(), count);
+            assert!(samples.into_iter().all(|force| force == 1.0 + of as f64));
+            assert!(losses.undecodable_messages.is_empty(), "{losses:?}");
+            let told = format!("{} messages of /t are of other sensors", 49_999 - count);
+            assert!(
+                losses.notes.iter().any(|note| note.contains(&told)),
+                "{losses:?}"
+            );
+        }
+    }
 }

@@ -278,6 +278,7 @@ pub(crate) fn imu_of_two_parts(log: &Log) -> SensorRequest {
         joint_names: Vec::new(),
         numbers: Some(part(0)),
         other_parts: vec![(topic("/rates"), part(3))],
+        frame_id: None,
     }
 }
 

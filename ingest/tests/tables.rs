@@ -776,3 +776,58 @@ fn an_open_quotation_mark_costs_its_line() {
         assert_eq!(log.losses().ranges.len(), lost, "{first}");
     }
 }
+
+#[test]
+fn sensors_and_axes_in_rows_of_their_own_are_signals_of_their_own() {
+    let axis = |text: &mut String, at: usize, sensor: &str, axis: &str, value: f64| {
+        *text += &format!("{}.5,{sensor},good,{axis},{value}\n", at / 10);
+    };
+    let mut text = String::from("time_s,device,quality,direction,measured\n");
+    for at in (0..200).step_by(10) {
+        for (sensor, factor) in [("acc", 1.0), ("gyro", 100.0)] {
+            for (of, name) in ["x", "y", "z"].iter().enumerate() {
+                axis(&mut text, at, sensor, name, factor * (at + of) as f64);
+            }
+        }
+    }
+    let file = csv(&text);
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(log.topics()[0].message_count, Some(20));
+    for (name, first) in [("acc_x", 0.0), ("acc_z", 2.0), ("gyro_y", 100.0)] {
+        let (times, values, notes) = field(&log, name);
+        assert_eq!((times[1], values.len()), (1_500_000_000, 20), "{name}");
+        let step = if first < 100.0 { 10.0 } else { 1000.0 };
+        assert_eq!(values[..2], [first, first + step], "{name}");
+        let told = "its name in \"device\", \"direction\", its value in \"measured\"";
+        assert!(notes.iter().any(|note| note.contains(told)), "{notes:?}");
+    }
+    // several values of each sensor; then names that are numbers
+    let mut text = String::from("time_s,node,x,y\n");
+    for at in 0..20 {
+        text += &format!("{at},left,{at},2\n{at},right,{at},3\n");
+    }
+    let file = csv(&text);
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(field(&log, "left_y").1, [2.0; 20]);
+    assert_eq!(field(&log, "right_y").1, [3.0; 20]);
+    let mut text = String::from("time_s,signal,value\n");
+    for at in 0..20 {
+        text += &format!("{at},101,{at}\n{at},102,-1\n");
+    }
+    let file = csv(&text);
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(field(&log, "column_102").1, [-1.0; 20]);
+}
+
+#[test]
+fn texts_beside_coarse_times_name_no_signals() {
+    // ten rows a second under stamps of whole seconds, with a state and with a text that never comes again
+    let mut text = String::from("time_s,state,remark,x\n");
+    for at in 0..200 {
+        let state = ["idle", "drive"][at / 7 % 2];
+        text += &format!("{},{state},r{at}a,{at}\n", at / 10);
+    }
+    let file = csv(&text);
+    let log = Log::open(&file.path).unwrap();
+    assert_eq!(field(&log, "x").1.len(), 200);
+}

@@ -131,6 +131,7 @@ fn requests(log: &Log) -> Vec<SensorRequest> {
         joint_names: joint_names(),
         numbers: None,
         other_parts: Vec::new(),
+        frame_id: None,
     };
     joint_ids(log).into_iter().map(request).collect()
 }

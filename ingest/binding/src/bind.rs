@@ -38,6 +38,7 @@ pub fn named_topics(spec: &MachineSpec) -> NamedTopics {
         tool_wrench: (signals.tool_wrench.as_ref())
             .and_then(SignalSpec::topic)
             .cloned(),
+        frames: signals.frames.clone(),
         bound_by_number: number_signals::kinds(signals),
         has_tool: spec.arm.as_ref().is_some_and(|arm| arm.tool.is_some()),
     }
@@ -306,6 +307,7 @@ fn bound_sensors(
             joint_names,
             numbers: None,
             other_parts: Vec::new(),
+            frame_id: binding.frame_id.clone(),
         },
         why: binding.why.clone(),
     };

@@ -267,6 +267,7 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
         wheels: spec.signals.wheels.clone(),
         load_sums: spec.signals.load_sums.clone(),
         joints: commands_alone(&spec.signals),
+        frames: BTreeMap::new(),
     };
     bound.clock.offset.clear();
     for (linkage, stated) in bound.linkage.iter_mut().zip(&spec.linkage) {

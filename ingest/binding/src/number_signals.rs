@@ -62,6 +62,7 @@ fn request_of(log: &Log, number: NumberField, field: &FieldSpec) -> Result<Senso
         kind: SensorKind::Number,
         joint_names: Vec::new(),
         other_parts: Vec::new(),
+        frame_id: None,
         numbers: Some(SampleSpec {
             values: vec![ValueSource::Field(number)],
             has_roll_pitch_yaw: false,
@@ -222,6 +223,7 @@ fn numbered_joint(
                 has_roll_pitch_yaw: false,
             }),
             other_parts: Vec::new(),
+            frame_id: None,
         },
     }))
 }
@@ -291,6 +293,7 @@ impl Parts<'_> {
             joint_names: Vec::new(),
             numbers: Some(first),
             other_parts: samples.collect(),
+            frame_id: None,
         }))
     }
 }

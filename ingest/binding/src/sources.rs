@@ -102,6 +102,7 @@ impl Found {
                     has_roll_pitch_yaw: false,
                 }),
                 other_parts: Vec::new(),
+                frame_id: None,
             }),
             message_count: None,
         })

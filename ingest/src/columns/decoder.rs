@@ -17,8 +17,12 @@ impl Decoder {
         topic: &Topic,
         kind: SensorKind,
         joint_names: &[String],
+        frame_id: Option<String>,
     ) -> Result<Self, BindingError> {
-        let decoder = SensorDecoder::new(topic, kind, joint_names)?;
+        let mut decoder = SensorDecoder::new(topic, kind, joint_names)?;
+        if let Some(frame_id) = frame_id {
+            decoder.expect_frame(frame_id);
+        }
         Ok(Self::Typed(Box::new(decoder)))
     }
 
@@ -55,6 +59,14 @@ impl Decoder {
     pub(super) fn append(&mut self, next: &mut Self) {
         if let (Self::Numbers(decoder), Self::Numbers(next)) = (self, next) {
             decoder.append(next);
+        }
+    }
+
+    /// `header.frame_id` of the messages that are decoded.
+    pub(crate) fn frame_id(&self) -> &str {
+        match self {
+            Self::Typed(decoder) => decoder.frame_id().unwrap_or_default(),
+            Self::Numbers(_) => "",
         }
     }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::decoder::{Decoded, Decoder};
 use crate::{
     clock::{Times, TimesSlice},
-    decode::SensorSample,
+    decode::{DecodeError, SensorSample},
     message::{RawMessage, TopicId},
 };
 
@@ -95,6 +95,7 @@ pub(crate) struct PartOfSensor {
     pub(crate) samples: Samples,
     pub(crate) undecodable: u64,
     pub(crate) without_value: u64,
+    pub(crate) of_other_frames: u64,
     scratch: SensorSample,
 }
 
@@ -127,6 +128,7 @@ impl PartOfSensor {
             samples: Samples::default(),
             undecodable: 0,
             without_value: 0,
+            of_other_frames: 0,
             scratch: SensorSample::default(),
         }
     }
@@ -151,6 +153,7 @@ impl PartOfSensor {
             }
             Ok(Decoded::WithoutValue) => self.without_value += 1,
             Ok(Decoded::OfOtherJoints) => {}
+            Err(DecodeError::OtherFrame) => self.of_other_frames += 1,
             _ => {
                 values.truncate(before);
                 self.undecodable += 1;

@@ -51,6 +51,7 @@ pub(crate) struct SensorPass {
     pub(crate) fit: Option<ClockFit>,
     pub(crate) undecodable: u64,
     pub(crate) without_value: u64,
+    of_other_frames: u64,
 }
 
 /// The result of a pass.
@@ -118,6 +119,14 @@ pub(crate) fn pass(
     let mut sensors = pass.sensors;
     for (place, sensor) in sensors.iter().enumerate() {
         sensor.decoder.check_found()?;
+        if sensor.of_other_frames > 0 {
+            losses.note(format!(
+                "{} messages of {} are of other sensors than that of header.frame_id {:?}, and were left out",
+                sensor.of_other_frames,
+                sensor.name,
+                sensor.decoder.frame_id()
+            ));
+        }
         // a message that two sensors cannot decode counts once
         if !topics[..place].contains(&sensor.topic) {
             for _ in 0..sensor.undecodable {
@@ -180,6 +189,7 @@ impl Pass<'_> {
             sensor.decoder.append(&mut part.decoder);
             sensor.undecodable += std::mem::take(&mut part.undecodable);
             sensor.without_value += std::mem::take(&mut part.without_value);
+            sensor.of_other_frames += std::mem::take(&mut part.of_other_frames);
         }
         self.messages += std::mem::take(&mut part.messages);
     }
@@ -197,6 +207,7 @@ impl SensorPass {
             fit: None,
             undecodable: 0,
             without_value: 0,
+            of_other_frames: 0,
         })
     }
 

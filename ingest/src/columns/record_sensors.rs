@@ -10,6 +10,7 @@ use super::{
 use crate::{
     log::Log,
     message::{Error, Losses},
+    topics::frames_in,
 };
 
 /// Reads all samples of the wanted sensors in one pass over the log.
@@ -43,7 +44,14 @@ pub(crate) fn sensors_of(log: &Log, requests: &[SensorRequest]) -> Result<Vec<Wa
         let (kind, joints) = (request.kind, &request.joint_names);
         let decoder = match &request.numbers {
             Some(numbers) => Decoder::numbers(topic, numbers)?,
-            None => Decoder::typed(topic, kind, joints)?,
+            None => {
+                // threads begin in the middle of the log: all of them take the same sensor
+                let frame = match &request.frame_id {
+                    None => frames_in(log, request.topic, 1)?.pop(),
+                    named => named.clone(),
+                };
+                Decoder::typed(topic, kind, joints, frame)?
+            }
         };
         let width = kind.value_count(joints.len());
         sensors.push(Wanted {

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     clock::{ClockFinding, MessageTimes, Placement, StampDecision, Treatment},
-    decode::SensorSample,
+    decode::{DecodeError, SensorSample},
     log::{CanPass, Log},
     message::{Error, Losses, RawMessage, TopicId},
 };
@@ -228,7 +228,7 @@ impl StreamPart {
                 refusals.without_value += 1;
                 None
             }
-            Ok(Decoded::OfOtherJoints) => None,
+            Ok(Decoded::OfOtherJoints) | Err(DecodeError::OtherFrame) => None,
             _ => {
                 refusals.undecodable += 1;
                 None

@@ -19,6 +19,9 @@ pub struct SensorRequest {
     pub numbers: Option<SampleSpec>,
     /// Parts of a sample that come on separate topics: the values absent in `numbers`.
     pub other_parts: Vec<(TopicId, SampleSpec)>,
+    /// `header.frame_id` of the sensor, if its messages are of a standard type; messages with another one are left out.
+    /// `None` for that of the first message.
+    pub frame_id: Option<String>,
 }
 
 /// All samples of one sensor, in file order.

@@ -165,6 +165,11 @@ impl SensorDecoder {
         })
     }
 
+    /// Refuses messages of other frames than this one, instead of other ones than that of the first message.
+    pub(crate) fn expect_frame(&mut self, frame_id: String) {
+        self.frame_id = Some(frame_id);
+    }
+
     /// Decodes one message into `sample`. After an error the sample's values are empty.
     pub fn decode(
         &mut self,
@@ -244,10 +249,7 @@ impl SensorDecoder {
             self.frame_id = Some(frame.to_owned());
             return Ok(());
         };
-        let is_other = self.kind != SensorKind::JointStates
-            && !frame.is_empty()
-            && !first.is_empty()
-            && frame != first;
+        let is_other = self.kind != SensorKind::JointStates && frame != first;
         match is_other {
             true => Err(DecodeError::OtherFrame),
             false => Ok(()),
@@ -285,7 +287,7 @@ impl SensorDecoder {
         Shortcut::new(places, stamp, values.into_iter(), marks)
     }
 
-    /// The frame of the first decoded message, without a leading slash.
+    /// The frame of the messages that are decoded, that of the first one, without a leading slash.
     pub fn frame_id(&self) -> Option<&str> {
         self.frame_id.as_deref()
     }

@@ -2,7 +2,11 @@
 
 use std::io::{self, BufRead, BufReader, Read};
 
+use bzip2::bufread::BzDecoder;
+use flate2::bufread::GzDecoder;
+use lz4_flex::frame::FrameDecoder;
 use strum::Display;
+use zstd::stream::read::Decoder as ZstdDecoder;
 
 /// How a file is compressed as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
@@ -44,25 +48,86 @@ impl Packing {
     /// Unpacks; parts that were packed one by one and joined follow each other.
     pub(super) fn unpack<'r>(self, packed: impl Read + 'r) -> io::Result<Box<dyn Read + 'r>> {
         let packed = BufReader::with_capacity(1 << 16, packed);
-        Ok(match self {
-            Self::Zstd => Box::new(zstd::stream::read::Decoder::with_buffer(packed)?),
-            Self::Gzip => Box::new(flate2::bufread::MultiGzDecoder::new(packed)),
-            Self::Bzip2 => Box::new(bzip2::bufread::MultiBzDecoder::new(packed)),
-            Self::Lz4 => Box::new(Lz4Frames(lz4_flex::frame::FrameDecoder::new(packed))),
-        })
+        Ok(Box::new(Members {
+            packing: self,
+            member: Some(Member::new(self, packed)?),
+        }))
     }
 }
 
-/// The decoder pauses at the end of every frame.
-struct Lz4Frames<R: Read>(lz4_flex::frame::FrameDecoder<R>);
+/// The parts of a file, each packed by itself. Zeros between and behind them, to which tapes and disks fill up blocks, are
+/// no part.
+struct Members<R: BufRead> {
+    packing: Packing,
+    /// `None` once a part cannot begin.
+    member: Option<Member<R>>,
+}
 
-impl<R: BufRead> Read for Lz4Frames<R> {
+enum Member<R: BufRead> {
+    Zstd(ZstdDecoder<'static, R>),
+    Gzip(GzDecoder<R>),
+    Bzip2(BzDecoder<R>),
+    Lz4(FrameDecoder<R>),
+}
+
+impl<R: BufRead> Member<R> {
+    fn new(packing: Packing, packed: R) -> io::Result<Self> {
+        Ok(match packing {
+            Packing::Zstd => Self::Zstd(ZstdDecoder::with_buffer(packed)?.single_frame()),
+            Packing::Gzip => Self::Gzip(GzDecoder::new(packed)),
+            Packing::Bzip2 => Self::Bzip2(BzDecoder::new(packed)),
+            Packing::Lz4 => Self::Lz4(FrameDecoder::new(packed)),
+        })
+    }
+
+    fn into_rest(self) -> R {
+        match self {
+            Self::Zstd(decoder) => decoder.finish(),
+            Self::Gzip(decoder) => decoder.into_inner(),
+            Self::Bzip2(decoder) => decoder.into_inner(),
+            Self::Lz4(decoder) => decoder.into_inner(),
+        }
+    }
+}
+
+impl<R: BufRead> Read for Member<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        loop {
-            let count = self.0.read(buffer)?;
-            if count > 0 || buffer.is_empty() || self.0.get_mut().fill_buf()?.is_empty() {
+        match self {
+            Self::Zstd(decoder) => decoder.read(buffer),
+            Self::Gzip(decoder) => decoder.read(buffer),
+            Self::Bzip2(decoder) => decoder.read(buffer),
+            Self::Lz4(decoder) => decoder.read(buffer),
+        }
+    }
+}
+
+impl<R: BufRead> Read for Members<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Some(member) = &mut self.member {
+            let count = member.read(buffer)?;
+            if count > 0 || buffer.is_empty() {
                 return Ok(count);
             }
+            let Some(mut rest) = self.member.take().map(Member::into_rest) else {
+                break;
+            };
+            if pass_over_zeros(&mut rest)? {
+                self.member = Some(Member::new(self.packing, rest)?);
+            }
+        }
+        Ok(0)
+    }
+}
+
+/// Returns whether anything follows.
+fn pass_over_zeros(packed: &mut impl BufRead) -> io::Result<bool> {
+    loop {
+        let bytes = packed.fill_buf()?;
+        let all = bytes.len();
+        let zeros = bytes.iter().take_while(|byte| **byte == 0).count();
+        packed.consume(zeros);
+        if zeros < all || all == 0 {
+            return Ok(all > 0);
         }
     }
 }

@@ -144,6 +144,26 @@ pub enum BindingError {
         /// The line to write.
         line: String,
     },
+    /// Several sensors share a topic, and none of them is named; or the named one is not among them.
+    #[error(
+        "topic {topic} ({}): expected messages of {}, found {} by header.frame_id ({}). Name one in the machine file, \
+         under [signals]: frames = {{ {topic:?} = {:?} }}",
+        kind.signal_key(),
+        wanted.as_ref().map_or("one sensor".to_owned(), |frame| format!("the sensor {frame:?}")),
+        match found.len() { 1 => "one sensor".to_owned(), count => format!("{count} sensors") },
+        found.iter().map(|frame| format!("{frame:?}")).collect::<Vec<_>>().join(", "),
+        found.first().map_or("", String::as_str)
+    )]
+    Frames {
+        /// The signal.
+        kind: SensorKind,
+        /// The topic.
+        topic: String,
+        /// The frame that the machine file names.
+        wanted: Option<String>,
+        /// The frames in the first messages.
+        found: Vec<String>,
+    },
 }
 
 fn listed(topics: &[String]) -> String {

@@ -1,6 +1,8 @@
 //! The layout of a table in text: its separator, what stands before its rows, the names and units of its columns, and
 //! which of them is the time. All of it is found in the first bytes of the file.
 
+use std::collections::BTreeSet;
+
 use super::{
     date,
     number::number,
@@ -39,12 +41,14 @@ pub(crate) struct TextTable {
     pub(crate) notes: Vec<String>,
 }
 
-/// The columns of a table with one signal in each row, such as databases of time series export: `time,signal,value`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The columns of a table with one signal in each row, such as databases of time series export: `time,signal,value`; or with one
+/// sensor or axis in each row: `time,sensor,axis,value`.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct BySignal {
-    /// The name of the signal.
-    pub(crate) name: usize,
-    pub(crate) value: usize,
+    /// Those that together name the signal.
+    pub(crate) names: Vec<usize>,
+    /// Those with its values: of several, each is a signal of its own.
+    pub(crate) values: Vec<usize>,
     pub(crate) unit: Option<usize>,
 }
 
@@ -66,29 +70,70 @@ const SIGNAL_NAMES: [&str; 12] = [
 const VALUES: [&str; 4] = ["value", "val", "reading", "wert"];
 const UNITS: [&str; 4] = ["unit", "units", "uom", "einheit"];
 
-/// The columns if each row has the name of a signal and its value.
+/// The columns if each row has the name of a signal and its value: by the names of the columns, or because the rows of one time
+/// differ by texts.
 fn by_signal(sample: &Sample<'_>, time: &TimeSource) -> Option<BySignal> {
+    let columns = || (0..sample.names.len()).filter(|at| !time.columns.contains(at));
     let called = |known: &[&str]| {
-        let mut names = sample.names.iter().enumerate();
-        let found = names.find(|(_, name)| known.contains(&time::plain(name).as_str()));
-        found
-            .map(|(at, _)| at)
-            .filter(|at| !time.columns.contains(at))
+        columns().find(|&at| known.contains(&time::plain(&sample.names[at]).as_str()))
     };
-    let found = BySignal {
-        name: SIGNAL_NAMES.iter().find_map(|&name| called(&[name]))?,
-        value: called(&VALUES)?,
-        unit: called(&UNITS),
+    let cell = |row: usize, at: usize| sample.rows[row].get(at).map_or("", String::as_str);
+    let has_number =
+        |row: usize, at: usize| number(cell(row, at), sample.has_decimal_comma).is_some();
+    let rows = || 0..sample.rows.len();
+    let named = SIGNAL_NAMES.iter().find_map(|&name| called(&[name]));
+    let named = named.zip(called(&VALUES)).filter(|&(name, value)| {
+        rows().any(|row| has_number(row, value)) && rows().all(|row| !cell(row, name).is_empty())
+    });
+    // rows that share their time and their texts in some columns with an earlier row
+    let alike = |of: &[usize]| {
+        let mut seen = BTreeSet::new();
+        let key = |row: usize| -> Vec<&str> {
+            time.columns
+                .iter()
+                .chain(of)
+                .map(|&at| cell(row, at))
+                .collect()
+        };
+        rows().filter(|&row| !seen.insert(key(row))).count()
     };
-    let is_number = |cell: Option<&String>| {
-        cell.is_some_and(|cell| number(cell, sample.has_decimal_comma).is_some())
+    let at_one_time = alike(&[]);
+    let has_texts = |at: usize| rows().all(|row| !cell(row, at).is_empty() && !has_number(row, at));
+    let named = named.filter(|&(name, _)| has_texts(name) || alike(&[name]) < at_one_time);
+    let mut names: Vec<usize> = named.iter().map(|(name, _)| *name).collect();
+    let texts: Vec<usize> = columns().filter(|&at| has_texts(at)).collect();
+    let mut left = alike(&names);
+    while left > 0 {
+        let with = |at: usize| alike(&[names.as_slice(), &[at]].concat());
+        let best = texts.iter().map(|&at| (with(at), at)).min();
+        let Some((fewer, at)) = best.filter(|(fewer, _)| *fewer < left) else {
+            break;
+        };
+        left = fewer;
+        names.push(at);
+    }
+    let different = |of: &[usize]| {
+        let key = |row: usize| -> Vec<&str> { of.iter().map(|&at| cell(row, at)).collect() };
+        rows().map(key).collect::<BTreeSet<_>>().len()
     };
-    let has_name = |row: &Vec<String>| {
-        row.get(found.name).is_some_and(|name| !name.is_empty()) && !is_number(row.get(found.name))
+    // texts that hardly ever come again are no names
+    let are_names = left == 0 && at_one_time > 0 && 2 * different(&names) <= sample.rows.len();
+    if !are_names {
+        names.truncate(usize::from(named.is_some()));
+    }
+    names.sort_unstable();
+    let unit = called(&UNITS).filter(|unit| !names.contains(unit));
+    let values: Vec<usize> = match named {
+        Some((_, value)) => vec![value],
+        None => columns()
+            .filter(|&at| !names.contains(&at) && rows().any(|row| has_number(row, at)))
+            .collect(),
     };
-    let has_value = |row: &Vec<String>| is_number(row.get(found.value));
-    let rows = sample.rows;
-    (rows.iter().any(has_value) && rows.iter().all(has_name)).then_some(found)
+    (!names.is_empty() && !values.is_empty()).then_some(BySignal {
+        names,
+        values,
+        unit,
+    })
 }
 
 /// Why the beginning of a file is not that of a table that can be read.
@@ -283,11 +328,15 @@ fn below_names(
     let time = time::find(&sample, options).map_err(Refusal::Unclear)?;
     notes.extend(time.told.clone());
     let by_signal = by_signal(&sample, &time);
-    if let Some(found) = by_signal {
+    if let Some(found) = &by_signal {
+        let listed = |columns: &[usize]| {
+            let quoted = |&at: &usize| format!("\"{}\"", names[at].escape_debug());
+            columns.iter().map(quoted).collect::<Vec<_>>().join(", ")
+        };
         notes.push(format!(
-            "each row has one signal: its name in \"{}\", its value in \"{}\"",
-            names[found.name].escape_debug(),
-            names[found.value].escape_debug()
+            "each row has one signal: its name in {}, its value in {}",
+            listed(&found.names),
+            listed(&found.values)
         ));
     }
     let first_row = rows.first().map_or(lines.len(), |(at, _)| *at);

@@ -14,6 +14,8 @@ pub struct Binding {
     pub topic: TopicId,
     /// Why this topic was chosen.
     pub why: String,
+    /// `header.frame_id` of its messages, where they have one.
+    pub frame_id: Option<String>,
 }
 
 /// Finds the topic for one signal: the named one, else the only one of the type with messages.
@@ -34,6 +36,7 @@ pub fn bind(
                 kind,
                 topic: topic.id,
                 why,
+                frame_id: None,
             }))
         }
         several => Err(several_candidates(kind, several)),
@@ -59,6 +62,7 @@ pub fn bind_joint_states(topics: &[Topic], named: &[String]) -> Result<Vec<Bindi
         kind,
         topic: topic.id,
         why: why.clone(),
+        frame_id: None,
     };
     Ok(found.iter().map(binding).collect())
 }
@@ -77,6 +81,7 @@ fn bind_named(topics: &[Topic], kind: SensorKind, name: &str) -> Result<Binding,
             kind,
             topic: topic.id,
             why: "named by the machine file".to_owned(),
+            frame_id: None,
         }),
         ([], None) => Err(BindingError::NoSuchTopic {
             kind,

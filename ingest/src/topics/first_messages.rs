@@ -187,7 +187,11 @@ impl NameLists {
 pub fn first_string(log: &Log, topic: TopicId) -> Result<Option<String>, Error> {
     expect_type(log, topic, "std_msgs/msg/String")?;
     let layout = layout_of(log.topic(topic)?, &["data"])?;
-    first_text(log, topic, &layout)
+    let mut first = None;
+    for_first_texts(log, topic, &layout, 1, &mut |text| {
+        first = Some(text.to_owned());
+    })?;
+    Ok(first)
 }
 
 /// Passes every string on a topic of strings to `each`, with its log time (ns).
@@ -211,29 +215,71 @@ pub(crate) fn for_each_string(
 /// The frame in the header of the first readable message, without a leading slash; `None` if there is
 /// none.
 pub fn first_frame(log: &Log, topic: TopicId) -> Result<Option<String>, Error> {
-    let Ok(layout) = layout_of(log.topic(topic)?, &["header.frame_id"]) else {
-        return Ok(None);
-    };
-    let frame = first_text(log, topic, &layout)?;
-    let frame = frame.map(|frame| frame.trim_start_matches('/').to_owned());
-    Ok(frame.filter(|frame| !frame.is_empty()))
+    let first = frames_in(log, topic, 1)?.into_iter().next();
+    Ok(first.filter(|frame| !frame.is_empty()))
 }
 
-/// The first path of a layout, read from the first message that can be decoded.
-fn first_text(log: &Log, topic: TopicId, layout: &Layout) -> Result<Option<String>, Error> {
+/// The frame of a sensor: the wanted one, else the only one in the first messages of its topic.
+pub(crate) fn sensor_frame(
+    log: &Log,
+    topic: TopicId,
+    kind: SensorKind,
+    wanted: Option<&str>,
+) -> Result<Option<String>, Error> {
+    let mut found = frames_in(log, topic, MESSAGES_WITH_ALL_NAMES)?;
+    let is_settled = match wanted {
+        Some(wanted) => found.iter().any(|frame| frame == wanted),
+        None => found.len() <= 1,
+    };
+    match is_settled {
+        true if wanted.is_some() => Ok(wanted.map(str::to_owned)),
+        true => Ok(found.pop()),
+        false => Err(BindingError::Frames {
+            kind,
+            topic: log.topic(topic)?.name.clone(),
+            wanted: wanted.map(str::to_owned),
+            found,
+        }
+        .into()),
+    }
+}
+
+/// The different frames in the headers of the first readable messages, without leading slashes.
+pub(crate) fn frames_in(log: &Log, topic: TopicId, messages: usize) -> Result<Vec<String>, Error> {
+    let Ok(layout) = layout_of(log.topic(topic)?, &["header.frame_id"]) else {
+        return Ok(Vec::new());
+    };
+    let mut found: Vec<String> = Vec::new();
+    for_first_texts(log, topic, &layout, messages, &mut |text| {
+        let frame = text.trim_start_matches('/');
+        if !found.iter().any(|known| known == frame) {
+            found.push(frame.to_owned());
+        }
+    })?;
+    Ok(found)
+}
+
+/// Passes the first path of a layout to `each`, as read from so many first messages that can be decoded.
+fn for_first_texts(
+    log: &Log,
+    topic: TopicId,
+    layout: &Layout,
+    messages: usize,
+    each: &mut dyn FnMut(&str),
+) -> Result<(), Error> {
     let mut fields = Fields::new();
-    let mut first = None;
-    log.read(
-        &[topic],
-        &mut |message| match layout.decode(message.data, &mut fields) {
-            Ok(()) => {
-                first = Some(String::from_utf8_lossy(fields.text(0)).into_owned());
-                ControlFlow::Break(())
-            }
-            Err(_) => ControlFlow::Continue(()),
-        },
-    )?;
-    Ok(first)
+    let mut left = messages;
+    log.read(&[topic], &mut |message| {
+        if layout.decode(message.data, &mut fields).is_ok() {
+            each(&String::from_utf8_lossy(fields.text(0)));
+            left = left.saturating_sub(1);
+        }
+        match left {
+            0 => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        }
+    })?;
+    Ok(())
 }
 
 fn expect_type(log: &Log, topic: TopicId, expected: &'static str) -> Result<(), Error> {

@@ -8,7 +8,6 @@ mod metadata_records;
 mod sensor_topics;
 mod static_frames;
 
-pub(crate) use self::latched::{is_latched, is_static_transform};
 pub use self::{
     binding::{Binding, bind, bind_joint_states, topic_of_field},
     contents::{FieldContents, TopicContents, topic_contents},
@@ -19,4 +18,8 @@ pub use self::{
         robot_descriptions,
     },
     static_frames::{StaticFrame, static_frames},
+};
+pub(crate) use self::{
+    first_messages::frames_in,
+    latched::{is_latched, is_static_transform},
 };

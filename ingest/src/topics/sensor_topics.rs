@@ -1,8 +1,10 @@
 //! Finds the topics that carry a machine's sensors.
 
+use std::collections::BTreeMap;
+
 use super::{
     binding::{Binding, bind, bind_joint_states},
-    first_messages::{JointNamedTwice, first_frame, for_each_string, joint_groups_in},
+    first_messages::{JointNamedTwice, for_each_string, joint_groups_in, sensor_frame},
 };
 use crate::{
     log::Log,
@@ -20,6 +22,8 @@ pub struct NamedTopics {
     pub odometry: Option<String>,
     /// The topic of the tool wrench.
     pub tool_wrench: Option<String>,
+    /// By topic, `header.frame_id` of the sensor that is meant where several share the topic.
+    pub frames: BTreeMap<String, String>,
     /// Kinds that the machine file binds number by number, which are not searched.
     pub bound_by_number: Vec<SensorKind>,
     /// Whether to search for a tool wrench: only machines with a tool have one.
@@ -63,30 +67,39 @@ impl SensorTopics {
     /// Finds the topics: the named ones, else the only one of the type with messages.
     ///
     /// # Errors
-    /// A named topic is missing or of another type; several could carry one signal; the log cannot
+    /// A named topic is missing or of another type; several could carry one signal; several
+    /// sensors share a topic and none of them is named; the log cannot
     /// be read.
     pub fn find(log: &Log, named: &NamedTopics) -> Result<Self, Error> {
         let joint_states = joint_topics(log, &named.joint_states)?;
-        let single = |kind, name: &Option<String>| match named.bound_by_number.contains(&kind) {
-            true => Ok(None),
-            false => bind(log.topics(), kind, name.as_deref()),
+        let single = |kind, name: &Option<String>| {
+            if named.bound_by_number.contains(&kind) {
+                return Ok(None);
+            }
+            let mut found = bind(log.topics(), kind, name.as_deref())?;
+            if let Some(binding) = &mut found {
+                let wanted = named.frames.get(&log.topic(binding.topic)?.name);
+                let wanted = wanted.map(String::as_str);
+                binding.frame_id = sensor_frame(log, binding.topic, kind, wanted)?;
+            }
+            Ok::<_, Error>(found)
         };
         let imu = single(SensorKind::Imu, &named.imu)?;
-        let frame_of = |binding: &Option<Binding>| match binding {
-            Some(binding) => first_frame(log, binding.topic),
-            None => Ok(None),
-        };
         let odometry = single(SensorKind::Odometry, &named.odometry)?;
         let tool_wrench = match named.has_tool || named.tool_wrench.is_some() {
             true => single(SensorKind::ToolWrench, &named.tool_wrench)?,
             false => None,
         };
+        let frame_of = |binding: &Option<Binding>| {
+            let frame = binding.as_ref().and_then(|found| found.frame_id.clone());
+            frame.filter(|frame| !frame.is_empty())
+        };
         Ok(Self {
             joint_states,
-            imu_frame: frame_of(&imu)?,
+            imu_frame: frame_of(&imu),
             imu,
             odometry,
-            tool_wrench_frame: frame_of(&tool_wrench)?,
+            tool_wrench_frame: frame_of(&tool_wrench),
             tool_wrench,
         })
     }

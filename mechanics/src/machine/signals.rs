@@ -25,6 +25,9 @@ pub struct SignalsSpec {
     pub odometry: Option<SignalSpec<OdometryFields>>,
     /// `geometry_msgs/WrenchStamped`, or single number fields: force and moment of the surroundings on the tool.
     pub tool_wrench: Option<SignalSpec<WrenchFields>>,
+    /// By topic, `header.frame_id` of the sensor that is meant where several sensors share the topic.
+    #[serde(default)]
+    pub frames: BTreeMap<String, String>,
     /// Measured loads of single wheels, by the names of `[wheels]`. The loads are computed without them; they are
     /// compared with the computed ones.
     #[serde(default)]

@@ -182,6 +182,7 @@ pub(super) fn mean_of(log: &Log, topic: &str, kind: SensorKind) -> Result<Option
         joint_names: Vec::new(),
         numbers: None,
         other_parts: Vec::new(),
+        frame_id: None,
     };
     let Ok((recordings, _)) = record_sensors(log, &[request], &mut |_| {}) else {
         return Ok(None);

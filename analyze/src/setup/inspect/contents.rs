@@ -123,6 +123,7 @@ fn clocks(log: &Log) -> Result<(Vec<SensorRecording>, Losses)> {
                 joint_names: Vec::new(),
                 numbers: None,
                 other_parts: Vec::new(),
+                frame_id: None,
             })
         })
         .filter(|request| {

@@ -140,6 +140,7 @@ impl<R: BufRead> Asc<R> {
         self.last_ns = time_ns;
         frame.time_ns = self.start_ns.saturating_add(time_ns);
         match words.next() {
+            Some(b"CANFD") if words.clone().nth(1) == Some(b"TxRq") => Line::Other,
             Some(b"CANFD") => match self.fd(words, frame, channels) {
                 Some(()) => Line::Frame,
                 None => Line::Wrong,
@@ -172,28 +173,29 @@ impl<R: BufRead> Asc<R> {
             frame.channel = channels.numbered(channel);
             return Line::Frame;
         }
-        let Some(id) = self.id(id) else {
+        let id = self.id(id);
+        let direction = words.next();
+        let id = match (id, direction) {
+            // a request to send is no frame of the bus: that follows as Tx, once it is sent
+            (_, Some(b"TxRq")) => return Line::Other,
+            (Some(id), Some(b"Rx" | b"Tx")) => id,
+            // a frame without its identifier, such as by the name of its message
+            (Some(_), _) | (None, Some(b"Rx" | b"Tx")) => return Line::Wrong,
             // `Statistic: ...`, `J1939TP ...` and others
-            return Line::Other;
+            (None, _) => return Line::Other,
         };
         frame.id = id;
-        let mut rest = || {
-            match words.next()? {
-                b"Rx" | b"Tx" | b"TxRq" => {}
-                _ => return None,
+        let mut rest = || match words.next()? {
+            b"d" => {
+                frame.kind = FrameKind::Data;
+                let len = self.number(words.next()?)?.min(8) as usize;
+                self.data(&mut words, len, frame)
             }
-            match words.next()? {
-                b"d" => {
-                    frame.kind = FrameKind::Data;
-                    let len = self.number(words.next()?)?.min(8) as usize;
-                    self.data(&mut words, len, frame)
-                }
-                b"r" => {
-                    frame.kind = FrameKind::Remote;
-                    frame.set_data(&[]).then_some(())
-                }
-                _ => None,
+            b"r" => {
+                frame.kind = FrameKind::Remote;
+                frame.set_data(&[]).then_some(())
             }
+            _ => None,
         };
         match rest() {
             Some(()) => {
@@ -213,7 +215,7 @@ impl<R: BufRead> Asc<R> {
     ) -> Option<()> {
         let channel = decimal(words.next()?)?.unsigned_abs();
         let mut next = words.next()?;
-        if matches!(next, b"Rx" | b"Tx" | b"TxRq") {
+        if matches!(next, b"Rx" | b"Tx") {
             next = words.next()?;
         }
         frame.channel = channels.numbered(channel);

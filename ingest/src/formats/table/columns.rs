@@ -12,6 +12,8 @@ pub(super) struct Columns {
     pub(super) definition: String,
     /// Names as the table has them.
     pub(super) names: Vec<String>,
+    /// Which columns would have had the same field.
+    pub(super) notes: Vec<String>,
 }
 
 impl Columns {
@@ -20,8 +22,18 @@ impl Columns {
     pub(super) fn new(names: Vec<String>, units: &[String]) -> Self {
         let mut fields: Vec<String> = Vec::with_capacity(names.len());
         let mut definition = String::new();
+        let mut notes = Vec::new();
         for (at, name) in names.iter().enumerate() {
-            let field = unused(&field_name(name), &fields);
+            let plain = field_name(name);
+            // a column keeps its exact name, wherever it stands
+            let is_taken =
+                |field: &String| fields.contains(field) || field != name && names.contains(field);
+            let field = unused(&plain, &is_taken);
+            if field != plain {
+                notes.push(format!(
+                    "column {name:?} is read as field {field}: {plain} is another column"
+                ));
+            }
             let unit = units.get(at).map_or("", String::as_str);
             let described = format!("{name} {unit}");
             // writing to a string cannot fail
@@ -32,7 +44,11 @@ impl Columns {
             );
             fields.push(field);
         }
-        Self { definition, names }
+        Self {
+            definition,
+            names,
+            notes,
+        }
     }
 }
 
@@ -54,11 +70,10 @@ fn field_name(name: &str) -> String {
 }
 
 /// The name, with a number behind it if it is taken.
-fn unused(name: &str, taken: &[String]) -> String {
+fn unused(name: &str, is_taken: &dyn Fn(&String) -> bool) -> String {
     let numbered = (2..).map(|number| format!("{name}_{number}"));
     let mut names = std::iter::once(name.to_owned()).chain(numbered);
-    let is_free = |name: &String| !taken.contains(name);
-    names.find(is_free).unwrap_or_default()
+    names.find(|name| !is_taken(name)).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -85,5 +100,20 @@ mod tests {
                 "gr_e"
             ]
         );
+        assert_eq!(columns.notes.len(), 1, "{:?}", columns.notes);
+    }
+
+    #[test]
+    fn an_exact_name_is_that_of_its_column() {
+        let names = ["imu.ax", "Roll", "imu_ax", "roll", "imu ax", "imu_ax_2"];
+        let columns = Columns::new(names.map(str::to_owned).to_vec(), &[]);
+        let fields = columns.definition.lines();
+        let fields: Vec<&str> = fields.map(|line| line.split(' ').nth(1).unwrap()).collect();
+        assert_eq!(
+            fields,
+            ["imu_ax_3", "Roll", "imu_ax", "roll", "imu_ax_4", "imu_ax_2"]
+        );
+        assert!(columns.notes[0].contains("\"imu.ax\"") && columns.notes[0].contains("imu_ax_3"));
+        assert_eq!(columns.notes.len(), 2, "{:?}", columns.notes);
     }
 }

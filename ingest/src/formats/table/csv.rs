@@ -1,7 +1,6 @@
 //! Comma-separated values, or values separated by semicolons, tabs, bars or blanks.
 
 use std::{
-    borrow::Cow,
     collections::BTreeMap,
     fs::File,
     io::{BufRead, BufReader, Read, Seek, SeekFrom},
@@ -82,16 +81,16 @@ impl CsvReader {
         };
         lines.cut_at = lines.find_cut()?;
         let mut signals = None;
-        let columns = match lines.table.by_signal {
+        let columns = match lines.table.by_signal.clone() {
             None => lines.columns(),
             Some(by) => {
                 let found = Signals::find(&lines, by)?.map_err(refused)?;
-                let columns = Columns::new(found.names(), &found.units);
+                let columns = Columns::new(found.names(&lines.table.names), &found.units);
                 signals = Some(found);
                 columns
             }
         };
-        for note in &lines.table.notes {
+        for note in lines.table.notes.iter().chain(&columns.notes) {
             losses.note(format!("{}: {note}", path.display()));
         }
         let mut csv = Self {
@@ -495,14 +494,15 @@ impl Signals {
                 return ControlFlow::Continue(());
             };
             let name = found.name(&line);
-            let place = match found.places.get(&*name) {
+            let place = match found.places.get(&name) {
                 Some(&place) => place,
                 None => {
-                    let place = found.units.len();
-                    found.places.insert(name.into_owned(), place);
-                    let unit = by.unit.and_then(|unit| line.record.get(unit));
+                    let place = found.places.len();
+                    found.places.insert(name, place);
+                    let unit = found.by.unit.and_then(|unit| line.record.get(unit));
                     let unit = String::from_utf8_lossy(unit.unwrap_or_default());
-                    found.units.push(unit.trim().to_owned());
+                    let units = found.by.values.iter().map(|_| unit.trim().to_owned());
+                    found.units.extend(units);
                     place
                 }
             };
@@ -516,9 +516,9 @@ impl Signals {
                 false => ControlFlow::Continue(()),
             }
         })?;
-        let count = found.units.len();
+        let count = found.places.len();
         Ok(match count {
-            _ if count > MOST_SIGNALS => Err(format!(
+            _ if found.units.len() > MOST_SIGNALS => Err(format!(
                 "each row has one signal: expected at most {MOST_SIGNALS} of them, found more"
             )),
             _ if falls > 0 && runs + 1 == count => Err(format!(
@@ -529,23 +529,33 @@ impl Signals {
         })
     }
 
-    fn name<'l>(&self, line: &Line<'l>) -> Cow<'l, str> {
-        let name = line.record.get(self.by.name).unwrap_or_default();
-        String::from_utf8_lossy(name.trim_ascii())
+    /// The name of the signal of a line; that of its sensor, if each line has several values.
+    fn name(&self, line: &Line<'_>) -> String {
+        let part = |&at: &usize| {
+            let text = line.record.get(at).unwrap_or_default().trim_ascii();
+            String::from_utf8_lossy(text)
+        };
+        self.by.names.iter().map(part).collect::<Vec<_>>().join(".")
     }
 
-    /// By place.
-    fn names(&self) -> Vec<String> {
+    /// By place: the values of the first name, then those of the second one, and so on.
+    fn names(&self, columns: &[String]) -> Vec<String> {
         let mut names = vec![String::new(); self.units.len()];
+        let values = self.by.values.as_slice();
         for (name, &place) in &self.places {
-            names[place].clone_from(name);
+            for (value, &at) in values.iter().enumerate() {
+                names[place * values.len() + value] = match values {
+                    [_] => name.clone(),
+                    _ => format!("{name}.{}", columns[at]),
+                };
+            }
         }
         names
     }
 
     fn read(&self, line: &Line<'_>, lines: &Lines) -> Result<OneSignal, Problem> {
         let name = self.name(line);
-        let Some(&column) = self.places.get(&*name) else {
+        let Some(&place) = self.places.get(&name) else {
             return Err(Problem {
                 kind: "signal",
                 text: format!(
@@ -557,18 +567,20 @@ impl Signals {
         Ok(OneSignal {
             time_ns: line.row.time_ns,
             lacks_zone: line.row.lacks_zone,
-            column,
-            cell: lines.cell(line.record.get(self.by.value).unwrap_or_default()),
+            first_column: place * self.by.values.len(),
+            cells: (self.by.values.iter())
+                .map(|&at| lines.cell(line.record.get(at).unwrap_or_default()))
+                .collect(),
         })
     }
 }
 
-/// A line with one signal.
+/// A line with one signal, or with the values of one sensor.
 struct OneSignal {
     time_ns: i64,
     lacks_zone: bool,
-    column: usize,
-    cell: Cell,
+    first_column: usize,
+    cells: Vec<Cell>,
 }
 
 /// The signals of lines of one time.
@@ -583,22 +595,29 @@ impl JoinedRow {
     fn new(first: OneSignal, place: Place, width: usize) -> Self {
         let mut cells = Vec::with_capacity(width);
         cells.resize_with(width, || Cell::Missing);
-        cells[first.column] = first.cell;
-        Self {
+        let mut joined = Self {
             time_ns: first.time_ns,
             cells,
             lacks_zone: first.lacks_zone,
-            place,
-        }
+            place: place.clone(),
+        };
+        joined.add(first, place);
+        joined
     }
 
     /// Whether a line is of this time, and its signal is not there yet.
     fn takes(&self, next: &OneSignal) -> bool {
-        next.time_ns == self.time_ns && matches!(self.cells[next.column], Cell::Missing)
+        let mut cells = self
+            .cells
+            .iter()
+            .skip(next.first_column)
+            .take(next.cells.len());
+        next.time_ns == self.time_ns && cells.all(|cell| matches!(cell, Cell::Missing))
     }
 
     fn add(&mut self, next: OneSignal, place: Place) {
-        self.cells[next.column] = next.cell;
+        let cells = self.cells.iter_mut().skip(next.first_column);
+        cells.zip(next.cells).for_each(|(cell, next)| *cell = next);
         self.place.bytes.end = place.bytes.end;
     }
 

@@ -29,6 +29,7 @@ impl Problem {
 }
 
 /// Where a row is.
+#[derive(Clone)]
 pub(super) struct Place {
     pub(super) bytes: Range<u64>,
     /// The number of its line, from 1.

@@ -162,6 +162,9 @@ impl ParquetReader {
                 .collect(),
             &[],
         );
+        for note in &columns.notes {
+            losses.note(format!("{}: {note}", path.display()));
+        }
         let mut reader = Self {
             path: path.to_path_buf(),
             data: file.data().to_path_buf(),
