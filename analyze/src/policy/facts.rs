@@ -148,8 +148,8 @@ record! {
 
 /// The wheels that an edge does not carry, in lower case.
 fn wheels_off(machine: &Machine, edge: &str) -> Vec<String> {
-    let edges = machine.polygon().edges().iter();
-    let Some(edge) = edges.filter(|of| of.name == edge).next() else {
+    let mut edges = machine.polygon().edges().iter();
+    let Some(edge) = edges.find(|of| of.name.eq_ignore_ascii_case(edge)) else {
         return Vec::new();
     };
     let wheels = machine.wheels().iter().zip(&edge.carries);

@@ -24,7 +24,10 @@ impl Table {
     /// # Errors
     /// There is no such table, a row is of no known figure, or a cell is neither a number nor a dash.
     pub fn read(page: &str) -> Result<Self, String> {
-        let mut rows = page.lines().filter(|line| line.starts_with('|')).map(cells);
+        let is_row = |line: &&str| line.starts_with('|');
+        let mut rows = (page.lines().skip_while(|line| !is_row(line)))
+            .take_while(is_row)
+            .map(cells);
         let heads = rows.next().unwrap_or_default();
         if heads.first() != Some(&CORNER) {
             return Err(format!(

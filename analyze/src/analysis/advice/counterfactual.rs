@@ -164,7 +164,8 @@ impl<'a> Question<'a> {
             if !is_shown {
                 answer.answer = Answer::Open;
                 (answer.probability, answer.sigma_n) = (None, None);
-                answer.why_not = Some("the machine as stated does not do it as recorded either");
+                answer.why_not =
+                    Some("evaluated as recorded, the machine as stated does not show it either");
             }
             Some(answer)
         });
