@@ -164,7 +164,6 @@ impl RotationTrace {
                 self.recent.push_back(Point {
                     at_ns: stamp_ns,
                     shown,
-                    travelled: watch.travelled(),
                 });
             }
         }
@@ -188,7 +187,10 @@ impl RotationTrace {
                 self.close(watch, spell, None);
                 Vec::new()
             }
-            None => Turning::at_end(&self.recent, watch),
+            None => {
+                let last = self.recent.back().map(|point| point.at_ns);
+                last.map_or_else(Vec::new, |at_ns| Turning::at_end(watch, at_ns))
+            }
         };
         Rotations {
             found: self.found,

@@ -68,10 +68,10 @@ impl CheckedEstimator {
         self.estimator.last_mut()
     }
 
-    /// Whether the platform rotates about an edge, by gyro and attitude alone.
+    /// Whether the platform falls, by gyro and attitude alone.
     #[must_use]
     pub fn rotates(&self) -> bool {
-        self.estimator.rotation().is_some()
+        self.estimator.falls()
     }
 
     /// Whether the mounting, a sign, the order or a scale of a sensor was ever contradicted.

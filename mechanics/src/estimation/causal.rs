@@ -128,6 +128,12 @@ impl CausalEstimator {
         self.rotation.spell()
     }
 
+    /// Whether the platform falls, by gyro and attitude alone.
+    #[must_use]
+    pub fn falls(&self) -> bool {
+        self.rotation.falls()
+    }
+
     /// Whether the mounting, a sign, the order or a scale of a sensor was ever contradicted. All rows are doubted since then.
     #[must_use]
     pub fn is_contradicted(&self) -> bool {
@@ -325,7 +331,7 @@ impl CausalEstimator {
             self.estimate.reasons.add(Reason::Contradiction);
         }
         self.estimate.shown = self.plausibility.shown();
-        self.estimate.rotates = self.rotation.spell().is_some();
+        self.estimate.rotates = self.rotation.falls();
         let supports = self.supports.as_mut();
         self.estimate.stands_on = supports.map(|supports| supports.at(machine, time_ns));
         for (value, last) in self.estimate.measured_loads.iter_mut().zip(&self.loads) {
@@ -334,7 +340,7 @@ impl CausalEstimator {
         for (command, last) in machine.joint_commands().iter().zip(&self.commands) {
             self.estimate.commands[command.joint] = last.near(time_ns, max_gap_ns);
         }
-        if self.estimate.rotates {
+        if self.rotation.spell().is_some() {
             self.estimate.reasons.add(Reason::Tipping);
         }
         row(&self.estimate);

@@ -22,7 +22,7 @@ pub struct Estimate {
     pub state: State<f64>,
     /// Why the row is invalid, as far as the signals show.
     pub reasons: Reasons,
-    /// Whether the platform rotates about an edge, by gyro and attitude alone.
+    /// Whether the platform falls, by gyro and attitude alone.
     pub rotates: bool,
     /// What the signals up to this row have shown.
     pub shown: SessionProofs,

@@ -29,7 +29,7 @@ pub struct RowFacts {
     pub utilisation: f64,
     /// Whether a wheel carries nothing: its OTF is not positive, whatever the utilisation.
     pub is_wheel_unloaded: bool,
-    /// Whether the platform rotates about an edge, by gyro and attitude alone: danger, whatever is wrong with the rest.
+    /// Whether the platform falls, by gyro and attitude alone: danger, whatever is wrong with the rest.
     pub rotates: bool,
     /// What the loads hang on that nothing has proven.
     pub unproven: Proofs,

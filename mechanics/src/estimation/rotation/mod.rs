@@ -15,6 +15,7 @@
 mod attitude;
 mod edges;
 mod gyro;
+mod outward;
 mod reference;
 mod speed;
 mod spell;
@@ -23,5 +24,6 @@ mod suspension;
 mod tests;
 mod watch;
 
+pub use outward::{OutwardTurn, ShownUp};
 pub use spell::{RotationSpell, RotationWitness};
-pub use watch::{PlatformRotation, ShownUp, SoundRotation};
+pub use watch::PlatformRotation;

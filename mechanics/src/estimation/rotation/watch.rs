@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::attitude::UpByAttitude;
 use super::edges::Edges;
 use super::gyro::UpByGyro;
+use super::outward::{AHEAD_S, Outward, OutwardTurn, ShownUp};
 use super::reference::{Claim, Reference, Step};
 use super::speed::Speed;
 use super::spell::{RotationSpell, RotationWitness, certainty};
@@ -17,6 +18,8 @@ const CERTAIN: f64 = 3.3;
 /// For so many samples, and for so long (ns).
 const SAMPLES: u32 = 3;
 const LASTING_NS: i64 = 30_000_000;
+/// Slower than this soft ground may give way (rad/s).
+const FALLS: f64 = 2.5 * DEGREE;
 /// Share of a rotation that the other source must show to agree.
 const AGREES: f64 = 0.5;
 /// Share of a rotation that the specific force must show to support it, and the least of it (rad), standing and moving.
@@ -56,6 +59,10 @@ pub struct PlatformRotation {
     attitude: UpByAttitude,
     by_gyro: Source,
     by_attitude: Source,
+    /// How the platform turns outwards by gyro and by attitude.
+    outward: [Outward; 2],
+    /// For how many samples neither tyres nor ground have explained that.
+    unexplained: u32,
     max_gap_ns: i64,
     last_ns: Option<i64>,
     last_speed: f64,
@@ -80,26 +87,6 @@ struct Source {
     claimed: Option<(u32, i64)>,
 }
 
-/// What a source shows of the platform at a time, all in base axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ShownUp {
-    /// Up direction.
-    pub up: Vector3<f64>,
-    /// Up direction that it has where it stands on its wheels: what a rotation is counted from at that time.
-    pub reference_up: Vector3<f64>,
-    /// Angular velocity (rad/s).
-    pub rate: Vector3<f64>,
-}
-
-/// What explains a rotation about an edge of a platform that stands on its wheels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SoundRotation {
-    /// How far its tyres let it lean to either side (rad).
-    pub lean: f64,
-    /// How far the ground can turn it (rad).
-    pub by_ground: f64,
-}
-
 /// The last that a source shows.
 #[derive(Debug, Clone, Copy)]
 struct Shown {
@@ -115,8 +102,11 @@ impl PlatformRotation {
         let imu = machine.imu();
         let base_from_imu = (sensors.imu && imu.body == 0).then(|| imu.rotation_in_body());
         let max_gap_s = machine.estimator().max_gap;
+        let edges = Edges::of(machine);
         Self {
-            edges: Edges::of(machine),
+            outward: [Outward::new(&edges), Outward::new(&edges)],
+            unexplained: 0,
+            edges,
             speed: Speed::new(machine, sensors),
             suspension: SuspensionPlane::new(machine, sensors),
             gyro: UpByGyro::new(machine.gravity(), max_gap_s),
@@ -161,34 +151,35 @@ impl PlatformRotation {
         (self.edges.all.get(edge)).map_or_else(Vector3::zeros, |edge| edge.axis)
     }
 
-    /// Number of edges.
-    #[must_use]
-    pub fn edge_count(&self) -> usize {
-        self.edges.all.len()
+    /// How the platform turns outwards about its edges, as gyro or attitude showed it at this stamp.
+    pub fn outward_turns(&self, stamp_ns: i64) -> impl Iterator<Item = OutwardTurn> + '_ {
+        let shown = self.shown_at(stamp_ns);
+        let which = shown.iter().position(Option::is_some);
+        let attitude = shown[1];
+        which.into_iter().flat_map(move |which| {
+            let source = if which == 0 {
+                &self.by_gyro
+            } else {
+                &self.by_attitude
+            };
+            let by_ground = |travelled: f64, axis: &Vector3<f64>| {
+                (source.reference).by_ground(travelled, axis, self.edges.length)
+            };
+            (self.outward[which]).turns(
+                &self.edges,
+                attitude,
+                which == 0,
+                self.travelled,
+                by_ground,
+            )
+        })
     }
 
-    /// Distance travelled since the first sample (m); where nothing measures the speed, at a usual one.
+    /// Whether the platform rotates about an edge for certain, or, while a machine without a suspension that is measured stands,
+    /// turns outwards as neither tyres nor ground explain: it falls.
     #[must_use]
-    pub fn travelled(&self) -> f64 {
-        self.travelled
-    }
-
-    /// What explains a rotation about an edge on a distance (m) up to now, as the gyro or the attitude shows it.
-    #[must_use]
-    pub fn sound_rotation(&self, edge: usize, travelled: f64, is_gyro: bool) -> SoundRotation {
-        let source = if is_gyro {
-            &self.by_gyro
-        } else {
-            &self.by_attitude
-        };
-        let length = self.edges.length;
-        let edge = self.edges.all.get(edge);
-        SoundRotation {
-            lean: edge.map_or(f64::INFINITY, |edge| edge.lean),
-            by_ground: edge.map_or(f64::INFINITY, |edge| {
-                source.reference.by_ground(travelled, &edge.axis, length)
-            }),
-        }
+    pub fn falls(&self) -> bool {
+        self.spell.is_some() || self.unexplained >= SAMPLES
     }
 
     /// What gyro and attitude show, as far as they were measured at this stamp.
@@ -296,6 +287,21 @@ impl PlatformRotation {
         }
         let dt = by_gyro.map_or_else(|| by_attitude.map_or(0.0, |it| it.dt), |it| it.dt);
         self.travelled += assumed * dt;
+        let shown = self.shown_at(now_ns);
+        let before = self.travelled - assumed * AHEAD_S;
+        for (outward, of_source) in self.outward.iter_mut().zip(&shown) {
+            if let Some(of_source) = of_source {
+                outward.take(&self.edges, now_ns, of_source, shown[1].as_ref(), before);
+            }
+        }
+        // ramps to its side may turn a machine that drives farther, and its suspension any
+        let is_unexplained = self.suspension.is_none()
+            && (self.outward_turns(now_ns))
+                .any(|turn| turn.stands && turn.has_left_ground() && turn.rate > FALLS);
+        self.unexplained = match is_unexplained {
+            true => self.unexplained.saturating_add(1),
+            false => 0,
+        };
         match self.spell {
             Some(spell) => {
                 self.driven += assumed * dt;

@@ -1,0 +1,218 @@
+//! How a platform turns outwards about its edges right now, before that is a rotation for certain.
+//!
+//! Tyres have a bounded travel. A platform on its wheels turns from the largest lean to one side to that to the other at most,
+//! and slower again on the second half of that way. One that falls turns on, faster and faster:
+//! ```text
+//!     angle + AHEAD_S rate > 2 lean + ground,    rate >= UNDIMINISHED (largest rate since it turns outwards)
+//! ```
+//! with the angle since it turns outwards.
+
+use nalgebra::Vector3;
+
+use super::edges::Edges;
+use super::spell::RotationSpell;
+
+/// Slower than this a platform does not turn (rad/s).
+const LEAST_RATE: f64 = 1.0 * DEGREE;
+/// Time over which the rate is smoothed (s).
+const SMOOTHED_S: f64 = 0.03;
+/// Time for which the rate is taken to go on (s).
+pub(super) const AHEAD_S: f64 = 0.3;
+/// Rotation that tyres do not allow, in their largest lean: from one side to the other.
+const TRAVELS: f64 = 2.0;
+/// Share of its largest rate at which a platform still turns on.
+const UNDIMINISHED: f64 = 0.5;
+/// Share of the rotation that an attitude must show as well.
+const AGREES: f64 = 0.5;
+/// Ratio of the rate to the mean rate from which a gyro does not drift, whatever the attitude shows, and after which time (s): that of
+/// a fall is 3, that of a gyro that jumps falls to 1 in it.
+const GROWN: f64 = 1.5;
+const GROWN_S: f64 = 5.0 * SMOOTHED_S;
+/// Wheels roll by less than this while a platform that stands tilts over them (m).
+const ROLLED_M: f64 = 0.1;
+/// Longer than this between two samples, what happened is not known (ns).
+const GAP_NS: i64 = 200_000_000;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// What a source shows of the platform at a time, all in base axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShownUp {
+    /// Up direction.
+    pub up: Vector3<f64>,
+    /// Up direction that it has where it stands on its wheels: what a rotation is counted from at that time.
+    pub reference_up: Vector3<f64>,
+    /// Angular velocity (rad/s).
+    pub rate: Vector3<f64>,
+}
+
+/// An outward rotation about an edge that goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutwardTurn {
+    /// The edge, by its index.
+    pub edge: usize,
+    /// Since when it turns outwards (ns).
+    pub since_ns: i64,
+    /// How far it has turned since then (rad).
+    pub angle: f64,
+    /// How fast it turns (rad/s).
+    pub rate: f64,
+    /// How far its tyres let it lean (rad).
+    pub lean: f64,
+    /// How far the ground can have turned it since then (rad).
+    pub by_ground: f64,
+    /// Whether its wheels have not rolled since shortly before.
+    pub stands: bool,
+}
+
+impl OutwardTurn {
+    /// How far it will have turned soon (rad).
+    #[must_use]
+    pub fn ahead(&self) -> f64 {
+        self.angle + AHEAD_S * self.rate
+    }
+
+    /// Whether tyres that carry do not explain it.
+    #[must_use]
+    pub fn is_beyond_tyres(&self) -> bool {
+        self.ahead() > TRAVELS * self.lean
+    }
+
+    /// Whether neither tyres nor ground explain it.
+    #[must_use]
+    pub fn is_beyond_ground(&self) -> bool {
+        self.ahead() > TRAVELS * self.lean + self.by_ground
+    }
+
+    /// Whether neither of them explains how far it has turned already.
+    #[must_use]
+    pub fn has_left_ground(&self) -> bool {
+        self.angle > TRAVELS * self.lean + self.by_ground
+    }
+}
+
+/// What the gyro, or the attitude, shows of all edges.
+#[derive(Debug, Clone)]
+pub(super) struct Outward {
+    runs: Vec<Run>,
+    last_ns: Option<i64>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Run {
+    since: Option<Since>,
+    angle: f64,
+    rate: f64,
+    fastest: f64,
+}
+
+/// When it began to turn outwards.
+#[derive(Debug, Clone, Copy)]
+struct Since {
+    at_ns: i64,
+    /// Distance since the first sample, [`AHEAD_S`] before (m).
+    travelled: f64,
+    attitude: Option<Vector3<f64>>,
+}
+
+impl Outward {
+    pub(super) fn new(edges: &Edges) -> Self {
+        Self {
+            runs: vec![Run::default(); edges.all.len()],
+            last_ns: None,
+        }
+    }
+
+    /// Takes what the source shows; `attitude` is what the attitude shows at the same time, `travelled` the distance [`AHEAD_S`]
+    /// before.
+    pub(super) fn take(
+        &mut self,
+        edges: &Edges,
+        now_ns: i64,
+        shown: &ShownUp,
+        attitude: Option<&ShownUp>,
+        travelled: f64,
+    ) {
+        let last_ns = self.last_ns.replace(now_ns);
+        let step_ns = last_ns.map_or(i64::MAX, |last_ns| now_ns.saturating_sub(last_ns));
+        let step_s = step_ns as f64 * 1e-9;
+        for (run, edge) in self.runs.iter_mut().zip(&edges.all) {
+            let rate = edge.axis.dot(&shown.rate);
+            if step_ns > GAP_NS {
+                *run = Run::at(rate);
+                continue;
+            }
+            run.rate += (rate - run.rate) * (1.0 - (-step_s / SMOOTHED_S).exp());
+            if run.rate <= LEAST_RATE {
+                *run = Run::at(run.rate);
+                continue;
+            }
+            run.since.get_or_insert(Since {
+                at_ns: now_ns,
+                travelled,
+                attitude: attitude.map(|shown| shown.up),
+            });
+            run.angle += run.rate * step_s;
+            run.fastest = run.fastest.max(run.rate);
+        }
+    }
+
+    /// The rotations that go on and are no drift of the source. `by_ground` is how far the ground can have turned the platform about
+    /// an edge on a distance (m); `travelled` is that since the first sample.
+    pub(super) fn turns<'o>(
+        &'o self,
+        edges: &'o Edges,
+        attitude: Option<ShownUp>,
+        is_gyro: bool,
+        travelled: f64,
+        by_ground: impl Fn(f64, &Vector3<f64>) -> f64 + 'o,
+    ) -> impl Iterator<Item = OutwardTurn> + 'o {
+        let now_ns = self.last_ns.unwrap_or_default();
+        let of_edges = self.runs.iter().zip(&edges.all).enumerate();
+        of_edges.filter_map(move |(index, (run, edge))| {
+            let since = run.since?;
+            let goes_on = run.rate >= UNDIMINISHED * run.fastest;
+            if !(goes_on
+                && (!is_gyro || run.is_shown(&since, now_ns, attitude.as_ref(), &edge.axis)))
+            {
+                return None;
+            }
+            let travelled = travelled - since.travelled;
+            let stands = travelled < ROLLED_M;
+            let travelled = if stands { 0.0 } else { travelled };
+            Some(OutwardTurn {
+                edge: index,
+                since_ns: since.at_ns,
+                angle: run.angle,
+                rate: run.rate,
+                lean: edge.lean,
+                by_ground: by_ground(travelled, &edge.axis),
+                stands,
+            })
+        })
+    }
+}
+
+impl Run {
+    fn at(rate: f64) -> Self {
+        Self {
+            rate,
+            ..Self::default()
+        }
+    }
+
+    /// Whether it is no drift of the gyro: an attitude shows it as well, or it grows as no drift does.
+    fn is_shown(
+        &self,
+        since: &Since,
+        now_ns: i64,
+        attitude: Option<&ShownUp>,
+        axis: &Vector3<f64>,
+    ) -> bool {
+        let seconds = now_ns.saturating_sub(since.at_ns) as f64 * 1e-9;
+        let agrees = since.attitude.zip(attitude).is_some_and(|(from, to)| {
+            RotationSpell::rotation_between(axis, &from, &to.up) >= AGREES * self.angle
+        });
+        let grows = seconds >= GROWN_S && self.rate * seconds >= GROWN * self.angle;
+        agrees || grows
+    }
+}
