@@ -109,8 +109,7 @@ impl Finder<'_> {
     /// The first of them in an episode. A machine that falls on its side and then on its roof rotates about more than one edge:
     /// the first lifted the wheel.
     fn rotation_over(&self, wheel: usize, episode: Episode) -> Option<&Tipping> {
-        let overlaps =
-            |t: &&Tipping| t.episode.first <= episode.last && episode.first <= t.episode.last;
+        let overlaps = |t: &&Tipping| t.episode.overlaps(episode);
         (self.rotations_off(wheel).filter(overlaps)).min_by_key(|tipping| tipping.episode.first)
     }
 
@@ -211,8 +210,7 @@ impl Finder<'_> {
     /// Doubts the event of a wheel, or of an edge, by the tippings that only loads show if these are farther below zero than their
     /// error.
     fn doubt(&self, event: &mut Event, episode: Episode, is_of: impl Fn(&Tipping) -> bool) {
-        let overlaps =
-            |t: &&Tipping| t.episode.first <= episode.last && episode.first <= t.episode.last;
+        let overlaps = |t: &&Tipping| t.episode.overlaps(episode);
         let tippings = self.tippings.iter().filter(overlaps);
         let least = tippings
             .filter(|tipping| is_of(tipping) && tipping.loads_are_right < LEAST_RIGHT)

@@ -14,6 +14,13 @@ pub(super) struct Episode {
     pub(super) last: usize,
 }
 
+impl Episode {
+    /// Whether a row is in both.
+    pub(super) fn overlaps(self, other: Self) -> bool {
+        self.first <= other.last && other.first <= self.last
+    }
+}
+
 pub(super) fn least(value: impl Fn(usize) -> f64, episode: Episode) -> (usize, f64) {
     let smaller = |best: (usize, f64), row: usize| match value(row) {
         value if value < best.1 => (row, value),

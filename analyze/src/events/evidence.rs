@@ -166,9 +166,9 @@ impl<'a> Evidence<'a> {
         let stated = lowest(&|row| self.held_load(wheel, row))
             .or_else(|| lowest(&|row| self.at(Quantity::Otf(wheel), row)));
         let largest = lowest(&|row| self.at(Quantity::LoadLargest(wheel), row));
-        let touching = unloading.iter().filter(|tipping| {
-            tipping.episode.first <= episode.last && episode.first <= tipping.episode.last
-        });
+        let touching = unloading
+            .iter()
+            .filter(|tipping| tipping.episode.overlaps(episode));
         let by_tipping = touching.filter_map(|t| t.certainty).reduce(f64::max);
         let by_load = stated.and_then(|(row, load_n)| {
             let error = self.known_error(wheel, row);

@@ -7,7 +7,7 @@ use tipwatch_mechanics::estimation::rotation::{
 };
 
 use super::onset::{self, Curve, Onset};
-use super::turning::{Point, Turning};
+use super::turning::Turning;
 
 /// Time before the platform left its reference that the onset is searched in (ns).
 const BEFORE_NS: i64 = 2_500_000_000;
@@ -142,6 +142,13 @@ pub(crate) struct Rotations {
     pub(crate) found: Vec<FoundRotation>,
     /// How the platform turns about each edge at the end, the farthest first, if a fall may have begun.
     pub(crate) turning: Vec<Turning>,
+}
+
+/// What gyro and attitude show at a time.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    at_ns: i64,
+    shown: [Option<ShownUp>; 2],
 }
 
 /// Collects the rotations of a log from a watch over its samples.

@@ -110,8 +110,7 @@ pub(super) fn within(
         let mut found = of_edge.find(within);
         // the loads of the same say nothing more
         let is_other = |by_loads: &Tipping| {
-            let Episode { first, last } = by_loads.episode;
-            let overlaps = |it: &Tipping| it.episode.first <= last && first <= it.episode.last;
+            let overlaps = |it: &Tipping| it.episode.overlaps(by_loads.episode);
             !measured.iter().any(overlaps)
         };
         found.retain(is_other);

@@ -5,19 +5,12 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use tipwatch_mechanics::estimation::rotation::{OutwardTurn, PlatformRotation, ShownUp};
+use tipwatch_mechanics::estimation::rotation::{OutwardTurn, PlatformRotation};
 
 use super::event::{Event, EventKind};
 
 /// Rotation that tyres do not allow a platform without load off the edge, in their largest lean.
 const UNLOADED_TRAVELS: f64 = 1.0;
-
-/// What gyro and attitude show at a time.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Point {
-    pub(super) at_ns: i64,
-    pub(super) shown: [Option<ShownUp>; 2],
-}
 
 /// How the platform turns at the end of the log.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]

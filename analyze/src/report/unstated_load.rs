@@ -175,8 +175,7 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
         probability(best.probability)
     );
     let load = fall.load.as_ref().and_then(|load| load.combined);
-    let stated = (fall.explanations.iter()).find(|it| it.kind == "stated_machine");
-    let stated = stated.map_or(0.0, |it| it.probability);
+    let stated = fall.stated().map_or(0.0, |it| it.probability);
     let headline = match (best.kind, load) {
         // one explanation among several is no statement of fact
         ("stated_machine", _) if best.probability < LEAST_OF_A_FACT => {

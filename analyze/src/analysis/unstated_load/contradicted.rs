@@ -33,9 +33,7 @@ pub(crate) fn doubt_contradicted(
             EventKind::EdgeTipping | EventKind::TipOver => event.subject != edge,
             EventKind::InputGap | EventKind::InputFault | EventKind::LiftNotExcluded => false,
         };
-        let mut explanations = fall.explanations.iter();
-        let stated = explanations.find(|it| it.kind == "stated_machine");
-        let loads_are_right = stated.map_or(0.0, |it| it.probability);
+        let loads_are_right = fall.stated().map_or(0.0, |it| it.probability);
         let contradicted = events.iter_mut().filter(|event| {
             // what measures its own load needs no machine
             let is_by_machine = event.rests_on_loads() && event.measured_load_n.is_none();

@@ -39,13 +39,18 @@ impl ExplainedFall {
         self.told().is_none_or(|told| told.kind == "stated_machine")
     }
 
+    /// The machine as stated among the explanations.
+    pub(crate) fn stated(&self) -> Option<&Explanation> {
+        let mut all = self.explanations.iter();
+        all.find(|it| it.kind == "stated_machine")
+    }
+
     /// The explanation that the rotation is told with: the machine as stated, unless another one is a fact or clearly more
     /// probable.
     #[must_use]
     pub fn told(&self) -> Option<&Explanation> {
         let best = self.explanations.first()?;
-        let mut all = self.explanations.iter();
-        let stated = all.find(|it| it.kind == "stated_machine");
+        let stated = self.stated();
         let is_close = |stated: &&Explanation| {
             best.probability < LEAST_OF_A_FACT
                 && best.probability < BARELY_MORE * stated.probability

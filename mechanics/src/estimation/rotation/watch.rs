@@ -153,7 +153,10 @@ impl PlatformRotation {
 
     /// How the platform turns outwards about its edges, as gyro or attitude showed it at this stamp.
     pub fn outward_turns(&self, stamp_ns: i64) -> impl Iterator<Item = OutwardTurn> + '_ {
-        let shown = self.shown_at(stamp_ns);
+        self.turns_in(self.shown_at(stamp_ns))
+    }
+
+    fn turns_in(&self, shown: [Option<ShownUp>; 2]) -> impl Iterator<Item = OutwardTurn> + '_ {
         let which = shown.iter().position(Option::is_some);
         let attitude = shown[1];
         which.into_iter().flat_map(move |which| {
@@ -296,7 +299,7 @@ impl PlatformRotation {
         }
         // ramps to its side may turn a machine that drives farther, and its suspension any
         let is_unexplained = self.suspension.is_none()
-            && (self.outward_turns(now_ns))
+            && (self.turns_in(shown))
                 .any(|turn| turn.stands && turn.has_left_ground() && turn.rate > FALLS);
         self.unexplained = match is_unexplained {
             true => self.unexplained.saturating_add(1),
