@@ -23,15 +23,25 @@ struct Rule {
     floors: &'static [&'static str],
 }
 
-const RULES: [Rule; 15] = [
+const RULES: [Rule; 17] = [
     Rule {
         folder: "packaging/allocator",
         crates: &[],
         floors: &[],
     },
     Rule {
-        folder: "mechanics",
+        folder: "packaging/language/macros",
         crates: &[],
+        floors: &[],
+    },
+    Rule {
+        folder: "packaging/language",
+        crates: &["tipwatch_language_macros"],
+        floors: &[],
+    },
+    Rule {
+        folder: "mechanics",
+        crates: &["tipwatch_language"],
         floors: &[
             "named",
             "number",
@@ -68,12 +78,12 @@ const RULES: [Rule; 15] = [
     },
     Rule {
         folder: "calibration",
-        crates: &["tipwatch_mechanics"],
+        crates: &["tipwatch_language", "tipwatch_mechanics"],
         floors: &["commissioning", "identification"],
     },
     Rule {
         folder: "ingest/can",
-        crates: &[],
+        crates: &["tipwatch_language"],
         floors: &[
             "bits",
             "frame",
@@ -107,7 +117,7 @@ const RULES: [Rule; 15] = [
     },
     Rule {
         folder: "ingest",
-        crates: &["tipwatch_can", "tipwatch_storage"],
+        crates: &["tipwatch_can", "tipwatch_language", "tipwatch_storage"],
         floors: &[
             "table", "schema", "message", "file", "decode", "formats", "log", "topics", "clock",
             "columns", "write",
@@ -119,6 +129,7 @@ const RULES: [Rule; 15] = [
             "tipwatch_calibration",
             "tipwatch_can",
             "tipwatch_ingest",
+            "tipwatch_language",
             "tipwatch_mechanics",
         ],
         floors: &[],
@@ -139,6 +150,7 @@ const RULES: [Rule; 15] = [
             "tipwatch_datasheet",
             "tipwatch_calibration",
             "tipwatch_ingest",
+            "tipwatch_language",
             "tipwatch_mechanics",
             "tipwatch_storage",
             "tipwatch_suspension",

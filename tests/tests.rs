@@ -17,6 +17,7 @@ mod gaps; // missing data is reported, never filled in
 mod golden; // results equal the recorded ones bit for bit
 mod gross_inputs; // signals in other units, impossible machines
 mod identification; // parameters from measured loads
+mod language; // the report in German: every sentence, no page half translated
 mod measured_forces; // measured forces of cylinders beside the computed ones
 mod measured_lengths; // measured strokes of cylinders against angles
 mod measured_loads; // measured loads beside the computed ones

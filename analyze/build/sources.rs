@@ -10,7 +10,7 @@ use std::{fs, io};
 /// The crate whose results they are.
 const ROOT: &str = "tipwatch-analyze";
 /// Folders of our crates in the tree.
-const CRATES: [(&str, &str); 10] = [
+const CRATES: [(&str, &str); 12] = [
     (ROOT, "analyze"),
     ("tipwatch-allocator", "packaging/allocator"),
     ("tipwatch-binding", "ingest/binding"),
@@ -18,6 +18,8 @@ const CRATES: [(&str, &str); 10] = [
     ("tipwatch-can", "ingest/can"),
     ("tipwatch-datasheet", "analyze/datasheet"),
     ("tipwatch-ingest", "ingest"),
+    ("tipwatch-language", "packaging/language"),
+    ("tipwatch-language-macros", "packaging/language/macros"),
     ("tipwatch-mechanics", "mechanics"),
     ("tipwatch-storage", "ingest/storage"),
     ("tipwatch-suspension", "mechanics/suspension"),

@@ -11,6 +11,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::estimation::sorted_stamps;
 use tipwatch_mechanics::state::Sensor;
 
@@ -102,9 +103,9 @@ impl std::fmt::Display for Coverage {
     /// 100 %.
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (computable_s, on_wheels_s) = (self.computable_s, self.covered_s - self.on_side_s);
-        write!(formatter, "{computable_s:.1} of {on_wheels_s:.1} s")?;
+        formatter.write_str(&say!("{computable_s:.1} of {on_wheels_s:.1} s"))?;
         if self.on_side_s > 0.0 {
-            formatter.write_str(" on its wheels")?;
+            formatter.write_str(word!(" on its wheels"))?;
         }
         match self.valid_share {
             Some(share) => write!(formatter, " ({:.1} %)", (1000.0 * share).floor() / 10.0),

@@ -11,6 +11,7 @@
 //! ```
 
 use nalgebra::Vector2;
+use tipwatch_language::say;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Quantity, State, largest_utilisation};
 
@@ -86,7 +87,7 @@ impl MovedGround {
         let mut open = self.open.iter();
         let (since_ns, _) = open.find(|(_, share)| *share > 0.0)?;
         let since_s = (since_ns - start_ns) as f64 * 1e-9;
-        Some(format!(
+        Some(say!(
             "From t = {since_s:.1} s on the platform turned farther than its arm and tyres explain while the machine stood: the \
              ground gave way under it, or a position of the arm is wrong. How the wheels share the load on it is open there, and in the bands."
         ))

@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{Machine, Note, NoteKind};
 use tipwatch_mechanics::{BatchWorkspace, Model, Scope, State, StateColumns, ground_forces};
 
@@ -27,7 +28,7 @@ pub(crate) fn note(machine: &Machine, found: &MountingCheck) -> Option<Note> {
     let (direction, steady_rows) = found.mean_direction()?;
     let tilt = direction.z.clamp(-1.0, 1.0).acos().to_degrees();
     let text = || {
-        format!(
+        say!(
             "Input fault: the specific force of {steady_rows} steady rows deviates from the normal of the contact plane by {tilt:.0} degrees; expected less than {SUSPICIOUS_DEG:.0}. Mean direction: ({:.2}, {:.2}, {:.2}) forward, left and up. Mounting: \
              {}. {} Nothing was corrected: loads and findings hold only if the mounting is right.",
             direction.x,
@@ -142,11 +143,13 @@ fn explanation(machine: &Machine, direction: &Vector3<f64>) -> String {
         .filter(|turn| rest(turn) <= SUSPICIOUS_DEG)
         .min_by(|a, b| a.angle().total_cmp(&b.angle()));
     let Some(turn) = best else {
-        return "No rotation by multiples of 90 degrees explains it.".into();
+        return word!("No rotation by multiples of 90 degrees explains it.").into();
     };
-    let about = turn.axis().map_or("no axis", |axis| axis_name(&axis));
+    let about = turn
+        .axis()
+        .map_or(word!("no axis"), |axis| axis_name(&axis));
     let angle = turn.angle().to_degrees();
-    format!(
+    say!(
         "An IMU rotated by {angle:.0} degrees about the machine's {about} axis would explain all but {:.0} degrees{}",
         rest(&turn),
         mounting(machine, &turn)
@@ -164,7 +167,7 @@ fn mounting(machine: &Machine, turn: &Rotation3<f64>) -> String {
         translation,
     } = mount.body_from_mount;
     let (roll, pitch, yaw) = (UnitQuaternion::from_rotation_matrix(turn) * rotation).euler_angles();
-    format!(
+    say!(
         ": [imu] link = \"{}\", xyz = [{:.3}, {:.3}, {:.3}], rpy = [{roll:.4}, {pitch:.4}, {yaw:.4}], up to a rotation \
          about the vertical, which gravity does not determine.",
         machine.base_link(),
@@ -184,10 +187,10 @@ fn quarter_turns() -> Vec<Rotation3<f64>> {
 
 fn axis_name(axis: &Vector3<f64>) -> &'static str {
     match axis.iamax() {
-        0 if axis.x > 0.0 => "+x (forward)",
-        0 => "-x (backward)",
-        1 if axis.y > 0.0 => "+y (left)",
-        1 => "-y (right)",
+        0 if axis.x > 0.0 => word!("+x (forward)"),
+        0 => word!("-x (backward)"),
+        1 if axis.y > 0.0 => word!("+y (left)"),
+        1 => word!("-y (right)"),
         _ => "z",
     }
 }

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tipwatch_language::say;
 use tipwatch_mechanics::{OutcomeColumns, Quantity};
 
 use crate::base::options::ModelKind;
@@ -94,7 +95,7 @@ impl ComparedModel {
     /// No row is valid for both models.
     pub(crate) fn finish(self) -> Result<ModelComparison, String> {
         if self.rows == 0 {
-            return Err(format!(
+            return Err(say!(
                 "model {}: expected rows with attitude and motion, found none",
                 self.other.name()
             ));

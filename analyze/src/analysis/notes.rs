@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::estimation::ShownNoise;
 use tipwatch_mechanics::estimation::plausibility::{Excitation, Unshown};
 use tipwatch_mechanics::machine::{
@@ -106,7 +107,7 @@ pub(crate) fn of_noise(noise: &[ShownNoise]) -> Option<String> {
         ratio.is_finite() && !(1.0 / NOTED_NOISE..=NOTED_NOISE).contains(&ratio)
     };
     let told = noise.iter().filter(differs).map(|noise| {
-        format!(
+        say!(
             "{} {} {} (stated: {})",
             noise.key,
             short(noise.shown),
@@ -117,7 +118,7 @@ pub(crate) fn of_noise(noise: &[ShownNoise]) -> Option<String> {
     let mut told: Vec<String> = told.collect();
     told.dedup();
     (!told.is_empty()).then(|| {
-        format!(
+        say!(
             "The samples show another noise than [estimator] states. Estimates and bands rest on what they show: {}.",
             told.join(", ")
         )
@@ -135,7 +136,7 @@ pub(crate) fn of_zeros(machine: &Machine, seen: &Seen, shown: SessionProofs) -> 
     });
     let joints: Vec<&str> = joints.collect();
     (!joints.is_empty()).then(|| {
-        let text = format!(
+        let text = say!(
             "The position of {} is exactly 0 in every sample. So reads an encoder that nobody reads, too: if the arm stood \
              elsewhere, the loads are those of another posture.",
             joints.join(", ")
@@ -157,14 +158,16 @@ pub(crate) fn of(
     let sensors = &loaded.matched.sensors;
     if !sensors.imu && sensors.odometry {
         notes.push(
-            "The log has no IMU. Specific force and angular velocity are computed from the odometry."
+            word!("The log has no IMU. Specific force and angular velocity are computed from the odometry.")
                 .into(),
         );
     } else if !sensors.imu {
-        notes.push("The log has neither IMU nor odometry: wheel loads cannot be computed.".into());
+        notes.push(
+            word!("The log has neither IMU nor odometry: wheel loads cannot be computed.").into(),
+        );
     }
     if let source @ MountSource::Assumed { .. } = &loaded.machine.imu().source {
-        let text = format!("Position and orientation of the IMU: {source}.");
+        let text = say!("Position and orientation of the IMU: {source}.");
         notes.push(Note::from(text));
     }
     notes.extend(reference_posture(&loaded.machine).map(Note::from));
@@ -175,22 +178,19 @@ pub(crate) fn of(
         .chain(measured_torques(loaded, seen))
         .chain(accelerometer_bias(loaded, seen));
     notes.extend(found.map(Note::from));
-    let untested = (seen.excitation).statement(&loaded.machine, "this log");
+    let untested = (seen.excitation).statement(&loaded.machine, word!("this log"));
     notes.extend(untested.map(|text| Note::new(NoteKind::Untested, text)));
     let found = (seen.ahead.note(&loaded.machine).into_iter()).chain(without_value(loaded));
     notes.extend(found.map(Note::from));
     for signal in loaded.signals.iter() {
         if signal.recording.stamps_ns.is_empty() && !matches!(signal.sensor, Sensor::Joints(_)) {
-            notes.push(Note::from(format!(
-                "{}: no readable message.",
-                signal.topic
-            )));
+            notes.push(Note::from(say!("{}: no readable message.", signal.topic)));
         }
     }
     let clocks = clock_findings.iter().map(|finding| format!("{finding}."));
     let clocks = clocks.chain(clock::text::notes(clock));
     let payloads = payloads.iter().map(|found| {
-        format!(
+        say!(
             "Payload {}: its mass was estimated as {:.0} kg (standard deviation {:.0} kg), from the force of linkage {}.",
             found.payload + 1,
             found.estimate.mass,
@@ -202,8 +202,7 @@ pub(crate) fn of(
     let losses = (loaded.losses.notes.iter().cloned())
         .chain(skipped_chunks(integrity.chunks_passed_over))
         .chain(
-            (integrity.note())
-                .map(|note| format!("{note}; implausible values are flagged instead.")),
+            (integrity.note()).map(|note| say!("{note}; implausible values are flagged instead.")),
         );
     notes.extend(clocks.chain(payloads).chain(losses).map(Note::from));
     notes
@@ -223,9 +222,9 @@ fn without_value(loaded: &LoadedLog) -> Vec<String> {
     let note = |((topic, name), [least, most]): ((&str, &str), [u64; 2])| {
         let count = match least == most {
             true => least.to_string(),
-            false => format!("{least} to {most}"),
+            false => say!("{least} to {most}"),
         };
-        format!("{topic}: skipped {count} messages without any of the fields bound to {name}.")
+        say!("{topic}: skipped {count} messages without any of the fields bound to {name}.")
     };
     skipped.into_iter().map(note).collect()
 }
@@ -241,13 +240,13 @@ pub(crate) fn of_measured_loads(
         let (Some(bias), Some(rms), Some(inside)) =
             (sensor.bias_n, sensor.rms_n, sensor.inside_2_sigma)
         else {
-            notes.push(format!(
+            notes.push(say!(
                 "Measured load {}: no row to compare it with the computed load.",
                 sensor.sensor
             ));
             continue;
         };
-        notes.push(format!(
+        notes.push(say!(
             "Measured load {}: measured minus computed {bias:+.0} N in the mean, {rms:.0} N root mean square over {} \
              rows; {:.0} % of them inside two standard deviations of both.",
             sensor.sensor,
@@ -257,7 +256,7 @@ pub(crate) fn of_measured_loads(
     }
     for span in &comparison.contradictions {
         let seconds = |time_ns: i64| (time_ns - start_ns) as f64 * 1e-9;
-        notes.push(format!(
+        notes.push(say!(
             "From t = {:.2} s to {:.2} s measured and computed loads contradict each other, most at {}: measured minus \
              computed {:+.0} N, standard deviation of both together {:.0} N{}. {}.",
             seconds(span.start_ns),
@@ -277,7 +276,7 @@ fn reference_posture(machine: &Machine) -> Option<String> {
     let posture = &machine.reference().posture;
     let has_arm = machine.joints().iter().any(|j| j.spins_wheel.is_none());
     (has_arm && !posture.is_stated).then(|| {
-        format!(
+        say!(
             "Static loads, the reference of utilisation and load limits, are those of {}.",
             posture.source()
         )
@@ -298,12 +297,12 @@ fn measured_torques(loaded: &LoadedLog, seen: &Seen) -> Option<String> {
     }
     let with = seen.with_torques;
     if with == 0 {
-        return Some(format!(
+        return Some(say!(
             "The forces of {} were not used: they are missing in every row, or the model cannot use them.",
             linkages.join(", ")
         ));
     }
-    Some(format!(
+    Some(say!(
         "In {:.1} % of the rows the measured forces of {} determined the load split (column measured_torques). There \
          the split rule has no effect, and envelope and standard deviations follow from the forces.",
         100.0 * with as f64 / seen.rows as f64,
@@ -320,7 +319,7 @@ fn accelerometer_bias(loaded: &LoadedLog, seen: &Seen) -> Option<String> {
     }
     let (removed, variance, known) = (seen.removed_bias, seen.bias_variance, seen.with_bias);
     if known == 0.0 {
-        return Some(format!(
+        return Some(say!(
             "The bias of the accelerometer could not be estimated: there is neither an attitude with odometry nor a standstill, or \
              the IMU is not on the base. Its stated standard deviation of {stated} m/s² remains in every band."
         ));
@@ -329,7 +328,7 @@ fn accelerometer_bias(loaded: &LoadedLog, seen: &Seen) -> Option<String> {
         let (removed, sigma) = (removed[i] / known, f64::sqrt(variance[i] / known));
         format!("{} {removed:+.3} ± {sigma:.3}", Axis::ALL[i].name())
     };
-    Some(format!(
+    Some(say!(
         "Bias of the accelerometer, estimated from attitude, odometry and standstill and subtracted (mean, IMU axes, ± one \
          standard deviation): {}, {}, {} m/s².",
         mean(0),
@@ -340,7 +339,7 @@ fn accelerometer_bias(loaded: &LoadedLog, seen: &Seen) -> Option<String> {
 
 fn skipped_chunks(chunks: u64) -> Option<String> {
     (chunks > 0).then(|| {
-        format!(
+        say!(
             "Skipped {chunks} chunks of the log that contain no used topic according to its index. They were not checked \
              for damage; tipwatch recover checks every byte."
         )
@@ -359,11 +358,11 @@ fn missing_wheel_joints(loaded: &LoadedLog) -> Option<String> {
         return None;
     }
     let source = if loaded.matched.sensors.odometry {
-        "their velocities follow from odometry, assuming rolling without slip"
+        word!("their velocities follow from odometry, assuming rolling without slip")
     } else {
-        "they are assumed at rest, because there is no odometry either"
+        word!("they are assumed at rest, because there is no odometry either")
     };
-    Some(format!(
+    Some(say!(
         "Wheel joints missing from the joint states: {}; {source}.",
         missing.join(", ")
     ))

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{LinkageSpec, Machine, MassSignal, PayloadMass};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{
@@ -112,12 +113,12 @@ fn as_logged(
     });
     let missing = masses.iter().filter(|mass| mass.is_nan()).count();
     let seen = match least <= largest {
-        true => format!("{} to {} kg", short(least), short(largest)),
-        false => "in no row".into(),
+        true => say!("{} to {} kg", short(least), short(largest)),
+        false => word!("in no row").into(),
     };
     let missing = match missing {
         0 => String::new(),
-        rows => format!(
+        rows => say!(
             "; in {rows} rows its last sample is older than {} s (max_age) or none, and the loads are unknown (reason \
              tool_wrench_gap)",
             short(mass.max_age)
@@ -126,7 +127,7 @@ fn as_logged(
     let known = masses.iter().filter(|mass| mass.is_finite());
     let impossible = match known.filter(|mass| !possible.contains(mass)).count() {
         0 => String::new(),
-        rows => format!(
+        rows => say!(
             "; in {rows} rows it is none, expected {} to {} kg ({} times the machine's mass): an error value or another unit, and \
              the loads are unknown (reason tool_wrench_gap)",
             short(*possible.start()),
@@ -134,7 +135,7 @@ fn as_logged(
             short(MOST_MASSES)
         ),
     };
-    format!(
+    say!(
         "Mass of payload {} as logged on {}: {seen}{missing}{impossible}.",
         payload + 1,
         mass.signal.topic

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use tipwatch_language::{is_english, named, say, word};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::prediction::{Law, PredictedNumber};
 use tipwatch_mechanics::verdict::limits::{HOLD_NS, PERSISTENT};
@@ -64,15 +65,15 @@ impl PredictionSeen {
             return None;
         }
         let spec = machine.prediction();
-        let mut text = format!(
+        let mut text = say!(
             "Prediction over {} s, of assumed motions, not of what the operator would have done.",
             spec.horizon
         );
         for (seen, law) in self.laws.iter().zip(Law::ALL) {
             let assumed = match law {
-                Law::GoOn => "Had the motion gone on".to_string(),
-                Law::BrakeNow => format!("Had it braked by {} m/s²", spec.brake_deceleration),
-                Law::StopArm => "Had the arm stopped at once".into(),
+                Law::GoOn => word!("Had the motion gone on").to_string(),
+                Law::BrakeNow => say!("Had it braked by {} m/s²", spec.brake_deceleration),
+                Law::StopArm => word!("Had the arm stopped at once").into(),
             };
             let _ = write!(text, " {assumed}: {}.", seen.text(machine));
         }
@@ -117,7 +118,7 @@ impl LawSeen {
     fn text(&self, machine: &Machine) -> String {
         let name = |wheel: usize| machine.wheels()[wheel].name.as_str();
         if self.known_rows == 0 {
-            return "not predicted in any row".into();
+            return word!("not predicted in any row").into();
         }
         if let Some(Foreseen {
             at_s,
@@ -127,26 +128,29 @@ impl LawSeen {
         }) = &self.first
         {
             let times = match self.spans {
-                1 => "a wheel would have lifted once".to_string(),
-                spans => format!("a wheel would have lifted {spans} times"),
+                1 => word!("a wheel would have lifted once").to_string(),
+                spans => say!("a wheel would have lifted {spans} times"),
             };
             let latest = match latest_s.is_finite() {
                 true => format!("{latest_s:.2} s"),
-                false => "beyond the horizon".into(),
+                false => word!("beyond the horizon").into(),
             };
-            let by = cause.map_or(String::new(), |cause| format!(", most by {cause}"));
-            return format!(
+            let by = cause.map_or(String::new(), |cause| match is_english() {
+                true => format!(", most by {cause}"),
+                false => say!(", most by {}", named(cause)),
+            });
+            return say!(
                 "{times}, first predicted at t = {at_s:.2} s: {} in {lift_off_s:.2} s (from {earliest_s:.2} s to {latest}){by}",
                 name(*wheel)
             );
         }
         match self.worst {
-            Some((at_s, wheel, utilisation)) => format!(
+            Some((at_s, wheel, utilisation)) => say!(
                 "no wheel would have lifted; at most {:.0} % of the margin used, at t = {at_s:.2} s ({})",
                 100.0 * utilisation,
                 name(wheel)
             ),
-            None => "no wheel would have lifted; the utilisation is unknown".into(),
+            None => word!("no wheel would have lifted; the utilisation is unknown").into(),
         }
     }
 }

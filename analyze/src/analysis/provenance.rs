@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use tipwatch_binding::{Commissioning, MachineFile, NOT_COMMISSIONED, Urdf, commissioning_of};
 use tipwatch_ingest::{Log, metadata_records};
+use tipwatch_language::told;
 
 use crate::base::clip;
 use crate::base::file_hash::{FileHash, hash_file, hash_of, program};
@@ -41,8 +42,9 @@ pub(super) fn provenance(
     let records = metadata_records(log)?;
     Ok(Provenance {
         clip_of: clip::origin(&records),
-        commissioning: commissioning
-            .map_or(NOT_COMMISSIONED.into(), |(_, found)| found.statement()),
+        commissioning: commissioning.map_or(told(NOT_COMMISSIONED).into(), |(_, found)| {
+            found.statement()
+        }),
         commissioning_file: commissioning.map(|(path, _)| hash_file(path)).transpose()?,
         tipwatch_version: env!("CARGO_PKG_VERSION").into(),
         program: program().map(|file| FileHash {

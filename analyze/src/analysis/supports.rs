@@ -1,6 +1,7 @@
 //! Supports that come and go: the machine on each set of them, and the set of each row.
 
 use anyhow::{Result, bail};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::estimation::support_configuration::GroundGap;
 use tipwatch_mechanics::machine::{Machine, SupportKind};
@@ -46,7 +47,7 @@ pub(super) fn of_rows(
         match machine.standing_on(on) {
             Ok(mut machine) => {
                 if let Err(error) = machine.set_reference_loads() {
-                    notes.push(format!(
+                    notes.push(say!(
                         "Utilisation on {} is unknown: {error}.",
                         machine.supports().names(on)
                     ));
@@ -103,7 +104,7 @@ fn told(
             continue;
         }
         let wheels = set.machine.wheels();
-        notes.push(format!(
+        notes.push(say!(
             "On {} for {} s, first at t = {} s.",
             named.supports().names(set.machine.stands_on()),
             short(total_s),
@@ -112,9 +113,9 @@ fn told(
         let on = |kind: SupportKind| wheels.iter().any(|wheel| wheel.kind == kind);
         if on(SupportKind::Foot) && (on(SupportKind::Wheel) || on(SupportKind::TrackPoint)) {
             notes.push(
-                "Then wheels and other supports carry together. How they share the load depends on their stiffness and on how far \
+                word!("Then wheels and other supports carry together. How they share the load depends on their stiffness and on how far \
                  the jacks are extended: the loads there assume springs of the stated (else equal) stiffness, and only the range \
-                 over all splits (columns load_NAME_min and load_NAME_max) is certain."
+                 over all splits (columns load_NAME_min and load_NAME_max) is certain.")
                     .into(),
             );
         }
@@ -131,20 +132,18 @@ fn told(
         }
         let why = match why {
             Unknown::Ground(GroundGap::Transition) => {
-                "the weight passes from some supports to others".into()
+                word!("the weight passes from some supports to others").into()
             }
-            Unknown::Ground(GroundGap::Missing(support)) => format!(
+            Unknown::Ground(GroundGap::Missing(support)) => say!(
                 "the signal of support {} is missing or too old",
                 named.supports().support(*support).name
             ),
             Unknown::Ground(GroundGap::Carries(support)) => {
                 let name = &named.supports().support(*support).name;
-                format!(
-                    "support {name} is reported as not set while its own sensor measures a load"
-                )
+                say!("support {name} is reported as not set while its own sensor measures a load")
             }
             Unknown::Impossible(error) => {
-                format!("the machine cannot stand on what is reported: {error}")
+                say!("the machine cannot stand on what is reported: {error}")
             }
         };
         let duration_s = duration(&rows);
@@ -154,7 +153,7 @@ fn told(
         }
     }
     for (why, total_s) in unknown {
-        notes.push(format!(
+        notes.push(say!(
             "For {} s the loads are unknown (reason supports_unknown): {why}.",
             short(total_s)
         ));

@@ -1,5 +1,7 @@
 //! Why an analysis decides nothing: the gates of all commands ask here and fail closed.
 
+use tipwatch_language::{say, word};
+
 use super::coverage::Coverage;
 
 /// Default of `--min-valid`: the least share of a log's time that must be computable.
@@ -84,44 +86,38 @@ impl Undecided {
 
 impl std::fmt::Display for Undecided {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NoComputableRow => formatter.write_str("loads cannot be computed in any row"),
+        formatter.write_str(&match self {
+            Self::NoComputableRow => word!("loads cannot be computed in any row").to_owned(),
             Self::TooLittleTime {
                 coverage,
                 min_valid,
             } => {
                 let percent = 100.0 * min_valid;
                 match coverage.valid_share {
-                    Some(_) => write!(
-                        formatter,
+                    Some(_) => say!(
                         "loads can be computed in {coverage} of the log, expected at least {percent:.0} %"
                     ),
-                    None => formatter.write_str("the log covers no time"),
+                    None => word!("the log covers no time").to_owned(),
                 }
             }
             Self::LiftNotExcluded {
                 not_excluded_s,
                 covered_s,
-            } => write!(
-                formatter,
+            } => say!(
                 "between the rows of this sparse log a lift cannot be excluded for {not_excluded_s:.1} of \
                  {covered_s:.1} s"
             ),
             Self::Doubted {
                 doubted_s,
                 computable_s,
-            } => write!(
-                formatter,
+            } => say!(
                 "signals contradict each other for {doubted_s:.1} of {computable_s:.1} s, and which one is wrong is unknown"
             ),
-            Self::UnusedForces { count } => write!(
-                formatter,
+            Self::UnusedForces { count } => say!(
                 "measured forces of cylinders or supports ({count}) are used in no row: their samples are farther apart than \
                  max_gap of [estimator] in the machine file. Record them more often, or state a larger max_gap"
             ),
-            Self::GrossInputs(findings) => {
-                write!(formatter, "inputs are wrong: {}", findings.join("; "))
-            }
-        }
+            Self::GrossInputs(findings) => say!("inputs are wrong: {}", findings.join("; ")),
+        })
     }
 }

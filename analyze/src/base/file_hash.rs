@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tipwatch_binding::{hex, running_file, sha256};
 use tipwatch_ingest::Log;
+use tipwatch_language::word;
 use tipwatch_storage::Location;
 
 /// A file and its SHA-256.
@@ -29,7 +30,7 @@ pub struct FileHash {
 impl FileHash {
     /// The hash, or why there is none.
     pub(crate) fn hash_text(&self) -> &str {
-        let none = "not computed: only parts of the file were read";
+        let none = word!("not computed: only parts of the file were read");
         self.sha256.as_deref().unwrap_or(none)
     }
 

@@ -1,5 +1,7 @@
 //! Numbers for documents, and names and numbers as text with as many digits as a reader can use.
 
+use tipwatch_language::word;
+
 /// The number if it is finite: documents hold no infinity and no NaN.
 pub(crate) fn known(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
@@ -8,7 +10,7 @@ pub(crate) fn known(value: f64) -> Option<f64> {
 /// A number with as many digits as a reader needs.
 pub(crate) fn number(value: f64) -> String {
     match value.abs() {
-        _ if !value.is_finite() => "not computable".to_string(),
+        _ if !value.is_finite() => word!("not computable").to_string(),
         size if size >= 100.0 => format!("{value:.0}"),
         size if size >= 1.0 => format!("{value:.1}"),
         size if size < 0.0005 => "0".to_string(),
@@ -18,12 +20,12 @@ pub(crate) fn number(value: f64) -> String {
 
 /// A name of a table as words.
 pub(crate) fn readable(name: &str) -> String {
-    name.replace('_', " ")
+    tipwatch_language::named(name)
 }
 
 /// An input of events in words: "imu.specific_force" is "IMU specific force".
 pub(crate) fn input_in_words(subject: &str) -> String {
-    let words = readable(subject).replace('.', " ");
+    let words = readable(&subject.replace('.', " "));
     match words.strip_prefix("imu") {
         Some(rest) if rest.is_empty() || rest.starts_with(' ') => format!("IMU{rest}"),
         _ => words,
@@ -33,7 +35,7 @@ pub(crate) fn input_in_words(subject: &str) -> String {
 /// Four digits.
 pub(crate) fn short(value: f64) -> String {
     match value.abs() {
-        _ if !value.is_finite() => "not computable".into(),
+        _ if !value.is_finite() => word!("not computable").into(),
         0.0 => "0".into(),
         size if (1e-3..1e5).contains(&size) => {
             let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
@@ -57,8 +59,8 @@ pub(crate) fn percent(share: f64) -> String {
 /// A probability in per cent: nothing is ever quite certain.
 pub(crate) fn probability(value: f64) -> String {
     match 100.0 * value {
-        percent if percent > 99.9 => "above 99.9 %".into(),
-        percent if percent < 0.1 => "below 0.1 %".into(),
+        percent if percent > 99.9 => word!("above 99.9 %").into(),
+        percent if percent < 0.1 => word!("below 0.1 %").into(),
         // never a whole "100 %" or "0 %"
         percent if !(0.5..99.5).contains(&percent) => format!("{percent:.1} %"),
         percent => format!("{percent:.0} %"),

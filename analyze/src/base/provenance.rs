@@ -5,6 +5,7 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tipwatch_language::say;
 use tipwatch_mechanics::machine::ImpossibleInertia;
 
 use super::file_hash::FileHash;
@@ -95,7 +96,7 @@ impl Provenance {
         match self.log.as_slice() {
             [] => "log".to_string(),
             [file] => name(&file.path),
-            [first, rest @ ..] => format!("{} and {} more files", name(&first.path), rest.len()),
+            [first, rest @ ..] => say!("{} and {} more files", name(&first.path), rest.len()),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What reading a log from a bucket has cost, as text.
 
 use tipwatch_ingest::FileTransfer;
+use tipwatch_language::say;
 
 /// One line for each file.
 pub(crate) fn lines(transfers: &[FileTransfer]) -> impl Iterator<Item = String> {
@@ -13,7 +14,7 @@ pub(crate) fn lines(transfers: &[FileTransfer]) -> impl Iterator<Item = String> 
             ..
         } = transfer;
         let percent = 100.0 * *bytes as f64 / (*file_bytes).max(1) as f64;
-        format!(
+        say!(
             "transferred: {}: {requests} requests, {bytes} of {file_bytes} bytes ({percent:.1} %)",
             path.display()
         )

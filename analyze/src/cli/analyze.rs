@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
+use tipwatch_language::{say, told};
 use tipwatch_mechanics::machine::NoteKind;
 
 use super::exit::{Ending, Exit, Terminal, Usage};
 use super::machine_file::MachineFileArgs;
-use super::options::{AnalysisArgs, CaseArgs, PolicyArgs, seconds};
+use super::options::{AnalysisArgs, CaseArgs, LanguageArgs, PolicyArgs, seconds};
 use crate::analysis::Analysis;
 use crate::analysis::run;
 use crate::base::error_text::{error_text, without_path};
@@ -64,6 +65,8 @@ pub(super) struct AnalyzeArgs {
     policy: PolicyArgs,
     #[command(flatten)]
     case: CaseArgs,
+    #[command(flatten)]
+    language: LanguageArgs,
     /// The recorded analysis that is repeated.
     #[arg(skip)]
     repeated: Option<Repeated>,
@@ -155,6 +158,7 @@ pub(super) fn run(args: &AnalyzeArgs, terminal: Terminal) -> Result<Exit> {
     {
         bail!(Usage("--from must be before --to"));
     }
+    args.language.choose();
     file_hash::begin_program();
     let file = args.machine.read()?;
     let options = Options {
@@ -216,7 +220,7 @@ fn failed(
 
 fn print_violated(judgement: &Judgement, terminal: Terminal) {
     for rule in judgement.violated() {
-        terminal.print(&format!("rule violated: {}: {}", rule.rule, rule.found));
+        terminal.print(&say!("rule violated: {}: {}", rule.rule, rule.found));
     }
 }
 
@@ -286,7 +290,7 @@ fn analyze_one(
     let record = record?;
     target.publish(custody::RECORD)?;
     findings.iter().for_each(|line| terminal.print(line));
-    terminal.print(&format!("results: {}", place.display()));
+    terminal.print(&say!("results: {}", place.display()));
     if terminal.verbose {
         transfer_text::lines(&analysis.transfers).for_each(|line| terminal.print(&line));
         terminal.print(&format!("custody.json: SHA-256 {record}"));
@@ -326,8 +330,8 @@ fn findings(analysis: &Analysis, terminal: Terminal) -> Vec<String> {
     let shown = found.iter().take(shown);
     let mut lines: Vec<String> = shown.map(|finding| format!("- {finding}")).collect();
     lines.extend(faults.map(|fault| format!("- {fault}")));
-    lines.push(report::BANDS.into());
-    lines.extend((analysis.clips.as_ref()).map(|clips| format!("clips: {}", clips.len())));
+    lines.push(told(report::BANDS).into());
+    lines.extend((analysis.clips.as_ref()).map(|clips| say!("clips: {}", clips.len())));
     lines
 }
 

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use clap::Args;
+use tipwatch_language::say;
 
 use super::exit::{Exit, Terminal, Usage};
 use super::machine_file::InertiaArgs;
-use super::options::{AnalysisArgs, MinValidArgs};
+use super::options::{AnalysisArgs, LanguageArgs, MinValidArgs};
 use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, ModelKind, Options};
 use crate::base::output_place::OutputPlace;
@@ -45,9 +46,12 @@ pub(super) struct CompareArgs {
     out: Option<PathBuf>,
     #[command(flatten)]
     min_valid: MinValidArgs,
+    #[command(flatten)]
+    language: LanguageArgs,
 }
 
 pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
+    args.language.choose();
     let options = args.analysis.options();
     let other = args.machine_b.is_some() || args.model_b.is_some() || args.estimator_b.is_some();
     if args.b.is_none() && !other {
@@ -82,17 +86,17 @@ pub(super) fn run(args: &CompareArgs, terminal: Terminal) -> Result<Exit> {
         let page = target.path().join("comparison.html");
         write_atomically(&page, render(&comparison, &a, &b).as_bytes())?;
         target.publish("comparison.json")?;
-        terminal.print(&format!("page: {}", out.join("comparison.html").display()));
+        terminal.print(&say!("page: {}", out.join("comparison.html").display()));
     }
     let min_valid = args.min_valid.share(None);
     let mut exit = Exit::DONE;
     for side in [&a, &b] {
         if side.has_losses() {
-            terminal.verdict(&format!("lost: {}: data of its log was lost", side.name()));
+            terminal.verdict(&say!("lost: {}: data of its log was lost", side.name()));
             exit.lost = true;
         }
         if let Some(reason) = side.undecided(min_valid) {
-            terminal.verdict(&format!("not decided: {}: {reason}", side.name()));
+            terminal.verdict(&say!("not decided: {}: {reason}", side.name()));
             exit.undecided = true;
         }
     }

@@ -11,10 +11,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Args;
 use tipwatch_binding::MachineFile;
+use tipwatch_language::word;
 
 use super::exit::{Exit, Terminal};
 use super::first_report;
 use super::live_program;
+use super::options::LanguageArgs;
 use crate::base::output_place::OutputPlace;
 
 const FILES: [(&str, &[u8]); 3] = [
@@ -43,10 +45,13 @@ pub(super) struct DemoArgs {
     /// With --live: speed relative to the recording, or "max".
     #[arg(long, value_name = "X", requires = "live", default_value = "1")]
     speed: String,
+    #[command(flatten)]
+    language: LanguageArgs,
 }
 
 pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
     OutputPlace::require_local(&args.out)?;
+    args.language.choose();
     let out = &args.out;
     let input = out.join("input");
     let (log, machine) = unpack(&input)?;
@@ -60,7 +65,9 @@ pub(super) fn run(args: &DemoArgs, terminal: Terminal) -> Result<Exit> {
     let file = MachineFile::read(&machine)?;
     let next = "tipwatch inspect YOUR.mcap --write-machine machine.toml";
     let ending = first_report::write(&log, &file, out, next, terminal)?;
-    terminal.print("the demo's log and machine file are in its folder input/");
+    terminal.print(word!(
+        "the demo's log and machine file are in its folder input/"
+    ));
     Ok(ending.tell(terminal))
 }
 

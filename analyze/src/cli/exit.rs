@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+use tipwatch_language::{say, word};
+
 use crate::analysis::{Analysis, Coverage, Undecided};
 use crate::base::error_text::error_text;
 use crate::base::stderr::to_stderr;
@@ -155,14 +157,14 @@ impl Ending {
 
     /// Prints how much of the log's time is computable, and why nothing is decided.
     pub(super) fn tell(self, terminal: Terminal) -> Exit {
-        self.tell_of("the log", terminal)
+        self.tell_of(word!("of the log"), terminal)
     }
 
     /// The same, with what the time is of.
     pub(super) fn tell_of(self, of: &str, terminal: Terminal) -> Exit {
-        terminal.print(&format!("computable: {} of {of}", self.coverage));
+        terminal.print(&say!("computable: {} {of}", self.coverage));
         if let Some(reason) = &self.undecided {
-            terminal.verdict(&format!("not decided: {reason}"));
+            terminal.verdict(&say!("not decided: {reason}"));
         }
         Exit {
             undecided: self.undecided.is_some(),

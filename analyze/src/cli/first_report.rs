@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use tipwatch_binding::MachineFile;
+use tipwatch_language::{say, told};
 
 use super::exit::{Ending, Terminal};
 use super::options::CaseArgs;
@@ -49,10 +50,10 @@ fn print_findings(analysis: &Analysis, out: &Path, next: &str) -> Result<()> {
     let mut lines = report::story(analysis);
     let findings = report::findings(analysis).into_iter().take(1);
     lines.extend(findings.map(|finding| format!("- {finding}")));
-    lines.push(report::BANDS.into());
+    lines.push(told(report::BANDS).into());
     let report = out.join("report.html");
     let report = report.canonicalize().unwrap_or(report);
-    lines.push(format!("report: {}", report.display()));
-    lines.push(format!("next: {next}\n"));
+    lines.push(say!("report: {}", report.display()));
+    lines.push(say!("next: {next}\n"));
     to_stdout(&lines.join("\n"))
 }

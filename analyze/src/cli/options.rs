@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use clap::Args;
+use clap::{Args, ValueEnum};
+use tipwatch_language::Language;
 
 use crate::analysis::DEFAULT_MIN_VALID;
 use crate::base::options::{
@@ -50,6 +51,34 @@ impl AnalysisArgs {
             ..Options::default()
         }
     }
+}
+
+/// In which language to speak.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub(super) struct LanguageArgs {
+    /// Language of report and findings. Keys, columns and errors are English in any.
+    #[arg(long, value_enum, value_name = "LANGUAGE", default_value_t)]
+    lang: ReportLanguage,
+}
+
+impl LanguageArgs {
+    /// Chooses it for the whole program.
+    pub(super) fn choose(self) {
+        tipwatch_language::choose(match self.lang {
+            ReportLanguage::En => Language::English,
+            ReportLanguage::De => Language::German,
+        });
+    }
+}
+
+/// A language by its tag (ISO 639).
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum ReportLanguage {
+    /// English.
+    #[default]
+    En,
+    /// German.
+    De,
 }
 
 /// Whose analysis it is.

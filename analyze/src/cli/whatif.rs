@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::Args;
 use tipwatch_binding::MachineFile;
+use tipwatch_language::{say, word};
 
 use super::exit::{Ending, Exit, Terminal, Usage};
 use super::machine_file::InertiaArgs;
-use super::options::{MinValidArgs, period, positive, rate, seconds, share};
+use super::options::{LanguageArgs, MinValidArgs, period, positive, rate, seconds, share};
 use crate::base::files::write_atomically;
 use crate::base::options::{Estimator, Options};
 use crate::base::output_place::OutputPlace;
@@ -65,9 +66,12 @@ pub(super) struct WhatIfArgs {
     to: Option<f64>,
     #[command(flatten)]
     min_valid: MinValidArgs,
+    #[command(flatten)]
+    language: LanguageArgs,
 }
 
 pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
+    args.language.choose();
     let file = args.inertias.read(&args.machine)?;
     let options = Options {
         estimator: args.estimator,
@@ -106,7 +110,7 @@ pub(super) fn run(args: &WhatIfArgs, terminal: Terminal) -> Result<Exit> {
     for finding in findings(&replayed) {
         terminal.print(&format!("- {finding}"));
     }
-    terminal.print(&format!("results: {}", args.out.display()));
+    terminal.print(&say!("results: {}", args.out.display()));
     let min_valid = args.min_valid.share(None);
     Ok(Ending::of(&replayed.analysis, min_valid).tell(terminal))
 }
@@ -120,12 +124,12 @@ fn supposed(
     terminal: Terminal,
 ) -> Result<Exit> {
     let [recorded, supposed] = suppose(&args.log, file, options, suppositions)?;
-    let a = Side::of_analysis(&recorded, "as recorded")?;
+    let a = Side::of_analysis(&recorded, word!("as recorded"))?;
     let b = Side::of_analysis(&supposed, &suppositions.in_words())?;
     let mut comparison = compare(&a, &b);
     // B has no rotations of its own: what was measured of one stands in its first line
     if let Some(fall) = measured_fall(&recorded, &supposed) {
-        comparison.b.finding = format!("{fall}. By its loads: {}", comparison.b.finding);
+        comparison.b.finding = say!("{fall}. By its loads: {}", comparison.b.finding);
     }
     comparison.inputs.insert(
         0,
@@ -145,11 +149,11 @@ fn supposed(
     for caveat in caveats(&recorded, suppositions) {
         terminal.print(&format!("- {caveat}"));
     }
-    terminal.print(&format!("results: {}", args.out.display()));
+    terminal.print(&say!("results: {}", args.out.display()));
     let min_valid = args.min_valid.share(None);
     let [of_a, of_b] = [
-        (&recorded, "the log as recorded"),
-        (&supposed, "it as supposed"),
+        (&recorded, word!("of the log as recorded")),
+        (&supposed, word!("of it as supposed")),
     ]
     .map(|(analysis, of)| Ending::of(analysis, min_valid).tell_of(of, terminal));
     Ok(of_a.and(of_b))

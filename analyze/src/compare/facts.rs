@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use tipwatch_language::{message, word};
 
 use super::side::{Side, SideEvent};
-use crate::base::number::number;
+use crate::base::number::{number, readable};
 
 /// A figure of the whole log on both sides.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -22,6 +23,18 @@ pub struct FactDifference {
     pub difference: Option<f64>,
     /// Why the count of events of a side is null although the other side has one.
     pub why_not: Option<&'static str>,
+}
+
+impl FactDifference {
+    /// Its name as a reader reads it.
+    pub(super) fn in_words(&self) -> String {
+        // behind the label stands a name of the machine
+        let of = self.name.rsplit_once(", ");
+        match of.filter(|(_, of)| *of != "share") {
+            Some((label, of)) => format!("{}, {of}", readable(label)),
+            None => readable(&self.name),
+        }
+    }
 }
 
 /// An event on one side or on both.
@@ -60,7 +73,7 @@ const UNITS: [&str; 6] = ["events", "-", "N", "kg", "s", "rows"];
 /// A value formatted for its unit.
 pub(super) fn formatted(value: Option<f64>, unit: &str) -> String {
     match (value, unit) {
-        (None, _) => "unknown".into(),
+        (None, _) => word!("unknown").into(),
         (Some(value), "events" | "rows") => format!("{value:.0}"),
         (Some(value), "-") => format!("{value:.3}"),
         (Some(value), _) => number(value),
@@ -69,14 +82,14 @@ pub(super) fn formatted(value: Option<f64>, unit: &str) -> String {
 
 /// Figures of a wheel: key in the summary, label.
 const OF_WHEEL: [(&str, &str); 6] = [
-    ("least_otf_n", "least OTF"),
-    ("least_load_n", "least load"),
-    ("mean_load_n", "mean load"),
-    ("largest_load_n", "largest load"),
-    ("static_load_n", "static load"),
+    ("least_otf_n", message!("least OTF")),
+    ("least_load_n", message!("least load")),
+    ("mean_load_n", message!("mean load")),
+    ("largest_load_n", message!("largest load")),
+    ("static_load_n", message!("static load")),
     (
         "median_load_sigma_n",
-        "median standard deviation of the load",
+        message!("median standard deviation of the load"),
     ),
 ];
 
@@ -120,8 +133,14 @@ fn leave_open(
     let mut open = BTreeMap::new();
     for pair in pairs.iter().filter(|pair| pair.is_open_elsewhere) {
         let (side, why) = match pair.a {
-            Some(_) => (&mut *on_b, "B cannot be computed during an event of A"),
-            None => (&mut *on_a, "A cannot be computed during an event of B"),
+            Some(_) => (
+                &mut *on_b,
+                word!("B cannot be computed during an event of A"),
+            ),
+            None => (
+                &mut *on_a,
+                word!("A cannot be computed during an event of B"),
+            ),
         };
         let name = pair.kind.replace('_', " ");
         side.insert(key("events", name.clone()), None);
@@ -129,7 +148,7 @@ fn leave_open(
         if before.is_some_and(|before| before != why) {
             open.insert(
                 name,
-                "neither can be computed during every event of the other",
+                word!("neither can be computed during every event of the other"),
             );
         }
     }
@@ -168,7 +187,7 @@ fn numbers(side: &Side) -> Numbers {
             .filter(|m| m.is_finite());
         add(
             "-",
-            format!("least margin, {}", wheel.to_uppercase()),
+            format!("{}, {}", message!("least margin"), wheel.to_uppercase()),
             margin,
         );
     }
@@ -176,26 +195,30 @@ fn numbers(side: &Side) -> Numbers {
     let valid = rows["valid"].as_f64().zip(rows["count"].as_f64());
     add(
         "-",
-        "valid rows, share".into(),
+        message!("valid rows, share").into(),
         valid.map(|(valid, all)| valid / all),
     );
-    add("rows", "rows".into(), rows["count"].as_f64());
-    add("s", "duration".into(), rows["duration_s"].as_f64());
+    add("rows", message!("rows").into(), rows["count"].as_f64());
+    add(
+        "s",
+        message!("duration").into(),
+        rows["duration_s"].as_f64(),
+    );
     let coverage = &summary["coverage"];
     add(
         "-",
-        "computable time, share".into(),
+        message!("computable time, share").into(),
         coverage["valid_share"].as_f64(),
     );
     add(
         "s",
-        "time covered by the log".into(),
+        message!("time covered by the log").into(),
         coverage["covered_s"].as_f64(),
     );
     let is_computable = coverage["computable_rows"].as_u64() > Some(0);
     add(
         "kg",
-        "mass of the machine".into(),
+        message!("mass of the machine").into(),
         summary["machine"]["largest_mass_kg"].as_f64(),
     );
     // events of the machine are known only where loads are

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use serde_json::Value;
+use tipwatch_language::{message, say, word};
 
 use super::side::Side;
 
@@ -26,11 +27,26 @@ impl InputDifference {
     pub(super) fn is_of_machine_files(&self) -> bool {
         self.key == MACHINE_FILE
     }
+
+    /// Its key and its values as a reader reads them.
+    pub(super) fn cells(&self) -> [String; 3] {
+        let key = match self.key.as_str() {
+            "supposed" => word!("supposed"),
+            key => key,
+        };
+        let value = |value: &Option<String>| match value {
+            Some(value) => value.clone(),
+            None => word!("not stated").into(),
+        };
+        [key.into(), value(&self.a), value(&self.b)]
+    }
 }
 
 /// What must be known about machine files that differ and are not held.
-pub(super) const NOT_HELD: &str = "The machine files differ, and the output folders do not hold all of their keys: other keys may differ, \
-     too. Compare the logs under both machine files to see all of them.";
+pub(super) const NOT_HELD: &str = message!(
+    "The machine files differ, and the output folders do not hold all of their keys: other keys may differ, \
+     too. Compare the logs under both machine files to see all of them."
+);
 
 /// The inputs that differ, by key.
 pub(super) fn inputs(a: &Side, b: &Side) -> Vec<InputDifference> {
@@ -116,8 +132,8 @@ fn flatten(path: &str, value: &Value, found: &mut BTreeMap<String, String>) {
 /// A difference in words.
 #[must_use]
 pub(super) fn in_words(of: &InputDifference) -> String {
-    let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "not stated".into());
-    format!("{}: {} in A, {} in B", of.key, value(&of.a), value(&of.b))
+    let [key, a, b] = of.cells();
+    say!("{key}: {a} in A, {b} in B")
 }
 
 #[cfg(test)]

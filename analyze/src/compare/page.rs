@@ -1,6 +1,7 @@
 //! `comparison.html`: the comparison as a page. One file without scripts.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, told, word};
 
 use super::comparison::Comparison;
 use super::facts::formatted;
@@ -19,23 +20,23 @@ const MOST_POINTS: usize = 600;
 pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
     let sides = [
         ("A", origin(&comparison.a)),
-        ("Main finding of A", comparison.a.finding.clone()),
+        (word!("Main finding of A"), comparison.a.finding.clone()),
         ("B", origin(&comparison.b)),
-        ("Main finding of B", comparison.b.finding.clone()),
+        (word!("Main finding of B"), comparison.b.finding.clone()),
     ];
     let content = html! {
         (page::facts(&sides))
-        (section("Inputs that differ", inputs(comparison)))
-        (section("Events", events(comparison)))
-        (section("Overturning force (OTF)", curves(comparison, a, b)))
-        (section("Whole log", facts(comparison)))
-        (section("Row by row", series(comparison)))
+        (section(word!("Inputs that differ"), inputs(comparison)))
+        (section(word!("Events"), events(comparison)))
+        (section(word!("Overturning force (OTF)"), curves(comparison, a, b)))
+        (section(word!("Whole log"), facts(comparison)))
+        (section(word!("Row by row"), series(comparison)))
     };
     Document {
-        title: "Comparison of two results",
+        title: word!("Comparison of two results"),
         subtitle: match comparison.same_log {
-            true => "Both results are of the same log.",
-            false => "The results are of different logs.",
+            true => word!("Both results are of the same log."),
+            false => word!("The results are of different logs."),
         },
         styles: &[CHART_STYLE],
         plots: None,
@@ -44,16 +45,13 @@ pub fn render(comparison: &Comparison, a: &Side, b: &Side) -> String {
 }
 
 fn inputs(comparison: &Comparison) -> Markup {
-    let row = |of: &InputDifference| {
-        let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "not stated".into());
-        vec![of.key.clone(), value(&of.a), value(&of.b)]
-    };
+    let row = |of: &InputDifference| of.cells().to_vec();
     html! {
         @if comparison.inputs.is_empty() {
-            p { "None." }
+            p { (word!("None.")) }
         } @else {
-            (table(&["Input", "A", "B"], &comparison.inputs.iter().map(row).collect::<Vec<_>>()))
-            @if comparison.inputs.iter().any(InputDifference::is_of_machine_files) { p { (NOT_HELD) } }
+            (table(&[word!("Input"), "A", "B"], &comparison.inputs.iter().map(row).collect::<Vec<_>>()))
+            @if comparison.inputs.iter().any(InputDifference::is_of_machine_files) { p { (told(NOT_HELD)) } }
         }
     }
 }
@@ -61,7 +59,7 @@ fn inputs(comparison: &Comparison) -> Markup {
 fn events(comparison: &Comparison) -> Markup {
     html! {
         @if comparison.events.is_empty() {
-            p { "Neither result has an event." }
+            p { (word!("Neither result has an event.")) }
         } @else {
             (list(comparison.events.iter().map(event)))
         }
@@ -74,19 +72,25 @@ fn facts(comparison: &Comparison) -> Markup {
         let why = fact
             .why_not
             .map_or(String::new(), |why| format!(" ({why})"));
-        let name = [format!("{}{why}", fact.name)].into_iter();
+        let name = [format!("{}{why}", fact.in_words())].into_iter();
         name.chain(values)
             .chain([printed_unit(fact.unit)])
             .collect()
     };
     let rows: Vec<Vec<String>> = comparison.facts.iter().map(row).collect();
-    table(&["Quantity", "A", "B", "B - A", "Unit"], &rows)
+    table(
+        &[word!("Quantity"), "A", "B", "B - A", word!("Unit")],
+        &rows,
+    )
 }
 
 fn series(comparison: &Comparison) -> Markup {
     let Some(series) = &comparison.series else {
-        let note = comparison.series_note.as_deref().unwrap_or("unknown");
-        return html! { p { "Not compared row by row: " (note) "." } };
+        let note = comparison
+            .series_note
+            .as_deref()
+            .unwrap_or(word!("unknown"));
+        return html! { p { (say!("Not compared row by row: {note}.")) } };
     };
     let shown = series
         .columns
@@ -103,19 +107,19 @@ fn series(comparison: &Comparison) -> Markup {
             .collect()
     });
     let head = [
-        "Quantity",
-        "Mean of B - A",
-        "RMS",
-        "Largest",
-        "RMS, relative",
-        "Unit",
+        word!("Quantity"),
+        word!("Mean of B - A"),
+        word!("RMS"),
+        word!("Largest"),
+        word!("RMS, relative"),
+        word!("Unit"),
     ];
     html! {
-        p.hint { (series.rows) " rows are valid in both results." }
+        p.hint { (say!("{} rows are valid in both results.", series.rows)) }
         (table(&head, &rows.collect::<Vec<Vec<String>>>()))
         @for (side, names) in [("A", &series.only_a), ("B", &series.only_b)] {
             @if !names.is_empty() {
-                p.hint { "Only " (side) " has " (names.iter().map(|name| in_words(name)).collect::<Vec<_>>().join(", ")) "." }
+                p.hint { (say!("Only {side} has {}.", names.iter().map(|name| in_words(name)).collect::<Vec<_>>().join(", "))) }
             }
         }
     }
@@ -129,7 +133,7 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> Markup {
         .filter(|wheel| !wheel.ends_with("_sigma") && b.column(&format!("otf_{wheel}")).is_some())
         .collect();
     if wheels.is_empty() {
-        return html! { p { "The machines have no wheel of the same name." } };
+        return html! { p { (word!("The machines have no wheel of the same name.")) } };
     }
     let together = comparison.series.is_some();
     let rows = match together {
@@ -156,9 +160,11 @@ fn curves(comparison: &Comparison, a: &Side, b: &Side) -> Markup {
     }
     html! {
         p.hint {
-            "OTF of each wheel over time, "
-            @if together { "at the same times in both results" } @else { "from the first row of each result" }
-            ". Solid: A; dashed: B."
+            @if together {
+                (word!("OTF of each wheel over time, at the same times in both results. Solid: A; dashed: B."))
+            } @else {
+                (word!("OTF of each wheel over time, from the first row of each result. Solid: A; dashed: B."))
+            }
         }
         div.grid { @for chart in &both { (chart) } }
         div.grid { @for chart in &differences { (chart) } }

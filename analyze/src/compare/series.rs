@@ -1,6 +1,7 @@
 //! Differences row by row, for sides with rows at the same times.
 
 use serde::Serialize;
+use tipwatch_language::{told, word};
 use tipwatch_mechanics::Quantity;
 
 use super::side::Side;
@@ -64,14 +65,14 @@ pub(super) fn in_words(column: &str) -> String {
     // of several patterns that fit, the one that leaves least to its places
     let best = known.min_by_key(|(_, of)| of.iter().map(|part| part.len()).sum::<usize>());
     match best {
-        Some((label, of)) if of.is_empty() => label.into(),
+        Some((label, of)) if of.is_empty() => told(label).into(),
         Some((label, of)) => {
             let of = of.iter().map(|part| match part.len() {
                 // names of wheels are initials
                 0..=3 => part.to_uppercase(),
                 _ => readable(part),
             });
-            format!("{label}, {}", of.collect::<Vec<_>>().join(", "))
+            format!("{}, {}", told(label), of.collect::<Vec<_>>().join(", "))
         }
         None => readable(column),
     }
@@ -101,6 +102,8 @@ fn placed<'n>(name: &'n str, pattern: &str) -> Option<Vec<&'n str>> {
 pub(super) fn printed_unit(unit: &str) -> String {
     match unit {
         "-" => String::new(),
+        "events" => word!("events").into(),
+        "rows" => word!("rows").into(),
         unit => unit.replace("^2", "²").replace("^3", "³"),
     }
 }
@@ -126,7 +129,7 @@ pub(super) fn shared_rows(a: &Side, b: &Side) -> Vec<(usize, usize)> {
 pub(super) fn compare(a: &Side, b: &Side) -> Result<SeriesComparison, String> {
     let rows = shared_rows(a, b);
     if rows.is_empty() {
-        return Err("the results have no valid row at the same time".into());
+        return Err(word!("the results have no valid row at the same time").into());
     }
     let mut columns: Vec<SeriesDifference> = a
         .columns

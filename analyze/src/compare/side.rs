@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use serde_json::Value;
 use tipwatch_binding::MachineFile;
+use tipwatch_language::word;
 use tipwatch_storage::Location;
 
 use crate::analysis::run::analyse;
@@ -182,7 +183,7 @@ impl Side {
             .flatten();
         let headline = |input: &Value| {
             let text = input.as_str().or(input["headline"].as_str());
-            text.unwrap_or("an input is wrong").to_owned()
+            text.unwrap_or(word!("an input is wrong")).to_owned()
         };
         let gross_inputs: Vec<String> = gross_inputs.map(headline).collect();
         let undecided = Undecided::of(&coverage, &gross_inputs, min_valid);

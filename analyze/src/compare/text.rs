@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 
+use tipwatch_language::{is_english, say, told, word};
+
 use super::comparison::Comparison;
 use super::facts::{EventPair, formatted};
 use super::inputs::{InputDifference, NOT_HELD, in_words};
 use super::series::printed_unit;
 use super::side::SideSummary;
-use crate::base::number::number;
+use crate::base::number::{input_in_words, number, readable};
 
 /// Lines per unit, unless all are requested.
 const MOST_LINES: usize = 6;
@@ -21,8 +23,8 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
         let _ = writeln!(text, "{letter}  {}\n   {}", origin(side), side.finding);
     }
     let log = match comparison.same_log {
-        true => "Both results are of the same log.",
-        false => "The results are of different logs.",
+        true => word!("Both results are of the same log."),
+        false => word!("The results are of different logs."),
     };
     let _ = writeln!(text, "{log}");
     add_inputs(comparison, &mut text);
@@ -30,7 +32,10 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
     let _ = writeln!(
         text,
         "\n{:42} {:>12} {:>12} {:>12}",
-        "Whole log", "A", "B", "B - A"
+        word!("Whole log"),
+        "A",
+        "B",
+        "B - A"
     );
     let mut counted = (String::new(), 0);
     for fact in &comparison.facts {
@@ -39,7 +44,7 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
             let _ = writeln!(
                 text,
                 "{:42} {:>12} {:>12} {:>12} {}{}",
-                fact.name,
+                fact.in_words(),
                 value(fact.a),
                 value(fact.b),
                 value(fact.difference),
@@ -55,36 +60,36 @@ pub fn as_text(comparison: &Comparison, all: bool) -> String {
 
 /// The first digits of a SHA-256.
 fn short(sha256: &str) -> &str {
-    sha256.get(..8).unwrap_or("unknown")
+    sha256.get(..8).unwrap_or(word!("unknown"))
 }
 
 /// Origin of a side, on one line.
 #[must_use]
 pub(super) fn origin(side: &SideSummary) -> String {
-    let log = side.log.first().map_or("no log", String::as_str);
+    let log = side.log.first().map_or(word!("no log"), String::as_str);
     let same = side.name == log;
-    format!(
+    say!(
         "{}{}; machine {} (file {}, URDF {}), model {}, estimator {}",
         side.name,
         if same {
             String::new()
         } else {
-            format!(" (log {log})")
+            say!(" (log {log})")
         },
         side.machine,
         short(&side.machine_file_sha256),
         short(&side.urdf_sha256),
-        side.model,
-        side.estimator
+        readable(&side.model),
+        readable(&side.estimator)
     )
 }
 
 fn add_inputs(comparison: &Comparison, text: &mut String) {
     if comparison.inputs.is_empty() {
-        let _ = writeln!(text, "Their inputs are the same.");
+        let _ = writeln!(text, "{}", word!("Their inputs are the same."));
         return;
     }
-    let _ = writeln!(text, "\nInputs that differ");
+    let _ = writeln!(text, "\n{}", word!("Inputs that differ"));
     for of in &comparison.inputs {
         let _ = writeln!(text, "{}", in_words(of));
     }
@@ -93,16 +98,16 @@ fn add_inputs(comparison: &Comparison, text: &mut String) {
         .iter()
         .any(InputDifference::is_of_machine_files)
     {
-        let _ = writeln!(text, "{NOT_HELD}");
+        let _ = writeln!(text, "{}", told(NOT_HELD));
     }
 }
 
 fn add_events(comparison: &Comparison, text: &mut String) {
     if comparison.events.is_empty() {
-        let _ = writeln!(text, "\nNeither result has an event.");
+        let _ = writeln!(text, "\n{}", word!("Neither result has an event."));
         return;
     }
-    let _ = writeln!(text, "\nEvents");
+    let _ = writeln!(text, "\n{}", word!("Events"));
     for pair in &comparison.events {
         let _ = writeln!(text, "{}", event(pair));
     }
@@ -113,13 +118,15 @@ fn add_events(comparison: &Comparison, text: &mut String) {
 pub(super) fn event(pair: &EventPair) -> String {
     let side = |letter: &str, side: &Option<super::facts::EventSide>| {
         side.as_ref().map(|event| {
-            let lasts = event
-                .duration_s
-                .map_or("until the log ends".into(), |s| format!("for {s:.2} s"));
-            let worst = event.worst.map_or("unknown".into(), number);
-            format!(
+            let lasts = match event.duration_s {
+                Some(s) => say!("for {s:.2} s"),
+                None => word!("until the log ends").into(),
+            };
+            let worst = event.worst.map_or(word!("unknown").into(), number);
+            say!(
                 "{letter} from {:.2} s {lasts}, worst {worst} {}",
-                event.start_s, event.unit
+                event.start_s,
+                event.unit
             )
         })
     };
@@ -128,31 +135,39 @@ pub(super) fn event(pair: &EventPair) -> String {
         .chain(side("B", &pair.b))
         .collect();
     let only = match (&pair.a, &pair.b, pair.is_open_elsewhere) {
-        (Some(_), None, true) => ", in A; B cannot be computed there",
-        (None, Some(_), true) => ", in B; A cannot be computed there",
-        (Some(_), None, false) => ", only in A",
-        (None, Some(_), false) => ", only in B",
+        (Some(_), None, true) => word!(", in A; B cannot be computed there"),
+        (None, Some(_), true) => word!(", in B; A cannot be computed there"),
+        (Some(_), None, false) => word!(", only in A"),
+        (None, Some(_), false) => word!(", only in B"),
         _ => "",
     };
-    let kind = pair.kind.replace('_', " ");
-    format!("{kind} {}{only}: {}", pair.subject, sides.join("; "))
+    let kind = readable(&pair.kind);
+    let subject = match is_english() {
+        true => pair.subject.clone(),
+        false => input_in_words(&pair.subject),
+    };
+    format!("{kind} {subject}{only}: {}", sides.join("; "))
 }
 
 fn add_series(comparison: &Comparison, all: bool, text: &mut String) {
     let most = if all { usize::MAX } else { MOST_LINES };
     let Some(series) = &comparison.series else {
-        let note = comparison.series_note.as_deref().unwrap_or("unknown");
-        let _ = writeln!(text, "\nNot compared row by row: {note}.");
+        let note = comparison
+            .series_note
+            .as_deref()
+            .unwrap_or(word!("unknown"));
+        let note = say!("Not compared row by row: {note}.");
+        let _ = writeln!(text, "\n{note}");
         return;
     };
     let _ = writeln!(
         text,
         "\n{:42} {:>12} {:>12} {:>12} {:>9}",
-        format!("Row by row, {} rows", series.rows),
-        "mean B - A",
-        "rms",
-        "largest",
-        "relative"
+        say!("Row by row, {} rows", series.rows),
+        word!("mean B - A"),
+        word!("rms"),
+        word!("largest"),
+        word!("relative")
     );
     let mut counted = (String::new(), 0);
     let shown = series.columns.iter();

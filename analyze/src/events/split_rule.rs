@@ -1,5 +1,6 @@
 //! The assumption by which loads are split where equilibrium leaves it open, in words.
 
+use tipwatch_language::{is_english, say, word};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{Ground, Machine, Split};
 
@@ -17,38 +18,38 @@ pub(crate) fn split_rule(machine: &Machine) -> String {
     let are_equal = (1..machine.wheels().len()).all(|wheel| stiffness(wheel) == stiffness(0));
     let word = SupportWord::of(machine);
     let rule = match &contact.split {
-        Split::RollMomentDistribution { share, .. } => format!(
+        Split::RollMomentDistribution { share, .. } => say!(
             "the front axle takes {} of the difference between the sides",
             share_in_words(*share)
         ),
         Split::Springs if are_equal => {
-            format!(
+            say!(
                 "all {} are springs of the same stiffness under a rigid frame",
                 word.many
             )
         }
         Split::Springs => {
             let stiffness = match word.is_wheel() {
-                true => "the tyres' stiffness",
-                false => "their stiffness",
+                true => word!("the tyres' stiffness"),
+                false => word!("their stiffness"),
             };
-            format!(
+            say!(
                 "the {} are springs of {stiffness} under a rigid frame",
                 word.many
             )
         }
     };
     match contact.ground {
-        Ground::Plane if contact.mean_stiffness.is_some() => format!("{rule}, on flat ground"),
+        Ground::Plane if contact.mean_stiffness.is_some() => say!("{rule}, on flat ground"),
         _ => rule,
     }
 }
 
 fn share_in_words(share: f64) -> String {
     match share {
-        0.0 => "nothing".into(),
-        0.5 => "half".into(),
-        1.0 => "all".into(),
+        0.0 if is_english() => "nothing".into(),
+        0.5 if is_english() => "half".into(),
+        1.0 if is_english() => "all".into(),
         share => {
             format!("{:.3}", 100.0 * share)
                 .trim_end_matches('0')
@@ -63,8 +64,8 @@ fn share_in_words(share: f64) -> String {
 #[must_use]
 pub(crate) fn sharing(machine: &Machine) -> String {
     match machine.contact().split {
-        Split::RollMomentDistribution { .. } => "axles share the load".into(),
-        Split::Springs => format!("{} share the load", SupportWord::of(machine).many),
+        Split::RollMomentDistribution { .. } => word!("axles share the load").into(),
+        Split::Springs => say!("{} share the load", SupportWord::of(machine).many),
     }
 }
 

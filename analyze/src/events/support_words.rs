@@ -1,5 +1,6 @@
 //! What a machine stands on, in words: the one place that chooses them, by the kind of support.
 
+use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{Machine, SupportKind, Wheel};
 
 use super::event::EventKind;
@@ -19,39 +20,39 @@ pub(crate) struct SupportWord {
 }
 
 const WHEEL: SupportWord = SupportWord {
-    one: "wheel",
-    many: "wheels",
-    head: "Wheel",
-    heads: "Wheels",
+    one: message!("wheel"),
+    many: message!("wheels"),
+    head: message!("Wheel"),
+    heads: message!("Wheels"),
 };
 /// An outrigger, a blade or a fork: the machine file does not say which.
 const SUPPORT: SupportWord = SupportWord {
-    one: "support",
-    many: "supports",
-    head: "Support",
-    heads: "Supports",
+    one: message!("support"),
+    many: message!("supports"),
+    head: message!("Support"),
+    heads: message!("Supports"),
 };
 const TRACK_POINT: SupportWord = SupportWord {
-    one: "track point",
-    many: "track points",
-    head: "Track point",
-    heads: "Track points",
+    one: message!("track point"),
+    many: message!("track points"),
+    head: message!("Track point"),
+    heads: message!("Track points"),
 };
 
 impl SupportWord {
     /// The word for what any machine of a fleet stands on.
     pub(crate) const OF_ANY_MACHINE: Self = Self {
-        one: "wheel or support",
-        many: "wheels or supports",
-        head: "Wheel or support",
-        heads: "Wheels or supports",
+        one: message!("wheel or support"),
+        many: message!("wheels or supports"),
+        head: message!("Wheel or support"),
+        heads: message!("Wheels or supports"),
     };
 
     /// A kind of event of what is called so: "wheel lift", "support light", "edge tipping".
     pub(crate) fn event(self, kind: EventKind) -> String {
         match kind {
-            EventKind::WheelLight => format!("{} light", self.one),
-            EventKind::WheelLift => format!("{} lift", self.one),
+            EventKind::WheelLight => say!("{} light", told(self.one)),
+            EventKind::WheelLift => say!("{} lift", told(self.one)),
             EventKind::LiftNotExcluded
             | EventKind::EdgeTipping
             | EventKind::TipOver
@@ -66,16 +67,27 @@ impl SupportWord {
             SupportKind::Foot => SUPPORT,
             SupportKind::TrackPoint => TRACK_POINT,
         }
+        .said()
+    }
+
+    /// In the language of the process.
+    fn said(self) -> Self {
+        Self {
+            one: told(self.one),
+            many: told(self.many),
+            head: told(self.head),
+            heads: told(self.heads),
+        }
     }
 
     /// The word for all of some supports: that of their kind, or one that fits every kind.
     pub(crate) fn of_all(kinds: impl IntoIterator<Item = SupportKind>) -> Self {
         let mut words = kinds.into_iter().map(Self::of_kind);
-        let first = words.next().unwrap_or(WHEEL);
+        let first = words.next().unwrap_or(WHEEL.said());
         if words.all(|word| word == first) {
             first
         } else {
-            SUPPORT
+            SUPPORT.said()
         }
     }
 
@@ -96,7 +108,18 @@ impl SupportWord {
 
     /// Whether it stands for wheels alone, which have tyres.
     pub(crate) fn is_wheel(self) -> bool {
-        self == WHEEL
+        self == WHEEL.said()
+    }
+}
+
+/// The name of an edge, in lower case, as a reader sees it.
+pub(crate) fn edge_word(name: &str) -> &str {
+    match name {
+        "front" => word!("front"),
+        "rear" => word!("rear"),
+        "left" => word!("left"),
+        "right" => word!("right"),
+        name => name,
     }
 }
 

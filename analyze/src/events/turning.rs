@@ -5,9 +5,11 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tipwatch_language::say;
 use tipwatch_mechanics::estimation::rotation::{OutwardTurn, PlatformRotation};
 
 use super::event::{Event, EventKind};
+use super::support_words::edge_word;
 
 /// Rotation that tyres do not allow a platform without load off the edge, in their largest lean.
 const UNLOADED_TRAVELS: f64 = 1.0;
@@ -66,9 +68,9 @@ impl Turning {
 
     /// What was seen, to follow "the log ends while".
     pub(crate) fn in_words(&self) -> String {
-        format!(
+        say!(
             "the platform turns outwards about the {} edge at {:.1}°/s, {:.1}° so far; whether it fell is not known",
-            self.edge,
+            edge_word(&self.edge),
             self.rate_rad_per_s.to_degrees(),
             self.rotation_rad.to_degrees()
         )

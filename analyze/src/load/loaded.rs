@@ -8,6 +8,7 @@ use anyhow::{Result, bail};
 use rayon::prelude::*;
 use tipwatch_binding::{MachineFile, bind, monitor_topic};
 use tipwatch_ingest::{Log, Losses, SensorBlock, SensorRequest, TopicId, read_sensor_blocks};
+use tipwatch_language::{message, say, told};
 use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::{Machine, Proofs};
 use tipwatch_mechanics::state::{JointStream, MatchedSensors, Sample, Sensor, Sensors};
@@ -335,7 +336,7 @@ fn filled_velocities(loaded: &LoadedLog) -> Vec<String> {
             .filter_map(name)
             .collect();
         (!names.is_empty()).then(|| {
-            format!(
+            say!(
                 "Topic {}: velocity exactly 0 in every message, while the position moves: {}. Such velocities are treated as not \
                  measured; they follow from the positions.",
                 signal.topic,
@@ -369,14 +370,14 @@ fn held_values(loaded: &LoadedLog) -> Vec<String> {
         }
     }
     let at_rate = |([period_ms, interval_ms], names): ([i64; 2], Vec<&str>)| {
-        format!(
+        say!(
             "{} (a measurement every {period_ms} ms, a message every {interval_ms} ms)",
             names.join(", ")
         )
     };
     let sentence = |(topic, rates): (&str, BTreeMap<[i64; 2], Vec<&str>>)| {
         let rates: Vec<String> = rates.into_iter().map(at_rate).collect();
-        format!(
+        say!(
             "Topic {topic}: values are held until the next measurement: {}. The repeats between measurements are left out.",
             rates.join("; ")
         )
@@ -422,8 +423,8 @@ fn put_fastest_stream_first(matched: &mut MatchedSensors, signals: &mut [Signal]
 
 /// The quantities of an IMU without which no wheel load is computed, each with the place of its values in a sample and its key.
 const NEEDED_OF_IMU: [(&str, std::ops::Range<usize>, &str); 2] = [
-    ("specific force", 0..3, "specific_force"),
-    ("angular velocity", 3..6, "angular_velocity"),
+    (message!("specific force"), 0..3, "specific_force"),
+    (message!("angular velocity"), 3..6, "angular_velocity"),
 ];
 
 /// Quantities that no message of an IMU gives, as sentences: its driver marks them as not measured. That is no fault of the sensor.
@@ -441,11 +442,12 @@ fn unmeasured(signals: &[Signal]) -> Vec<String> {
             .into_iter()
             .filter(|(_, values, _)| is_missing(values.clone()));
         let notes = missing.map(|(quantity, _, key)| {
-            format!(
-                "Topic {}: no message gives the {quantity}; a first covariance of -1 marks it as not measured (REP 145). Without it no \
+            say!(
+                "Topic {}: no message gives the {}; a first covariance of -1 marks it as not measured (REP 145). Without it no \
                  wheel loads are computed; only what the attitude shows is told: tilt, and rotation about an edge. If another topic \
                  measures it, bind it as {key} in [signals.imu].",
-                imu.topic
+                imu.topic,
+                told(quantity)
             )
         });
         notes.collect::<Vec<String>>()

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use tipwatch_binding::monitor_topic;
 use tipwatch_ingest::Log;
+use tipwatch_language::{say, word};
 
 /// The gaps as a note; `None` for a complete log or one of another recorder.
 ///
@@ -14,10 +15,10 @@ pub(crate) fn note(log: &Log) -> Result<Option<String>> {
     };
     let places = match samples.values.len() {
         0 => return Ok(None),
-        1 => "1 place".to_owned(),
-        places => format!("{places} places"),
+        1 => word!("1 place").to_owned(),
+        places => say!("{places} places"),
     };
-    Ok(Some(format!(
+    Ok(Some(say!(
         "The recorder of this log missed {} samples and {} verdicts or commands, at {places} (topic {}). The monitor \
          may have received them: its rows there may differ from those computed here.",
         samples.values.iter().sum::<f64>(),

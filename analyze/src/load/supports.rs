@@ -3,6 +3,7 @@
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, number_field};
 use tipwatch_ingest::{FieldRequest, Log, TimeBase, record_fields};
+use tipwatch_language::say;
 use tipwatch_mechanics::estimation::support_configuration::{
     GroundGap, GroundSet, LOAD_MAX_AGE_S, SupportStatus as Status, carries_from, is_set_from,
     on_ground,
@@ -128,7 +129,7 @@ pub(crate) fn read(
         ) {
             Ok(samples) => by_samples(&samples, above, max_age_s),
             Err(error) => {
-                notes.push(format!(
+                notes.push(say!(
                     "Support {}: its signal cannot be read, so the loads are unknown: {}.",
                     supports.support(support).name,
                     error_text(&error)

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
+use tipwatch_language::say;
 use tipwatch_mechanics::machine::LoadSensor;
 
 use super::LoadedLog;
@@ -47,15 +48,16 @@ impl MeasuredLoads {
         };
         for sensor in loaded.machine.load_sensors() {
             match samples(log, sensor, &clocks) {
-                Ok(samples) if samples.0.is_empty() => found.notes.push(format!(
+                Ok(samples) if samples.0.is_empty() => found.notes.push(say!(
                     "Measured load {}: topic {} has no readable number, so it is not compared.",
-                    sensor.name, sensor.field.topic
+                    sensor.name,
+                    sensor.field.topic
                 )),
                 Ok(samples) => found.sensors.push(MeasuredLoad {
                     sensor: sensor.clone(),
                     samples,
                 }),
-                Err(error) => found.notes.push(format!(
+                Err(error) => found.notes.push(say!(
                     "Measured load {} is not compared: {}.",
                     sensor.name,
                     error_text(&error)

@@ -2,6 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 use serde::Serialize;
+use tipwatch_language::{is_english, say, tag, word};
 
 use super::column::Columns;
 use super::figure::Figure;
@@ -64,7 +65,7 @@ impl Document<'_> {
     pub(crate) fn render_with(&self, content: &Markup, program: Option<&Program>) -> String {
         let page = html! {
             (DOCTYPE)
-            html lang="en" {
+            html lang=(tag()) {
                 head {
                     meta charset="utf-8";
                     meta http-equiv="Content-Security-Policy" content=(self.policy());
@@ -75,13 +76,14 @@ impl Document<'_> {
                 }
                 body {
                     header {
-                        button.screen type="button" id="theme" hidden { "Dark" }
+                        button.screen type="button" id="theme" hidden { (word!("Dark")) }
                         h1 { (self.title) }
                         p.subtitle { (self.subtitle) }
                     }
                     main {
                         (content)
                         (glossary(content))
+                        (foot())
                     }
                     @if let Some(program) = program { (program) }
                     @if let Some(plots) = &self.plots { (plots) } @else { script { (PreEscaped(PAGE_SCRIPT)) } }
@@ -105,6 +107,13 @@ impl Document<'_> {
         format!(
             "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'{library}{data}"
         )
+    }
+}
+
+/// What a reader of another language needs to know of the numbers.
+pub(crate) fn foot() -> Markup {
+    html! {
+        @if !is_english() { p.hint { (word!("Numbers have a decimal point, and times of day are UTC.")) } }
     }
 }
 
@@ -158,8 +167,8 @@ impl Render for Plots<'_> {
                 let missing = "document.getElementById('no-library').hidden = false";
                 html! {
                     p id="no-library" hidden {
-                        "The plots are not drawn: they need the file " (address) ", which is not where this page expects it. "
-                        "Copy this page together with the folder above it."
+                        (say!("The plots are not drawn: they need the file {address}, which is not where this page expects it. Copy this \
+                        page together with the folder above it."))
                     }
                     script src=(address) onerror=(missing) {}
                 }

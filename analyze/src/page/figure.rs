@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use serde::Serialize;
+use tipwatch_language::word;
 
 use super::column::{Column, Columns};
 
@@ -199,13 +200,14 @@ pub(crate) fn figures(figures: &[Figure], part: &str) -> Markup {
     }
 }
 
-/// How the figures are used, once for a page.
+/// How the figures are used, once for a page, with the texts of their script.
 pub(crate) fn figures_help() -> Markup {
     html! {
-        p.hint.screen {
-            "Drag in a plot to zoom, double-click to see all; all plots share the time axis. With the keyboard: arrows move, "
-            "+ and - zoom, 0 shows all. A name below a plot shows or hides its curve."
+        p.hint.screen id="plots-help" data-unknown=(word!("unknown"))
+            data-old=(word!("This browser cannot unpack the figures: it is older than 2023.")) {
+            (word!("Drag in a plot to zoom, double-click to see all; all plots share the time axis. With the keyboard: arrows move, \
+            + and - zoom, 0 shows all. A name below a plot shows or hides its curve."))
         }
-        noscript { p { "The plots need JavaScript; the rest of this page does not." } }
+        noscript { p { (word!("The plots need JavaScript; the rest of this page does not.")) } }
     }
 }

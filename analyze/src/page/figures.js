@@ -3,8 +3,9 @@
 (async function () {
   const places = document.querySelectorAll('.plot');
   if (places.length === 0) { return; }
+  const words = document.getElementById('plots-help').dataset;
   if (!window.DecompressionStream) {
-    places[0].textContent = 'This browser cannot unpack the figures: it is older than 2023.';
+    places[0].textContent = words.old;
     return;
   }
   const figures = await window.unpacked('figures').json();
@@ -233,7 +234,7 @@
       const k = Math.min(after(trace.x, time), trace.x.length - 1);
       const best = k > 0 && time - trace.x[k - 1] < trace.x[k] - time ? k - 1 : k;
       const value = trace.y[best];
-      return (trace.name ? trace.name + ' ' : '') + (value === value ? Number(value.toPrecision(4)) : 'unknown');
+      return (trace.name ? trace.name + ' ' : '') + (value === value ? Number(value.toPrecision(4)) : words.unknown);
     });
     plot.readout.textContent = 't = ' + time.toFixed(2) + ' s' + (texts.length ? ': ' + texts.join(', ') : '');
   }

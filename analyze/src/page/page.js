@@ -16,11 +16,12 @@
   const parts = function () { return Array.from(document.querySelectorAll('details')); };
   const all = document.getElementById('open-all');
   if (all) {
+    const closed = all.textContent;
     all.hidden = false;
     all.addEventListener('click', function () {
       const open = parts().some(function (part) { return !part.open; });
       parts().forEach(function (part) { part.open = open; });
-      all.textContent = open ? 'Fold all parts' : 'Open all parts';
+      all.textContent = open ? all.dataset.fold : closed;
     });
   }
   // A link into a folded part opens it.

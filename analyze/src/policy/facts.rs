@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use tipwatch_ingest::{Losses, LostRange};
+use tipwatch_language::say;
 use tipwatch_mechanics::machine::Machine;
 
 use crate::analysis::{Analysis, Coverage, Undecided};
@@ -207,7 +208,7 @@ impl LogFacts {
                     true => wheels_off(&analysis.machine, &turning.edge),
                     false => Vec::new(),
                 },
-                found: format!("the log ends while {}", turning.in_words()),
+                found: say!("the log ends while {}", turning.in_words()),
             }),
         }
     }

@@ -1,6 +1,7 @@
 //! Judges a log by the rules of a policy.
 
 use serde::{Deserialize, Serialize};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::EDGES_OF_FOUR;
 
 use super::LEAST_OF_A_FACT;
@@ -8,6 +9,7 @@ use super::facts::{EventFacts, LogFacts, OpenFall, WheelFacts};
 use super::rules::{Check, Events, Policy, Quantity, Rule, WhenUnknown};
 use crate::analysis::Undecided;
 use crate::events::EventKind;
+use crate::events::support_words::edge_word;
 
 /// The judgement of a log: `policy.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -70,10 +72,10 @@ impl Policy {
     #[must_use]
     pub fn judge_failed(&self, reason: &str) -> Judgement {
         let outcome = RuleOutcome {
-            rule: "every log can be analysed".into(),
+            rule: word!("every log can be analysed").into(),
             passed: self.accepts_failed_logs,
             decided: self.accepts_failed_logs,
-            found: format!("not decided: the log could not be analysed: {reason}"),
+            found: say!("not decided: the log could not be analysed: {reason}"),
         };
         self.judgement(vec![outcome], Some(reason.into()))
     }
@@ -96,7 +98,7 @@ impl Rule {
                 let judged = which.judge(*at_most, facts.start_ns, &facts.wheels, events);
                 let open = facts.open_fall.as_ref();
                 match open.filter(|open| judged.0 && which.is_broken_by(open, *at_most, events)) {
-                    Some(open) => (false, false, format!("not decided: {}", open.found)),
+                    Some(open) => (false, false, say!("not decided: {}", open.found)),
                     None => judged,
                 }
             }
@@ -145,7 +147,7 @@ impl Rule {
         RuleOutcome {
             passed: false,
             decided: false,
-            found: format!("not decided: {reason}"),
+            found: say!("not decided: {reason}"),
             ..outcome
         }
     }
@@ -178,9 +180,9 @@ impl Events {
             };
             counted.extend(events.iter().filter(|event| tipping.counts(event)));
         }
-        let mut found = format!("expected at most {at_most}, found {}", counted.len());
+        let mut found = say!("expected at most {at_most}, found {}", counted.len());
         if let Some(first) = counted.first() {
-            found.push_str(&format!(
+            found.push_str(&say!(
                 " (the first: {} at t = {:.2} s)",
                 first.subject,
                 seconds(first)
@@ -189,7 +191,7 @@ impl Events {
         let passed = counted.len() as u64 <= at_most;
         if let Some(unknown) = self.unknown_subject(wheels, events).filter(|_| passed) {
             let wheels: Vec<&str> = wheels.iter().map(|it| it.name.as_str()).collect();
-            let found = format!(
+            let found = say!(
                 "not decided: expected the name of a wheel or an edge of the machine, found \"{unknown}\"; its wheels are {}",
                 wheels.join(", ")
             );
@@ -201,7 +203,7 @@ impl Events {
             && !passed
             && sure <= at_most
         {
-            let found = format!(
+            let found = say!(
                 "not decided: from t = {:.2} s the platform rotated and came to rest; the ground gave way under it, or the \
                  machine is propped",
                 seconds(open)
@@ -217,8 +219,8 @@ impl Events {
         };
         match events.iter().find(is_falling) {
             Some(open) if passed && counted.is_empty() && self.kind == EventKind::TipOver => {
-                let edge = &open.subject;
-                let found = format!(
+                let edge = edge_word(&open.subject);
+                let found = say!(
                     "not decided: from t = {:.2} s until the end of the log the machine was tipping about the {edge} edge",
                     seconds(open)
                 );
@@ -307,17 +309,17 @@ fn judge_number(
     unknown: WhenUnknown,
 ) -> (bool, String) {
     let expected = match (at_least, at_most) {
-        (Some(least), Some(most)) => format!("expected {least} to {most}"),
-        (Some(least), None) => format!("expected at least {least}"),
-        (None, most) => format!("expected at most {}", most.unwrap_or(f64::INFINITY)),
+        (Some(least), Some(most)) => say!("expected {least} to {most}"),
+        (Some(least), None) => say!("expected at least {least}"),
+        (None, most) => say!("expected at most {}", most.unwrap_or(f64::INFINITY)),
     };
     let Some(value) = value else {
         let passed = unknown == WhenUnknown::Pass;
-        return (passed, format!("{expected}, found no computable value"));
+        return (passed, say!("{expected}, found no computable value"));
     };
     let kept =
         at_least.is_none_or(|least| value >= least) && at_most.is_none_or(|most| value <= most);
-    (kept, format!("{expected}, found {value:.6}"))
+    (kept, say!("{expected}, found {value:.6}"))
 }
 
 #[cfg(test)]

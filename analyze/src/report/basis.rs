@@ -1,6 +1,7 @@
 //! What the results rest on: methods, assumptions, validation, limitations of this analysis.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{Ground, Split};
 
 use super::findings::reason_counts;
@@ -20,45 +21,47 @@ const MOST_LISTED: usize = 100;
 /// How the loads were computed.
 pub(super) fn methods(analysis: &Analysis) -> Markup {
     let estimator = match analysis.options.estimator {
-        Estimator::Smoother => "Smoother: each row uses earlier and later samples.",
+        Estimator::Smoother => word!("Smoother: each row uses earlier and later samples."),
         Estimator::Causal => {
-            "Causal estimator: each row uses earlier samples alone, as the live monitor does."
+            word!(
+                "Causal estimator: each row uses earlier samples alone, as the live monitor does."
+            )
         }
     };
     let model = match analysis.options.model {
         ModelKind::WholeBody => {
-            "Forces and moments by recursive Newton-Euler dynamics over all bodies."
+            word!("Forces and moments by recursive Newton-Euler dynamics over all bodies.")
         }
         ModelKind::VariableInertia => {
-            "Analytic model with the inertia of the platform depending on its actuators."
+            word!("Analytic model with the inertia of the platform depending on its actuators.")
         }
         ModelKind::ClosedForm => {
-            "Analytic model with a rigid platform and the suspension at mid stroke."
+            word!("Analytic model with a rigid platform and the suspension at mid stroke.")
         }
     };
     let contact = analysis.machine.contact();
     let split = match &contact.split {
-        Split::RollMomentDistribution { share, .. } => format!(
+        Split::RollMomentDistribution { share, .. } => say!(
             "What equilibrium leaves open of the load split follows from the stated rule: the front axle carries {:.0} % of \
              the load difference between the sides.",
             100.0 * share
         ),
-        Split::Springs => format!(
+        Split::Springs => say!(
             "What equilibrium leaves open of the load split follows from the stated rule: {} are springs \
             of their stiffness under a rigid frame.",
             SupportWord::of(&analysis.machine).many
         ),
     };
     let measured = measured_forces(&analysis.machine).map(|of| {
-        format!("Where the log has them, the measured forces of {of} determine the load split, and the rule has no effect.")
+        say!("Where the log has them, the measured forces of {of} determine the load split, and the rule has no effect.")
     });
     let items = [estimator.to_string(), model.to_string(), split];
     let items = items.into_iter().chain(measured).chain([
-        "The envelope is the range of loads over all splits that equilibrium allows, without any rule.".into(),
-        "Bands of two standard deviations (± 2 σ) propagate the stated uncertainties of signals and parameters to first order; \
-         they hold under the stated split.".into(),
-        "A finding's confidence is the probability, from the standard deviation of the OTF under the stated split, that the \
-         limit was passed.".into(),
+        word!("The envelope is the range of loads over all splits that equilibrium allows, without any rule.").into(),
+        word!("Bands of two standard deviations (± 2 σ) propagate the stated uncertainties of signals and parameters to first order; \
+         they hold under the stated split.").into(),
+        word!("A finding's confidence is the probability, from the standard deviation of the OTF under the stated split, that the \
+         limit was passed.").into(),
     ]);
     html! { (list(items)) }
 }
@@ -68,7 +71,9 @@ pub(super) fn validation() -> Markup {
     let lines = validation_table();
     let cells = |line: &&str| -> Vec<String> {
         let cells = line.trim_matches('|').split('|');
-        cells.map(|cell| without_links(cell.trim())).collect()
+        cells
+            .map(|cell| readable(&without_links(cell.trim())))
+            .collect()
     };
     let rows: Vec<Vec<String>> = lines.iter().map(cells).collect();
     let (head, rows) = rows
@@ -78,9 +83,9 @@ pub(super) fn validation() -> Markup {
         });
     html! {
         p {
-            "Root mean square error of the loads as a share of the mean load, clean / noisy sensors, against the contact forces \
+            (word!("Root mean square error of the loads as a share of the mean load, clean / noisy sensors, against the contact forces \
              of an independent simulator. These figures hold for those machines and manoeuvres; they are not a bound for this \
-             log. They do not hold after a machine has begun to tip. No log of a real tip-over with known loads was available."
+             log. They do not hold after a machine has begun to tip. No log of a real tip-over with known loads was available."))
         }
         (table(&head, &rows))
     }
@@ -120,15 +125,15 @@ pub(super) fn limitations(analysis: &Analysis) -> Markup {
     let lost: Vec<String> = losses.lines().take(MOST_LISTED).collect();
     html! {
         (list(&sentences))
-        @if !findings.is_empty() { h3 { "Notes of the analysis" } (list(&findings)) }
-        h3 { "Losses of the log" }
+        @if !findings.is_empty() { h3 { (word!("Notes of the analysis")) } (list(&findings)) }
+        h3 { (word!("Losses of the log")) }
         @if lost.is_empty() {
-            p { "No damaged bytes were found in the parts of the log that were read." }
+            p { (word!("No damaged bytes were found in the parts of the log that were read.")) }
         } @else {
-            p { (losses.bytes_lost()) " bytes of the log were lost, in " (losses.ranges.len()) " ranges:" }
+            p { (say!("{} bytes of the log were lost, in {} ranges:", losses.bytes_lost(), losses.ranges.len())) }
             (list(&lost))
             @if losses.ranges.len() > MOST_LISTED {
-                p { (losses.ranges.len() - MOST_LISTED) " more lost ranges are in summary.json." }
+                p { (say!("{} more lost ranges are in summary.json.", losses.ranges.len() - MOST_LISTED)) }
             }
         }
     }
@@ -140,7 +145,7 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
     let word = SupportWord::of(machine);
     let mut found = Vec::new();
     if contact.ground == Ground::Unknown && analysis.digest.open_split > 0.05 {
-        found.push(format!(
+        found.push(say!(
             "The shape of the ground under the {} is unknown. Equilibrium leaves open how the load is shared: the envelope \
              of a {} is {} of its load at rest wide in the median.",
             word.many,
@@ -150,32 +155,32 @@ fn of_model(analysis: &Analysis) -> Vec<String> {
     }
     if !contact.tyres_deflect {
         found.push(match word.is_wheel() {
-            true => "No tyre stiffness is stated: the tyres are rigid in this model, and their deflection is left out.".into(),
-            false => format!("No stiffness of the {} is stated: they are rigid in this model, and their deflection is left out.", word.many),
+            true => word!("No tyre stiffness is stated: the tyres are rigid in this model, and their deflection is left out.").into(),
+            false => say!("No stiffness of the {} is stated: they are rigid in this model, and their deflection is left out.", word.many),
         });
     }
     if machine.suspension().is_none() && machine.linkages().is_empty() {
-        found.push(format!(
+        found.push(say!(
             "No suspension is described: compliance between frame and {} is left out.",
             word.many
         ));
     }
     found.push(
-        "Flexibility of frame and arm, tyre camber and lateral tyre deflection are not modelled."
+        word!("Flexibility of frame and arm, tyre camber and lateral tyre deflection are not modelled.")
             .into(),
     );
     if machine.payloads().is_empty() && machine.arm_mounting().is_some() {
         let spans = &analysis.load_comparison.contradictions;
         let but = match spans.iter().any(Contradiction::is_followed) {
-            true => " where these do not follow the measured ones",
+            true => word!(" where these do not follow the measured ones"),
             false => "",
         };
-        found.push(format!(
+        found.push(say!(
             "No payload is stated: whatever the arm held beyond the masses of the URDF is missing from the loads{but}."
         ));
     }
     if machine.tool().is_none() && machine.arm_mounting().is_some() {
-        found.push("No force on the tool was logged: a contact of the arm with the ground or a load would be invisible.".into());
+        found.push(word!("No force on the tool was logged: a contact of the arm with the ground or a load would be invisible.").into());
     }
     found
 }
@@ -184,27 +189,28 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
     let has = |signal: &str| analysis.inputs.iter().any(|input| input.signal == signal);
     let mut found = Vec::new();
     if !has("imu") {
-        found.push("No inertial measurement unit (IMU) was recorded.".into());
+        found.push(word!("No inertial measurement unit (IMU) was recorded.").into());
     }
     if !has("odometry") {
         found.push(
-            "No odometry was recorded: speed, path and cornering are unknown, and acceleration cannot be told apart from slope.".into(),
+            word!("No odometry was recorded: speed, path and cornering are unknown, and acceleration cannot be told apart from slope.").into(),
         );
     }
     if !analysis.digest.has_attitude {
         found.push(
-            "No attitude was recorded: the slope is unknown (the loads do not need it).".into(),
+            word!("No attitude was recorded: the slope is unknown (the loads do not need it).")
+                .into(),
         );
     }
     if !analysis.coverage.is_whole() {
-        found.push(format!(
+        found.push(say!(
             "{} in {} of the log.",
             unstated_load::known_loads(analysis),
             analysis.coverage
         ));
     }
     found.extend(reason_counts(analysis).into_iter().map(|(reason, count)| {
-        format!(
+        say!(
             "{count} rows are invalid because of {}.",
             readable(reason.name())
         )
@@ -215,7 +221,7 @@ fn of_log(analysis: &Analysis) -> Vec<String> {
         .map(|input| input.counts.implausible)
         .sum();
     if unused > 0 {
-        found.push(format!("{unused} samples were implausible."));
+        found.push(say!("{unused} samples were implausible."));
     }
     found
 }

@@ -1,6 +1,7 @@
 //! Charts of the wheel loads for paper.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 
 use super::sketch::{Curve, Sketch};
 use crate::analysis::Analysis;
@@ -15,9 +16,9 @@ pub(super) fn section(analysis: &Analysis, sketch: &Sketch) -> Markup {
     let end = |wheel| round_up(highest(sketch.points(Curve::OnPaper(wheel))).max(1.0));
     html! {
         p {
-            "Loads over time, in seconds from the first row. Line: load under the stated split; dark area: two standard deviations on \
+            (word!("Loads over time, in seconds from the first row. Line: load under the stated split; dark area: two standard deviations on \
             either side (± 2 σ); pale area: the envelope, the range over all splits that equilibrium allows; dashed: load limit. Curves \
-            break where loads cannot be computed."
+            break where loads cannot be computed."))
         }
         div.grid { @for wheel in wheels { (chart(analysis, wheel, sketch, end(wheel))) } }
     }
@@ -38,7 +39,7 @@ fn chart(analysis: &Analysis, wheel: usize, sketch: &Sketch, end: f64) -> Markup
     let last = last.map_or(0.0, seconds).max(1e-3);
     let facts = &analysis.machine.wheels()[wheel];
     let (word, name) = (SupportWord::of_kind(facts.kind).head, &facts.name);
-    let mut chart = Chart::new(&format!("{word} {name}: load [N]"), (0.0, last), (0.0, end));
+    let mut chart = Chart::new(&say!("{word} {name}: load [N]"), (0.0, last), (0.0, end));
     let envelope = points.iter().map(|point| {
         let [_, _, least, largest] = point.values();
         (seconds(point.row()), least, largest)
@@ -65,6 +66,6 @@ fn chart(analysis: &Analysis, wheel: usize, sketch: &Sketch, end: f64) -> Markup
         chart.label_y(share * end, &number(share * end));
         chart.label_x(share * last, &format!("{:.1}", share * last));
     }
-    chart.caption_x("Time [s]");
+    chart.caption_x(word!("Time [s]"));
     chart.finish()
 }

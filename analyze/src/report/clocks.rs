@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use tipwatch_ingest::Treatment;
+use tipwatch_language::{say, word};
 
 use crate::analysis::clock::{PairOffset, TopicOffset, text::TopicsFinding};
 use crate::analysis::{Analysis, Input};
@@ -12,7 +13,7 @@ pub(super) fn clocks(analysis: &Analysis) -> Markup {
     let findings = &analysis.clock_findings;
     html! {
         @if findings.is_empty() {
-            p { "All signals are stamped by one clock, and its stamps are consistent." }
+            p { (word!("All signals are stamped by one clock, and its stamps are consistent.")) }
         }
         (table_of(findings.iter().map(finding_row)))
         (table_of(analysis.inputs.iter().map(stamp_row)))
@@ -23,16 +24,16 @@ pub(super) fn clocks(analysis: &Analysis) -> Markup {
 fn finding_row(found: &TopicsFinding) -> [(&'static str, String); 5] {
     let finding = &found.finding;
     let treatment = match finding.treatment {
-        Treatment::Handled => "handled",
-        Treatment::Refused => "refused",
-        Treatment::Reported => "reported",
+        Treatment::Handled => word!("handled"),
+        Treatment::Refused => word!("refused"),
+        Treatment::Reported => word!("reported"),
     };
     [
-        ("Finding", readable(finding.kind.name())),
-        ("Topics", found.topics.join(", ")),
-        ("Observation", finding.seen.clone()),
-        ("Treatment", treatment.to_owned()),
-        ("Action taken", finding.done.clone()),
+        (word!("Finding"), readable(finding.kind.name())),
+        (word!("Topics"), found.topics.join(", ")),
+        (word!("Observation"), finding.seen.clone()),
+        (word!("Treatment"), treatment.to_owned()),
+        (word!("Action taken"), finding.done.clone()),
     ]
 }
 
@@ -51,22 +52,25 @@ fn stamp_row(input: &Input) -> [(&'static str, String); 10] {
     let jitter_ms = offset.map(|o| o.jitter_s * 1e3);
     let added_s = input.correction.added_s;
     [
-        ("Topic", input.topic.clone()),
+        (word!("Topic"), input.topic.clone()),
         (
-            "Header stamp minus log time, median [s]",
+            word!("Header stamp minus log time, median [s]"),
             or_dash(median_s, 4),
         ),
-        ("Median absolute deviation [ms]", or_dash(mad_ms, 2)),
-        ("Drift [ppm]", or_dash(drift, 1)),
+        (word!("Median absolute deviation [ms]"), or_dash(mad_ms, 2)),
+        (word!("Drift [ppm]"), or_dash(drift, 1)),
         (
-            "Standard deviation of the drift [ppm]",
+            word!("Standard deviation of the drift [ppm]"),
             or_dash(drift_sigma, 1),
         ),
-        ("Jitter [ms]", or_dash(jitter_ms, 2)),
-        ("Zero stamps", timing.zero_stamps.to_string()),
-        ("Duplicate stamps", timing.duplicate_stamps.to_string()),
-        ("Backward stamps (largest [s])", backward),
-        ("Applied correction [s]", format!("{added_s:.4}")),
+        (word!("Jitter [ms]"), or_dash(jitter_ms, 2)),
+        (word!("Zero stamps"), timing.zero_stamps.to_string()),
+        (
+            word!("Duplicate stamps"),
+            timing.duplicate_stamps.to_string(),
+        ),
+        (word!("Backward stamps (largest [s])"), backward),
+        (word!("Applied correction [s]"), format!("{added_s:.4}")),
     ]
 }
 
@@ -76,8 +80,8 @@ fn offsets(analysis: &Analysis) -> Markup {
     html! {
         @if let Some(reference) = &clock.reference {
             p {
-                "Offsets between topics, estimated from the motion that both measure: the value to add to the stamps of a topic "
-                "to align them with " (reference) ". Offsets are applied only on request."
+                (say!("Offsets between topics, estimated from the motion that both measure: the value to add to the stamps of a topic \
+                to align them with {reference}. Offsets are applied only on request."))
             }
             (table_of(clock.topics.iter().map(topic_row)))
             (table_of(clock.pairs.iter().map(pair_row)))
@@ -91,28 +95,40 @@ fn milliseconds(seconds: Option<f64>) -> String {
 }
 
 fn topic_row(topic: &TopicOffset) -> [(&'static str, String); 6] {
-    let applied = if topic.applied { "yes" } else { "no" };
+    let applied = match topic.applied {
+        true => word!("yes"),
+        false => word!("no"),
+    };
     [
-        ("Topic", topic.topic.clone()),
-        ("Offset [ms]", milliseconds(topic.offset_s)),
-        ("Standard deviation [ms]", milliseconds(topic.sigma_s)),
+        (word!("Topic"), topic.topic.clone()),
+        (word!("Offset [ms]"), milliseconds(topic.offset_s)),
         (
-            "Stated in the machine file [ms]",
+            word!("Standard deviation [ms]"),
+            milliseconds(topic.sigma_s),
+        ),
+        (
+            word!("Stated in the machine file [ms]"),
             milliseconds(topic.stated_s),
         ),
-        ("Applied", applied.to_owned()),
-        ("Why unknown", topic.why_not.clone().unwrap_or_default()),
+        (word!("Applied"), applied.to_owned()),
+        (
+            word!("Why unknown"),
+            topic.why_not.clone().unwrap_or_default(),
+        ),
     ]
 }
 
 fn pair_row(pair: &PairOffset) -> [(&'static str, String); 7] {
     [
-        ("Topic", pair.topic.clone()),
-        ("Compared with", pair.against.clone()),
-        ("Quantity", pair.by.to_owned()),
-        ("Delay [ms]", milliseconds(pair.late_s)),
-        ("Standard deviation [ms]", milliseconds(pair.sigma_s)),
-        ("Correlation", or_dash(pair.correlation, 3)),
-        ("Why unknown", pair.why_not.clone().unwrap_or_default()),
+        (word!("Topic"), pair.topic.clone()),
+        (word!("Compared with"), pair.against.clone()),
+        (word!("Quantity"), pair.by.to_owned()),
+        (word!("Delay [ms]"), milliseconds(pair.late_s)),
+        (word!("Standard deviation [ms]"), milliseconds(pair.sigma_s)),
+        (word!("Correlation"), or_dash(pair.correlation, 3)),
+        (
+            word!("Why unknown"),
+            pair.why_not.clone().unwrap_or_default(),
+        ),
     ]
 }

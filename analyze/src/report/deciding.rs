@@ -1,5 +1,7 @@
 //! What would decide how the load is split where equilibrium leaves it open: nothing that the log has already.
 
+use tipwatch_language::{say, word};
+
 use crate::analysis::Analysis;
 use crate::events::support_words::SupportWord;
 
@@ -41,24 +43,28 @@ impl Deciding {
     /// In a few words, of a list.
     pub(super) fn short(self) -> &'static str {
         match self {
-            Self::Weighing => "weighing",
-            Self::MoreExactLoads => "more exact measured loads",
-            Self::CylinderPressures => "cylinder pressures",
-            Self::FlatGround => "known flat ground",
+            Self::Weighing => word!("weighing"),
+            Self::MoreExactLoads => word!("more exact measured loads"),
+            Self::CylinderPressures => word!("cylinder pressures"),
+            Self::FlatGround => word!("known flat ground"),
         }
     }
 
     /// What to do, for wheels or other supports that are called so.
     fn in_full(self, word: SupportWord) -> String {
         match self {
-            Self::Weighing => format!("weighing the {} where the machine stood", word.many),
+            Self::Weighing => say!("weighing the {} where the machine stood", word.many),
             Self::MoreExactLoads => self.short().into(),
             Self::CylinderPressures => {
-                "logging the pressures of the cylinders that carry the wheels".into()
+                word!("logging the pressures of the cylinders that carry the wheels").into()
             }
-            Self::FlatGround => format!(
+            Self::FlatGround => say!(
                 "stating flat ground and the stiffness of the {} in the machine file, if the ground was flat",
-                if word.is_wheel() { "tyres" } else { word.many }
+                if word.is_wheel() {
+                    word!("tyres")
+                } else {
+                    word.many
+                }
             ),
         }
     }
@@ -66,6 +72,6 @@ impl Deciding {
     /// All of them as one sentence without a period.
     pub(super) fn sentence(ways: &[Self], word: SupportWord) -> String {
         let ways: Vec<String> = ways.iter().map(|way| way.in_full(word)).collect();
-        format!("To decide it: {}", ways.join("; or "))
+        say!("To decide it: {}", ways.join(word!("; or ")))
     }
 }

@@ -1,6 +1,7 @@
 //! What explains the loads: causes of events, sensitivity, models, stated uncertainties.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 
 use super::findings::{MOST_OF_KIND, Scene, worst_of_each_kind};
 use super::parameter_words::{in_words, uncertainty_in_words};
@@ -46,22 +47,22 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
             let once = |text: String| if place == 0 { text } else { String::new() };
             let seconds = |time_ns: i64| once(format!("{:.2}", scene.seconds(time_ns)));
             [
-                ("Event", once(names.join(", "))),
-                ("From [s]", seconds(causes.since_ns)),
-                ("To [s]", seconds(causes.at_ns)),
-                ("Cause", readable(share.cause)),
-                ("OTF lost [N]", number(share.taken_n)),
-                ("Share [%]", format!("{:.0}", share.percent)),
+                (word!("Event"), once(names.join(", "))),
+                (word!("From [s]"), seconds(causes.since_ns)),
+                (word!("To [s]"), seconds(causes.at_ns)),
+                (word!("Cause"), readable(share.cause)),
+                (word!("OTF lost [N]"), number(share.taken_n)),
+                (word!("Share [%]"), format!("{:.0}", share.percent)),
             ]
         }));
     }
     html! {
         @if rows.is_empty() {
-            p { "No event involves a " (scene.word.one) " load, or the chosen model does not compute load contributions." }
+            p { (say!("No event involves a {} load, or the chosen model does not compute load contributions.", scene.word.one)) }
         } @else {
             (table_of(rows))
             @if !left_out.is_empty() {
-                p { "These are the " (MOST_OF_KIND) " worst events of each kind; the causes of all events are in events.parquet." }
+                p { (say!("These are the {MOST_OF_KIND} worst events of each kind; the causes of all events are in events.parquet.")) }
             }
         }
     }
@@ -70,8 +71,8 @@ pub(super) fn causes(analysis: &Analysis) -> Markup {
 /// Why nothing is known of how the loads depend on signals and parameters.
 pub(super) fn no_derivatives(analysis: &Analysis) -> &'static str {
     match analysis.options.model {
-        ModelKind::WholeBody => "There are no derivatives: in no row are all loads valid.",
-        _ => "The chosen model does not compute derivatives.",
+        ModelKind::WholeBody => word!("There are no derivatives: in no row are all loads valid."),
+        _ => word!("The chosen model does not compute derivatives."),
     }
 }
 
@@ -90,20 +91,24 @@ pub(super) fn sensitivity(analysis: &Analysis) -> Markup {
         let unit = row.parameter.unit(machine).trim_start_matches('-');
         let share = format!("{:.1}", 100.0 * row.variance_share);
         [
-            ("Parameter", in_words(row.parameter, machine)),
-            ("Unit", unit.into()),
-            ("Value", optional(row.nominal)),
+            (word!("Parameter"), in_words(row.parameter, machine)),
+            (word!("Unit"), unit.into()),
+            (word!("Value"), optional(row.nominal)),
             ("σ", short(row.sigma)),
-            ("dOTF/dparameter [N per unit]", short(row.derivative)),
-            ("Change to OTF = 0", optional(row.change_to_zero)),
-            ("Share of variance [%]", share),
+            (word!("dOTF/dparameter [N per unit]"), short(row.derivative)),
+            (word!("Change to OTF = 0"), optional(row.change_to_zero)),
+            (word!("Share of variance [%]"), share),
         ]
     });
     html! {
         p {
-            "Contributions to the variance of the OTF of " (SupportWord::named(&machine.wheels()[found.worst_wheel])) " at t = "
-            (format_args!("{:.2}", Scene::of(analysis).seconds(first.worst_ns))) " s (" (number(first.worst_otf_n)) " N), "
-            "to first order, from the stated uncertainties. The file sensitivity.parquet has all signals and parameters."
+            (say!(
+                "Contributions to the variance of the OTF of {} at t = {:.2} s ({} N), to first order, from the stated uncertainties. \
+                 The file sensitivity.parquet has all signals and parameters.",
+                SupportWord::named(&machine.wheels()[found.worst_wheel]),
+                Scene::of(analysis).seconds(first.worst_ns),
+                number(first.worst_otf_n)
+            ))
         }
         (table_of(cells))
     }
@@ -121,12 +126,12 @@ pub(super) fn models(analysis: &Analysis) -> Markup {
     html! {
         @for comparison in &analysis.comparisons {
             @match comparison {
-                Err(why) => p { "Model " (chosen) ". " (why) "." },
+                Err(why) => p { (say!("Model {chosen}. {why}.")) },
                 Ok(comparison) => (difference(analysis, chosen, comparison)),
             }
         }
-        p { "Standard deviation (σ) of every kind of parameter, from the machine file or the default:" }
-        (table(&["Uncertain", "Standard deviation", "Unit"], &stated))
+        p { (word!("Standard deviation (σ) of every kind of parameter, from the machine file or the default:")) }
+        (table(&[word!("Uncertain"), word!("Standard deviation"), word!("Unit")], &stated))
     }
 }
 
@@ -142,7 +147,7 @@ fn difference(analysis: &Analysis, chosen: &str, comparison: &ModelComparison) -
     });
     let other = comparison.other.name();
     html! {
-        p { "OTF difference, model " (other) " minus model " (chosen) ", over " (comparison.rows) " rows:" }
-        (table(&[SupportWord::of(&analysis.machine).head, "Mean [N]", "RMS [N]", "Largest [N]"], &cells.collect::<Vec<_>>()))
+        p { (say!("OTF difference, model {other} minus model {chosen}, over {} rows:", comparison.rows)) }
+        (table(&[SupportWord::of(&analysis.machine).head, word!("Mean [N]"), word!("RMS [N]"), word!("Largest [N]")], &cells.collect::<Vec<_>>()))
     }
 }

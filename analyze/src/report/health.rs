@@ -1,6 +1,7 @@
 //! The health of the sensors: one table of what their stamps show, one of what their numbers show.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 
 use crate::analysis::Analysis;
 use crate::analysis::health::{NumberHealth, RateChange, SensorHealth};
@@ -19,9 +20,9 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     });
     html! {
         p {
-            "What the sensors show by themselves, whatever the machine. Noise and vibration is the root mean square of what is "
-            "faster than some 3 Hz, in half a second. A dash means that the rate is too low to tell, or that a number may rest "
-            "where it is."
+            (word!("What the sensors show by themselves, whatever the machine. Noise and vibration is the root mean square of what is \
+            faster than some 3 Hz, in half a second. A dash means that the rate is too low to tell, or that a number may rest \
+            where it is."))
         }
         (table_of(sensors.map(|sensor| sensor_row(sensor, start_ns))))
         (table_of(numbers))
@@ -40,36 +41,35 @@ fn sensor_row(sensor: &SensorHealth, start_ns: i64) -> [(&'static str, String); 
             to_hz,
         } = *change;
         let at_s = seconds(at_ns, start_ns);
-        format!("{from_hz:.1} to {to_hz:.1} Hz at t = {at_s:.1} s")
+        say!("{from_hz:.1} to {to_hz:.1} Hz at t = {at_s:.1} s")
     };
     let changes = match &sensor.rate_changes {
-        None => "irregular".to_owned(),
-        Some(changes) if changes.is_empty() => "none".to_owned(),
+        None => word!("irregular").to_owned(),
+        Some(changes) if changes.is_empty() => word!("none").to_owned(),
         Some(changes) => {
             let listed: Vec<String> = changes.iter().take(MOST_CHANGES).map(change).collect();
             match changes.len().saturating_sub(MOST_CHANGES) {
                 0 => listed.join("; "),
-                more => format!("{}; {more} more", listed.join("; ")),
+                more => say!("{}; {more} more", listed.join("; ")),
             }
         }
     };
     let gap = sensor.longest_gap_s.zip(sensor.longest_gap_ns);
-    let gap = gap.map(|(gap_s, from_ns)| {
-        format!("{gap_s:.3} s from t = {:.2} s", seconds(from_ns, start_ns))
-    });
+    let gap = gap
+        .map(|(gap_s, from_ns)| say!("{gap_s:.3} s from t = {:.2} s", seconds(from_ns, start_ns)));
     let (clock_steps, implausible) = (sensor.clock_steps, sensor.implausible);
     [
-        ("Signal", readable(&sensor.signal)),
-        ("Topic", sensor.topic.clone()),
-        ("Samples", sensor.samples.to_string()),
-        ("Rate [Hz]", or_dash(sensor.rate_hz, 1)),
-        ("Changes of the rate", changes),
-        ("Longest gap", gap.unwrap_or_else(|| "–".to_owned())),
+        (word!("Signal"), readable(&sensor.signal)),
+        (word!("Topic"), sensor.topic.clone()),
+        (word!("Samples"), sensor.samples.to_string()),
+        (word!("Rate [Hz]"), or_dash(sensor.rate_hz, 1)),
+        (word!("Changes of the rate"), changes),
+        (word!("Longest gap"), gap.unwrap_or_else(|| "–".to_owned())),
         (
-            "Steps of its clock and the recorder's",
+            word!("Steps of its clock and the recorder's"),
             clock_steps.to_string(),
         ),
-        ("Implausible samples", implausible.to_string()),
+        (word!("Implausible samples"), implausible.to_string()),
     ]
 }
 
@@ -79,31 +79,37 @@ fn number_row(signal: &str, number: &NumberHealth, start_ns: i64) -> [(&'static 
     let vibration = number.vibration_rms.zip(number.greatest_vibration_rms);
     let vibration = vibration.zip(number.greatest_vibration_ns);
     let range = range.map_or_else(
-        || "in no sample".to_owned(),
-        |(least, greatest)| format!("{} to {}", short(least), short(greatest)),
+        || word!("in no sample").to_owned(),
+        |(least, greatest)| say!("{} to {}", short(least), short(greatest)),
     );
     let vibration = vibration.map_or_else(dash, |((usual, greatest), at_ns)| {
         let at_s = seconds(at_ns, start_ns);
-        format!("{} ({} at t = {at_s:.1} s)", short(usual), short(greatest))
+        say!("{} ({} at t = {at_s:.1} s)", short(usual), short(greatest))
     });
     let (constant_s, outliers) = (number.longest_constant_s, number.outliers);
     [
-        ("Signal", readable(signal)),
-        ("Number", readable(&number.name)),
-        ("Unit", number.unit.clone()),
-        ("Least to greatest", range),
-        ("Resolution", number.resolution.map_or_else(dash, short)),
-        ("Noise and vibration, usual (greatest, at)", vibration),
+        (word!("Signal"), readable(signal)),
+        (word!("Number"), readable(&number.name)),
+        (word!("Unit"), number.unit.clone()),
+        (word!("Least to greatest"), range),
         (
-            "At its limit",
+            word!("Resolution"),
+            number.resolution.map_or_else(dash, short),
+        ),
+        (
+            word!("Noise and vibration, usual (greatest, at)"),
+            vibration,
+        ),
+        (
+            word!("At its limit"),
             number.clipped_share.map_or_else(dash, percent),
         ),
         (
-            "Longest time without change [s]",
+            word!("Longest time without change [s]"),
             format!("{constant_s:.2}"),
         ),
         (
-            "Outliers",
+            word!("Outliers"),
             outliers.map_or_else(dash, |count| count.to_string()),
         ),
     ]

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use maud::{Markup, html};
 use tipwatch_binding::sha256;
+use tipwatch_language::{say, word};
 
 use super::findings::{finding_list, findings};
 use super::moment::Moments;
@@ -74,10 +75,10 @@ fn render_with(analysis: &Analysis, sketch: &Sketch, scripts: Scripts<'_>) -> St
     let parts = parts(analysis, &drawn);
     let content = html! {
         (sheet::section(analysis))
-        nav.contents aria-label="Contents" {
-            h2 { "For experts" }
+        nav.contents aria-label=(word!("Contents")) {
+            h2 { (word!("For experts")) }
             ol { @for one in &parts { li { a href=(format_args!("#{}", one.id)) { (one.title) } } } }
-            button.screen type="button" id="open-all" hidden { "Open all parts" }
+            button.screen type="button" id="open-all" data-fold=(word!("Fold all parts")) hidden { (word!("Open all parts")) }
         }
         @for (place, one) in parts.iter().enumerate() { (part(one.id, one.title, place == 0, &one.content)) }
     };
@@ -120,7 +121,7 @@ pub fn render_sketch_as_pdf(analysis: &Analysis, sketch: &Sketch) -> Result<Vec<
         (sheet::section(analysis))
         @for one in parts(analysis, &drawn) { section { h2 { (one.title) } (one.content) } }
     };
-    let content = html! { (content) (page::glossary(&content)) };
+    let content = html! { (content) (page::glossary(&content)) (page::foot()) };
     let last_ns = analysis.rows.times_ns.last().copied().unwrap_or(0);
     let date = Calendar::of(analysis).instant(last_ns).unwrap_or_default();
     pdf::render(&title(analysis), &subtitle(analysis), date, &content)
@@ -149,14 +150,14 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
     let figures = |part| (drawn.of)(part);
     let loads_at_onset = sheet::row(analysis).map(|row| {
         html! {
-            h3 { "At t = " (format_args!("{:.2}", analysis.rows.seconds(row))) " s" }
+            h3 { (say!("At t = {:.2} s", analysis.rows.seconds(row))) }
             (machine_view::loads(analysis, row))
         }
     });
     let mut all = vec![
         part(
             "events",
-            "Events",
+            word!("Events"),
             html! {
                 (top_findings(analysis)) (figures(Part::Events)) (tables::events(analysis))
             },
@@ -168,66 +169,70 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
                 @if let Some(warning) = unstated_load::warning(analysis) { (warning) }
                 @if let Some(loads) = loads_at_onset { (loads) }
                 (drawn.loads)
-                @if let Some(measured) = measured_loads::section(analysis) { h3 { "Measured loads" } (measured) }
+                @if let Some(measured) = measured_loads::section(analysis) { h3 { (word!("Measured loads")) } (measured) }
             },
         ),
         part(
             "causes",
-            "What caused the unloading",
+            word!("What caused the unloading"),
             html! {
                 (explanations::causes(analysis)) (figures(Part::Causes))
                 @if let Some(explained) = unstated_load::section(analysis) {
-                    h3 { "What explains the rotation about an edge" } (explained)
+                    h3 { (word!("What explains the rotation about an edge")) } (explained)
                 }
             },
         ),
         part(
             "prevention",
-            "What would have prevented it",
+            word!("What would have prevented it"),
             html! { (prevention::section(analysis)) (drawn.sliders) },
         ),
         part(
             "indicators",
-            "Stability indicators",
+            word!("Stability indicators"),
             figures(Part::Indicators),
         ),
         part(
             "posture",
-            "Posture and path",
+            word!("Posture and path"),
             html! {
                 @if let Some(warning) = unstated_load::warning(analysis) { (warning) }
                 (drawn.posture)
-                @if let Some(path) = &drawn.path { h3 { "Path on the ground" } (path) }
+                @if let Some(path) = &drawn.path { h3 { (word!("Path on the ground")) } (path) }
             },
         ),
         part(
             "inputs",
-            "Inputs and clocks",
+            word!("Inputs and clocks"),
             html! {
                 (tables::inputs(analysis)) (figures(Part::Inputs))
-                h3 { "Health of the sensors" } (health::section(analysis))
-            h3 { "Clocks" } (clocks::clocks(analysis))
+                h3 { (word!("Health of the sensors")) } (health::section(analysis))
+            h3 { (word!("Clocks")) } (clocks::clocks(analysis))
             },
         ),
         part(
             "model",
-            "Sensitivity, models and uncertainty",
+            word!("Sensitivity, models and uncertainty"),
             html! {
                 (explanations::sensitivity(analysis))
                 (explanations::models(analysis))
-                @if drawn.has_study { h3 { "Random machines" } (figures(Part::Study)) }
+                @if drawn.has_study { h3 { (word!("Random machines")) } (figures(Part::Study)) }
             },
         ),
         part(
             "methods",
-            "Methods and assumptions",
+            word!("Methods and assumptions"),
             basis::methods(analysis),
         ),
-        part("validation", "Validation", basis::validation()),
-        part("limitations", "Limitations", basis::limitations(analysis)),
+        part("validation", word!("Validation"), basis::validation()),
+        part(
+            "limitations",
+            word!("Limitations"),
+            basis::limitations(analysis),
+        ),
         part(
             "custody",
-            "Custody and provenance",
+            word!("Custody and provenance"),
             tables::provenance(analysis),
         ),
     ];
@@ -238,14 +243,14 @@ fn parts(analysis: &Analysis, drawn: &Drawn<'_>) -> Vec<ExpertPart> {
 
 fn title(analysis: &Analysis) -> String {
     let name = analysis.provenance.log_name();
-    format!("{} and stability: {name}", loads_of(analysis))
+    say!("{} and stability: {name}", loads_of(analysis))
 }
 
 /// The title of what the program computes.
 fn loads_of(analysis: &Analysis) -> &'static str {
     match SupportWord::of(&analysis.machine).is_wheel() {
-        true => "Wheel loads",
-        false => "Support loads",
+        true => word!("Wheel loads"),
+        false => word!("Support loads"),
     }
 }
 
@@ -257,10 +262,10 @@ fn subtitle(analysis: &Analysis) -> String {
         .map_or(0.0, |last| rows.seconds(last));
     let (machine, count) = (analysis.machine.name(), rows.len());
     let from = &analysis.provenance;
-    let case = from.case.as_ref().map(|case| format!("Case {case}. "));
+    let case = from.case.as_ref().map(|case| say!("Case {case}. "));
     let examiner = from.examiner.as_ref();
-    let examiner = examiner.map(|examiner| format!("Examiner {examiner}. "));
-    format!(
+    let examiner = examiner.map(|examiner| say!("Examiner {examiner}. "));
+    say!(
         "{}{}Machine {machine}; {count} rows over {duration:.2} s.",
         case.unwrap_or_default(),
         examiner.unwrap_or_default()
@@ -276,13 +281,13 @@ fn top_findings(analysis: &Analysis) -> Markup {
     html! {
         (finding_list(&findings[..count.min(MOST_FINDINGS)]))
         @if count > MOST_FINDINGS {
-            p { (count - MOST_FINDINGS) " more are in the table of events." }
+            p { (say!("{} more are in the table of events.", count - MOST_FINDINGS)) }
         }
         @if of_inputs > 0 {
             p {
                 @match of_inputs {
-                    1 => { "One fault or gap of an input is in the table of input faults below the events." }
-                    count => { (count) " faults and gaps of inputs are grouped in the table of input faults below the events." }
+                    1 => { (word!("One fault or gap of an input is in the table of input faults below the events.")) }
+                    count => { (say!("{count} faults and gaps of inputs are grouped in the table of input faults below the events.")) }
                 }
             }
         }
@@ -295,19 +300,19 @@ fn how_to_read(analysis: &Analysis, most_points: usize) -> Markup {
     html! {
         (page::figures_help())
         p.hint {
-            "Curves break where loads cannot be computed. They continue while the machine tips over, but are not accurate there. Events \
-             are shaded. OTF (overturning force) is the load a " (one) " would carry if every " (one) " were held to the ground; it is negative \
-             where the " (one) " would have to be pulled down. Pale areas are envelopes: the range of loads that equilibrium allows, for any \
-             split of the load between the " (many) ". Darker ones are bands of two standard deviations under the stated split."
+            (say!("Curves break where loads cannot be computed. They continue while the machine tips over, but are not accurate there. Events \
+             are shaded. OTF (overturning force) is the load a {one} would carry if every {one} were held to the ground; it is negative \
+             where the {one} would have to be pulled down. Pale areas are envelopes: the range of loads that equilibrium allows, for any \
+             split of the load between the {many}. Darker ones are bands of two standard deviations under the stated split."))
         }
         @if analysis.rows.len() > most_points {
             p.hint {
-                "Curves are decimated for drawing: each shows at most " (most_points) " of " (analysis.rows.len())
-                " rows and always keeps the minimum and the maximum of every interval."
+                (say!("Curves are decimated for drawing: each shows at most {most_points} of {} rows and always keeps the minimum and \
+                the maximum of every interval.", analysis.rows.len()))
             }
         }
         @if analysis.events.len() > MOST_EVENTS {
-            p.hint { "Only the " (MOST_EVENTS) " most important events are shaded." }
+            p.hint { (say!("Only the {MOST_EVENTS} most important events are shaded.")) }
         }
     }
 }

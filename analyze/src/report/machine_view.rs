@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use nalgebra::Vector3;
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::SupportKind;
 use tipwatch_mechanics::{Placement, Quantity, State};
 
@@ -53,27 +54,27 @@ pub(super) fn loads(analysis: &Analysis, row: usize) -> Markup {
     let cells = machine.wheels().iter().enumerate().map(|(wheel, facts)| {
         let sigma = match has_sigma {
             true => number(2.0 * value(Quantity::LoadSigma(wheel))),
-            false => "not computed".into(),
+            false => word!("not computed").into(),
         };
         let (least, largest) = (
             value(Quantity::LoadLeast(wheel)),
             value(Quantity::LoadLargest(wheel)),
         );
         let any_split = match (least + largest).is_finite() {
-            true => format!("{} to {}", number(least), number(largest)),
-            false => "not computable".into(),
+            true => say!("{} to {}", number(least), number(largest)),
+            false => word!("not computable").into(),
         };
         let at_rest = machine.reference().static_load[wheel];
         [
             (SupportWord::of(machine).head, facts.name.clone()),
             (
-                "Load, stated split [N]",
+                word!("Load, stated split [N]"),
                 number(value(Quantity::Load(wheel))),
             ),
             ("± 2 σ [N]", sigma),
-            ("Load, any split [N]", any_split),
+            (word!("Load, any split [N]"), any_split),
             ("OTF [N]", number(value(Quantity::Otf(wheel)))),
-            ("At rest [N]", number(at_rest)),
+            (word!("At rest [N]"), number(at_rest)),
         ]
     });
     table_of(cells)
@@ -231,7 +232,7 @@ impl View<'_> {
                     format!("{:.1} kN", (load / 100.0).round() / 10.0 + 0.0)
                 }
                 true => format!("{:.1} N", (load * 10.0).round() / 10.0 + 0.0),
-                false => "unknown".into(),
+                false => word!("unknown").into(),
             };
             let up = drawing.room(*at, beside, [&facts.name, &load], &arm, &mut placed);
             drawing.text(*at, [beside, 2.0 + up], anchor, &facts.name);
@@ -256,18 +257,22 @@ impl View<'_> {
                 .map(below)
                 .fold(f64::INFINITY, f64::min);
             let name = if self.is_on_wheels() {
-                "track"
+                word!("track")
             } else {
-                "support width"
+                word!("support width")
             };
             drawing.width([left, rear], [right, rear], 14.0, name);
         }
         let title = match self.contradicted {
             true => {
-                "From above, forward is up; no loads are drawn, as those of the stated machine do not show this fall; dashed: load at rest"
+                word!(
+                    "From above, forward is up; no loads are drawn, as those of the stated machine do not show this fall; dashed: load at rest"
+                )
             }
             false => {
-                "From above, forward is up; disc: load, dashed: at rest, cross: no load, diamond: zero moment point"
+                word!(
+                    "From above, forward is up; disc: load, dashed: at rest, cross: no load, diamond: zero moment point"
+                )
             }
         };
         Some(drawing.finish(title, true))
@@ -321,16 +326,16 @@ impl View<'_> {
         }
         self.mark_centre(&mut drawing, centre);
         let name = if self.is_on_wheels() {
-            "wheelbase"
+            word!("wheelbase")
         } else {
-            "support length"
+            word!("support length")
         };
         drawing.width([rear, 0.0], [front, 0.0], 12.0, name);
         drawing.height(
             [centre[0], 0.0],
             centre,
             drawing_room(&drawing, centre[0], high),
-            "centre of mass",
+            word!("centre of mass"),
         );
         let up = &state.base.up;
         if up.iter().all(|part| part.is_finite()) {
@@ -347,8 +352,8 @@ impl View<'_> {
         }
         Some(drawing.finish(
             match self.contradicted {
-                true => "From the right, forward is to the right; centre of mass of the stated machine, thin line from it: gravity",
-                false => "From the right, forward is to the right; thin line from the centre of mass: gravity",
+                true => word!("From the right, forward is to the right; centre of mass of the stated machine, thin line from it: gravity"),
+                false => word!("From the right, forward is to the right; thin line from the centre of mass: gravity"),
             },
             true,
         ))

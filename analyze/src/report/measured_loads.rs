@@ -1,6 +1,7 @@
 //! Measured beside computed loads: the comparison as a section, and where they contradict each other as findings.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 
 use crate::analysis::Analysis;
 use crate::analysis::measured_loads::{Contradiction, TOTAL};
@@ -13,26 +14,30 @@ pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
     if comparison.sensors.is_empty() {
         return None;
     }
-    let known = |value: Option<f64>| value.map_or("unknown".into(), number);
-    let share =
-        |value: Option<f64>| value.map_or("unknown".into(), |v| format!("{:.0} %", 100.0 * v));
+    let known = |value: Option<f64>| value.map_or(word!("unknown").into(), number);
+    let share = |value: Option<f64>| {
+        value.map_or(word!("unknown").into(), |v| format!("{:.0} %", 100.0 * v))
+    };
     let rows = comparison.sensors.iter().map(|sensor| {
         [
-            ("Measured load", sensor.sensor.clone()),
-            ("Rows", sensor.rows.to_string()),
-            ("Mean of measured minus computed [N]", known(sensor.bias_n)),
+            (word!("Measured load"), sensor.sensor.clone()),
+            (word!("Rows"), sensor.rows.to_string()),
+            (
+                word!("Mean of measured minus computed [N]"),
+                known(sensor.bias_n),
+            ),
             ("RMS [N]", known(sensor.rms_n)),
-            ("σ computed [N]", known(sensor.computed_sigma_n)),
-            ("σ sensor [N]", number(sensor.sensor_sigma_n)),
-            ("Inside 1 σ", share(sensor.inside_1_sigma)),
-            ("Inside 2 σ", share(sensor.inside_2_sigma)),
+            (word!("σ computed [N]"), known(sensor.computed_sigma_n)),
+            (word!("σ sensor [N]"), number(sensor.sensor_sigma_n)),
+            (word!("Inside 1 σ"), share(sensor.inside_1_sigma)),
+            (word!("Inside 2 σ"), share(sensor.inside_2_sigma)),
         ]
     });
     Some(html! {
         (table_of(rows))
         p.hint {
-            "The computed loads do not use the measured ones. Compared are an even selection of valid rows with all \
-             of them on the ground. The split between the diagonals is an assumption where equilibrium leaves it open."
+            (word!("The computed loads do not use the measured ones. Compared are an even selection of valid rows with all \
+             of them on the ground. The split between the diagonals is an assumption where equilibrium leaves it open."))
         }
     })
 }
@@ -46,19 +51,19 @@ pub(super) fn findings(analysis: &Analysis) -> impl Iterator<Item = Finding> {
 fn finding(analysis: &Analysis, span: &Contradiction) -> Finding {
     let seconds = |time_ns: i64| analysis.rows.seconds_at(time_ns);
     let what = match span.sensor.as_str() {
-        TOTAL => "the sum of the measured loads".into(),
-        sensor => format!("the measured load {sensor}"),
+        TOTAL => word!("the sum of the measured loads").into(),
+        sensor => say!("the measured load {sensor}"),
     };
-    let differs = format!(
+    let differs = say!(
         "From t = {:.2} to {:.2} s {what} is {} ± {} N {} than computed",
         seconds(span.start_ns),
         seconds(span.end_ns),
         number(span.difference_n.abs()),
         number(2.0 * span.sigma_n),
         if span.difference_n < 0.0 {
-            "less"
+            word!("less")
         } else {
-            "more"
+            word!("more")
         }
     );
     Finding {

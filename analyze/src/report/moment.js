@@ -7,6 +7,9 @@
   const TRACE_S = 2;
   const DISC_SHARE = 0.24;
   const known = function (values) { return values.every(function (v) { return v !== null; }); };
+  // A text with its values, by their names in braces.
+  const texts = moments.texts;
+  const filled = function (text, values) { return text.replace(/\{(\w+)\}/g, function (_, name) { return values[name]; }); };
 
   // One scale for all pictures, at which everything fits.
   const box = moments.instants.reduce(function (box, instant) {
@@ -118,11 +121,11 @@
   function gravity(svg, instant, size) {
     const corner = [unit * 3, size.height - unit * 3];
     if (!known(instant.gravity) || instant.tilt === null) {
-      add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit }, 'direction of gravity unknown');
+      add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit }, texts.no_gravity);
       return;
     }
     add(svg, 'text', { x: corner[0], y: corner[1], 'font-size': unit * 3.2, 'stroke-width': unit },
-      'gravity leans ' + instant.tilt.toFixed(1) + '°' + (instant.tilt >= 0.5 ? ', to:' : ''));
+      filled(instant.tilt >= 0.5 ? texts.gravity_to : texts.gravity, { angle: instant.tilt.toFixed(1) }));
     if (instant.tilt < 0.5) { return; }
     const length = Math.hypot(instant.gravity[0], instant.gravity[1]);
     const along = [-instant.gravity[1] / length, -instant.gravity[0] / length];
@@ -305,14 +308,14 @@
       .map(function (e) { return e.label; }).join('; ');
     slider.setAttribute('aria-valuetext', instant.t.toFixed(2) + ' s');
     text.textContent = 't = ' + instant.t.toFixed(2) + ' s' + (mark ? ': ' + mark.replace(/, t = .*/, '') : '') +
-      (instant.reasons ? ' (invalid row: ' + instant.reasons + ')' : '');
-    const number = function (v) { return v === null ? 'unknown' : Math.round(v).toString(); };
-    table.replaceChildren(row([moments.word.charAt(0).toUpperCase() + moments.word.slice(1), 'Load [N]', '± 2 σ [N]', 'Any split [N]', 'At rest [N]'], 'th'));
+      (instant.reasons ? ' (' + filled(texts.invalid, instant) + ')' : '');
+    const number = function (v) { return v === null ? texts.unknown : Math.round(v).toString(); };
+    table.replaceChildren(row([moments.word.charAt(0).toUpperCase() + moments.word.slice(1)].concat(texts.head), 'th'));
     moments.wheels.forEach(function (facts, w) {
       const value = instant.wheels[w];
       table.appendChild(row([facts.name, number(value[2]),
-        value[3] === null ? 'unknown' : number(2 * value[3]),
-        value[4] === null || value[5] === null ? 'unknown' : number(value[4]) + ' to ' + number(value[5]),
+        value[3] === null ? texts.unknown : number(2 * value[3]),
+        value[4] === null || value[5] === null ? texts.unknown : filled(texts.range, { from: number(value[4]), to: number(value[5]) }),
         number(facts.at_rest)], 'td'));
     });
   }

@@ -6,6 +6,7 @@ use maud::{Markup, html};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use super::findings::{Scene, rank};
@@ -26,6 +27,8 @@ const MOST_PICTURES: usize = 6;
 pub(super) struct Moments {
     /// What one of the supports is called.
     word: &'static str,
+    /// What the script says.
+    texts: Texts,
     wheels: Vec<WheelFacts>,
     instants: Vec<Instant>,
     /// The instants of the slider's marks in order of time, with their labels.
@@ -34,6 +37,18 @@ pub(super) struct Moments {
     pictures: Vec<usize>,
     /// The instant shown first: that of the most important event.
     first: usize,
+}
+
+/// Texts of the drawing, with their values as names in braces.
+#[derive(Debug, Serialize)]
+struct Texts {
+    head: [&'static str; 4],
+    range: &'static str,
+    unknown: &'static str,
+    invalid: &'static str,
+    no_gravity: &'static str,
+    gravity: &'static str,
+    gravity_to: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -107,22 +122,23 @@ pub(super) fn section(moments: &Moments) -> Markup {
         .map(|&event| &moments.events[event].label);
     html! {
         p.hint {
-            "From above, forward is up; from the right, forward is to the right; in space, drag to turn. The area of a disc shows the load of a " (moments.word) "; a dashed ring shows its load at rest. "
-            "Diamond: zero moment point (ZMP), where the resulting force of the ground acts, with its path over the last two seconds. "
-            "Ring with a cross: centre of mass. Thick lines: arm. The machine tips about an edge when the ZMP reaches it."
+            (say!("From above, forward is up; from the right, forward is to the right; in space, drag to turn. The area of a disc shows \
+            the load of a {}; a dashed ring shows its load at rest. Diamond: zero moment point (ZMP), where the resulting force of the \
+            ground acts, with its path over the last two seconds. Ring with a cross: centre of mass. Thick lines: arm. The machine tips \
+            about an edge when the ZMP reaches it.", moments.word))
         }
         div.moment.screen {
-            svg.top-view id="moment" role="img" aria-label="The machine seen from above" {}
-            svg.top-view id="moment-side" role="img" aria-label="The machine seen from the right" {}
-            svg.top-view.turn id="moment-space" role="img" aria-label="The bodies of the machine in space; drag to turn" {}
+            svg.top-view id="moment" role="img" aria-label=(word!("The machine seen from above")) {}
+            svg.top-view id="moment-side" role="img" aria-label=(word!("The machine seen from the right")) {}
+            svg.top-view.turn id="moment-space" role="img" aria-label=(word!("The bodies of the machine in space; drag to turn")) {}
             div.controls {
                 label {
-                    "Time "
+                    (word!("Time "))
                     input type="range" id="moment-time" min="0" max=(moments.instants.len().saturating_sub(1)) value="0" step="1";
                 }
                 p {
-                    button type="button" id="moment-before" { "◀ event" } " "
-                    button type="button" id="moment-after" { "event ▶" }
+                    button type="button" id="moment-before" { (word!("◀ event")) } " "
+                    button type="button" id="moment-after" { (word!("event ▶")) }
                 }
                 p id="moment-text" aria-live="polite" {}
                 table id="moment-loads" {}
@@ -159,7 +175,7 @@ impl Moments {
         by_time.sort_by_key(|(_, event)| shown_ns(event));
         let events = by_time.iter().map(|(_, event)| Mark {
             instant: instant(event),
-            label: format!(
+            label: say!(
                 "{}, t = {:.2} s",
                 scene.kind_and_subject(event),
                 scene.seconds(shown_ns(event))
@@ -178,6 +194,20 @@ impl Moments {
         pictures.sort_unstable();
         Self {
             word: scene.word.one,
+            texts: Texts {
+                head: [
+                    word!("Load [N]"),
+                    "± 2 σ [N]",
+                    word!("Any split [N]"),
+                    word!("At rest [N]"),
+                ],
+                range: word!("{from} to {to}"),
+                unknown: word!("unknown"),
+                invalid: word!("invalid row: {reasons}"),
+                no_gravity: word!("direction of gravity unknown"),
+                gravity: word!("gravity leans {angle}°"),
+                gravity_to: word!("gravity leans {angle}°, to:"),
+            },
             wheels: wheel_facts(analysis),
             first: sheet::row(analysis)
                 .map_or(0, |row| shown.partition_point(|&other| other < row)),
@@ -291,10 +321,10 @@ fn gravity(placement: &Placement<'_>, up: &Vector3<f64>) -> ([Option<f64>; 2], O
 }
 
 fn reasons(analysis: &Analysis, row: usize) -> String {
-    let names: Vec<&str> = (analysis.rows.reasons[row].iter())
-        .map(tipwatch_mechanics::state::Reason::name)
+    let names: Vec<String> = (analysis.rows.reasons[row].iter())
+        .map(|reason| readable(reason.name()))
         .collect();
-    readable(&names.join(", "))
+    names.join(", ")
 }
 
 /// A value rounded to 1 / `per_unit`; `None` if it is not finite.

@@ -1,11 +1,12 @@
 //! Parameters and their stated uncertainties in words: people do not read the names of output and machine files.
 
+use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::Parameter;
 use tipwatch_mechanics::machine::Machine;
 
 /// What the parameter is, in words that follow "the": "mass of tool", "position of joint slew".
 pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
-    let joint = |joint: usize| format!("joint {}", machine.joints()[joint].name);
+    let joint = |joint: usize| say!("joint {}", machine.joints()[joint].name);
     let link = |link: usize| machine.links()[link].name.clone();
     // "wheel_fr.radius": the name of the wheel in lower case, as all names of parameters
     let name = parameter.name(machine);
@@ -16,47 +17,46 @@ pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
         let found = wheels.find(|name| name.to_lowercase() == key);
         found.map_or_else(|| key.to_uppercase(), Clone::clone)
     };
-    let payload = |payload: usize| match machine.payloads().len() {
-        1 => "the payload".to_string(),
-        _ => format!("payload {}", payload + 1),
-    };
     match parameter {
-        Parameter::JointPosition(j) => format!("position of {}", joint(j)),
-        Parameter::JointVelocity(j) => format!("velocity of {}", joint(j)),
-        Parameter::JointAcceleration(j) => format!("acceleration of {}", joint(j)),
+        Parameter::JointPosition(j) => say!("position of {}", joint(j)),
+        Parameter::JointVelocity(j) => say!("velocity of {}", joint(j)),
+        Parameter::JointAcceleration(j) => say!("acceleration of {}", joint(j)),
         Parameter::SpecificForce(axis) => {
-            format!("accelerometer along the {} axis of the IMU", axis.name())
+            say!("accelerometer along the {} axis of the IMU", axis.name())
         }
         Parameter::AngularVelocity(axis) => {
-            format!("gyro about the {} axis of the IMU", axis.name())
+            say!("gyro about the {} axis of the IMU", axis.name())
         }
         Parameter::AngularAcceleration(axis) => {
-            format!(
+            say!(
                 "angular acceleration about the {} axis of the IMU",
                 axis.name()
             )
         }
-        Parameter::ToolForce(axis) => format!("force on the tool along {}", axis.name()),
-        Parameter::ToolMoment(axis) => format!("moment on the tool about {}", axis.name()),
-        Parameter::ActuatorForce(_) => "measured force of an actuator".into(),
-        Parameter::LinkMass(l) => format!("mass of {}", link(l)),
+        Parameter::ToolForce(axis) => say!("force on the tool along {}", axis.name()),
+        Parameter::ToolMoment(axis) => say!("moment on the tool about {}", axis.name()),
+        Parameter::ActuatorForce(_) => word!("measured force of an actuator").into(),
+        Parameter::LinkMass(l) => say!("mass of {}", link(l)),
         Parameter::LinkCom(l, axis) => {
-            format!("centre of mass of {} along {}", link(l), axis.name())
+            say!("centre of mass of {} along {}", link(l), axis.name())
         }
-        Parameter::LinkInertia(l, _) => format!("inertia of {}", link(l)),
-        Parameter::PayloadMass(p) => format!("mass of {}", payload(p)),
+        Parameter::LinkInertia(l, _) => say!("inertia of {}", link(l)),
+        Parameter::PayloadMass(p) => match machine.payloads().len() {
+            1 => word!("mass of the payload").into(),
+            _ => say!("mass of payload {}", p + 1),
+        },
         Parameter::WheelPosition(_, axis) => {
-            format!("position of {} along {}", wheel(), axis.name())
+            say!("position of {} along {}", wheel(), axis.name())
         }
-        Parameter::WheelRadius(_) => format!("radius of {}", wheel()),
-        Parameter::ArmPosition(axis) => format!("position of the arm along {}", axis.name()),
-        Parameter::ImuPosition(axis) => format!("position of the IMU along {}", axis.name()),
-        Parameter::ImuRotation(axis) => format!("mounting angle of the IMU about {}", axis.name()),
+        Parameter::WheelRadius(_) => say!("radius of {}", wheel()),
+        Parameter::ArmPosition(axis) => say!("position of the arm along {}", axis.name()),
+        Parameter::ImuPosition(axis) => say!("position of the IMU along {}", axis.name()),
+        Parameter::ImuRotation(axis) => say!("mounting angle of the IMU about {}", axis.name()),
         Parameter::RollMomentDistribution => {
-            "share of the front axle in the difference between the sides".into()
+            word!("share of the front axle in the difference between the sides").into()
         }
-        Parameter::TyreStiffness(_) => format!("tyre stiffness of {}", wheel()),
-        Parameter::BaseMotion(_) => "measured motion of the base".into(),
+        Parameter::TyreStiffness(_) => say!("tyre stiffness of {}", wheel()),
+        Parameter::BaseMotion(_) => word!("measured motion of the base").into(),
     }
 }
 
@@ -64,44 +64,53 @@ pub(super) fn in_words(parameter: Parameter, machine: &Machine) -> String {
 /// stands as it is.
 pub(super) fn uncertainty_in_words(key: &str) -> (&str, &'static str) {
     match key {
-        "mass_share" => ("mass of a link", SHARE),
-        "com" => ("centre of mass of a link, along each axis", "m"),
-        "inertia_share" => ("inertia of a link", SHARE),
-        "payload_mass_share" => ("mass of a payload", SHARE),
-        "wheel_position" => ("position of a wheel or other support, along each axis", "m"),
-        "wheel_radius" => ("radius of a wheel", "m"),
-        "arm_position" => ("position of the arm's root, along each axis", "m"),
-        "joint_offset" => ("systematic error of a revolute joint's position", "rad"),
-        "joint_offset_linear" => ("systematic error of a prismatic joint's position", "m"),
-        "imu_position" => ("position of the IMU, along each axis", "m"),
-        "imu_rotation" => ("mounting angle of the IMU, about each axis", "rad"),
-        "accelerometer_bias" => ("bias of the accelerometer, along each axis", "m/s²"),
-        "gyro_bias" => ("bias of the gyro, about each axis", "rad/s"),
-        "attitude_bias" => ("constant error of roll and pitch", "rad"),
-        "gravity" => ("local gravity", "m/s²"),
+        "mass_share" => (word!("mass of a link"), told(SHARE)),
+        "com" => (word!("centre of mass of a link, along each axis"), "m"),
+        "inertia_share" => (word!("inertia of a link"), told(SHARE)),
+        "payload_mass_share" => (word!("mass of a payload"), told(SHARE)),
+        "wheel_position" => (
+            word!("position of a wheel or other support, along each axis"),
+            "m",
+        ),
+        "wheel_radius" => (word!("radius of a wheel"), "m"),
+        "arm_position" => (word!("position of the arm's root, along each axis"), "m"),
+        "joint_offset" => (
+            word!("systematic error of a revolute joint's position"),
+            "rad",
+        ),
+        "joint_offset_linear" => (
+            word!("systematic error of a prismatic joint's position"),
+            "m",
+        ),
+        "imu_position" => (word!("position of the IMU, along each axis"), "m"),
+        "imu_rotation" => (word!("mounting angle of the IMU, about each axis"), "rad"),
+        "accelerometer_bias" => (word!("bias of the accelerometer, along each axis"), "m/s²"),
+        "gyro_bias" => (word!("bias of the gyro, about each axis"), "rad/s"),
+        "attitude_bias" => (word!("constant error of roll and pitch"), "rad"),
+        "gravity" => (word!("local gravity"), "m/s²"),
         "tool_force" => (
-            "systematic error of the force on the tool, along each axis",
+            word!("systematic error of the force on the tool, along each axis"),
             "N",
         ),
         "tool_moment" => (
-            "systematic error of the moment on the tool, about each axis",
+            word!("systematic error of the moment on the tool, about each axis"),
             "N m",
         ),
         "roll_moment_distribution" => (
-            "share of the front axle in the difference between the sides",
-            SHARE,
+            word!("share of the front axle in the difference between the sides"),
+            told(SHARE),
         ),
-        "tyre_stiffness_share" => ("stiffness of a tyre", SHARE),
+        "tyre_stiffness_share" => (word!("stiffness of a tyre"), told(SHARE)),
         "model_share" => (
-            "what the model leaves out, as a share of the mean load",
-            SHARE,
+            word!("what the model leaves out, as a share of the mean load"),
+            told(SHARE),
         ),
         key => (key, ""),
     }
 }
 
 /// Of what is relative.
-const SHARE: &str = "share";
+const SHARE: &str = message!("share");
 
 #[cfg(test)]
 mod tests {

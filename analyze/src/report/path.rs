@@ -1,6 +1,7 @@
 //! The path on the ground, coloured by utilisation.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Quantity, State};
 
@@ -69,9 +70,9 @@ pub(super) fn section(analysis: &Analysis, path: Option<&Path>) -> Option<Markup
     }
     let r = drawing.metres(3.0);
     drawing.circle("com", first.at, r);
-    drawing.text(first.at, [5.0, 4.0], Anchor::Start, "start");
+    drawing.text(first.at, [5.0, 4.0], Anchor::Start, word!("start"));
     drawing.circle("load", last.at, r);
-    drawing.text(last.at, [5.0, -10.0], Anchor::Start, "end");
+    drawing.text(last.at, [5.0, -10.0], Anchor::Start, word!("end"));
     if let Some(worst) = sheet::row(analysis)
         && let Some(place) = (path.pieces.iter().map(|piece| piece.first))
             .min_by_key(|place| place.row.abs_diff(worst))
@@ -79,23 +80,23 @@ pub(super) fn section(analysis: &Analysis, path: Option<&Path>) -> Option<Markup
         let [x, y] = place.at;
         let r = drawing.metres(6.0);
         drawing.polygon("zmp", &[[x, y + r], [x + r, y], [x, y - r], [x - r, y]]);
-        drawing.text([x, y], [-8.0, 4.0], Anchor::End, "worst");
+        drawing.text([x, y], [-8.0, 4.0], Anchor::End, word!("worst"));
     }
     let times = Scene::of(analysis);
     let (from, to) = (first.row, last.row);
     let seconds = |row: usize| times.seconds(analysis.rows.times_ns[row]);
     Some(html! {
         p {
-            "The path of the base, " (number(path.length_m)) " m from t = " (format_args!("{:.1}", seconds(from))) " s to "
-            (format_args!("{:.1}", seconds(to))) " s, integrated from the velocity of the odometry and the angular velocity of the \
-            IMU: its shape drifts with time. Forward at the start is up."
+            (say!("The path of the base, {} m from t = {:.1} s to {:.1} s, integrated from the velocity of the odometry and the angular \
+            velocity of the IMU: its shape drifts with time. Forward at the start is up.", number(path.length_m), seconds(from), seconds(to)))
         }
-        (drawing.finish("Path, coloured by utilisation", true))
+        (drawing.finish(word!("Path, coloured by utilisation"), true))
         p.hint {
-            "Utilisation is one minus the smallest load of a " (times.word.one) " as a share of its load at rest: "
-            span.used-low { "below 75 %" } ", " span.used-notice { "from 75 %" } ", " span.used-warning { "from 90 %" } ", "
-            span.used-limit { "100 %: a " (times.word.one) " without load under the stated split" } ", " span.used-unknown { "unknown" }
-            ". The limits are our choice, modelled on crane practice."
+            (say!("Utilisation is one minus the smallest load of a {} as a share of its load at rest: ", times.word.one))
+            span.used-low { (word!("below 75 %")) } ", " span.used-notice { (word!("from 75 %")) } ", "
+            span.used-warning { (word!("from 90 %")) } ", "
+            span.used-limit { (say!("100 %: a {} without load under the stated split", times.word.one)) } ", "
+            span.used-unknown { (word!("unknown")) } (word!(". The limits are our choice, modelled on crane practice."))
         }
     })
 }

@@ -1,6 +1,7 @@
 //! What would have prevented the worst event: the simulated advice as a section and as a finding.
 
 use maud::{Markup, html};
+use tipwatch_language::{is_english, say, told, word};
 use tipwatch_mechanics::machine::Wheel;
 
 use super::unstated_load;
@@ -27,34 +28,48 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     let bar = |change: &&SimulatedChange| Bar {
         label: change.statement.clone(),
         share: change.effort,
-        text: format!("{:.0} % of {}", 100.0 * change.effort, change.effort_of),
+        text: say!(
+            "{:.0} % of {}",
+            100.0 * change.effort,
+            told(change.effort_of)
+        ),
     };
     let seconds = |time_ns: i64| analysis.rows.seconds_at(time_ns);
     html! {
         p {
-            (word_of(analysis, &advice.wheel).head) " " (display(analysis, &advice.wheel)) " carried least: its overturning force (OTF) was "
-            (number(advice.worst_otf_n)) " N at t = " (format_args!("{:.2}", seconds(advice.worst_ns))) " s, its limit is "
-            (number(advice.limit_n)) " N. " (conclusion(analysis, advice))
+            (say!(
+                "{} {} carried least: its overturning force (OTF) was {} N at t = {:.2} s, its limit is {} N. {}",
+                word_of(analysis, &advice.wheel).head,
+                display(analysis, &advice.wheel),
+                number(advice.worst_otf_n),
+                seconds(advice.worst_ns),
+                number(advice.limit_n),
+                conclusion(analysis, advice)
+            ))
         }
         @if !shown.is_empty() {
             p {
-                "Each change was put back into the model and evaluated from t = "
-                (format_args!("{:.2} to {:.2}", seconds(advice.from_ns), seconds(advice.to_ns))) " s (" (advice.rows) " rows). "
-                "It is the smallest amount with which every " (word.one) " stays at its limit in every row, and the machine comes no nearer "
-                "to an edge than it did. "
-                "A bar shows the effort: the change as a share of its reference value."
+                (say!(
+                    "Each change was put back into the model and evaluated from t = {:.2} to {:.2} s ({} rows). It is the smallest amount \
+                     with which every {} stays at its limit in every row, and the machine comes no nearer to an edge than it did. \
+                     A bar shows the effort: the change as a share of its reference value.",
+                    seconds(advice.from_ns),
+                    seconds(advice.to_ns),
+                    advice.rows,
+                    word.one
+                ))
             }
             (bars(&shown.iter().map(bar).collect::<Vec<_>>()))
             (results(analysis, &shown))
         }
         @if !advice.rejected.is_empty() {
             details {
-                summary { "Changes that were tried and do not hold (" (advice.rejected.len()) ")" }
+                summary { (say!("Changes that were tried and do not hold ({})", advice.rejected.len())) }
                 (list(advice.rejected.iter().map(|tried| format!("{}: {}", tried_in_words(&tried.name), tried.reason))))
             }
         }
         details {
-            summary { "Assumptions of the simulation" }
+            summary { (word!("Assumptions of the simulation")) }
             (list(assumptions(advice, word)))
         }
     }
@@ -69,19 +84,19 @@ pub(super) fn brief(analysis: &Analysis) -> Markup {
             number(change.least_otf_n),
             sigma(change).trim_end_matches(" N")
         );
-        let chance = change.chance.map_or("unknown".into(), probability);
+        let chance = change.chance.map_or(word!("unknown").into(), probability);
         vec![html! { (change.statement) }, html! { (otf) }, whole(chance)]
     });
     let rows: Vec<Vec<Markup>> = rows.collect();
     let word = SupportWord::of(&analysis.machine).one;
     html! {
         div {
-            h3 { "Simulated: what keeps every " (word) " at its limit" }
+            h3 { (say!("Simulated: what keeps every {word} at its limit")) }
             @if rows.is_empty() {
                 p { (analysis.advice.as_ref().map_or_else(|| without_advice(analysis), |advice| conclusion(analysis, advice))) }
             } @else {
-                (table(&["Change, alone", "Smallest OTF [N]", "Chance"], &rows))
-                p.hint { "Simulated over the whole incident, everything else as logged. Chance: that every " (word) " keeps its limit." }
+                (table(&[word!("Change, alone"), word!("Smallest OTF [N]"), word!("Chance")], &rows))
+                p.hint { (say!("Simulated over the whole incident, everything else as logged. Chance: that every {word} keeps its limit.")) }
             }
         }
     }
@@ -90,17 +105,17 @@ pub(super) fn brief(analysis: &Analysis) -> Markup {
 /// The stable name of a change in words.
 fn tried_in_words(name: &str) -> String {
     match name {
-        "arm.speed" => return "A slower arm".into(),
-        "manoeuvre.speed" => return "Machine and arm slower".into(),
-        "base.forward_acceleration" => return "Less braking and accelerating".into(),
-        "base.yaw_rate" => return "A wider curve".into(),
-        "tool.wrench" => return "Less force on the tool".into(),
+        "arm.speed" => return word!("A slower arm").into(),
+        "manoeuvre.speed" => return word!("Machine and arm slower").into(),
+        "base.forward_acceleration" => return word!("Less braking and accelerating").into(),
+        "base.yaw_rate" => return word!("A wider curve").into(),
+        "tool.wrench" => return word!("Less force on the tool").into(),
         _ => {}
     }
     match name.rsplit_once('.') {
-        Some((joint, "position (higher)")) => format!("Joint {joint} higher"),
-        Some((joint, "position (lower)")) => format!("Joint {joint} lower"),
-        Some((of, "mass")) => format!("Less mass of {}", readable(of)),
+        Some((joint, "position (higher)")) => say!("Joint {joint} higher"),
+        Some((joint, "position (lower)")) => say!("Joint {joint} lower"),
+        Some((of, "mass")) => say!("Less mass of {}", readable(of)),
         _ => name.into(),
     }
 }
@@ -117,7 +132,7 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
             word.head,
             lower_first(&conclusion(analysis, advice))
         ),
-        [first, ..] => format!(
+        [first, ..] => say!(
             "Simulated: {} would have kept {} {wheel} and the others at their load limits{}",
             first.statement,
             word.one,
@@ -125,7 +140,7 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
         ),
     };
     let evidence = advice.changes.iter().take(MOST_IN_FINDING).map(|change| {
-        format!(
+        say!(
             "With {}{}: minimum OTF {} N{} (limit {} N), other {others} at least {} N, ZMP margin {}",
             change.statement,
             chance(change),
@@ -138,7 +153,7 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
     });
     let mut evidence: Vec<String> = evidence.collect();
     evidence.push(
-        "Assumes that everything else stays as logged (ground, motion of the base, other joints) and that nobody reacts"
+        word!("Assumes that everything else stays as logged (ground, motion of the base, other joints) and that nobody reacts")
             .into(),
     );
     Some(Finding { headline, evidence })
@@ -147,7 +162,7 @@ pub(super) fn finding(analysis: &Analysis) -> Option<Finding> {
 /// How likely a change succeeds.
 fn chance(change: &SimulatedChange) -> String {
     let chance = change.chance.map(probability);
-    chance.map_or(String::new(), |chance| format!(" (chance {chance})"))
+    chance.map_or(String::new(), |chance| say!(" (chance {chance})"))
 }
 
 /// The wheel or other support of this name in lower case.
@@ -170,16 +185,17 @@ fn without_advice(analysis: &Analysis) -> String {
     let word = SupportWord::of(&analysis.machine);
     let mut events = analysis.events.iter();
     if analysis.options.model != ModelKind::WholeBody {
-        "The chosen model does not simulate changes.".into()
+        word!("The chosen model does not simulate changes.").into()
     } else if events.any(|event| unstated_load::contradicts(analysis, event)) {
-        "Nothing was simulated: the loads of the machine as stated do not show the event.".into()
+        word!("Nothing was simulated: the loads of the machine as stated do not show the event.")
+            .into()
     } else if analysis.events.iter().any(|event| event.kind.is_observed()) {
-        format!(
+        say!(
             "Nothing was simulated: no {} was below its limit in a valid row of an event.",
             word.one
         )
     } else {
-        format!(
+        say!(
             "No {} fell below its limit in an event; there was nothing to prevent.",
             word.one
         )
@@ -190,12 +206,12 @@ fn without_advice(analysis: &Analysis) -> String {
 fn conclusion(analysis: &Analysis, advice: &Advice) -> String {
     let word = SupportWord::of(&analysis.machine).one;
     match (&advice.not_simulated, advice.changes.is_empty()) {
-        (Some(why), _) => format!("{why}; no change was simulated."),
+        (Some(why), _) => say!("{why}; no change was simulated."),
         (None, true) => {
-            format!("No single change within limits would have kept every {word} at its limit.")
+            say!("No single change within limits would have kept every {word} at its limit.")
         }
         (None, false) => {
-            format!(
+            say!(
                 "In a simulation, each of these changes alone kept every {word} at its limit; the table has the chance that it would have."
             )
         }
@@ -204,18 +220,18 @@ fn conclusion(analysis: &Analysis, advice: &Advice) -> String {
 
 fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
     let head = [
-        "Change",
-        "First order",
-        "Minimum OTF [N]",
+        word!("Change"),
+        word!("First order"),
+        word!("Minimum OTF [N]"),
         "± 2 σ [N]",
-        "Chance",
-        &format!(
+        word!("Chance"),
+        &say!(
             "Every {}, minimum OTF [N]",
             SupportWord::of(&analysis.machine).one
         ),
-        "ZMP margin [m]",
-        "Overturning moment [N m]",
-        "Holds under",
+        word!("ZMP margin [m]"),
+        word!("Overturning moment [N m]"),
+        word!("Holds under"),
     ];
     let cells = changes.iter().map(|change| {
         let wheels = change.wheels.iter().map(|(wheel, margins)| {
@@ -233,14 +249,14 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
                 format!("{}{}", signed(first), unit(change))
             }),
             number(change.least_otf_n),
-            (change.otf_sigma_n).map_or("unknown".into(), |sigma| number(2.0 * sigma)),
-            change.chance.map_or("unknown".into(), probability),
+            (change.otf_sigma_n).map_or(word!("unknown").into(), |sigma| number(2.0 * sigma)),
+            change.chance.map_or(word!("unknown").into(), probability),
             wheels.collect::<Vec<_>>().join(", "),
             from_to(change.zmp_margin_m, ""),
             from_to(change.overturning_moment_nm, ""),
             match change.holds_under_any_split {
-                true => "any split".into(),
-                false => "the stated split".to_string(),
+                true => word!("any split").into(),
+                false => word!("the stated split").to_string(),
             },
         ]
     });
@@ -250,7 +266,7 @@ fn results(analysis: &Analysis, changes: &[&SimulatedChange]) -> Markup {
 fn assumptions(advice: &Advice, word: SupportWord) -> Vec<String> {
     let mut all = advice.assumptions.clone();
     if advice.rows_left_out > 0 {
-        all.push(format!(
+        all.push(say!(
             "{} rows of the window are left out because their state is unknown",
             advice.rows_left_out
         ));
@@ -260,7 +276,7 @@ fn assumptions(advice: &Advice, word: SupportWord) -> Vec<String> {
         .iter()
         .any(|change| !change.holds_under_any_split)
     {
-        all.push(format!(
+        all.push(say!(
             "\"The stated split\": the result holds if the load is shared between the {} as the machine file states. \
              Another split that equilibrium allows could still lift a {}",
             word.many, word.one
@@ -271,8 +287,8 @@ fn assumptions(advice: &Advice, word: SupportWord) -> Vec<String> {
 
 fn under_which_split(change: &SimulatedChange) -> &'static str {
     match change.holds_under_any_split {
-        true => ", under any load split",
-        false => ", under the stated load split",
+        true => word!(", under any load split"),
+        false => word!(", under the stated load split"),
     }
 }
 
@@ -312,6 +328,9 @@ fn unit(change: &SimulatedChange) -> String {
 }
 
 fn lower_first(text: &str) -> String {
+    if !is_english() {
+        return text.trim_end_matches('.').into();
+    }
     let mut letters = text.chars();
     let first = letters.next().map(|first| first.to_lowercase().to_string());
     first.unwrap_or_default() + letters.as_str().trim_end_matches('.')

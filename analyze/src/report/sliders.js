@@ -16,9 +16,9 @@
       inputs[k].setAttribute('aria-valuetext', shown);
     });
     const band = facts.sigma_n === null ? '' : ' ± ' + Math.round(2 * facts.sigma_n);
-    const is = Math.abs(otf) < 2 * (facts.sigma_n || 0) ? 'open whether the ' + facts.word + ' lifts' : 'the ' + facts.word + (otf < 0 ? ' lifts' : ' stays on the ground');
-    result.textContent = 'OTF of ' + facts.word + ' ' + facts.wheel + ': ' + Math.round(otf) + band + ' N to first order (logged: ' +
-      Math.round(facts.otf_n) + ' N): ' + is + '.';
+    const words = result.dataset, is = Math.abs(otf) < 2 * (facts.sigma_n || 0) ? words.open : otf < 0 ? words.lifts : words.stays;
+    const values = { otf: Math.round(otf) + band, logged: Math.round(facts.otf_n), lifts: is };
+    result.textContent = words.result.replace(/\{(otf|logged|lifts)\}/g, function (_, name) { return values[name]; });
   }
   function reset() { facts.changes.forEach(function (it, k) { inputs[k].value = it.range[1]; }); show(); }
   inputs.forEach(function (input) { input.addEventListener('input', show); });

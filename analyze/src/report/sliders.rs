@@ -3,6 +3,7 @@
 
 use maud::{Markup, html};
 use serde::Serialize;
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::Axis;
 use tipwatch_mechanics::{BaseMotion, Parameter, Quantity, State};
 
@@ -96,7 +97,7 @@ pub fn sliders(analysis: &Analysis) -> Option<Sliders> {
             payload.inertia.mass / stated_kg * per_unit(Parameter::PayloadMass(index))
         });
         changes.push(Slider {
-            name: "Payload".into(),
+            name: word!("Payload").into(),
             unit: "kg",
             range: [0.0, stated_kg, 2.0 * stated_kg],
             per_unit_n: per_kg.sum(),
@@ -110,7 +111,7 @@ pub fn sliders(analysis: &Analysis) -> Option<Sliders> {
         let whole = -roll * per_unit(Parameter::ImuRotation(Axis::X))
             - pitch * per_unit(Parameter::ImuRotation(Axis::Y));
         changes.push(Slider {
-            name: format!(
+            name: say!(
                 "Tilt of the platform (logged: roll {:.1}°, pitch {:.1}°)",
                 roll.to_degrees(),
                 pitch.to_degrees()
@@ -122,7 +123,7 @@ pub fn sliders(analysis: &Analysis) -> Option<Sliders> {
         });
     }
     changes.push(Slider {
-        name: "Speed of machine and arm".into(),
+        name: word!("Speed of machine and arm").into(),
         unit: "%",
         range: [0.0, 100.0, 200.0],
         per_unit_n: per_speed(analysis, &state, &per_unit) / 100.0,
@@ -199,7 +200,7 @@ fn joints(
                 .iter()
                 .find(|change| change.of == Change::JointOffset(index));
             Slider {
-                name: format!("Joint {}", joint.name),
+                name: say!("Joint {}", joint.name),
                 unit: Parameter::JointPosition(index).unit(&analysis.machine),
                 range: [now - JOINT_REACH, now, now + JOINT_REACH],
                 per_unit_n: per_unit(Parameter::JointPosition(index)),
@@ -218,17 +219,17 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
         return match analysis.sensitivity {
             Some(_) => html! {},
             None => {
-                html! { p.hint { "There are no sliders to try a change. " (no_derivatives(analysis)) } }
+                html! { p.hint { (say!("There are no sliders to try a change. {}", no_derivatives(analysis))) } }
             }
         };
     };
     html! {
         div.screen id="what-if" {
-            h3 { "Try a change" }
+            h3 { (word!("Try a change")) }
             p.hint {
-                "The overturning force (OTF) of " (found.word) " " (found.wheel) " at t = " (format_args!("{:.2}", found.t))
-                " s to first order, from its derivatives at that instant: a straight line, less true the farther a slider goes. "
-                "The values under the sliders were simulated over the whole incident, and hold where the two differ."
+                (say!("The overturning force (OTF) of {} {} at t = {:.2} s to first order, from its derivatives at that instant: a \
+                straight line, less true the farther a slider goes. The values under the sliders were simulated over the whole \
+                incident, and hold where the two differ.", found.word, found.wheel, found.t))
             }
             @for (place, it) in found.changes.iter().enumerate() {
                 @let [least, now, most] = it.range;
@@ -238,16 +239,20 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
                     input type="range" id=(format_args!("what-if-{place}")) min=(least) max=(most) value=(now)
                         step=((most - least) / 200.0);
                     @if let Some((at, otf_n, sigma_n)) = it.simulated {
+                        @let band = sigma_n.map_or(String::new(), |sigma_n| format!(" ± {}", number(2.0 * sigma_n)));
                         span.hint {
-                            "simulated at " (number(at)) " " (it.unit) ": smallest OTF " (number(otf_n))
-                            @if let Some(sigma_n) = sigma_n { " ± " (number(2.0 * sigma_n)) }
-                            " N"
+                            (say!("simulated at {} {}: smallest OTF {}{band} N", number(at), it.unit, number(otf_n)))
                         }
                     }
                 }
             }
-            p.lead { output id="what-if-result" aria-live="polite" {} }
-            p { button type="button" id="what-if-reset" { "As logged" } }
+            p.lead {
+                output id="what-if-result" aria-live="polite"
+                    data-result=(say!("OTF of {} {}: {{otf}} N to first order (logged: {{logged}} N): {{lifts}}.", found.word, found.wheel))
+                    data-open=(say!("open whether the {} lifts", found.word)) data-lifts=(say!("the {} lifts", found.word))
+                    data-stays=(say!("the {} stays on the ground", found.word)) {}
+            }
+            p { button type="button" id="what-if-reset" { (word!("As logged")) } }
             (json_script("what-if-data", &found))
         }
     }

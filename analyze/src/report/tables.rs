@@ -1,6 +1,7 @@
 //! The tables of the report: events, inputs, limitations, provenance.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 
 use super::findings::Scene;
 use super::when::Calendar;
@@ -24,13 +25,13 @@ pub(super) fn events(analysis: &Analysis) -> Markup {
     let listed = of_machine.iter().take(MOST_LISTED);
     let rows = listed.map(|event| event_row(&scene, calendar, event));
     html! {
-        @if of_machine.is_empty() { p { "No " (scene.word.one) " or edge event." } }
+        @if of_machine.is_empty() { p { (say!("No {} or edge event.", scene.word.one)) } }
         (table_of(rows))
-        (not_listed(of_machine.len(), "events"))
+        (not_listed(of_machine.len(), word!("events")))
         @if !of_inputs.is_empty() {
-            h3 { "Faults and gaps of inputs" }
+            h3 { (word!("Faults and gaps of inputs")) }
             (grouped(&scene, &of_inputs))
-            p.hint { "Each of them is in events.parquet." }
+            p.hint { (word!("Each of them is in events.parquet.")) }
         }
     }
 }
@@ -68,16 +69,16 @@ fn grouped(scene: &Scene, events: &[&Event]) -> Markup {
         let samples = (samples > 0).then(|| samples.to_string());
         let worst = worst.map(|event| with_unit(event.worst, event.unit));
         [
-            ("Input and fault", name.clone()),
-            ("Times", events.len().to_string()),
-            ("Samples", samples.unwrap_or_else(|| "–".into())),
-            ("Total duration [s]", format!("{total:.2}")),
-            ("First at [s]", seconds(first)),
-            ("Last at [s]", seconds(last)),
-            ("Worst value", worst.unwrap_or_else(|| "–".into())),
+            (word!("Input and fault"), name.clone()),
+            (word!("Times"), events.len().to_string()),
+            (word!("Samples"), samples.unwrap_or_else(|| "–".into())),
+            (word!("Total duration [s]"), format!("{total:.2}")),
+            (word!("First at [s]"), seconds(first)),
+            (word!("Last at [s]"), seconds(last)),
+            (word!("Worst value"), worst.unwrap_or_else(|| "–".into())),
         ]
     });
-    html! { (table_of(rows)) (not_listed(groups.len(), "groups")) }
+    html! { (table_of(rows)) (not_listed(groups.len(), word!("groups"))) }
 }
 
 fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> [(String, String); 10] {
@@ -90,32 +91,35 @@ fn event_row(scene: &Scene, calendar: Calendar, event: &Event) -> [(String, Stri
     let end = event.end_ns.map(seconds);
     let split = match (event.split_dependent, event.load_range_n) {
         (Some(true), Some([least_n, largest_n])) => {
-            format!("yes: {} to {} N", number(least_n), number(largest_n))
+            say!("yes: {} to {} N", number(least_n), number(largest_n))
         }
-        (Some(true), None) => "yes".to_string(),
-        (Some(false), _) => "no".to_string(),
+        (Some(true), None) => word!("yes").to_string(),
+        (Some(false), _) => word!("no").to_string(),
         (None, _) => "–".to_string(),
     };
     let date = calendar.utc(event.start_ns);
     let confidence = event.certainty.map(probability);
-    let support = format!("{} or edge", scene.word.head);
+    let support = say!("{} or edge", scene.word.head);
     [
-        ("Event", scene.kind(event)),
+        (word!("Event"), scene.kind(event)),
         (&support, scene.subject(event)),
-        ("Start [s]", seconds(event.start_ns)),
+        (word!("Start [s]"), seconds(event.start_ns)),
         (
-            "Start, date and time",
-            date.unwrap_or_else(|| "unknown".into()),
+            word!("Start, date and time"),
+            date.unwrap_or_else(|| word!("unknown").into()),
         ),
-        ("End [s]", end.unwrap_or_else(|| "end of the log".into())),
-        ("Worst value", worst),
-        ("At [s]", seconds(event.worst_ns)),
-        ("Lead time [s]", or_dash(event.lead_s, 2)),
         (
-            "Confidence",
-            confidence.unwrap_or_else(|| "not computed".into()),
+            word!("End [s]"),
+            end.unwrap_or_else(|| word!("end of the log").into()),
         ),
-        ("Depends on load split", split),
+        (word!("Worst value"), worst),
+        (word!("At [s]"), seconds(event.worst_ns)),
+        (word!("Lead time [s]"), or_dash(event.lead_s, 2)),
+        (
+            word!("Confidence"),
+            confidence.unwrap_or_else(|| word!("not computed").into()),
+        ),
+        (word!("Depends on load split"), split),
     ]
     .map(|(head, cell)| (head.to_owned(), cell))
 }
@@ -127,7 +131,7 @@ pub(super) fn inputs(analysis: &Analysis) -> Markup {
 
 fn input_row(input: &Input) -> [(&'static str, String); 12] {
     let timing = &input.timing;
-    let unknown = || "not computable".to_string();
+    let unknown = || word!("not computable").to_string();
     let offset = timing.header_minus_log.map_or_else(unknown, |offset| {
         format!(
             "{:.4} / {:.4} / {:.4}",
@@ -141,28 +145,31 @@ fn input_row(input: &Input) -> [(&'static str, String); 12] {
         .fold(0.0, f64::max);
     let gaps = match timing.gaps.len() {
         0 => "0".to_string(),
-        count => format!("{count}, longest {longest_gap:.2} s"),
+        count => say!("{count}, longest {longest_gap:.2} s"),
     };
     let messages = timing.message_count as u64 + input.undecodable;
     let rate = timing.rate_hz.map(|rate| format!("{rate:.1}"));
     [
-        ("Signal", readable(input.signal)),
-        ("Topic", input.topic.clone()),
-        ("Type", input.type_name.clone()),
-        ("Reason for this topic", input.why.clone()),
-        ("Clock and reason", input.clock.clone()),
-        ("Rate [Hz]", rate.unwrap_or_else(unknown)),
+        (word!("Signal"), readable(input.signal)),
+        (word!("Topic"), input.topic.clone()),
+        (word!("Type"), input.type_name.clone()),
+        (word!("Reason for this topic"), input.why.clone()),
+        (word!("Clock and reason"), input.clock.clone()),
+        (word!("Rate [Hz]"), rate.unwrap_or_else(unknown)),
         (
-            "Header stamp minus log time, min / median / max [s]",
+            word!("Header stamp minus log time, min / median / max [s]"),
             offset,
         ),
-        ("Gaps", gaps),
-        ("Duplicate stamps", timing.duplicate_stamps.to_string()),
-        ("Backward stamps", timing.backward_stamps.to_string()),
-        ("Undecodable", input.undecodable.to_string()),
+        (word!("Gaps"), gaps),
         (
-            "Messages used",
-            format!("{} of {messages}", input.counts.used),
+            word!("Duplicate stamps"),
+            timing.duplicate_stamps.to_string(),
+        ),
+        (word!("Backward stamps"), timing.backward_stamps.to_string()),
+        (word!("Undecodable"), input.undecodable.to_string()),
+        (
+            word!("Messages used"),
+            say!("{} of {messages}", input.counts.used),
         ),
     ]
 }
@@ -171,49 +178,58 @@ fn input_row(input: &Input) -> [(&'static str, String); 12] {
 pub(super) fn provenance(analysis: &Analysis) -> Markup {
     let from = &analysis.provenance;
     let mut rows = Vec::new();
-    rows.extend(from.case.clone().map(|case| ("Case", case)));
-    rows.extend(from.examiner.clone().map(|examiner| ("Examiner", examiner)));
-    let program = from.program.as_ref().map_or("hash unknown".into(), |file| {
-        format!("{} bytes, SHA-256 {}", file.bytes, file.hash_text())
-    });
+    rows.extend(from.case.clone().map(|case| (word!("Case"), case)));
+    rows.extend(
+        from.examiner
+            .clone()
+            .map(|examiner| (word!("Examiner"), examiner)),
+    );
+    let program = from
+        .program
+        .as_ref()
+        .map_or(word!("hash unknown").into(), |file| {
+            say!("{} bytes, SHA-256 {}", file.bytes, file.hash_text())
+        });
     rows.push((
-        "Program",
+        word!("Program"),
         format!("tipwatch {}, {program}", from.tipwatch_version),
     ));
     if !from.command_line.is_empty() {
-        rows.push(("Command line", from.command_line.join(" ")));
-        let elsewhere = "in custody.json beside this report, with the hash of this report and of every \
-            other output; `tipwatch verify` repeats the analysis and compares them";
-        rows.push(("Time of the analysis", elsewhere.into()));
+        rows.push((word!("Command line"), from.command_line.join(" ")));
+        let elsewhere = word!(
+            "in custody.json beside this report, with the hash of this report and of every \
+            other output; `tipwatch verify` repeats the analysis and compares them"
+        );
+        rows.push((word!("Time of the analysis"), elsewhere.into()));
     }
-    rows.push(("Log format", from.log_format.clone()));
-    rows.extend(from.log.iter().map(|file| ("Log file", hash(file))));
+    rows.push((word!("Log format"), from.log_format.clone()));
+    rows.extend(from.log.iter().map(|file| (word!("Log file"), hash(file))));
     rows.extend(from.recovered_from.iter().map(|origin| {
         let files: Vec<String> = origin.files.iter().map(hash).collect();
         let (files, lost) = (files.join("; "), origin.bytes_lost);
-        let by = format!(
+        let by = say!(
             "by tipwatch {}; {lost} bytes were lost",
             origin.tipwatch_version
         );
-        ("Recovered from", format!("{files}, {by}"))
+        (word!("Recovered from"), format!("{files}, {by}"))
     }));
     let limits = analysis.min_loads_n.as_ref();
     rows.extend([
-        ("Machine file", hash(&from.machine_file)),
+        (word!("Machine file"), hash(&from.machine_file)),
         ("URDF", hash(&from.urdf)),
-        ("IMU mounting", from.imu_mounting.clone()),
-        ("Commissioning", from.commissioning.clone()),
+        (word!("IMU mounting"), from.imu_mounting.clone()),
+        (word!("Commissioning"), from.commissioning.clone()),
         (
-            "Machine mass",
+            word!("Machine mass"),
             format!("{} kg", number(analysis.machine.mass())),
         ),
         (
-            "Static loads",
+            word!("Static loads"),
             by_wheel(analysis, &analysis.machine.reference().static_load),
         ),
         (
-            "Load limits",
-            limits.map_or("none".into(), |limits| by_wheel(analysis, limits)),
+            word!("Load limits"),
+            limits.map_or(word!("none").into(), |limits| by_wheel(analysis, limits)),
         ),
     ]);
     let rows = rows
@@ -228,22 +244,17 @@ fn options(analysis: &Analysis) -> Vec<(String, String)> {
     };
     let options = options.into_iter();
     options
-        .map(|(name, value)| {
-            (
-                format!("Option: {}", readable(&name)),
-                option_in_words(value),
-            )
-        })
+        .map(|(name, value)| (say!("Option: {}", readable(&name)), option_in_words(value)))
         .collect()
 }
 
 /// The value of an option without the signs of a document.
 fn option_in_words(value: serde_json::Value) -> String {
     match value {
-        serde_json::Value::Null => "not set".to_string(),
+        serde_json::Value::Null => word!("not set").to_string(),
         serde_json::Value::String(text) => readable(&text),
-        serde_json::Value::Bool(true) => "yes".into(),
-        serde_json::Value::Bool(false) => "no".into(),
+        serde_json::Value::Bool(true) => word!("yes").into(),
+        serde_json::Value::Bool(false) => word!("no").into(),
         serde_json::Value::Object(parts) => {
             let parts = parts.into_iter();
             let parts = parts
@@ -259,14 +270,14 @@ fn by_wheel(analysis: &Analysis, values_n: &[f64]) -> String {
     let parts: Vec<String> = parts
         .map(|(wheel, &value)| match value.is_finite() {
             true => format!("{} {} N", wheel.name, number(value)),
-            false => format!("{} not computable", wheel.name),
+            false => say!("{} not computable", wheel.name),
         })
         .collect();
     parts.join(", ")
 }
 
 fn hash(file: &FileHash) -> String {
-    format!(
+    say!(
         "{} ({} bytes), SHA-256 {}",
         file.path,
         file.bytes,
@@ -275,5 +286,5 @@ fn hash(file: &FileHash) -> String {
 }
 
 fn not_listed(count: usize, of: &str) -> Markup {
-    html! { @if count > MOST_LISTED { p { (count - MOST_LISTED) " more " (of) " are not listed here." } } }
+    html! { @if count > MOST_LISTED { p { (say!("{} more {of} are not listed here.", count - MOST_LISTED)) } } }
 }

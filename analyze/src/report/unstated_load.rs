@@ -2,11 +2,12 @@
 //! section and as findings.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 
 use crate::analysis::Analysis;
 use crate::analysis::unstated_load::{ExplainedFall, Explanation, LoadEstimates, MassEstimate};
-use crate::base::number::number;
-use crate::events::support_words::SupportWord;
+use crate::base::number::{number, readable};
+use crate::events::support_words::{SupportWord, edge_word};
 use crate::events::{Event, Finding, LEAST_OF_A_FACT, ShownBy};
 use crate::page::{probability, short, table};
 
@@ -33,8 +34,12 @@ pub(super) fn warning(analysis: &Analysis) -> Option<Markup> {
     Some(html! {
         p {
             strong {
-                "These are the loads of the machine as stated. They do not show its fall about the " (fall.subject) " edge from t = "
-                (format_args!("{from_s:.2}")) " s: " (SupportWord::of(&analysis.machine).many) " off that edge were in the air, whatever load is computed for them."
+                (say!(
+                    "These are the loads of the machine as stated. They do not show its fall about the {} edge from t = {from_s:.2} s: \
+                     {} off that edge were in the air, whatever load is computed for them.",
+                    edge_word(&fall.subject),
+                    SupportWord::of(&analysis.machine).many
+                ))
             }
         }
     })
@@ -46,8 +51,8 @@ pub(super) fn known_loads(analysis: &Analysis) -> String {
     let head = SupportWord::of(&analysis.machine).head;
     let mut events = analysis.events.iter();
     match events.any(|event| contradicts(analysis, event)) {
-        true => format!("{head} loads are computed for the stated machine"),
-        false => format!("{head} loads are known"),
+        true => say!("{head} loads are computed for the stated machine"),
+        false => say!("{head} loads are known"),
     }
 }
 
@@ -57,10 +62,13 @@ pub(super) fn section(analysis: &Analysis) -> Option<Markup> {
     (!falls.is_empty()).then(|| {
         html! {
             p {
-                "While the machine rotates about an edge, the " (SupportWord::of(&analysis.machine).many) " off it carry nothing: the moment that the model computes \
-                about the edge is its error. Before the lift, the lean of the platform on its tyres shows the moment, too. Each \
-                explanation was fitted to both; its probability is that among the explanations tried, each kind equally \
-                probable beforehand."
+                (say!(
+                    "While the machine rotates about an edge, the {} off it carry nothing: the moment that the model computes \
+                     about the edge is its error. Before the lift, the lean of the platform on its tyres shows the moment, too. Each \
+                     explanation was fitted to both; its probability is that among the explanations tried, each kind equally \
+                     probable beforehand.",
+                    SupportWord::of(&analysis.machine).many
+                ))
             }
             @for fall in falls { (of_fall(analysis, fall)) }
         }
@@ -80,15 +88,19 @@ fn of_fall(analysis: &Analysis, fall: &ExplainedFall) -> Markup {
         ]
     });
     html! {
-        h3 { "About the " (fall.edge) " edge from t = " (format_args!("{onset_s:.2}")) " s" }
+        h3 { (say!("About the {} edge from t = {onset_s:.2} s", edge_word(&fall.edge))) }
         @if let Some(why) = &fall.not_estimated {
-            p { "Nothing was estimated: " (why) "." }
+            p { (say!("Nothing was estimated: {why}.")) }
         } @else {
             p {
-                (fall.rows) " rows of the rotation up to " (format_args!("{:.1}", fall.rotation_rad.to_degrees()))
-                "°, " (fall.lean_rows) " rows before the lift."
+                (say!(
+                    "{} rows of the rotation up to {:.1}°, {} rows before the lift.",
+                    fall.rows,
+                    fall.rotation_rad.to_degrees(),
+                    fall.lean_rows
+                ))
             }
-            (table(&["Explanation", "Probability", "Log evidence", "Amounts ± 2 σ"], &cells.collect::<Vec<_>>()))
+            (table(&[word!("Explanation"), word!("Probability"), word!("Log evidence"), word!("Amounts ± 2 σ")], &cells.collect::<Vec<_>>()))
             @if let Some(load) = &fall.load { (of_load(load)) }
         }
     }
@@ -97,10 +109,13 @@ fn of_fall(analysis: &Analysis, fall: &ExplainedFall) -> Markup {
 /// The estimates of the mass beside each other.
 fn of_load(load: &LoadEstimates) -> Markup {
     let all = [
-        ("Lean on the tyres before the lift", load.by_lean),
-        ("Moment about the edge at the onset", load.by_onset),
-        ("Moment about the edge during the rotation", load.by_fall),
-        ("All of them", load.combined),
+        (word!("Lean on the tyres before the lift"), load.by_lean),
+        (word!("Moment about the edge at the onset"), load.by_onset),
+        (
+            word!("Moment about the edge during the rotation"),
+            load.by_fall,
+        ),
+        (word!("All of them"), load.combined),
     ];
     let cells = all.iter().filter_map(|(name, estimate)| {
         let MassEstimate { mass_kg, sigma_kg } = (*estimate)?;
@@ -109,28 +124,28 @@ fn of_load(load: &LoadEstimates) -> Markup {
             (*name).to_string(),
             number(mass_kg),
             number(sigma_kg),
-            format!("{} to {}", number(least), number(most)),
+            say!("{} to {}", number(least), number(most)),
         ])
     });
-    let mass = format!("Mass beyond the stated one on {}", load.link);
-    let head = [&mass, "kg", "σ [kg]", "Two standard deviations [kg]"];
+    let mass = say!("Mass beyond the stated one on {}", load.link);
+    let head = [&mass, "kg", "σ [kg]", word!("Two standard deviations [kg]")];
     html! {
         (table(&head, &cells.collect::<Vec<_>>()))
         p { (agreement(load)) }
-        @if let Some(why) = &load.no_lean { p { "No estimate by the lean: " (why) "." } }
+        @if let Some(why) = &load.no_lean { p { (say!("No estimate by the lean: {why}.")) } }
     }
 }
 
 fn agreement(load: &LoadEstimates) -> String {
     match (&load.agreement, load.combined) {
-        (None, _) => "There is one estimate only.".into(),
-        (Some(agreement), Some(_)) => format!(
+        (None, _) => word!("There is one estimate only.").into(),
+        (Some(agreement), Some(_)) => say!(
             "The estimates agree (chi-square {} with {}, probability of more {}).",
             short(agreement.chi_square),
             degrees_of_freedom(agreement.degrees),
             probability(agreement.probability)
         ),
-        (Some(agreement), None) => format!(
+        (Some(agreement), None) => say!(
             "The estimates contradict each other (chi-square {} with {}, probability of more {}), so they \
              are not combined: a load on the tool alone does not explain the log.",
             short(agreement.chi_square),
@@ -142,8 +157,8 @@ fn agreement(load: &LoadEstimates) -> String {
 
 fn degrees_of_freedom(count: usize) -> String {
     match count {
-        1 => "one degree of freedom".into(),
-        count => format!("{count} degrees of freedom"),
+        1 => word!("one degree of freedom").into(),
+        count => say!("{count} degrees of freedom"),
     }
 }
 
@@ -165,12 +180,12 @@ pub(super) fn not_as_stated(analysis: &Analysis) -> impl Iterator<Item = Finding
 
 fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
     let best = fall.told()?;
-    let about = format!(
+    let about = say!(
         "The rotation about the {} edge at t = {:.2} s",
-        fall.edge,
+        edge_word(&fall.edge),
         analysis.rows.seconds_at(fall.onset_ns)
     );
-    let chance = format!(
+    let chance = say!(
         "(probability {} among the explanations tried)",
         probability(best.probability)
     );
@@ -179,46 +194,50 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
     let headline = match (best.kind, load) {
         // one explanation among several is no statement of fact
         ("stated_machine", _) if best.probability < LEAST_OF_A_FACT => {
-            format!(
+            say!(
                 "{about}: the log does not tell between several explanations; the machine as stated is one of them {chance}"
             )
         }
         ("stated_machine", _) => {
-            format!("{about} is explained by the machine as stated {chance}")
+            say!("{about} is explained by the machine as stated {chance}")
         }
         (kind, load)
             if best.probability < LEAST_OF_A_FACT
                 || load.is_none() && stated > MOST_CONTRADICTED && kind != "none_of_these" =>
         {
             let most_probable = match kind {
-                "none_of_these" => "none that was tried".into(),
+                "none_of_these" => word!("none that was tried").into(),
                 _ => with_amounts(best),
             };
-            format!(
+            say!(
                 "{about}: the log does not tell between several explanations; the most probable: {most_probable} {chance}"
             )
         }
         ("load_on_tool", Some(mass)) => {
             let [least, most] = mass.band_kg();
-            let more = if mass.mass_kg < 0.0 { "less" } else { "more" };
+            let more = if mass.mass_kg < 0.0 {
+                word!("less than stated")
+            } else {
+                word!("more than stated")
+            };
             let [least, most] = if mass.mass_kg < 0.0 {
                 [-most, -least]
             } else {
                 [least, most]
             };
-            format!(
-                "{about}: {:.0} kg {more} than stated on the tool explain it ({least:.0} to {most:.0} kg, two standard \
+            say!(
+                "{about}: {:.0} kg {more} on the tool explain it ({least:.0} to {most:.0} kg, two standard \
                  deviations) {chance}",
                 mass.mass_kg.abs()
             )
         }
         ("none_of_these", _) => {
-            format!(
+            say!(
                 "{about} is explained neither by the machine as stated nor by anything else that was tried {chance}; a pull or push \
                  that changes with time and ground that gives way are not among it"
             )
         }
-        _ => format!(
+        _ => say!(
             "{about} contradicts the stated machine; most probable explanation: {} {chance}",
             with_amounts(best)
         ),
@@ -226,21 +245,27 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
     let mut evidence = Vec::new();
     if let Some(load) = &fall.load {
         let ways = [
-            ("by the lean on the tyres before the lift", load.by_lean),
-            ("by the moment about the edge at the onset", load.by_onset),
-            ("during the rotation", load.by_fall),
+            (
+                word!("by the lean on the tyres before the lift"),
+                load.by_lean,
+            ),
+            (
+                word!("by the moment about the edge at the onset"),
+                load.by_onset,
+            ),
+            (word!("during the rotation"), load.by_fall),
         ];
         let ways = ways.iter().filter_map(|(way, estimate)| {
             let MassEstimate { mass_kg, sigma_kg } = (*estimate)?;
-            let lighter = if mass_kg < 0.0 { " less" } else { "" };
+            let lighter = if mass_kg < 0.0 { word!(" less") } else { "" };
             let band_kg = 2.0 * sigma_kg;
-            Some(format!(
+            Some(say!(
                 "{way} {:.0} ± {band_kg:.0} kg{lighter}",
                 mass_kg.abs()
             ))
         });
         let ways: Vec<String> = ways.collect();
-        evidence.push(format!(
+        evidence.push(say!(
             "Mass on the tool beyond the stated one: {}. {}",
             ways.join(", "),
             agreement(load)
@@ -252,7 +277,7 @@ fn finding(analysis: &Analysis, fall: &ExplainedFall) -> Option<Finding> {
     let others = others.map(|other| format!("{} {}", name(other), probability(other.probability)));
     let others: Vec<String> = others.collect();
     if !others.is_empty() {
-        evidence.push(format!("Next explanations: {}", others.join(", ")));
+        evidence.push(say!("Next explanations: {}", others.join(", ")));
     }
     Some(Finding { headline, evidence })
 }
@@ -274,8 +299,16 @@ fn amounts(explanation: &Explanation) -> String {
             amount.value
         };
         let [value, sigma] = [size, 2.0 * amount.sigma].map(short);
-        let less = if is_missing { " less than stated" } else { "" };
-        format!("{} {value} ± {sigma} {}{less}", amount.name, amount.unit)
+        let less = if is_missing {
+            word!(" less than stated")
+        } else {
+            ""
+        };
+        format!(
+            "{} {value} ± {sigma} {}{less}",
+            readable(amount.name),
+            amount.unit
+        )
     });
     amounts.collect::<Vec<_>>().join(", ")
 }
@@ -284,17 +317,17 @@ fn amounts(explanation: &Explanation) -> String {
 fn name(explanation: &Explanation) -> String {
     let subject = explanation.subject.as_deref().unwrap_or_default();
     match explanation.kind {
-        "stated_machine" => "the machine as stated".into(),
-        "load_on_tool" => "a load on the tool".into(),
-        "force_on_tool" => "a level force on the tool".into(),
-        "centre_of_mass" => format!("another centre of mass of {subject}"),
-        "mass" => format!("another mass of {subject}"),
-        "imu_rotation" => "an IMU mounted at an angle".into(),
-        "encoder_offset" => format!("an offset of encoder {subject}"),
-        "encoder_stopped" => format!("encoder {subject} stopped"),
-        "encoder_sign" => format!("encoder {subject} with the opposite sign"),
-        "imu_sign" => format!("IMU {subject} with the opposite sign"),
-        "wheel_radius" => format!("a sunk or flat wheel {subject}"),
-        _ => "none of these".into(),
+        "stated_machine" => word!("the machine as stated").into(),
+        "load_on_tool" => word!("a load on the tool").into(),
+        "force_on_tool" => word!("a level force on the tool").into(),
+        "centre_of_mass" => say!("another centre of mass of {subject}"),
+        "mass" => say!("another mass of {subject}"),
+        "imu_rotation" => word!("an IMU mounted at an angle").into(),
+        "encoder_offset" => say!("an offset of encoder {subject}"),
+        "encoder_stopped" => say!("encoder {subject} stopped"),
+        "encoder_sign" => say!("encoder {subject} with the opposite sign"),
+        "imu_sign" => say!("IMU {subject} with the opposite sign"),
+        "wheel_radius" => say!("a sunk or flat wheel {subject}"),
+        _ => word!("none of these").into(),
     }
 }

@@ -1,6 +1,7 @@
 //! The page of a replay: the suspension locked compared with the suspension moved.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, told, word};
 use tipwatch_suspension::replay::Track;
 
 use super::findings::finding_list;
@@ -17,17 +18,17 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
     let columns = Columns::default();
     let figures = figures(what_if, &columns);
     let content = html! {
-        (section("Findings", finding_list(&findings(what_if))))
-        (section("Comparison", side_by_side(&summary, moved)))
-        (section("Time histories", time_histories(&figures)))
-        (section("Actuators and their limits", actuators(&summary)))
-        (section("What a replay cannot show", list(CAVEATS)))
-        (section("Data limitations", list(analysis.notes.iter().map(ToString::to_string))))
-        (section("Provenance", super::tables::provenance(analysis)))
+        (section(word!("Findings"), finding_list(&findings(what_if))))
+        (section(word!("Comparison"), side_by_side(&summary, moved)))
+        (section(word!("Time histories"), time_histories(&figures)))
+        (section(word!("Actuators and their limits"), actuators(&summary)))
+        (section(word!("What a replay cannot show"), list(CAVEATS.map(told))))
+        (section(word!("Data limitations"), list(analysis.notes.iter().map(ToString::to_string))))
+        (section(word!("Provenance"), super::tables::provenance(analysis)))
     };
     Document {
-        title: &format!("Suspension {moved}: {}", analysis.provenance.log_name()),
-        subtitle: &format!(
+        title: &say!("Suspension {moved}: {}", analysis.provenance.log_name()),
+        subtitle: &say!(
             "Machine {}; the log replayed with the suspension {moved} and with it locked.",
             analysis.machine.name()
         ),
@@ -44,10 +45,10 @@ pub(crate) fn render_what_if(what_if: &WhatIf) -> String {
 
 fn name(what_if: &WhatIf) -> &'static str {
     match what_if.options.suspension {
-        SuspensionMode::Locked => "locked",
-        SuspensionMode::Recorded => "as recorded",
-        SuspensionMode::Literal => "controlled (literal)",
-        SuspensionMode::LookAhead => "controlled (look-ahead)",
+        SuspensionMode::Locked => word!("locked"),
+        SuspensionMode::Recorded => word!("as recorded"),
+        SuspensionMode::Literal => word!("controlled (literal)"),
+        SuspensionMode::LookAhead => word!("controlled (look-ahead)"),
     }
 }
 
@@ -73,11 +74,11 @@ fn side_by_side(summary: &Summary, moved: &str) -> Markup {
         .map(|(status, rows)| format!("{status} {rows}"));
     let statuses = statuses.collect::<Vec<_>>().join(", ");
     rows.push(vec![
-        "controller status (rows)".into(),
+        word!("controller status (rows)").into(),
         String::new(),
         statuses,
     ]);
-    table(&["Quantity", "locked", moved], &rows)
+    table(&[word!("Quantity"), word!("locked"), moved], &rows)
 }
 
 fn actuators(summary: &Summary) -> Markup {
@@ -87,7 +88,7 @@ fn actuators(summary: &Summary) -> Markup {
         values.map(move |(key, value)| vec![name.clone(), label(&key), text(&value)])
     });
     table(
-        &["Actuator", "Quantity", "Value"],
+        &[word!("Actuator"), word!("Quantity"), word!("Value")],
         &rows.collect::<Vec<_>>(),
     )
 }
@@ -101,7 +102,11 @@ fn text(value: &serde_json::Value) -> String {
                 .map(|(name, value)| format!("{name} {}", number(value)));
             parts.collect::<Vec<_>>().join(", ")
         }
-        serde_json::Value::Array(of) => of.iter().map(number).collect::<Vec<_>>().join(" to "),
+        serde_json::Value::Array(of) => of
+            .iter()
+            .map(number)
+            .collect::<Vec<_>>()
+            .join(word!(" to ")),
         value => number(value),
     }
 }
@@ -111,7 +116,7 @@ fn number(value: &serde_json::Value) -> String {
         Some(value) if value == value.trunc() && value.abs() < 1e6 => format!("{value:.0}"),
         Some(value) if value.abs() >= 100.0 => format!("{value:.0}"),
         Some(value) => format!("{value:.4}"),
-        None => "unknown".into(),
+        None => word!("unknown").into(),
     }
 }
 
@@ -137,8 +142,8 @@ fn label(key: &str) -> String {
 fn time_histories(figures: &[Figure]) -> Markup {
     html! {
         p.hint {
-            "Time is in seconds from the first row. Curves break where nothing can be computed. "
-            "The limits apply to command and reference, not to the cylinder itself."
+            (word!("Time is in seconds from the first row. Curves break where nothing can be computed. \
+                    The limits apply to command and reference, not to the cylinder itself."))
         }
         (page::figures_help())
         (page::figures(figures, ""))
@@ -168,25 +173,32 @@ fn figures(what_if: &WhatIf, columns: &Columns) -> Vec<Figure> {
         }
     }
     let both = |title: &str, unit: &str, of: &dyn Fn(&Track) -> Vec<f64>| {
-        let curves = vec![Curve::new("locked", of(fixed)), Curve::new(now, of(moved))];
+        let curves = vec![
+            Curve::new(word!("locked"), of(fixed)),
+            Curve::new(now, of(moved)),
+        ];
         plot(title, unit, curves)
     };
     let spread = vec![
-        Curve::new("locked", fixed.spread.clone()),
+        Curve::new(word!("locked"), fixed.spread.clone()),
         Curve::new(now, moved.spread.clone()),
-        Curve::new("best posture at rest", best),
+        Curve::new(word!("best posture at rest"), best),
     ];
-    let mut figures = vec![plot("Spread of the wheel loads (equation 35)", "N", spread)];
-    for (axis, side) in ["forward", "left"].into_iter().enumerate() {
-        let title = format!("Centre of mass, {side} of the centre of the contact points");
+    let mut figures = vec![plot(
+        word!("Spread of the wheel loads (equation 35)"),
+        "N",
+        spread,
+    )];
+    for (axis, side) in [word!("forward"), word!("left")].into_iter().enumerate() {
+        let title = say!("Centre of mass, {side} of the centre of the contact points");
         figures.push(both(&title, "m", &|track| track.com[axis].clone()));
     }
     for (wheel, spec) in what_if.analysis.machine.wheels().iter().enumerate() {
-        let title = format!("Load of wheel {}", spec.name);
+        let title = say!("Load of wheel {}", spec.name);
         figures.push(both(&title, "N", &|track| track.load[wheel].clone()));
     }
     let angle = |track: &Track| track.stability_angle.clone();
-    figures.push(both("Minimum stability angle", "rad", &angle));
+    figures.push(both(word!("Minimum stability angle"), "rad", &angle));
     figures.extend(rod_figures(what_if, moved, &plot));
     figures
 }
@@ -202,62 +214,64 @@ fn rod_figures(
     for (name, rod) in rod_names(what_if).iter().zip(&moved.rods) {
         let [least, greatest] = suspension.stroke;
         let controlled = moved.is_controlled();
-        let mut position = vec![Curve::new("cylinder", rod.position.clone())];
-        let mut velocity = vec![Curve::new("cylinder", rod.velocity.clone())];
-        let mut acceleration = vec![Curve::new("cylinder", rod.acceleration.clone())];
+        let mut position = vec![Curve::new(word!("cylinder"), rod.position.clone())];
+        let mut velocity = vec![Curve::new(word!("cylinder"), rod.velocity.clone())];
+        let mut acceleration = vec![Curve::new(word!("cylinder"), rod.acceleration.clone())];
         if controlled {
-            position.push(Curve::new("reference", rod.reference.clone()));
-            velocity.push(Curve::new("reference", rod.reference_velocity.clone()));
+            position.push(Curve::new(word!("reference"), rod.reference.clone()));
+            velocity.push(Curve::new(
+                word!("reference"),
+                rod.reference_velocity.clone(),
+            ));
             let commanded = rod.commanded_acceleration.clone();
-            acceleration.push(Curve::new("command", commanded));
+            acceleration.push(Curve::new(word!("command"), commanded));
         }
         position.extend([
-            Curve::new("minimum", level(least)),
-            Curve::new("maximum", level(greatest)),
+            Curve::new(word!("minimum"), level(least)),
+            Curve::new(word!("maximum"), level(greatest)),
         ]);
         if controlled {
             let limits = |[least, greatest]: &[Vec<f64>; 2]| {
                 [
-                    Curve::new("minimum", least.clone()),
-                    Curve::new("maximum", greatest.clone()),
+                    Curve::new(word!("minimum"), least.clone()),
+                    Curve::new(word!("maximum"), greatest.clone()),
                 ]
             };
             velocity.extend(limits(&rod.velocity_limits));
             acceleration.extend(limits(&rod.acceleration_limits));
         }
-        figures.push(plot(&format!("Position of {name}"), "m", position));
-        figures.push(plot(&format!("Velocity of {name}"), "m/s", velocity));
-        figures.push(plot(
-            &format!("Acceleration of {name}"),
-            "m/s²",
-            acceleration,
-        ));
+        figures.push(plot(&say!("Position of {name}"), "m", position));
+        figures.push(plot(&say!("Velocity of {name}"), "m/s", velocity));
+        figures.push(plot(&say!("Acceleration of {name}"), "m/s²", acceleration));
         let mut force = vec![Curve::new(
-            "required by the motion",
+            word!("required by the motion"),
             rod.force_needed.clone(),
         )];
         if controlled {
-            force.push(Curve::new("piston force", rod.force.clone()));
+            force.push(Curve::new(word!("piston force"), rod.force.clone()));
             figures.push(plot(
-                &format!("Valve command of {name}"),
-                "share of full opening",
-                vec![Curve::new("valve command", rod.opening.clone())],
+                &say!("Valve command of {name}"),
+                word!("share of full opening"),
+                vec![Curve::new(word!("valve command"), rod.opening.clone())],
             ));
             figures.push(plot(
-                &format!("Pressures of {name}"),
+                &say!("Pressures of {name}"),
                 "Pa",
                 vec![
-                    Curve::new("piston side", rod.piston_pressure.clone()),
-                    Curve::new("rod side", rod.rod_pressure.clone()),
+                    Curve::new(word!("piston side"), rod.piston_pressure.clone()),
+                    Curve::new(word!("rod side"), rod.rod_pressure.clone()),
                 ],
             ));
             figures.push(plot(
-                &format!("Tracking error of {name}"),
+                &say!("Tracking error of {name}"),
                 "m",
-                vec![Curve::new("reference minus position", rod.tracking_error())],
+                vec![Curve::new(
+                    word!("reference minus position"),
+                    rod.tracking_error(),
+                )],
             ));
         }
-        figures.push(plot(&format!("Force of {name}"), "N", force));
+        figures.push(plot(&say!("Force of {name}"), "N", force));
     }
     figures
 }

@@ -1,6 +1,7 @@
 //! Date and time of rows and events, in Coordinated Universal Time (UTC).
 
 use jiff::Timestamp;
+use tipwatch_language::word;
 
 use crate::analysis::Analysis;
 
@@ -63,12 +64,18 @@ impl Calendar {
     pub(crate) fn source(self) -> &'static str {
         match self.known {
             Some((_, Source::Stamps)) => {
-                "by the clock that stamped the signals; nothing in the log shows how well it was set"
+                word!(
+                    "by the clock that stamped the signals; nothing in the log shows how well it was set"
+                )
             }
             Some((_, Source::Recorder)) => {
-                "by the recorder's clock, because the signals are stamped from a zero of their own; nothing in the log shows how well it was set"
+                word!(
+                    "by the recorder's clock, because the signals are stamped from a zero of their own; nothing in the log shows how well it was set"
+                )
             }
-            None => "the date is unknown: the stamps of the log count from a zero of their own",
+            None => {
+                word!("the date is unknown: the stamps of the log count from a zero of their own")
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use tipwatch_language::{say, word};
 use tipwatch_suspension::Status;
 use tipwatch_suspension::replay::Track;
 
@@ -15,9 +16,9 @@ use crate::events::Finding;
 #[must_use]
 pub fn findings(what_if: &WhatIf) -> Vec<Finding> {
     let mode = match what_if.options.suspension {
-        SuspensionMode::Locked => "locked",
-        SuspensionMode::Recorded => "as recorded",
-        SuspensionMode::Literal | SuspensionMode::LookAhead => "controlled",
+        SuspensionMode::Locked => word!("locked"),
+        SuspensionMode::Recorded => word!("as recorded"),
+        SuspensionMode::Literal | SuspensionMode::LookAhead => word!("controlled"),
     };
     let (spread, offset) = (spread(what_if, mode), offset(what_if, mode));
     let wheels = 0..what_if.analysis.machine.wheels().len();
@@ -37,20 +38,21 @@ fn spread(what_if: &WhatIf, mode: &str) -> Finding {
     let change = 100.0 * (moved / fixed - 1.0);
     let best = comparison.best.mean_spread();
     Finding {
-        headline: format!(
+        headline: say!(
             "Mean load spread {moved:.0} N with the suspension {mode}, {fixed:.0} N locked ({change:+.1} %)"
         ),
         evidence: vec![
-            "load spread: equation (35) of the second paper, each pair of wheels once".into(),
-            format!("best posture at rest within the stroke, at each sample: {best:.0} N"),
+            word!("load spread: equation (35) of the second paper, each pair of wheels once")
+                .into(),
+            say!("best posture at rest within the stroke, at each sample: {best:.0} N"),
             match comparison.gain_share() {
                 Some(share) => {
-                    format!("achieved: {:.0} % of the possible reduction", 100.0 * share)
+                    say!("achieved: {:.0} % of the possible reduction", 100.0 * share)
                 }
-                None => {
+                None => word!(
                     "no posture within the stroke has a smaller mean spread than the locked one"
-                        .into()
-                }
+                )
+                .into(),
             },
         ],
     }
@@ -62,13 +64,15 @@ fn offset(what_if: &WhatIf, mode: &str) -> Finding {
     let [fixed, moved] = offsets.each_ref().map(|offset| 100.0 * mean(offset));
     let [most_fixed, most_moved] = offsets.each_ref().map(|offset| 100.0 * range(offset)[1]);
     Finding {
-        headline: format!(
+        headline: say!(
             "Mean offset of the centre of mass {moved:.1} cm with the suspension {mode}, {fixed:.1} cm locked"
         ),
         evidence: vec![
-            "offset: distance from the centre of the contact points, along the contact plane"
-                .into(),
-            format!("largest offset: {most_moved:.1} cm {mode}, {most_fixed:.1} cm locked"),
+            word!(
+                "offset: distance from the centre of the contact points, along the contact plane"
+            )
+            .into(),
+            say!("largest offset: {most_moved:.1} cm {mode}, {most_fixed:.1} cm locked"),
         ],
     }
 }
@@ -82,14 +86,14 @@ fn loads(what_if: &WhatIf, wheel: usize, mode: &str) -> Finding {
     let [moved_s, fixed_s] = loads.map(|load| least_load_time(rows, load));
     Finding {
         headline: match (unloaded, least) {
-            ([0, 0], [moved, fixed]) => format!(
+            ([0, 0], [moved, fixed]) => say!(
                 "Wheel {name}: smallest load {moved:.0} N with the suspension {mode}, {fixed:.0} N locked"
             ),
-            ([moved, fixed], _) => format!(
+            ([moved, fixed], _) => say!(
                 "Wheel {name}: unloaded in {moved} rows with the suspension {mode}, in {fixed} locked"
             ),
         },
-        evidence: vec![format!(
+        evidence: vec![say!(
             "smallest load first reached at {moved_s} {mode}, at {fixed_s} locked"
         )],
     }
@@ -100,7 +104,7 @@ fn least_load_time(rows: &Table, load: &[f64]) -> String {
     let least = range(load)[0];
     match load.iter().position(|&load| load == least) {
         Some(row) => format!("t = {:.2} s", rows.seconds(row)),
-        None => "unknown time".into(),
+        None => word!("unknown time").into(),
     }
 }
 
@@ -111,9 +115,9 @@ fn alarms(status: &[Option<Status>]) -> Option<Finding> {
     }
     let count: usize = rows.values().sum();
     (count > 0).then(|| Finding {
-        headline: format!("The control raised an alarm in {count} rows"),
+        headline: say!("The control raised an alarm in {count} rows"),
         evidence: (rows.iter())
-            .map(|(status, rows)| format!("status {} in {rows} rows", status.name()))
+            .map(|(status, rows)| say!("status {} in {rows} rows", status.name()))
             .collect(),
     })
 }
@@ -123,8 +127,8 @@ fn stops(status: &[Option<Status>]) -> Option<Finding> {
     let short = short.filter(|&&status| status == Status::StepTooShort);
     let count = short.count();
     (count > 0).then(|| Finding {
-        headline: format!("The control stopped the rods in {count} rows"),
-        evidence: vec![format!(
+        headline: say!("The control stopped the rods in {count} rows"),
+        evidence: vec![say!(
             "status {}: the control period is too short for the posture of the arm",
             Status::StepTooShort.name()
         )],

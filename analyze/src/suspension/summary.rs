@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use tipwatch_language::told;
 use tipwatch_mechanics::machine::Note;
 use tipwatch_suspension::replay::{RodTrack, Track};
 
@@ -124,7 +125,7 @@ impl<'a> Summary<'a> {
             gain_share: comparison.gain_share(),
             actuators: actuators(what_if),
             statuses,
-            caveats: CAVEATS,
+            caveats: CAVEATS.map(told),
             notes: &what_if.analysis.notes,
             provenance: &what_if.analysis.provenance,
         }

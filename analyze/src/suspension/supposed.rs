@@ -4,12 +4,14 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{PayloadMass, PayloadSpec};
 
 use crate::analysis::Analysis;
 use crate::analysis::advice::{GroundSlope, Hypothesis};
 use crate::analysis::run::{analyse, analyse_supposing};
 use crate::base::options::Options;
+use crate::events::support_words::edge_word;
 use crate::events::{Event, EventKind, ShownBy};
 
 /// What is supposed instead of what was recorded, all of it together.
@@ -36,7 +38,7 @@ pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> 
         .flatten();
     let degrees = |slope: &GroundSlope| 2.0 * slope.largest_sigma_rad().to_degrees();
     let level = slope.as_ref().filter(|slope| slope.is_level()).map(|slope| {
-        format!(
+        say!(
             "The log does not tell the ground from level ground (to ± {:.1}°, two standard deviations): to suppose it level changes nothing.",
             degrees(slope)
         )
@@ -45,20 +47,20 @@ pub fn caveats(recorded: &Analysis, suppositions: &Suppositions) -> Vec<String> 
         return level.into_iter().collect();
     }
     let sloped = slope.as_ref().filter(|slope| !slope.is_level()).map(|slope| {
-        format!(
+        say!(
             "The slope of the ground is what the platform showed where the machine was calm, known to ± {:.1}° or better (two standard \
              deviations, in the bands of B). Only this slope is levelled.",
             degrees(slope)
         )
     });
     let mut caveats = vec![
-        "Everything else is as recorded: the path, the ground, the rocking of the platform. Nobody reacts.".to_string(),
-        "A speed changes velocities by its factor and accelerations by its square, on the same path: times stay those of the log.".into(),
-        "Measured forces of actuators are not used, and sensors are not compared with each other.".into(),
+        word!("Everything else is as recorded: the path, the ground, the rocking of the platform. Nobody reacts.").to_string(),
+        word!("A speed changes velocities by its factor and accelerations by its square, on the same path: times stay those of the log.").into(),
+        word!("Measured forces of actuators are not used, and sensors are not compared with each other.").into(),
     ];
     if let Some(fall) = first_fall(recorded) {
         let at_s = recorded.rows.seconds_at(fall.start_ns);
-        caveats.insert(0, format!(
+        caveats.insert(0, say!(
             "The platform began to rotate about an edge at t = {at_s:.2} s. While it did, only what was recorded is known: whether the machine as supposed would have tipped then is open."
         ));
     }
@@ -72,11 +74,11 @@ pub fn measured_fall(recorded: &Analysis, supposed: &Analysis) -> Option<String>
     let fall = first_fall(recorded).filter(|_| first_fall(supposed).is_none())?;
     let at_s = recorded.rows.seconds_at(fall.start_ns);
     let rotated = fall.rotation_rad.map_or(String::new(), |rotation_rad| {
-        format!(" by {:.0}°", rotation_rad.to_degrees())
+        say!(" by {:.0}°", rotation_rad.to_degrees())
     });
-    Some(format!(
+    Some(say!(
         "As recorded, the platform rotated{rotated} about the {} edge from t = {at_s:.2} s; whether it would have as supposed is open",
-        fall.subject
+        edge_word(&fall.subject)
     ))
 }
 
@@ -110,13 +112,13 @@ impl Suppositions {
     pub fn in_words(&self) -> String {
         let mut all = Vec::new();
         if self.level {
-            all.push("level ground".to_string());
+            all.push(word!("level ground").to_string());
         }
-        all.extend(self.speed.map(|times| format!("{times} times the speed")));
-        all.extend(self.payload_kg.map(|kg| format!("payload {kg:+} kg")));
+        all.extend(self.speed.map(|times| say!("{times} times the speed")));
+        all.extend(self.payload_kg.map(|kg| say!("payload {kg:+} kg")));
         let joints = self.joints.iter();
-        all.extend(joints.map(|(name, offset)| format!("joint {name} {offset:+}")));
-        all.extend(self.split.map(|d| format!("roll moment distribution {d}")));
+        all.extend(joints.map(|(name, offset)| say!("joint {name} {offset:+}")));
+        all.extend(self.split.map(|d| say!("roll moment distribution {d}")));
         all.join(", ")
     }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use tipwatch_binding::MachineFile;
+use tipwatch_language::message;
 use tipwatch_mechanics::machine::{ControlMode, SuspensionControl};
 use tipwatch_suspension::replay::{Comparison, RecordedRows, SuspensionMotion};
 
@@ -25,16 +26,26 @@ pub struct WhatIf {
 
 /// What a replay cannot show.
 pub const CAVEATS: [&str; 5] = [
-    "The path of the wheels, the arm motion and the operator's commands are as recorded. With other wheel loads the \
-     operator would have driven differently and the wheels would have slipped differently.",
-    "All wheels stay on one plane that moves as recorded. Lifting wheels are not simulated: with a wheel off the \
+    message!(
+        "The path of the wheels, the arm motion and the operator's commands are as recorded. With other wheel loads the \
+     operator would have driven differently and the wheels would have slipped differently."
+    ),
+    message!(
+        "All wheels stay on one plane that moves as recorded. Lifting wheels are not simulated: with a wheel off the \
      ground the loads follow from equilibrium alone. The replay does not model uneven ground under a wheel that the \
-     suspension displaces.",
-    "Tyres and frame are rigid. Actuator loads are computed, not measured. The moving mass of an actuator is that \
-     for all rods moving alike.",
-    "The controller and the load computation use the same model. Errors of parameters and signals therefore have no \
-     effect on the control.",
-    "The load split between the diagonals follows the split rule of the machine file. Measured pressures are not used.",
+     suspension displaces."
+    ),
+    message!(
+        "Tyres and frame are rigid. Actuator loads are computed, not measured. The moving mass of an actuator is that \
+     for all rods moving alike."
+    ),
+    message!(
+        "The controller and the load computation use the same model. Errors of parameters and signals therefore have no \
+     effect on the control."
+    ),
+    message!(
+        "The load split between the diagonals follows the split rule of the machine file. Measured pressures are not used."
+    ),
 ];
 
 /// Replays a log.

@@ -1,6 +1,7 @@
 //! Finds the actuator force signals that determine the load split: numbers from any messages.
 
 use tipwatch_ingest::{Error, Log};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{ActuatorSignal, ForceSource};
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
 use tipwatch_mechanics::state::Sensor;
@@ -46,13 +47,13 @@ pub(crate) fn find(
         found.sensors.push(BoundSensor {
             sensor: Sensor::Actuator(index),
             request: number_request(log, field)?,
-            why: format!("{description} of {}, named by the machine file", bound.of),
+            why: say!("{description} of {}, named by the machine file", bound.of),
         });
     }
     for (joint, bound) in bound.iter().enumerate() {
         if let Some((field, _)) = missing(joint) {
             let (first, rest) = bound.of.split_at(1);
-            found.notes.push(format!(
+            found.notes.push(say!(
                 "{}{rest}: the log has no topic {}, so its force is unknown and the load split follows the rule alone.",
                 first.to_uppercase(),
                 field.topic
@@ -76,15 +77,18 @@ impl<'s> Bound<'s> {
             ForceSource::Linkage(linkage) => {
                 let linkage = &spec.linkage[*linkage];
                 Self {
-                    of: format!("linkage {}", linkage.name),
+                    of: say!("linkage {}", linkage.name),
                     fields: bound_fields(spec, linkage),
                 }
             }
             ForceSource::Support { name, .. } => {
                 let load = spec.wheels.get(name).and_then(|w| w.origin.force.as_ref());
                 Self {
-                    of: format!("support {name}"),
-                    fields: load.iter().map(|load| (&load.field, "load")).collect(),
+                    of: say!("support {name}"),
+                    fields: load
+                        .iter()
+                        .map(|load| (&load.field, word!("load")))
+                        .collect(),
                 }
             }
         }
@@ -96,10 +100,10 @@ fn bound_fields<'s>(
     linkage: &'s LinkageSpec,
 ) -> Vec<(&'s FieldSpec, &'static str)> {
     match (spec.force_of(linkage), &linkage.pressure) {
-        (Some(force), _) => vec![(force, "force")],
+        (Some(force), _) => vec![(force, word!("force"))],
         (None, Some(pressure)) => vec![
-            (&pressure.piston, "piston-side pressure"),
-            (&pressure.rod, "rod-side pressure"),
+            (&pressure.piston, word!("piston-side pressure")),
+            (&pressure.rod, word!("rod-side pressure")),
         ],
         (None, None) => Vec::new(),
     }

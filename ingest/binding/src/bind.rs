@@ -6,6 +6,7 @@ use tipwatch_ingest::{
     Binding, Log, NamedTopics, RobotDescription, SensorKind, SensorRequest, SensorTopics,
     robot_descriptions,
 };
+use tipwatch_language::{say, told, word};
 use tipwatch_mechanics::MachineError;
 use tipwatch_mechanics::machine::{LogFacts, Machine, MachineSpec, OneOrMany, SignalSpec};
 use tipwatch_mechanics::state::{JointStream, MatchedSensors, OtherSensors, Sensor};
@@ -204,7 +205,7 @@ fn other_joints(streams: &[FoundJoints<'_>]) -> Option<String> {
         .flat_map(|stream| stream.joints.iter().map(String::as_str))
         .collect();
     (!joints.is_empty()).then(|| {
-        format!(
+        say!(
             "No joint of the machine is measured: the joint states of the log name only {}.",
             joints.join(", ")
         )
@@ -232,8 +233,12 @@ fn about_descriptions(
         text: urdf_text.into(),
     };
     Ok(other_mass(&last, &used).map(|masses| {
-        let (of_log_kg, used_kg) = (mass_text(masses.earlier), mass_text(masses.last));
-        format!(
+        let text = |mass: Option<f64>| match mass {
+            Some(_) => mass_text(mass),
+            None => word!("no mass").into(),
+        };
+        let (of_log_kg, used_kg) = (text(masses.earlier), text(masses.last));
+        say!(
             "The log describes another machine on {} than {urdf_name}: link {} has {of_log_kg} there and {used_kg} here. If the \
              machine file is that of another machine, every load is wrong.",
             last.topic, masses.link
@@ -244,14 +249,14 @@ fn about_descriptions(
 /// The different descriptions of one machine: the last one is used.
 fn several(earlier: &[RobotDescription], last: &RobotDescription) -> Option<String> {
     let others = earlier.iter().map(|other| {
-        format!(
+        say!(
             "one of {} bytes at log time {} ns",
             other.text.len(),
             other.log_time_ns
         )
     });
     (!earlier.is_empty()).then(|| {
-        format!(
+        say!(
             "Topic {} has {} different robot descriptions: the last one is used, of {} bytes at log time {} ns. \
              Before it came {}, without masses or with the same ones.",
             last.topic,
@@ -314,7 +319,7 @@ fn bound_sensors(
     let numbered = |sensor: Sensor, request: &SensorRequest| BoundSensor {
         sensor,
         request: request.clone(),
-        why: number_signals::WHY.into(),
+        why: told(number_signals::WHY).into(),
     };
     let (topics, numbers) = (&found.topics, &found.numbers);
     let mut bound = Vec::new();
@@ -330,7 +335,8 @@ fn bound_sensors(
                     JointSource::Rows(request) => BoundSensor {
                         sensor,
                         request: request.clone(),
-                        why: "no joint is measured: rows are at the times of these messages".into(),
+                        why: word!("no joint is measured: rows are at the times of these messages")
+                            .into(),
                     },
                 });
                 continue;

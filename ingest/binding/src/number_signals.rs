@@ -6,6 +6,7 @@ use tipwatch_ingest::{
     Error, Log, NumberField, SampleSpec, SensorKind, SensorRequest, Topic, TopicId, ValueSource,
     first_frame, topic_of_field,
 };
+use tipwatch_language::{message, say};
 use tipwatch_mechanics::machine::{
     FieldSpec, JointFields, Machine, NumberSpec, SignalSpec, SignalsSpec, SupportId,
 };
@@ -14,7 +15,7 @@ use tipwatch_mechanics::state::Sensor;
 use crate::bound_log::BoundSensor;
 
 /// The reason given for topics whose numbers the machine file names.
-pub(crate) const WHY: &str = "numbers named by the machine file";
+pub(crate) const WHY: &str = message!("numbers named by the machine file");
 
 /// A joint whose position the machine file binds.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,7 +87,7 @@ pub(crate) fn support_switches(log: &Log, machine: &Machine) -> Result<Vec<Bound
             Ok(BoundSensor {
                 sensor: Sensor::Switch(index),
                 request: number_request(log, &switch.spec.number)?,
-                why: format!(
+                why: say!(
                     "what tells of support {}, named by the machine file",
                     names.join(", ")
                 ),
@@ -102,7 +103,7 @@ pub(crate) fn load_sensors(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
         Some(BoundSensor {
             sensor: Sensor::Load(index),
             request: number_request(log, &sensor.field).ok()?,
-            why: format!("load sensor {}, named by the machine file", sensor.name),
+            why: say!("load sensor {}, named by the machine file", sensor.name),
         })
     });
     found.collect()
@@ -126,7 +127,7 @@ pub(crate) fn joint_commands(log: &Log, machine: &Machine) -> Result<Vec<BoundSe
                     number_field(&command.field, "velocity"),
                     &command.field,
                 )?,
-                why: format!("rate asked of joint {name}, named by the machine file"),
+                why: say!("rate asked of joint {name}, named by the machine file"),
             })
         })
         .collect()

@@ -1,6 +1,7 @@
 //! The static transforms of a log.
 
 use tipwatch_ingest::{Log, static_frames};
+use tipwatch_language::say;
 use tipwatch_mechanics::machine::StaticTransform;
 
 use crate::error::BindError;
@@ -37,11 +38,11 @@ pub(crate) fn twice_noted(transforms: &[StaticTransform]) -> Option<String> {
     }
     let more = match frames.len().saturating_sub(MOST_NAMED) {
         0 => String::new(),
-        more => format!(" and {more} more"),
+        more => say!(" and {more} more"),
     };
     frames.truncate(MOST_NAMED);
     (!frames.is_empty()).then(|| {
-        format!(
+        say!(
             "Static transforms of a frame differ within the log, and the last one of each counts: {}{more}.",
             frames.join(", ")
         )

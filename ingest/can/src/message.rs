@@ -2,6 +2,8 @@
 
 use std::ops::RangeInclusive;
 
+use tipwatch_language::{say, word};
+
 use crate::{
     bits::BitRange,
     frame::CanId,
@@ -276,14 +278,14 @@ impl Message {
         let mut lines = Vec::new();
         let mut tell = |count: u64, what: String| {
             if count > 0 {
-                lines.push(format!("{name}: {count} of {} frames {what}", tally.frames));
+                lines.push(say!("{name}: {count} of {} frames {what}", tally.frames));
             }
         };
         if let Some((count, found)) = tally.wrong_length {
             let expected = self.len;
             tell(
                 count,
-                format!(
+                say!(
                     "have a wrong length (expected {expected} bytes, found for example {found}): no numbers"
                 ),
             );
@@ -291,47 +293,43 @@ impl Message {
         if let Some((count, value)) = tally.unknown_multiplexer {
             tell(
                 count,
-                format!(
+                say!(
                     "have an unknown multiplexer (for example {value}): no numbers of multiplexed signals"
                 ),
             );
         }
         tell(
             tally.standing_counter,
-            "repeat the message counter of the frame before: no numbers".to_owned(),
+            word!("repeat the message counter of the frame before: no numbers").to_owned(),
         );
         tell(
             tally.idle_counter,
-            "have other data and a message counter that has not moved: it is ignored".to_owned(),
+            word!("have other data and a message counter that has not moved: it is ignored")
+                .to_owned(),
         );
         tell(
             tally.standing_checksum,
-            "have the checksum of the frame before although other data changed".to_owned(),
+            word!("have the checksum of the frame before although other data changed").to_owned(),
         );
         let of_signals = [
-            (&tally.not_available, "say \"not available\""),
-            (&tally.errors, "say \"error\" or are reserved"),
-            (&tally.out_of_range, "lie outside the stated range"),
+            (&tally.not_available, word!("say \"not available\"")),
+            (&tally.errors, word!("say \"error\" or are reserved")),
+            (&tally.out_of_range, word!("lie outside the stated range")),
         ];
         for (counts, what) in of_signals {
             for (&index, count) in counts {
                 let signal = self.signals.get(index).map_or("?", |signal| &signal.name);
-                lines.push(format!(
-                    "{name}.{signal}: {count} values {what}: no numbers"
-                ));
+                lines.push(say!("{name}.{signal}: {count} values {what}: no numbers"));
             }
         }
         if tally.incomplete > 0 {
             let count = tally.incomplete;
-            lines.push(format!(
+            lines.push(say!(
                 "{name}: {count} messages of several packets are incomplete: no numbers"
             ));
         }
         if tally.remote > 0 {
-            lines.push(format!(
-                "{name}: {} remote frames carry no data",
-                tally.remote
-            ));
+            lines.push(say!("{name}: {} remote frames carry no data", tally.remote));
         }
         lines
     }

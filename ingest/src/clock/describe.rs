@@ -1,5 +1,7 @@
 //! Describes clock anomalies in words.
 
+use tipwatch_language::{say, word};
+
 use super::{
     anchor::LogMap,
     finding::{ClockFinding, ClockFindingKind as Kind},
@@ -35,22 +37,22 @@ pub(super) fn of_topic(
     let (messages, zero) = (statistics.message_count(), statistics.zero_stamps());
     let source = clock.decision.source;
     if source == StampSource::Header && zero > 0 {
-        let seen = format!("{zero} of {messages} messages have a missing or zero stamp");
+        let seen = say!("{zero} of {messages} messages have a missing or zero stamp");
         findings.push(ClockFinding::handled(
             Kind::ZeroStamps,
             seen,
-            "these messages are omitted",
+            word!("these messages are omitted"),
         ));
     }
     findings.extend(restarts(clock, common));
     findings.extend(stamp_steps(clock, step_shifts));
     let strays = clock.strays.indices.len();
     if strays > 0 {
-        let seen = format!(
+        let seen = say!(
             "{strays} of {messages} stamps are ahead of those before and after them, by at most {:.3} s",
             seconds_between(0, clock.strays.farthest_ns)
         );
-        let done = "these messages are omitted";
+        let done = word!("these messages are omitted");
         findings.push(ClockFinding::handled(Kind::StrayStamps, seen, done));
     }
     let steps = statistics.steps(source);
@@ -61,23 +63,23 @@ pub(super) fn of_topic(
     if disordered > 0 && source != StampSource::Log {
         let is_largest = fell + of_steps + strays == 0;
         let size = match steps.largest_backward.filter(|_| is_largest) {
-            Some(largest) => format!(
+            Some(largest) => say!(
                 ", by at most {:.4} s, at log time {} ns",
                 largest.size_s(),
                 largest.log_time_ns
             ),
             None => String::new(),
         };
-        let seen = format!("{disordered} stamps are earlier than the previous one{size}");
-        let done = "samples are sorted by stamp; the causal estimator omits late ones";
+        let seen = say!("{disordered} stamps are earlier than the previous one{size}");
+        let done = word!("samples are sorted by stamp; the causal estimator omits late ones");
         findings.push(ClockFinding::handled(Kind::DisorderedStamps, seen, done));
     }
     if steps.duplicates as f64 > REPEATED_SHARE * messages as f64 {
-        let seen = format!(
+        let seen = say!(
             "{} stamps repeat that of the previous message",
             steps.duplicates
         );
-        let done = "the first message with each stamp is used";
+        let done = word!("the first message with each stamp is used");
         findings.push(ClockFinding::handled(Kind::RepeatedStamps, seen, done));
     }
     findings
@@ -86,13 +88,13 @@ pub(super) fn of_topic(
 fn restarts(clock: &OwnClock<'_>, common: &[CommonRestart]) -> Option<ClockFinding> {
     let first = clock.restarts.first()?;
     let jumps = clock.restarts.iter().map(|restart| {
-        format!(
+        say!(
             "{} at log time {} ns",
             jump(restart.from_ns, restart.to_ns),
             restart.log_time_ns
         )
     });
-    let seen = format!(
+    let seen = say!(
         "the clock jumps {} time(s): {}: a restart, a clock adjustment, or a looped replay",
         clock.restarts.len(),
         listed(jumps)
@@ -106,18 +108,18 @@ fn restarts(clock: &OwnClock<'_>, common: &[CommonRestart]) -> Option<ClockFindi
             let pauses_ns: i64 = whole.map(|common| common.pause_ns).sum();
             let later = match pauses_ns {
                 0 => String::new(),
-                _ => format!(
+                _ => say!(
                     "; {:.3} s in all were added between runs that are closer than a second by the log time, so that \
                      times in the results are later than those of the log by so much at the end",
                     seconds_between(0, pauses_ns)
                 ),
             };
-            format!(
+            say!(
                 "all topics restart: the runs are placed one after the other by the log time, at least one second \
                  apart, and no state is carried over{later}"
             )
         }
-        None => "other topics continue: the parts are joined by the log time".to_owned(),
+        None => word!("other topics continue: the parts are joined by the log time").to_owned(),
     };
     Some(ClockFinding::handled(Kind::ClockRestart, seen, done))
 }
@@ -128,13 +130,13 @@ fn stamp_steps(clock: &OwnClock<'_>, shifts: &[(usize, i64)]) -> Option<ClockFin
         return None;
     }
     let steps = clock.steps.iter().map(|step| {
-        format!(
+        say!(
             "{} at log time {} ns",
             jump(step.from_ns, step.to_ns),
             step.log_time_ns
         )
     });
-    let seen = format!(
+    let seen = say!(
         "the stamps step {} time(s) while the messages keep coming: {}: the clock of the sensor was corrected",
         clock.steps.len(),
         listed(steps)
@@ -145,11 +147,11 @@ fn stamp_steps(clock: &OwnClock<'_>, shifts: &[(usize, i64)]) -> Option<ClockFin
         .map(|(from, shift)| {
             let shift_s = seconds_between(0, *shift);
             match from {
-                0 => format!("{shift_s:+.4} s from the first one on"),
-                _ => format!("{shift_s:+.4} s from the {}th one on", from + 1),
+                0 => say!("{shift_s:+.4} s from the first one on"),
+                _ => say!("{shift_s:+.4} s from the {}th one on", from + 1),
             }
         });
-    let done = format!(
+    let done = say!(
         "the stamps are shifted by message, so that their offset to the log time is the same throughout: {}",
         listed(added)
     );
@@ -167,40 +169,42 @@ pub(super) fn log_jumps(jumps: &[LogJump], source: StampSource) -> Vec<ClockFind
     let wraps = of_kind(true).count();
     if wraps > 0 {
         find(
-            format!(
+            say!(
                 "the log time wraps around {wraps} time(s), as a counter of 32 or 16 bits does: {}",
                 listed(of_kind(true).map(text))
             ),
-            "it is continued: the messages behind are that much later".to_owned(),
+            word!("it is continued: the messages behind are that much later").to_owned(),
         );
     }
     let others = of_kind(false).count();
     if others > 0 {
         let shifts = of_kind(false).map(|it| {
-            format!(
+            say!(
                 "{:+.3} s behind {}",
                 seconds_between(0, it.shift_ns),
                 time_s(it.to_ns)
             )
         });
         let done = match source {
-            StampSource::Log => format!(
+            StampSource::Log => say!(
                 "the order of the file is kept: the stretches are placed one after the other, one second apart, and no \
                  state is carried over; besides that second each, times in the results differ from those of the log by \
                  {}",
                 listed(shifts)
             ),
-            _ => "the order of the file is kept, and the stamps are the time of the messages"
-                .to_owned(),
+            _ => {
+                word!("the order of the file is kept, and the stamps are the time of the messages")
+                    .to_owned()
+            }
         };
         // only stamps show a small jump forward, and they stand still with a replay
         let are_ahead = of_kind(false).all(|it| it.to_ns > it.from_ns);
         let cause = match are_ahead && source != StampSource::Log {
-            true => "the clock of the recorder was set, or a replay or simulation paused",
-            false => "the clock of the recorder restarted or was set",
+            true => word!("the clock of the recorder was set, or a replay or simulation paused"),
+            false => word!("the clock of the recorder restarted or was set"),
         };
         find(
-            format!(
+            say!(
                 "the log time jumps {others} time(s): {}: {cause}",
                 listed(of_kind(false).map(text))
             ),
@@ -212,13 +216,12 @@ pub(super) fn log_jumps(jumps: &[LogJump], source: StampSource) -> Vec<ClockFind
 
 /// A jump of a clock, with the times before and after it.
 fn jump(from_ns: i64, to_ns: i64) -> String {
-    let way = if to_ns < from_ns { "back" } else { "forward" };
-    format!(
-        "{way} by {:.3} s, from {} to {}",
-        seconds_between(from_ns, to_ns).abs(),
-        time_s(from_ns),
-        time_s(to_ns)
-    )
+    let size_s = seconds_between(from_ns, to_ns).abs();
+    let (from, to) = (time_s(from_ns), time_s(to_ns));
+    match to_ns < from_ns {
+        true => say!("back by {size_s:.3} s, from {from} to {to}"),
+        false => say!("forward by {size_s:.3} s, from {from} to {to}"),
+    }
 }
 
 /// A time in seconds, exact to the millisecond also where it is a date.
@@ -238,16 +241,18 @@ fn listed(texts: impl Iterator<Item = String>) -> String {
         .collect::<Vec<_>>()
         .join("; ");
     if let Some(more) = all.len().checked_sub(MOST_LISTED).filter(|more| *more > 0) {
-        list.push_str(&format!("; and {more} more"));
+        list.push_str(&say!("; and {more} more"));
     }
     list
 }
 
 /// Only log times are available.
 pub(super) fn only_log_times(clock: &StampDecision) -> ClockFinding {
-    let seen = format!("log time is used: {}", clock.reason);
-    let done = "no signal has a better one; the transport delay of each message is an error of its time, and a clock that is set \
-         forward looks like a hole in the data: what follows is dated late by it";
+    let seen = say!("log time is used: {}", clock.reason);
+    let done = word!(
+        "no signal has a better one; the transport delay of each message is an error of its time, and a clock that is set \
+         forward looks like a hole in the data: what follows is dated late by it"
+    );
     ClockFinding::reported(Kind::NoHeaderStamp, seen, done)
 }
 
@@ -259,9 +264,8 @@ pub(super) fn seen_apart(
     drift: Option<&Line>,
 ) -> String {
     let apart_s = seconds_between(0, apart_ns);
-    let way = if apart_s < 0.0 { "behind" } else { "ahead of" };
     let drift = drift.map(|line| {
-        format!(
+        say!(
             "its clock gains {:.1} ppm on that of {anchor} (standard deviation {:.1} ppm), {:.0} ms over the log",
             line.slope * 1e6,
             line.slope_sigma * 1e6,
@@ -269,9 +273,13 @@ pub(super) fn seen_apart(
         )
     });
     let apart = is_other.then(|| {
-        let apart = format!("its clock is {:.3} s {way} that of {anchor}", apart_s.abs());
-        match apart_s.abs() > OTHER_EPOCH_S {
-            true => format!("{apart}, in another epoch"),
+        let size_s = apart_s.abs();
+        let apart = match apart_s < 0.0 {
+            true => say!("its clock is {size_s:.3} s behind that of {anchor}"),
+            false => say!("its clock is {size_s:.3} s ahead of that of {anchor}"),
+        };
+        match size_s > OTHER_EPOCH_S {
+            true => say!("{apart}, in another epoch"),
             false => apart,
         }
     });
@@ -301,40 +309,45 @@ pub(super) fn of_base(
     let pace = 1.0 + line.slope;
     let is_known = line.span_s > LEAST_SPAN_S && line.slope.abs() > 5.0 * line.slope_sigma;
     let at_pace = match is_known && line.slope.abs() > OTHER_PACE {
-        true => format!("; they advance at {pace:.3} times the rate of the log times"),
+        true => say!("; they advance at {pace:.3} times the rate of the log times"),
         false => String::new(),
     };
-    let used = "the stamps are the time of all signals and rows; log times only determine the order of arrival";
+    let used = word!(
+        "the stamps are the time of all signals and rows; log times only determine the order of arrival"
+    );
     let from_start = (0..EARLIEST_DATE_NS).contains(&stamp_ns);
     if from_start || clock_topic.is_some() {
-        let topic = clock_topic.map_or(String::new(), |name| format!(" (topic {name})"));
+        let topic = clock_topic.map_or(String::new(), |name| say!(" (topic {name})"));
         let what = match (from_start, clock_topic) {
-            (true, Some(_)) => format!("stamps are simulation time{topic}"),
+            (true, Some(_)) => say!("stamps are simulation time{topic}"),
             (true, None) => {
-                "stamps count from the start of a simulation or of the machine".to_owned()
+                word!("stamps count from the start of a simulation or of the machine").to_owned()
             }
             (false, _) => {
-                format!("a simulation publishes its time{topic}, but stamps are dates")
+                say!("a simulation publishes its time{topic}, but stamps are dates")
             }
         };
         let log_is = match is_date(log_ns) {
-            true => "log times are dates",
-            false => "log times also count from a start",
+            true => word!("log times are dates"),
+            false => word!("log times also count from a start"),
         };
         let seen = format!("{what}, {log_is}{at_pace}");
         return vec![ClockFinding::handled(Kind::SimulationTime, seen, used)];
     }
     let offset_s = seconds_between(0, offset_ns);
     let apart = if !is_date(log_ns) {
-        Some("log times are not dates, but stamps are: the log was rewritten".to_owned())
+        Some(word!("log times are not dates, but stamps are: the log was rewritten").to_owned())
     } else if offset_s.abs() > OTHER_EPOCH_S {
-        let way = if offset_s < 0.0 { "later" } else { "earlier" };
+        let way = match offset_s < 0.0 {
+            true => word!("later"),
+            false => word!("earlier"),
+        };
         let days = offset_s.abs() / 86_400.0;
-        Some(format!(
+        Some(say!(
             "log times are {days:.2} days {way} than stamps: recorded from a replay, or with a wrong clock"
         ))
     } else if !at_pace.is_empty() {
-        Some("recorded from a replay at another rate".to_owned())
+        Some(word!("recorded from a replay at another rate").to_owned())
     } else {
         None
     };

@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use tipwatch_language::{named, say};
+
 use super::{
     anchor::ONE_CLOCK_NS,
     line::median_ns,
@@ -63,7 +65,7 @@ impl<'t> OwnClock<'t> {
             true if clock.decision.source == StampSource::Header => StampSource::Publish,
             _ => StampSource::Log,
         };
-        let reason = format!("{} {against}", clock.decision.source);
+        let reason = format!("{} {against}", named(&clock.decision.source.to_string()));
         clock.decision = StampDecision { source, reason };
         clock.analyse(statistics);
         if clock.restarts.len() > MOST_RESTARTS {
@@ -132,15 +134,15 @@ impl<'t> OwnClock<'t> {
         }
         let (strays, messages) = (self.strays.indices.len(), self.times.len());
         if self.strays.are_many(messages) {
-            return Some(format!(
+            return Some(say!(
                 "is ahead of its own course in {strays} of {messages} messages"
             ));
         }
         if self.restarts.len() > MOST_RESTARTS {
-            return Some(format!("restarts {} times", self.restarts.len()));
+            return Some(say!("restarts {} times", self.restarts.len()));
         }
         let steps = self.steps.len();
-        (steps > MOST_STEPS).then(|| format!("steps {steps} times while the log time does not"))
+        (steps > MOST_STEPS).then(|| say!("steps {steps} times while the log time does not"))
     }
 
     /// The stamps without strays, with these shifts added.

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tipwatch_language::{named, say, word};
 
 use super::{
     anchor::{Clock, ClockFit, LogMap, ONE_CLOCK_NS},
@@ -149,7 +150,7 @@ impl TimeBase {
         if !is_other && !drifts {
             return;
         }
-        let anchor = self.anchor().unwrap_or("the log time").to_owned();
+        let anchor = self.anchor().unwrap_or(word!("the log time")).to_owned();
         let seen = describe::seen_apart(&anchor, is_other, apart_ns, drifts.then_some(&line));
         let kind = match seconds_between(0, apart_ns).abs() {
             _ if !is_other => Kind::ClockDrift,
@@ -161,7 +162,7 @@ impl TimeBase {
                 .span_differs_s(clock)
                 .filter(|s| *s <= MOST_SPAN_APART_S)
             {
-                let done = format!(
+                let done = say!(
                     "its stamps are used as they are: {reason}, but its stamps begin and end with those of {anchor}, \
                      to within {:.0} ms",
                     apart_s * 1e3
@@ -172,7 +173,7 @@ impl TimeBase {
                 return;
             }
             placed.placement.correction = Correction::Refused;
-            let done = format!("its samples cannot be used: {reason}");
+            let done = say!("its samples cannot be used: {reason}");
             placed
                 .findings
                 .push(ClockFinding::refused(kind, seen, done));
@@ -185,7 +186,7 @@ impl TimeBase {
         placed.correction.added_s = -seconds_between(0, apart_ns);
         placed.correction.drift_removed_ppm = if drifts { line.slope * 1e6 } else { 0.0 };
         let scatter_ms = SIGMA_BY_MAD * line.mad_s * 1e3;
-        let done = format!(
+        let done = say!(
             "mapped to the clock of {anchor} through the log time, assuming equal transport delays; their difference, \
              usually some milliseconds, remains as an error (log times scatter by {scatter_ms:.1} ms)"
         );
@@ -205,7 +206,8 @@ impl TimeBase {
     /// Places a topic with only publish or log times, shifted to what a stamp would show: on average its own ones do, where they are
     /// only out of order.
     fn place_worse_time(&self, placed: &mut Placed, times: &Times, statistics: &TopicStatistics) {
-        let seen = format!("{} is used: {}", placed.clock.source, placed.clock.reason);
+        let source = named(&placed.clock.source.to_string());
+        let seen = say!("{source} is used: {}", placed.clock.reason);
         let by_publish = match placed.clock.source {
             StampSource::Publish if self.log_jumps.is_empty() => self.from_publish,
             _ => None,
@@ -229,9 +231,9 @@ impl TimeBase {
         }
         let added_s = seconds_between(0, median_ns(&mut added).unwrap_or(0));
         placed.correction.added_s = added_s;
-        let done = format!(
+        let done = say!(
             "mapped to the clock of {} by adding {added_s:.4} s, the offset of its stamps to that time",
-            self.anchor().unwrap_or("the others")
+            self.anchor().unwrap_or(word!("the others"))
         );
         placed
             .findings
@@ -266,10 +268,10 @@ fn drifts(line: &Line) -> bool {
 
 fn why_log_times_do_not_tell(line: &Line, is_constant: bool) -> Option<String> {
     if is_constant {
-        return Some("the log times of all its messages are equal".to_owned());
+        return Some(word!("the log times of all its messages are equal").to_owned());
     }
     (line.mad_s > MOST_SCATTER_S).then(|| {
-        format!(
+        say!(
             "the log times scatter by {:.2} s about its stamps",
             SIGMA_BY_MAD * line.mad_s
         )
@@ -310,11 +312,11 @@ fn leave_out_impossible(
     if count == 0 {
         return Some(clock);
     }
-    let seen = format!(
+    let seen = say!(
         "{count} stamps differ by more than an hour from the value expected by log time, at most by {:.0} s",
         worst_ns as f64 / NS_PER_S
     );
-    let done = "these messages are omitted";
+    let done = word!("these messages are omitted");
     let kind = Kind::ImpossibleStamps;
     placed
         .findings

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use strum::Display;
+use tipwatch_language::{say, word};
 
 use super::time::seconds_between;
 use crate::file::Format;
@@ -55,7 +56,7 @@ impl StampEvidence {
     pub(super) fn decide(&self) -> StampDecision {
         let against_header = match self.against_header() {
             None => {
-                let reason = "header.stamp is present and changes".to_owned();
+                let reason = word!("header.stamp is present and changes").to_owned();
                 return StampDecision {
                     source: StampSource::Header,
                     reason,
@@ -64,16 +65,16 @@ impl StampEvidence {
             Some(reason) => reason,
         };
         if self.publish_is_apart && self.publish_changes {
-            let reason = format!("{against_header}; the publish time changes");
+            let reason = say!("{against_header}; the publish time changes");
             return StampDecision {
                 source: StampSource::Publish,
                 reason,
             };
         }
         let against_publish = match self.without_publish {
-            Some(format) => format!("a {format} has no publish time"),
-            None if self.publish_is_apart => "the publish time is constant".to_owned(),
-            None => "the publish time is absent or equals the log time".to_owned(),
+            Some(format) => say!("a {format} has no publish time"),
+            None if self.publish_is_apart => word!("the publish time is constant").to_owned(),
+            None => word!("the publish time is absent or equals the log time").to_owned(),
         };
         let reason = format!("{against_header}; {against_publish}");
         StampDecision {
@@ -87,23 +88,23 @@ impl StampEvidence {
             messages, stamped, ..
         } = *self;
         if stamped == 0 {
-            Some("header.stamp is absent or zero".to_owned())
+            Some(word!("header.stamp is absent or zero").to_owned())
         } else if stamped * 2 < messages {
-            Some(format!(
+            Some(say!(
                 "header.stamp is zero in {} of {messages} messages",
                 messages - stamped
             ))
         } else if messages > 1 && !self.header_changes {
-            Some("header.stamp is constant".to_owned())
+            Some(word!("header.stamp is constant").to_owned())
         } else if let Some((backward, scatter_s)) = self.header_disorder {
-            Some(format!(
+            Some(say!(
                 "header.stamp is earlier than the previous one in {backward} of {messages} messages, which come regularly, and \
                  scatters by {:.1} ms",
                 scatter_s * 1e3
             ))
         } else {
             self.header_resolution_ns.map(|resolution_ns| {
-                format!(
+                say!(
                     "header.stamp has a resolution of {} s, which several messages share",
                     seconds_between(0, resolution_ns)
                 )

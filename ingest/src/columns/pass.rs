@@ -8,6 +8,8 @@ use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
+use tipwatch_language::say;
+
 use super::{
     decoder::Decoder,
     part::{Part, PartOfSensor, SamplesSlice},
@@ -120,7 +122,7 @@ pub(crate) fn pass(
     for (place, sensor) in sensors.iter().enumerate() {
         sensor.decoder.check_found()?;
         if sensor.of_other_frames > 0 {
-            losses.note(format!(
+            losses.note(say!(
                 "{} messages of {} are of other sensors than that of header.frame_id {:?}, and were left out",
                 sensor.of_other_frames,
                 sensor.name,

@@ -9,6 +9,7 @@ use std::{
 
 use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
+use tipwatch_language::say;
 use tipwatch_storage::{ErrorKind, Object};
 
 use super::{content::LONGEST_MAGIC_BYTES, packing::Packing, recode::Utf16};
@@ -85,7 +86,7 @@ impl LogFile {
         let mut whole = beginning.as_slice().chain(BufReader::new(source));
         let recoded = order.recode(&mut whole, &mut target);
         recoded.map_err(Error::io(&self.path))?;
-        losses.note(format!(
+        losses.note(say!(
             "{}: the text is in UTF-16: byte positions refer to the same text in UTF-8",
             self.path.display()
         ));
@@ -188,7 +189,7 @@ fn unpack(path: &Path, packed: &Path, losses: &mut Losses) -> Result<(TempDir, P
             Ok(0) => break,
             Ok(count) => count,
             Err(error) => {
-                let reason = format!("after {unpacked_bytes} decompressed bytes: {error}");
+                let reason = say!("after {unpacked_bytes} decompressed bytes: {error}");
                 losses.lose(LostPart::Tail, path, packed_bytes..packed_bytes, reason);
                 break;
             }
@@ -198,12 +199,12 @@ fn unpack(path: &Path, packed: &Path, losses: &mut Losses) -> Result<(TempDir, P
         unpacked_bytes += count as u64;
         if unpacked_bytes / MOST_EXPANSION > packed_bytes {
             let reason =
-                format!("{packed_bytes} compressed bytes expand to more than {unpacked_bytes}");
+                say!("{packed_bytes} compressed bytes expand to more than {unpacked_bytes}");
             losses.lose(LostPart::Tail, path, packed_bytes..packed_bytes, reason);
             break;
         }
     }
-    losses.note(format!(
+    losses.note(say!(
         "{}: the file is compressed: byte positions refer to the decompressed content",
         path.display()
     ));

@@ -4,6 +4,7 @@
 use std::{fmt::Write as _, ops::ControlFlow};
 
 use tipwatch_can::{Decoder, Frame, Message, Selection};
+use tipwatch_language::say;
 
 use crate::{
     decode::{FrameDecoder, Stamp, is_can_frame},
@@ -210,7 +211,7 @@ impl CanPass {
             }
             if bus.decoder.error_frames() > 0 {
                 let count = bus.decoder.error_frames();
-                losses.note(format!("{}: {count} error frames of the bus", bus.name));
+                losses.note(say!("{}: {count} error frames of the bus", bus.name));
             }
             for (place, (selection, (_, name))) in
                 bus.decoder.selections().zip(&bus.topics).enumerate()

@@ -6,6 +6,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use tipwatch_language::{say, word};
+
 use super::{log_files::LogFiles, rosbag2_metadata::Metadata};
 use crate::{
     file::{Format, Source},
@@ -44,14 +46,14 @@ pub(crate) fn recognise(folder: &Path, source: &Source) -> Result<LogFiles, Erro
 fn read_metadata(folder: &Path, source: &Source, losses: &mut Losses) -> Result<Metadata, Error> {
     let path = folder.join(METADATA_NAME);
     if !source.is_file(&path) {
-        losses.note(format!(
+        losses.note(say!(
             "{METADATA_NAME} is missing: the files are read in order of name"
         ));
         return Ok(Metadata::default());
     }
     let size = source.bytes(&path);
     if size > METADATA_LIMIT_BYTES {
-        losses.note(format!(
+        losses.note(say!(
             "{METADATA_NAME} has {size} bytes and is ignored: at most {METADATA_LIMIT_BYTES} are read"
         ));
         return Ok(Metadata::default());
@@ -63,7 +65,7 @@ fn read_metadata(folder: &Path, source: &Source, losses: &mut Losses) -> Result<
             start_byte: 0,
             end_byte: size,
             part: LostPart::Records,
-            reason: format!("not valid metadata: {problem}; the files are read in order of name"),
+            reason: say!("not valid metadata: {problem}; the files are read in order of name"),
             first_time_ns: None,
             last_time_ns: None,
             messages: BTreeMap::new(),
@@ -99,7 +101,7 @@ fn listed_files(
             start_byte: 0,
             end_byte: 0,
             part: LostPart::File,
-            reason: format!("listed in {METADATA_NAME}, but the file does not exist"),
+            reason: say!("listed in {METADATA_NAME}, but the file does not exist"),
             first_time_ns: contents.map(|contents| contents.span_ns.0),
             // what follows the last file is not known
             last_time_ns: contents
@@ -203,10 +205,10 @@ fn with_parts_behind(
     for file in unlisted {
         let is_part = stems.contains(&stem_without_number(file));
         let done = match is_part {
-            true => "read as a part of the log, because its name continues the others",
-            false => "not read",
+            true => word!("read as a part of the log, because its name continues the others"),
+            false => word!("not read"),
         };
-        losses.note(format!(
+        losses.note(say!(
             "{} is not listed in {METADATA_NAME}: {done}",
             name_of(file)
         ));

@@ -8,6 +8,7 @@ use std::{
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
+use tipwatch_language::{say, word};
 
 /// Which part was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
@@ -62,40 +63,37 @@ impl fmt::Display for LostRange {
             message_count,
             ..
         } = self;
-        write!(
-            formatter,
+        formatter.write_str(&say!(
             "{}: bytes {start_byte} to {end_byte}: {reason}",
             file.display()
-        )?;
+        ))?;
         match (first_time_ns, last_time_ns) {
             (Some(first), Some(last)) => {
                 let seconds = last.saturating_sub(*first) as f64 * 1e-9;
-                write!(
-                    formatter,
-                    "; log times {first} to {last} ns ({seconds:.3} s)"
-                )?;
+                let times = say!("; log times {first} to {last} ns ({seconds:.3} s)");
+                formatter.write_str(&times)?;
             }
-            (None, Some(last)) => write!(formatter, "; up to log time {last} ns")?,
-            (Some(first), None) => write!(formatter, "; from log time {first} ns on")?,
+            (None, Some(last)) => formatter.write_str(&say!("; up to log time {last} ns"))?,
+            (Some(first), None) => formatter.write_str(&say!("; from log time {first} ns on"))?,
             (None, None) => {}
         }
         let by_topic: u64 = messages.values().sum();
         for (topic, count) in messages {
-            let at_least = if message_count.is_none() {
-                "at least "
-            } else {
-                ""
-            };
-            write!(formatter, "; {at_least}{count} messages of {topic}")?;
+            formatter.write_str(&match message_count.is_none() {
+                true => say!("; at least {count} messages of {topic}"),
+                false => say!("; {count} messages of {topic}"),
+            })?;
         }
         match message_count {
-            Some(0) => formatter.write_str("; no messages lost"),
+            Some(0) => formatter.write_str(word!("; no messages lost")),
             Some(count) if *count > by_topic => {
                 let rest = count - by_topic;
-                write!(formatter, "; {rest} messages of unknown topics")
+                formatter.write_str(&say!("; {rest} messages of unknown topics"))
             }
             Some(_) => Ok(()),
-            None if messages.is_empty() => formatter.write_str("; number of messages unknown"),
+            None if messages.is_empty() => {
+                formatter.write_str(word!("; number of messages unknown"))
+            }
             None => Ok(()),
         }
     }
@@ -118,12 +116,12 @@ impl Integrity {
     pub fn note(self) -> Option<&'static str> {
         match (self.checksums_present, self.checksums_absent) {
             (_, false) => None,
-            (false, true) => {
-                Some("chunk CRCs are absent: integrity cannot be verified from this file")
-            }
-            (true, true) => Some(
-                "some chunk CRCs are absent: integrity can be verified only in part from this file",
-            ),
+            (false, true) => Some(word!(
+                "chunk CRCs are absent: integrity cannot be verified from this file"
+            )),
+            (true, true) => Some(word!(
+                "some chunk CRCs are absent: integrity can be verified only in part from this file"
+            )),
         }
     }
 }
@@ -171,12 +169,12 @@ impl Losses {
     /// The losses as text: each range, then the missing and undecodable messages by topic.
     pub fn lines(&self) -> impl Iterator<Item = String> {
         let missing = self.missing_messages.iter().map(|(topic, count)| {
-            format!("{count} messages of {topic} are missing: the log's index counts them")
+            say!("{count} messages of {topic} are missing: the log's index counts them")
         });
         let undecodable = self
             .undecodable_messages
             .iter()
-            .map(|(topic, count)| format!("{count} messages of {topic} could not be decoded"));
+            .map(|(topic, count)| say!("{count} messages of {topic} could not be decoded"));
         let ranges = self.ranges.iter().map(ToString::to_string);
         ranges.chain(missing).chain(undecodable)
     }

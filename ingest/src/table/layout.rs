@@ -3,6 +3,8 @@
 
 use std::collections::BTreeSet;
 
+use tipwatch_language::say;
+
 use super::{
     date,
     number::number,
@@ -307,12 +309,12 @@ fn below_names(
         .unwrap_or_default();
     if index > 0 && lines[..index].iter().any(Line::is_row) {
         let count = lines[..index].iter().filter(|line| line.is_row()).count();
-        notes.push(format!(
+        notes.push(say!(
             "{count} lines before the names of the columns are not rows"
         ));
     }
     if !above.is_empty() {
-        notes.push(format!(
+        notes.push(say!(
             "{} lines between the names of the columns and the first row are not rows: \"{}\"",
             above.len(),
             lines[above[0].0].text.trim().escape_debug()
@@ -333,7 +335,7 @@ fn below_names(
             let quoted = |&at: &usize| format!("\"{}\"", names[at].escape_debug());
             columns.iter().map(quoted).collect::<Vec<_>>().join(", ")
         };
-        notes.push(format!(
+        notes.push(say!(
             "each row has one signal: its name in {}, its value in {}",
             listed(&found.names),
             listed(&found.values)

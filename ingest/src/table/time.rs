@@ -1,5 +1,7 @@
 //! The column of time: its name, its unit or form, and its values.
 
+use tipwatch_language::{say, word};
+
 use super::{
     date::{self, Stamp},
     number::{number, with_point},
@@ -185,7 +187,7 @@ impl TimeSource {
         let Some((found, unit)) = (0..sample.names.len()).find_map(part_of) else {
             return self;
         };
-        let told = format!(
+        let told = say!(
             "the seconds of the time are whole; its {unit} are those of the column \"{}\"",
             sample.names[found.columns[found.columns.len() - 1]].escape_debug()
         );
@@ -399,7 +401,7 @@ fn choose(
         .iter()
         .map(|&at| format!("\"{}\"", name(at).escape_debug()))
         .collect::<Vec<_>>()
-        .join(" and ");
+        .join(word!(" and "));
     let source = |kind, told| TimeSource {
         columns: columns.to_vec(),
         kind,
@@ -431,7 +433,7 @@ fn choose(
         ));
     }
     if columns.len() == 2 && are_numbers {
-        let told = format!("time: {called}, as seconds and nanoseconds");
+        let told = say!("time: {called}, as seconds and nanoseconds");
         let pair = TimeSource {
             part_ns: Some(1),
             ..source(Kind::of(TimeUnit::Seconds), Some(told))
@@ -453,7 +455,7 @@ fn choose(
     if let Some(unit) = options.time_unit {
         let other = in_name.or(below).filter(|other| *other != unit);
         let told = other.map(|other| {
-            format!("time: {called}, in {unit} by --time-unit, although the table says {other}")
+            say!("time: {called}, in {unit} by --time-unit, although the table says {other}")
         });
         return Ok(source(Kind::of(unit), told));
     }
@@ -462,7 +464,7 @@ fn choose(
             Kind::of(unit),
             below
                 .filter(|_| in_name.is_none())
-                .map(|unit| format!("time: {called}, in {unit} by the line of units")),
+                .map(|unit| say!("time: {called}, in {unit} by the line of units")),
         );
         let is_read = |cells: &Vec<&str>| stated.read(cells, sample.has_decimal_comma).is_some();
         return match (texts.iter().any(is_read), of_epoch) {
@@ -477,7 +479,7 @@ fn choose(
     match of_epoch {
         Some(unit) => Ok(source(
             Kind::of(unit),
-            Some(format!(
+            Some(say!(
                 "time: {called}, in {unit} since 1970 by the size of its numbers"
             )),
         )),
@@ -551,15 +553,15 @@ fn text_kind(
         ));
     }
     let order_text = match order {
-        Some(DateOrder::Dmy) if options.date_order.is_none() => Some("day first"),
-        Some(DateOrder::Mdy) if options.date_order.is_none() => Some("month first"),
+        Some(DateOrder::Dmy) if options.date_order.is_none() => Some(word!("day first")),
+        Some(DateOrder::Mdy) if options.date_order.is_none() => Some(word!("month first")),
         _ => None,
     };
     let told = match (found.has_date, order_text) {
-        (false, _) => Some(format!(
+        (false, _) => Some(say!(
             "time: {called}, times of day without a date: they count from midnight of the first day"
         )),
-        (true, Some(order)) => Some(format!("time: {called}, dates with the {order}")),
+        (true, Some(order)) => Some(say!("time: {called}, dates with the {order}")),
         (true, None) => None,
     };
     let kind = match found.has_date {

@@ -1,5 +1,7 @@
 //! Binds signals to topics.
 
+use tipwatch_language::{say, word};
+
 use crate::{
     log::Log,
     message::{BindingError, Error, SensorKind, Topic, TopicId},
@@ -31,7 +33,7 @@ pub fn bind(
     match candidates(topics, kind).as_slice() {
         [] => Ok(None),
         [topic] => {
-            let why = format!("the only {} topic", kind.type_name());
+            let why = say!("the only {} topic", kind.type_name());
             Ok(Some(Binding {
                 kind,
                 topic: topic.id,
@@ -55,8 +57,8 @@ pub fn bind_joint_states(topics: &[Topic], named: &[String]) -> Result<Vec<Bindi
     }
     let found = candidates(topics, kind);
     let why = match found.len() {
-        1 => format!("the only {} topic", kind.type_name()),
-        count => format!("one of {count} {} topics", kind.type_name()),
+        1 => say!("the only {} topic", kind.type_name()),
+        count => say!("one of {count} {} topics", kind.type_name()),
     };
     let binding = |topic: &&Topic| Binding {
         kind,
@@ -80,7 +82,7 @@ fn bind_named(topics: &[Topic], kind: SensorKind, name: &str) -> Result<Binding,
         ([topic], _) => Ok(Binding {
             kind,
             topic: topic.id,
-            why: "named by the machine file".to_owned(),
+            why: word!("named by the machine file").to_owned(),
             frame_id: None,
         }),
         ([], None) => Err(BindingError::NoSuchTopic {

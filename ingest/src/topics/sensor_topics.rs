@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use tipwatch_language::word;
+
 use super::{
     binding::{Binding, bind, bind_joint_states},
     first_messages::{JointNamedTwice, for_each_string, joint_groups_in, sensor_frame},
@@ -182,7 +184,7 @@ fn joint_topics(log: &Log, named: &[String]) -> Result<Vec<JointTopic>, Error> {
             if several > 1 {
                 binding
                     .why
-                    .push_str(", whose messages name joints in parts");
+                    .push_str(word!(", whose messages name joints in parts"));
             }
             JointTopic {
                 binding,

@@ -1,5 +1,7 @@
 //! The noise of joints as their samples show it, beside what the machine file states.
 
+use tipwatch_language::word;
+
 use super::adaptation::Factors;
 use super::followed::Followed;
 use crate::machine::EstimatorSpec;
@@ -35,9 +37,17 @@ impl ShownNoise {
         };
         let e = stated;
         let stated = [
-            ("joint_position_noise", "rad or m", e.joint_position_noise),
-            ("joint_rate_noise", "rad/s or m/s", e.joint_rate_noise),
-            ("joint_agility", "rad/s^2 or m/s^2", e.joint_agility),
+            (
+                "joint_position_noise",
+                word!("rad or m"),
+                e.joint_position_noise,
+            ),
+            (
+                "joint_rate_noise",
+                word!("rad/s or m/s"),
+                e.joint_rate_noise,
+            ),
+            ("joint_agility", word!("rad/s^2 or m/s^2"), e.joint_agility),
         ];
         let factors = [factors.value, factors.rate, factors.density];
         let all = stated.into_iter().zip(factors);

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
+use tipwatch_language::{say, word};
 
 use super::inertia::{Inertia, MassMoments};
 use super::link_sigma::LinkSigma;
@@ -165,31 +166,24 @@ pub enum MountSource {
 
 impl fmt::Display for MountSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::MachineFile => f.write_str("the pose in the machine file"),
+        f.write_str(&match self {
+            Self::MachineFile => word!("the pose in the machine file").to_owned(),
             Self::MessageFrame { frame } => {
-                write!(
-                    f,
-                    "link \"{frame}\" of the URDF, the frame of the IMU's messages"
-                )
+                say!("link \"{frame}\" of the URDF, the frame of the IMU's messages")
             }
             Self::StaticTransform { frame, parent } => {
-                write!(
-                    f,
-                    "/tf_static of the log: frame \"{frame}\" in link \"{parent}\""
-                )
+                say!("/tf_static of the log: frame \"{frame}\" in link \"{parent}\"")
             }
-            Self::Assumed { base, frame: None } => write!(f, "assumed at {base}"),
+            Self::Assumed { base, frame: None } => say!("assumed at {base}"),
             Self::Assumed {
                 base,
                 frame: Some(frame),
-            } => write!(
-                f,
+            } => say!(
                 "assumed at {base}: neither the URDF nor /tf_static of the log contains \"{frame}\", the frame of the IMU's messages"
             ),
-            Self::NoSensor => f.write_str("no IMU: computed at the base origin from odometry"),
-            Self::Base => f.write_str("the base frame"),
-        }
+            Self::NoSensor => word!("no IMU: computed at the base origin from odometry").to_owned(),
+            Self::Base => word!("the base frame").to_owned(),
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Inertias of a URDF that no body has: what is wrong, what is used instead, and by how much that can change a load.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use tipwatch_language::{say, word};
 
 use super::inertia::{Inertia, ROUNDING_SHARE};
 
@@ -75,10 +76,10 @@ impl Replacement {
         match self {
             Self::Box(edges) => {
                 let [x, y, z] = edges.map(figure);
-                format!("a box of its shape, {x} x {y} x {z} m")
+                say!("a box of its shape, {x} x {y} x {z} m")
             }
-            Self::Nearest => "the nearest possible one".into(),
-            Self::Ball(radius) => format!("a ball of {} m", figure(radius)),
+            Self::Nearest => word!("the nearest possible one").into(),
+            Self::Ball(radius) => say!("a ball of {} m", figure(radius)),
         }
     }
 }
@@ -100,19 +101,21 @@ impl InertiaFault {
     #[must_use]
     pub fn text(self) -> String {
         match self {
-            Self::Negative => "one is negative".into(),
+            Self::Negative => word!("one is negative").into(),
             Self::Triangle { by } if by < 100.0 => {
-                format!(
+                say!(
                     "the largest is {} % more than the sum of the other two",
                     figure(100.0 * by)
                 )
             }
-            Self::Triangle { .. } => "the largest is larger than the sum of the other two".into(),
-            Self::Missing => "expected an inertia for its mass".into(),
+            Self::Triangle { .. } => {
+                word!("the largest is larger than the sum of the other two").into()
+            }
+            Self::Missing => word!("expected an inertia for its mass").into(),
             Self::TooLarge {
                 gyration_m,
                 wheels_m,
-            } => format!(
+            } => say!(
                 "a radius of gyration of {gyration_m:.2} m, where the wheels are {wheels_m:.2} m apart"
             ),
         }
@@ -125,10 +128,10 @@ impl ImpossibleInertia {
     pub fn text(&self) -> String {
         let [small, middle, large] = self.stated_kg_m2.map(figure);
         let stated = match self.fault {
-            InertiaFault::Missing => "no inertia".into(),
-            _ => format!("principal moments {small}, {middle}, {large} kg m^2"),
+            InertiaFault::Missing => word!("no inertia").into(),
+            _ => say!("principal moments {small}, {middle}, {large} kg m^2"),
         };
-        format!(
+        say!(
             "link \"{}\" ({} kg, {} % of the mass): {stated}: {}; replaced by {} it could change a wheel load by {} N",
             self.link,
             figure(self.mass_kg),
@@ -149,10 +152,10 @@ impl ImpossibleInertia {
     #[must_use]
     pub fn note(&self, is_accepted: bool) -> String {
         let why = match is_accepted {
-            true => "accepted",
-            false => "too small to matter",
+            true => word!("accepted"),
+            false => word!("too small to matter"),
         };
-        format!(
+        say!(
             "Impossible inertia, {why}: {}. Standard deviation of the replacement: half its largest principal moment.",
             self.text()
         )

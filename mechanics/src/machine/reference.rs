@@ -1,5 +1,7 @@
 //! Reference loads of the wheels, and the posture that defines them.
 
+use tipwatch_language::word;
+
 /// Reference loads by wheel (N): those of the reference posture at rest on level ground. NaN until
 /// [`Machine::set_reference_loads`](crate::Machine::set_reference_loads) has computed them.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,9 +30,11 @@ impl ReferencePosture {
     #[must_use]
     pub fn source(&self) -> &'static str {
         if self.is_stated {
-            "the reference posture of the machine file"
+            word!("the reference posture of the machine file")
         } else {
-            "all joints at zero, within their limits (the machine file states no reference posture)"
+            word!(
+                "all joints at zero, within their limits (the machine file states no reference posture)"
+            )
         }
     }
 }

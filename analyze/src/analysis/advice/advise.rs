@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Parameter, Quantity};
 
@@ -140,7 +141,7 @@ fn on_its_wheels(events: &[Event], rows: &Table, event: [i64; 2]) -> [i64; 2] {
 fn too_long(rows: &Table, event: [i64; 2]) -> Option<String> {
     let of_event = rows.at(event[1]) - rows.at(event[0]) + 1;
     (of_event > MOST_ROWS).then(|| {
-        format!("The event has {of_event} rows, of which at most {MOST_ROWS} are simulated: analyse a part of it (--from, --to)")
+        say!("The event has {of_event} rows, of which at most {MOST_ROWS} are simulated: analyse a part of it (--from, --to)")
     })
 }
 
@@ -148,7 +149,7 @@ fn not_simulated(rows: &Table, window: &Window, event: [i64; 2]) -> Option<Strin
     let of_event = rows.at(event[1]) - rows.at(event[0]) + 1;
     let share = window.left_out_of_event as f64 / of_event as f64;
     (share > MOST_LEFT_OUT).then(|| {
-        format!(
+        say!(
             "The state of the machine is unknown in {} of the event's rows",
             percent(share)
         )
@@ -178,25 +179,25 @@ fn bounds(machine: &Machine, logged: &Margins, limit: &dyn Fn(usize) -> f64) -> 
 fn assumptions(window: &Window) -> Vec<String> {
     let seconds = |ns: i64| short(ns as f64 * 1e-9);
     let mut all = vec![
-        format!(
+        say!(
             "A change applies to the whole window: the event, {} s before and after it, and on to where every joint \
              rests, at most {} s away",
             seconds(MARGIN_NS),
             seconds(FARTHEST_REST_NS)
         ),
-        "Everything else stays as logged: the ground, the measured motion of the base including its rocking, all other \
-         joints, and the force on the tool; nobody reacts to the change"
+        word!("Everything else stays as logged: the ground, the measured motion of the base including its rocking, all other \
+         joints, and the force on the tool; nobody reacts to the change")
             .into(),
-        "A position is offset by a constant, so velocities and accelerations stay; a slower motion follows the same path \
-         with velocities times s and accelerations times s²"
+        word!("A position is offset by a constant, so velocities and accelerations stay; a slower motion follows the same path \
+         with velocities times s and accelerations times s²")
             .into(),
-        "Collisions, hydraulic limits and the work to be done are not considered".into(),
-        "Amounts bring the computed load above its limit by two standard deviations σ; where that is out of reach, to its limit, \
-         and then it is a coin's toss: each change states its chance"
+        word!("Collisions, hydraulic limits and the work to be done are not considered").into(),
+        word!("Amounts bring the computed load above its limit by two standard deviations σ; where that is out of reach, to its limit, \
+         and then it is a coin's toss: each change states its chance")
             .into(),
     ];
     if window.held.iter().any(|held| *held) {
-        all.push(format!(
+        all.push(say!(
             "While the machine was tipping the base keeps its motion from just before, because the measured one is that \
              of the fall; the joints move as logged for at most {} s",
             seconds(LONGEST_TIPPING_NS)
@@ -204,8 +205,10 @@ fn assumptions(window: &Window) -> Vec<String> {
     }
     if window.may_measure_split() {
         all.push(
-            "The part of the load split that measured actuator forces determine stays as logged"
-                .into(),
+            word!(
+                "The part of the load split that measured actuator forces determine stays as logged"
+            )
+            .into(),
         );
     }
     all
@@ -300,26 +303,27 @@ impl Told<'_> {
         let machine = self.machine;
         let less = percent(amount);
         match change {
-            Change::JointOffset(joint) => format!(
-                "joint {} {} {} {}",
-                machine.joints()[joint].name,
-                short(amount.abs()),
-                change.unit(machine),
-                if amount < 0.0 { "lower" } else { "higher" }
-            ),
-            Change::SlowerArm => format!("the arm {less} slower on the same path"),
-            Change::SlowerManoeuvre => format!("machine and arm {less} slower on the same path"),
-            Change::LessForwardAcceleration => format!("{less} less braking and accelerating"),
-            Change::WiderCurve => format!("a wider curve: {less} less yaw rate at the same speed"),
-            Change::LessPayload(payload) => {
-                format!("payload {} lighter by {} kg", payload + 1, short(amount))
+            Change::JointOffset(joint) => {
+                let name = &machine.joints()[joint].name;
+                let (offset, unit) = (short(amount.abs()), change.unit(machine));
+                match amount < 0.0 {
+                    true => say!("joint {name} {offset} {unit} lower"),
+                    false => say!("joint {name} {offset} {unit} higher"),
+                }
             }
-            Change::LessLinkMass(link) => format!(
+            Change::SlowerArm => say!("the arm {less} slower on the same path"),
+            Change::SlowerManoeuvre => say!("machine and arm {less} slower on the same path"),
+            Change::LessForwardAcceleration => say!("{less} less braking and accelerating"),
+            Change::WiderCurve => say!("a wider curve: {less} less yaw rate at the same speed"),
+            Change::LessPayload(payload) => {
+                say!("payload {} lighter by {} kg", payload + 1, short(amount))
+            }
+            Change::LessLinkMass(link) => say!(
                 "link {} lighter by {} kg",
                 machine.links()[link].name,
                 short(amount)
             ),
-            Change::LessToolForce => format!("{less} less force on the tool"),
+            Change::LessToolForce => say!("{less} less force on the tool"),
         }
     }
 }

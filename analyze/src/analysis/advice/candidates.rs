@@ -1,5 +1,6 @@
 //! The changes to try, with the largest amount of each that is within limits and the range seen in the log.
 
+use tipwatch_language::word;
 use tipwatch_mechanics::machine::{LinkGroup, Machine};
 use tipwatch_mechanics::{Parameter, State};
 
@@ -57,19 +58,19 @@ pub(super) fn candidates(
         });
     };
     if seen.joint_rate > SMALLEST_RATE && seen.base_rests {
-        share(Change::SlowerArm, "its speed");
+        share(Change::SlowerArm, word!("its speed"));
     }
     if seen.speed > SMALLEST_SPEED && !seen.base_rests {
-        share(Change::SlowerManoeuvre, "its speed");
+        share(Change::SlowerManoeuvre, word!("its speed"));
     }
     if seen.forward_acceleration > SMALLEST_ACCELERATION {
-        share(Change::LessForwardAcceleration, "its value");
+        share(Change::LessForwardAcceleration, word!("its value"));
     }
     if seen.cornering > SMALLEST_ACCELERATION {
-        share(Change::WiderCurve, "its value");
+        share(Change::WiderCurve, word!("its value"));
     }
     if machine.tool().is_some() && seen.tool_wrench > SMALLEST_WRENCH {
-        share(Change::LessToolForce, "its value");
+        share(Change::LessToolForce, word!("its value"));
     }
     found.extend(masses(machine, &seen));
     for candidate in &mut found {
@@ -178,7 +179,7 @@ fn joint_offsets(machine: &Machine, log: &[[f64; 2]], seen: &Seen) -> Vec<Candid
                     change: Change::JointOffset(joint),
                     bound,
                     whole: range,
-                    effort_of: "its range in this log",
+                    effort_of: word!("its range in this log"),
                     first_order: None,
                 }),
         );
@@ -192,7 +193,7 @@ fn masses(machine: &Machine, seen: &Seen) -> Vec<Candidate> {
         change,
         bound: mass * share,
         whole: mass,
-        effort_of: "its mass",
+        effort_of: word!("its mass"),
         first_order: None,
     };
     let payloads = machine.payloads().iter().enumerate();

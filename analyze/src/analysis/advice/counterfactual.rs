@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use tipwatch_language::word;
 use tipwatch_mechanics::machine::{Machine, Parameter, Split};
 use tipwatch_mechanics::{
     BatchEvaluator, Placement, Scope, State, StateColumns, Workspace, combination_sigma, evaluate,
@@ -164,8 +165,9 @@ impl<'a> Question<'a> {
             if !is_shown {
                 answer.answer = Answer::Open;
                 (answer.probability, answer.sigma_n) = (None, None);
-                answer.why_not =
-                    Some("evaluated as recorded, the machine as stated does not show it either");
+                answer.why_not = Some(word!(
+                    "evaluated as recorded, the machine as stated does not show it either"
+                ));
             }
             Some(answer)
         });
@@ -190,9 +192,9 @@ impl<'a> Question<'a> {
             Supposition::LevelGround => match &self.slope {
                 Some(slope) => Hypothesis::LevelGround(Arc::clone(slope)),
                 None => {
-                    answer.why_not = Some(
-                        "the slope of the ground is not known: the log has no attitude, or the machine was never calm",
-                    );
+                    answer.why_not = Some(word!(
+                        "the slope of the ground is not known: the log has no attitude, or the machine was never calm"
+                    ));
                     return Some(answer);
                 }
             },
@@ -211,9 +213,9 @@ impl<'a> Question<'a> {
         let window = self.window.supposing(&hypothesis, &self.rows.times_ns);
         let Some(chance) = self.chance(&window) else {
             answer.why_not = Some(match hypothesis {
-                Hypothesis::LevelGround(_) => "the attitude of the platform is not known",
-                Hypothesis::Speed(_) => "the speed of the platform is not known",
-                _ => "the loads cannot be computed",
+                Hypothesis::LevelGround(_) => word!("the attitude of the platform is not known"),
+                Hypothesis::Speed(_) => word!("the speed of the platform is not known"),
+                _ => word!("the loads cannot be computed"),
             });
             return Some(answer);
         };
@@ -221,7 +223,7 @@ impl<'a> Question<'a> {
         (answer.sigma_n, answer.probability) = (chance.sigma_n, chance.probability);
         answer.answer = Answer::of(answer.probability);
         if answer.probability.is_none() {
-            answer.why_not = Some("the uncertainty of the loads cannot be computed");
+            answer.why_not = Some(word!("the uncertainty of the loads cannot be computed"));
         }
         Some(answer)
     }

@@ -1,5 +1,6 @@
 //! The smallest amount of a change that holds: bracketing and interpolation on the simulated margins.
 
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::Machine;
 
 use super::candidates::Candidate;
@@ -163,19 +164,19 @@ impl Violation {
     /// Why a change is not advised.
     fn reason(&self, machine: &Machine, bounds: &Bounds) -> String {
         match *self {
-            Self::NotComputable { .. } => "the machine cannot take that posture".into(),
-            Self::Wheel { wheel, otf_n, .. } => format!(
+            Self::NotComputable { .. } => word!("the machine cannot take that posture").into(),
+            Self::Wheel { wheel, otf_n, .. } => say!(
                 "{} would fall to {} N, below {} N",
                 SupportWord::named(&machine.wheels()[wheel]),
                 number(otf_n),
                 number(bounds.otf[wheel])
             ),
-            Self::Zmp { margin_m, .. } => format!(
+            Self::Zmp { margin_m, .. } => say!(
                 "the machine would come nearer to an edge: ZMP margin {} m instead of {} m",
                 number(margin_m),
                 number(bounds.zmp)
             ),
-            Self::Moment { moment_nm, .. } => format!(
+            Self::Moment { moment_nm, .. } => say!(
                 "the machine would come nearer to an edge: overturning moment {} N m instead of {} N m",
                 number(moment_nm),
                 number(bounds.moment)
@@ -313,12 +314,12 @@ impl Search<'_> {
         };
         let best = scanned.iter().filter_map(lowest);
         match best.max_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((wheel, otf_n)) => format!(
+            Some((wheel, otf_n)) => say!(
                 "within its limits the minimum of {} would be {} N at best",
                 SupportWord::named(&self.window.machine().wheels()[wheel]),
                 number(otf_n)
             ),
-            None => "the machine cannot take that posture".into(),
+            None => word!("the machine cannot take that posture").into(),
         }
     }
 }

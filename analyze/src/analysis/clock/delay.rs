@@ -14,6 +14,7 @@ use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix};
 use rayon::prelude::*;
+use tipwatch_language::{say, word};
 
 use super::channel::{COARSE_STEP, Channel};
 use super::grid::STEP_S;
@@ -120,13 +121,13 @@ fn middle(coarse: &[Vec<Option<Channel>>]) -> Result<isize, String> {
         (place as isize - farthest::<COARSE_DELAYS>() as isize) * COARSE_STEP as isize
     };
     let farthest_s = farthest::<COARSE_DELAYS>() as f64 * COARSE_STEP as f64 * STEP_S;
-    let beyond = || format!("best agreement beyond {farthest_s:.1} s, or no agreement");
+    let beyond = || say!("best agreement beyond {farthest_s:.1} s, or no agreement");
     let found = steps(deepest(&costs).ok_or_else(beyond)?);
     let parts = without_each_block(&channels, |costs| Some(steps(deepest(costs)?)));
     for part in parts {
-        let part = part.ok_or("parts of the log disagree")?;
+        let part = part.ok_or(word!("parts of the log disagree"))?;
         if part.abs_diff(found) > NEAR_ZERO {
-            return Err(format!(
+            return Err(say!(
                 "parts of the log disagree, as with a periodic motion: {:.1} s or {:.1} s",
                 found as f64 * STEP_S,
                 part as f64 * STEP_S
@@ -141,11 +142,13 @@ fn around_zero(stretches: &[Vec<Option<Channel>>]) -> Result<Delay, String> {
     let channels = sums::<DELAYS>(stretches)?;
     let costs = costs(&channels);
     let correlation = correlation(&costs)?;
-    let seconds = valley(&costs).ok_or("best agreement beyond half a second, or no agreement")?;
-    let jackknife = jackknife(&channels).ok_or("parts of the log disagree")?;
+    let seconds = valley(&costs).ok_or(word!(
+        "best agreement beyond half a second, or no agreement"
+    ))?;
+    let jackknife = jackknife(&channels).ok_or(word!("parts of the log disagree"))?;
     let sigma = jackknife.hypot(FLOOR_S).max(disagreement(&costs, seconds));
     if sigma > LARGEST_SIGMA_S {
-        return Err(format!(
+        return Err(say!(
             "not enough motion: estimated delay {:.0} ms with standard deviation {:.0} ms",
             seconds * 1e3,
             sigma * 1e3
@@ -170,7 +173,7 @@ fn sums<const D: usize>(stretches: &[Vec<Option<Channel>>]) -> Result<Vec<Vec<Su
         .filter(|blocks: &Vec<Sums<D>>| blocks.len() >= FEWEST_BLOCKS)
         .collect();
     match channels.is_empty() {
-        true => Err("too little time with both signals and motion".into()),
+        true => Err(word!("too little time with both signals and motion").into()),
         false => Ok(channels),
     }
 }
@@ -186,7 +189,7 @@ fn correlation(costs: &[Vec<f64>]) -> Result<f64, String> {
     let best = costs.iter().map(least).fold(f64::INFINITY, f64::min);
     let correlation = (1.0 - best.exp()).max(0.0).sqrt();
     if correlation < LEAST_CORRELATION {
-        return Err(format!(
+        return Err(say!(
             "not enough motion: the signals are too weakly correlated ({correlation:.2})"
         ));
     }

@@ -1,6 +1,7 @@
 //! Delays between measurements of the machine's motion: odometry, IMU and wheels.
 
 use rayon::prelude::*;
+use tipwatch_language::word;
 use tipwatch_mechanics::State;
 
 use super::channel::{Channel, derivative};
@@ -64,7 +65,7 @@ impl Scene<'_> {
                 .any(|row| self.rows.activities[row].travels)
         });
         if parts.is_empty() {
-            return Err("the machine does not travel".into());
+            return Err(word!("the machine does not travel").into());
         }
         let channels: Channels = (parts.par_iter())
             .map(|stretch| {

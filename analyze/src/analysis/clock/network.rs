@@ -11,6 +11,7 @@
 //! different ones could be, each of them is: then the loop does not determine an offset.
 
 use nalgebra::{DMatrix, DVector};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::state::Sensor;
 
 use super::offsets::{ClockOffsets, PairOffset, REAL_SIGMAS, TopicOffset};
@@ -137,7 +138,7 @@ fn leave_out_contradictions(pairs: &mut [PairOffset]) {
             return;
         }
         let estimate = |pair: &PairOffset| {
-            format!(
+            say!(
                 "{} late relative to {} by {:.1} ms (standard deviation {:.1} ms) from {}",
                 pair.topic,
                 pair.against,
@@ -148,8 +149,8 @@ fn leave_out_contradictions(pairs: &mut [PairOffset]) {
         };
         let estimates: Vec<String> = wrong.iter().map(|&place| estimate(&pairs[place])).collect();
         let why_not = match estimates.as_slice() {
-            [one] => format!("it contradicts the other estimates, which agree: {one}"),
-            several => format!(
+            [one] => say!("it contradicts the other estimates, which agree: {one}"),
+            several => say!(
                 "these estimates contradict each other: {}",
                 several.join("; ")
             ),
@@ -272,7 +273,7 @@ fn why_not(topic: &str, pairs: &[PairOffset]) -> String {
         .collect();
     reasons.dedup();
     match reasons.is_empty() {
-        true => "no other signal measures the same motion".into(),
+        true => word!("no other signal measures the same motion").into(),
         false => reasons.join("; "),
     }
 }

@@ -14,6 +14,7 @@
 //! `tilt`.
 
 use rayon::prelude::*;
+use tipwatch_language::word;
 use tipwatch_mechanics::state::Sensor;
 
 use super::delay::Delay;
@@ -66,7 +67,7 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
     let mut pairs = Vec::new();
     let (imu, odometry) = (scene.signal(Sensor::Imu), scene.signal(Sensor::Odometry));
     if let (Some(imu), Some(odometry)) = (imu, odometry) {
-        let by = "rotation and acceleration of the machine";
+        let by = word!("rotation and acceleration of the machine");
         let find = move || scene.rotation_and_acceleration(odometry);
         pairs.push(Pair::new(&odometry.topic, &imu.topic, by, find));
     }
@@ -77,26 +78,26 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
         if let Some(odometry) = odometry
             && !scene.wheels_of(stream).is_empty()
         {
-            let by = "wheel speed and machine speed";
+            let by = word!("wheel speed and machine speed");
             let find = move || scene.wheel_speed(stream, odometry);
             pairs.push(Pair::new(&joints.topic, &odometry.topic, by, find));
         } else if let Some(imu) = imu
             && !scene.wheels_of(stream).is_empty()
         {
-            let by = "acceleration of wheels and machine";
+            let by = word!("acceleration of wheels and machine");
             let find = move || scene.wheel_acceleration(stream);
             pairs.push(Pair::new(&joints.topic, &imu.topic, by, find));
         }
         if let Some(imu) = imu
             && scene.has_other_joints(stream)
         {
-            let by = "tilt of the platform as the joints move";
+            let by = word!("tilt of the platform as the joints move");
             let find = move || scene.tilt(Some(stream));
             pairs.push(Pair::new(&joints.topic, &imu.topic, by, find));
         }
     }
     if let (Some(imu), Some(wrench)) = (imu, scene.signal(Sensor::ToolWrench)) {
-        let by = "tilt of the platform under the tool force";
+        let by = word!("tilt of the platform under the tool force");
         let find = || scene.tilt(None);
         pairs.push(Pair::new(&wrench.topic, &imu.topic, by, find));
     }
@@ -111,7 +112,7 @@ fn pairs<'a>(scene: &'a Scene<'a>, forces: &'a [LinkageForce]) -> Vec<Pair<'a>> 
         let Some(joints) = loaded.signals.iter().find(of_joint) else {
             continue;
         };
-        let by = "measured and computed actuator force";
+        let by = word!("measured and computed actuator force");
         let find = move || match &force.series {
             Ok(series) => scene.actuator_force(force.linkage, series),
             Err(error) => Err(error_text(error)),

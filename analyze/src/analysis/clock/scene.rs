@@ -1,6 +1,7 @@
 //! The signals and rows of a log on the time grid.
 
 use nalgebra::Matrix3;
+use tipwatch_language::word;
 use tipwatch_mechanics::State;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Sensor;
@@ -84,7 +85,7 @@ impl<'a> Scene<'a> {
 
     pub(super) fn base_from_imu(&self) -> Result<Matrix3<f64>, String> {
         self.base_from_imu
-            .ok_or_else(|| "the IMU is not on the platform".to_owned())
+            .ok_or_else(|| word!("the IMU is not on the platform").to_owned())
     }
 
     /// Values of the rows at the steps of a stretch.

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use tipwatch_ingest::{ClockFinding, Treatment};
+use tipwatch_language::{say, word};
 
 use super::offsets::{ClockOffsets, PairOffset, TopicOffset};
 use crate::load::Signal;
@@ -68,7 +69,7 @@ pub(crate) fn notes(offsets: &ClockOffsets) -> Vec<String> {
         .collect();
     let left_out = (offsets.pairs.iter()).filter(|pair| pair.late_s.is_some());
     for why_not in left_out.filter_map(|pair| pair.why_not.as_ref()) {
-        let note = format!("Clocks: not used, {why_not}.");
+        let note = say!("Clocks: not used, {why_not}.");
         if !notes.contains(&note) {
             notes.push(note);
         }
@@ -78,7 +79,7 @@ pub(crate) fn notes(offsets: &ClockOffsets) -> Vec<String> {
 
 fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<String> {
     let stated = topic.stated_s.map(|stated_s| {
-        format!(
+        say!(
             "{}: stamps corrected by {:+.1} ms, as stated in the machine file.",
             topic.topic,
             stated_s * 1e3
@@ -88,27 +89,31 @@ fn note(topic: &TopicOffset, reference: &str, pairs: &[PairOffset]) -> Option<St
         return stated;
     }
     let (offset_ms, sigma_ms) = (topic.offset_s? * 1e3, topic.sigma_s? * 1e3);
-    let direction = if offset_ms < 0.0 { "late" } else { "early" };
+    let direction = if offset_ms < 0.0 {
+        word!("late")
+    } else {
+        word!("early")
+    };
     let by: Vec<&str> = (pairs.iter())
         .filter(|pair| pair.late_s.is_some() && pair.why_not.is_none())
         .filter(|pair| pair.topic == topic.topic || pair.against == topic.topic)
         .map(|pair| pair.by)
         .collect();
     let done = match topic.applied {
-        true => "corrected, as requested".to_owned(),
-        false => format!(
+        true => word!("corrected, as requested").to_owned(),
+        false => say!(
             "not applied; to apply it use --apply-clock-offsets estimated, or in the machine file [clock] offset = \
              {{ \"{}\" = {:.4} }}",
             topic.topic,
             topic.offset_s? + topic.stated_s.unwrap_or(0.0)
         ),
     };
-    Some(format!(
+    Some(say!(
         "{}{}: its stamps are {:.1} ms {direction} relative to {reference} (standard deviation {sigma_ms:.1} ms), from {}; {done}.",
         stated.map_or(String::new(), |stated| format!("{stated} ")),
         topic.topic,
         offset_ms.abs(),
-        by.join(" and ")
+        by.join(word!(" and "))
     ))
 }
 

@@ -1,5 +1,6 @@
 //! Units of the forces and pressures of actuators that carry wheels, and of those of supports: together they bear a share of the weight.
 
+use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{ForceSource, SupportId};
 use tipwatch_mechanics::state::Sensor;
 
@@ -23,8 +24,8 @@ const FEWEST_SUMS: usize = 5;
 const UNITS: [(&str, f64); 6] = [
     ("kN", 1000.0),
     ("kg", 9.80665),
-    ("tonnes", 9806.65),
-    ("pounds", 4.448_22),
+    (message!("tonnes"), 9806.65),
+    (message!("pounds"), 4.448_22),
     ("daN", 10.0),
     ("MN", 1e6),
 ];
@@ -65,18 +66,20 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
             let name = joint.name(machine.linkages());
             Some(GrossInput {
                 kind: GrossInputKind::ActuatorScale,
-                headline: format!(
+                headline: say!(
                     "The force of {name} is {} of the weight: force or pressure is in another unit",
                     percent(force / weight)
                 ),
-                evidence: vec![format!(
+                evidence: vec![say!(
                     "Median {} N, from {}; the machine weighs {} N",
                     short(force),
                     topics.join(", "),
                     short(weight)
                 )],
-                fix: "add a scale to the bound field: 1000 for kN, 100000 for bar, 1000000 for MPa"
-                    .into(),
+                fix: word!(
+                    "add a scale to the bound field: 1000 for kN, 100000 for bar, 1000000 for MPa"
+                )
+                .into(),
             })
         })
         .collect()
@@ -125,8 +128,12 @@ pub(super) fn support_scale(loaded: &LoadedLog) -> Option<GrossInput> {
         }
     }
     let (sums, [least, largest], which) = match whole.len() >= FEWEST_SUMS {
-        true => (whole, SUM_SHARE, "all supports on the ground"),
-        false => (part, PART_SHARE, "some of the supports on the ground"),
+        true => (whole, SUM_SHARE, word!("all supports on the ground")),
+        false => (
+            part,
+            PART_SHARE,
+            word!("some of the supports on the ground"),
+        ),
     };
     if sums.len() < FEWEST_SUMS {
         return None;
@@ -141,12 +148,12 @@ pub(super) fn support_scale(loaded: &LoadedLog) -> Option<GrossInput> {
     topics.dedup();
     Some(GrossInput {
         kind: GrossInputKind::ActuatorScale,
-        headline: format!(
+        headline: say!(
             "The measured loads of {} are {} of the weight: the forces are in another unit",
             names.join(", "),
             percent(share)
         ),
-        evidence: vec![format!(
+        evidence: vec![say!(
             "Median of the sum over {which} {} N, from {}; the machine weighs {} N",
             short(sum),
             topics.join(", "),
@@ -181,7 +188,7 @@ fn measured_supports(loaded: &LoadedLog) -> Vec<MeasuredSupport<'_>> {
 /// The likely correction, by the share of the weight that was measured.
 fn unit_of(share: f64) -> String {
     if share < 0.0 {
-        return "a negative scale in the bound fields: a force that presses the support on the ground is positive".into();
+        return word!("a negative scale in the bound fields: a force that presses the support on the ground is positive").into();
     }
     let off = |newtons: f64| (share * newtons).ln().abs();
     let nearest = UNITS
@@ -189,8 +196,13 @@ fn unit_of(share: f64) -> String {
         .min_by(|(_, a), (_, b)| off(*a).total_cmp(&off(*b)));
     match nearest.filter(|(_, newtons)| off(*newtons) < UNIT_WITHIN.ln()) {
         Some((unit, newtons)) => {
-            format!("they look like {unit}: add scale = {newtons} to the bound fields")
+            say!(
+                "they look like {}: add scale = {newtons} to the bound fields",
+                told(unit)
+            )
         }
-        None => "check the unit of the bound fields (N) and the masses of the URDF (kg)".into(),
+        None => {
+            word!("check the unit of the bound fields (N) and the masses of the URDF (kg)").into()
+        }
     }
 }

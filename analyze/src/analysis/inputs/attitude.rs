@@ -1,6 +1,7 @@
 //! Attitudes: rotations at all, in agreement with the specific force, and measuring a tilt.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{Note, NoteKind};
 use tipwatch_mechanics::state::{Sensor, tilt_is_measured};
 
@@ -43,18 +44,18 @@ pub(super) fn slope_unknown(loaded: &LoadedLog) -> Option<GrossInput> {
         return None;
     }
     let evidence = match given(signal).count() {
-        0 => format!("No orientation in {samples} messages of {}", signal.topic),
-        count => format!(
+        0 => say!("No orientation in {samples} messages of {}", signal.topic),
+        count => say!(
             "Roll and pitch are exactly 0 in all {count} orientations of {}",
             signal.topic
         ),
     };
     Some(GrossInput {
         kind: GrossInputKind::SlopeUnknown,
-        headline: "Nothing in the log measures the slope of the ground: the odometry is planar and there is no IMU"
+        headline: word!("Nothing in the log measures the slope of the ground: the odometry is planar and there is no IMU")
             .into(),
-        evidence: vec![evidence, "Level ground is not assumed".into()],
-        fix: "bind an IMU, or an attitude that measures roll and pitch".into(),
+        evidence: vec![evidence, word!("Level ground is not assumed").into()],
+        fix: word!("bind an IMU, or an attitude that measures roll and pitch").into(),
     })
 }
 
@@ -66,7 +67,7 @@ pub(crate) fn notes_on_slope(loaded: &LoadedLog) -> Option<String> {
         return None;
     }
     let count = Some(given(signal).count()).filter(|count| *count > 0)?;
-    Some(format!(
+    Some(say!(
         "{}: roll and pitch are exactly 0 in all {count} orientations. They are treated as not measured: the slope of \
          the ground is unknown, not 0 degrees. Loads follow from the specific force and are not affected.",
         signal.topic
@@ -81,12 +82,12 @@ pub(crate) fn untested_mounting(loaded: &LoadedLog) -> Option<Note> {
     is_untested.then(|| {
         let text = match measures_speed(loaded) {
             true => {
-                "Mounting and signs of the IMU are tested by the speed alone, because no attitude is logged: where the machine speeds up, \
-                 brakes or turns after a rest. An error that this does not show is found only by a check at the machine."
+                word!("Mounting and signs of the IMU are tested by the speed alone, because no attitude is logged: where the machine speeds up, \
+                 brakes or turns after a rest. An error that this does not show is found only by a check at the machine.")
             }
             false => {
-                "Not tested by any signal of this log: mounting and signs of the IMU, because neither an attitude nor a speed is logged \
-                 that its specific force could be compared with. An error there is found only by a check at the machine."
+                word!("Not tested by any signal of this log: mounting and signs of the IMU, because neither an attitude nor a speed is logged \
+                 that its specific force could be compared with. An error there is found only by a check at the machine.")
             }
         };
         Note::new(NoteKind::Untested, text.into())
@@ -135,17 +136,17 @@ fn not_unit(signal: &Signal) -> Option<GrossInput> {
     }
     Some(GrossInput {
         kind: GrossInputKind::Attitude,
-        headline: format!(
+        headline: say!(
             "The orientations of {} are no rotations: their quaternions do not have length 1",
             signal.topic
         ),
-        evidence: vec![format!(
+        evidence: vec![say!(
             "Median length {} of {} quaternions, {} of them beyond 1 ± {LENGTH_TOLERANCE}",
             short(median(lengths()).unwrap_or(f64::NAN)),
             count,
             percent(share)
         )],
-        fix: "bind the quaternion in the order x, y, z, w, without a scale, or roll_pitch_yaw in radians".into(),
+        fix: word!("bind the quaternion in the order x, y, z, w, without a scale, or roll_pitch_yaw in radians").into(),
     })
 }
 
@@ -179,16 +180,16 @@ fn contradicts_gravity(signal: &Signal) -> Option<GrossInput> {
     }
     Some(GrossInput {
         kind: GrossInputKind::Attitude,
-        headline: format!(
+        headline: say!(
             "Orientation and specific force of {} disagree on where up is by {angle:.0} degrees",
             signal.topic
         ),
-        evidence: vec![format!(
+        evidence: vec![say!(
             "Median over {} windows of one second; one of the two is wrong",
             angles.len()
         )],
-        fix: "an orientation in degrees, or one whose z axis points down, or a specific force of the opposite sign: \
-              correct it by scale in [signals.imu], or bind the IMU without its orientation"
+        fix: word!("an orientation in degrees, or one whose z axis points down, or a specific force of the opposite sign: \
+              correct it by scale in [signals.imu], or bind the IMU without its orientation")
             .into(),
     })
 }

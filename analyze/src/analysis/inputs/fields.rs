@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use anyhow::Result;
 use tipwatch_binding::{MachineFile, number_field};
 use tipwatch_ingest::{FieldRequest, LARGEST_TILT_RAD, Log, record_fields};
+use tipwatch_language::say;
 use tipwatch_mechanics::machine::{NumberSpec, SignalSpec};
 
 use super::proportion::digits;
@@ -66,7 +67,7 @@ fn in_degrees(log: &Log, signal: &str, angles: &[NumberSpec; 3]) -> Result<Optio
         let size = wrong
             .iter()
             .fold(0.0, |size: f64, value| size.max(value.abs()));
-        beyond.push(format!(
+        beyond.push(say!(
             "{name}: up to {} in {} of the samples, topic {}",
             short(size),
             percent(share),
@@ -77,13 +78,13 @@ fn in_degrees(log: &Log, signal: &str, angles: &[NumberSpec; 3]) -> Result<Optio
     let in_radians = digits(PI / 180.0);
     Ok((!beyond.is_empty()).then(|| GrossInput {
         kind: GrossInputKind::Attitude,
-        headline: format!(
+        headline: say!(
             "The angles of signals.{signal}.roll_pitch_yaw are beyond a full circle: they look like degrees"
         ),
         evidence: beyond,
         fix: match is_scaled {
-            true => format!("multiply the scale of each of the three fields by {in_radians}"),
-            false => format!("add scale = {in_radians} to each of the three fields"),
+            true => say!("multiply the scale of each of the three fields by {in_radians}"),
+            false => say!("add scale = {in_radians} to each of the three fields"),
         },
     }))
 }

@@ -1,6 +1,7 @@
 //! Unit of the angular velocity, by the change of the attitude and by the odometry.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::state::Sensor;
 
 use super::proportion::{Proportion, Unit, digits, unit_by_factor};
@@ -20,19 +21,21 @@ const FEWEST: usize = 10;
 /// Smallest root mean square rotation of a step, or angular velocity, that says something (rad or rad/s).
 const TURNING: f64 = 0.004;
 const UNITS: [Unit; 3] = [
-    ("degrees per second", 57.295_78),
-    ("thousandths of a radian per second", 1000.0),
-    ("revolutions per minute", 9.549_3),
+    (message!("degrees per second"), 57.295_78),
+    (message!("thousandths of a radian per second"), 1000.0),
+    (message!("revolutions per minute"), 9.549_3),
 ];
 
 /// An angular velocity of the IMU that is not the change of an attitude or of the heading.
 pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
     let imu = loaded.signals.iter().find(|s| s.sensor == Sensor::Imu)?;
     let (proportion, compared) = match by_attitude(imu) {
-        by_attitude if is_telling(&by_attitude) => (by_attitude, "the change of its orientation"),
+        by_attitude if is_telling(&by_attitude) => {
+            (by_attitude, word!("the change of its orientation"))
+        }
         _ => (
             by_odometry(loaded, imu)?,
-            "the angular velocity of the odometry about the vertical",
+            word!("the angular velocity of the odometry about the vertical"),
         ),
     };
     let factor = proportion.factor().filter(|_| is_telling(&proportion))?;
@@ -41,22 +44,22 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
     }
     let unit = unit_by_factor(factor.abs(), &UNITS);
     let looks_like = match unit {
-        Some((name, _)) => format!("it looks like {name}"),
-        None => "its unit is wrong".to_owned(),
+        Some((name, _)) => say!("it looks like {}", told(name)),
+        None => word!("its unit is wrong").to_owned(),
     };
     let scale = unit.map_or(factor.abs(), |unit| unit.1);
     Some(GrossInput {
         kind: GrossInputKind::AngularVelocityScale,
-        headline: format!(
+        headline: say!(
             "The angular velocity of {} is not in rad/s: {looks_like}",
             imu.topic
         ),
-        evidence: vec![format!(
+        evidence: vec![say!(
             "It is {} times {compared}, over {} comparisons",
             short(factor),
             proportion.pairs
         )],
-        fix: format!(
+        fix: say!(
             "bind the components with scale = {} in [signals.imu]",
             digits(1.0 / scale)
         ),

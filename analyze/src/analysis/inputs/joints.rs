@@ -1,5 +1,6 @@
 //! Units of joint positions and velocities, by the limits of the URDF and by each other.
 
+use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::{Machine, MeasuredJoint};
 use tipwatch_mechanics::state::Sensor;
 
@@ -34,19 +35,22 @@ const FAR_BEYOND_M: f64 = 2.0;
 const LARGEST_WHEEL_STEP: f64 = 2.0;
 /// Largest plausible stroke of a prismatic joint (m).
 const LARGEST_STROKE_M: f64 = 30.0;
-const ANGLES: [(&str, f64); 2] = [("degrees", 57.295_78), ("thousandths of a radian", 1000.0)];
+const ANGLES: [(&str, f64); 2] = [
+    (message!("degrees"), 57.295_78),
+    (message!("thousandths of a radian"), 1000.0),
+];
 const LENGTHS: [(&str, f64); 3] = [
-    ("millimetres", 1000.0),
-    ("centimetres", 100.0),
-    ("inches", 39.370_08),
+    (message!("millimetres"), 1000.0),
+    (message!("centimetres"), 100.0),
+    (message!("inches"), 39.370_08),
 ];
 /// Velocities relative to the derivative of the position, both as logged.
 const VELOCITIES: [(&str, f64); 5] = [
-    ("degrees per second", 57.295_78),
-    ("revolutions per minute", 9.549_3),
-    ("revolutions per second", 0.159_155),
-    ("millimetres per second", 1000.0),
-    ("centimetres per second", 100.0),
+    (message!("degrees per second"), 57.295_78),
+    (message!("revolutions per minute"), 9.549_3),
+    (message!("revolutions per second"), 0.159_155),
+    (message!("millimetres per second"), 1000.0),
+    (message!("centimetres per second"), 100.0),
 ];
 
 /// The joints of a signal that look alike.
@@ -93,8 +97,8 @@ pub(super) fn scales(loaded: &LoadedLog) -> Vec<GrossInput> {
             GrossInputKind::JointPositionScale,
             GrossInputKind::JointVelocityScale,
         ];
-        found.extend(positions.finding(signal, of_positions, "Positions"));
-        found.extend(velocities.finding(signal, of_velocities, "Velocities"));
+        found.extend(positions.finding(signal, of_positions, word!("Positions")));
+        found.extend(velocities.finding(signal, of_velocities, word!("Velocities")));
     }
     found
 }
@@ -196,7 +200,7 @@ impl Seen {
         }
         Some((
             factor,
-            format!(
+            say!(
                 "velocity is {} times the derivative of the position over {} steps of a tenth of a second or more",
                 short(factor),
                 proportion.pairs
@@ -231,7 +235,7 @@ fn beyond_limits(
         return None;
     }
     let (count, low, high) = values.range?;
-    let range = format!("between {} and {}", short(low), short(high));
+    let range = say!("between {} and {}", short(low), short(high));
     if let Some([least, greatest]) = joint.limits {
         let margin = LIMIT_SHARE * (greatest - least)
             + match slides {
@@ -270,7 +274,7 @@ fn beyond_limits(
         if let Some((_, factor)) = is_unit.then(fits).flatten() {
             return Some((
                 *factor,
-                format!(
+                say!(
                     "{range}, {} of the samples beyond the limits {} to {} of the URDF",
                     percent(beyond),
                     short(least),
@@ -318,9 +322,9 @@ impl Suspects {
     fn finding(self, signal: &Signal, kind: GrossInputKind, what: &str) -> Option<GrossInput> {
         let (factor, unit) = self.first?;
         let looks_like = match unit {
-            Some((name, _)) => format!("they look like {name}"),
-            None if factor < 0.0 => "they have the opposite sign".to_owned(),
-            None => "their unit is wrong".to_owned(),
+            Some((name, _)) => say!("they look like {}", told(name)),
+            None if factor < 0.0 => word!("they have the opposite sign").to_owned(),
+            None => word!("their unit is wrong").to_owned(),
         };
         let key = match kind {
             GrossInputKind::JointPositionScale => "position",
@@ -328,13 +332,13 @@ impl Suspects {
         };
         Some(GrossInput {
             kind,
-            headline: format!(
+            headline: say!(
                 "{what} of {} on {} are not in SI units: {looks_like}",
                 self.names.join(", "),
                 signal.topic
             ),
             evidence: self.evidence,
-            fix: format!(
+            fix: say!(
                 "{}; bind the joints of {} with that scale: [signals.joints.NAME] {key} = {{ topic = ..., joint = ..., scale = ... }}",
                 scale_hint(factor, unit),
                 signal.topic

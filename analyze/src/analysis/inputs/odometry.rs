@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::state::Sensor;
 
@@ -23,17 +24,26 @@ const DRIVING: f64 = 0.05;
 const TURNING: f64 = 0.03;
 /// The odometry's velocity relative to radius times wheel velocity.
 const UNITS: [Unit; 8] = [
-    ("kilometres per hour", 3.6),
-    ("miles per hour", 2.236_936),
-    ("centimetres per second", 100.0),
-    ("millimetres per second", 1000.0),
-    ("wheel velocities in degrees per second", 1.0 / 57.295_78),
-    ("wheel velocities in revolutions per minute", 1.0 / 9.549_3),
+    (message!("kilometres per hour"), 3.6),
+    (message!("miles per hour"), 2.236_936),
+    (message!("centimetres per second"), 100.0),
+    (message!("millimetres per second"), 1000.0),
     (
-        "wheel velocities in revolutions per second",
+        message!("wheel velocities in degrees per second"),
+        1.0 / 57.295_78,
+    ),
+    (
+        message!("wheel velocities in revolutions per minute"),
+        1.0 / 9.549_3,
+    ),
+    (
+        message!("wheel velocities in revolutions per second"),
         std::f64::consts::TAU,
     ),
-    ("a diameter given as the radius of the wheels", 0.5),
+    (
+        message!("a diameter given as the radius of the wheels"),
+        0.5,
+    ),
 ];
 
 /// The velocity of a wheel's circumference, by slot.
@@ -64,7 +74,7 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
         let [wheel, odometry] = proportion.sizes();
         if proportion.pairs >= FEWEST && wheel.max(odometry) > DRIVING {
             factors.push(factor.abs());
-            evidence.push(format!(
+            evidence.push(say!(
                 "Wheel {}: the odometry is {} times radius times wheel velocity, over {} half seconds",
                 loaded.machine.wheels()[speed.wheel].name,
                 short(factor),
@@ -78,21 +88,21 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
     }
     let unit = unit_by_factor(factor, &UNITS);
     let looks_like = match unit {
-        Some((name, _)) => format!("it looks like {name}"),
-        None => "one of the two is in another unit".to_owned(),
+        Some((name, _)) => say!("it looks like {}", told(name)),
+        None => word!("one of the two is in another unit").to_owned(),
     };
     Some(GrossInput {
         kind: GrossInputKind::OdometryScale,
-        headline: format!(
+        headline: say!(
             "The velocity on {} does not fit the wheels: {looks_like}",
             odometry.topic
         ),
         evidence,
         fix: match unit {
             Some((name, factor)) if name.starts_with("wheel") || factor < 1.0 => {
-                "correct the radius of the wheels, or the scale of their velocities in [signals.joints]".into()
+                word!("correct the radius of the wheels, or the scale of their velocities in [signals.joints]").into()
             }
-            _ => format!(
+            _ => say!(
                 "{}; bind the velocity with it in [signals.odometry]",
                 scale_hint(factor, unit)
             ),
@@ -156,15 +166,15 @@ pub(super) fn exchanged(loaded: &LoadedLog) -> Option<GrossInput> {
     }
     Some(GrossInput {
         kind: GrossInputKind::WheelsExchanged,
-        headline: "Left and right wheel velocities contradict the turn of the machine: left and right seem exchanged"
+        headline: word!("Left and right wheel velocities contradict the turn of the machine: left and right seem exchanged")
             .into(),
-        evidence: vec![format!(
+        evidence: vec![say!(
             "The turn by the wheels is {} times that of the IMU, over {} half seconds",
             short(factor),
             proportion.pairs
         )],
-        fix: "exchange the names or links of the left and right wheels or joints, or correct the sign of the IMU's \
-              angular velocity"
+        fix: word!("exchange the names or links of the left and right wheels or joints, or correct the sign of the IMU's \
+              angular velocity")
             .into(),
     })
 }

@@ -1,5 +1,7 @@
 //! Proportion of two quantities that should be equal, by least squares through the origin.
 
+use tipwatch_language::{say, told};
+
 /// Sums of products of pairs (x, y).
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Proportion {
@@ -46,12 +48,13 @@ pub(super) fn unit_by_factor(factor: f64, units: &[Unit]) -> Option<Unit> {
 pub(super) fn scale_hint(factor: f64, unit: Option<Unit>) -> String {
     match unit {
         Some((name, of_unit)) => {
-            format!(
-                "the values look like {name}, which is scale = {}",
+            say!(
+                "the values look like {}, which is scale = {}",
+                told(name),
                 digits(1.0 / of_unit)
             )
         }
-        None => format!(
+        None => say!(
             "no usual unit explains it, scale = {} would",
             digits(1.0 / factor)
         ),

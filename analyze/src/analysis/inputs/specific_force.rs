@@ -1,6 +1,7 @@
 //! Length of the specific force: at rest it is g, and a working machine adds little to it over a second.
 
 use nalgebra::Vector3;
+use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::state::Sensor;
 
 use super::proportion::digits;
@@ -22,11 +23,11 @@ const MOVING_SHARE: f64 = 0.2;
 const WITHOUT_GRAVITY: f64 = 0.5;
 /// Units of acceleration, as factors from m/s^2.
 const UNITS: [(&str, f64); 5] = [
-    ("units of g", 1.0 / 9.806_65),
-    ("thousandths of g", 1000.0 / 9.806_65),
-    ("feet per second squared", 1.0 / 0.3048),
-    ("centimetres per second squared", 100.0),
-    ("millimetres per second squared", 1000.0),
+    (message!("units of g"), 1.0 / 9.806_65),
+    (message!("thousandths of g"), 1000.0 / 9.806_65),
+    (message!("feet per second squared"), 1.0 / 0.3048),
+    (message!("centimetres per second squared"), 100.0),
+    (message!("millimetres per second squared"), 1000.0),
 ];
 
 /// A specific force whose length is not that of gravity.
@@ -53,9 +54,9 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
         .filter(|(_, is_quiet)| *is_quiet)
         .map(|(force, _)| *force)
         .collect();
-    let (lengths, allowed, which) = match quiet.len() >= FEWEST_QUIET {
-        true => (quiet, QUIET_SHARE, "quiet"),
-        false => (all.iter().map(|w| w.0).collect(), MOVING_SHARE, "moving"),
+    let (lengths, allowed, is_quiet) = match quiet.len() >= FEWEST_QUIET {
+        true => (quiet, QUIET_SHARE, true),
+        false => (all.iter().map(|w| w.0).collect(), MOVING_SHARE, false),
     };
     let length = median(lengths.iter().copied())?;
     let gravity = loaded.machine.gravity();
@@ -68,26 +69,26 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
         let as_unit = |value: f64| (value / (factor * gravity) - 1.0).abs() < 0.15;
         low.is_some_and(as_unit) && high.is_some_and(as_unit)
     });
-    let at_rest = match which {
-        "quiet" => "at rest",
-        _ => "over the log",
+    let (at_rest, windows) = match is_quiet {
+        true => (word!("at rest"), word!("quiet windows of one second")),
+        false => (word!("over the log"), word!("moving windows of one second")),
     };
     let (looks_like, fix) = match unit {
         Some((name, factor)) => (
-            format!("it looks like {name}"),
-            format!(
+            say!("it looks like {}", told(name)),
+            say!(
                 "bind the components with scale = {} in [signals.imu]",
                 digits(1.0 / factor)
             ),
         ),
         None if length < WITHOUT_GRAVITY * gravity => (
-            "gravity seems to be removed".to_owned(),
-            "bind the signal that includes gravity (in [signals.imu]): without it nothing tells where up is"
+            word!("gravity seems to be removed").to_owned(),
+            word!("bind the signal that includes gravity (in [signals.imu]): without it nothing tells where up is")
                 .to_owned(),
         ),
         None => (
-            "its scale is wrong".to_owned(),
-            format!(
+            word!("its scale is wrong").to_owned(),
+            say!(
                 "check the unit of the components; scale = {} in [signals.imu] would give gravity",
                 digits(gravity / length)
             ),
@@ -95,20 +96,20 @@ pub(super) fn scale(loaded: &LoadedLog) -> Option<GrossInput> {
     };
     Some(GrossInput {
         kind: GrossInputKind::SpecificForceScale,
-        headline: format!(
+        headline: say!(
             "The specific force of the IMU has a length of {} m/s^2 {at_rest}, not {} m/s^2: {looks_like}",
             short(length),
             short(gravity)
         ),
         evidence: vec![
-            format!(
-                "Median over {} {which} windows of one second, topic {}; half of them between {} and {} m/s^2",
+            say!(
+                "Median over {} {windows}, topic {}; half of them between {} and {} m/s^2",
                 lengths.len(),
                 signal.topic,
                 short(low.unwrap_or(length)),
                 short(high.unwrap_or(length))
             ),
-            format!(
+            say!(
                 "With it the loads would add up to {} of the weight",
                 percent(length / gravity)
             ),

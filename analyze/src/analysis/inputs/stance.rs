@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{State, Workspace, evaluate};
 
@@ -11,6 +12,7 @@ use super::windows::windows;
 use super::{GrossInput, GrossInputKind};
 use crate::base::estimated::EstimatedRows;
 use crate::base::number::short;
+use crate::events::support_words::edge_word;
 use crate::load::Standing;
 
 /// Largest angular velocity of a quiet row (rad/s).
@@ -62,26 +64,30 @@ pub(super) fn direction(machine: &Machine, rows: &EstimatedRows) -> Option<Gross
     }
     let fix = match least > 150.0 {
         true => {
-            "the specific force has the opposite sign (scale = -1 in [signals.imu]), or the IMU is mounted upside down ([imu] rpy)"
+            word!(
+                "the specific force has the opposite sign (scale = -1 in [signals.imu]), or the IMU is mounted upside down ([imu] rpy)"
+            )
         }
         // attitude and specific force are of one device: a wrong mounting turns both alike
         false => {
-            "if the machine stood, correct the mounting of the IMU ([imu] link and rpy); if it lay on its side, no wheel carried it, \
+            word!(
+                "if the machine stood, correct the mounting of the IMU ([imu] link and rpy); if it lay on its side, no wheel carried it, \
              and the log does not show how it fell"
+            )
         }
     };
     Some(GrossInput {
         kind: GrossInputKind::SpecificForceDirection,
-        headline: format!(
+        headline: say!(
             "The machine was on its side or roof from the first row on, or its IMU is mounted otherwise than stated: the specific force \
              always points {least:.0} degrees or more away from the normal of the ground"
         ),
         evidence: vec![
-            format!(
+            say!(
                 "Smallest angle in {} windows of one second; no machine stands on ground steeper than {STEEPEST_DEG:.0} degrees",
                 tilts.len()
             ),
-            format!("Mounting of the IMU: {}", machine.imu().source),
+            say!("Mounting of the IMU: {}", machine.imu().source),
         ],
         fix: fix.into(),
     })
@@ -145,23 +151,23 @@ pub(super) fn rests_while_tipping(
     }
     Some(GrossInput {
         kind: GrossInputKind::RestsWhileTipping,
-        headline: format!(
+        headline: say!(
             "The machine rests at t = {:.2} s, where by these inputs it would tip over about the {} edge",
             rows.seconds(window.start),
-            edge.name
+            edge_word(&edge.name)
         ),
         evidence: vec![
-            format!(
+            say!(
                 "The wheels off that edge would have to be pulled down by {} N, {:.0} % of the weight, for {:.2} s",
                 short(-otf),
                 -100.0 * otf / weight,
                 rows.seconds(window.end - 1) - rows.seconds(window.start)
             ),
-            "Nothing turns meanwhile: something else holds the machine, or masses, geometry or joint positions are wrong"
+            word!("Nothing turns meanwhile: something else holds the machine, or masses, geometry or joint positions are wrong")
                 .into(),
         ],
-        fix: "compare masses, centres of mass and wheel positions with the machine (tipwatch check-machine --log), and \
-              the unit and zero of the joint positions; state a force on the tool as tool_wrench"
+        fix: word!("compare masses, centres of mass and wheel positions with the machine (tipwatch check-machine --log), and \
+              the unit and zero of the joint positions; state a force on the tool as tool_wrench")
             .into(),
     })
 }

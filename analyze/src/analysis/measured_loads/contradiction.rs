@@ -5,6 +5,7 @@
 //! off where the root of d exceeds that of the number of sensors by 3.5, which chance makes once in some thousand rows.
 //! A contradiction needs rows that are off for two seconds on end.
 
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{LoadSensor, Machine};
 use tipwatch_mechanics::studies::measured_loads::{
     ComparedRow, FEWEST_ROWS, LEAST_NS, TotalRow, UnstatedLoad, exchanged, shows,
@@ -52,12 +53,16 @@ impl Contradiction {
     pub fn consequence(&self) -> &'static str {
         match (self.is_explained(), self.is_followed()) {
             (true, _) => {
-                "The loads of these rows follow the measured ones, and so include it; those of all other rows do not"
+                word!(
+                    "The loads of these rows follow the measured ones, and so include it; those of all other rows do not"
+                )
             }
             (false, true) => {
-                "The loads of these rows follow the measured ones, but either may be wrong, so nothing is concluded from them"
+                word!(
+                    "The loads of these rows follow the measured ones, but either may be wrong, so nothing is concluded from them"
+                )
             }
-            (false, false) => "Either may be wrong, so nothing is concluded from these rows",
+            (false, false) => word!("Either may be wrong, so nothing is concluded from these rows"),
         }
     }
 
@@ -65,15 +70,15 @@ impl Contradiction {
     #[must_use]
     pub fn explanation(&self) -> String {
         let elsewhere = match self.sensor == TOTAL && !shows(self.difference_n, self.sigma_n) {
-            true => ", and they act elsewhere",
+            true => word!(", and they act elsewhere"),
             false => "",
         };
         let sensors =
-            (self.exchanged.as_ref()).map(|[a, b]| format!("exchanged sensors of {a} and {b}"));
+            (self.exchanged.as_ref()).map(|[a, b]| say!("exchanged sensors of {a} and {b}"));
         let explained = match (self.unstated, sensors) {
-            (Some(load), Some(sensors)) => format!("; {load}; and so would {sensors}"),
+            (Some(load), Some(sensors)) => say!("; {load}; and so would {sensors}"),
             (Some(load), None) => format!("; {load}"),
-            (None, Some(sensors)) => format!("; {sensors} would explain it"),
+            (None, Some(sensors)) => say!("; {sensors} would explain it"),
             (None, None) => String::new(),
         };
         format!("{elsewhere}{explained}")

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::Scope;
 use tipwatch_mechanics::estimation::quasi_static::{Sparseness, UnobservedMotion, sparseness};
 use tipwatch_mechanics::machine::QuasiStaticMode;
@@ -55,25 +56,25 @@ pub(in crate::analysis) fn choose(
     }
     let max_gap_s = loaded.machine.estimator().max_gap;
     let why = match mode {
-        QuasiStaticMode::Always => "as requested".to_string(),
+        QuasiStaticMode::Always => word!("as requested").to_string(),
         _ => {
             let names: Vec<String> = sparse
                 .iter()
                 .map(|it| {
                     let signal = loaded.signals.iter().find(|s| s.sensor == it.sensor);
-                    format!(
+                    say!(
                         "{:.0} % of the time of {} is in gaps longer than {max_gap_s} s (one sample in {:.2} s)",
                         100.0 * it.gap_share,
-                        signal.map_or("a signal", |signal| signal.topic.as_str()),
+                        signal.map_or(word!("a signal"), |signal| signal.topic.as_str()),
                         it.median_s
                     )
                 })
                 .collect();
-            format!("because {}", names.join(" and "))
+            say!("because {}", names.join(word!(" and ")))
         }
     };
     if !can {
-        loaded.notes.push(format!(
+        loaded.notes.push(say!(
             "This log is sparse, {why}. Rows in gaps are invalid: static rows need --estimator smoother and --model whole-body."
         ));
         return Ok(None);
@@ -81,7 +82,7 @@ pub(in crate::analysis) fn choose(
     loaded.machine.set_quasi_static(true);
     let motion = UnobservedMotion::new(&loaded.machine, &sensors, shared_signals(loaded))?;
     let spec = loaded.machine.quasi_static();
-    let mut notes = vec![format!(
+    let mut notes = vec![say!(
         "Rows without neighbours are static, {why}: they hold the last known samples, at rest, for at most {} s. Their \
          bands contain what motion could have done to the loads, with accelerations of the platform up to {} m/s², \
          angular velocities up to {} rad/s, angular accelerations up to {} rad/s², and joint accelerations up to {} \
@@ -95,14 +96,14 @@ pub(in crate::analysis) fn choose(
         spec.joint_acceleration_linear,
     )];
     notes.extend(motion.exceeded().iter().map(|it| {
-        format!(
+        say!(
             "quasi_static.{}: expected at most {:.3}, found {:.3} in the samples; the larger one is used.",
             it.key, it.stated, it.observed
         )
     }));
     if !loaded.matched.sensors.actuators.is_empty() {
         notes.push(
-            "Static rows do not use measured cylinder forces: the load split follows the split rule there.".into(),
+            word!("Static rows do not use measured cylinder forces: the load split follows the split rule there.").into(),
         );
     }
     Ok(Some(QuasiStatic {

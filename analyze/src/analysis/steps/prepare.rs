@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::Result;
+use tipwatch_language::say;
 use tipwatch_mechanics::machine::Machine;
 
 use super::super::advice::SupposedStates;
@@ -47,7 +48,7 @@ impl PreparedMachine {
                 return Err(error.into());
             }
             // The loads do not need the reference. Without it utilisation is unknown, and no row is safe.
-            let note = format!("Utilisation is unknown: {error}.");
+            let note = say!("Utilisation is unknown: {error}.");
             loaded.notes.push(note);
         }
         if let Some(hypotheses) = task.hypotheses {

@@ -7,6 +7,7 @@
 //! ```
 
 use nalgebra::{DMatrix, DVector};
+use tipwatch_language::word;
 
 use super::equations::{Equations, Part};
 use super::explanations::Fitted;
@@ -35,7 +36,7 @@ pub(super) fn estimates(
     let lean = parts[0].as_ref().map(estimate);
     if lean.is_some_and(|lean| lean.sigma_kg > largest_sigma_kg) {
         parts[0] = None;
-        no_lean = Some("the lean hardly changed before the lift".into());
+        no_lean = Some(word!("the lean hardly changed before the lift").into());
     }
     let [by_lean, by_onset, by_fall] =
         [0, 1, 2].map(|part: usize| parts[part].as_ref().map(estimate));

@@ -1,6 +1,7 @@
 //! The rows of a fall: its onset, the rotation, and the time before in which the platform leans on its tyres.
 
 use nalgebra::{Vector2, Vector3};
+use tipwatch_language::word;
 use tipwatch_mechanics::machine::{LoadOnTool, Machine};
 use tipwatch_mechanics::{Placement, State};
 
@@ -140,10 +141,10 @@ impl<'a> Reader<'a> {
         let stood = rows.iter().rev().take_while(|row| self.stands(&row.state));
         let stood = stood.count();
         if rows.len() < 2 {
-            return Err("the log begins with the lift".into());
+            return Err(word!("the log begins with the lift").into());
         }
         if stood < 2 {
-            return Err("the machine was driving, so that the ground leaned it, too".into());
+            return Err(word!("the machine was driving, so that the ground leaned it, too").into());
         }
         rows.drain(..rows.len() - stood);
         self.measure_lean(&mut rows);

@@ -1,5 +1,6 @@
 //! The study: rows, equations, all explanations, their probabilities.
 
+use tipwatch_language::word;
 use tipwatch_mechanics::estimation::plausibility::LeanOnTyres;
 use tipwatch_mechanics::machine::Machine;
 
@@ -112,17 +113,17 @@ fn explained(
     blank: &ExplainedFall,
 ) -> Result<ExplainedFall, String> {
     if !fall.onset_in_log {
-        return Err("the log does not contain the onset".into());
+        return Err(word!("the log does not contain the onset").into());
     }
     let mut reader =
-        Reader::new(machine, table, fall).ok_or("the state at the onset is unknown")?;
+        Reader::new(machine, table, fall).ok_or(word!("the state at the onset is unknown"))?;
     let rows = reader.rows();
     if rows.onset.len() + rows.fall.len() < FEWEST_ROWS {
-        return Err("too few rows of the rotation can be computed".into());
+        return Err(word!("too few rows of the rotation can be computed").into());
     }
     let used = rows.fall.iter().map(|row| row.rotation_rad);
     if used.fold(0.0, f64::max) < LEAST_RAD {
-        return Err("the rotation has hardly begun in the rows that can be computed".into());
+        return Err(word!("the rotation has hardly begun in the rows that can be computed").into());
     }
     let scene = Scene {
         machine,
@@ -148,7 +149,7 @@ fn explained(
         .collect();
     let explanations = judged(&trials, &fitted);
     if explanations.is_empty() {
-        return Err("the moments about the edge cannot be computed".into());
+        return Err(word!("the moments about the edge cannot be computed").into());
     }
     let of_load = trials.iter().position(|trial| trial.kind == "load_on_tool");
     let load = of_load.and_then(|place| {
@@ -173,8 +174,9 @@ fn explained(
 fn with_lean(scene: &Scene<'_>, mut rows: FallRows, fall: Fall) -> (FallRows, Option<String>) {
     let lean = std::mem::take(&mut rows.lean);
     if scene.lean.is_none() {
-        let why =
-            "the lean is known only for an IMU on the platform and wheels without a suspension";
+        let why = word!(
+            "the lean is known only for an IMU on the platform and wheels without a suspension"
+        );
         return (rows, Some(why.into()));
     }
     if let Some(why) = rows.no_lean.clone() {
@@ -207,7 +209,8 @@ fn with_lean(scene: &Scene<'_>, mut rows: FallRows, fall: Fall) -> (FallRows, Op
     rows.lean.truncate(until);
     let why = (until < FEWEST_LEAN_ROWS).then(|| {
         rows.lean.clear();
-        "a wheel was off the ground, or nearly so, in too many rows before the lift".to_string()
+        word!("a wheel was off the ground, or nearly so, in too many rows before the lift")
+            .to_string()
     });
     (rows, why)
 }

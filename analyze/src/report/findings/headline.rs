@@ -1,5 +1,7 @@
 //! What a finding says of an incident or an event in its first line.
 
+use tipwatch_language::{is_english, say, word};
+
 use super::incident::Incident;
 use super::rank::rank;
 use super::scene::Scene;
@@ -28,7 +30,7 @@ impl Scene {
         let mut of_stated = incident.events.iter();
         let of_stated = of_stated.find_map(|event| self.of_stated_machine(event));
         evidence
-            .extend(of_stated.map(|text| format!("Times and loads of {}: {text}", self.word.many)));
+            .extend(of_stated.map(|text| say!("Times and loads of {}: {text}", self.word.many)));
         let others = alike
             .iter()
             .filter(|event| event.subject != gravest.subject);
@@ -62,7 +64,7 @@ impl Scene {
         let least = least.reduce(f64::min);
         let confidence = match least {
             Some(certainty) if gravest.is_fact() => {
-                format!(" (confidence {})", probability(certainty))
+                say!(" (confidence {})", probability(certainty))
             }
             _ => String::new(),
         };
@@ -73,11 +75,13 @@ impl Scene {
             self.when(gravest, alike)
         );
         match gravest.certainty.filter(|_| !gravest.is_fact()) {
-            Some(certainty) => format!(
-                "Less likely than not (probability {}): {}{}",
+            Some(certainty) => say!(
+                "Less likely than not (probability {}): {}",
                 probability(certainty),
-                statement[..1].to_lowercase(),
-                &statement[1..]
+                match is_english() {
+                    true => statement[..1].to_lowercase() + &statement[1..],
+                    false => statement,
+                }
             ),
             None => statement,
         }
@@ -91,9 +95,9 @@ impl Scene {
             .filter(|it| it.subject == gravest.subject)
             .count();
         match of_subject {
-            1 if alike.len() == 1 => format!("from {start} {}", self.lasting(gravest)),
-            1 => format!("from {start}, when {} began", self.subject(gravest)),
-            times => format!(
+            1 if alike.len() == 1 => say!("from {start} {}", self.lasting(gravest)),
+            1 => say!("from {start}, when {} began", self.subject(gravest)),
+            times => say!(
                 "{times} times, first from {start} {}",
                 self.lasting(gravest)
             ),
@@ -107,17 +111,17 @@ impl Scene {
         });
         let earlier = match event.start_bound {
             Bound::At | Bound::AtOrAfter => "",
-            Bound::AtOrBefore => " or earlier",
+            Bound::AtOrBefore => word!(" or earlier"),
         };
         format!("t = {:.2}{band} s{earlier}", self.seconds(event.start_ns))
     }
 
     fn lasting(&self, event: &Event) -> String {
         match is_undecided(event) {
-            true => "on".to_string(),
+            true => word!("on").to_string(),
             // nothing shows how long it lasted before and after its only row
             false if self.is_sparse && event.end_ns == Some(event.start_ns) => {
-                "(one row; how long is unknown)".to_string()
+                word!("(one row; how long is unknown)").to_string()
             }
             false => duration(event),
         }
@@ -133,13 +137,13 @@ impl Scene {
                 Some(end_ns) if end_ns > event.start_ns => {
                     let later = match event.end_bound {
                         Bound::At | Bound::AtOrBefore => "",
-                        Bound::AtOrAfter => " or later",
+                        Bound::AtOrAfter => word!(" or later"),
                     };
-                    format!(" to {:.2} s{later}", self.seconds(end_ns))
+                    say!(" to {:.2} s{later}", self.seconds(end_ns))
                 }
                 _ => String::new(),
             };
-            steps.push(format!(
+            steps.push(say!(
                 "{} from {}{end}",
                 self.joined_step(group),
                 self.start(event)
@@ -147,30 +151,30 @@ impl Scene {
         }
         let more = told.len().saturating_sub(MOST_STEPS);
         if more > 0 {
-            steps.push(format!("and {more} more"));
+            steps.push(say!("and {more} more"));
         }
-        (!steps.is_empty()).then(|| format!("Course: {}", steps.join("; ")))
+        (!steps.is_empty()).then(|| say!("Course: {}", steps.join("; ")))
     }
 
     /// Events that differ in the wheel alone as one step of their incident's course.
     pub(in crate::report) fn joined_step(&self, group: &[&Event]) -> String {
-        let state = match group {
-            [only] => return self.step(only),
-            [first, ..] if first.kind == EventKind::WheelLight => "light",
-            _ => "off the ground",
-        };
         let subjects = enumerated(&self.subjects(group));
-        format!("{} {subjects} {state}", self.word_of(group).many)
+        let named = format!("{} {subjects}", self.word_of(group).many);
+        match group {
+            [only] => self.step(only),
+            [first, ..] if first.kind == EventKind::WheelLight => say!("{} light", named),
+            _ => say!("{} off the ground", named),
+        }
     }
 
     /// An event as a step of its incident's course.
     pub(in crate::report) fn step(&self, event: &Event) -> String {
         let subject = self.subject(event);
         match event.kind {
-            EventKind::WheelLight => format!("{} light", self.support(event)),
-            EventKind::WheelLift => format!("{} off the ground", self.support(event)),
-            EventKind::EdgeTipping => format!("tipping about the {subject} edge"),
-            EventKind::TipOver => format!("tipping over about the {subject} edge"),
+            EventKind::WheelLight => say!("{} light", self.support(event)),
+            EventKind::WheelLift => say!("{} off the ground", self.support(event)),
+            EventKind::EdgeTipping => say!("tipping about the {subject} edge"),
+            EventKind::TipOver => say!("tipping over about the {subject} edge"),
             EventKind::LiftNotExcluded | EventKind::InputGap | EventKind::InputFault => {
                 self.kind(event)
             }
@@ -184,11 +188,11 @@ impl Scene {
         let unlikely = unlikely.filter(|event| gravest.is_fact() && !event.is_fact());
         let graver = unlikely.filter(|event| rank(event.kind) <= rank(gravest.kind));
         let texts = graver.take(MOST_NAMED).map(|event| {
-            let chance = event.certainty.map_or("unknown".into(), probability);
-            format!("{} from {} ({chance})", self.step(event), self.start(event))
+            let chance = event.certainty.map_or(word!("unknown").into(), probability);
+            say!("{} from {} ({chance})", self.step(event), self.start(event))
         });
         let texts: Vec<String> = texts.collect();
-        (!texts.is_empty()).then(|| format!("Less likely than not: {}", texts.join("; ")))
+        (!texts.is_empty()).then(|| say!("Less likely than not: {}", texts.join("; ")))
     }
 
     /// What an event by loads rests on, where the machine as stated does not explain how the platform turned. A lift that begins
@@ -197,13 +201,13 @@ impl Scene {
         let is_by_loads = matches!(event.kind, EventKind::WheelLight | EventKind::WheelLift);
         let is_by_loads = is_by_loads && !self.unexplained_ns.contains(&event.start_ns);
         (is_by_loads && !self.unexplained_ns.is_empty())
-            .then_some("by the machine as stated, which does not explain the fall")
+            .then(|| word!("by the machine as stated, which does not explain the fall"))
     }
 
     /// The assumption about the split that an event rests on, all of it or its beginning.
     pub(in crate::report) fn condition(&self, event: &Event) -> Option<String> {
         let rests_on_it = event.any_split_ns.is_some() || event.split_dependent == Some(true);
-        (rests_on_it && !self.is_split_stated).then(|| format!("if {}", self.split_rule))
+        (rests_on_it && !self.is_split_stated).then(|| say!("if {}", self.split_rule))
     }
 
     /// The assumption about the split that a finding rests on, and what holds without it.
@@ -216,19 +220,19 @@ impl Scene {
             let since_s = self.seconds(any_split_ns);
             return [
                 under,
-                format!("; from t = {since_s:.2} s on however the {}", self.sharing),
+                say!("; from t = {since_s:.2} s on however the {}", self.sharing),
             ];
         }
         let range = (event.load_range_n).map_or(String::new(), |[least_n, largest_n]| {
-            format!(" ({} to {} N)", number(least_n), number(largest_n))
+            say!(" ({} to {} N)", number(least_n), number(largest_n))
         });
         let without = match event.certainty_any_split.filter(|&p| p >= LEAST_CONFIDENCE) {
-            Some(certainty) => format!(
+            Some(certainty) => say!(
                 "; confidence {} however the {}{range}",
                 probability(certainty),
                 self.sharing
             ),
-            None => format!(
+            None => say!(
                 "; it cannot be shown without knowing how the {}{range}",
                 self.sharing
             ),
@@ -242,44 +246,47 @@ impl Scene {
             return String::new();
         }
         let without = match event.certainty_any_split.filter(|&p| p >= LEAST_CONFIDENCE) {
-            Some(certainty) => format!("{} however the {}", probability(certainty), self.sharing),
-            None => format!(
+            Some(certainty) => say!("{} however the {}", probability(certainty), self.sharing),
+            None => say!(
                 "it cannot be shown without knowing how the {}",
                 self.sharing
             ),
         };
-        format!(", if {}; {without}", self.split_rule)
+        say!(", if {}; {without}", self.split_rule)
     }
 
     fn statement(&self, event: &Event, alike: &[&Event]) -> String {
         let subjects = self.subjects(alike);
         let word = self.word_of(alike);
-        let (wheels, were, edges) = match subjects.len() {
-            1 => (word.head, "was", "edge"),
-            _ => (word.heads, "were", "edges"),
+        let (wheels, edges) = match subjects.len() {
+            1 => (word.head, word!("edge")),
+            _ => (word.heads, word!("edges")),
         };
         let subject = enumerated(&subjects);
         match event.kind {
-            EventKind::TipOver => format!("The machine tipped over about the {subject} {edges}"),
+            EventKind::TipOver => say!("The machine tipped over about the {subject} {edges}"),
             EventKind::EdgeTipping if is_undecided(event) => {
-                format!("The machine was tipping about the {subject} {edges} when the log ended,")
+                say!("The machine was tipping about the {subject} {edges} when the log ended,")
             }
             EventKind::EdgeTipping => {
-                format!("The machine was tipping about the {subject} {edges}")
+                say!("The machine was tipping about the {subject} {edges}")
             }
-            EventKind::WheelLift => format!("{wheels} {subject} {were} off the ground"),
+            EventKind::WheelLift if subjects.len() > 1 => {
+                say!("{wheels} {subject} were off the ground")
+            }
+            EventKind::WheelLift => say!("{wheels} {subject} was off the ground"),
             EventKind::WheelLight if subjects.len() > 1 => {
-                format!("{wheels} {subject} {were} below their load limits")
+                say!("{wheels} {subject} were below their load limits")
             }
-            EventKind::WheelLight => format!("{wheels} {subject} was below its load limit"),
+            EventKind::WheelLight => say!("{wheels} {subject} was below its load limit"),
             EventKind::LiftNotExcluded => {
-                format!(
+                say!(
                     "Between rows, a lift of {} {subject} cannot be excluded",
                     word.one
                 )
             }
-            EventKind::InputGap => format!("Input {subject} had no data"),
-            EventKind::InputFault => format!("Input {subject} was implausible"),
+            EventKind::InputGap => say!("Input {subject} had no data"),
+            EventKind::InputFault => say!("Input {subject} was implausible"),
         }
     }
 
@@ -307,7 +314,7 @@ pub(super) fn enumerated(names: &[String]) -> String {
     match names {
         [] => String::new(),
         [only] => only.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+        [first @ .., last] => say!("{} and {last}", first.join(", ")),
     }
 }
 
@@ -315,14 +322,14 @@ fn duration(event: &Event) -> String {
     match event.end_ns {
         // an onset can lie after the last row of a short event, within its band
         Some(end_ns) if end_ns.saturating_sub(event.start_ns) < SHORTEST_NS => {
-            "for less than 0.01 s".to_string()
+            word!("for less than 0.01 s").to_string()
         }
         Some(end_ns) => {
             let is_least = [event.start_bound, event.end_bound] != [Bound::At; 2];
-            let least = if is_least { "at least " } else { "" };
+            let least = if is_least { word!("at least ") } else { "" };
             let lasted_s = end_ns.saturating_sub(event.start_ns) as f64 * 1e-9;
-            format!("for {least}{lasted_s:.2} s")
+            say!("for {least}{lasted_s:.2} s")
         }
-        None => "until the end of the log".to_string(),
+        None => word!("until the end of the log").to_string(),
     }
 }

@@ -8,6 +8,7 @@ mod scene;
 mod without_event;
 
 use maud::{Markup, html};
+use tipwatch_language::{message, say, word};
 use tipwatch_mechanics::machine::{Note, NoteKind};
 
 pub(super) use incident::{Incident, incidents};
@@ -18,12 +19,12 @@ pub(super) use without_event::reason_counts;
 use super::{measured_loads, open_split, prevention, unstated_load};
 use crate::analysis::Analysis;
 use crate::analysis::inputs::GrossInput;
-use crate::events::support_words::SupportWord;
+use crate::events::support_words::{SupportWord, edge_word};
 use crate::events::{Event, EventKind, Finding};
 use crate::page::list;
 
 /// What ± means in every finding.
-pub const BANDS: &str = "±: two standard deviations";
+pub const BANDS: &str = message!("±: two standard deviations");
 /// Most events of a kind among the main findings.
 pub(super) const MOST_OF_KIND: usize = 20;
 /// Most losses told in their finding.
@@ -95,7 +96,7 @@ pub fn doubts(analysis: &Analysis) -> Vec<String> {
 
 fn more(incidents: usize) -> Finding {
     Finding {
-        headline: format!("{incidents} more incidents, none of them graver, are in events.parquet"),
+        headline: say!("{incidents} more incidents, none of them graver, are in events.parquet"),
         evidence: Vec::new(),
     }
 }
@@ -115,7 +116,7 @@ pub(super) fn worst_of_each_kind<'a>(
             of_kind.sort_by(|a, b| b.severity().total_cmp(&a.severity()));
             of_kind.truncate(most);
             left_out.push(Finding {
-                headline: format!(
+                headline: say!(
                     "{more} more events of the kind \"{}\", none of them worse, are in events.parquet",
                     word.event(kind)
                 ),
@@ -130,11 +131,11 @@ pub(super) fn worst_of_each_kind<'a>(
 /// What the computed part of a log leaves open.
 fn unknown_rest(scene: &Scene, known: &str) -> Finding {
     Finding {
-        headline: format!(
+        headline: say!(
             "{} loads are known only in {known} of the log",
             scene.word.head
         ),
-        evidence: vec![format!(
+        evidence: vec![say!(
             "In the rest, {} may have lifted unseen",
             scene.word.many
         )],
@@ -149,13 +150,13 @@ fn losses(analysis: &Analysis) -> Option<Finding> {
     }
     let last_s = (analysis.rows.len().checked_sub(1)).map(|last| analysis.rows.seconds(last));
     let headline = match last_s.filter(|_| losses.end_is_lost()) {
-        Some(last_s) => format!(
+        Some(last_s) => say!(
             "The end of the log is lost: all findings hold up to t = {last_s:.2} s, and what happened afterwards is not known"
         ),
-        None => "A part of the log is lost, and what happened in it is not known".into(),
+        None => word!("A part of the log is lost, and what happened in it is not known").into(),
     };
     let lines: Vec<String> = losses.lines().take(MOST_LOST + 1).collect();
-    let more = (lines.len() > MOST_LOST).then(|| "More are in summary.json".to_string());
+    let more = (lines.len() > MOST_LOST).then(|| word!("More are in summary.json").to_string());
     let evidence = lines.into_iter().take(MOST_LOST).chain(more);
     Some(Finding {
         headline,
@@ -166,28 +167,28 @@ fn losses(analysis: &Analysis) -> Option<Finding> {
 /// A fall that may have begun when the log ends.
 fn open_fall(analysis: &Analysis, scene: &Scene) -> Option<Finding> {
     let turning = analysis.turning.as_ref()?;
-    let lean = format!(
+    let lean = say!(
         "It turns that way since t = {:.2} s; its tyres let it lean by {:.1}°",
         scene.seconds(turning.since_ns),
         turning.lean_rad.to_degrees()
     );
     let loads = (!turning.is_beyond_ground).then(|| {
-        format!(
+        say!(
             "Tyres or ground could turn it so far, but hardly any computed load is left off the {} edge",
-            turning.edge
+            edge_word(&turning.edge)
         )
     });
     Some(Finding {
-        headline: format!("The log ends while {}", turning.in_words()),
+        headline: say!("The log ends while {}", turning.in_words()),
         evidence: [lean].into_iter().chain(loads).collect(),
     })
 }
 
 /// What stands in the way of every conclusion.
 fn gross_finding(input: &GrossInput) -> Finding {
-    let fix = format!("Likely correction: {}", input.fix);
+    let fix = say!("Likely correction: {}", input.fix);
     Finding {
-        headline: format!("No conclusion is possible. {}", input.headline),
+        headline: say!("No conclusion is possible. {}", input.headline),
         evidence: input.evidence.iter().cloned().chain([fix]).collect(),
     }
 }

@@ -1,9 +1,11 @@
 //! The evidence for what a finding says of an event.
 
+use tipwatch_language::{is_english, message, say, told, word};
 use tipwatch_mechanics::estimation::rotation::RotationWitness;
 
 use super::headline::{enumerated, is_undecided};
 use super::scene::Scene;
+use crate::events::support_words::edge_word;
 use crate::events::{
     Answer, Counterfactual, Event, EventCauses, EventKind, MeasuredRotation, ShownBy, Supposition,
 };
@@ -23,7 +25,7 @@ impl Scene {
         let mut evidence = vec![self.worst(event)];
         evidence.extend(event.measured_load_n.map(|load_n| {
             let support = self.word_of(&[event]).one;
-            format!(
+            say!(
                 "The load sensor of this {support} showed {} N in the mean",
                 number(load_n)
             )
@@ -32,11 +34,11 @@ impl Scene {
             && let Some(rotation) = event.rotation_rad
         {
             let least = match is_undecided(event) {
-                true => "; a tip-over needs 10° or more",
+                true => word!("; a tip-over needs 10° or more"),
                 false => "",
             };
             let degrees = rotation.to_degrees();
-            evidence.push(format!(
+            evidence.push(say!(
                 "Rotation about the edge: {degrees:.1}° outwards{least}"
             ));
         }
@@ -44,7 +46,7 @@ impl Scene {
             evidence.extend(self.measured_rotation(event, measured));
         }
         if let Some(lead_s) = event.lead_s {
-            evidence.push(format!(
+            evidence.push(say!(
                 "Lead time: {lead_s:.2} s after the first {} fell below its load limit",
                 self.word.one
             ));
@@ -52,7 +54,7 @@ impl Scene {
         if event.split_dependent == Some(true) {
             evidence.push(self.split_evidence(event));
             evidence.extend(event.split_flips_at.map(|share| {
-                format!(
+                say!(
                     "With {} of the difference between the sides on the front axle it would just have stayed on the ground",
                     percent(share)
                 )
@@ -61,14 +63,14 @@ impl Scene {
                 evidence.push(self.deciding(self.wheel(&event.subject).into_iter()));
             }
         } else if event.any_split_ns.is_some() && !self.is_split_stated {
-            evidence.push(format!(
+            evidence.push(say!(
                 "Before that, equilibrium leaves the split of the load between the {} open. {}",
                 self.word.many,
                 self.deciding(self.wheel(&event.subject).into_iter())
             ));
         }
         if let Some(doubt) = &event.doubt {
-            evidence.push(format!(
+            evidence.push(say!(
                 "Doubted: signals contradict each other meanwhile ({}). The probability that the loads are right all the same, \
                  {}, is in the confidence",
                 input_list(&doubt.subjects),
@@ -85,22 +87,22 @@ impl Scene {
     /// What gyro and attitude show, and what of it the loads do not.
     fn measured_rotation(&self, event: &Event, measured: &MeasuredRotation) -> Vec<String> {
         let from = format!("{:.2} s", self.seconds(event.start_ns));
-        let rotated = format!(
+        let rotated = say!(
             "the platform rotated by {:.0}° about the {} edge from t = {from}",
             event.rotation_rad.unwrap_or(f64::NAN).to_degrees(),
             self.subject(event)
         );
-        let mut evidence = vec![format!(
+        let mut evidence = vec![say!(
             "Measured by {}: {rotated}{}",
             witness(measured.witness),
             match event.shown_by {
-                Some(ShownBy::Rotation) => "; the computed loads do not show it",
+                Some(ShownBy::Rotation) => word!("; the computed loads do not show it"),
                 _ => "",
             }
         )];
         if !measured.onset_in_log {
             evidence.push(
-                "The onset is not in the log: the platform rotated already in the first sample that shows it".into(),
+                word!("The onset is not in the log: the platform rotated already in the first sample that shows it").into(),
             );
         }
         if let Some(no_return_rad) = measured.no_return_rad {
@@ -109,35 +111,33 @@ impl Scene {
                 format!(" ± {:.1}", 2.0 * sigma.to_degrees())
             });
             let passed = match (measured.no_return_ns, measured.no_return_time_sigma_s) {
-                (None, _) => "not passed".to_string(),
-                (Some(at_ns), Some(sigma_s)) => format!(
+                (None, _) => word!("not passed").to_string(),
+                (Some(at_ns), Some(sigma_s)) => say!(
                     "passed at t = {:.2} ± {:.2} s",
                     self.seconds(at_ns),
                     (2.0 * sigma_s).max(0.01)
                 ),
                 // what is within its band at the end may not have been passed
-                (Some(at_ns), None) => format!("reached at t = {:.2} s", self.seconds(at_ns)),
+                (Some(at_ns), None) => say!("reached at t = {:.2} s", self.seconds(at_ns)),
             };
             let masses = match measured.no_return_load_kg {
                 Some(load_kg) => {
-                    format!("with {load_kg:.0} kg on the tool beyond the stated masses")
+                    say!("with {load_kg:.0} kg on the tool beyond the stated masses")
                 }
-                None => "by the stated masses".to_string(),
+                None => word!("by the stated masses").to_string(),
             };
-            evidence.push(format!(
+            evidence.push(say!(
                 "Point of no return {masses}: {:.1}{sigma}°, {passed}",
                 no_return_rad.to_degrees()
             ));
         }
         if let Some(at_rest_ns) = measured.at_rest_ns {
             let at_s = self.seconds(at_rest_ns);
-            evidence.push(format!(
-                "At rest on its side from t = {at_s:.2} s or earlier"
-            ));
+            evidence.push(say!("At rest on its side from t = {at_s:.2} s or earlier"));
         }
         if let Some(rested_ns) = measured.rested_ns {
             let at_s = self.seconds(rested_ns);
-            evidence.push(format!(
+            evidence.push(say!(
                 "At rest between wheels and side from t = {at_s:.2} s, where gravity lets no machine rest, and by the loads it stands \
                  on its {}: the ground gave way under it, or something that is not measured props it",
                 self.word.many
@@ -148,17 +148,17 @@ impl Scene {
 
     fn split_evidence(&self, event: &Event) -> String {
         let open = match self.is_split_stated {
-            true => format!(
+            true => say!(
                 "Rests on this, as the machine file states: {}. Without it equilibrium leaves the load open",
                 self.split_rule
             ),
-            false => format!(
+            false => say!(
                 "Equilibrium leaves the split of the load between the {} open",
                 self.word.many
             ),
         };
         match (event.load_range_n, event.judged_ns) {
-            (Some([least_n, largest_n]), Some(judged_ns)) => format!(
+            (Some([least_n, largest_n]), Some(judged_ns)) => say!(
                 "{open}: {} to {} N on this {}, at t = {:.2} s",
                 number(least_n),
                 number(largest_n),
@@ -171,31 +171,31 @@ impl Scene {
 
     pub(super) fn worst(&self, event: &Event) -> String {
         let worst = match event.kind {
-            _ if !event.worst.is_finite() => "not computable".to_string(),
+            _ if !event.worst.is_finite() => word!("not computable").to_string(),
             _ => with_unit(event.worst, event.unit),
         };
-        let at = format!("at t = {:.2} s", self.seconds(event.worst_ns));
+        let at = say!("at t = {:.2} s", self.seconds(event.worst_ns));
         match event.kind {
             EventKind::TipOver if event.worst.is_finite() => {
-                format!(
+                say!(
                     "Rotation about the edge: {:.1}° outwards, {at}",
                     event.worst.to_degrees()
                 )
             }
-            EventKind::TipOver => format!("Rotation about the edge: {worst}, {at}"),
+            EventKind::TipOver => say!("Rotation about the edge: {worst}, {at}"),
             EventKind::EdgeTipping if !event.worst.is_finite() => {
-                "Overturning moment: not computed".to_string()
+                word!("Overturning moment: not computed").to_string()
             }
-            EventKind::EdgeTipping => format!("Maximum overturning moment: {worst}, {at}"),
-            EventKind::WheelLift => format!("Minimum overturning force (OTF): {worst}, {at}"),
+            EventKind::EdgeTipping => say!("Maximum overturning moment: {worst}, {at}"),
+            EventKind::WheelLift => say!("Minimum overturning force (OTF): {worst}, {at}"),
             EventKind::WheelLight => {
-                format!("Minimum load: {worst}{}, {at}", self.shares(event))
+                say!("Minimum load: {worst}{}, {at}", self.shares(event))
             }
-            EventKind::LiftNotExcluded => format!(
+            EventKind::LiftNotExcluded => say!(
                 "Smallest overturning force (OTF) that the greatest rates and accelerations allow, less two standard deviations: {worst}, after the row {at}"
             ),
             EventKind::InputGap | EventKind::InputFault => {
-                format!(
+                say!(
                     "No value{} for {:.2} s; nothing is computed there",
                     self.expected_of(event),
                     event.worst
@@ -212,10 +212,11 @@ impl Scene {
         };
         let rate = input
             .rate_hz
-            .map_or(String::new(), |rate| format!(" at {} Hz", short(rate)));
-        format!(
+            .map_or(String::new(), |rate| say!(" at {} Hz", short(rate)));
+        say!(
             " of {}, where {}{rate} was expected,",
-            input.topic, input.type_name
+            input.topic,
+            input.type_name
         )
     }
 
@@ -227,10 +228,10 @@ impl Scene {
         }
         let since_s = self.seconds(causes.since_ns);
         let since = match causes.since_is_steady {
-            true => format!("since the machine was last steady, at t = {since_s:.2} s"),
-            false => format!("since t = {since_s:.2} s (it was never steady before)"),
+            true => say!("since the machine was last steady, at t = {since_s:.2} s"),
+            false => say!("since t = {since_s:.2} s (it was never steady before)"),
         };
-        let fall = format!(
+        let fall = say!(
             "Overturning force (OTF) down by {} N to {} N {since}, up to t = {:.2} s",
             number(lost_n),
             number(causes.otf_n),
@@ -238,28 +239,26 @@ impl Scene {
         );
         vec![
             fall,
-            format!("Taken by computed cause: {}", shares_in_words(causes)),
+            say!("Taken by computed cause: {}", shares_in_words(causes)),
         ]
     }
 
     /// Whether it would have happened otherwise.
     fn otherwise(&self, event: &Event) -> Option<String> {
-        let happened = match event.kind {
-            EventKind::WheelLift => "lifted",
-            _ => "tipped",
-        };
         let answered: Vec<String> = (event.counterfactuals.iter())
             .filter_map(|answer| Some(format!("{}: {}", self.supposed(answer), answered(answer)?)))
             .collect();
         // beside answers, the probability as recorded that the same evaluation gives
         let recorded = event.counterfactuals.first().and_then(as_recorded);
         let recorded = recorded.filter(|_| !answered.is_empty());
-        let recorded =
-            recorded.map(|chance| format!("as recorded, by the same evaluation: {chance}"));
+        let recorded = recorded.map(|chance| say!("as recorded, by the same evaluation: {chance}"));
         let open = self.unanswered(&event.counterfactuals).into_iter();
-        let open = open.map(|(suppositions, why)| format!("{suppositions}: open ({why})"));
+        let open = open.map(|(suppositions, why)| say!("{suppositions}: open ({why})"));
         let answers: Vec<String> = recorded.into_iter().chain(answered).chain(open).collect();
-        (!answers.is_empty()).then(|| format!("Would it have {happened} {}", answers.join("; ")))
+        (!answers.is_empty()).then(|| match event.kind {
+            EventKind::WheelLift => say!("Would it have lifted {}", answers.join("; ")),
+            _ => say!("Would it have tipped {}", answers.join("; ")),
+        })
     }
 
     /// What has no answer, and why: every reason once, with the suppositions that share it.
@@ -269,7 +268,7 @@ impl Scene {
     ) -> Vec<(String, &'static str)> {
         let mut reasons: Vec<(Vec<String>, &'static str)> = Vec::new();
         for answer in answers.iter().filter(|answer| answer.probability.is_none()) {
-            let why = answer.why_not.unwrap_or("the reason is unknown");
+            let why = told(answer.why_not.unwrap_or(message!("the reason is unknown")));
             match reasons.iter_mut().find(|(_, other)| *other == why) {
                 Some((suppositions, _)) => suppositions.push(self.supposed(answer)),
                 None => reasons.push((vec![self.supposed(answer)], why)),
@@ -283,12 +282,12 @@ impl Scene {
 
     pub(in crate::report) fn supposed(&self, answer: &Counterfactual) -> String {
         match (answer.supposed, answer.posture_ns) {
-            (Supposition::LevelGround, _) => "on level ground".into(),
-            (Supposition::HalfSpeed, _) => "at half the speed".into(),
-            (Supposition::WithoutLoad, _) => "without the load".into(),
-            (Supposition::ArmIn, None) => "with the arm in its reference posture".into(),
+            (Supposition::LevelGround, _) => word!("on level ground").into(),
+            (Supposition::HalfSpeed, _) => word!("at half the speed").into(),
+            (Supposition::WithoutLoad, _) => word!("without the load").into(),
+            (Supposition::ArmIn, None) => word!("with the arm in its reference posture").into(),
             (Supposition::ArmIn, Some(at_ns)) => {
-                format!("with the arm as at t = {:.2} s", self.seconds(at_ns))
+                say!("with the arm as at t = {:.2} s", self.seconds(at_ns))
             }
         }
     }
@@ -297,9 +296,9 @@ impl Scene {
         let Some(wheel) = self.wheel(&event.subject) else {
             return String::new();
         };
-        let limit = wheel.limit_n.map_or(String::new(), |limit| {
-            format!(", limit {} N", number(limit))
-        });
+        let limit = wheel
+            .limit_n
+            .map_or(String::new(), |limit| say!(", limit {} N", number(limit)));
         format!(" ({}{limit})", wheel.share(event.worst))
     }
 }
@@ -307,20 +306,20 @@ impl Scene {
 /// An answer with what it rests on; `None` if it is open for want of a probability.
 fn answered(answer: &Counterfactual) -> Option<String> {
     let chance = probability(answer.probability?);
-    let otf = format!(
+    let otf = say!(
         "minimum OTF {} ± {} N",
         number(answer.otf_n?),
         number(2.0 * answer.sigma_n?)
     );
     Some(match answer.answer {
-        Answer::Open => format!("open, {chance} ({otf})"),
-        answer => format!("{} ({otf})", answer.name()),
+        Answer::Open => say!("open, {chance} ({otf})"),
+        answer => format!("{} ({otf})", readable(answer.name())),
     })
 }
 
 /// The probability as recorded by the evaluation of the answers, and what it rests on.
 fn as_recorded(answer: &Counterfactual) -> Option<String> {
-    Some(format!(
+    Some(say!(
         "{} (minimum OTF {} ± {} N)",
         probability(answer.recorded_probability?),
         number(answer.recorded_otf_n?),
@@ -330,17 +329,25 @@ fn as_recorded(answer: &Counterfactual) -> Option<String> {
 
 /// Inputs in words.
 fn input_list(subjects: &[String]) -> String {
-    let subjects = subjects.iter().map(|subject| input_in_words(subject));
+    let subjects = subjects.iter().map(|subject| {
+        let of_loads = subject.strip_prefix("loads below zero off the ");
+        match of_loads.and_then(|rest| rest.strip_suffix(" edge")) {
+            Some(edge) if !is_english() => {
+                say!("loads below zero off the {} edge", edge_word(edge))
+            }
+            _ => input_in_words(subject),
+        }
+    });
     subjects.collect::<Vec<_>>().join("; ")
 }
 
 fn witness(witness: RotationWitness) -> &'static str {
     match witness {
-        RotationWitness::Both => "gyro and attitude",
-        RotationWitness::GyroAlone => "the gyro alone",
-        RotationWitness::AttitudeAlone => "the attitude alone",
-        RotationWitness::GyroNotAttitude => "the gyro, which the attitude contradicts",
-        RotationWitness::AttitudeNotGyro => "the attitude, which the gyro contradicts",
+        RotationWitness::Both => word!("gyro and attitude"),
+        RotationWitness::GyroAlone => word!("the gyro alone"),
+        RotationWitness::AttitudeAlone => word!("the attitude alone"),
+        RotationWitness::GyroNotAttitude => word!("the gyro, which the attitude contradicts"),
+        RotationWitness::AttitudeNotGyro => word!("the attitude, which the gyro contradicts"),
     }
 }
 
@@ -358,7 +365,7 @@ fn shares_in_words(causes: &EventCauses) -> String {
     let named = named
         .into_iter()
         .map(|(cause, taken_n)| (readable(cause), taken_n));
-    let others = (others.abs() >= 0.5).then(|| ("others".to_string(), others));
+    let others = (others.abs() >= 0.5).then(|| (word!("others").to_string(), others));
     let all = named.chain(others);
     let all: Vec<String> = all
         .map(|(cause, taken_n)| format!("{cause} {} N", number(taken_n)))

@@ -1,10 +1,11 @@
 //! The facts of an analysis that findings use besides the event.
 
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::SupportKind;
 
 use crate::analysis::{Analysis, Input};
 use crate::events::split_rule::{is_stated, sharing, split_rule};
-use crate::events::support_words::SupportWord;
+use crate::events::support_words::{SupportWord, edge_word};
 use crate::events::{Event, EventKind};
 use crate::page::{input_in_words, percent};
 use crate::report::deciding::Deciding;
@@ -95,7 +96,7 @@ impl Scene {
                 .wheel(&event.subject)
                 .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
             EventKind::InputGap | EventKind::InputFault => input_in_words(&event.subject),
-            EventKind::EdgeTipping | EventKind::TipOver => event.subject.clone(),
+            EventKind::EdgeTipping | EventKind::TipOver => edge_word(&event.subject).to_owned(),
         }
     }
 
@@ -150,9 +151,9 @@ impl WheelFacts {
     /// A load of the wheel (N) as a share of its static load, in words.
     pub(super) fn share(&self, load_n: f64) -> String {
         if load_n.is_finite() && self.static_n > 0.0 {
-            format!("{} of its static load", percent(load_n / self.static_n))
+            say!("{} of its static load", percent(load_n / self.static_n))
         } else {
-            "its static load is not computable".to_string()
+            word!("its static load is not computable").to_string()
         }
     }
 }

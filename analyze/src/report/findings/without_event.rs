@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::state::Reason;
 
 use super::incident::Incident;
@@ -28,7 +29,7 @@ impl Scene {
     pub(super) fn without_event(&self, open: &[OpenWheel], analysis: &Analysis) -> Finding {
         let Some(lowest) = lowest_load(analysis) else {
             return Finding {
-                headline: format!("{} loads cannot be computed in any row", self.word.head),
+                headline: say!("{} loads cannot be computed in any row", self.word.head),
                 evidence: reasons(analysis),
             };
         };
@@ -37,68 +38,68 @@ impl Scene {
         let claim = match wheel.limit_n {
             Some(_) if is_brief => {
                 let seconds = SHORTEST_NS as f64 * 1e-9;
-                format!(
+                say!(
                     "{} fell below its load limit for {seconds} s or longer",
                     self.word.one
                 )
             }
-            Some(_) => format!("{} fell below its load limit", self.word.one),
-            None => format!("{} left the ground", self.word.one),
+            Some(_) => say!("{} fell below its load limit", self.word.one),
+            None => say!("{} left the ground", self.word.one),
         };
         let coverage = &analysis.coverage;
         let claim = match partly_known(analysis) {
-            known if coverage.between_rows.is_some() => format!(
+            known if coverage.between_rows.is_some() => say!(
                 "At the rows of this sparse log{}, no {claim}",
-                known.map_or(String::new(), |known| format!(" (known in {known})"))
+                known.map_or(String::new(), |known| say!(" (known in {known})"))
             ),
-            Some(known) => format!(
+            Some(known) => say!(
                 "In the {known} of the log with known {} loads, no {claim}",
                 self.word.one
             ),
-            None => format!("No {claim}"),
+            None => say!("No {claim}"),
         };
         let claim = match lowest.doubted_rows {
             0 => claim,
-            doubted => format!(
+            doubted => say!(
                 "{claim} by the computed loads, which signals contradict in {doubted} of their {} rows",
                 lowest.valid_rows
             ),
         };
         let split = match (open.is_empty(), lowest.is_split_open) {
             _ if self.is_split_stated => String::new(),
-            (false, _) => format!(
+            (false, _) => say!(
                 ", if {}; without knowing how the {} it cannot be excluded that {} lost its load",
                 self.split_rule,
                 self.sharing,
                 self.names(open)
             ),
             (true, true) if open_split::is_known(analysis) => {
-                format!(", however the {}", self.sharing)
+                say!(", however the {}", self.sharing)
             }
-            (true, true) => format!(", if {}", self.split_rule),
+            (true, true) => say!(", if {}", self.split_rule),
             (true, false) => String::new(),
         };
         let between = match (coverage.between_rows, coverage.lift_not_excluded_s()) {
-            (_, Some(seconds)) => format!(
+            (_, Some(seconds)) => say!(
                 "; between them a lift cannot be excluded for {seconds:.1} of {:.1} s",
                 coverage.covered_s
             ),
-            (Some(_), None) => {
+            (Some(_), None) => word!(
                 "; between them the stated greatest rates and accelerations exclude a lift, too"
-                    .into()
-            }
+            )
+            .into(),
             (None, None) => String::new(),
         };
         let limit = match wheel.limit_n {
-            Some(limit_n) => format!("Load limit of {}: {} N", wheel.named(), number(limit_n)),
-            None => "No load limit is set".into(),
+            Some(limit_n) => say!("Load limit of {}: {} N", wheel.named(), number(limit_n)),
+            None => word!("No load limit is set").into(),
         };
         let (rows, valid) = (analysis.rows.len(), lowest.valid_rows);
         let scope = (valid < rows)
-            .then(|| format!("Based on the {valid} valid rows of {rows}; the others are unknown"));
+            .then(|| say!("Based on the {valid} valid rows of {rows}; the others are unknown"));
         let ranges = self.ranges(open);
         Finding {
-            headline: format!(
+            headline: say!(
                 "{claim}{split}{between}; the minimum load was {} N ({}) on {} at t = {:.2} s",
                 number(lowest.load_n),
                 wheel.share(lowest.load_n),
@@ -122,7 +123,7 @@ impl Scene {
         };
         let others: Vec<OpenWheel> = open.iter().filter(|w| !has_event(w)).copied().collect();
         (!others.is_empty() && !self.is_split_stated).then(|| Finding {
-            headline: format!(
+            headline: say!(
                 "Without knowing how the {} it cannot be excluded that {} lost its load, too",
                 self.sharing,
                 self.names(&others)
@@ -136,13 +137,13 @@ impl Scene {
             .map(|open| self.wheels[open.wheel].name.as_str())
             .collect();
         let word = SupportWord::of_all(open.iter().map(|open| self.wheels[open.wheel].kind));
-        format!("{} {}", word.one, names.join(" or "))
+        format!("{} {}", word.one, names.join(word!(" or ")))
     }
 
     /// What equilibrium allows each of these wheels, and what would decide it.
     fn ranges(&self, open: &[OpenWheel]) -> Vec<String> {
         let range = |open: &OpenWheel| {
-            format!(
+            say!(
                 "{} {}: {} N if {}, {} to {} N by equilibrium alone, at t = {:.2} s",
                 SupportWord::of_kind(self.wheels[open.wheel].kind).head,
                 self.wheels[open.wheel].name,
@@ -168,11 +169,11 @@ pub(super) fn partly_known(analysis: &Analysis) -> Option<String> {
 /// How often each reason makes a row invalid.
 fn reasons(analysis: &Analysis) -> Vec<String> {
     if analysis.rows.is_empty() {
-        return vec!["There are no rows".into()];
+        return vec![word!("There are no rows").into()];
     }
     let counts = reason_counts(analysis).into_iter();
     counts
-        .map(|(reason, rows)| format!("{} in {rows} rows", readable(reason.name())))
+        .map(|(reason, rows)| say!("{} in {rows} rows", readable(reason.name())))
         .collect()
 }
 

@@ -11,6 +11,7 @@ use krilla::page::{Page, PageSettings};
 use krilla::paint::{Fill, Stroke};
 use krilla::surface::Surface;
 use krilla::text::TextDirection;
+use tipwatch_language::say;
 
 use super::text::Letters;
 
@@ -236,7 +237,7 @@ impl<'d> Flow<'d> {
             for mark in marks {
                 draw(&mut surface, &self.letters, mark);
             }
-            let number = format!("page {} of {count}", index + 1);
+            let number = say!("page {} of {count}", index + 1);
             let right = PAGE[0] - MARGIN - self.letters.width(&number, FOOT);
             for (x, text) in [(MARGIN, &foot), (right, &number)] {
                 let mark = Mark::Text {

@@ -43,7 +43,7 @@ pub(super) fn render(
         .description(subtitle.into())
         .creator(concat!("tipwatch ", env!("CARGO_PKG_VERSION")).into())
         .creation_date(date_of(date))
-        .language("en".into());
+        .language(tipwatch_language::tag().into());
     document.set_metadata(metadata);
     let mut flow = Flow::new(&mut document, title)?;
     flow.title(title, subtitle);

@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use krilla::text::Font;
+use tipwatch_language::word;
 use ttf_parser::Face;
 
 /// The document's font: what is measured and what is embedded.
@@ -32,7 +33,7 @@ impl Letters {
                     known.push(letter);
                 }
                 // ">" would read as a comparison: "-104 > 2767"
-                '→' => known.push_str("to"),
+                '→' => known.push_str(word!("to")),
                 '◀' => known.push('<'),
                 '▶' => known.push('>'),
                 _ => known.push('?'),

@@ -1,5 +1,6 @@
 //! The contributions to the load of the wheels that matter over time.
 
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::Quantity;
 
 use super::plotter::{Part, Plotter, axis};
@@ -49,8 +50,8 @@ impl Plotter<'_> {
     fn causes_of(&self, wheel: usize) -> Figure {
         let otf = Quantity::Otf(wheel);
         let named = SupportWord::headed(&self.analysis.machine.wheels()[wheel]);
-        let title = format!("{named}: contributions to its overturning force (OTF)");
-        let unit = axis("Contribution", otf);
+        let title = say!("{named}: contributions to its overturning force (OTF)");
+        let unit = axis(word!("Contribution"), otf);
         let mut figure = self.figure(Part::Causes, &title, &unit, HEIGHT);
         for layer in self
             .sketch
@@ -70,10 +71,10 @@ impl Plotter<'_> {
             figure.add(between(&layer.below).unnamed());
         }
         figure.add(
-            self.curve(INK, otf.kind().label, Curve::Result(otf))
+            self.curve(INK, &readable(otf.kind().label), Curve::Result(otf))
                 .solid(),
         );
-        figure.limit(0.0, "lifts below");
+        figure.limit(0.0, word!("lifts below"));
         figure
     }
 }

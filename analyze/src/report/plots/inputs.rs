@@ -1,5 +1,7 @@
 //! The inputs over time: joints and IMU.
 
+use tipwatch_language::word;
+
 use super::plotter::{Part, Plotter};
 use crate::page::Figure;
 use crate::report::sketch::Curve;
@@ -16,16 +18,24 @@ impl Plotter<'_> {
     pub(super) fn inputs(&self) -> Vec<Figure> {
         let [revolute, prismatic, force, rate] = self.input_curves();
         [
-            ("Positions of revolute joints", "Position [rad]", revolute),
-            ("Positions of prismatic joints", "Position [m]", prismatic),
             (
-                "Specific force measured by the IMU, in its own frame",
-                "Specific force [m/s²]",
+                word!("Positions of revolute joints"),
+                word!("Position [rad]"),
+                revolute,
+            ),
+            (
+                word!("Positions of prismatic joints"),
+                word!("Position [m]"),
+                prismatic,
+            ),
+            (
+                word!("Specific force measured by the IMU, in its own frame"),
+                word!("Specific force [m/s²]"),
                 force,
             ),
             (
-                "Angular velocity measured by the IMU, in its own frame",
-                "Angular velocity [rad/s]",
+                word!("Angular velocity measured by the IMU, in its own frame"),
+                word!("Angular velocity [rad/s]"),
                 rate,
             ),
         ]

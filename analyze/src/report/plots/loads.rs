@@ -1,10 +1,11 @@
 //! The load of every wheel over time, with its uncertainty and the range that equilibrium allows, each on its own scale.
 
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::Quantity;
 
 use super::plotter::{Part, Plotter, axis};
 use crate::events::support_words::SupportWord;
-use crate::page::{Figure, Look, Trace};
+use crate::page::{Figure, Look, Trace, readable};
 use crate::report::sketch::Curve;
 
 /// Height of the figure of a wheel (pixels).
@@ -24,26 +25,26 @@ impl Plotter<'_> {
 
     fn load_of(&self, wheel: usize) -> Figure {
         let named = SupportWord::headed(&self.analysis.machine.wheels()[wheel]);
-        let title = format!("{named}: load");
-        let unit = axis("Load", Quantity::Load(wheel));
+        let title = say!("{named}: load");
+        let unit = axis(word!("Load"), Quantity::Load(wheel));
         let mut figure = self.figure(Part::Loads, &title, &unit, HEIGHT);
         let envelope = Curve::Envelope(wheel);
         if self.is_known(envelope) {
-            let envelope = self.area(Look::Envelope, LOAD, "any split", envelope);
+            let envelope = self.area(Look::Envelope, LOAD, word!("any split"), envelope);
             figure.add(envelope);
         }
         if self.has(Quantity::LoadSigma(wheel)) {
             figure.add(self.area(Look::Area, LOAD, "± 2 σ", Curve::TwoSigma(wheel)));
         }
-        figure.add(self.curve(LOAD, "load", Curve::Result(Quantity::Load(wheel))));
+        figure.add(self.curve(LOAD, word!("load"), Curve::Result(Quantity::Load(wheel))));
         for trace in self.measured_on(wheel) {
             figure.add(trace);
         }
         let otf = Quantity::Otf(wheel);
-        let otf = self.curve(OTF, otf.kind().label, Curve::Result(otf));
+        let otf = self.curve(OTF, &readable(otf.kind().label), Curve::Result(otf));
         figure.add(otf.hidden(true));
         if let Some(limits) = &self.analysis.min_loads_n {
-            figure.limit(limits[wheel], "load limit");
+            figure.limit(limits[wheel], word!("load limit"));
         }
         figure
     }
@@ -59,7 +60,7 @@ impl Plotter<'_> {
         });
         own.map(|(k, load)| {
             let measured: Vec<f64> = compared.iter().map(|row| row.measured[k]).collect();
-            let name = format!("{} measured", load.sensor.name);
+            let name = say!("{} measured", load.sensor.name);
             Trace::new(
                 self.columns,
                 Look::Points,
@@ -80,8 +81,8 @@ impl Plotter<'_> {
         let sums =
             sensors.filter(|(_, load)| load.sensor.places(&self.analysis.machine).count() > 1);
         sums.map(|(k, load)| {
-            let title = format!("Load sensor {}", load.sensor.name);
-            let unit = axis("Load", Quantity::Load(0));
+            let title = say!("Load sensor {}", load.sensor.name);
+            let unit = axis(word!("Load"), Quantity::Load(0));
             let mut figure = self.figure(Part::Loads, &title, &unit, HEIGHT);
             let column =
                 |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..compared.len()).map(of).collect() };
@@ -90,7 +91,7 @@ impl Plotter<'_> {
             figure.add(Trace::line(
                 self.columns,
                 LOAD,
-                "computed",
+                word!("computed"),
                 &seconds,
                 &computed,
             ));
@@ -98,7 +99,7 @@ impl Plotter<'_> {
                 self.columns,
                 Look::Points,
                 MEASURED,
-                "measured",
+                word!("measured"),
                 &seconds,
                 &measured,
             );

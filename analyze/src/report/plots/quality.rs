@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use tipwatch_language::{say, word};
+
 use super::plotter::{Part, Plotter};
 use crate::events::EventKind;
 use crate::page::{Figure, Look, Trace, input_in_words, readable};
@@ -32,7 +34,7 @@ impl Plotter<'_> {
         let mut lanes = self.present();
         lanes.extend(self.implausible());
         lanes.extend(self.invalid());
-        let title = "Input quality: signals present, implausible signals, invalid rows";
+        let title = word!("Input quality: signals present, implausible signals, invalid rows");
         self.lanes(Part::Inputs, title, &lanes)
     }
 
@@ -124,7 +126,7 @@ impl Plotter<'_> {
         }
         let seconds = |&(from, to): &(usize, usize)| (rows.seconds(from), rows.seconds(to));
         let lane = |(name, spans): (&str, Vec<_>)| Lane {
-            name: format!("invalid rows: {}", readable(name)),
+            name: say!("invalid rows: {}", readable(name)),
             colour: INVALID,
             spans: spans.iter().map(seconds).collect(),
         };

@@ -1,5 +1,7 @@
 //! The events over time: a lane for each kind of event of each wheel or edge.
 
+use tipwatch_language::word;
+
 use super::plotter::{Part, Plotter};
 use super::quality::Lane;
 use crate::events::EventKind;
@@ -34,7 +36,8 @@ impl Plotter<'_> {
         lanes.sort_by_key(|(rank, _)| *rank);
         lanes.truncate(MOST_LANES);
         let lanes: Vec<Lane> = lanes.into_iter().map(|(_, lane)| lane).collect();
-        (!lanes.is_empty()).then(|| self.lanes(Part::Events, "Events of the machine", &lanes))
+        (!lanes.is_empty())
+            .then(|| self.lanes(Part::Events, word!("Events of the machine"), &lanes))
     }
 }
 

@@ -1,6 +1,7 @@
 //! The Monte Carlo study: how far the loads and the wrench of the arm spread, as in Figs. 13 and 14 of the
 //! first paper.
 
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::Axis;
 use tipwatch_mechanics::studies::monte_carlo::Band;
 use tipwatch_mechanics::{ColumnNames, Quantity};
@@ -19,21 +20,21 @@ impl Plotter<'_> {
             return Vec::new();
         };
         let study = &found.study;
-        let study_text = format!(
+        let study_text = say!(
             "95 % of {} random machines with lengths, angles, masses and inertias off by up to {:.0} %",
             study.draws,
             100.0 * study.spread
         );
         let kinds: [Kind; 3] = [
-            ("Wheel loads", "Load", Quantity::Load(0)),
+            (word!("Wheel loads"), word!("Load"), Quantity::Load(0)),
             (
-                "Force of the arm on its base",
-                "Force",
+                word!("Force of the arm on its base"),
+                word!("Force"),
                 Quantity::ArmForce(Axis::X),
             ),
             (
-                "Moment of the arm on its base",
-                "Moment",
+                word!("Moment of the arm on its base"),
+                word!("Moment"),
                 Quantity::ArmMoment(Axis::X),
             ),
         ];

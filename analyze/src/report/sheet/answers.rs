@@ -1,5 +1,6 @@
 //! The questions that an expert asks first, and their answers.
 
+use tipwatch_language::{message, say, told, word};
 use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::{Ground, NoteKind};
 
@@ -27,21 +28,26 @@ pub(super) fn answers(
 ) -> Vec<(&'static str, String)> {
     let word = SupportWord::of(&analysis.machine);
     let mut all = vec![
-        ("Did it tip over?", tipped_over(analysis)),
+        (word!("Did it tip over?"), tipped_over(analysis)),
         (which_lifted(word), lifted(analysis)),
-        ("When was it?", when(analysis, incidents)),
-        ("How sure is this?", certainty(analysis, incidents)),
+        (word!("When was it?"), when(analysis, incidents)),
+        (word!("How sure is this?"), certainty(analysis, incidents)),
     ];
     // without it the loads and causes of a fall that the stated machine does not explain read as facts
     if !analysis.falls_are_as_stated() {
         let explained = unstated_load::findings(analysis).into_iter();
-        all.extend(explained.map(|it| ("What explains the fall?", format!("{}.", it.headline))));
+        all.extend(explained.map(|it| {
+            let question = word!("What explains the fall?");
+            (question, format!("{}.", it.headline))
+        }));
     }
-    all.extend(hangs_on(analysis, incidents).map(|text| ("On what does it hang most?", text)));
+    all.extend(
+        hangs_on(analysis, incidents).map(|text| (word!("On what does it hang most?"), text)),
+    );
     all.extend([
-        ("Under which assumptions?", assumptions(analysis)),
-        ("What is lost of the log?", lost(analysis)),
-        ("Is the machine known?", readiness(analysis)),
+        (word!("Under which assumptions?"), assumptions(analysis)),
+        (word!("What is lost of the log?"), lost(analysis)),
+        (word!("Is the machine known?"), readiness(analysis)),
     ]);
     all
 }
@@ -61,24 +67,24 @@ pub(super) fn reserve(scene: &Scene, event: &Event) -> String {
 /// A confidence that a reader must know.
 fn doubt(certainty: Option<f64>) -> Option<String> {
     let doubtful = certainty.filter(|certainty| *certainty < SURE);
-    doubtful.map(|certainty| format!("confidence {}", probability(certainty)))
+    doubtful.map(|certainty| say!("confidence {}", probability(certainty)))
 }
 
 fn which_lifted(word: SupportWord) -> &'static str {
     match word.is_wheel() {
-        true => "Which wheels left the ground?",
-        false => "What left the ground?",
+        true => word!("Which wheels left the ground?"),
+        false => word!("What left the ground?"),
     }
 }
 
 /// Why nothing is known of the machine's stability; `None` if something is.
 fn nothing_known(analysis: &Analysis) -> Option<String> {
     if let Some(gross) = analysis.gross_inputs.first() {
-        return Some(format!("Unknown: {}", gross.headline));
+        return Some(say!("Unknown: {}", gross.headline));
     }
     let is_nothing = !(0..analysis.rows.len()).any(|row| analysis.rows.reasons[row].leave_loads());
     is_nothing.then(|| {
-        format!(
+        say!(
             "Unknown: {} loads cannot be computed in any row.",
             SupportWord::of(&analysis.machine).one
         )
@@ -86,7 +92,7 @@ fn nothing_known(analysis: &Analysis) -> Option<String> {
 }
 
 /// The scope of a log that is known as a whole.
-const WHOLE_LOG: &str = "in this log";
+const WHOLE_LOG: &str = message!("in this log");
 
 /// [`WHOLE_LOG`], or in the part of its time that is known.
 pub(super) fn scope(analysis: &Analysis) -> String {
@@ -94,22 +100,25 @@ pub(super) fn scope(analysis: &Analysis) -> String {
     let coverage = &analysis.coverage;
     match (coverage.lift_not_excluded_s(), coverage.between_rows) {
         (Some(seconds), _) => {
-            return format!(
+            return say!(
                 "at the rows of this sparse log ({coverage} with known {word} loads); between them a lift, and what may follow from it, cannot be excluded for {seconds:.1} s"
             );
         }
         (None, Some(_)) if coverage.is_whole() => {
-            return "in this sparse log, given the stated greatest rates and accelerations between its rows".into();
+            return word!(
+                "in this sparse log, given the stated greatest rates and accelerations between its rows"
+            )
+            .into();
         }
         _ => {}
     }
     match coverage.is_whole() {
-        true if analysis.losses.end_is_lost() => format!(
+        true if analysis.losses.end_is_lost() => say!(
             "was found up to t = {:.2} s; the end of the log is lost, and what happened afterwards is not known",
             analysis.rows.seconds(analysis.rows.len() - 1)
         ),
-        true => WHOLE_LOG.into(),
-        false => format!(
+        true => told(WHOLE_LOG).into(),
+        false => say!(
             "in the {coverage} of the log with known {word} loads; nothing is known of the rest"
         ),
     }
@@ -124,7 +133,7 @@ fn of_kind(analysis: &Analysis, kind: EventKind) -> impl Iterator<Item = &Event>
 
 fn tipped_over(analysis: &Analysis) -> String {
     let scene = Scene::of(analysis);
-    let at = |event: &Event| format!("from {}", scene.start(event));
+    let at = |event: &Event| say!("from {}", scene.start(event));
     // what is measured directly holds whatever is wrong with the loads
     if let Some(event) = of_kind(analysis, EventKind::TipOver).find(|event| event.is_fact())
         && (event.measured_rotation.is_some() || nothing_known(analysis).is_none())
@@ -132,12 +141,10 @@ fn tipped_over(analysis: &Analysis) -> String {
         let (edge, at) = (scene.subject(event), at(event));
         let tilt = at_least_degrees(event);
         let unseen = match event.shown_by {
-            Some(ShownBy::Rotation) => " The computed loads do not show it.",
+            Some(ShownBy::Rotation) => word!(" The computed loads do not show it."),
             _ => "",
         };
-        return format!(
-            "Yes, about the {edge} edge, {at}: its tilt grew by at least {tilt}.{unseen}"
-        );
+        return say!("Yes, about the {edge} edge, {at}: its tilt grew by at least {tilt}.{unseen}");
     }
     if let Some(unknown) = nothing_known(analysis) {
         return unknown;
@@ -147,19 +154,19 @@ fn tipped_over(analysis: &Analysis) -> String {
     let mut tipping: Vec<&Event> = tipping.filter(|event| event.is_fact()).collect();
     tipping.sort_by_key(|event| event.end_ns.is_some());
     match tipping.first() {
-        Some(event) if event.end_ns.is_none() => format!(
+        Some(event) if event.end_ns.is_none() => say!(
             "Not known: it was tipping about the {} edge {} when the log ends, and no tilt of {:.0}° about that edge was seen.",
             scene.subject(event),
             at(event),
             TIP_OVER_RAD.to_degrees()
         ),
-        Some(event) => format!(
+        Some(event) => say!(
             "No tip-over {scope}. But it was tipping about the {} edge {}{}.",
             scene.subject(event),
             at(event),
             reserve(&scene, event)
         ),
-        None => format!("No tip-over {scope}."),
+        None => say!("No tip-over {scope}."),
     }
 }
 
@@ -183,7 +190,7 @@ struct Lifted {
 
 fn lifted(analysis: &Analysis) -> String {
     if nothing_known(analysis).is_some() {
-        return "Unknown.".into();
+        return word!("Unknown.").into();
     }
     let scene = Scene::of(analysis);
     let lifts = of_kind(analysis, EventKind::WheelLift);
@@ -213,8 +220,8 @@ fn lifted(analysis: &Analysis) -> String {
         let Lifted { name, start, .. } = wheel;
         let doubt = doubt(wheel.certainty).map_or(String::new(), |doubt| format!(", {doubt}"));
         match wheel.times {
-            1 => format!("{name} (from {start}{doubt})"),
-            times => format!("{name} ({times} times, first from {start}{doubt})"),
+            1 => say!("{name} (from {start}{doubt})"),
+            times => say!("{name} ({times} times, first from {start}{doubt})"),
         }
     };
     let of = |depends: bool| -> Vec<String> {
@@ -233,7 +240,7 @@ fn lifted(analysis: &Analysis) -> String {
     if !by_rule.is_empty() {
         sentences.push(match is_stated {
             true => format!("{}.", by_rule.join(", ")),
-            false => format!(
+            false => say!(
                 "If {}: {}.",
                 split_rule(&analysis.machine),
                 by_rule.join(", ")
@@ -253,13 +260,15 @@ fn lifted(analysis: &Analysis) -> String {
             .iter()
             .map(|&wheel| &*analysis.machine.wheels()[wheel].name);
         let ways = Deciding::of(analysis, &open).into_iter();
-        sentences.push(format!(
+        sentences.push(say!(
             "Without knowing how the {sharing} a lift of {} cannot be excluded; {} would decide.",
-            names.collect::<Vec<_>>().join(" or "),
-            ways.map(Deciding::short).collect::<Vec<_>>().join(" or ")
+            names.collect::<Vec<_>>().join(word!(" or ")),
+            ways.map(Deciding::short)
+                .collect::<Vec<_>>()
+                .join(word!(" or "))
         ));
     } else if wheels.is_empty() && !is_stated {
-        sentences.push(format!(
+        sentences.push(say!(
             "This holds however the {sharing}, tolerances of the inputs aside."
         ));
     }
@@ -269,9 +278,9 @@ fn lifted(analysis: &Analysis) -> String {
 /// That nothing lifted. Where another split could have lifted something, this is no more than what was computed.
 fn none(scope: &str, is_certain: bool) -> String {
     match (is_certain, scope) {
-        (true, scope) => format!("None {scope}."),
-        (false, WHOLE_LOG) => "None as computed.".into(),
-        (false, scope) => format!("As computed, none {scope}."),
+        (true, scope) => say!("None {scope}."),
+        (false, scope) if scope == told(WHOLE_LOG) => word!("None as computed.").into(),
+        (false, scope) => say!("As computed, none {scope}."),
     }
 }
 
@@ -293,12 +302,12 @@ fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
         Some(event) => {
             let what = scene.step(event);
             sentences.push(match event.certainty {
-                Some(certainty) => format!(
+                Some(certainty) => say!(
                     "Confidence in \"{what}\": {}, from the stated uncertainties{}.",
                     probability(certainty),
                     scene.split_in_certainty(event)
                 ),
-                None => format!("No confidence could be computed for \"{what}\"."),
+                None => say!("No confidence could be computed for \"{what}\"."),
             });
         }
         None => sentences
@@ -310,7 +319,8 @@ fn certainty(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
         .filter(|note| note.kind == NoteKind::InputFault);
     if faults.count() > 0 {
         sentences.push(
-            "An input contradicts the machine file (see Limitations): do not rely on this.".into(),
+            word!("An input contradicts the machine file (see Limitations): do not rely on this.")
+                .into(),
         );
     }
     sentences.join(" ")
@@ -323,11 +333,11 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
         .is_some_and(|event| unstated_load::contradicts(analysis, event) && event.is_measured())
     {
         return Some(
-            "On gyro and attitude, which measured the rotation: on no mass and no load of the machine file.".into(),
+            word!("On gyro and attitude, which measured the rotation: on no mass and no load of the machine file.").into(),
         );
     }
     let Some(found) = &analysis.sensitivity else {
-        return Some(format!(
+        return Some(say!(
             "Not known. {}",
             explanations::no_derivatives(analysis)
         ));
@@ -350,7 +360,7 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
     let lead_s = lift.and_then(|event| event.lead_s);
     let shift = lead_s.filter(|lead_s| *lead_s > 0.0).zip(limit_n);
     let shift = shift.map_or(String::new(), |(lead_s, limit_n)| {
-        format!(
+        say!(
             ", and its lift by about {:.2} s",
             change_n * lead_s / limit_n
         )
@@ -358,13 +368,13 @@ fn hangs_on(analysis: &Analysis, incidents: &[Incident<'_>]) -> Option<String> {
     let parameter = in_words(first.parameter, machine);
     let of_samples = found.share_of_samples();
     let begin = match of_samples > first.variance_share {
-        true => format!(
+        true => say!(
             "The errors of the samples themselves: {} of the variance of the load of {named}. Of what is constant, {parameter}",
             percent(of_samples)
         ),
         false => capital(&parameter),
     };
-    Some(format!(
+    Some(say!(
         "{begin}, known to ± {}: that alone moves the load of {named} by ± {} N{shift}.",
         amount(two_sigma, first.parameter.unit(machine)),
         number(change_n)
@@ -380,7 +390,7 @@ fn amount(value: f64, unit: &str) -> String {
 }
 
 /// The text with a large first letter.
-fn capital(text: &str) -> String {
+pub(super) fn capital(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(|first| first.to_uppercase().to_string());
     first.unwrap_or_default() + letters.as_str()
@@ -393,12 +403,12 @@ fn lost(analysis: &Analysis) -> String {
     if losses.end_is_lost() {
         let last = analysis.rows.len().saturating_sub(1);
         let last_s = analysis.rows.seconds(last);
-        sentences.push(format!(
+        sentences.push(say!(
             "The end of the log: nothing is known after t = {last_s:.2} s."
         ));
     }
     match losses.is_empty() {
-        true => sentences.push("No damage was found in what was read.".into()),
+        true => sentences.push(word!("No damage was found in what was read.").into()),
         false => sentences.extend(
             losses
                 .lines()
@@ -412,13 +422,13 @@ fn lost(analysis: &Analysis) -> String {
         .filter(|event| event.kind == EventKind::InputGap);
     match gaps.count() {
         0 => {}
-        1 => sentences.push("One signal has a gap.".into()),
-        count => sentences.push(format!("Signals have {count} gaps.")),
+        1 => sentences.push(word!("One signal has a gap.").into()),
+        count => sentences.push(say!("Signals have {count} gaps.")),
     }
     let loads = unstated_load::known_loads(analysis);
     sentences.push(match analysis.coverage.on_side_s > 0.0 {
-        true => format!("{loads} in {}.", analysis.coverage),
-        false => format!("{loads} in {} of the log.", analysis.coverage),
+        true => say!("{loads} in {}.", analysis.coverage),
+        false => say!("{loads} in {} of the log.", analysis.coverage),
     });
     sentences.join(" ")
 }
@@ -427,10 +437,12 @@ fn lost(analysis: &Analysis) -> String {
 fn readiness(analysis: &Analysis) -> String {
     let commissioned = &analysis.provenance.commissioning;
     let weighed = match analysis.machine.identified() {
-        Some(_) => "its parameters were identified from measurements (see Limitations)",
-        None => "its masses are those of the machine file and were not weighed with this program",
+        Some(_) => word!("its parameters were identified from measurements (see Limitations)"),
+        None => {
+            word!("its masses are those of the machine file and were not weighed with this program")
+        }
     };
-    format!("Commissioning: {commissioned}; {weighed}.")
+    say!("Commissioning: {commissioned}; {weighed}.")
 }
 
 /// The load of a wheel at a row, with its band.
@@ -443,9 +455,9 @@ fn smallest(analysis: &Analysis, row: usize, wheel: usize) -> String {
     let sigma = Some(found.value(Quantity::LoadSigma(wheel), 0));
     let band = match sigma.filter(|sigma| sigma.is_finite()) {
         Some(sigma) => format!("± {} N", number(2.0 * sigma)),
-        None => "N, of unknown uncertainty".into(),
+        None => word!("N, of unknown uncertainty").into(),
     };
-    format!(
+    say!(
         "The smallest load compared with that at rest was {load} {band} on {named}, {share} of it."
     )
 }
@@ -454,19 +466,20 @@ fn assumptions(analysis: &Analysis) -> String {
     let contact = analysis.machine.contact();
     let split = split_rule(&analysis.machine);
     let ground = match contact.ground {
-        Ground::Unknown => format!(
+        Ground::Unknown => say!(
             "the {}' points of contact lie where the model puts them (the shape of the ground is unknown)",
             SupportWord::of(&analysis.machine).many
         ),
         Ground::Plane => {
-            "that the ground is flat is stated in the machine file and was not observed".into()
+            word!("that the ground is flat is stated in the machine file and was not observed")
+                .into()
         }
     };
     let measured = measured_forces(&analysis.machine);
     let measured = measured.map_or(String::new(), |of| {
-        format!("by the measured forces of {of}, elsewhere ")
+        say!("by the measured forces of {of}, elsewhere ")
     });
-    format!(
+    say!(
         "Masses and geometry as stated in machine file and URDF; load split: {measured}{split}; {ground}; rigid frame and arm."
     )
 }
@@ -479,14 +492,14 @@ fn when(analysis: &Analysis, incidents: &[Incident<'_>]) -> String {
         times.first().and_then(|&t| calendar.utc(t)),
         times.last().and_then(|&t| calendar.utc(t)),
     ) else {
-        return format!("Unknown: {}.", calendar.source());
+        return say!("Unknown: {}.", calendar.source());
     };
     let event = incidents.first().map(Incident::gravest).and_then(|event| {
         let what = scene.step(event);
         let start = calendar.utc(event.start_ns)?;
-        Some(format!("{} at {start}. ", capital(&what)))
+        Some(say!("{} at {start}. ", capital(&what)))
     });
-    format!(
+    say!(
         "{}The log covers {first} to {last}, {}.",
         event.unwrap_or_default(),
         calendar.source()

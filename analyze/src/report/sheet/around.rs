@@ -1,6 +1,7 @@
 //! Loads, attitude and motion over the seconds around an incident.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 use tipwatch_mechanics::{Placement, Quantity, State};
 
 use crate::analysis::Analysis;
@@ -52,8 +53,8 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     let onset_s = seconds(gravest.start_ns);
     let span = (from_s, to_s.max(from_s + 0.1));
     let loads = match unstated_load::contradicts(analysis, gravest) {
-        true => "Loads of the stated machine, without the fall ± 2 σ [N]",
-        false => &format!(
+        true => word!("Loads of the stated machine, without the fall ± 2 σ [N]"),
+        false => &say!(
             "{} loads ± 2 σ [N]",
             SupportWord::of(&analysis.machine).head
         ),
@@ -61,9 +62,9 @@ pub(super) fn figures(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     html! {
         div.grid.four {
             (chart(loads, &curves.loads, span, onset_s, true))
-            (chart("Roll and pitch [°]", &curves.attitude, span, onset_s, false))
-            (chart("Speed [m/s]", &curves.speed, span, onset_s, false))
-            (chart("Yaw rate [°/s]", &curves.yaw_rate, span, onset_s, false))
+            (chart(word!("Roll and pitch [°]"), &curves.attitude, span, onset_s, false))
+            (chart(word!("Speed [m/s]"), &curves.speed, span, onset_s, false))
+            (chart(word!("Yaw rate [°/s]"), &curves.yaw_rate, span, onset_s, false))
         }
     }
 }
@@ -86,9 +87,9 @@ impl Curves {
                 .iter()
                 .map(|&wheel| named(&machine.wheels()[wheel].name))
                 .collect(),
-            attitude: vec![named("roll"), named("pitch")],
-            speed: vec![named("speed")],
-            yaw_rate: vec![named("yaw rate")],
+            attitude: vec![named(word!("roll")), named(word!("pitch"))],
+            speed: vec![named(word!("speed"))],
+            yaw_rate: vec![named(word!("yaw rate"))],
         };
         let mut placement = Placement::new(machine);
         let mut state = State::zero(machine);
@@ -208,6 +209,6 @@ fn chart(title: &str, curves: &[Named], span: (f64, f64), onset_s: f64, from_zer
             chart.label_y(value, &value.to_string());
         }
     }
-    chart.caption_x("t [s]; dashed upright: onset");
+    chart.caption_x(word!("t [s]; dashed upright: onset"));
     chart.finish()
 }

@@ -1,6 +1,7 @@
 //! The time line of an incident: what began when, with its band, how long it lasted, and the time before it.
 
 use maud::{Markup, html};
+use tipwatch_language::{say, word};
 
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind};
@@ -43,7 +44,7 @@ pub(super) fn figure(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         .iter()
         .map(|step| format!("{} {}", step.label, step.note))
         .collect();
-    let title = "Time line, with bands of two standard deviations";
+    let title = word!("Time line, with bands of two standard deviations");
     html! {
         figure.timeline {
             svg.chart viewBox=(format_args!("0 0 {WIDTH} {height:.0}")) role="img" aria-label=(format_args!("{title}: {}", told.join("; "))) {
@@ -84,12 +85,12 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
     if let Some(causes) = causes.filter(|causes| causes.since_is_steady) {
         let from_s = (scene.seconds(causes.since_ns) - 0.5).max(0.0);
         steps.push(Step {
-            label: "steady".into(),
+            label: word!("steady").into(),
             class: "step-steady",
             from_s,
             to_s: scene.seconds(causes.since_ns),
             band_s: None,
-            note: format!(
+            note: say!(
                 "until t = {:.2} s, {:.2} s before the first step",
                 scene.seconds(causes.since_ns),
                 first_s - scene.seconds(causes.since_ns)
@@ -116,12 +117,12 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
         .find_map(|event| event.measured_rotation.as_ref()?.at_rest_ns);
     if let Some(at_ns) = at_rest {
         steps.push(Step {
-            label: "at rest on its side".into(),
+            label: word!("at rest on its side").into(),
             class: "step-steady",
             from_s: scene.seconds(at_ns),
             to_s: last_s,
             band_s: None,
-            note: format!("from t = {:.2} s or earlier", scene.seconds(at_ns)),
+            note: say!("from t = {:.2} s or earlier", scene.seconds(at_ns)),
         });
     }
     steps
@@ -131,8 +132,8 @@ fn steps(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Vec<Ste
 fn note(scene: &Scene, event: &Event) -> String {
     let start = scene.start(event);
     match event.lead_s {
-        Some(lead_s) => format!("from {start}, lead time {lead_s:.2} s"),
-        None => format!("from {start}"),
+        Some(lead_s) => say!("from {start}, lead time {lead_s:.2} s"),
+        None => say!("from {start}"),
     }
 }
 

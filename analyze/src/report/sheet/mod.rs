@@ -6,6 +6,7 @@ mod course;
 mod witness;
 
 use maud::{Markup, html};
+use tipwatch_language::{say, told, word};
 
 use super::findings::{BANDS, Incident, Scene, incidents, rank};
 use super::when::Calendar;
@@ -31,7 +32,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
     let gravest = incidents.first();
     html! {
         section.sheet id="summary" {
-            h2 { "Summary" }
+            h2 { (word!("Summary")) }
             @for sentence in witness::sentences(analysis, &incidents) { p.lead { (sentence) } }
             (facts(&answers::answers(analysis, &incidents)))
             (machine(analysis, gravest))
@@ -41,7 +42,7 @@ pub(super) fn section(analysis: &Analysis) -> Markup {
                 div.columns { (causes(analysis, incident)) (otherwise(analysis, incident)) (prevention::brief(analysis)) }
             }
             (signature(analysis))
-            p.hint { (BANDS) ". t counts seconds from the first row." }
+            p.hint { (say!("{}. t counts seconds from the first row.", told(BANDS))) }
         }
     }
 }
@@ -63,8 +64,8 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     let gravest = gravest.map(Incident::gravest);
     let contradicted = gravest.is_some_and(|event| unstated_load::contradicts(analysis, event));
     let what = match gravest {
-        Some(event) => format!("at the onset: {}", Scene::of(analysis).step(event)),
-        None => format!(
+        Some(event) => say!("at the onset: {}", Scene::of(analysis).step(event)),
+        None => say!(
             "when a {} carried least compared with its load at rest",
             SupportWord::of(&analysis.machine).one
         ),
@@ -72,7 +73,7 @@ fn machine(analysis: &Analysis, gravest: Option<&Incident<'_>>) -> Markup {
     let time = Calendar::of(analysis).utc(analysis.rows.times_ns[row]);
     let time = time.map_or(String::new(), |utc| format!(" ({utc})"));
     html! {
-        h3 { "The machine " (what) ", t = " (format_args!("{:.2} s", analysis.rows.seconds(row))) (time) }
+        h3 { (say!("The machine {what}, t = {:.2} s{time}", analysis.rows.seconds(row))) }
         (machine_view::pictures(analysis, row, contradicted))
     }
 }
@@ -83,22 +84,30 @@ fn causes(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         .with_causes()
         .and_then(|event| Some((event, event.causes.as_ref()?)))
     else {
-        return html! { div { h3 { "Causes" } p { "The chosen model does not tell causes." } } };
+        return html! { div { h3 { (word!("Causes")) } p { (word!("The chosen model does not tell causes.")) } } };
     };
     let scene = Scene::of(analysis);
-    let title = format!("What took the load: {}", scene.step(event));
+    let title = say!("What took the load: {}", scene.step(event));
+    let steady = match causes.since_is_steady {
+        true => word!(" (steady)"),
+        false => "",
+    };
+    let computed = match unstated_load::contradicts(analysis, incident.gravest()) {
+        true => word!(", as computed for the stated machine, which does not show the fall"),
+        false => "",
+    };
+    let fall = say!(
+        "From t = {:.2} s{steady} to {:.2} s the load fell from {} to {} N{computed}.",
+        scene.seconds(causes.since_ns),
+        scene.seconds(causes.at_ns),
+        number(causes.otf_before_n),
+        number(causes.otf_n)
+    );
     html! {
         div {
             h3 { (title) }
-            (table(&["Cause", "Load taken [N]"], &largest(causes)))
-            p.hint {
-                "From t = " (format_args!("{:.2}", scene.seconds(causes.since_ns))) " s"
-                @if causes.since_is_steady { " (steady)" }
-                " to " (format_args!("{:.2}", scene.seconds(causes.at_ns))) " s the load fell from "
-                (number(causes.otf_before_n)) " to " (number(causes.otf_n)) " N"
-                @if unstated_load::contradicts(analysis, incident.gravest()) { ", as computed for the stated machine, which does not show the fall" }
-                "."
-            }
+            (table(&[word!("Cause"), word!("Load taken [N]")], &largest(causes)))
+            p.hint { (fall) }
         }
     }
 }
@@ -111,8 +120,8 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         let onset = analysis.rows.at(incident.gravest().start_ns);
         return match analysis.rows.machine_at(onset) {
             None => html! { div {
-                h3 { "Would it have happened otherwise?" }
-                p { "Open: it is not known on which supports the machine stood when it began." }
+                h3 { (word!("Would it have happened otherwise?")) }
+                p { (word!("Open: it is not known on which supports the machine stood when it began.")) }
             } },
             Some(_) => html! {},
         };
@@ -122,7 +131,7 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
         let chance = probability(answer.probability?);
         Some(vec![
             html! { (scene.supposed(answer)) },
-            html! { (answer.answer.name()) },
+            html! { (readable(answer.answer.name())) },
             whole(chance),
         ])
     });
@@ -134,18 +143,18 @@ fn otherwise(analysis: &Analysis, incident: &Incident<'_>) -> Markup {
     {
         let answer = Answer::of(Some(recorded));
         let cells = [
-            html! { "as recorded, by the same evaluation" },
-            html! { (answer.name()) },
+            html! { (word!("as recorded, by the same evaluation")) },
+            html! { (readable(answer.name())) },
         ];
         let chance = whole(probability(recorded));
         rows.insert(0, cells.into_iter().chain([chance]).collect());
     }
     html! {
         div {
-            h3 { "Would it have happened otherwise: " (scene.step(event)) }
-            @if !rows.is_empty() { (table(&["Supposed", "Would it?", "Chance that it would"], &rows)) }
+            h3 { (say!("Would it have happened otherwise: {}", scene.step(event))) }
+            @if !rows.is_empty() { (table(&[word!("Supposed"), word!("Would it?"), word!("Chance that it would")], &rows)) }
             @for (suppositions, why) in scene.unanswered(&event.counterfactuals) {
-                p { "Open " (suppositions) ": " (why) "." }
+                p { (say!("Open {suppositions}: {why}.")) }
             }
         }
     }
@@ -164,23 +173,29 @@ fn signature(analysis: &Analysis) -> Markup {
     let from = &analysis.provenance;
     let blank = || "________________".to_string();
     let hash = |file: &FileHash| format!("{}: SHA-256 {}", file.path, file.hash_text());
-    let files = from.log.iter().map(|file| ("Log", hash(file)));
-    let program = from.program.as_ref().map_or("hash unknown".into(), |file| {
-        format!("SHA-256 {}", file.hash_text())
-    });
+    let files = from.log.iter().map(|file| (word!("Log"), hash(file)));
+    let program = from
+        .program
+        .as_ref()
+        .map_or(word!("hash unknown").into(), |file| {
+            format!("SHA-256 {}", file.hash_text())
+        });
     let rows = [
-        ("Case", from.case.clone().unwrap_or_else(blank)),
-        ("Examiner", from.examiner.clone().unwrap_or_else(blank)),
+        (word!("Case"), from.case.clone().unwrap_or_else(blank)),
         (
-            "Date of the analysis, signature",
+            word!("Examiner"),
+            from.examiner.clone().unwrap_or_else(blank),
+        ),
+        (
+            word!("Date of the analysis, signature"),
             format!("{}  {}", blank(), blank()),
         ),
     ];
     let hashes = [
-        ("Machine file", hash(&from.machine_file)),
+        (word!("Machine file"), hash(&from.machine_file)),
         ("URDF", hash(&from.urdf)),
         (
-            "Program",
+            word!("Program"),
             format!("tipwatch {}: {program}", from.tipwatch_version),
         ),
     ];

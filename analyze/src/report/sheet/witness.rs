@@ -1,6 +1,8 @@
 //! What happened, in the order in which a witness would tell it.
 
-use super::answers::{self, reserve};
+use tipwatch_language::{say, word};
+
+use super::answers::{self, capital, reserve};
 use crate::analysis::Analysis;
 use crate::events::{Event, EventKind, ShownBy};
 use crate::page::number;
@@ -31,7 +33,7 @@ fn before(scene: &Scene, incident: &Incident<'_>, incidents: &[Incident<'_>]) ->
     let earlier = earlier.min_by_key(|it| it.start_ns()).map(|it| {
         let event = it.gravest();
         let at_s = scene.seconds(event.start_ns);
-        format!(
+        say!(
             "At t = {at_s:.2} s it had come close ({}). ",
             scene.step(event)
         )
@@ -41,7 +43,7 @@ fn before(scene: &Scene, incident: &Incident<'_>, incidents: &[Incident<'_>]) ->
     let causes = event.causes.as_ref()?;
     let at_s = scene.seconds(causes.since_ns);
     let load = match event.kind {
-        EventKind::WheelLight | EventKind::WheelLift => format!(
+        EventKind::WheelLight | EventKind::WheelLift => say!(
             ", and {} carried {} N",
             scene.support(event),
             number(causes.otf_before_n)
@@ -49,8 +51,8 @@ fn before(scene: &Scene, incident: &Incident<'_>, incidents: &[Incident<'_>]) ->
         _ => String::new(),
     };
     Some(match causes.since_is_steady {
-        true => format!("{earlier}At t = {at_s:.2} s the machine was steady{load}."),
-        false => format!(
+        true => say!("{earlier}At t = {at_s:.2} s the machine was steady{load}."),
+        false => say!(
             "{earlier}The machine moved throughout; what follows counts from t = {at_s:.2} s{load}."
         ),
     })
@@ -91,16 +93,16 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
         match event.kind {
             // its condition is that of the lift
             EventKind::WheelLight => match lift {
-                Some(_) => format!("{wheel}fell below its load limit at {start}"),
-                None => format!(
+                Some(_) => say!("{wheel}fell below its load limit at {start}"),
+                None => say!(
                     "{wheel}fell below its load limit at {start}{}",
                     reserve(scene, event)
                 ),
             },
             EventKind::WheelLift => {
-                format!("{wheel}left the ground at {start}{}", reserve(scene, event))
+                say!("{wheel}left the ground at {start}{}", reserve(scene, event))
             }
-            _ => format!(
+            _ => say!(
                 "the machine tipped about the {subject} edge from {start}{}",
                 reserve(scene, event)
             ),
@@ -108,11 +110,11 @@ fn course(scene: &Scene, incident: &Incident<'_>) -> String {
     };
     let steps: Vec<String> = events.into_iter().map(step).collect();
     let text = match &steps[..] {
-        [] => "nothing is more likely than not".to_string(),
+        [] => word!("nothing is more likely than not").to_string(),
         [only] => only.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+        [first @ .., last] => say!("{} and {last}", first.join(", ")),
     };
-    format!("{}{}.", text[..1].to_uppercase(), &text[1..])
+    format!("{}.", capital(&text))
 }
 
 /// How it ended.
@@ -124,10 +126,12 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
     let end_ns = ends.try_fold(i64::MIN, |last, end| Some(last.max(end?)));
     match (incident.first(EventKind::EdgeTipping), end_ns) {
         (Some(tipping), None) if tipping.end_ns.is_none() => {
-            "It was still tipping when the log ends; what happened then is not in it.".into()
+            word!("It was still tipping when the log ends; what happened then is not in it.").into()
         }
-        (_, None) => "It was still so when the log ends; what happened then is not in it.".into(),
-        (_, Some(end_ns)) => format!(
+        (_, None) => {
+            word!("It was still so when the log ends; what happened then is not in it.").into()
+        }
+        (_, Some(end_ns)) => say!(
             "At t = {:.2} s every {} carried load again; no tip-over {}.",
             scene.seconds(end_ns),
             scene.word.one,
@@ -139,7 +143,7 @@ fn outcome(analysis: &Analysis, scene: &Scene, incident: &Incident<'_>) -> Strin
 fn tipped(scene: &Scene, event: &Event) -> String {
     let edge = scene.subject(event);
     let by = match event.shown_by {
-        Some(ShownBy::Rotation) => ", which the computed loads do not show",
+        Some(ShownBy::Rotation) => word!(", which the computed loads do not show"),
         _ => "",
     };
     let rest = event
@@ -147,12 +151,12 @@ fn tipped(scene: &Scene, event: &Event) -> String {
         .as_ref()
         .and_then(|it| it.at_rest_ns);
     let rest = rest.map_or(String::new(), |at_ns| {
-        format!(
+        say!(
             ", and it lay at rest on its side from t = {:.2} s or earlier",
             scene.seconds(at_ns)
         )
     });
-    format!(
+    say!(
         "It tipped over about the {edge} edge, by at least {}{by}{rest}.",
         answers::at_least_degrees(event)
     )

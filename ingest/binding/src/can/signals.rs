@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use tipwatch_can::{Database, Message, Protocol, Signal, j1939};
 use tipwatch_ingest::{CanTopic, Log};
+use tipwatch_language::say;
 use tipwatch_mechanics::machine::{CanMessageSpec, CanSpec, can_signals};
 
 use crate::error::CanError;
@@ -153,7 +154,7 @@ fn described(
         .map(|note| format!("{}: {note}", path.display()))
         .collect();
     if message.protocol == Protocol::Plain && message.is_extended() {
-        notes.push(format!(
+        notes.push(say!(
             "{}: message {name} has a 29-bit identifier and the file does not say J1939: its identifier must match \
              exactly, and the highest values count as numbers",
             path.display()
@@ -166,15 +167,14 @@ fn described(
 fn unit_note(can: &CanSpec, signal: &Signal) -> Option<String> {
     let name = format!("{}.{}", can.topic(), can.signal);
     match (signal.is_converted, signal.unit.as_str()) {
-        (true, "") => Some(format!(
+        (true, "") => Some(say!(
             "{name}: no unit is stated; its values are taken as SI units"
         )),
-        (true, unit) if unit != signal.si.symbol && signal.si.factor != 1.0 => Some(format!(
-            "{name}: {unit} is converted to {}",
-            signal.si.symbol
-        )),
+        (true, unit) if unit != signal.si.symbol && signal.si.factor != 1.0 => {
+            Some(say!("{name}: {unit} is converted to {}", signal.si.symbol))
+        }
         (true, _) => None,
-        (false, unit) => Some(format!(
+        (false, unit) => Some(say!(
             "{name}: the unit \"{}\" is not converted: scale and offset of the machine file must do it",
             unit.escape_debug()
         )),

@@ -8,6 +8,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 use tipwatch_calibration::commissioning::{Assessment, Status};
+use tipwatch_language::{message, say};
 use tipwatch_mechanics::machine::{Machine, Proof, Proofs};
 
 use crate::files::read_text;
@@ -303,7 +304,7 @@ impl Commissioning {
     pub fn statement(&self) -> String {
         let count = |status| self.with_status(status).len();
         let open = self.with_status(Status::NotShown);
-        let shown = format!(
+        let shown = say!(
             "commissioned at {} with {} ({} items proven, {} confirmed by a person)",
             self.made_at,
             self.source,
@@ -314,7 +315,7 @@ impl Commissioning {
             0 => shown,
             more => {
                 let keys: Vec<&str> = open.iter().map(|item| item.key.as_str()).collect();
-                format!(
+                say!(
                     "{shown}; in part only, {more} not shown: {}",
                     keys.join(", ")
                 )
@@ -324,7 +325,9 @@ impl Commissioning {
 }
 
 /// What is said of a machine without a commissioning.
-pub const NOT_COMMISSIONED: &str = "not commissioned: signs, axes, order, scale and mounting of the sensors are taken from the machine file and were not proven by a commissioning drive";
+pub const NOT_COMMISSIONED: &str = message!(
+    "not commissioned: signs, axes, order, scale and mounting of the sensors are taken from the machine file and were not proven by a commissioning drive"
+);
 
 impl MachineFile {
     /// The same bound to this result of a commissioning, instead of the one that it names.

@@ -2,6 +2,8 @@
 
 use std::io::{self, BufRead};
 
+use tipwatch_language::{say, word};
+
 use super::{
     calendar::unix_ns,
     channels::Channels,
@@ -76,9 +78,7 @@ impl<R: BufRead> Asc<R> {
                         .escape_ascii();
                     lost.lose(
                         self.lines.start..self.lines.end,
-                        format!(
-                            "expected an event of Vector ASC in a whole line, found \"{shown}\""
-                        ),
+                        say!("expected an event of Vector ASC in a whole line, found \"{shown}\""),
                     );
                 }
             }
@@ -119,9 +119,11 @@ impl<R: BufRead> Asc<R> {
         match date_ns(text) {
             Some(start_ns) => {
                 self.start_ns = start_ns;
-                lost.note("the file states its date without a time zone: UTC is assumed");
+                lost.note(word!(
+                    "the file states its date without a time zone: UTC is assumed"
+                ));
             }
-            None => lost.note(format!(
+            None => lost.note(say!(
                 "the date \"{}\" cannot be read: times count from the beginning of the file",
                 text.trim_ascii().escape_ascii()
             )),

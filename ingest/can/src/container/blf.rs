@@ -3,6 +3,7 @@
 use std::io::{self, Read, Seek, SeekFrom};
 
 use flate2::read::ZlibDecoder;
+use tipwatch_language::{say, word};
 
 use super::{calendar::unix_ns, channels::Channels, lost::LostRanges, open_error::OpenError};
 use crate::{
@@ -62,14 +63,18 @@ impl<R: Read + Seek> Blf<R> {
         } else {
             lost.lose(
                 0..len.min(FILE_HEADER_BYTES),
-                "expected the header of a BLF file of 144 bytes",
+                word!("expected the header of a BLF file of 144 bytes"),
             );
         }
         let start_ns = system_time_ns(&header, 40).unwrap_or(0);
         if start_ns == 0 {
-            lost.note("the file states no time of its start: times count from its beginning");
+            lost.note(word!(
+                "the file states no time of its start: times count from its beginning"
+            ));
         } else {
-            lost.note("the file states its start without a time zone: UTC is assumed");
+            lost.note(word!(
+                "the file states its start without a time zone: UTC is assumed"
+            ));
         }
         Ok(Self {
             source,
@@ -96,20 +101,23 @@ impl<R: Read + Seek> Blf<R> {
                     Some(Some(Body::Whole(_))) => return Ok(true),
                     // a size that is damaged leads to no object
                     Some(Some(Body::Shortened(_))) if self.is_at_object()? => {
-                        lost.note(
-                            "the logger left out the last bytes of frames (they are zero as a rule): they are read as zero",
-                        );
+                        lost.note(word!(
+                            "the logger left out the last bytes of frames (they are zero as a rule): they are read as zero"
+                        ));
                         return Ok(true);
                     }
                     Some(_) => lost.lose(
                         self.inner_bytes.clone(),
-                        "an object of a frame that is too short",
+                        word!("an object of a frame that is too short"),
                     ),
                 }
             }
             if !self.refill(lost)? {
                 if self.inner_at < self.inner.len() && rest_is_object(&self.inner, self.inner_at) {
-                    lost.lose(self.inner_bytes.clone(), "the last object is cut off");
+                    lost.lose(
+                        self.inner_bytes.clone(),
+                        word!("the last object is cut off"),
+                    );
                     self.inner_at = self.inner.len();
                 }
                 return Ok(false);
@@ -154,7 +162,7 @@ impl<R: Read + Seek> Blf<R> {
                 }
                 lost.lose(
                     self.inner_bytes.clone(),
-                    "expected an object (LOBJ), found other bytes",
+                    word!("expected an object (LOBJ), found other bytes"),
                 );
                 let next = find(rest, OBJECT_MAGIC);
                 self.inner_at += next.unwrap_or(rest.len() - OBJECT_MAGIC.len());
@@ -166,7 +174,7 @@ impl<R: Read + Seek> Blf<R> {
             if !(BASE_BYTES..=MOST_OBJECT_BYTES).contains(&size) {
                 lost.lose(
                     self.inner_bytes.clone(),
-                    format!("expected an object of 16 bytes to 4 MiB, found one of {size} bytes"),
+                    say!("expected an object of 16 bytes to 4 MiB, found one of {size} bytes"),
                 );
                 self.inner_at = start + OBJECT_MAGIC.len();
                 continue;
@@ -195,7 +203,7 @@ impl<R: Read + Seek> Blf<R> {
                     .get(..head_bytes)
                     .is_some_and(|bytes| bytes.iter().any(|&byte| byte != 0))
                 {
-                    lost.lose(start..self.len, "the file ends within an object");
+                    lost.lose(start..self.len, word!("the file ends within an object"));
                 }
                 self.at = self.len;
                 return Ok(false);
@@ -207,7 +215,10 @@ impl<R: Read + Seek> Blf<R> {
                 let next = self.search(start + 1)?;
                 // padding behind a container is no loss
                 if next - start > 3 {
-                    lost.lose(start..next, "expected an object (LOBJ), found other bytes");
+                    lost.lose(
+                        start..next,
+                        word!("expected an object (LOBJ), found other bytes"),
+                    );
                     self.inner.clear();
                     self.inner_at = 0;
                 }
@@ -234,7 +245,7 @@ impl<R: Read + Seek> Blf<R> {
             let problem = unpack(&body, &mut self.inner);
             self.at = available;
             if end > self.len {
-                lost.lose(start..available, "the file ends within a container");
+                lost.lose(start..available, word!("the file ends within a container"));
             } else if let Some(problem) = problem {
                 // the size may be what is damaged: a container that starts within is found
                 self.at = self
@@ -300,7 +311,7 @@ fn unpack(body: &[u8], into: &mut Vec<u8>) -> Option<String> {
     let method = u16_at(body, 0);
     let declared = u64::from(u32_at(body, 8).unwrap_or(0));
     let Some(data) = body.get(HEADER_BYTES..) else {
-        return Some("a container without a header".to_owned());
+        return Some(word!("a container without a header").to_owned());
     };
     match method {
         Some(0) => {
@@ -313,14 +324,14 @@ fn unpack(body: &[u8], into: &mut Vec<u8>) -> Option<String> {
             let result = decoder.read_to_end(into);
             let found = (into.len() - before) as u64;
             match result {
-                Err(error) => Some(format!("damaged zlib after {found} bytes: {error}")),
-                Ok(_) if found != declared => Some(format!(
+                Err(error) => Some(say!("damaged zlib after {found} bytes: {error}")),
+                Ok(_) if found != declared => Some(say!(
                     "expected a container of {declared} bytes, found {found}"
                 )),
                 Ok(_) => None,
             }
         }
-        other => Some(format!(
+        other => Some(say!(
             "expected compression 0 or 2 (zlib), found {}",
             other.unwrap_or(u16::MAX)
         )),

@@ -2,6 +2,8 @@
 
 use std::io::{self, BufRead, Seek, SeekFrom};
 
+use tipwatch_language::{message, say, told, word};
+
 use super::{
     candump_time::{Clock, CountedFrom, Evidence, Stamp, UNTOLD, stamp},
     channels::Channels,
@@ -114,24 +116,24 @@ impl<R: BufRead> Candump<R> {
             .escape_ascii();
         if line.starts_with(DROPPED) {
             let said = line.get(..line.len().min(120)).unwrap_or_default();
-            return format!(
+            return say!(
                 "frames that candump itself missed: \"{}\"",
                 said.escape_ascii()
             );
         }
         if is_without_time(line) {
-            return format!("{WITHOUT_TIME}, found \"{shown}\"");
+            return say!("{}, found \"{shown}\"", told(WITHOUT_TIME));
         }
         let place = if self.lines.is_last {
-            "a last line without line break, which may be cut off"
+            word!("a last line without line break, which may be cut off")
         } else {
-            "a line"
+            word!("a line")
         };
         let cost = match &self.clock {
             Some(clock) if !has_stamp => clock.cost(),
             _ => "",
         };
-        format!("expected (seconds) channel id#data, found {place}: \"{shown}\"{cost}")
+        say!("expected (seconds) channel id#data, found {place}: \"{shown}\"{cost}")
     }
 }
 
@@ -164,8 +166,9 @@ impl<R: BufRead + Seek> Candump<R> {
     }
 }
 
-const WITHOUT_TIME: &str =
-    "expected frames of candump with a time (record with candump -l, or print with candump -ta)";
+const WITHOUT_TIME: &str = message!(
+    "expected frames of candump with a time (record with candump -l, or print with candump -ta)"
+);
 
 /// A line without the sequences that colour it on a terminal (`-c`).
 fn without_colours(line: &[u8]) -> Vec<u8> {

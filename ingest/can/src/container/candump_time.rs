@@ -5,6 +5,8 @@
 
 use std::collections::HashMap;
 
+use tipwatch_language::word;
+
 use super::{
     calendar::unix_ns,
     lost::LostRanges,
@@ -204,23 +206,25 @@ impl Clock {
 
     pub(super) fn time_ns(&mut self, stamp: Stamp, lost: &mut LostRanges) -> i64 {
         if stamp.form == Form::Date {
-            lost.note("candump states dates without a time zone: UTC is assumed");
+            lost.note(word!(
+                "candump states dates without a time zone: UTC is assumed"
+            ));
         }
         match self.counted_from {
             _ if stamp.is_absolute() => stamp.time_ns,
             CountedFrom::Epoch => stamp.time_ns,
             CountedFrom::FirstFrame => {
-                lost.note(
+                lost.note(word!(
                     "the times count from the first frame or another beginning, as those of candump -tz: the date of the \
-                     trace is unknown",
-                );
+                     trace is unknown"
+                ));
                 stamp.time_ns
             }
             CountedFrom::FrameBefore => {
-                lost.note(
+                lost.note(word!(
                     "the times count from the frame before (candump -td) and are summed up: the date of the trace is \
-                     unknown",
-                );
+                     unknown"
+                ));
                 self.sum_ns = self.sum_ns.saturating_add(stamp.time_ns);
                 self.sum_ns
             }
@@ -230,7 +234,7 @@ impl Clock {
     /// What a line without a readable stamp costs beyond its frame.
     pub(super) fn cost(&self) -> &'static str {
         match self.counted_from {
-            CountedFrom::FrameBefore => "; all later times are too early by its interval",
+            CountedFrom::FrameBefore => word!("; all later times are too early by its interval"),
             _ => "",
         }
     }

@@ -2,6 +2,8 @@
 
 use std::io::{self, BufRead, Seek, SeekFrom};
 
+use tipwatch_language::{say, word};
+
 use super::{
     calendar::unix_ns,
     channels::Channels,
@@ -86,8 +88,8 @@ impl<R: BufRead + Seek> Trc<R> {
         let columns = header.columns().map_err(OpenError::Invalid)?;
         let start_ns = header.start_ns.or(header.comment_ns);
         lost.note(match start_ns {
-            Some(_) => "the file states its start without a time zone: UTC is assumed",
-            None => "the file states no time of its start: times count from its beginning",
+            Some(_) => word!("the file states its start without a time zone: UTC is assumed"),
+            None => word!("the file states no time of its start: times count from its beginning"),
         });
         source.seek(SeekFrom::Start(0))?;
         Ok(Self {
@@ -180,21 +182,21 @@ impl<R: BufRead> Trc<R> {
             let expected = match line_is {
                 Line::Frame => return Ok(true),
                 Line::Other => {
-                    lost.note(
-                        "lines with a status of the CAN hardware, a bus warning or an event are no frames and are left out",
-                    );
+                    lost.note(word!(
+                        "lines with a status of the CAN hardware, a bus warning or an event are no frames and are left out"
+                    ));
                     continue;
                 }
-                Line::Wrong => "a message of a PCAN trace in a whole line",
-                Line::Assembled => {
+                Line::Wrong => word!("a message of a PCAN trace in a whole line"),
+                Line::Assembled => word!(
                     "a frame of at most 8 bytes (save the trace as CAN frames, not as messages of J1939)"
-                }
+                ),
             };
             let shown = line.get(..line.len().min(40)).unwrap_or_default();
             let shown = shown.escape_ascii().to_string();
             lost.lose(
                 self.lines.start..self.lines.end,
-                format!("expected {expected}, found \"{shown}\""),
+                say!("expected {expected}, found \"{shown}\""),
             );
         }
         Ok(false)

@@ -6,6 +6,7 @@ use can_dbc::{
     ByteOrder, Dbc, Message as DbcMessage, MultiplexIndicator, NumericValue, Signal as DbcSignal,
     SignalExtendedValueType, ValueType,
 };
+use tipwatch_language::{say, word};
 
 use super::names;
 use crate::{
@@ -40,7 +41,7 @@ pub(super) fn prepare(
         let long = dbc.signal_attribute(message.id, &of.name, LONG_NAME);
         if let Some(long) = names::long_name(long, &of.name) {
             match signals.iter().any(|other| other.name == long) {
-                true => notes.push(format!(
+                true => notes.push(say!(
                     "{message_name}.{}: the name {long} is that of another signal and is not used",
                     of.name
                 )),
@@ -61,7 +62,7 @@ pub(super) fn prepare(
             None => {}
             Some(Ok(multiplexed)) => signal.multiplexed = Some(multiplexed),
             Some(Err(problem)) => {
-                notes.push(format!(
+                notes.push(say!(
                     "{message_name}.{}: {problem}: never a number",
                     signal.name
                 ));
@@ -108,10 +109,10 @@ fn multiplexers(
         .map(|(place, _)| place);
     let root = match (roots.next(), roots.next()) {
         (Some(root), None) => Ok(root),
-        (None, _) => Err("its multiplexer is not in the message"),
-        (Some(_), Some(_)) => {
-            Err("its message has several multiplexers, and none is stated for it")
-        }
+        (None, _) => Err(word!("its multiplexer is not in the message")),
+        (Some(_), Some(_)) => Err(word!(
+            "its message has several multiplexers, and none is stated for it"
+        )),
     };
     let mut found: Vec<_> = (kept.iter().zip(stated))
         .map(|((signal, _), stated)| {
@@ -121,7 +122,7 @@ fn multiplexers(
             let (multiplexer, values) = match (stated, signal.multiplexer_indicator) {
                 (Some(Err(problem)), _) => return Some(Err(problem)),
                 (Some(Ok((name, values))), _) => {
-                    let place = place(name).ok_or("its multiplexer is not in the message");
+                    let place = place(name).ok_or(word!("its multiplexer is not in the message"));
                     (place, values)
                 }
                 (None, Plain | Multiplexor) => return None,
@@ -144,7 +145,7 @@ fn multiplexers(
             && multiplexed.is_ok()
             && !has_end
         {
-            *multiplexed = Err(format!(
+            *multiplexed = Err(say!(
                 "its multiplexers select each other, or more than {MOST_NESTED} select it"
             ));
         }
@@ -180,7 +181,7 @@ fn stated_multiplexer<'d>(
     let mut mappings = first.mappings.clone();
     for other in of_signal {
         if other.multiplexor_signal_name != name {
-            return Some(Err(format!(
+            return Some(Err(say!(
                 "two multiplexers are stated for it, {name} and {}",
                 other.multiplexor_signal_name
             )));
@@ -203,9 +204,9 @@ fn prepare_one(dbc: &Dbc, message: &DbcMessage, signal: &DbcSignal) -> Result<Si
         }
     };
     let bits = position()
-        .ok_or_else(|| format!("expected 1 to 64 bits, found {size} from bit {start} on"))?;
+        .ok_or_else(|| say!("expected 1 to 64 bits, found {size} from bit {start} on"))?;
     if bits.end() as u64 > message.size {
-        return Err(format!(
+        return Err(say!(
             "its bits end in byte {}, its message has {}",
             bits.end(),
             message.size
@@ -223,12 +224,13 @@ fn prepare_one(dbc: &Dbc, message: &DbcMessage, signal: &DbcSignal) -> Result<Si
                 ValueType::Unsigned => ValueKind::Unsigned,
             }
         }
-        (Some(_), _) => return Err(format!("a floating-point number of {size} bits")),
+        (Some(_), _) => return Err(say!("a floating-point number of {size} bits")),
     };
     if !signal.factor.is_finite() || !signal.offset.is_finite() || signal.factor == 0.0 {
-        return Err(format!(
+        return Err(say!(
             "factor {} and offset {}",
-            signal.factor, signal.offset
+            signal.factor,
+            signal.offset
         ));
     }
     let (least, greatest) = (number(signal.min), number(signal.max));

@@ -1,5 +1,7 @@
 //! The record syntax of bags.
 
+use tipwatch_language::say;
+
 use super::{
     connection::connection,
     header::{self, op},
@@ -35,7 +37,7 @@ impl Grammar for Bag {
 
     fn complaint(head: &[u8]) -> String {
         let shown = head.get(..16).unwrap_or(head).escape_ascii();
-        format!("expected a record, found the bytes \"{shown}\"")
+        say!("expected a record, found the bytes \"{shown}\"")
     }
 
     fn is_closing(_rest: &[u8]) -> bool {

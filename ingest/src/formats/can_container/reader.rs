@@ -9,6 +9,7 @@ use std::{
 };
 
 use tipwatch_can::{Container, ContainerFormat, Frame, FrameSource, OpenError};
+use tipwatch_language::say;
 
 use super::encode::CanFrameType;
 use crate::{
@@ -115,7 +116,7 @@ impl CanReader {
             };
             let left_out = if seen.has_fd { seen.remote } else { 0 };
             if left_out > 0 {
-                losses.note(format!(
+                losses.note(say!(
                     "{name}: {left_out} remote frames, which carry no data, are left out of the topic: \
                      {} has no place for them",
                     frame_type.name()

@@ -1,6 +1,7 @@
 //! The record syntax of MCAP.
 
 use mcap::records::op;
+use tipwatch_language::{say, word};
 
 use super::{
     extra::of_mcap_record,
@@ -43,9 +44,9 @@ impl Grammar for Mcap {
 
     fn complaint(head: &[u8]) -> String {
         match record::record_header(head) {
-            None => format!("expected a record, found only {} more bytes", head.len()),
-            Some((0, _)) => "expected a record, found opcode 0".to_owned(),
-            Some((opcode, bytes)) => format!(
+            None => say!("expected a record, found only {} more bytes", head.len()),
+            Some((0, _)) => word!("expected a record, found opcode 0").to_owned(),
+            Some((opcode, bytes)) => say!(
                 "expected a record, found opcode {opcode} with {bytes} bytes, a length that does \
                  not fit its fields"
             ),

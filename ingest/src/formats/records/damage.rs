@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use tipwatch_language::say;
+
 use super::{
     grammar::{Frame, Grammar, Kind},
     packed_chunk::Compression,
@@ -96,7 +98,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 self.visitor.begin_chunk(offset, end);
                 let flow = self.content(&mut unpacked, &bytes, LostPart::Chunk, None);
                 let header = offset..offset + header_bytes;
-                let reason = format!("{reason}: the header of a chunk whose content is intact");
+                let reason = say!("{reason}: the header of a chunk whose content is intact");
                 self.lose(LostPart::Records, header, reason);
                 // The index records that follow count messages that are not lost.
                 self.log.expect_no_indexes();

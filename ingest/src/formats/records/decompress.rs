@@ -2,6 +2,7 @@
 
 use std::io::Read;
 
+use tipwatch_language::{say, word};
 use zstd::{bulk, stream, zstd_safe};
 
 use super::{
@@ -52,7 +53,7 @@ impl Decompressor {
                 Content::Buffer(stream(decoder, chunk.uncompressed_bytes, buffer)?)
             }
             Compression::Other(name) => {
-                return Err(format!(
+                return Err(say!(
                     "expected no compression, lz4, zstd or bz2, found {name:?}"
                 ));
             }
@@ -85,7 +86,7 @@ impl Decompressor {
     fn lz4(&mut self, chunk: &PackedChunk<'_>, buffer: &mut Vec<u8>) -> Result<usize, String> {
         let (declared, given) = (chunk.uncompressed_bytes, chunk.data.len());
         if declared > (given as u64).saturating_mul(LZ4_MAX_RATIO) {
-            return Err(format!(
+            return Err(say!(
                 "{given} bytes of lz4 cannot expand to {declared} bytes"
             ));
         }
@@ -104,7 +105,7 @@ impl Decompressor {
                 }
                 (_, End::Full) if room < declared => room = more_room(room, declared),
                 (_, End::Full) => return Err(too_long(declared)),
-                (_, End::Cut) => return Err("lz4: the data ends within a frame".to_owned()),
+                (_, End::Cut) => return Err(word!("lz4: the data ends within a frame").to_owned()),
                 (_, End::Damaged(reason)) => return Err(reason),
             }
         }
@@ -180,7 +181,7 @@ fn stream(mut decoder: impl Read, declared: u64, buffer: &mut Vec<u8>) -> Result
         let target = buffer.get_mut(filled..end).unwrap_or_default();
         match decoder
             .read(target)
-            .map_err(|error| format!("decompression: {error}"))?
+            .map_err(|error| say!("decompression: {error}"))?
         {
             0 => break,
             more => filled += more,
@@ -191,24 +192,24 @@ fn stream(mut decoder: impl Read, declared: u64, buffer: &mut Vec<u8>) -> Result
 }
 
 fn too_long(declared: u64) -> String {
-    format!("expected {declared} bytes of content, found more")
+    say!("expected {declared} bytes of content, found more")
 }
 
 fn check_sizes(chunk: &PackedChunk<'_>) -> Result<(), String> {
     let (declared, found) = (chunk.declared_bytes, chunk.data.len() as u64);
     if declared != found {
-        return Err(format!(
+        return Err(say!(
             "expected {declared} bytes of compressed data, found {found}"
         ));
     }
     let uncompressed = chunk.uncompressed_bytes;
     if uncompressed > CHUNK_LIMIT_BYTES {
-        return Err(format!(
+        return Err(say!(
             "{uncompressed} bytes of content exceed {CHUNK_LIMIT_BYTES}"
         ));
     }
     if chunk.compression == Compression::None && uncompressed != found {
-        return Err(format!(
+        return Err(say!(
             "expected {uncompressed} bytes of content, found {found}"
         ));
     }
@@ -220,16 +221,14 @@ fn check_crc(expected: u32, content: &[u8]) -> Result<(), String> {
     if found == expected {
         return Ok(());
     }
-    Err(format!("CRC: expected {expected:08x}, found {found:08x}"))
+    Err(say!("CRC: expected {expected:08x}, found {found:08x}"))
 }
 
 fn check_filled(filled: u64, declared: u64) -> Result<(), String> {
     if filled == declared {
         return Ok(());
     }
-    Err(format!(
-        "expected {declared} bytes of content, found {filled}"
-    ))
+    Err(say!("expected {declared} bytes of content, found {filled}"))
 }
 
 /// Like [`grow_to`], but what is in the buffer may get lost: it need not be copied, nor be there twice.
@@ -247,7 +246,7 @@ fn make_room(buffer: &mut Vec<u8>, count: u64) -> Result<usize, String> {
 
 /// Grows the buffer to at least `count` bytes and returns `count`.
 fn grow_to(buffer: &mut Vec<u8>, count: u64) -> Result<usize, String> {
-    let no_memory = || format!("{count} bytes of content do not fit into memory");
+    let no_memory = || say!("{count} bytes of content do not fit into memory");
     let wanted = usize::try_from(count).map_err(|_| no_memory())?;
     if buffer.len() < wanted {
         buffer

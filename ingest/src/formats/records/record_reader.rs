@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use tipwatch_language::say;
+
 use super::{
     contents::{ChunkDirectory, ExtraPlace},
     delivery::Delivery,
@@ -43,7 +45,7 @@ impl<G: Grammar> RecordReader<G> {
             Some(contents) => contents,
             None => {
                 file.require_whole("without an intact index")?;
-                losses.note(format!(
+                losses.note(say!(
                     "{}: no intact index: the whole file was scanned for its topics",
                     named.path().display()
                 ));
@@ -164,7 +166,7 @@ fn drop_wrong_places<G: Grammar>(
         is_first = false;
     }
     if let Some(first) = wrong.first() {
-        losses.note(format!(
+        losses.note(say!(
             "{}: {} chunks of the index are not at their offsets, the first at byte {first}",
             file.path().display(),
             wrong.len(),

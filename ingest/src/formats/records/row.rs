@@ -2,6 +2,8 @@
 
 use std::ops::{ControlFlow, Range};
 
+use tipwatch_language::{message, told};
+
 use super::{
     grammar::{Frame, Grammar, Kind},
     parsed::MessageRecord,
@@ -165,17 +167,23 @@ impl Tally {
     pub(super) fn reason(&self) -> Option<String> {
         let gap_bytes: usize = self.gaps.iter().map(Range::len).sum();
         let counted = [
-            (self.undefined_channel, "messages of undefined channels"),
-            (self.unreadable, "unreadable records"),
+            (
+                self.undefined_channel,
+                message!("messages of undefined channels"),
+            ),
+            (self.unreadable, message!("unreadable records")),
             (
                 self.contradictory,
-                "contradictory definitions of a channel (the first is kept)",
+                message!("contradictory definitions of a channel (the first is kept)"),
             ),
-            (gap_bytes as u64, "bytes of content that are not records"),
+            (
+                gap_bytes as u64,
+                message!("bytes of content that are not records"),
+            ),
         ];
         let found = counted.iter().filter(|(count, _)| *count > 0);
         let parts: Vec<String> = found
-            .map(|(count, what)| format!("{count} {what}"))
+            .map(|(count, what)| format!("{count} {}", told(what)))
             .collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }

@@ -5,6 +5,8 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
+use tipwatch_language::word;
+
 use super::{
     decompress::{Content, Decompressor},
     grammar::Grammar,
@@ -79,7 +81,7 @@ impl Unpacked {
         self.is_taken_in = false;
         self.is_kept = false;
         let Some(mut chunk) = G::chunk(packed) else {
-            self.failure = Some("unreadable chunk header".to_owned());
+            self.failure = Some(word!("unreadable chunk header").to_owned());
             return Ok(());
         };
         // The data is a slice of `packed`, possibly truncated.
@@ -106,7 +108,8 @@ impl Unpacked {
             Ok(Err(reason)) => self.failure = Some(reason),
             Err(_) => {
                 *decompressor = Decompressor::default();
-                self.failure = Some("decompression: internal error of the decompressor".to_owned());
+                self.failure =
+                    Some(word!("decompression: internal error of the decompressor").to_owned());
             }
         }
         Ok(())

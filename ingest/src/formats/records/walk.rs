@@ -9,6 +9,8 @@ use std::{
     ops::{Bound, ControlFlow, Range},
 };
 
+use tipwatch_language::{say, word};
+
 use super::{
     contents::ChunkDirectory,
     grammar::{Frame, Grammar, Kind},
@@ -140,7 +142,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             }
             match self.record_at(offset)? {
                 AtOffset::Record(frame) if self.by_index && frame.kind != Kind::Chunk => {
-                    let reason = "expected a chunk, as the index states".to_owned();
+                    let reason = word!("expected a chunk, as the index states").to_owned();
                     match self.damaged(offset, reason)? {
                         Resumption::Resume(next) => offset = next,
                         Resumption::Stop(flow) => return Ok(flow),
@@ -162,7 +164,8 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
                 }
                 AtOffset::End => return Ok(ControlFlow::Continue(())),
                 AtOffset::Unclosed => {
-                    let reason = "the recording was not closed: later messages may be missing";
+                    let reason =
+                        word!("the recording was not closed: later messages may be missing");
                     self.lose(LostPart::Tail, offset..offset, reason.to_owned());
                     return Ok(ControlFlow::Continue(()));
                 }
@@ -200,24 +203,23 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         let length_bytes = frame.length_bytes;
         let is_read = matches!(frame.kind, Kind::Chunk | Kind::Message | Kind::Definition);
         if length_bytes > remaining {
-            return Ok(AtOffset::Damaged(format!(
+            return Ok(AtOffset::Damaged(say!(
                 "a record of {length_bytes} bytes, but only {remaining} bytes are left in the file"
             )));
         }
         if is_read && length_bytes > RECORD_LIMIT_BYTES {
-            let reason = format!("a record of {length_bytes} bytes is implausible");
+            let reason = say!("a record of {length_bytes} bytes is implausible");
             return Ok(AtOffset::Damaged(reason));
         }
         let end = offset + length_bytes;
         if self.next_known_chunk(offset).is_some_and(|next| next < end) {
-            let reason = format!("a record of {length_bytes} bytes overlaps a chunk");
+            let reason = say!("a record of {length_bytes} bytes overlaps a chunk");
             return Ok(AtOffset::Damaged(reason));
         }
         if !self.is_boundary(end)? {
             let within = self.within(offset)?;
             if self.search(offset + 1, end, within)?.is_some() {
-                let reason =
-                    format!("another record begins inside a record of {length_bytes} bytes");
+                let reason = say!("another record begins inside a record of {length_bytes} bytes");
                 return Ok(AtOffset::Damaged(reason));
             }
         }
@@ -250,7 +252,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
             kind @ (Kind::Message | Kind::Definition) => return self.loose_record(kind, bytes),
             Kind::Index => self.index(&bytes)?,
             Kind::Unknown => {
-                let reason = "a record of an undefined kind";
+                let reason = word!("a record of an undefined kind");
                 self.lose(LostPart::Records, bytes, reason.to_owned());
             }
             Kind::Other => self.visitor.other(&bytes),
@@ -277,7 +279,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         self.visitor.begin_chunk(bytes.start, bytes.end);
         let mut unpacked = self.unpacking.take(bytes, self.visitor)?;
         if unpacked.failure.is_some() && unpacked.has_checksum && !is_certain {
-            let reason = "a chunk that is longer than its fields";
+            let reason = word!("a chunk that is longer than its fields");
             if let Some(mended) = self.mended_chunk(bytes.start, Some(bytes.end), reason)? {
                 self.unpacking.give_back(unpacked);
                 return Ok(match mended {
@@ -317,7 +319,7 @@ impl<G: Grammar, V: Visitor> Walk<'_, G, V> {
         let mut reasons: Vec<String> = beforehand.into_iter().chain(tally.reason()).collect();
         if part == LostPart::Tail && tally.messages > 0 {
             let count = tally.messages;
-            reasons.push(format!(
+            reasons.push(say!(
                 "the first {count} messages of this chunk were read, unverified"
             ));
         }

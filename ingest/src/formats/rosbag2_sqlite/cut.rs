@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use tipwatch_language::say;
+
 use crate::{
     file::FileBytes,
     message::{Error, Losses, LostPart},
@@ -45,7 +47,7 @@ impl Cut {
         if expected <= file.len() {
             return Ok(None);
         }
-        let reason = format!(
+        let reason = say!(
             "expected a database of {expected} bytes, found {}",
             file.len()
         );

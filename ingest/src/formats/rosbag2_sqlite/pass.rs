@@ -6,6 +6,7 @@ use std::{
 };
 
 use rusqlite::{Row, types::ValueRef};
+use tipwatch_language::say;
 
 use super::{
     gaps::{IdGap, IdGaps},
@@ -176,7 +177,7 @@ impl Pass<'_, '_> {
         if flow.is_break() {
             return Ok(flow);
         }
-        let reason = format!("{source}; {salvaged} more messages were found in single pages");
+        let reason = say!("{source}; {salvaged} more messages were found in single pages");
         self.report_gaps(&gaps, &salvage.unknown_ranges(), &reason);
         Ok(flow)
     }
@@ -264,7 +265,7 @@ impl Pass<'_, '_> {
                 start_byte: end,
                 end_byte: end,
                 part: LostPart::Records,
-                reason: format!("{rows} rows are not complete messages"),
+                reason: say!("{rows} rows are not complete messages"),
                 first_time_ns: span_ns.map(|span| span.0),
                 last_time_ns: span_ns.map(|span| span.1),
                 messages: BTreeMap::new(),

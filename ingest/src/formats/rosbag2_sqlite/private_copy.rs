@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rusqlite::{Connection, OpenFlags};
 use tempfile::TempDir;
+use tipwatch_language::say;
 
 use crate::message::{Losses, LostPart};
 
@@ -33,7 +34,7 @@ pub(super) struct PrivateCopy {
 pub(super) fn with_journal(path: &Path, losses: &mut Losses) -> Option<PrivateCopy> {
     let Some((journal, ending)) = journal_of(path) else {
         if needs_write_ahead_log(path) {
-            losses.note(format!(
+            losses.note(say!(
                 "{}: it was recorded with a write-ahead log, and no file of this name with -wal is beside it; if it was \
                  copied while the recorder wrote it, its last messages are missing",
                 path.display()
@@ -43,7 +44,7 @@ pub(super) fn with_journal(path: &Path, losses: &mut Losses) -> Option<PrivateCo
     };
     match copy_and_merge(path, &journal, ending) {
         Ok(copy) => {
-            losses.note(format!(
+            losses.note(say!(
                 "{}: a journal beside it was never merged ({ending}); it was applied to \
                  a private copy",
                 path.display()
@@ -52,7 +53,7 @@ pub(super) fn with_journal(path: &Path, losses: &mut Losses) -> Option<PrivateCo
         }
         Err(error) => {
             let bytes = std::fs::metadata(&journal).map_or(0, |metadata| metadata.len());
-            let reason = format!("a journal cannot be applied: {error}");
+            let reason = say!("a journal cannot be applied: {error}");
             losses.lose(LostPart::File, &journal, 0..bytes, reason);
             None
         }

@@ -5,6 +5,7 @@
 use std::{collections::HashMap, path::PathBuf};
 
 use rusqlite::Connection;
+use tipwatch_language::say;
 
 use super::{
     connection::connect,
@@ -81,9 +82,9 @@ impl SqliteReader {
         }
         let path = self.path.display();
         match counts.map(|counts| counts.missing()) {
-            None => losses.note(format!("{path}: the messages cannot be counted")),
+            None => losses.note(say!("{path}: the messages cannot be counted")),
             Some(0) => {}
-            Some(missing) => losses.note(format!(
+            Some(missing) => losses.note(say!(
                 "{path}: {missing} message ids are missing from the recorder's numbering"
             )),
         }
@@ -103,7 +104,7 @@ impl SqliteReader {
         if topics.is_empty() {
             return Err(error);
         }
-        losses.note(format!(
+        losses.note(say!(
             "{error}; {} topics were found in single pages",
             topics.len()
         ));

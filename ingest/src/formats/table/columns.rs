@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use tipwatch_language::say;
+
 /// The topic of all rows.
 pub(super) const TOPIC: &str = "table";
 pub(super) const TYPE: &str = "tipwatch_table/msg/Row";
@@ -30,7 +32,7 @@ impl Columns {
                 |field: &String| fields.contains(field) || field != name && names.contains(field);
             let field = unused(&plain, &is_taken);
             if field != plain {
-                notes.push(format!(
+                notes.push(say!(
                     "column {name:?} is read as field {field}: {plain} is another column"
                 ));
             }

@@ -9,6 +9,7 @@ use std::{
 };
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
+use tipwatch_language::{say, word};
 
 use super::{
     columns::Columns,
@@ -134,18 +135,18 @@ impl CsvReader {
         lost.report(path, losses);
         let name = path.display().to_string();
         if self.lines.cut_at.is_some() {
-            losses.note(format!(
+            losses.note(say!(
                 "{name}: the last row has no line break and may be cut off: it is not read"
             ));
         }
         if remarks > 0 {
-            losses.note(format!(
+            losses.note(say!(
                 "{name}: {remarks} lines are no rows: they begin with # or repeat the names of the columns"
             ));
         }
         self.rows.counted = counted;
         if lacks_zone {
-            losses.note(format!(
+            losses.note(say!(
                 "{name}: times are stated without a time zone: UTC is assumed"
             ));
         }
@@ -280,7 +281,10 @@ impl Lines {
                     true => Problem::remark(),
                     false => Problem {
                         kind: "quote",
-                        text: "expected a quotation mark at the end of a cell, found the end of the line".to_owned(),
+                        text: word!(
+                            "expected a quotation mark at the end of a cell, found the end of the line"
+                        )
+                        .to_owned(),
                     },
                 };
                 let of_line = Place {
@@ -314,9 +318,11 @@ impl Lines {
             if has_other_columns {
                 line = Err(Problem {
                     kind: "columns",
-                    text: "expected the columns that the table begins with, found a line that names others or puts them in another \
-                           order"
-                        .to_owned(),
+                    text: word!(
+                        "expected the columns that the table begins with, found a line that names others or puts them in another \
+                         order"
+                    )
+                    .to_owned(),
                 });
             }
             if take(line, place).is_break() {
@@ -395,7 +401,7 @@ impl Lines {
         if record.len() < width || is_longer {
             return Err(Problem {
                 kind: "cells",
-                text: format!("expected a row of {width} cells, found {}", record.len()),
+                text: say!("expected a row of {width} cells, found {}", record.len()),
             });
         }
         let time = &self.table.time;
@@ -408,12 +414,14 @@ impl Lines {
         let Some(time_ns) = time.read(&texts, self.table.has_decimal_comma) else {
             let found = texts.join(" ");
             let advice = match is_ambiguous(&found) {
-                true => ", which can be day or month first: --date-order dmy or mdy states it",
+                true => {
+                    word!(", which can be day or month first: --date-order dmy or mdy states it")
+                }
                 false => "",
             };
             return Err(Problem {
                 kind: "time",
-                text: format!(
+                text: say!(
                     "expected a time, found \"{}\"{advice}",
                     found.escape_debug()
                 ),
@@ -558,7 +566,7 @@ impl Signals {
         let Some(&place) = self.places.get(&name) else {
             return Err(Problem {
                 kind: "signal",
-                text: format!(
+                text: say!(
                     "expected the name of a signal, found \"{}\"",
                     name.escape_debug()
                 ),
@@ -796,7 +804,7 @@ fn note_grouped(
 ) {
     let columns = columns.iter().zip(odd).zip(grouped);
     for ((column, odd), _) in columns.filter(|(_, is_grouped)| **is_grouped) {
-        losses.note(format!(
+        losses.note(say!(
             "{name}: column \"{}\": the mark in {} numbers is taken for one between thousands and hundreds",
             column.escape_debug(),
             odd.grouped
@@ -815,13 +823,13 @@ fn note_odd_cells(name: &str, columns: &[String], odd: &[OddCells], losses: &mut
         })
         .collect();
     if !texts.is_empty() {
-        losses.note(format!(
+        losses.note(say!(
             "{name}: columns of texts are not read: {}",
             texts.join(", ")
         ));
     }
     for (column, odd) in odd().filter(|(_, odd)| odd.has_number) {
-        losses.note(format!(
+        losses.note(say!(
             "{name}: column \"{}\": {} cells are not numbers, for example \"{}\"",
             column.escape_debug(),
             odd.count,

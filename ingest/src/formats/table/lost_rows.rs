@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, ops::Range, path::Path};
 
+use tipwatch_language::say;
+
 use super::columns::TOPIC;
 use crate::message::{Losses, LostPart, LostRange};
 
@@ -85,8 +87,8 @@ impl LostRows {
         for kind in self.kinds.into_values() {
             let (first, last) = kind.lines;
             let reason = match kind.count {
-                1 => format!("line {first}: {}", kind.example),
-                count => format!(
+                1 => say!("line {first}: {}", kind.example),
+                count => say!(
                     "{count} rows, the first in line {first}, the last in line {last}: {}",
                     kind.example
                 ),

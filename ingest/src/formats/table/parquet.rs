@@ -21,6 +21,7 @@ use parquet::{
     },
     schema::types::ColumnDescriptor,
 };
+use tipwatch_language::{say, word};
 
 use super::{
     columns::Columns,
@@ -129,9 +130,9 @@ impl ParquetReader {
         let not_used: Vec<&str> = not_used.map(|at| columns[*at].name()).collect();
         if !not_used.is_empty() {
             let used = time.columns.iter().map(|at| columns[*at].name());
-            told = Some(format!(
+            told = Some(say!(
                 "time: {}; not the other columns of times: {} (--time-column NAME states one)",
-                used.collect::<Vec<_>>().join(" and "),
+                used.collect::<Vec<_>>().join(word!(" and ")),
                 not_used.join(", ")
             ));
         }
@@ -149,7 +150,7 @@ impl ParquetReader {
         let others = (fields.iter().enumerate()).filter(|(at, _)| !read().any(|read| read == *at));
         let others: Vec<&str> = others.map(|(_, field)| field.name()).collect();
         if !others.is_empty() {
-            losses.note(format!(
+            losses.note(say!(
                 "{}: columns that are not numbers are not read: {}",
                 path.display(),
                 others.join(", ")
@@ -227,7 +228,7 @@ impl ParquetReader {
             losses.lose(LostPart::Chunk, &self.path, lost.bytes, reason);
         }
         if without_time > 0 {
-            losses.note(format!(
+            losses.note(say!(
                 "{}: {without_time} rows have no time and are not read",
                 self.path.display()
             ));
@@ -242,7 +243,7 @@ impl ParquetReader {
         let group = self.metadata.row_group(group);
         let (size, count) = (group.total_byte_size(), group.num_rows());
         if !(0..=MOST_GROUP_BYTES).contains(&size) || !(0..=MOST_GROUP_ROWS).contains(&count) {
-            return Ok(Err(format!("{size} bytes, {count} rows")));
+            return Ok(Err(say!("{size} bytes, {count} rows")));
         }
         let properties = Arc::new(ReaderProperties::builder().build());
         // the library may panic on damaged bytes
@@ -272,7 +273,7 @@ impl ParquetReader {
             Ok((times, columns.collect::<ParquetResult<_>>()?))
         }));
         let read = read.map(|rows| rows.map_err(|error| error.to_string()));
-        Ok(read.unwrap_or_else(|_| Err("cannot be decoded".to_owned())))
+        Ok(read.unwrap_or_else(|_| Err(word!("cannot be decoded").to_owned())))
     }
 
     fn bytes_of(&self, group: usize) -> Range<u64> {
@@ -316,8 +317,8 @@ impl LostGroups {
             ..
         } = self;
         match count {
-            1 => format!("row group {first}: {problem}"),
-            _ => format!("{count} row groups, the first {first}, the last {last}: {problem}"),
+            1 => say!("row group {first}: {problem}"),
+            _ => say!("{count} row groups, the first {first}, the last {last}: {problem}"),
         }
     }
 }

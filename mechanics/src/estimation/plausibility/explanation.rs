@@ -1,6 +1,7 @@
 //! What would explain that a relation does not hold: the alternatives that are weighed against "all sensors are sound".
 
 use nalgebra::Matrix3;
+use tipwatch_language::{say, word};
 
 use crate::machine::Machine;
 
@@ -49,8 +50,8 @@ impl SpeedUnit {
 
     fn name(self) -> &'static str {
         match self {
-            Self::KilometresPerHour => "kilometres per hour",
-            Self::MilesPerHour => "miles per hour",
+            Self::KilometresPerHour => word!("kilometres per hour"),
+            Self::MilesPerHour => word!("miles per hour"),
         }
     }
 }
@@ -195,40 +196,43 @@ impl Explanation {
     pub fn text(self, machine: &Machine) -> String {
         let joint = |joint: usize| machine.joints()[joint].name.as_str();
         let quarter = |positive: bool| if positive { 90 } else { -90 };
-        let turned = |what: &str, degrees: i32, axis: Axis| {
+        let turned = |degrees: i32, axis: Axis| {
             let axis = axis.name();
-            format!("the {what} were turned by {degrees} degrees about {axis}")
+            say!("the sensor were turned by {degrees} degrees about {axis}")
+        };
+        let housing_turned = |degrees: i32, axis: Axis| {
+            let axis = axis.name();
+            say!("the housing of the IMU were turned by {degrees} degrees about {axis}")
         };
         match self {
-            Self::Sign(axis) => format!("the sign of {} were reversed", axis.name()),
-            Self::Signs => "all signs were reversed".into(),
-            Self::Exchanged(a, b) => format!("{} and {} were exchanged", a.name(), b.name()),
-            Self::QuarterTurn(axis, positive) => turned("sensor", quarter(positive), axis),
-            Self::HalfTurn(axis) => turned("sensor", 180, axis),
-            Self::HousingQuarterTurn(axis, positive) => {
-                turned("housing of the IMU", quarter(positive), axis)
+            Self::Sign(axis) => say!("the sign of {} were reversed", axis.name()),
+            Self::Signs => word!("all signs were reversed").into(),
+            Self::Exchanged(a, b) => say!("{} and {} were exchanged", a.name(), b.name()),
+            Self::QuarterTurn(axis, positive) => turned(quarter(positive), axis),
+            Self::HalfTurn(axis) => turned(180, axis),
+            Self::HousingQuarterTurn(axis, positive) => housing_turned(quarter(positive), axis),
+            Self::HousingHalfTurn(axis) => housing_turned(180, axis),
+            Self::Scale(true) => word!("one showed twice the other").into(),
+            Self::Scale(false) => word!("one showed half the other").into(),
+            Self::Stopped => word!("one of them did not follow the motion").into(),
+            Self::GravityOnly => word!("the accelerometer showed gravity alone").into(),
+            Self::Speed(unit) => say!("the velocity were in {}", unit.name()),
+            Self::JointSign(j) => say!("the sign of {} were reversed", joint(j)),
+            Self::JointStopped(j) => say!("the encoder of {} had stopped", joint(j)),
+            Self::JointScale(j, true) => {
+                say!("{} moved twice as far as its encoder shows", joint(j))
             }
-            Self::HousingHalfTurn(axis) => turned("housing of the IMU", 180, axis),
-            Self::Scale(true) => "one showed twice the other".into(),
-            Self::Scale(false) => "one showed half the other".into(),
-            Self::Stopped => "one of them did not follow the motion".into(),
-            Self::GravityOnly => "the accelerometer showed gravity alone".into(),
-            Self::Speed(unit) => format!("the velocity were in {}", unit.name()),
-            Self::JointSign(j) => format!("the sign of {} were reversed", joint(j)),
-            Self::JointStopped(j) => format!("the encoder of {} had stopped", joint(j)),
-            Self::JointScale(j, double) => format!(
-                "{} moved {} as far as its encoder shows",
-                joint(j),
-                if double { "twice" } else { "half" }
-            ),
-            Self::JointsExchanged(a, b) => format!("{} and {} were exchanged", joint(a), joint(b)),
+            Self::JointScale(j, false) => {
+                say!("{} moved half as far as its encoder shows", joint(j))
+            }
+            Self::JointsExchanged(a, b) => say!("{} and {} were exchanged", joint(a), joint(b)),
             Self::JointOffset(j) => {
-                format!("the encoder of {} were off since it jumped", joint(j))
+                say!("the encoder of {} were off since it jumped", joint(j))
             }
-            Self::AttitudeOffset => "the attitude were off since it jumped".into(),
-            Self::UnstatedLoad => "a load that nothing states were on the tool".into(),
-            Self::Late => "the clock of one of them were off".into(),
-            Self::Other => "one of them were wrong in another way".into(),
+            Self::AttitudeOffset => word!("the attitude were off since it jumped").into(),
+            Self::UnstatedLoad => word!("a load that nothing states were on the tool").into(),
+            Self::Late => word!("the clock of one of them were off").into(),
+            Self::Other => word!("one of them were wrong in another way").into(),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Doubtful values: guesses that no person has confirmed, and constants for joints that nobody logs. They carry a
 //! wide standard deviation and a note.
 
+use tipwatch_language::say;
+
 use super::checker::Checker;
 use crate::machine::{Machine, MachineError, Note, NoteKind};
 
@@ -23,9 +25,9 @@ impl Checker<'_> {
             let (sigma, unit) = of_joint(machine, joint, CONSTANT_SIGMA);
             machine.joints[joint].position_sigma = Some(sigma);
             let name = &machine.joints[joint].name;
-            let carried = self.carried_mass(name);
-            machine.notes.push(unconfirmed(format!(
-                "joint {name}, which {carried}, is in no message; its position is the constant {position} \
+            let [kg, percent] = self.carried_mass(name);
+            machine.notes.push(unconfirmed(say!(
+                "joint {name}, which carries {kg} kg, {percent} % of the mass, is in no message; its position is the constant {position} \
                  {unit} of the machine file, with a standard deviation of {sigma} {unit}."
             )));
         }
@@ -46,7 +48,7 @@ impl Checker<'_> {
                 let uncertainty = &mut machine.uncertainty;
                 uncertainty.imu_position = uncertainty.imu_position.max(position);
                 uncertainty.imu_rotation = uncertainty.imu_rotation.max(rotation);
-                format!(
+                say!(
                     "position and orientation of the IMU ({}) are guessed, with standard deviations of {position} m and \
                      {rotation} rad",
                     machine.imu.source
@@ -59,9 +61,10 @@ impl Checker<'_> {
                 };
                 let sigma = RADIUS_SHARE * wheel.radius;
                 wheel.radius_sigma = Some(sigma);
-                format!(
+                say!(
                     "the radius of wheel {}, {} m, is guessed, with a standard deviation of {sigma:.3} m",
-                    wheel.name, wheel.radius
+                    wheel.name,
+                    wheel.radius
                 )
             }
             ["signals", "joints", ref name @ ..] if !name.is_empty() => {
@@ -74,13 +77,13 @@ impl Checker<'_> {
                 };
                 let (sigma, unit) = of_joint(machine, joint, JOINT_SIGMA);
                 machine.joints[joint].position_sigma = Some(sigma);
-                format!(
+                say!(
                     "the position of joint {name} is guessed, with a standard deviation of {sigma} {unit}"
                 )
             }
             _ => return Err(self.unknown_doubt(key)),
         };
-        machine.notes.push(unconfirmed(format!(
+        machine.notes.push(unconfirmed(say!(
             "{about}. Check it, then remove \"{key}\" from `unconfirmed` in the machine file."
         )));
         Ok(())
@@ -97,7 +100,7 @@ impl Checker<'_> {
 
 /// A note on a value that nobody has confirmed.
 fn unconfirmed(what: String) -> Note {
-    Note::new(NoteKind::Unconfirmed, format!("Unconfirmed: {what}"))
+    Note::new(NoteKind::Unconfirmed, say!("Unconfirmed: {what}"))
 }
 
 /// The standard deviation for the kind of joint, and its unit.

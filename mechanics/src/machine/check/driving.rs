@@ -88,22 +88,19 @@ impl Checker<'_> {
 
     /// A joint with the mass that it carries, which is what its position matters for.
     fn with_carried_mass(&self, joint: &str) -> String {
-        format!("\"{joint}\" ({})", self.carried_mass(joint))
+        let [kg, percent] = self.carried_mass(joint);
+        format!("\"{joint}\" (carries {kg} kg, {percent} % of the mass)")
     }
 
-    /// The mass that a joint carries, and its share, in words.
-    pub(super) fn carried_mass(&self, joint: &str) -> String {
+    /// The mass that a joint carries (kg), and its share (%).
+    pub(super) fn carried_mass(&self, joint: &str) -> [String; 2] {
         let bodies = &self.tree.bodies;
         let mass = |carrier: usize| -> f64 {
             let carried = (0..bodies.len()).filter(|&b| self.tree.is_carried_by(b, carrier));
             carried.map(|b| bodies[b].inertia.mass).sum()
         };
         let carried = self.tree.body_of_joint(joint).map_or(0.0, mass);
-        format!(
-            "carries {} kg, {} % of the mass",
-            figure(carried),
-            figure(100.0 * carried / mass(0))
-        )
+        [carried, 100.0 * carried / mass(0)].map(figure)
     }
 
     /// Without a log, every joint without a constant counts as logged.

@@ -1,5 +1,7 @@
 //! Checks that identified parameters are those of this machine, and applies them.
 
+use tipwatch_language::{say, word};
+
 use crate::machine::{Identified, Machine, MachineError, MachineSpec, Note, Unknown};
 
 /// Largest relative difference of numbers that must agree.
@@ -12,10 +14,10 @@ impl MachineSpec {
             Some(identified) => {
                 let mut machine = machine.with_identified(identified);
                 let from = self.identified.as_ref().map_or(&[][..], |spec| &spec.from);
-                machine.notes.push(Note::from(format!(
+                machine.notes.push(Note::from(say!(
                     "Parameters of the machine were identified from {}. Their joint uncertainty replaces that of \
                      [uncertainty].",
-                    if from.is_empty() { "data that are not named".into() } else { from.join(", ") }
+                    if from.is_empty() { word!("data that are not named").into() } else { from.join(", ") }
                 )));
                 Ok(machine)
             }

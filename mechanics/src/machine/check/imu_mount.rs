@@ -2,6 +2,7 @@
 //! check for conflicts between them.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use tipwatch_language::{say, word};
 
 use super::checker::Checker;
 use crate::machine::static_transform::ancestors;
@@ -83,16 +84,17 @@ fn conflict(used: &Mount, other: &Mount) -> Option<Note> {
     let apart = used.body_from_mount.inverse() * other.body_from_mount;
     let (distance, angle) = (apart.translation.vector.norm(), apart.rotation.angle());
     let how = if used.body != other.body {
-        "on another body".to_string()
+        word!("on another body").to_string()
     } else if distance > CONFLICT_M || angle > CONFLICT_RAD {
         let (millimetres, degrees) = (distance * 1e3, angle.to_degrees());
-        format!("{millimetres:.1} mm and {degrees:.2} degrees away")
+        say!("{millimetres:.1} mm and {degrees:.2} degrees away")
     } else {
         return None;
     };
-    let text = format!(
+    let text = say!(
         "Conflicting mounting poses of the IMU: used {}; {} places it {how}.",
-        used.source, other.source
+        used.source,
+        other.source
     );
     Some(Note::new(NoteKind::ImuMountingConflict, text))
 }

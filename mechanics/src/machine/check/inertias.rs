@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
+use tipwatch_language::say;
 
 use crate::machine::impossible_inertia::{
     ANGULAR_ACCELERATION, ball_radius, nearest, of_box, principal_moments,
@@ -53,7 +54,7 @@ impl FoundInertias {
         let mut refused = Vec::new();
         for link in &urdf.links {
             if link.lacks_mass {
-                found.notes.push(format!(
+                found.notes.push(say!(
                     "Link {} has an inertia but no mass: it is used as a frame, without inertia.",
                     link.name
                 ));
@@ -140,7 +141,7 @@ impl Scale {
     fn note(&self, link: &str, inertia: &Inertia, moments: [f64; 3]) -> Option<String> {
         let gyration = (moments[2] / inertia.mass).sqrt();
         (gyration > LARGEST_GYRATION * self.apart).then(|| {
-            format!(
+            say!(
                 "Link {link}: {} kg cannot have an inertia of {} kg m^2, a radius of gyration of {gyration:.2} m. It is \
                  used as stated; its effect is small.",
                 inertia.mass,

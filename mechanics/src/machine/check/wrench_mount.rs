@@ -1,6 +1,7 @@
 //! The frame in which the log gives the tool's wrench.
 
 use nalgebra::Isometry3;
+use tipwatch_language::say;
 
 use super::checker::Checker;
 use crate::machine::{MachineError, Mount, MountSource, Note, NoteKind};
@@ -23,7 +24,7 @@ impl Checker<'_> {
         let tool = &self.tree.links[tool_link].name;
         match self.places_of(frame).into_iter().next() {
             None => {
-                let text = format!(
+                let text = say!(
                     "The wrench of the tool is in frame {frame}, which neither the URDF nor a static transform places: its axes \
                      and origin are assumed to be those of {tool}."
                 );
@@ -40,7 +41,7 @@ impl Checker<'_> {
                 found: format!("header.frame_id {frame}, which a joint moves against it"),
             }),
             Some(_) => {
-                let text = format!(
+                let text = say!(
                     "The wrench of frame {frame} is not that of the tool: a joint moves this frame against {tool}. It is not used."
                 );
                 Ok((None, Some(text.into())))

@@ -1,6 +1,7 @@
 //! The load that would explain that more is measured than computed: mass, and where it acts.
 
 use serde::Serialize;
+use tipwatch_language::{say, word};
 
 use super::excess::shows;
 use super::singles::{Acts, PointForce};
@@ -97,31 +98,30 @@ impl std::fmt::Display for UnstatedLoad {
     /// standard deviations, as everything that is said to people
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (mass, band) = (self.mass_kg.abs(), 2.0 * self.mass_sigma_kg);
-        match self.mass_kg < 0.0 {
-            true => write!(formatter, "{mass:.0} ± {band:.0} kg less than stated")?,
-            false => write!(
-                formatter,
-                "a load of {mass:.0} ± {band:.0} kg that is not stated"
-            )?,
-        }
+        formatter.write_str(&match self.mass_kg < 0.0 {
+            true => say!("{mass:.0} ± {band:.0} kg less than stated"),
+            false => say!("a load of {mass:.0} ± {band:.0} kg that is not stated"),
+        })?;
         // the mean place of a load that the arm moves is nowhere
         if let (false, Some([x, y]), Some(sigma)) = (self.at_tool, self.at_m, self.at_sigma_m) {
             let [sx, sy] = sigma.map(|sigma| 2.0 * sigma);
             // plus zero: no sign before zero
             let [x, y] = [x, y].map(|at| (100.0 * at).round() / 100.0 + 0.0);
-            write!(
-                formatter,
-                ", at x = {x:.2} ± {sx:.2} m, y = {y:.2} ± {sy:.2} m,"
-            )?;
+            let at = say!(", at x = {x:.2} ± {sx:.2} m, y = {y:.2} ± {sy:.2} m,");
+            formatter.write_str(&at)?;
         }
         formatter.write_str(match (self.at_tool, self.at_support) {
-            (_, true) => " would explain it, and so would a wrong sensor of the support where it acts",
-            (true, false) if self.mass_kg < 0.0 => {
+            (_, true) => word!(" would explain it, and so would a wrong sensor of the support where it acts"),
+            (true, false) if self.mass_kg < 0.0 => word!(
                 " would explain it: it acts where the arm carries loads. Correct the payload or the tool in the machine file"
+            ),
+            (true, false) if !self.followed => {
+                word!(" would explain it: it acts where the arm carries loads")
             }
-            (true, false) if !self.followed => " would explain it: it acts where the arm carries loads",
-            (true, false) => " would explain it: it acts where the arm carries loads. State it as a payload in the machine file",
-            (false, false) => " would explain it",
+            (true, false) => word!(
+                " would explain it: it acts where the arm carries loads. State it as a payload in the machine file"
+            ),
+            (false, false) => word!(" would explain it"),
         })
     }
 }

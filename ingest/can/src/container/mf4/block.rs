@@ -2,6 +2,8 @@
 
 use std::io::{self, Read, Seek, SeekFrom};
 
+use tipwatch_language::say;
+
 use crate::bits::{array_at, u64_at};
 
 pub(super) const HEADER_BYTES: u64 = 24;
@@ -66,19 +68,19 @@ impl<R: Read + Seek> BlockFile<R> {
             Ok(header) if header.kind == kind => header,
             Ok(header) => {
                 let (wanted, found) = (kind.escape_ascii(), header.kind.escape_ascii());
-                return Ok(Err(format!(
+                return Ok(Err(say!(
                     "expected a block ##{wanted} at byte {at}, found ##{found}"
                 )));
             }
             Err(reason) => return Ok(Err(reason)),
         };
         if header.len > MOST_BYTES {
-            return Ok(Err(format!("a block of {} bytes at byte {at}", header.len)));
+            return Ok(Err(say!("a block of {} bytes at byte {at}", header.len)));
         }
         let body = self.bytes(at + HEADER_BYTES, header.len - HEADER_BYTES)?;
         let link_bytes = header.link_count as usize * 8;
         let (Some(links), Some(data)) = (body.get(..link_bytes), body.get(link_bytes..)) else {
-            return Ok(Err(format!("the block at byte {at} is cut off")));
+            return Ok(Err(say!("the block at byte {at} is cut off")));
         };
         let links = (0..links.len() / 8).filter_map(|index| u64_at(links, index * 8));
         Ok(Ok(Block {
@@ -107,7 +109,7 @@ fn header(bytes: &[u8], at: u64, file_len: u64) -> Result<Header, String> {
         Some((magic, len, link_count))
     };
     let Some(([b'#', b'#', first, second], len, link_count)) = parts() else {
-        return Err(format!(
+        return Err(say!(
             "expected a block at byte {at} of {file_len}, found none"
         ));
     };
@@ -118,7 +120,7 @@ fn header(bytes: &[u8], at: u64, file_len: u64) -> Result<Header, String> {
             .checked_mul(8)
             .is_some_and(|links| links <= len - HEADER_BYTES);
     if !is_possible {
-        return Err(format!(
+        return Err(say!(
             "the block at byte {at} has {len} bytes and {link_count} links"
         ));
     }

@@ -3,6 +3,7 @@
 use std::io::{self, Read, Seek};
 
 use flate2::read::ZlibDecoder;
+use tipwatch_language::{say, word};
 
 use super::block::{BlockFile, HEADER_BYTES, Header};
 use crate::{
@@ -142,14 +143,17 @@ impl Stream {
             let kind = header.kind.escape_ascii();
             lost.lose(
                 header.at..at,
-                format!("expected a block of data, found ##{kind}"),
+                say!("expected a block of data, found ##{kind}"),
             );
             return Ok(());
         }
         let mut len = header.len - HEADER_BYTES;
         if !is_finalised && len == 0 || at + len > file.len {
             if is_finalised {
-                lost.lose(header.at..file.len, "the file ends within a block of data");
+                lost.lose(
+                    header.at..file.len,
+                    word!("the file ends within a block of data"),
+                );
             }
             len = file.len.saturating_sub(at);
         }
@@ -197,7 +201,7 @@ impl Stream {
             Some(piece) => self.push(piece),
             None => lost.lose(
                 header.at..(header.at + header.len).min(file.len),
-                "expected a deflated block of at most 64 MiB",
+                word!("expected a deflated block of at most 64 MiB"),
             ),
         }
         Ok(())
@@ -285,7 +289,7 @@ fn load<R: Read + Seek>(
                 // columns of which some are missing
                 into.clear();
             }
-            return Ok(Some(format!("damaged zlib after {found} bytes: {error}")));
+            return Ok(Some(say!("damaged zlib after {found} bytes: {error}")));
         }
     }
     if into.len() as u64 != piece.len {
@@ -293,7 +297,7 @@ fn load<R: Read + Seek>(
         if piece.packing != Packing::Deflate && piece.packing != Packing::None {
             into.clear();
         }
-        return Ok(Some(format!(
+        return Ok(Some(say!(
             "expected {} bytes of data, found {found}",
             piece.len
         )));

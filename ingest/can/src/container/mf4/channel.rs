@@ -2,6 +2,8 @@
 
 use std::io::{self, Read, Seek};
 
+use tipwatch_language::{say, word};
+
 use super::{
     block::{Block, BlockFile},
     conversion::Conversion,
@@ -61,7 +63,7 @@ pub(super) fn collect<R: Read + Seek>(
     while next != 0 && into.len() < MOST_CHANNELS {
         let at = next;
         if into.iter().any(|channel| channel.is_at(at)) {
-            let reason = "a list of channels that leads back into itself";
+            let reason = word!("a list of channels that leads back into itself");
             lost.lose_link(at, file.len, reason);
             return Ok(());
         }
@@ -133,7 +135,7 @@ impl Channel {
         let name = &self.name;
         let conversion = match Conversion::read(file, self.block.link(4))? {
             Ok(conversion) => conversion,
-            Err(reason) => return Ok(Err(format!("channel {name}: {reason}"))),
+            Err(reason) => return Ok(Err(say!("channel {name}: {reason}"))),
         };
         if self.is_virtual() {
             return Ok(Ok(Field::of_index(conversion)));
@@ -142,7 +144,7 @@ impl Channel {
         let field = (self.byte_offset().zip(self.bit_count()))
             .and_then(|(at, count)| Field::of_bits(at, bit_offset, count, data_type, conversion));
         Ok(field.ok_or_else(|| {
-            format!(
+            say!(
                 "channel {name}: expected a number of 1 to 64 bits, found {} bits of data type {data_type}",
                 self.bit_count().unwrap_or(0)
             )

@@ -2,6 +2,8 @@
 
 use std::io::{self, Read, Seek};
 
+use tipwatch_language::say;
+
 use super::block::BlockFile;
 use crate::bits::{array_at, u16_at};
 
@@ -91,7 +93,7 @@ impl Conversion {
             _ => None,
         };
         Ok(conversion.ok_or_else(|| {
-            format!(
+            say!(
                 "expected a conversion by numbers or to texts, found one of type {kind} with {} numbers: save the file \
                  with raw values of the bus channels",
                 values.len()

@@ -5,6 +5,8 @@ use std::{
     io::{self, Read, Seek},
 };
 
+use tipwatch_language::{say, word};
+
 use super::{
     block::BlockFile,
     chain::{Bytes, Stream, record_id, value_length},
@@ -82,7 +84,7 @@ impl DataGroup {
                     self.waiting.clear();
                     lost.lose(
                         file.len..file.len,
-                        format!("{count} frames whose data were not found"),
+                        say!("{count} frames whose data were not found"),
                     );
                 }
                 return Ok(false);
@@ -92,7 +94,7 @@ impl DataGroup {
                 let end = self.stream.len;
                 lost.lose(
                     file.len..file.len,
-                    format!(
+                    say!(
                         "unknown record {id}: {} bytes of the group are lost",
                         end - self.at
                     ),
@@ -133,7 +135,7 @@ impl DataGroup {
                 Bytes::Found(bytes) => bytes,
                 Bytes::End => {
                     if start < self.stream.len {
-                        lost.lose(file.len..file.len, "the last record is cut off");
+                        lost.lose(file.len..file.len, word!("the last record is cut off"));
                     }
                     self.at = self.stream.len;
                     continue;
@@ -155,7 +157,9 @@ impl DataGroup {
             frames.count += 1;
             match frames.layout.parse(bytes, index, start_ns, frame) {
                 Parsed::Whole => return Ok(true),
-                Parsed::Wrong => lost.lose(file.len..file.len, "records that are not frames"),
+                Parsed::Wrong => {
+                    lost.lose(file.len..file.len, word!("records that are not frames"));
+                }
                 Parsed::At(position) => {
                     if let Some(values_id) = frames.values_id {
                         if self.take_value(values_id, position, frame, lost) {
@@ -175,7 +179,10 @@ impl DataGroup {
                         if is_whole {
                             return Ok(true);
                         }
-                        lost.lose(file.len..file.len, "frames whose data were not found");
+                        lost.lose(
+                            file.len..file.len,
+                            word!("frames whose data were not found"),
+                        );
                     }
                 }
             }
@@ -201,7 +208,7 @@ impl DataGroup {
         }
         if self.waiting.len() == MOST_WAITING {
             self.waiting.pop_front();
-            lost.lose(0..0, "frames whose data were not found");
+            lost.lose(0..0, word!("frames whose data were not found"));
         }
         self.waiting.push_back((id, position, frame.clone()));
         false
@@ -225,7 +232,7 @@ impl DataGroup {
             let end = self.stream.len;
             lost.lose(
                 file.len..file.len,
-                format!("{} bytes of mixed records are lost", end - self.at),
+                say!("{} bytes of mixed records are lost", end - self.at),
             );
             self.at = end;
         }
@@ -239,7 +246,7 @@ impl DataGroup {
         } else {
             lost.lose(
                 0..0,
-                format!(
+                say!(
                     "{} bytes of mixed records are lost",
                     self.stream.len - self.at
                 ),

@@ -2,6 +2,8 @@
 
 use std::io::{self, Read, Seek};
 
+use tipwatch_language::{say, word};
+
 use super::{
     block::BlockFile,
     channel::{Channel, Place, collect},
@@ -114,15 +116,15 @@ impl FrameLayout {
             };
         }
         let Some(time) = field!(channels.iter().find(|channel| channel.is_time())) else {
-            return Ok(Err(
+            return Ok(Err(word!(
                 "expected a channel of time (master), found none: save the file with its times"
-                    .to_owned(),
-            ));
+            )
+            .to_owned()));
         };
         let id = match kind {
             FrameKind::Error => None,
             FrameKind::Data | FrameKind::Remote => match field!(named("ID")) {
-                None => return Ok(Err("expected a channel ID, found none".to_owned())),
+                None => return Ok(Err(word!("expected a channel ID, found none").to_owned())),
                 id => id,
             },
         };
@@ -147,7 +149,7 @@ impl FrameLayout {
             None => {
                 let sources = [bus_channel.map_or(0, Channel::source), source];
                 Bus::OfGroup(bus_of_source(file, sources)?.unwrap_or_else(|| {
-                    lost.note(format!(
+                    lost.note(say!(
                         "the MF4 file names no bus for some frames: they are taken as those of can{FIRST_BUS}"
                     ));
                     FIRST_BUS

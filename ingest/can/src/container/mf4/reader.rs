@@ -5,6 +5,8 @@ use std::{
     io::{self, Read, Seek},
 };
 
+use tipwatch_language::{message, say, told, word};
+
 use super::{
     block::BlockFile,
     chain::Stream,
@@ -19,7 +21,7 @@ use crate::{
 
 const MOST_GROUPS: usize = 4096;
 /// Why the rest of a list of groups is lost.
-const LEADS_BACK: &str = "a list of groups that leads back into itself";
+const LEADS_BACK: &str = message!("a list of groups that leads back into itself");
 
 #[derive(Debug)]
 pub(in super::super) struct Mf4<R> {
@@ -35,9 +37,9 @@ impl<R: Read + Seek> Mf4<R> {
         let identification = file.bytes(0, 64)?;
         let is_finalised = !identification.starts_with(b"UnFinMF ");
         if !is_finalised {
-            lost.note(
-                "the logger did not finalise the file: its last records are taken as they are",
-            );
+            lost.note(word!(
+                "the logger did not finalise the file: its last records are taken as they are"
+            ));
         }
         let version = u16_at(&identification, 28).unwrap_or(0);
         if !(400..500).contains(&version) {
@@ -55,7 +57,7 @@ impl<R: Read + Seek> Mf4<R> {
         let mut seen = HashSet::new();
         while next != 0 && groups.len() + others < MOST_GROUPS {
             if !seen.insert(next) {
-                lost.lose_link(next, file.len, LEADS_BACK);
+                lost.lose_link(next, file.len, told(LEADS_BACK));
                 break;
             }
             match data_group(&mut file, next, is_finalised, lost)? {
@@ -80,7 +82,7 @@ impl<R: Read + Seek> Mf4<R> {
             )));
         }
         if others > 0 {
-            lost.note(format!(
+            lost.note(say!(
                 "{others} groups of the MF4 file hold no bus frames and are not read"
             ));
         }
@@ -150,7 +152,7 @@ fn data_group<R: Read + Seek>(
     let mut seen = HashSet::new();
     while channel_group != 0 && records.len() < MOST_GROUPS {
         if !seen.insert(channel_group) {
-            lost.lose_link(channel_group, file.len, LEADS_BACK);
+            lost.lose_link(channel_group, file.len, told(LEADS_BACK));
             break;
         }
         let group = match file.block(channel_group, *b"CG")? {
@@ -183,7 +185,7 @@ fn data_group<R: Read + Seek>(
                     lost.lose_link(
                         channel_group,
                         file.len,
-                        format!("frames of a group that cannot be read: {reason}"),
+                        say!("frames of a group that cannot be read: {reason}"),
                     );
                     Content::Other
                 }
@@ -200,7 +202,7 @@ fn data_group<R: Read + Seek>(
         return Ok(Ok((None, next)));
     }
     if id_bytes == 0 && records.len() > 1 {
-        return Ok(Err(format!(
+        return Ok(Err(say!(
             "the group at byte {at} mixes records without identifiers"
         )));
     }

@@ -8,6 +8,7 @@
 //! A log shows the sign of a joint, its order among the others and that it has not stopped only if that lean is large.
 
 use nalgebra::{Vector1, Vector2, Vector3};
+use tipwatch_language::{say, word};
 
 use super::band::Band;
 use super::leaky::LeakyIntegral;
@@ -164,19 +165,21 @@ impl Excitation {
         let joints: Vec<&str> = joints.collect();
         let mut parts = Vec::new();
         if !joints.is_empty() {
-            parts.push(format!(
+            parts.push(say!(
                 "the encoders of {} (sign, order, standstill: alone they lean the standing platform by less than 1 mrad)",
                 joints.join(", ")
             ));
         }
         if unshown.contains(&Unshown::Turn) {
-            parts.push("signs about the vertical (the machine turns by less than 0.5 rad)".into());
+            parts.push(
+                word!("signs about the vertical (the machine turns by less than 0.5 rad)").into(),
+            );
         }
         if unshown.contains(&Unshown::Travel) {
-            parts.push("the direction of travel (the machine goes less than 1 m)".into());
+            parts.push(word!("the direction of travel (the machine goes less than 1 m)").into());
         }
         (!parts.is_empty()).then(|| {
-            format!(
+            say!(
                 "Not tested by the motion of {source}: {}. An error there is found only by a check at the machine.",
                 parts.join("; ")
             )

@@ -1,0 +1,145 @@
+//! The report in another language: every sentence stands in its table, and no page is half translated.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use proc_macro2::{TokenStream, TokenTree};
+use tipwatch_tests::data;
+
+/// Words that only English text has.
+const ENGLISH: [&str; 24] = [
+    "the", "of", "and", "is", "was", "were", "with", "from", "by", "that", "which", "not", "its", "are", "has",
+    "than", "this", "no", "be", "it", "off", "to", "for", "would",
+];
+
+/// The macros whose first literal is a sentence of the table.
+const MACROS: [&str; 3] = ["say", "word", "message"];
+
+/// The sentences of a file.
+fn sentences(tokens: TokenStream, found: &mut BTreeSet<String>) {
+    let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+    for (i, token) in tokens.iter().enumerate() {
+        let TokenTree::Group(group) = token else {
+            continue;
+        };
+        sentences(group.stream(), found);
+        let called = match (i.checked_sub(2).map(|at| &tokens[at]), i.checked_sub(1).map(|at| &tokens[at])) {
+            (Some(TokenTree::Ident(name)), Some(TokenTree::Punct(mark))) => {
+                mark.as_char() == '!' && MACROS.iter().any(|it| name == it)
+            }
+            _ => false,
+        };
+        if called && let Some(TokenTree::Literal(literal)) = group.stream().into_iter().next() {
+            let literal: syn::LitStr = syn::parse2(TokenTree::from(literal).into()).unwrap();
+            found.insert(literal.value());
+        }
+    }
+}
+
+/// The sentences of all files below a folder.
+fn sentences_below(folder: &Path, found: &mut BTreeSet<String>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            if !path.ends_with("target") {
+                sentences_below(&path, found);
+            }
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            let tokens = fs::read_to_string(&path).unwrap().parse();
+            sentences(tokens.unwrap_or_else(|e| panic!("{}: {e}", path.display())), found);
+        }
+    }
+}
+
+#[test]
+fn every_sentence_has_its_german_and_every_german_its_sentence() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut said = BTreeSet::new();
+    for folder in ["ingest", "mechanics", "calibration", "analyze"] {
+        sentences_below(&root.join(folder), &mut said);
+    }
+    assert!(said.len() > 500, "{} sentences", said.len());
+    let table = tipwatch_language::german();
+    let lacking: Vec<&String> = said.iter().filter(|it| !table.contains_key(*it)).collect();
+    assert!(lacking.is_empty(), "without German: {lacking:#?}");
+    let names = tipwatch_language::german_names();
+    let unused: Vec<&String> = (table.keys())
+        .filter(|it| !said.contains(*it) && !names.contains_key(*it))
+        .collect();
+    assert!(unused.is_empty(), "no longer said: {unused:#?}");
+}
+
+/// Runs the program in German, and gives the text that a reader sees.
+fn german(arguments: &[&str], log: &str) -> String {
+    let out = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_programs"));
+    command.args(arguments).args(["--lang", "de", "--out"]).arg(out.path());
+    let run = command.output().unwrap();
+    let printed = String::from_utf8(run.stdout).unwrap();
+    let report = fs::read_to_string(out.path().join("report.html"));
+    let report = report.unwrap_or_else(|e| panic!("{log}: {e}: {}", String::from_utf8_lossy(&run.stderr)));
+    assert!(report.contains("<html lang=\"de\">"), "{log}");
+    printed + "\n" + &visible(&report)
+}
+
+/// The texts of a page: what stands between its tags, and what a screen reader reads in them.
+fn visible(page: &str) -> String {
+    let mut text = String::new();
+    let mut rest = page;
+    while let Some(at) = rest.find('<') {
+        text.push_str(&rest[..at]);
+        text.push('\n');
+        rest = &rest[at..];
+        for silent in ["script", "style"] {
+            if rest.starts_with(&format!("<{silent}")) {
+                let end = format!("</{silent}>");
+                rest = &rest[rest.find(&end).unwrap()..];
+            }
+        }
+        let end = rest.find('>').map_or(rest.len(), |end| end + 1);
+        for attribute in ["alt=\"", "aria-label=\"", "title=\"", "placeholder=\""] {
+            if let Some(begin) = rest[..end].find(attribute) {
+                let value = &rest[begin + attribute.len()..end];
+                text.push_str(&value[..value.find('"').unwrap_or(value.len())]);
+                text.push('\n');
+            }
+        }
+        rest = &rest[end..];
+    }
+    text + rest
+}
+
+/// Lines with words that only English has.
+fn english(text: &str) -> Vec<String> {
+    let is_english = |line: &&str| {
+        let words = line.split(|c: char| !(c.is_alphanumeric() || "_/.-".contains(c)));
+        words.into_iter().any(|word| ENGLISH.contains(&word))
+    };
+    text.lines().filter(is_english).map(str::to_owned).collect()
+}
+
+#[test]
+fn english_words_are_found() {
+    assert_eq!(english("Rad HL\nthe wheel\n/of/the\n"), ["the wheel"]);
+    let page = "<p>a</p><script>b</script><img alt=\"c\">d";
+    assert_eq!(visible(page).split_whitespace().collect::<Vec<_>>(), ["a", "c", "d"]);
+}
+
+#[test]
+fn no_report_is_half_german() {
+    let page = german(&["tipwatch", "demo"], "demo");
+    let left = english(&page);
+    assert!(left.is_empty(), "demo: {left:#?}");
+    for log in LOGS {
+        let (log, machine): (PathBuf, PathBuf) = (data(log), data(log).with_extension("toml"));
+        let log = log.to_str().unwrap();
+        let arguments = ["tipwatch", "analyze", log, "--machine", machine.to_str().unwrap()];
+        let left = english(&german(&arguments, log));
+        assert!(left.is_empty(), "{log}: {left:#?}");
+    }
+}
+
+/// Logs that say much: lifts, tip-overs, losses, contradictions, sparse rows, outriggers.
+const LOGS: [&str; 1] = ["second_paper.mcap"];
