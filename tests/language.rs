@@ -9,9 +9,9 @@ use proc_macro2::{TokenStream, TokenTree};
 use tipwatch_tests::data;
 
 /// Words that only English text has.
-const ENGLISH: [&str; 24] = [
-    "the", "of", "and", "is", "was", "were", "with", "from", "by", "that", "which", "not", "its", "are", "has",
-    "than", "this", "no", "be", "it", "off", "to", "for", "would",
+const ENGLISH: [&str; 23] = [
+    "the", "of", "and", "is", "were", "with", "from", "by", "that", "which", "not", "its", "are",
+    "has", "than", "this", "no", "be", "it", "off", "to", "for", "would",
 ];
 
 /// The macros whose first literal is a sentence of the table.
@@ -25,7 +25,10 @@ fn sentences(tokens: TokenStream, found: &mut BTreeSet<String>) {
             continue;
         };
         sentences(group.stream(), found);
-        let called = match (i.checked_sub(2).map(|at| &tokens[at]), i.checked_sub(1).map(|at| &tokens[at])) {
+        let called = match (
+            i.checked_sub(2).map(|at| &tokens[at]),
+            i.checked_sub(1).map(|at| &tokens[at]),
+        ) {
             (Some(TokenTree::Ident(name)), Some(TokenTree::Punct(mark))) => {
                 mark.as_char() == '!' && MACROS.iter().any(|it| name == it)
             }
@@ -48,7 +51,10 @@ fn sentences_below(folder: &Path, found: &mut BTreeSet<String>) {
             }
         } else if path.extension().is_some_and(|ending| ending == "rs") {
             let tokens = fs::read_to_string(&path).unwrap().parse();
-            sentences(tokens.unwrap_or_else(|e| panic!("{}: {e}", path.display())), found);
+            sentences(
+                tokens.unwrap_or_else(|e| panic!("{}: {e}", path.display())),
+                found,
+            );
         }
     }
 }
@@ -75,11 +81,15 @@ fn every_sentence_has_its_german_and_every_german_its_sentence() {
 fn german(arguments: &[&str], log: &str) -> String {
     let out = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_programs"));
-    command.args(arguments).args(["--lang", "de", "--out"]).arg(out.path());
+    command
+        .args(arguments)
+        .args(["--lang", "de", "--out"])
+        .arg(out.path());
     let run = command.output().unwrap();
     let printed = String::from_utf8(run.stdout).unwrap();
     let report = fs::read_to_string(out.path().join("report.html"));
-    let report = report.unwrap_or_else(|e| panic!("{log}: {e}: {}", String::from_utf8_lossy(&run.stderr)));
+    let report =
+        report.unwrap_or_else(|e| panic!("{log}: {e}: {}", String::from_utf8_lossy(&run.stderr)));
     assert!(report.contains("<html lang=\"de\">"), "{log}");
     printed + "\n" + &visible(&report)
 }
@@ -124,7 +134,10 @@ fn english(text: &str) -> Vec<String> {
 fn english_words_are_found() {
     assert_eq!(english("Rad HL\nthe wheel\n/of/the\n"), ["the wheel"]);
     let page = "<p>a</p><script>b</script><img alt=\"c\">d";
-    assert_eq!(visible(page).split_whitespace().collect::<Vec<_>>(), ["a", "c", "d"]);
+    assert_eq!(
+        visible(page).split_whitespace().collect::<Vec<_>>(),
+        ["a", "c", "d"]
+    );
 }
 
 #[test]
@@ -135,11 +148,25 @@ fn no_report_is_half_german() {
     for log in LOGS {
         let (log, machine): (PathBuf, PathBuf) = (data(log), data(log).with_extension("toml"));
         let log = log.to_str().unwrap();
-        let arguments = ["tipwatch", "analyze", log, "--machine", machine.to_str().unwrap()];
+        let arguments = [
+            "tipwatch",
+            "analyze",
+            log,
+            "--machine",
+            machine.to_str().unwrap(),
+        ];
         let left = english(&german(&arguments, log));
         assert!(left.is_empty(), "{log}: {left:#?}");
     }
 }
 
-/// Logs that say much: lifts, tip-overs, losses, contradictions, sparse rows, outriggers.
-const LOGS: [&str; 1] = ["second_paper.mcap"];
+/// Logs that say much: a fall, an unstated load, losses, sparse rows, a crane, a forklift, a machine that rests.
+const LOGS: [&str; 7] = [
+    "tip_over.mcap",
+    "unstated_load.mcap",
+    "second_paper.mcap",
+    "crane.mcap",
+    "forklift.mcap",
+    "lift_payload.mcap",
+    "commissioning.mcap",
+];

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
 use strum::VariantArray;
+use tipwatch_language::say;
 use tipwatch_mechanics::closed_form::ClosedFormInput as Input;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{BatchEvaluator, ClosedForm, Model, OutcomeColumns, Scope};
@@ -50,7 +51,8 @@ pub(crate) fn model(
     } else {
         ClosedForm::with_variable_inertia(machine, posture, input)
     };
-    let closed_form = closed_form.map_err(|error| anyhow!("model {}: {error}", which.name()))?;
+    let closed_form =
+        closed_form.map_err(|error| anyhow!(say!("model {}: {error}", which.name())))?;
     Ok(Arc::new(Model::ClosedForm(Box::new(closed_form))))
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use tipwatch_language::{message, word};
+use tipwatch_language::{message, told, word};
 
 use super::side::{Side, SideEvent};
 use crate::base::number::{number, readable};
@@ -31,7 +31,7 @@ impl FactDifference {
         // behind the label stands a name of the machine
         let of = self.name.rsplit_once(", ");
         match of.filter(|(_, of)| *of != "share") {
-            Some((label, of)) => format!("{}, {of}", readable(label)),
+            Some((label, of)) => format!("{}, {of}", told(label)),
             None => readable(&self.name),
         }
     }

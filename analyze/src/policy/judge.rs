@@ -184,7 +184,7 @@ impl Events {
         if let Some(first) = counted.first() {
             found.push_str(&say!(
                 " (the first: {} at t = {:.2} s)",
-                first.subject,
+                edge_word(&first.subject),
                 seconds(first)
             ));
         }

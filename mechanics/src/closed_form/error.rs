@@ -1,37 +1,33 @@
 //! Reasons why the analytic model does not apply to a machine.
 
+use std::fmt;
+
+use tipwatch_language::{say, told, word};
+
 /// The analytic model does not apply to the machine: what it requires and what was found.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum ClosedFormError {
     /// Not four wheels.
-    #[error("the closed form needs four wheels, found {found}")]
     Wheels {
         /// Number of wheels.
         found: usize,
     },
     /// Joints without torque are not modelled.
-    #[error("the closed form needs a machine without free joints, found {found}")]
     FreeJoints {
         /// Number of free joints.
         found: usize,
     },
     /// The split rule is not (54).
-    #[error(
-        "the closed form needs contact.roll_moment_distribution and four wheels at four corners, found springs"
-    )]
     Split,
     /// A wheel that is not a separate body.
-    #[error("the closed form needs wheels on joints of their own, found wheel \"{wheel}\" welded")]
     WeldedWheel {
         /// Name of the wheel.
         wheel: String,
     },
     /// No mass remains without arm and wheels.
-    #[error("the closed form needs a platform with mass, found none besides arm and wheels")]
     NoMass,
     /// The number of positions differs from the number of joints.
-    #[error("expected {expected} joint positions, found {found}")]
     JointPositions {
         /// Number of the machine's joints.
         expected: usize,
@@ -39,12 +35,8 @@ pub enum ClosedFormError {
         found: usize,
     },
     /// Positions that are not finite or at which a linkage cannot close.
-    #[error("expected joint positions in which every linkage closes")]
     Posture,
     /// The wheels of an axle are not abreast.
-    #[error(
-        "the closed form needs the {axle} wheels abreast within {allowed:.3} m, found {found:.3} m"
-    )]
     Axle {
         /// "front" or "rear".
         axle: &'static str,
@@ -54,9 +46,6 @@ pub enum ClosedFormError {
         found: f64,
     },
     /// The wheels of a side are not in line.
-    #[error(
-        "the closed form needs the {side} wheels in line within {allowed:.3} m, found {found:.3} m"
-    )]
     HalfTrack {
         /// "left" or "right".
         side: &'static str,
@@ -65,4 +54,47 @@ pub enum ClosedFormError {
         /// Distance (m).
         found: f64,
     },
+}
+
+impl std::error::Error for ClosedFormError {}
+
+impl fmt::Display for ClosedFormError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&match self {
+            Self::Wheels { found } => say!("the closed form needs four wheels, found {found}"),
+            Self::FreeJoints { found } => {
+                say!("the closed form needs a machine without free joints, found {found}")
+            }
+            Self::Split => word!(
+                "the closed form needs contact.roll_moment_distribution and four wheels at four corners, found springs"
+            )
+            .into(),
+            Self::WeldedWheel { wheel } => {
+                say!("the closed form needs wheels on joints of their own, found wheel \"{wheel}\" welded")
+            }
+            Self::NoMass => {
+                word!("the closed form needs a platform with mass, found none besides arm and wheels").into()
+            }
+            Self::JointPositions { expected, found } => {
+                say!("expected {expected} joint positions, found {found}")
+            }
+            Self::Posture => word!("expected joint positions in which every linkage closes").into(),
+            Self::Axle {
+                axle,
+                allowed,
+                found,
+            } => say!(
+                "the closed form needs the {} wheels abreast within {allowed:.3} m, found {found:.3} m",
+                told(axle)
+            ),
+            Self::HalfTrack {
+                side,
+                allowed,
+                found,
+            } => say!(
+                "the closed form needs the {} wheels in line within {allowed:.3} m, found {found:.3} m",
+                told(side)
+            ),
+        })
+    }
 }

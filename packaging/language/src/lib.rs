@@ -54,7 +54,7 @@ pub fn tag() -> &'static str {
 
 /// A text without placeholders, in the language of the process: of a constant, which [`message!`] marks.
 #[must_use]
-pub fn told(english: &'static str) -> &'static str {
+pub fn told(english: &str) -> &str {
     match is_english() {
         true => english,
         false => of_english(english).unwrap_or(english),
@@ -62,12 +62,15 @@ pub fn told(english: &'static str) -> &'static str {
 }
 
 /// A name that a program also reads (a kind of event, a cause, a signal) as words, in the language of the process. Of a
-/// compound name ("lift_position") every part that the language knows is said in it; a name of the machine stays.
+/// compound name ("lift_position") each part that is such a name itself is said in it; a name of the machine stays.
 #[must_use]
 pub fn named(name: &str) -> String {
     let readable = name.replace('_', " ");
     if is_english() {
         return readable;
+    }
+    if let Some(whole) = of_english(&readable) {
+        return whole.into();
     }
     let words: Vec<&str> = readable.split(' ').collect();
     let mut said: Vec<Cow<'_, str>> = Vec::new();

@@ -39,7 +39,9 @@ pub fn say(input: TokenStream) -> TokenStream {
         };
         let Some(argument) = sentence.arguments.iter().nth(index) else {
             let text = format!("no argument for the placeholder {index}");
-            return syn::Error::new(template.span(), text).to_compile_error().into();
+            return syn::Error::new(template.span(), text)
+                .to_compile_error()
+                .into();
         };
         let one = LitStr::new(&format!("{{{specification}}}"), template.span());
         names.push(index.to_string());
