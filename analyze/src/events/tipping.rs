@@ -344,7 +344,7 @@ impl OfEdge<'_, '_> {
             rotation: (largest_rad, rows.at(largest_ns).min(last)),
             rotates: true,
             is_by_loads,
-            certainty: Some(rotation.certainty(is_by_loads)),
+            certainty: Some(rotation.certainty_of_edge(is_by_loads)),
             loads_are_right: 1.0,
         })
     }

@@ -88,7 +88,7 @@ impl Scene {
         let rotated = format!(
             "the platform rotated by {:.0}° about the {} edge from t = {from}",
             event.rotation_rad.unwrap_or(f64::NAN).to_degrees(),
-            self.subject(event)
+            event.subject
         );
         let mut evidence = vec![format!(
             "Measured by {}: {rotated}{}",
@@ -98,6 +98,12 @@ impl Scene {
                 _ => "",
             }
         )];
+        if let Some(other) = &measured.other_edge {
+            evidence.push(format!(
+                "The edge is open: {} by the attitude, {other} by the gyro; the axes of one of them are wrong",
+                event.subject
+            ));
+        }
         if !measured.onset_in_log {
             evidence.push(
                 "The onset is not in the log: the platform rotated already in the first sample that shows it".into(),
@@ -340,6 +346,7 @@ fn witness(witness: RotationWitness) -> &'static str {
         RotationWitness::GyroAlone => "the gyro alone",
         RotationWitness::AttitudeAlone => "the attitude alone",
         RotationWitness::GyroNotAttitude => "the gyro, which the attitude contradicts",
+        RotationWitness::OtherEdges => "the attitude, and by the gyro as far about another edge",
         RotationWitness::AttitudeNotGyro => "the attitude, which the gyro contradicts",
     }
 }

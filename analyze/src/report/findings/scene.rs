@@ -95,7 +95,10 @@ impl Scene {
                 .wheel(&event.subject)
                 .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
             EventKind::InputGap | EventKind::InputFault => input_in_words(&event.subject),
-            EventKind::EdgeTipping | EventKind::TipOver => event.subject.clone(),
+            EventKind::EdgeTipping | EventKind::TipOver => match event.other_edge() {
+                Some(other) => format!("{} or {other}", event.subject),
+                None => event.subject.clone(),
+            },
         }
     }
 
