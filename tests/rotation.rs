@@ -189,7 +189,7 @@ fn assert_onset(over: &Event) {
         error_s.abs() < (2.0 * sigma_s).max(0.1) && sigma_s < 0.3,
         "{error_s} ± {sigma_s} s"
     );
-    let measured = over.measured_rotation.unwrap();
+    let measured = over.measured_rotation.clone().unwrap();
     assert!(measured.onset_in_log, "{over:?}");
     assert!(measured.ten_degrees_ns.unwrap() > over.start_ns, "{over:?}");
 }
@@ -205,7 +205,7 @@ fn val_load_that_nobody_stated_does_not_hide_a_tip_over() {
     );
     assert!(over.certainty.unwrap() > 0.999, "{over:?}");
     assert_eq!(
-        over.measured_rotation.unwrap().witness,
+        over.measured_rotation.clone().unwrap().witness,
         RotationWitness::Both
     );
     assert_onset(over);
@@ -237,7 +237,7 @@ fn rotation_and_loads_tell_one_story() {
     let over = tip_over(&analysis);
     assert_eq!(over.shown_by, Some(ShownBy::Both));
     assert_onset(over);
-    let measured = over.measured_rotation.unwrap();
+    let measured = over.measured_rotation.clone().unwrap();
     assert!(
         measured.no_return_rad.unwrap().abs() < 10_f64.to_radians(),
         "{measured:?}"
@@ -251,18 +251,18 @@ fn the_point_of_no_return_is_that_of_the_machine_that_explains_the_fall() {
     let right = analysed(&log, Options::default());
     let lighter = Stated::lighter().analysed(&log);
     let over = [&right, &lighter].map(tip_over);
-    let [of_right, of_lighter] = over.map(|event| event.measured_rotation.unwrap());
+    let [of_right, of_lighter] = over.map(|event| event.measured_rotation.clone().unwrap());
     assert_eq!(of_right.no_return_load_kg, None);
     let load_kg = of_lighter.no_return_load_kg.unwrap();
     assert!((load_kg - 350.0).abs() < 100.0, "{load_kg}");
     let apart_rad = of_lighter.no_return_rad.unwrap() - of_right.no_return_rad.unwrap();
-    let sigmas = [of_right, of_lighter].map(|it| it.no_return_sigma_rad.unwrap());
+    let sigmas = [&of_right, &of_lighter].map(|it| it.no_return_sigma_rad.unwrap());
     assert!(
         apart_rad.abs() < 2.0 * sigmas[0].hypot(sigmas[1]),
         "{of_right:?} {of_lighter:?}"
     );
     for event in over {
-        let measured = event.measured_rotation.unwrap();
+        let measured = event.measured_rotation.clone().unwrap();
         assert!(
             measured.no_return_ns.unwrap() >= event.start_ns,
             "{event:?}"
@@ -440,7 +440,10 @@ fn log_that_begins_in_the_fall_does_not_invent_an_onset() {
     let analysis = stated.analysed(&log);
     let over = tip_over(&analysis);
     assert_eq!(over.start_sigma_s, None);
-    assert!(!over.measured_rotation.unwrap().onset_in_log, "{over:?}");
+    assert!(
+        !over.measured_rotation.clone().unwrap().onset_in_log,
+        "{over:?}"
+    );
 }
 
 #[test]
@@ -460,7 +463,7 @@ fn sensors_that_disagree_leave_the_finding_and_name_the_one_that_shows_it() {
     });
     let analysis = stated.analysed(&stuck);
     let over = tip_over(&analysis);
-    let witness = over.measured_rotation.unwrap().witness;
+    let witness = over.measured_rotation.clone().unwrap().witness;
     assert_eq!(witness, RotationWitness::GyroNotAttitude);
     assert!(over.worst > 30_f64.to_radians(), "{over:?}");
     assert!(over.certainty.unwrap() < 0.95, "{over:?}");
@@ -533,4 +536,39 @@ fn drives_bumps_and_slopes_rotate_about_no_edge() {
             .find(|event| event.measured_rotation.is_some());
         assert!(rotates.is_none(), "{name}: {rotates:?}");
     }
+}
+
+#[test]
+fn a_fall_with_exchanged_axes_is_certain_and_its_edge_is_open() {
+    let stated = Stated::lighter();
+    let exchanged = stated.log("exchanged.mcap");
+    write_edited(&data("tip_over.mcap"), &exchanged, &mut |topic, values| {
+        if topic == "/imu/data" {
+            for vector in ["force", "turning"] {
+                let [x, y] = ["x", "y"].map(|axis| format!("{vector}.{axis}"));
+                let value = values.get(&x);
+                values.set(&x, values.get(&y));
+                values.set(&y, value);
+            }
+        }
+    });
+    let analysis = stated.analysed(&exchanged);
+    // its loads decide nothing, what is measured does
+    let facts = LogFacts::of(&analysis, &findings(&analysis), Vec::new());
+    let policy = Policy::without(&[EventKind::TipOver]);
+    let judgement = policy.judge(&facts, &event_facts(&analysis), 0.5);
+    assert!(judgement.is_broken_by_evidence(), "{judgement:?}");
+    let over = tip_over_of(&analysis, "left");
+    assert!(over.certainty.unwrap() > 0.98, "{over:?}");
+    let measured = over.measured_rotation.clone().unwrap();
+    assert_eq!(measured.witness, RotationWitness::OtherEdges);
+    assert_eq!(measured.other_edge.as_deref(), Some("rear"));
+    assert_eq!(measured.no_return_rad, None);
+    let headline = &findings(&analysis)[0].headline;
+    let words = "The machine tipped over about the left or rear edge from t = ";
+    assert!(headline.starts_with(words), "{headline}");
+    // nothing of a wheel follows from an edge that is open
+    let is_lift = |event: &&Event| event.kind == EventKind::WheelLift;
+    let mut lifts = analysis.events.iter().filter(is_lift);
+    assert!(lifts.all(|lift| lift.certainty.unwrap() < 0.6));
 }

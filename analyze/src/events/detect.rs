@@ -182,6 +182,15 @@ impl Finder<'_> {
             let is_shown = rotation
                 .is_none_or(|tipping| tipping.is_by_loads || episode.first < tipping.episode.first);
             let own = self.passage(wheel, 0.0, episode).filter(|_| is_shown);
+            // with no load left off an edge, that of one wheel is unknown: the last one lifted when their sum was zero
+            let of_edge = || {
+                let mut tippings = self.tippings.iter();
+                let is_of = |t: &&Tipping| {
+                    t.factors[wheel] > 0.0 && !t.rotates && t.episode.overlaps(episode)
+                };
+                tippings.find(is_of)?.onset
+            };
+            let own = own.or_else(|| rotation.is_none().then(of_edge).flatten());
             let begins_s = |tipping: &Tipping| match tipping.onset {
                 Some(onset) => onset.at_s,
                 None => self.rows.seconds(tipping.episode.first),

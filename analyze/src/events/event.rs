@@ -116,12 +116,14 @@ tipwatch_mechanics::named! {
 pub(crate) const LEAST_OF_A_FACT: f64 = 0.5;
 
 /// A rotation about an edge by gyro and attitude alone.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct MeasuredRotation {
     /// Which of them shows it.
     #[serde(rename = "shown_by")]
     #[schemars(with = "&'static str")]
     pub witness: RotationWitness,
+    /// The edge that the gyro shows, where the attitude shows that of the event: it is about one of both.
+    pub other_edge: Option<String>,
     /// Standard deviation of what tyres, ground and sensor explain of it (rad).
     pub sigma_rad: f64,
     /// Whether it began in the log; otherwise the start is the first sample that shows it.
@@ -170,11 +172,16 @@ pub struct InputFault {
 }
 
 impl Event {
-    /// Whether gyro and attitude both show it: then neither loads nor joints are needed to know of it.
+    /// Whether gyro and attitude both show it, whichever edge it is about: then neither loads nor joints are needed to know of it.
     #[must_use]
     pub fn is_measured(&self) -> bool {
         let rotation = self.measured_rotation.as_ref();
-        rotation.is_some_and(|rotation| rotation.witness == RotationWitness::Both)
+        rotation.is_some_and(|rotation| rotation.witness.is_both())
+    }
+
+    /// The other edge that it may be about.
+    pub(crate) fn other_edge(&self) -> Option<&str> {
+        self.measured_rotation.as_ref()?.other_edge.as_deref()
     }
 
     /// Whether it is more probable than not; one without a probability rests on what was measured.

@@ -138,6 +138,7 @@ mod tests {
         let measured = Event {
             measured_rotation: Some(MeasuredRotation {
                 witness: RotationWitness::Both,
+                other_edge: None,
                 sigma_rad: 0.01,
                 onset_in_log: true,
                 ten_degrees_ns: None,

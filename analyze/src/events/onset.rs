@@ -552,7 +552,9 @@ impl<const N: usize> Fit<N> {
         } else {
             0.0
         };
-        let r = r.clamp(0.0, 0.95);
+        // not fewer than one of them is independent
+        let most = (count as f64 - 1.0) / (count as f64 + 1.0);
+        let r = r.clamp(0.0, most);
         let residual_n2 = squares / (count - N) as f64;
         Some(Self {
             cost: squares + prior * coefficients[0] * coefficients[0],
@@ -604,6 +606,25 @@ mod tests {
         let both = corner(&falling(250.0), &rates, 150.0, None).unwrap();
         assert!(both.sigma_s < by_load.sigma_s, "{both:?} {by_load:?}");
         assert!((both.at_s - 2.0).abs() < 0.03, "{both:?}");
+    }
+
+    /// In the quick motion of a fall, a smoothed load is wrong for some tenths of a second one way.
+    #[test]
+    fn an_error_that_lasts_makes_the_corner_less_certain() {
+        let corner_with = |period_s: f64| {
+            let mut curve = Curve::default();
+            for k in 0..240 {
+                let t = f64::from(k) * 0.01;
+                let wave = (std::f64::consts::TAU * t / period_s).sin();
+                curve.push(t, 1000.0 * (2.0 - t).max(0.0) + 100.0 * wave);
+            }
+            corner(&curve, &Curve::default(), 150.0, None).unwrap()
+        };
+        let (quick, slow) = (corner_with(0.05), corner_with(0.8));
+        assert!(slow.sigma_s > 2.0 * quick.sigma_s, "{slow:?} {quick:?}");
+        for onset in [quick, slow] {
+            assert!((onset.at_s - 2.0).abs() < 2.0 * onset.sigma_s, "{onset:?}");
+        }
     }
 
     /// The machine file does not know a load: what is computed stops falling 4600 N above zero.

@@ -24,6 +24,8 @@ const STOOD_S: f64 = 0.4;
 const SLOPE_SIGMAS: f64 = 2.0;
 /// Probability that a platform that creeps, or rests between wheels and side, is held, and not on ground that gave way.
 const HELD: f64 = 0.5;
+/// Probability that a rotation about one of two edges is about this one.
+const THIS_EDGE: f64 = 0.5;
 /// Ground that gives way turns a machine by less (rad).
 const GROUND_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 /// Rotation at which a fall must have grown faster (rad), and the least ratio of its rate there to its mean rate until then.
@@ -37,6 +39,8 @@ const FALL_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 pub(crate) struct FoundRotation {
     /// Name of the edge.
     pub(crate) edge: String,
+    /// That of the gyro, where the attitude shows this one.
+    pub(crate) other_edge: Option<String>,
     /// What the watch saw.
     pub(crate) spell: RotationSpell,
     /// When it began (ns): the onset, or else the first sample that shows it.
@@ -93,7 +97,7 @@ impl FoundRotation {
     /// on it, and have seen how it got there: of a log without a reference before it, at least a part of it.
     pub(crate) fn on_side_ns(&self) -> Option<[i64; 2]> {
         let is_seen = !self.spell.is_from_start || self.is_seen_to_fall();
-        let is_sure = self.spell.witness == RotationWitness::Both && is_seen;
+        let is_sure = self.spell.witness.is_both() && is_seen;
         let tumbled = self.reached(RotationSpell::TUMBLES);
         let since = [tumbled, self.spell.at_rest_ns].into_iter().flatten().min();
         let since = since.filter(|_| is_sure)?;
@@ -104,7 +108,7 @@ impl FoundRotation {
     pub(crate) fn is_seen_to_fall(&self) -> bool {
         let angles = self.angles.iter().map(|(_, angle)| *angle);
         let [least, most] = [f64::min, f64::max].map(|of| angles.clone().reduce(of).unwrap_or(0.0));
-        self.spell.witness == RotationWitness::Both && most - least > FALL_RAD
+        self.spell.witness.is_both() && most - least > FALL_RAD
     }
 
     /// Probability of it: where the platform crept, or rested between wheels and side, and the loads show it on its wheels, the
@@ -115,6 +119,15 @@ impl FoundRotation {
         match is_as_of_ground && !is_by_loads {
             true => HELD * self.spell.certainty,
             false => self.spell.certainty,
+        }
+    }
+
+    /// The same, about this edge.
+    pub(super) fn certainty_of_edge(&self, is_by_loads: bool) -> f64 {
+        let certainty = self.certainty(is_by_loads);
+        match self.other_edge {
+            Some(_) => THIS_EDGE * certainty,
+            None => certainty,
         }
     }
 
@@ -312,6 +325,7 @@ impl RotationTrace {
         FoundRotation {
             creeps: onset.is_some() && creeps(&angles, start_ns),
             edge: watch.edge_name(spell.edge).to_lowercase(),
+            other_edge: (spell.other_edge).map(|edge| watch.edge_name(edge).to_lowercase()),
             spell: *spell,
             start_ns,
             start_sigma_s: onset.map(|onset| onset.sigma_s),

@@ -130,6 +130,7 @@ impl Stories<'_> {
         let no_return = self.no_return(self.machine, rotation, tipping.start_ns);
         tipping.measured_rotation = Some(MeasuredRotation {
             witness: rotation.witness(),
+            other_edge: rotation.other_edge.clone(),
             sigma_rad: rotation.spell.sigma,
             onset_in_log: is_in_log,
             ten_degrees_ns: reached(super::TIP_OVER_RAD),
@@ -219,7 +220,7 @@ impl Stories<'_> {
         rotation: &FoundRotation,
         start_ns: i64,
     ) -> Option<NoReturn> {
-        if self.table.supports().is_some() {
+        if self.table.supports().is_some() || rotation.other_edge.is_some() {
             return None;
         }
         let edges = machine.polygon().edges();

@@ -40,9 +40,13 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const WRONG_SHARE: f64 = 1e-3;
 /// Largest rotation considered (rad).
 const LARGEST_RAD: f64 = std::f64::consts::FRAC_PI_2;
-/// Rotation up to which the load off the edge of a measured rotation is looked at (rad), and time after its onset (s).
-const FITTED_RAD: f64 = 4.0 * DEGREE;
+/// Rotation that tyres do not allow: the onset was before it (rad). What is computed after it is of a machine that falls, and
+/// in its quick motion the load off the edge keeps no level.
+const BEYOND_TYRES_RAD: f64 = ROTATES_SIGMAS * STANDING_SIGMA_RAD;
+/// Time after the onset of a measured rotation up to which the load off the edge is looked at (s).
 const FITTED_S: f64 = 0.5;
+/// Rotation up to which the last wheel off the edge may have come up (rad).
+const UP_RAD: f64 = 4.0 * DEGREE;
 /// Rotation by which a fall shows in the load off the edge, if ever (rad).
 const FALLEN_RAD: f64 = 40.0 * DEGREE;
 /// Rotation until which a platform may rock from wheel to wheel before it tips (rad).
@@ -284,7 +288,7 @@ impl OfEdge<'_, '_> {
             let from_s = (near.at_s - margin_s).max(0.0);
             let to_s = near.at_s + margin_s + FITTED_S;
             let first = self.rows.row_from(from_s);
-            let rotated_ns = rotation.reached(FITTED_RAD).unwrap_or(i64::MAX);
+            let rotated_ns = rotation.reached(BEYOND_TYRES_RAD).unwrap_or(i64::MAX);
             let rotated = rows.at(rotated_ns).min(self.rows.row_from(to_s));
             let to_s = rows.seconds(rotated).min(to_s);
             let curve = self.curve(first, rotated.min(last), &load);
@@ -292,20 +296,19 @@ impl OfEdge<'_, '_> {
             if curve.has_gap(from_s, to_s) {
                 return None;
             }
-            let axis = self.axis(begins)?;
-            let rates = self.rates(&axis, &curve);
-            onset::corner(&curve, &rates, sigma_n, Some(near))
+            // `near` is what the rates show: they do not count twice
+            onset::corner(&curve, &Curve::default(), sigma_n, Some(near))
         });
         let level_n = onset
             .and_then(|onset| onset.level_n)
             .unwrap_or_else(|| load(begins));
         let onset = onset.map(|onset| {
             let is_on = |row: &usize| *row <= last && rows.is_meaningful(*row);
-            let rotated = [KEPT_RAD, FITTED_RAD]
-                .map(|angle| rotation.reached(angle).map(|at_ns| rows.at(at_ns)));
+            let rotated =
+                [KEPT_RAD, UP_RAD].map(|angle| rotation.reached(angle).map(|at_ns| rows.at(at_ns)));
             match rotated {
-                [Some(kept), Some(fitted)] if is_on(&kept) && is_on(&fitted) => {
-                    let curve = self.curve(begins, fitted, &load);
+                [Some(kept), Some(up)] if is_on(&kept) && is_on(&up) => {
+                    let curve = self.curve(begins, up, &load);
                     onset::until_level(&curve, onset, rows.seconds(kept), sigma_n)
                 }
                 _ => onset,
@@ -344,7 +347,7 @@ impl OfEdge<'_, '_> {
             rotation: (largest_rad, rows.at(largest_ns).min(last)),
             rotates: true,
             is_by_loads,
-            certainty: Some(rotation.certainty(is_by_loads)),
+            certainty: Some(rotation.certainty_of_edge(is_by_loads)),
             loads_are_right: 1.0,
         })
     }
@@ -416,8 +419,7 @@ impl OfEdge<'_, '_> {
             return None;
         }
         // The onset lies between the fall and the row by which the platform has rotated more than tyres allow.
-        let by_tyres = ROTATES_SIGMAS * STANDING_SIGMA_RAD;
-        let rotated = first + rotation.iter().position(|&r| r >= by_tyres)?;
+        let rotated = first + rotation.iter().position(|&r| r >= BEYOND_TYRES_RAD)?;
         let curve = self.curve(first, rotated, load);
         let rates = self.rates(&axis, &curve);
         let onset = onset::corner(&curve, &rates, blank.sigma_n, None);

@@ -144,6 +144,8 @@ record! {
         is_measured: Option<bool>,
         /// whether it rests on a rotation that ground that gave way explains as well
         is_open: Option<bool>,
+        /// of an edge, another one that it may be about instead
+        other_edge: Option<String>,
     }
 }
 
@@ -312,6 +314,7 @@ pub fn event_facts(analysis: &Analysis) -> Vec<EventFacts> {
             ),
             is_measured: Some(event.is_measured()),
             is_open: Some(is_open(event)),
+            other_edge: event.other_edge().map(Into::into),
         }
     });
     facts.collect()

@@ -269,10 +269,11 @@ impl Events {
     }
 
     fn counts(&self, event: &EventFacts) -> bool {
+        let edges = || std::iter::once(&event.subject).chain(&event.other_edge);
         event.kind == self.kind
             && event.certainty.is_none_or(|p| p >= self.min_certainty)
             && event.duration_s >= self.min_duration_s
-            && (self.subjects.is_empty() || self.subjects.contains(&event.subject))
+            && (self.subjects.is_empty() || edges().any(|edge| self.subjects.contains(edge)))
             && !(self.ignore_split_dependent && event.split_dependent == Some(true))
     }
 }
@@ -346,6 +347,7 @@ mod tests {
             doubted_by: None,
             is_measured: None,
             is_open: None,
+            other_edge: None,
         }
     }
 
@@ -405,6 +407,22 @@ mod tests {
         };
         assert!(!of_left.is_broken_by(&fall, 0, &[]));
         assert!(Events::all_of(EventKind::EdgeTipping).is_broken_by(&fall, 0, &[]));
+    }
+
+    #[test]
+    fn a_fall_about_one_of_two_edges_counts_for_either() {
+        let over = EventFacts {
+            other_edge: Some("rear".into()),
+            ..tipping(None)
+        };
+        for (edge, passes) in [("left", false), ("rear", false), ("right", true)] {
+            let rule = Events {
+                subjects: vec![edge.into()],
+                ..Events::all_of(EventKind::EdgeTipping)
+            };
+            let (passed, ..) = rule.judge(0, 0, &[], std::slice::from_ref(&over));
+            assert_eq!(passed, passes, "{edge}");
+        }
     }
 
     #[test]

@@ -65,8 +65,10 @@ pub fn events(events: &[Event]) -> Table {
 fn add_rotation(table: &mut Table, events: &[Event]) {
     let shown_by = events.iter().map(|e| Some(e.shown_by?.name()));
     table.add("shown_by", None, shown_by);
-    let all = || events.iter().map(|event| event.measured_rotation);
+    let all = || events.iter().map(|event| event.measured_rotation.as_ref());
     table.add("rotation_by", None, all().map(|r| Some(r?.witness.name())));
+    let other = events.iter().map(|event| event.other_edge());
+    table.add("rotation_other_edge", None, other);
     let sigma = all().map(|r| Some(r?.sigma_rad));
     table.add("rotation_sigma", Some("rad"), sigma);
     table.add("onset_in_log", None, all().map(|r| Some(r?.onset_in_log)));

@@ -33,6 +33,7 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
     let rotation = |event: &Event| event.rotation_rad.unwrap_or(0.0);
     let mut tippings: Vec<&Event> = (events.iter())
         .filter(|event| event.kind == EventKind::EdgeTipping && rotation(event) >= LEAST_RAD)
+        .filter(|event| event.other_edge().is_none())
         .collect();
     tippings.sort_by(|a, b| rotation(b).total_cmp(&rotation(a)));
     let fall = |event: &&Event| {
@@ -41,7 +42,7 @@ pub(crate) fn falls(table: &Table, events: &[Event]) -> Vec<Fall> {
         Some(Fall {
             edge: edges.position(|edge| edge.name.to_lowercase() == event.subject)?,
             onset_ns: event.start_ns,
-            onset_in_log: event.measured_rotation.is_none_or(|it| it.onset_in_log),
+            onset_in_log: (event.measured_rotation.as_ref()).is_none_or(|it| it.onset_in_log),
             onset_sigma_s: event.start_sigma_s,
             until_ns: event.end_ns.unwrap_or(i64::MAX),
         })

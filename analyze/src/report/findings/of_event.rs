@@ -90,7 +90,7 @@ impl Scene {
         let rotated = say!(
             "the platform rotated by {:.0}° about the {} edge from t = {from}",
             event.rotation_rad.unwrap_or(f64::NAN).to_degrees(),
-            self.subject(event)
+            edge_word(&event.subject)
         );
         let mut evidence = vec![say!(
             "Measured by {}: {rotated}{}",
@@ -100,6 +100,13 @@ impl Scene {
                 _ => "",
             }
         )];
+        if let Some(other) = &measured.other_edge {
+            evidence.push(say!(
+                "The edge is open: {} by the attitude, {} by the gyro; the axes of one of them are wrong",
+                edge_word(&event.subject),
+                edge_word(other)
+            ));
+        }
         if !measured.onset_in_log {
             evidence.push(
                 word!("The onset is not in the log: the platform rotated already in the first sample that shows it").into(),
@@ -347,6 +354,9 @@ fn witness(witness: RotationWitness) -> &'static str {
         RotationWitness::GyroAlone => word!("the gyro alone"),
         RotationWitness::AttitudeAlone => word!("the attitude alone"),
         RotationWitness::GyroNotAttitude => word!("the gyro, which the attitude contradicts"),
+        RotationWitness::OtherEdges => {
+            word!("the attitude, and by the gyro as far about another edge")
+        }
         RotationWitness::AttitudeNotGyro => word!("the attitude, which the gyro contradicts"),
     }
 }

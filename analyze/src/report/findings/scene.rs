@@ -96,7 +96,10 @@ impl Scene {
                 .wheel(&event.subject)
                 .map_or_else(|| event.subject.clone(), |wheel| wheel.name.clone()),
             EventKind::InputGap | EventKind::InputFault => input_in_words(&event.subject),
-            EventKind::EdgeTipping | EventKind::TipOver => edge_word(&event.subject).to_owned(),
+            EventKind::EdgeTipping | EventKind::TipOver => match event.other_edge() {
+                Some(other) => say!("{} or {}", edge_word(&event.subject), edge_word(other)),
+                None => edge_word(&event.subject).to_owned(),
+            },
         }
     }
 

@@ -2,10 +2,14 @@
 //!
 //! A position at rest may repeat for hours. But one that is finer than its own noise hardly ever repeats, in any posture: of the
 //! samples at rest the share p. So many repeats on end while the machine works say with the log likelihood ratio `-ln p` each
-//! that the position is not measured any more.
+//! that the position is not measured any more. It works while something else moves, or another joint of the message flickers: what
+//! shakes one, or reads one, does so with all of them.
 //!
-//! Only a change back counts as flicker, and only where most changes go back, as two of three do of noise: a joint that moves slowly
-//! and has no noise, to and fro perhaps, goes on in its direction for some samples, and may rest then.
+//! Of the changes of noise two in three go back. A joint that moves slowly and has no noise, to and fro perhaps, goes on in its
+//! direction for some samples, and may rest then. The changes at rest say which of both it is:
+//! ```text
+//!     log likelihood ratio = b ln((2/3) / m) + (n - b) ln((1/3) / (1 - m)),     b of n changes go back, of a motion the share m
+//! ```
 
 use super::notice::Limits;
 
@@ -14,10 +18,9 @@ const CHANGE_WEIGHT: f64 = 1.0 / 64.0;
 /// The noise is resolved where the mean change is so many times the least one. A position between two steps of a coarse
 /// encoder flickers by one of them, and rests in another posture.
 const RESOLVED: f64 = 1.5;
-/// Of the changes of noise two in three go back, of those of a motion few.
-const LEAST_BACK: f64 = 0.5;
-/// Fewest changes at rest from which it is known how seldom the position repeats.
-const FEWEST_CHANGES: f64 = 50.0;
+/// Shares of the changes of noise and of a motion that go back.
+const NOISE_BACK: f64 = 2.0 / 3.0;
+const MOTION_BACK: f64 = 0.15;
 /// A run of fewer samples than usual counts where it lasts so long (s), with at least so many samples.
 const LONG_S: f64 = 1.0;
 const FEWEST_REPEATS: u32 = 10;
@@ -37,7 +40,7 @@ pub(super) struct Flicker {
     changed: f64,
     kept: f64,
     run: u32,
-    moving: u32,
+    works: u32,
     run_since_ns: i64,
 }
 
@@ -54,19 +57,31 @@ impl Flicker {
             changed: 0.0,
             kept: 0.0,
             run: 0,
-            moving: 0,
+            works: 0,
             run_since_ns: 0,
         }
     }
 
-    /// Takes a position, whether the joint rests by its velocity, and whether something else moves. Returns since when it
+    /// Whether the position was measured anew with the last sample, with noise of its own.
+    pub(super) fn flickers(&self) -> bool {
+        self.run == 0 && self.is_fine()
+    }
+
+    /// Whether the position is known to be finer than its noise.
+    fn is_fine(&self) -> bool {
+        let back = self.changed * (NOISE_BACK / MOTION_BACK).ln();
+        let on = (self.changes - self.changed) * ((1.0 - NOISE_BACK) / (1.0 - MOTION_BACK)).ln();
+        back + on >= self.threshold && self.change >= RESOLVED * self.resolution
+    }
+
+    /// Takes a position, whether the joint rests by its velocity, and whether the machine works. Returns since when it
     /// has not flickered, if it should have.
     pub(super) fn stopped_ns(
         &mut self,
         stamp_ns: i64,
         position: f64,
         rests: bool,
-        moves_elsewhere: bool,
+        works: bool,
         limits: &Limits,
     ) -> Option<i64> {
         let step = position - self.last;
@@ -75,7 +90,7 @@ impl Flicker {
         // NaN: the first one
         if change == 0.0 {
             self.run = self.run.saturating_add(1);
-            self.moving += u32::from(moves_elsewhere);
+            self.works += u32::from(works);
         } else {
             if change > 0.0 {
                 self.resolution = self.resolution.min(change);
@@ -88,18 +103,15 @@ impl Flicker {
                 let kept = (1.0 - CHANGE_WEIGHT).powi(self.run.min(10_000) as i32);
                 self.change = self.change * kept * (1.0 - CHANGE_WEIGHT) + CHANGE_WEIGHT * change;
             }
-            (self.run, self.moving, self.run_since_ns) = (0, 0, stamp_ns);
+            (self.run, self.works, self.run_since_ns) = (0, 0, stamp_ns);
         }
         let lasted_s = limits.elapsed_s(self.run_since_ns, stamp_ns);
         let is_long =
             self.run >= limits.frozen_samples || (self.run >= FEWEST_REPEATS && lasted_s >= LONG_S);
-        let is_fine = self.changed >= FEWEST_CHANGES
-            && self.changed >= LEAST_BACK * self.changes
-            && self.change >= RESOLVED * self.resolution;
         let per_repeat = ((self.changed + self.kept + 2.0) / (self.kept + 1.0)).ln();
         let is_proven = f64::from(self.run) * per_repeat >= self.threshold;
-        let is_asked = self.moving >= self.run / 2;
-        (is_long && is_fine && is_proven && is_asked).then_some(self.run_since_ns)
+        let is_asked = self.works >= self.run / 2;
+        (is_long && self.is_fine() && is_proven && is_asked).then_some(self.run_since_ns)
     }
 }
 
@@ -108,12 +120,12 @@ mod tests {
     use super::*;
 
     /// Since when a position that is read every ten milliseconds does not flicker any more (s).
-    fn stopped_s(resolution: f64, moves: bool, position: impl Fn(usize) -> f64) -> Option<f64> {
+    fn stopped_s(resolution: f64, works: bool, position: impl Fn(usize) -> f64) -> Option<f64> {
         let mut flicker = Flicker::new(25.0);
         (0..2000).find_map(|k: usize| {
             let read = (position(k) / resolution).round() * resolution;
             let stamp_ns = k as i64 * 10_000_000;
-            let since = flicker.stopped_ns(stamp_ns, read, true, moves, &Limits::OF_TESTS);
+            let since = flicker.stopped_ns(stamp_ns, read, true, works, &Limits::OF_TESTS);
             since.map(|ns| ns as f64 * 1e-9)
         })
     }
@@ -130,6 +142,15 @@ mod tests {
         assert_eq!(stopped_s(1e-4, true, stops), Some(6.0));
         assert_eq!(stopped_s(1e-4, false, stops), None);
         assert_eq!(stopped_s(1e-4, true, |k| 1e-3 * noise(k)), None);
+    }
+
+    #[test]
+    fn half_a_second_of_flicker_is_enough_to_miss_it() {
+        let stops = |k: usize| 1e-3 * noise(k.min(50));
+        assert_eq!(stopped_s(1e-4, true, stops), Some(0.5));
+        // a position between two steps is known by nothing else
+        let coarse = |k: usize| 5e-5 + 2e-5 * noise(k.min(50));
+        assert_eq!(stopped_s(1e-4, true, coarse), None);
     }
 
     #[test]

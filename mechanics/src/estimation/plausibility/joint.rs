@@ -146,6 +146,11 @@ impl JointWatch {
         self.moves
     }
 
+    /// Whether the last position was measured anew, as its noise shows.
+    pub(super) fn flickers(&self) -> bool {
+        self.flicker.flickers()
+    }
+
     /// Whether the joint has ever been elsewhere than at exactly zero, where an encoder is that nobody reads.
     pub(super) fn has_left_zero(&self) -> bool {
         self.has_left_zero
@@ -169,13 +174,13 @@ impl JointWatch {
         self.before_gap = None;
     }
 
-    /// Reports faults of a position and its velocity (NaN if absent) to `found`. `moves_elsewhere`: whether something else
-    /// moves.
+    /// Reports faults of a position and its velocity (NaN if absent) to `found`. `works`: whether something else
+    /// moves, or another joint of the message flickers.
     pub(super) fn check(
         &mut self,
         stamp_ns: i64,
         [position, rate]: [f64; 2],
-        moves_elsewhere: bool,
+        works: bool,
         limits: &Limits,
         found: &mut Found<'_>,
     ) {
@@ -203,7 +208,7 @@ impl JointWatch {
             f64::NAN
         };
         if is_credible && !self.check_agreement(stamp_ns, position, rate, limits, found) {
-            self.check_flicker(stamp_ns, position, moves_elsewhere, limits, found);
+            self.check_flicker(stamp_ns, position, works, limits, found);
         }
     }
 
@@ -227,7 +232,7 @@ impl JointWatch {
         &mut self,
         stamp_ns: i64,
         position: f64,
-        moves_elsewhere: bool,
+        works: bool,
         limits: &Limits,
         found: &mut Found<'_>,
     ) {
@@ -235,7 +240,7 @@ impl JointWatch {
             return;
         }
         let rests = !self.moves;
-        let stopped = (self.flicker).stopped_ns(stamp_ns, position, rests, moves_elsewhere, limits);
+        let stopped = (self.flicker).stopped_ns(stamp_ns, position, rests, works, limits);
         if let Some(since_ns) = stopped {
             // where it froze is no place from which it could reach another
             self.is_confirmed = false;

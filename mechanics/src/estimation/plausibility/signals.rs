@@ -242,14 +242,17 @@ impl SignalChecks {
         let (positions, rates) = sample.values.split_at(sample.values.len() / 2);
         let moving = joints.iter().flatten().filter(|watch| watch.moves());
         let moving = moving.count() + usize::from(motion.turning || motion.travelling);
+        let flickering = joints[stream].iter().filter(|watch| watch.flickers());
+        let flickering = flickering.count();
         let watches = joints[stream]
             .iter_mut()
             .zip(&sensors.joints[stream].joints);
         for ((watch, &joint), (&position, &rate)) in watches.zip(positions.iter().zip(rates)) {
-            let moves_elsewhere = moving > usize::from(watch.moves());
+            let works =
+                moving > usize::from(watch.moves()) || flickering > usize::from(watch.flickers());
             let mut found = note.of(Part::Joint(joint));
             let values = [position, rate];
-            watch.check(sample.stamp_ns, values, moves_elsewhere, limits, &mut found);
+            watch.check(sample.stamp_ns, values, works, limits, &mut found);
         }
         let moving = |wheel: bool| {
             let watches = joints.iter().flatten();

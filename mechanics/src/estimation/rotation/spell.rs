@@ -17,6 +17,8 @@ named! {
         GyroNotAttitude,
         /// The attitude. The angular velocity contradicts it.
         AttitudeNotGyro,
+        /// The attitude, and the angular velocity by as much about another edge: the axes of one of them are wrong.
+        OtherEdges,
     }
 }
 
@@ -30,14 +32,20 @@ impl RotationWitness {
     /// Whether it is the angular velocity that the numbers of a rotation come from.
     #[must_use]
     pub fn is_by_gyro(self) -> bool {
-        !matches!(self, Self::AttitudeAlone | Self::AttitudeNotGyro)
+        matches!(self, Self::Both | Self::GyroAlone | Self::GyroNotAttitude)
+    }
+
+    /// Whether both show it, whichever edge it is about.
+    #[must_use]
+    pub fn is_both(self) -> bool {
+        matches!(self, Self::Both | Self::OtherEdges)
     }
 
     /// Probability that the sensors that show it do not err together.
     pub(super) fn soundness(self) -> f64 {
         match self {
             Self::Both => 0.9999,
-            Self::GyroAlone | Self::AttitudeAlone => 0.99,
+            Self::GyroAlone | Self::AttitudeAlone | Self::OtherEdges => 0.99,
             Self::GyroNotAttitude | Self::AttitudeNotGyro => 0.9,
         }
     }
@@ -48,6 +56,8 @@ impl RotationWitness {
 pub struct RotationSpell {
     /// Index of the edge, see [`PlatformRotation::edge_name`](super::PlatformRotation::edge_name).
     pub edge: usize,
+    /// The edge that the angular velocity shows, of [`RotationWitness::OtherEdges`]: it is about one of both.
+    pub other_edge: Option<usize>,
     /// When the platform left what its reference follows (ns).
     pub left_ns: i64,
     /// When the rotation became certain (ns).

@@ -5,6 +5,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::noise_of_tests::Noise;
+use super::edges::Edges;
 use super::{PlatformRotation, RotationSpell, RotationWitness};
 use crate::machine::{LogFacts, Machine, MachineSpec};
 use crate::state::{Sample, Sensor, Sensors};
@@ -355,17 +356,31 @@ fn gyro_of_wrong_sign_does_not_hide_a_fall() {
     let (edge, spell) = seen.only();
     assert_eq!(edge, "right");
     assert!(spell.largest > 46.0 * DEGREE, "{spell:?}");
-    assert!(
-        matches!(
-            spell.witness,
-            RotationWitness::AttitudeNotGyro | RotationWitness::Both
-        ),
-        "{spell:?}"
-    );
+    // at rest on its side, its gyro is levelled by the specific force
+    assert!(spell.witness.is_both(), "{spell:?}");
     let silent = |_: f64, values: &mut Values| values[3..6].fill(0.0);
     let seen = edited(12.0, &fall(4.0, 2.0), &silent);
     assert_eq!(seen.only().0, "right");
     assert!(seen.is_open);
+}
+
+fn exchanged(_: f64, values: &mut Values) {
+    values.swap(0, 1);
+    values.swap(3, 4);
+}
+
+#[test]
+fn a_fall_about_another_edge_by_each_sensor_is_one_fall() {
+    for first_rate in [0.5, 2.0, 15.0] {
+        let seen = edited(12.0, &fall(4.0, first_rate), &exchanged);
+        let (edge, spell) = seen.only();
+        assert_eq!(edge, "right");
+        assert_eq!(spell.witness, RotationWitness::OtherEdges);
+        let edges = Edges::of(&machine()).all;
+        assert_eq!(edges[spell.other_edge.unwrap()].name, "front");
+        assert!(spell.largest > 46.0 * DEGREE && seen.is_open, "{spell:?}");
+        assert!(spell.certainty > 0.98, "{spell:?}");
+    }
 }
 
 #[test]
@@ -575,6 +590,12 @@ fn motions_on_all_wheels_do_not_count() {
             let is_sound = seen.spells.is_empty() && seen.falls_s.is_none();
             assert!(is_sound, "{name}, {sensor}: {seen:?}");
         }
+        let seen = edited(16.0, &pose, &exchanged);
+        let mut witnesses = seen.spells.iter().map(|(_, spell)| spell.witness);
+        assert!(
+            !witnesses.any(|witness| witness == RotationWitness::OtherEdges),
+            "{name}: {seen:?}"
+        );
     }
 }
 

@@ -373,6 +373,9 @@ impl PlatformRotation {
         let axis = self.edges.all[claim.edge].axis;
         self.spell = Some(RotationSpell {
             edge: claim.edge,
+            other_edge: self
+                .other_edge(now_ns)
+                .filter(|_| witness == RotationWitness::OtherEdges),
             left_ns: reference.left_ns.unwrap_or(now_ns),
             certain_ns: now_ns,
             angle: claim.angle,
@@ -394,7 +397,9 @@ impl PlatformRotation {
 
     /// What shows the claim of a source; `None` if the other source and the specific force refute it.
     fn witness(&self, is_gyro: bool, now_ns: i64, speed: Option<f64>) -> Option<RotationWitness> {
-        use RotationWitness::{AttitudeAlone, AttitudeNotGyro, Both, GyroAlone, GyroNotAttitude};
+        use RotationWitness::{
+            AttitudeAlone, AttitudeNotGyro, Both, GyroAlone, GyroNotAttitude, OtherEdges,
+        };
         let source = if is_gyro {
             &self.by_gyro
         } else {
@@ -416,6 +421,10 @@ impl PlatformRotation {
         if angle >= AGREES * claim.angle {
             return Some(Both);
         }
+        if self.other_edge(now_ns).is_some() {
+            // the numbers are those of the attitude
+            return (!is_gyro).then_some(OtherEdges);
+        }
         let Some(force) = self.gyro.force_direction() else {
             // nothing decides between both: a gyro may drift, an attitude does not
             return (!is_gyro).then_some(against);
@@ -423,6 +432,25 @@ impl PlatformRotation {
         let by_force = source.reference.rotation(&force, &axis)?;
         let least = LEAST_SUPPORT[usize::from(speed != Some(0.0))];
         (by_force >= least.max(SUPPORTS * claim.angle)).then_some(against)
+    }
+
+    /// The edge that the gyro shows where the attitude shows another one, and neither tyres nor ground explain either of them:
+    /// no error of a sensor turns both as far at the same time, but one with wrong axes shows a fall about another edge.
+    fn other_edge(&self, now_ns: i64) -> Option<usize> {
+        let (gyro, by_gyro) = self.source(true, now_ns)?;
+        let (attitude, by_attitude) = self.source(false, now_ns)?;
+        (gyro.claimed.and(attitude.claimed)).filter(|_| !self.attitude.is_frozen(now_ns))?;
+        let [one, other] = [
+            gyro.reference.apart(&by_gyro.up)?,
+            attitude.reference.apart(&by_attitude.up)?,
+        ];
+        let (edge, claim) = (gyro.reference.claim.edge, attitude.reference.claim);
+        let axis = self.edges.all[claim.edge].axis;
+        let about_same = gyro.reference.rotation(&by_gyro.up, &axis)?;
+        (one.min(other) >= AGREES * one.max(other)
+            && edge != claim.edge
+            && about_same < AGREES * claim.angle)
+            .then_some(edge)
     }
 
     /// Whether the specific force stays where it is on the wheels: that of a falling machine does not, whichever way it goes.
@@ -438,7 +466,14 @@ impl PlatformRotation {
 
     /// Follows a spell, and ends it once the platform is back.
     fn go_on(&mut self, mut spell: RotationSpell, now_ns: i64, dt: f64) {
-        use RotationWitness::{AttitudeNotGyro, Both, GyroNotAttitude};
+        use RotationWitness::{AttitudeNotGyro, Both, GyroNotAttitude, OtherEdges};
+        if !spell.witness.is_both()
+            && let Some(edge) = self.other_edge(now_ns)
+        {
+            let claim = self.by_attitude.reference.claim;
+            (spell.witness, spell.edge, spell.other_edge) = (OtherEdges, claim.edge, Some(edge));
+            (spell.largest, spell.largest_ns) = (claim.angle, now_ns);
+        }
         let is_gyro = spell.witness.is_by_gyro();
         let Some((source, shown)) = self.source(is_gyro, now_ns) else {
             return;
@@ -472,11 +507,12 @@ impl PlatformRotation {
             spell.witness = match spell.witness {
                 _ if agrees => Both,
                 // what agreed before does not count as a contradiction while the platform comes back
-                Both => Both,
+                both if both.is_both() => both,
                 _ if angle < AGREES * spell.largest => spell.witness,
                 _ if is_gyro => GyroNotAttitude,
                 _ => AttitudeNotGyro,
             };
+            spell.other_edge = spell.other_edge.filter(|_| spell.witness == OtherEdges);
         }
         let largest = Claim {
             edge: spell.edge,

@@ -1,7 +1,7 @@
 //! Which sensors a log can have shown to be wrong: those whose effect its motion excited.
 //!
 //! The checks of this folder say nothing where nothing moves. For each joint of the arm, the lean that its motion alone
-//! makes is summed up step by step, in the band of the comparison, while the machine stands:
+//! makes is summed up step by step, in the band of the comparison, while the machine stands on all wheels:
 //! ```text
 //!     sum of lean(q with this joint moved) - lean(q)
 //! ```
@@ -125,8 +125,15 @@ impl Excitation {
         let up = self.base_from_imu * state.imu.specific_force;
         let stands = !(state.base.velocity.norm() > STANDING);
         if let Some(model) = &mut self.model {
-            let before = &self.before;
-            add_joints(model, &mut self.joints, before, state, &up, step_s, stands);
+            add_joints(
+                model,
+                &mut self.joints,
+                &self.before,
+                state,
+                &up,
+                step_s,
+                stands,
+            );
         }
         self.keep(time_ns, state);
     }
@@ -166,7 +173,7 @@ impl Excitation {
         let mut parts = Vec::new();
         if !joints.is_empty() {
             parts.push(say!(
-                "the encoders of {} (sign, order, standstill: alone they lean the standing platform by less than 1 mrad)",
+                "the encoders of {} (sign, order, standstill: alone they lean the platform by less than 1 mrad while it stands on all wheels)",
                 joints.join(", ")
             ));
         }
@@ -201,6 +208,8 @@ fn add_joints(
         model.set(joint, position, 0.0);
     }
     let at_rest = model.posture_lean(up);
+    // where a wheel carries nothing, the comparison is not made
+    let stands = stands && model.is_on_all_wheels(up);
     for it in joints {
         let now = state.joints[it.joint].position;
         let moved = if now == before[it.joint] || !stands {

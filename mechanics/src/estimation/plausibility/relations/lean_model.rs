@@ -274,12 +274,23 @@ impl LeanModel {
 
     /// The lean of a machine at rest in the posture that is set, not smoothed.
     pub(super) fn posture_lean(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
+        let moment = self.posture_moment(up);
+        self.compliance * moment + self.plane_of_wheels()
+    }
+
+    /// Whether every wheel carries load there, so that the tyres are springs.
+    pub(super) fn is_on_all_wheels(&mut self, up: &Vector3<f64>) -> bool {
+        let moment = self.posture_moment(up);
+        self.least_load(&moment, &Vector2::zeros()) >= LEAST_LOAD
+    }
+
+    /// The moment N on the tyres there (N m).
+    fn posture_moment(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
         let (ground, mut first) = (self.ground, Vector3::zeros());
         self.move_bodies(BodyMotion::carry_at_rest, |motion, inertia, share| {
             first += place_above(ground, motion, inertia) * inertia.mass * share;
         });
-        let carried = first.cross(up);
-        self.compliance * carried.xy() + self.plane_of_wheels()
+        first.cross(up).xy()
     }
 
     /// The same with other positions of up to two joints.

@@ -66,6 +66,23 @@ fn nothing_of_the_arm_is_shown_while_the_machine_travels() {
     assert!(!all.contains(&Unshown::Travel) && all.contains(&Unshown::Turn));
 }
 
+/// Off three wheels the tyres are no springs: nothing was compared.
+#[test]
+fn nothing_of_the_arm_is_shown_while_a_wheel_carries_nothing() {
+    let machine = steered();
+    let slew = joint(&machine, "slew");
+    let on_slope = |share: f64| {
+        unshown(&machine, |time_s, state| {
+            state.joints[slew].position = (0.8 * time_s).sin();
+            let gravity = machine.gravity();
+            state.imu.specific_force =
+                Vector3::new(0.0, share, (1.0 - share * share).sqrt()) * gravity;
+        })
+    };
+    assert!(!on_slope(0.0).contains(&Unshown::Joint(slew)));
+    assert!(on_slope(0.9).contains(&Unshown::Joint(slew)));
+}
+
 #[test]
 fn turns_and_ways_count_within_some_seconds() {
     let machine = steered();
