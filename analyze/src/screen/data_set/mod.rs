@@ -1,7 +1,9 @@
-//! The data set: `logs/2026-06.parquet`, one row per log, and `events/2026-06.parquet`, one row per event, a file a month.
+//! The data set: `logs/2026-06.parquet`, one row per log, and `events/2026-06.parquet`, one row per event, a file a month; and
+//! `comparisons/all.parquet`.
 //!
 //! It follows from all records alone, to the byte: a file that would not change is neither written nor uploaded.
 
+mod comparison;
 mod event;
 mod log;
 mod not_answered;
@@ -23,6 +25,7 @@ use super::merge::LogRow;
 use crate::base::files::{remove_unfinished, unfinished_of};
 use crate::tables::frame::{ColumnInfo, Record};
 
+pub(super) use self::comparison::FleetComparison;
 pub(super) use self::log::{doubted, lifted};
 pub use not_answered::NotAnswered;
 pub use query::{Answer, query};
@@ -33,18 +36,22 @@ pub(super) const DATA_SET_SCHEMA: u32 = 6;
 const MOST_ROWS: usize = 400_000;
 /// Rows of a row group, which readers skip as a whole.
 const ROWS_OF_GROUP: usize = 1 << 16;
+/// Folder of the comparisons, and their file.
+const COMPARISONS: &str = "comparisons";
+const ALL: &str = "all.parquet";
 /// File of the rows without a date.
 const UNDATED: &str = "undated";
 
 /// The tables of a data set, with their columns.
-pub static TABLES: LazyLock<[(&str, Vec<ColumnInfo>); 2]> = LazyLock::new(|| {
+pub static TABLES: LazyLock<[(&str, Vec<ColumnInfo>); 3]> = LazyLock::new(|| {
     [
         ("logs", FleetLog::columns()),
         ("events", FleetEvent::columns()),
+        (COMPARISONS, FleetComparison::columns()),
     ]
 });
 
-/// Writes the data set of all logs and removes files that are no longer part of it.
+/// Writes the tables of all logs and removes files that are no longer part of them.
 pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
     let mut months: BTreeMap<String, Vec<&LogRow>> = BTreeMap::new();
     for row in rows {
@@ -69,10 +76,17 @@ pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
         let events: Vec<FleetEvent<'_>> = rows.iter().flat_map(|row| event::all_of(row)).collect();
         written.extend(write_table(&events, &out.join("events").join(&name))?);
     }
-    for (kind, _) in &*TABLES {
+    for kind in ["logs", "events"] {
         remove_others(&out.join(kind), &written)?;
     }
     Ok(())
+}
+
+/// Writes how the machines compare.
+pub(super) fn write_comparisons(compared: &[FleetComparison], out: &Path) -> Result<()> {
+    let folder = out.join(COMPARISONS);
+    let written = write_table(compared, &folder.join(ALL))?;
+    remove_others(&folder, &written.into_iter().collect())
 }
 
 /// `2026-06.parquet`, and `2026-06.1.parquet` for what does not fit into it.
