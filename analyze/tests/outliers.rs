@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::screen::{files, json, screen};
-use super::support::{command, data, stderr, text};
+use super::support::{command, data, stderr, text, tipwatch};
 
 const DAY_NS: i64 = 86_400_000_000_000;
 
@@ -71,8 +71,10 @@ impl Fleet {
             .output()
             .unwrap();
         assert!(gathered.status.success(), "{}", stderr(&gathered));
-        let Value::Array(found) = json(&place.join("outliers.json")) else {
-            panic!("expected a list");
+        let sql = "SELECT * FROM comparisons";
+        let asked = tipwatch(&["query", text(&place), sql, "--json"]);
+        let Ok(Value::Array(found)) = serde_json::from_slice(&asked.stdout) else {
+            panic!("expected a list: {}", stderr(&asked));
         };
         (found, page(&place))
     }
@@ -140,7 +142,7 @@ fn a_machine_that_changed_and_one_unlike_its_type_are_found() {
         .map(|c| {
             (
                 c["machine"].as_str().unwrap().to_string(),
-                c["against"]["with"].as_str().unwrap().to_string(),
+                c["compared_with"].as_str().unwrap().to_string(),
                 c["quantity"].as_str().unwrap().to_string(),
                 c["is_worse"].as_bool().unwrap(),
             )
@@ -259,7 +261,7 @@ fn a_machine_that_fell_is_found_in_small_and_large_fleets() {
         let all = outliers(&found);
         // a machine that is low on most of its days is unlike its type, too
         assert!(all.iter().all(|c| c["machine"] == "fw-02"), "{all:?}");
-        let with_history = |c: &&&Value| c["against"]["with"] == "history";
+        let with_history = |c: &&&Value| c["compared_with"] == "history";
         let outliers: Vec<&&Value> = all.iter().filter(with_history).collect();
         assert_eq!(
             outliers.len(),
@@ -299,7 +301,7 @@ fn a_change_that_came_with_another_analysis_is_no_finding_and_is_told() {
         let (found, page) = fleet.gather(&logs);
         let is_it = |c: &&Value| {
             c["machine"] == "fw-02"
-                && c["against"]["with"] == "history"
+                && c["compared_with"] == "history"
                 && c["quantity"] == "worst_margin"
         };
         let of_margin = found.iter().find(is_it).unwrap();

@@ -781,7 +781,7 @@ fn a_data_set_answers_sql() {
             "SELECT e.kind, l.pth FROM events e JOIN logs l ON e.log_id = l.log_id",
             "; events has ",
         ),
-        ("SELECT * FROM machines", "logs and events"),
+        ("SELECT * FROM machines", "logs, events and comparisons"),
         ("SELECT path FROM logs GROUP BY machine", "'path'"),
         ("SELECT nothing(path) FROM logs", "'nothing'"),
         ("SELECT path FROM logs WHERE path > 1", "string"),

@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 """Prints what a fleet will need on a cluster: time, memory, requests and cost, computed from measured figures.
 
-    packaging/deploy/plan.py --measure logs --machine machine.toml --logs 100000 --processors 200
+    packaging/deploy/plan.py --measure logs --fleet fleet.toml --logs 100000 --processors 200
     packaging/deploy/plan.py --cpu-s 3.1 --log-bytes 15.5e6 --memory-bytes 120e6 --logs 100000 --processors 200
 
-With --measure the program analyses the logs of a folder once and gathers them. It measures processor time and memory by
-the operating system, and requests by the contract of the records. Every price is an input; the defaults are examples, not
-offers. Nothing here is a measurement of a cluster: the plan is arithmetic, and its lines say from what.
+With --measure the program analyses the logs of a folder once and gathers their records, copied to two numbers. Processor time
+and memory are what the operating system counts; the requests follow from the contract of the records. Logs, records and data
+set are in buckets, each in a place of its own; with --request-s 0 they are in a shared folder, without requests. Every
+price is an input; the defaults are examples, not offers. Nothing here is a measurement of a cluster: the plan is
+arithmetic, and its lines say from what.
 """
 
 import argparse
@@ -21,6 +23,17 @@ import tempfile
 from pathlib import Path
 
 GIB = 2**30
+DAY_NS = 86_400_000_000_000
+# Names in the answer to one request for a list
+NAMES = 1000
+# Requests of a gathering at a time
+PARALLEL = 128
+# Memory of the connections to a bucket of a part, and of a gathering with what it copies at a time (bytes)
+CONNECTIONS, GATHER_CONNECTIONS = 16 * 2**20, 48 * 2**20
+# Processor time of a request, of one after the other and of many at a time (s)
+REQUEST_CPU_S, PARALLEL_REQUEST_CPU_S = 4e-4, 1.3e-4
+# Records that are gathered to measure what one takes, beside what every gathering takes
+FEW, MANY = 2000, 16000
 
 
 def main():
@@ -37,7 +50,9 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("--measure", type=Path, metavar="FOLDER", help="logs to measure with")
-    add("--machine", type=Path, help="their machine file")
+    machine = parser.add_mutually_exclusive_group()
+    machine.add_argument("--machine", type=Path, help="their machine file")
+    machine.add_argument("--fleet", type=Path, help="their fleet file")
     add("--program", default="tipwatch", help="the program (default: tipwatch)")
     add("--logs", type=int, default=100_000, help="logs of the fleet")
     add("--processors", type=int, default=200, help="processors at a time")
@@ -47,10 +62,12 @@ def arguments():
     add("--memory-bytes", type=float, help="memory of an analysis (bytes)")
     add("--record-bytes", type=float, default=8e3, help="size of a record (bytes)")
     add("--findings-share", type=float, default=0.05, help="share of logs with a report")
-    add("--gather-cpu-s", type=float, default=5e-4, help="processor time of gathering a log (s)")
-    add("--gather-memory-bytes", type=float, default=20e3, help="memory of gathering a log (bytes)")
+    add("--gather-cpu-s", type=float, default=6e-5, help="processor time of gathering a log (s)")
+    add("--gather-memory-bytes", type=float, default=6e3, help="memory of gathering a log (bytes)")
+    add("--gather-base-bytes", type=float, default=60e6, help="memory of gathering nothing (bytes)")
     add("--read-share", type=float, default=1.0, help="share of a log's bytes that is transferred")
-    add("--read-requests", type=float, default=3.0, help="requests to read a log")
+    add("--read-requests", type=float, default=4.0, help="requests to read a log")
+    add("--request-s", type=float, default=0.03, help="time until a bucket answers (s); 0 for a shared folder")
     add("--task-start-s", type=float, default=10.0, help="time to start a task (s)")
     add("--task-overhead-s", type=float, default=0.05, help="time of the engine per log (s)")
     add("--efficiency", type=float, default=0.9, help="share of the processors' time that analyses get")
@@ -64,11 +81,12 @@ def arguments():
 def measure(options):
     """Replaces the figures of a log by those of the logs in a folder."""
     logs = [path for path in options.measure.rglob("*") if path.suffix in (".mcap", ".bag", ".db3")]
-    if not logs or not options.machine:
-        sys.exit(f"--measure: expected logs in {options.measure} and --machine, found {len(logs)} logs")
+    machine = [f"--{key}={getattr(options, key)}" for key in ("machine", "fleet") if getattr(options, key)]
+    if not logs or not machine:
+        sys.exit(f"--measure: expected logs in {options.measure} and --machine or --fleet, found {len(logs)} logs")
     with tempfile.TemporaryDirectory() as folder:
-        place, out = f"{folder}/records", f"{folder}/fleet"
-        screen = [options.program, "screen", str(options.measure), "--machine", str(options.machine)]
+        place = f"{folder}/records"
+        screen = [options.program, "screen", str(options.measure), *machine]
         used = run([*screen, "--records", place, "--jobs", "1", "--quiet"], {0})
         records = list(Path(place).glob("state/*.json"))
         contents = [json.loads(path.read_text()) for path in records]
@@ -76,27 +94,30 @@ def measure(options):
         if not analysed:
             sys.exit("--measure: no log could be analysed")
         options.cpu_s = used.cpu_s / len(records)
-        options.log_bytes = sum(path.stat().st_size for path in logs) / len(logs)
+        options.log_bytes = sum(path.stat().st_size for path in logs) / len(records)
         options.memory_bytes = used.memory_bytes
         options.record_bytes = sum(path.stat().st_size for path in records) / len(records)
         options.findings_share = sum(r["result"]["has_report"] for r in analysed) / len(records)
-        # the same records under many names, enough to see what one costs
-        copies = max(1, 4000 // len(analysed))
-        for number in range(copies):
-            for record in analysed:
-                copy = {**record, "path": f"{record['path']}.{number}", "log_id": f"{number:016x}{record['log_id'][16:]}"}
-                copy["result"] = {**record["result"], "has_report": False}
-                Path(place, "state", f"{number}-{record['log_id'][:16]}-0.json").write_text(json.dumps(copy))
-        gather = [options.program, "screen", "--gather", place, "--quiet", "--out"]
-        many = run([*gather, out], None)
-        for path in Path(place, "state").glob("*-0.json"):
-            path.unlink()
-        few = run([*gather, f"{out}-few"], None)
-        added = copies * len(analysed)
-        options.gather_cpu_s = max(many.cpu_s - few.cpu_s, 0.0) / added
-        options.gather_memory_bytes = max(many.memory_bytes - few.memory_bytes, 0.0) / added
-        shutil.rmtree(place)
-    print(f"measured: {len(records)} logs of {options.measure}, one at a time; gathering by {added} records more\n")
+        few, many = (gathered(options.program, f"{folder}/{count}", analysed, count) for count in (FEW, MANY))
+        options.gather_cpu_s = (many.cpu_s - few.cpu_s) / (MANY - FEW)
+        options.gather_memory_bytes = (many.memory_bytes - few.memory_bytes) / (MANY - FEW)
+        options.gather_base_bytes = few.memory_bytes - FEW * options.gather_memory_bytes
+    print(f"measured: {len(records)} logs of {options.measure}, one at a time; gathering {FEW} and {MANY} copies of their records\n")
+
+
+def gathered(program, place, analysed, count):
+    """What gathering so many records uses: copies under other paths, on the days of a year."""
+    state = Path(place, "state")
+    state.mkdir(parents=True)
+    for number in range(count):
+        record = analysed[number % len(analysed)]
+        facts = {**record["result"]["facts"], "start_ns": (20_454 + number // len(analysed) % 365) * DAY_NS}
+        result = {**record["result"], "facts": facts, "has_report": False}
+        copy = {**record, "path": f"{record['path']}.{number}", "log_id": f"{number:064x}", "result": result}
+        Path(state, f"{number:016x}-{number:016x}-0.json").write_text(json.dumps(copy))
+    used = run([program, "screen", "--gather", place, "--quiet", "--out", f"{place}-fleet"], None)
+    shutil.rmtree(place)
+    return used
 
 
 class Used:
@@ -118,17 +139,32 @@ def run(command, codes):
 
 
 def print_plan(o):
-    n, parts = o.logs, min(o.parts, o.logs)
-    per_log_s = o.cpu_s + o.task_overhead_s
-    busy_s = n * per_log_s / o.efficiency + parts * o.task_start_s
-    wall_s = max(busy_s / o.processors, (math.ceil(n / parts) * per_log_s) / o.efficiency + o.task_start_s)
-    # the log itself, whether it has a record, and the record when it is gathered
-    reads = n * (o.read_requests + 2)
-    # the record, the mark of the attempt and three files of a report; a list per part, and one per 1000 names gathered
-    writes = n * (2 + 3 * o.findings_share) + parts + math.ceil(n / 1000)
-    # the mark, and an earlier failure
-    deletes = 2 * n
-    gather_s = n * o.gather_cpu_s
+    n, parts, share = o.logs, min(o.parts, o.logs), o.findings_share
+    is_bucket = o.request_s > 0
+    # Of a log: it is read, and whether it has a record; the mark of the attempt, the record and three files of a report; the
+    # mark and an earlier failure are removed. Each waits for the one before.
+    of_log = [o.read_requests + 1, 2 + 3 * share, 2]
+    # of a part: the names of all logs, and of marks
+    lists_of_part = math.ceil(n / NAMES) + 1
+    cpu_s = o.cpu_s + is_bucket * REQUEST_CPU_S * sum(of_log)
+    per_log_s = cpu_s / o.efficiency + o.task_overhead_s + o.request_s * sum(of_log)
+    per_part_s = o.task_start_s + o.request_s * lists_of_part
+    busy_s = n * per_log_s + parts * per_part_s
+    wall_s = max(busy_s / o.processors, math.ceil(n / parts) * per_log_s + per_part_s)
+    # The gathering: the names of records, logs and reports, one after the other; records and reports, many at a time.
+    lists_of_gather = 2 * math.ceil(n / NAMES) + math.ceil(3 * share * n / NAMES) + 3
+    gathered = n * (1 + 6 * share)
+    requests_cpu_s = is_bucket * gathered * PARALLEL_REQUEST_CPU_S
+    gather_cpu_s = n * o.gather_cpu_s + requests_cpu_s
+    gather_s = n * o.gather_cpu_s + o.request_s * lists_of_gather + max(o.request_s * gathered / PARALLEL, requests_cpu_s)
+    memory, gather_memory = o.memory_bytes, o.gather_base_bytes + n * o.gather_memory_bytes
+    of_parts = [n * of_log[0], n * of_log[1] + parts * lists_of_part, n * of_log[2]]
+    of_gather = [n * (1 + 3 * share), 3 * share * n + lists_of_gather, 0]
+    if is_bucket:
+        memory, gather_memory = memory + CONNECTIONS, gather_memory + GATHER_CONNECTIONS
+    else:
+        of_parts = of_gather = [0, 0, 0]
+    reads, writes, _ = (a + b for a, b in zip(of_parts, of_gather))
     transferred = n * o.log_bytes * o.read_share + n * o.record_bytes
     cost = (
         (busy_s + gather_s) / 3600 * o.price_processor_hour
@@ -137,23 +173,25 @@ def print_plan(o):
         + transferred / 1e9 * o.price_gb
     )
     rows = [
-        ("input", "processor time of a log", f"{o.cpu_s:.2f} s"),
+        ("input", "processor time of a log", f"{o.cpu_s:.3f} s"),
         ("input", "engine's time per log; start of a task", f"{o.task_overhead_s:.2f} s; {o.task_start_s:.0f} s"),
+        ("input", "time of a request; requests to read a log", f"{o.request_s:.3f} s; {o.read_requests:.1f}"),
         ("input", "efficiency of the processors", f"{o.efficiency:.0%}"),
         ("input", "size of a log, share read", f"{o.log_bytes / 1e6:.1f} MB, {o.read_share:.0%}"),
         ("input", "memory of an analysis", f"{o.memory_bytes / 2**20:.0f} MiB"),
         ("input", "size of a record", f"{o.record_bytes / 1e3:.1f} kB"),
         ("input", "logs with a report", f"{o.findings_share:.0%}"),
-        ("input", "gathering a log", f"{1e3 * o.gather_cpu_s:.2f} ms, {o.gather_memory_bytes / 1e3:.1f} kB"),
+        ("input", "gathering a log", f"{1e3 * o.gather_cpu_s:.3f} ms, {o.gather_memory_bytes / 1e3:.1f} kB"),
         ("input", "prices: processor hour, 1000 reads, 1000 writes, GB",
          f"{o.price_processor_hour}, {o.price_1000_reads}, {o.price_1000_writes}, {o.price_gb}"),
         ("plan", "logs, parts, processors", f"{n}, {parts}, {o.processors}"),
         ("plan", "processor hours", f"{busy_s / 3600:.1f}"),
-        ("plan", "time of the parts", f"{wall_s / 60:.1f} min"),
-        ("plan", "time of gathering", f"{gather_s / 60:.1f} min on one processor"),
-        ("plan", "memory of a part (one log at a time)", f"{o.memory_bytes / GIB:.2f} GiB"),
-        ("plan", "memory of gathering", f"{n * o.gather_memory_bytes / GIB:.2f} GiB"),
-        ("plan", "requests: reads, writes and lists, deletes", f"{reads:.0f}, {writes:.0f}, {deletes:.0f}"),
+        ("plan", "time of the parts", f"{wall_s / 60:.2f} min"),
+        ("plan", "processor time of gathering; until it ends", f"{gather_cpu_s:.1f} s; {gather_s:.0f} s on one processor"),
+        ("plan", "memory of a part (one log at a time)", f"{memory / 2**20:.0f} MiB"),
+        ("plan", "memory of gathering", f"{gather_memory / 2**20:.0f} MiB"),
+        ("plan", "requests of the parts: reads, writes and lists, deletes", ", ".join(f"{r:.0f}" for r in of_parts)),
+        ("plan", "requests of gathering: reads, writes and lists", ", ".join(f"{r:.0f}" for r in of_gather[:2])),
         ("plan", "transferred", f"{transferred / 1e12:.2f} TB"),
         ("plan", "cost", f"{cost:.2f}, {1000 * cost / n:.4f} per thousand logs"),
     ]

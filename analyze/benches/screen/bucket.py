@@ -56,7 +56,7 @@ class P(asyncio.Protocol):
             b=open(p,"rb").read(); s="200 OK"; e=f'ETag: "{len(b)}"\r\nLast-Modified: Thu, 01 Jan 2026 00:00:00 GMT\r\nAccept-Ranges: bytes\r\n'
             r=h.get("range")
             if r:
-                a,_,z=r[6:].partition("-"); tot=len(b); a0=int(a); z0=min(int(z) if z else tot-1,tot-1); b=b[a0:z0+1]; s="206 Partial Content"; e+=f"Content-Range: bytes {a0}-{z0}/{tot}\r\n"
+                a,_,z=r[6:].partition("-"); tot=len(b); a0=int(a) if a else max(0,tot-int(z)); z0=min(int(z) if a and z else tot-1,tot-1); b=b[a0:z0+1]; s="206 Partial Content"; e+=f"Content-Range: bytes {a0}-{z0}/{tot}\r\n"
             self.send(s,b,e,head=m=="HEAD")
         elif m=="PUT":
             os.makedirs(os.path.dirname(p),exist_ok=True); open(p,"wb").write(body); names[key]=len(body); self.send("200 OK",b"",'ETag: "1"\r\n')

@@ -36,7 +36,8 @@ def outliers(logs):
             facts["coverage"].update(covered_s=duration_s, computable_s=duration_s, valid_share=1.0)
             (state / f"{number:06}-x-y.json").write_text(json.dumps(record))
         subprocess.run([program, "screen", "--gather", "--out", place, "-q"], check=True)
-        return [c for c in json.loads(Path(place, "outliers.json").read_text()) if c["verdict"] == "outlier"]
+        sql = "SELECT * FROM comparisons WHERE verdict = 'outlier'"
+        return json.loads(subprocess.check_output([program, "query", place, sql, "--json"]))
 
 
 def usual(machines, days, chance, is_skewed):
@@ -60,12 +61,12 @@ def fallen(machines, days, at, chance):
 
 for is_skewed, machines, days in [(False, 20, 24), (True, 20, 40), (True, 5, 60)]:
     found = [outliers(usual(machines, days, random.Random(31 * seed + machines), is_skewed)) for seed in range(fleets)]
-    kinds = collections.Counter((c["against"]["with"], c["quantity"]) for told in found for c in told)
+    kinds = collections.Counter((c["compared_with"], c["quantity"]) for told in found for c in told)
     print(f"no change, {'skewed' if is_skewed else 'normal'}, {machines} machines, {days} days: "
           f"{sum(map(bool, found))} of {fleets} fleets with an alarm {dict(kinds)}", flush=True)
 for machines, days in [(5, 18), (20, 18), (100, 18), (5, 60), (20, 60), (100, 60)]:
     runs = 5 if machines == 100 else 10
     found = [outliers(fallen(machines, days, days - 5, random.Random(900 + seed))) for seed in range(runs)]
-    is_it = lambda c: c["machine"] == "fw-002" and c["against"]["with"] == "history"
+    is_it = lambda c: c["machine"] == "fw-002" and c["compared_with"] == "history"
     print(f"one fell, {machines} machines, {days} days: found {sum(any(map(is_it, told)) for told in found)} of {runs}, "
           f"others {sum(any(c['machine'] != 'fw-002' for c in told) for told in found)}", flush=True)

@@ -12,7 +12,7 @@ use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{ArrowError, Field, Fields, Schema, SchemaRef};
 use arrow_select::concat::concat_batches;
 use arrow_select::take::take_record_batch;
-use pyo3::exceptions::{PyIndexError, PyKeyError, PyTypeError};
+use pyo3::exceptions::{PyIndexError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict, PyIterator, PyList, PySlice};
 use tipwatch_analyze::tables::table;
@@ -443,7 +443,7 @@ impl Column {
         values.collect()
     }
 
-    /// The column as an array of NumPy; None is NaN.
+    /// The column as an array of NumPy, always a copy; None is NaN.
     #[pyo3(signature = (dtype=None, copy=None))]
     fn __array__<'py>(
         &self,
@@ -451,15 +451,16 @@ impl Column {
         dtype: Option<Bound<'py, PyAny>>,
         copy: Option<bool>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        if copy == Some(false) {
+            return Err(PyValueError::new_err(
+                "expected copy=None or True, found False: an array is always a copy; table.to_arrow() makes none",
+            ));
+        }
         let columns = self.table.batches.iter().map(|batch| batch.column(0));
         let found = numbers_of(py, &columns.collect::<Vec<_>>())?;
-        let found = match dtype {
-            Some(dtype) => found.call_method1("astype", (dtype,))?,
-            None => found,
-        };
-        match copy {
-            Some(true) => found.call_method0("copy"),
-            _ => Ok(found),
+        match dtype {
+            Some(dtype) => found.call_method1("astype", (dtype,)),
+            None => Ok(found),
         }
     }
 

@@ -73,6 +73,9 @@ def test_errors_are_also_those_of_python(tmp_path, machine):
     with pytest.raises(FileNotFoundError) as missing:
         tw.analyze(tmp_path / "nothing.mcap", machine)
     assert isinstance(missing.value, tw.TipwatchError) and missing.value.kind == "not_found"
+    assert str(missing.value).count("No such file") == 1, "a cause is told once"
+    with pytest.raises(FileNotFoundError, match="found nothing there$"):
+        tw.screen(tmp_path / "nothing", machine=DATA / "tiny_lift.toml", out=tmp_path / "fleet")
     with pytest.raises(ValueError, match="expected a positive rate") as wrong:
         tw.analyze(DEMO / "demo.mcap", machine, rate=-1.0)
     assert wrong.value.kind == "value"
@@ -86,6 +89,8 @@ def test_columns_reach_numpy(analysis):
     expected = pl.DataFrame(samples)["load_fl"].to_numpy()
     assert np.array_equal(loads, expected, equal_nan=True)
     assert np.asarray(samples["time_ns"]).dtype == np.int64
+    with pytest.raises(ValueError, match="always a copy"):
+        np.asarray(column, copy=False)
     assert "load_fl" in samples and "load_xx" not in samples
     with pytest.raises(KeyError, match="load_xx"):
         samples["load_xx"]

@@ -6,7 +6,8 @@ use tipwatch_storage::redact;
 
 /// An error with its causes, without what is secret in URLs. A cause that the message above it already ends with is not
 /// repeated.
-pub(crate) fn error_text(error: &anyhow::Error) -> String {
+#[must_use]
+pub fn error_text(error: &anyhow::Error) -> String {
     let mut text = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {
         if !text.ends_with(&cause) {

@@ -2,7 +2,7 @@
 
 pub(crate) mod changed_states;
 pub mod clip;
-pub(crate) mod error_text;
+pub mod error_text;
 pub mod estimated;
 pub(crate) mod fetched;
 pub mod file_hash;

@@ -13,7 +13,7 @@ use crate::screen::query;
 pub(super) struct QueryArgs {
     /// The folder of `tipwatch screen`, or the same in a bucket.
     data_set: PathBuf,
-    /// The query, over the tables `logs` and `events`: "SELECT machine, min(worst_margin) FROM logs GROUP BY machine".
+    /// The query, over the tables `logs`, `events` and `comparisons`: "SELECT machine, min(worst_margin) FROM logs GROUP BY machine".
     sql: String,
     /// Print CSV.
     #[arg(long, conflicts_with_all = ["json", "parquet"])]

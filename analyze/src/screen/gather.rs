@@ -202,8 +202,7 @@ fn build(rows: &[LogRow], out: &Path, gate: Gate<'_>) -> Result<(Finished, Strin
     let (written, (compared, html)) = rayon::join(|| data_set::write(rows, out), page);
     written?;
     write_policy(rows, &judgements, gate.policy, gate.min_valid, out)?;
-    let text = serde_json::to_string_pretty(&compared)?;
-    write_atomically(&out.join("outliers.json"), text.as_bytes())?;
+    data_set::write_comparisons(compared.into_iter().map(Into::into).collect(), out)?;
     write_atomically(&out.join(PAGE), html.as_bytes())?;
     let text = serde_json::to_string_pretty(&totals)?;
     let finished = Finished {

@@ -214,7 +214,7 @@ pub(super) fn require_any(requested: &[PathBuf]) -> Result<()> {
             "{}: expected folders or logs, found nothing there",
             names.join(", ")
         );
-        return Err(anyhow::Error::from(io::Error::from(io::ErrorKind::NotFound)).context(text));
+        return Err(io::Error::new(io::ErrorKind::NotFound, text).into());
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Analyses the logs of a fleet in parallel, and builds a data set and a page from them.
 //!
 //! ```text
-//!     inputs -> workers: one_log -> store (state/) -> merge -> data_set (logs/, events/), page (fleet.html)
+//!     inputs -> workers: one_log -> store (state/) -> merge -> data_set (logs/, events/, comparisons/), page (fleet.html)
 //!     -------- run, task --------                     --------------- gather ---------------
 //!                                                            `query` asks it in SQL
 //! ```

@@ -153,6 +153,14 @@ impl Field for Option<String> {
     }
 }
 
+impl Field for &'static str {
+    const TYPE: &'static str = "str";
+
+    fn column<'a>(name: &str, values: impl ExactSizeIterator<Item = &'a Self>) -> Column {
+        StringChunked::from_iter_values(name.into(), values.copied()).into_column()
+    }
+}
+
 impl Field for EventKind {
     const TYPE: &'static str = "str";
 

@@ -5,10 +5,11 @@ use std::io;
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
+use tipwatch_analyze::base::error_text::error_text;
 use tipwatch_analyze::base::storage_error::{log_error, storage_error};
 use tipwatch_analyze::screen::NotAnswered;
 use tipwatch_ingest::Error as LogError;
-use tipwatch_storage::{ErrorKind, redact};
+use tipwatch_storage::ErrorKind;
 
 create_exception!(
     tipwatch,
@@ -33,8 +34,7 @@ impl std::error::Error for Mistake {}
 
 /// The exception of an error with all its causes.
 pub(crate) fn exception(error: &anyhow::Error) -> PyErr {
-    // a URL may come from a file, too
-    let text = in_python(&redact(&format!("{error:#}")));
+    let text = in_python(&error_text(error));
     Python::attach(|py| {
         let arguments = (kind_of(error), text.as_str());
         let made = py

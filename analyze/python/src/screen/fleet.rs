@@ -62,7 +62,7 @@ impl Fleet {
         self.query(py, "SELECT * FROM events")
     }
 
-    /// The answer to a question in SQL over the tables ``logs`` and ``events``, as of ``tipwatch query``.
+    /// The answer to a question in SQL over the tables ``logs``, ``events`` and ``comparisons``, as of ``tipwatch query``.
     fn query(&self, py: Python<'_>, sql: &str) -> PyResult<Table> {
         let answer =
             py.detach(|| query(&self.out, sql).and_then(|answer| Table::of(answer.table()?)));

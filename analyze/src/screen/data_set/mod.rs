@@ -1,7 +1,9 @@
-//! The data set: `logs/2026-06.parquet`, one row per log, and `events/2026-06.parquet`, one row per event, a file a month.
+//! The data set: `logs/2026-06.parquet`, one row per log, and `events/2026-06.parquet`, one row per event, a file a month; and
+//! `comparisons/all.parquet`.
 //!
 //! It follows from all records alone, to the byte: a file that would not change is neither written nor uploaded.
 
+mod comparison;
 mod event;
 mod log;
 mod not_answered;
@@ -23,6 +25,7 @@ use super::merge::LogRow;
 use crate::base::files::{remove_unfinished, unfinished_of};
 use crate::tables::frame::{ColumnInfo, Record};
 
+pub(super) use self::comparison::FleetComparison;
 pub(super) use self::log::{doubted, lifted};
 pub use not_answered::NotAnswered;
 pub use query::{Answer, query};
@@ -31,20 +34,26 @@ pub use query::{Answer, query};
 pub(super) const DATA_SET_SCHEMA: u32 = 6;
 /// Most rows of a file, some 128 MB: a month of a large fleet has several.
 const MOST_ROWS: usize = 400_000;
-/// Rows of a row group, which readers skip as a whole.
-const ROWS_OF_GROUP: usize = 1 << 16;
+/// Least rows of a row group but the last, which readers skip as a whole.
+const ROWS_OF_GROUP: usize = 1 << 14;
+/// Logs whose rows are made at a time: as structs they take several times the memory that their columns take.
+const ROWS_AT_A_TIME: usize = 1 << 10;
+/// Folder of the comparisons, and their file.
+const COMPARISONS: &str = "comparisons";
+const ALL: &str = "all.parquet";
 /// File of the rows without a date.
 const UNDATED: &str = "undated";
 
 /// The tables of a data set, with their columns.
-pub static TABLES: LazyLock<[(&str, Vec<ColumnInfo>); 2]> = LazyLock::new(|| {
+pub static TABLES: LazyLock<[(&str, Vec<ColumnInfo>); 3]> = LazyLock::new(|| {
     [
         ("logs", FleetLog::columns()),
         ("events", FleetEvent::columns()),
+        (COMPARISONS, FleetComparison::columns()),
     ]
 });
 
-/// Writes the data set of all logs and removes files that are no longer part of it.
+/// Writes the tables of all logs and removes files that are no longer part of them.
 pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
     let mut months: BTreeMap<String, Vec<&LogRow>> = BTreeMap::new();
     for row in rows {
@@ -63,16 +72,27 @@ pub(super) fn write(rows: &[LogRow], out: &Path) -> Result<()> {
     }
     let mut written = BTreeSet::new();
     for (name, rows) in files {
-        let logs: Vec<FleetLog> = rows.par_iter().map(|row| FleetLog::of(row)).collect();
-        written.extend(write_table(&logs, &out.join("logs").join(&name))?);
-        drop(logs);
-        let events: Vec<FleetEvent<'_>> = rows.iter().flat_map(|row| event::all_of(row)).collect();
-        written.extend(write_table(&events, &out.join("events").join(&name))?);
+        let logs = rows.chunks(ROWS_AT_A_TIME);
+        let logs = logs.map(|rows| rows.par_iter().map(|row| FleetLog::of(row)).collect());
+        written.extend(write_table(logs, &out.join("logs").join(&name))?);
+        let events = rows.chunks(ROWS_AT_A_TIME);
+        let events = events.map(|rows| rows.iter().flat_map(|row| event::all_of(row)).collect());
+        written.extend(write_table::<FleetEvent<'_>>(
+            events,
+            &out.join("events").join(&name),
+        )?);
     }
-    for (kind, _) in &*TABLES {
+    for kind in ["logs", "events"] {
         remove_others(&out.join(kind), &written)?;
     }
     Ok(())
+}
+
+/// Writes how the machines compare.
+pub(super) fn write_comparisons(compared: Vec<FleetComparison>, out: &Path) -> Result<()> {
+    let folder = out.join(COMPARISONS);
+    let written = write_table([compared].into_iter(), &folder.join(ALL))?;
+    remove_others(&folder, &written.into_iter().collect())
 }
 
 /// `2026-06.parquet`, and `2026-06.1.parquet` for what does not fit into it.
@@ -91,11 +111,16 @@ fn month(row: &LogRow) -> String {
     )
 }
 
-/// Writes a table, unless it is there already; returns its path, or nothing of a table without rows.
-fn write_table<R: Record>(records: &[R], path: &Path) -> Result<Option<PathBuf>> {
-    if records.is_empty() {
+/// Writes a table of records, some at a time, unless it is there already; returns its path, or nothing of a table without
+/// rows.
+fn write_table<R: Record>(
+    records: impl Iterator<Item = Vec<R>>,
+    path: &Path,
+) -> Result<Option<PathBuf>> {
+    let mut records = records.skip_while(Vec::is_empty);
+    let Some(first) = records.next() else {
         return Ok(None);
-    }
+    };
     let failed = || format!("{}: cannot be written", path.display());
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).with_context(failed)?;
@@ -108,13 +133,24 @@ fn write_table<R: Record>(records: &[R], path: &Path) -> Result<Option<PathBuf>>
             DATA_SET_SCHEMA.to_string(),
         ),
     ];
-    let mut frame = R::frame(records.iter())?;
-    ParquetWriter::new(BufWriter::new(file))
+    let mut group = R::frame(first.iter())?;
+    drop(first);
+    let mut writer = ParquetWriter::new(BufWriter::new(file))
         .with_compression(ParquetCompression::Zstd(None))
-        .with_row_group_size(Some(ROWS_OF_GROUP))
         .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata)))
-        .finish(&mut frame)
+        .batched(group.schema())
         .with_context(failed)?;
+    for records in records {
+        if group.height() >= ROWS_OF_GROUP {
+            group.rechunk_mut();
+            writer.write_batch(&group).with_context(failed)?;
+            group = group.clear();
+        }
+        group.vstack_mut_owned(R::frame(records.iter())?)?;
+    }
+    group.rechunk_mut();
+    writer.write_batch(&group).with_context(failed)?;
+    writer.finish().with_context(failed)?;
     if !is_same(&unfinished, path) {
         unfinished.persist(path).with_context(failed)?;
     }

@@ -72,7 +72,7 @@ pub(super) fn text(sql: &str, error: &PolarsError, named: &BTreeSet<String>) -> 
     let expected = match lacks_a_column {
         true => known.collect::<Vec<_>>().join("; "),
         false => {
-            "the tables are logs and events; the reference page \"Fleet data set\" has their columns"
+            "the tables are logs, events and comparisons; the reference page \"Fleet data set\" has their columns"
                 .into()
         }
     };

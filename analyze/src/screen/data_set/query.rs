@@ -14,7 +14,7 @@ use serde_json::{Map, Value};
 use super::event::FleetEvent;
 use super::log::FleetLog;
 use super::not_answered::{self, NotAnswered};
-use super::{TABLES, is_table};
+use super::{COMPARISONS, FleetComparison, TABLES, is_table};
 use crate::screen::place::Place;
 use crate::tables::collect::{Cell, of_frame};
 use crate::tables::frame::{Day, Record};
@@ -26,7 +26,7 @@ pub struct Answer {
     frame: DataFrame,
 }
 
-/// Asks a data set, in a folder or a bucket, in SQL. Its tables are `logs` and `events`.
+/// Asks a data set, in a folder or a bucket, in SQL. Its tables are `logs`, `events` and `comparisons`.
 ///
 /// # Errors
 /// There is no data set, the query is not valid, or it names another table; see [`NotAnswered`].
@@ -73,6 +73,7 @@ pub fn query(data_set: &Path, sql: &str) -> Result<Answer> {
 fn scan(name: &str, files: &[PathBuf]) -> Result<LazyFrame> {
     let empty = match name {
         "logs" => FleetLog::frame([].iter())?,
+        COMPARISONS => FleetComparison::frame([].iter())?,
         _ => FleetEvent::frame([].iter())?,
     };
     if files.is_empty() {

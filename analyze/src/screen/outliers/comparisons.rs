@@ -3,13 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
-use serde::Serialize;
-use strum::{EnumIter, IntoEnumIterator};
+use strum::{EnumIter, IntoEnumIterator, IntoStaticStr};
 
 use super::statistics::{
-    Change, LEAST_SEGMENT, discovery_rates, fall, least_chance, median, of_one_more,
+    Change, LEAST_SEGMENT, Sorted, discovery_rates, fall, least_chance, median, of_one_more,
 };
-use crate::screen::data_set::lifted;
+use crate::screen::data_set::{FleetComparison, lifted};
 use crate::screen::merge::LogRow;
 use crate::screen::record::Record;
 use crate::tables::frame::Day;
@@ -25,8 +24,8 @@ const LEAST_OTHERS: usize = 8;
 const MOST_LONGER: f64 = 2.0;
 
 /// What a log says about its machine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, EnumIter)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, EnumIter, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub(in crate::screen) enum Quantity {
     /// The worst margin (share of the static load); smaller is worse.
     WorstMargin,
@@ -55,8 +54,8 @@ impl Quantity {
 }
 
 /// What a machine is compared with.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(tag = "with", rename_all = "snake_case")]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub(in crate::screen) enum Against {
     /// Its days since they changed most with those before.
     History,
@@ -65,8 +64,8 @@ pub(in crate::screen) enum Against {
 }
 
 /// What a comparison says.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "verdict", rename_all = "snake_case")]
+#[derive(Debug, Clone, PartialEq, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub(in crate::screen) enum Verdict {
     /// The machine stands out.
     Outlier { is_worse: bool },
@@ -77,15 +76,14 @@ pub(in crate::screen) enum Verdict {
 }
 
 /// One machine compared in one quantity.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(in crate::screen) struct Comparison {
     pub(in crate::screen) machine: String,
     pub(in crate::screen) against: Against,
     pub(in crate::screen) quantity: Quantity,
-    #[serde(flatten)]
     pub(in crate::screen) verdict: Verdict,
     /// First day after the change, for a comparison with its history.
-    pub(in crate::screen) since: Option<String>,
+    pub(in crate::screen) since: Option<Day>,
     /// Median of the machine, or of its days since then.
     pub(in crate::screen) value: Option<f64>,
     /// Median of the other machines, or of the days before.
@@ -97,6 +95,35 @@ pub(in crate::screen) struct Comparison {
     pub(in crate::screen) count: usize,
     /// Number of other machines, or of earlier days.
     pub(in crate::screen) usual_count: usize,
+}
+
+impl From<Comparison> for FleetComparison {
+    fn from(comparison: Comparison) -> Self {
+        Self {
+            machine: comparison.machine,
+            compared_with: (&comparison.against).into(),
+            quantity: comparison.quantity.into(),
+            verdict: (&comparison.verdict).into(),
+            is_worse: match comparison.verdict {
+                Verdict::Outlier { is_worse } => Some(is_worse),
+                _ => None,
+            },
+            reason: match comparison.verdict {
+                Verdict::NotComparable { reason } => Some(reason),
+                _ => None,
+            },
+            machine_type: match comparison.against {
+                Against::Type { machine_type } => Some(machine_type),
+                Against::History => None,
+            },
+            since: comparison.since,
+            value: comparison.value,
+            usual: comparison.usual,
+            confidence: comparison.confidence,
+            count: comparison.count as u64,
+            usual_count: comparison.usual_count as u64,
+        }
+    }
 }
 
 /// A log that can be compared.
@@ -170,11 +197,12 @@ pub(in crate::screen) fn comparisons(rows: &[LogRow], min_valid: f64) -> Vec<Com
         .par_iter()
         .map(|(machine, logs)| (*machine, Typical::of(logs)))
         .collect();
+    let types = types(&typical);
     let of_type: Vec<Family> = typical
         .par_iter()
-        .map(|(machine, _)| {
+        .map(|(machine, own)| {
             let quantities = quantities.iter();
-            let compared = quantities.map(|&quantity| with_type(machine, &typical, quantity));
+            let compared = quantities.map(|&quantity| with_type(machine, own, &types, quantity));
             compared.flatten().collect()
         })
         .collect();
@@ -337,7 +365,7 @@ fn with_history(machine: &str, days: &[Days<'_>], quantity: Quantity, needed: us
                     let middle = |days: &[DayValue<'_>]| {
                         median(&days.iter().map(|day| day.value).collect::<Vec<_>>())
                     };
-                    comparison.since = since.first().and_then(|day| day.day.date());
+                    comparison.since = since.first().map(|day| day.day);
                     comparison.value = middle(since);
                     comparison.usual = middle(earlier);
                     comparison.count = since.len();
@@ -396,32 +424,53 @@ impl<'a> Typical<'a> {
     }
 }
 
+/// What the machines of a type that have enough logs say in a quantity.
+#[derive(Default)]
+struct OfType {
+    values: Sorted,
+    durations: Sorted,
+}
+
+fn types<'a>(machines: &BTreeMap<&str, Typical<'a>>) -> BTreeMap<(&'a str, Quantity), OfType> {
+    let mut types: BTreeMap<_, (Vec<f64>, Vec<f64>)> = BTreeMap::new();
+    for machine in machines.values() {
+        for (&quantity, &(count, value)) in &machine.values {
+            if let Some(kind) = machine.kind.filter(|_| count >= LEAST_LOGS) {
+                let (values, durations) = types.entry((kind, quantity)).or_default();
+                values.extend(value);
+                durations.extend(machine.duration_s);
+            }
+        }
+    }
+    let sorted = types.into_iter().map(|(of, (values, durations))| {
+        let (values, durations) = (Sorted::of(values), Sorted::of(durations));
+        (of, OfType { values, durations })
+    });
+    sorted.collect()
+}
+
 /// A machine with the medians of the others of its type; `None` if its type is unknown.
 fn with_type(
     machine: &str,
-    machines: &BTreeMap<&str, Typical<'_>>,
+    own: &Typical<'_>,
+    types: &BTreeMap<(&str, Quantity), OfType>,
     quantity: Quantity,
 ) -> Option<Raw> {
-    let own = &machines[machine];
     let own_type = own.kind?;
     let (count, mine) = own.values[&quantity];
-    let others = machines.iter().filter(|(name, other)| {
-        let (count, _) = other.values[&quantity];
-        **name != machine && other.kind == Some(own_type) && count >= LEAST_LOGS
-    });
-    let others: Vec<&Typical<'_>> = others.map(|(_, other)| other).collect();
+    let none = OfType::default();
+    let all = types.get(&(own_type, quantity)).unwrap_or(&none);
+    let is_one_of_them = count >= LEAST_LOGS;
+    let usual = all.values.without(mine.filter(|_| is_one_of_them));
     let against = Against::Type {
         machine_type: own_type.into(),
     };
     let mut comparison = empty(machine, against, quantity);
-    let usual: Vec<f64> = (others.iter())
-        .filter_map(|other| other.values[&quantity].1)
-        .collect();
     comparison.count = count;
     comparison.usual_count = usual.len();
     comparison.value = mine;
-    comparison.usual = median(&usual);
-    if count < LEAST_LOGS {
+    comparison.usual = usual.median();
+    if !is_one_of_them {
         let reason = format!("too few logs: {count} of at least {LEAST_LOGS}");
         return Some(Raw {
             comparison,
@@ -447,8 +496,8 @@ fn with_type(
         // others do not differ at all, as machines that never lift a wheel.
         Quantity::ExposedShare | Quantity::LiftedShare => Some(quantity.relevant()),
     };
-    let durations: Vec<f64> = others.iter().filter_map(|other| other.duration_s).collect();
-    let chance = comparable(quantity, own.duration_s, median(&durations)).and_then(|()| {
+    let durations = all.durations.without(own.duration_s);
+    let chance = comparable(quantity, own.duration_s, durations.median()).and_then(|()| {
         if comparison.value == comparison.usual {
             return Ok(1.0);
         }

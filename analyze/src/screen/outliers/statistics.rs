@@ -2,21 +2,83 @@
 
 /// The median; `None` of nothing.
 pub(super) fn median(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len() / 2;
-    match sorted.len() % 2 {
-        1 => sorted.get(middle).copied(),
-        _ => Some(0.5 * (sorted.get(middle.checked_sub(1)?)? + sorted.get(middle)?)),
+    Sorted::of(values.to_vec()).without(None).median()
+}
+
+/// Values in order, of which each in turn is compared with all others.
+#[derive(Debug, Default)]
+pub(super) struct Sorted(Vec<f64>);
+
+impl Sorted {
+    pub(super) fn of(mut values: Vec<f64>) -> Self {
+        values.sort_by(f64::total_cmp);
+        Self(values)
+    }
+
+    /// All of them but one of this value.
+    pub(super) fn without(&self, value: Option<f64>) -> Others<'_> {
+        let place = value.and_then(|value| self.0.binary_search_by(|x| x.total_cmp(&value)).ok());
+        let (before, after) = self.0.split_at(place.unwrap_or(self.0.len()));
+        Others {
+            before,
+            after: after.get(1..).unwrap_or_default(),
+        }
     }
 }
 
-/// Standard deviation from the median of the distances to the median (MAD): 1.4826 MAD, which is the
-/// standard deviation of normal values, and which few wild ones do not move.
-pub(super) fn robust_sigma(values: &[f64]) -> Option<f64> {
-    let middle = median(values)?;
-    let distances: Vec<f64> = values.iter().map(|value| (value - middle).abs()).collect();
-    Some(1.4826 * median(&distances)?)
+/// [`Sorted`] values without one of them. Nothing is computed of each of them: in a fleet every machine has its own others.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Others<'a> {
+    before: &'a [f64],
+    after: &'a [f64],
+}
+
+impl Others<'_> {
+    pub(super) fn len(&self) -> usize {
+        self.before.len() + self.after.len()
+    }
+
+    /// The value at a place of the order.
+    fn at(&self, place: usize) -> Option<f64> {
+        let behind = || self.after.get(place - self.before.len());
+        self.before.get(place).or_else(behind).copied()
+    }
+
+    pub(super) fn median(&self) -> Option<f64> {
+        self.middle(|place| self.at(place))
+    }
+
+    /// The middle one of as many numbers as there are values, or the mean of the two in the middle, by their place in order.
+    fn middle(&self, at: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+        let middle = self.len() / 2;
+        match self.len() % 2 {
+            1 => at(middle),
+            _ => Some(0.5 * (at(middle.checked_sub(1)?)? + at(middle)?)),
+        }
+    }
+
+    /// Standard deviation from the median of the distances to the median (MAD): 1.4826 MAD, which is the
+    /// standard deviation of normal values, and which few wild ones do not move.
+    fn robust_sigma(&self) -> Option<f64> {
+        let center = self.median()?;
+        // the nearest values are neighbours: of all runs of so many, the one whose farther end is nearest
+        let distance = |place: usize| {
+            let farther_end = |first: usize| {
+                Some((center - self.at(first)?).max(self.at(first + place)? - center))
+            };
+            let (mut low, mut high) = (0, self.len() - place);
+            while low < high {
+                let first = usize::midpoint(low, high);
+                match self.at(first + place)? - center < center - self.at(first)? {
+                    true => low = first + 1,
+                    false => high = first,
+                }
+            }
+            let ends = [low.checked_sub(1), Some(low)].into_iter().flatten();
+            ends.filter_map(farther_end).reduce(f64::min)
+        };
+        Some(1.4826 * self.middle(distance)?)
+    }
 }
 
 /// Probability that one more value differs so much from the median of `others` by chance, if all come from
@@ -27,19 +89,24 @@ pub(super) fn robust_sigma(values: &[f64]) -> Option<f64> {
 /// ```
 /// 1.57 / n is the variance of a median of n, relative to that of one value (pi / 2). t is read from
 /// Student's distribution with 0.3 (n - 1) degrees of freedom, rounded down: the MAD knows as much of the
-/// spread as 0.37 times as many values would, and rounded down the probability is never too small.
-pub(super) fn of_one_more(value: f64, sigma: f64, others: &[f64]) -> Option<f64> {
+/// spread as 0.37 times as many values would, and rounded down the probability is never too small. So it is with
+/// [`MOST_FREEDOM`].
+pub(super) fn of_one_more(value: f64, sigma: f64, others: &Others<'_>) -> Option<f64> {
     let n = others.len() as f64;
-    let spread = robust_sigma(others)?;
+    let spread = others.robust_sigma()?;
     let variance = spread * spread * (1.0 + 1.57 / n) + sigma * sigma;
-    let difference = value - median(others)?;
+    let difference = value - others.median()?;
     if variance <= 0.0 {
         // equal values say nothing about how far others scatter
         return None;
     }
-    let freedom = (0.3 * (n - 1.0)).floor().max(1.0) as u32;
+    let freedom = (0.3 * (n - 1.0)).floor().clamp(1.0, MOST_FREEDOM) as u32;
     Some(student_two_sided(difference / variance.sqrt(), freedom))
 }
+
+/// Most degrees of freedom: a sum of half as many terms is made for each machine. The probability of 1e-7, which one among
+/// thousands of machines must fall below, is by a quarter too large.
+const MOST_FREEDOM: f64 = 1000.0;
 
 /// Probability of a value at least as far from zero under Student's distribution (Abramowitz and Stegun,
 /// 26.7.3 and 26.7.4).
@@ -251,6 +318,31 @@ mod tests {
         assert!((least_chance(7) - 1.0 / 35.0).abs() < 1e-12);
     }
 
+    /// Beside the definition: distances of all others, sorted.
+    #[test]
+    fn scatter_of_the_others_is_that_of_their_distances() {
+        let mut state = 11;
+        for count in 1..40_usize {
+            // some values are equal
+            let values: Vec<f64> = (0..count)
+                .map(|_| (4.0 * normal(&mut state)).round() / 8.0)
+                .collect();
+            let sorted = Sorted::of(values.clone());
+            for left_out in 0..count {
+                let mut others = values.clone();
+                let value = others.remove(left_out);
+                let expected = median(&others).map(|center| {
+                    let distances: Vec<f64> = others.iter().map(|x| (x - center).abs()).collect();
+                    1.4826 * median(&distances).unwrap()
+                });
+                let found = sorted.without(Some(value));
+                assert_eq!(found.len(), others.len());
+                assert_eq!(found.median(), median(&others));
+                assert_eq!(found.robust_sigma(), expected, "{others:?}");
+            }
+        }
+    }
+
     #[test]
     fn a_change_is_found_where_it_is() {
         let mut state = 3;
@@ -270,8 +362,9 @@ mod tests {
 
     #[test]
     fn equal_values_and_nothing_say_nothing() {
-        assert_eq!(of_one_more(3.0, 0.0, &[1.0; 9]), None);
-        assert_eq!(of_one_more(3.0, 0.0, &[]), None);
+        let of_equal = |count| Sorted::of(vec![1.0; count]);
+        assert_eq!(of_one_more(3.0, 0.0, &of_equal(9).without(None)), None);
+        assert_eq!(of_one_more(3.0, 0.0, &of_equal(0).without(None)), None);
         assert_eq!(fall(&[]), None);
         assert_eq!(fall(&[1.0; 40]), None);
         assert_eq!(fall(&[1.0, 2.0, 3.0, 4.0, 5.0]), None);
@@ -301,7 +394,9 @@ mod tests {
             for _ in 0..trials {
                 let all: Vec<f64> = (0..n + 1).map(|_| normal(&mut state)).collect();
                 let (one, others) = all.split_first().unwrap();
-                alarms[0] += u32::from(of_one_more(*one, 0.0, others).unwrap() < 0.05);
+                let sorted = Sorted::of(all.clone());
+                let chance = of_one_more(*one, 0.0, &sorted.without(Some(*one)));
+                alarms[0] += u32::from(chance.unwrap() < 0.05);
                 alarms[1] += u32::from(fall(others).unwrap().chance < 0.05);
                 // mostly nothing, sometimes much: far from normal
                 let rare = |value: &f64| if *value > 1.3 { value.exp() } else { 0.0 };

@@ -4,8 +4,9 @@ use maud::{Markup, html};
 
 use crate::page::{percent, table};
 use crate::screen::outliers::{Against, Comparison, MOST_FALSE, Quantity, Verdict};
+use crate::tables::frame::Day;
 
-/// Most rows of a table; `outliers.json` has all.
+/// Most rows of a table; the table `comparisons` has all.
 const MOST_ROWS: usize = 100;
 
 /// The section; `None` without machines.
@@ -70,7 +71,11 @@ fn row(comparison: &Comparison) -> Vec<String> {
     let from = match comparison.against {
         Against::History => format!(
             "{usual_count} days before and {count} since {}",
-            comparison.since.as_deref().unwrap_or("then")
+            comparison
+                .since
+                .and_then(Day::date)
+                .as_deref()
+                .unwrap_or("then")
         ),
         Against::Type { .. } => format!("{count} logs, {usual_count} other machines"),
     };

@@ -221,7 +221,7 @@ pub(super) fn method(seen: &[Seen<'_>]) -> Markup {
             "the support polygon. Standard deviations come from the uncertainties stated in the machine file and from the noise of "
             "the signals. The day of a log is that of its first stamp, in UTC."
         }
-        p { "All numbers are in the data set beside this page, in logs/ and events/." }
+        p { "All numbers are in the data set beside this page, in logs/, events/ and comparisons/." }
         (list(versions.iter().map(|(version, logs)| format!("{}: {version}", count_of(*logs, "log")))))
         @if of_all > rows.len() { p.hint { "The first " (rows.len()) " of " (of_all) " machine files; the data set has all." } }
         (table(&["Machine", "SHA-256 of its machine file", "Logs"], &rows))
