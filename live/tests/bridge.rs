@@ -136,13 +136,14 @@ fn bridged_messages_give_the_samples_of_the_log_bit_for_bit() {
                 switches,
                 load_sensors,
                 joint_commands,
+                masses,
                 ..
             } = session.clone();
-            [switches, load_sensors, joint_commands]
+            [switches, load_sensors, joint_commands, masses]
         };
         assert_eq!(beside(&assembly.session), beside(&session), "{name}");
         if name == "crane" {
-            assert_eq!(beside(&session).map(|it| it.len()), [5, 1, 1]);
+            assert_eq!(beside(&session).map(|it| it.len()), [5, 1, 1, 1]);
         }
     }
 }

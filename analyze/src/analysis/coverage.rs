@@ -200,7 +200,8 @@ fn is_needed(loaded: &LoadedLog, sensor: Sensor) -> bool {
         | Sensor::Actuator(_)
         | Sensor::Switch(_)
         | Sensor::Load(_)
-        | Sensor::Command(_) => false,
+        | Sensor::Command(_)
+        | Sensor::Mass(_) => false,
     }
 }
 

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::machine::{LinkageSpec, Machine, MassSignal, PayloadMass};
+use tipwatch_mechanics::machine::{LinkageSpec, MOST_MASSES, Machine, MassSignal, PayloadMass};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{
     ForceQuality, MeasuredForce, PayloadEstimate, State, carries_payload, estimate_payload,
@@ -14,16 +14,12 @@ use tipwatch_mechanics::{
 use crate::base::error_text::error_text;
 use crate::base::estimated::EstimatedRows;
 use crate::base::number::short;
+use crate::base::options::Estimator;
 use crate::load::LoadedLog;
 use crate::load::linkage_force::{LinkageForce, Series, at, series_in};
 
 /// Most rows used for an estimate; more are thinned out evenly.
 const MOST_ROWS: usize = 2000;
-
-/// A mass of more than so many times the machine's is an error value of a scale.
-const MOST_MASSES: f64 = 3.0;
-/// An empty scale may show less than nothing by this share of the machine's mass.
-const EMPTY_SHARE: f64 = 0.01;
 
 /// A payload whose mass was estimated.
 #[derive(Debug, Clone)]
@@ -36,8 +32,8 @@ pub struct EstimatedPayload {
     pub estimate: PayloadEstimate,
 }
 
-/// Gives the rows the masses that signals state. A row whose sample is missing or too old has none, and so no loads. Returns
-/// what the masses were, as sentences.
+/// Gives the rows the masses that signals state, unless the causal estimator has. A row whose sample is missing or too old has
+/// none, and so no loads. Returns what the masses were, as sentences.
 ///
 /// # Errors
 /// The log lacks a signal.
@@ -46,6 +42,7 @@ pub(crate) fn follow_signals(
     file: &MachineFile,
     loaded: &LoadedLog,
     rows: &mut EstimatedRows,
+    estimator: Estimator,
 ) -> Result<Vec<String>> {
     let machine = &loaded.machine;
     let mut notes = Vec::new();
@@ -60,18 +57,17 @@ pub(crate) fn follow_signals(
         );
         let series = series_in(log, file, loaded, &mass.signal).with_context(|| place)?;
         let [from_s, to_s] = machine.payloads()[payload].window_s;
-        let possible = -EMPTY_SHARE * machine.mass()..=MOST_MASSES * machine.mass();
         let logged: Vec<f64> = (0..rows.len())
             .map(|row| match (from_s..to_s).contains(&rows.seconds(row)) {
                 true => held(&series, rows.times_ns[row], mass),
                 false => 0.0,
             })
             .collect();
-        notes.push(as_logged(payload, mass, &logged, &possible));
-        let known = |mass: f64| match possible.contains(&mass) {
-            true => mass,
-            false => f64::NAN,
-        };
+        notes.push(as_logged(payload, mass, &logged, &machine.possible_payload()));
+        if estimator == Estimator::Causal {
+            continue;
+        }
+        let known = |mass: f64| machine.plausible_payload(mass);
         let masses: Vec<f64> = logged.into_iter().map(known).collect();
         for (reasons, mass) in rows.reasons.iter_mut().zip(&masses) {
             if mass.is_nan() {
@@ -92,10 +88,9 @@ pub(crate) fn follow_signals(
 
 /// The last sample before a time, which holds for a time; NaN without one.
 fn held((stamps, values): &Series, time_ns: i64, mass: &MassSignal) -> f64 {
-    let max_age_ns = (mass.max_age * 1e9).min(9e18) as i64;
     let next = stamps.partition_point(|&stamp| stamp <= time_ns);
     let last = next.checked_sub(1);
-    let young = last.filter(|&last| time_ns.saturating_sub(stamps[last]) <= max_age_ns);
+    let young = last.filter(|&last| time_ns.saturating_sub(stamps[last]) <= mass.max_age_ns());
     let value = young.map_or(f64::NAN, |last| values[last]);
     if value.is_finite() { value } else { f64::NAN }
 }

@@ -310,6 +310,7 @@ fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> S
         }
         Sensor::Switch(index) => format!("switch.{index}"),
         Sensor::Load(index) => format!("load.{}", machine.load_sensors()[index].name),
+        Sensor::Mass(payload) => format!("mass.{}", payload + 1),
         Sensor::Command(index) => {
             let joint = machine.joint_commands()[index].joint;
             format!("command.{}", machine.joints()[joint].name)

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use tipwatch_ingest::{Error, FieldRecording, FieldRequest, Log, record_fields};
 use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::{
-    FieldSpec, JointFields, MachineSpec, OneOrMany, PresenceSpec, SignalSpec, SignalsSpec,
-    WheelSpec,
+    FieldSpec, JointFields, MachineSpec, OneOrMany, PayloadMass, PresenceSpec, SignalSpec,
+    SignalsSpec, WheelSpec,
 };
 use tipwatch_mechanics::machine::{Proof, Proofs};
 
@@ -105,6 +105,12 @@ pub fn load_sensor(name: &str) -> String {
 #[must_use]
 pub fn joint_command(joint: &str) -> String {
     format!("/joint_command/{joint}")
+}
+
+/// Topic of the mass of a payload (kg), by its number in the machine file, from 1.
+#[must_use]
+pub fn payload_mass(number: usize) -> String {
+    format!("/payload/{number}/mass")
 }
 
 /// Whether a monitor's recorder wrote the log.
@@ -297,6 +303,11 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
     }
     for (name, load) in bound.signals.load_fields_mut() {
         *load = field(load_sensor(&name));
+    }
+    for (index, payload) in bound.payload.iter_mut().enumerate() {
+        if let PayloadMass::Signal(mass) = &mut payload.mass {
+            mass.signal = field(payload_mass(index + 1));
+        }
     }
     // recordings of earlier versions have neither
     let signals = &mut bound.signals;

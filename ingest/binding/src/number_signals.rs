@@ -132,6 +132,19 @@ pub(crate) fn joint_commands(log: &Log, machine: &Machine) -> Result<Vec<BoundSe
         .collect()
 }
 
+/// The signals that state masses of payloads, as far as they are in the log. Whoever follows them says which are missing, and why.
+pub(crate) fn masses(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
+    let payloads = machine.payloads().iter().enumerate();
+    let found = payloads.filter_map(|(index, payload)| {
+        Some(BoundSensor {
+            sensor: Sensor::Mass(index),
+            request: number_request(log, &payload.signal.as_ref()?.signal).ok()?,
+            why: format!("mass of payload {}, named by the machine file", index + 1),
+        })
+    });
+    found.collect()
+}
+
 /// Kinds of sensors that the machine file binds number by number.
 pub(crate) fn kinds(signals: &SignalsSpec) -> Vec<SensorKind> {
     fn is_table<T>(signal: Option<&SignalSpec<T>>) -> bool {

@@ -39,6 +39,9 @@ pub(super) fn preamble(
                 let name = &machine.joints()[joint].name;
                 topics::joint_command(monitor_topic::joint_command(name))
             }
+            Sensor::Mass(payload) => {
+                topics::payload_mass(monitor_topic::payload_mass(payload + 1))
+            }
             Sensor::Load(load) => {
                 let name = &machine.load_sensors()[load].name;
                 topics::load_sensor(monitor_topic::load_sensor(name))

@@ -63,40 +63,38 @@ fn of_ros(name: String, type_name: &'static str) -> Topic {
     }
 }
 
-/// A force or pressure signal of an actuator, under the name that offline analysis expects.
-pub(super) fn actuator(name: String) -> Topic {
+/// One number, under the name that offline analysis expects.
+fn number(name: String, type_name: &'static str) -> Topic {
     Topic {
         name,
-        type_name: "tipwatch_msgs/msg/ActuatorSignal",
+        type_name,
         definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
     }
+}
+
+/// A force or pressure signal of an actuator.
+pub(super) fn actuator(name: String) -> Topic {
+    number(name, "tipwatch_msgs/msg/ActuatorSignal")
 }
 
 /// A signal that tells whether supports are set or raised.
 pub(super) fn switch(name: String) -> Topic {
-    Topic {
-        name,
-        type_name: "tipwatch_msgs/msg/SupportSwitch",
-        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
-    }
+    number(name, "tipwatch_msgs/msg/SupportSwitch")
 }
 
 /// The load of one or more supports.
 pub(super) fn load_sensor(name: String) -> Topic {
-    Topic {
-        name,
-        type_name: "tipwatch_msgs/msg/LoadSensor",
-        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
-    }
+    number(name, "tipwatch_msgs/msg/LoadSensor")
 }
 
 /// The rate that is asked of a joint.
 pub(super) fn joint_command(name: String) -> Topic {
-    Topic {
-        name,
-        type_name: "tipwatch_msgs/msg/JointCommand",
-        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
-    }
+    number(name, "tipwatch_msgs/msg/JointCommand")
+}
+
+/// The mass of a payload.
+pub(super) fn payload_mass(name: String) -> Topic {
+    number(name, "tipwatch_msgs/msg/PayloadMass")
 }
 
 /// Verdicts: integers as on the wire, then every number under the name of its column in `samples.parquet`.

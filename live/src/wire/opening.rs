@@ -88,16 +88,6 @@ impl Session {
                 file.spec.file
             );
         }
-        if machine
-            .payloads()
-            .iter()
-            .any(|payload| payload.is_signalled)
-        {
-            bail!(Refusal::Unsuitable.because(format!(
-                "{}: payload with mass = {{ signal }}: live programs read no such signal; expected a number for live use",
-                file.spec.file
-            )));
-        }
         if let Some(which) = machine.supports().told_by_spans() {
             bail!(Refusal::Unsuitable.because(format!(
                 "{}: {which}: expected true, false or a signal that tells of it for live use, found spans of time, which are those of one log (tipwatch analyze)",
@@ -215,6 +205,7 @@ impl Session {
         self.check_switches(machine)?;
         self.check_load_sensors(machine)?;
         self.check_joint_commands(machine)?;
+        self.check_masses(machine)?;
         let is_there = |joint: usize| self.actuated_joints.contains(&(joint as u32));
         sensors.actuators = machine.contact().actuator_signals(is_there);
         Ok(sensors)
@@ -267,6 +258,25 @@ impl Session {
             None => Ok(()),
             Some(it) => Err(Refusal::SensorUnknown.because(format!(
                 "session: expected no more than {known} commands of joints, found one with index {it}"
+            ))),
+        }
+    }
+
+    /// All masses are there that a signal states, and no others.
+    fn check_masses(&self, machine: &Machine) -> Result<(), SessionRefused> {
+        let mut signalled = machine.signalled_payloads();
+        if let Some(missing) = signalled.find(|it| !self.masses.contains(&(*it as u32))) {
+            return Err(Refusal::SensorMissing.because(format!(
+                "session: expected the bound mass of payload {}, found none",
+                missing + 1
+            )));
+        }
+        let is_known = |it: u32| machine.signalled_payloads().any(|known| known == it as usize);
+        match self.masses.iter().find(|it| !is_known(**it)) {
+            None => Ok(()),
+            Some(it) => Err(Refusal::SensorUnknown.because(format!(
+                "session: expected masses of payloads with mass = {{ signal }} alone, found one of payload {}",
+                it + 1
             ))),
         }
     }

@@ -119,7 +119,7 @@ wire! {
 
 wire! {
     /// What a reader must know before the first sample. Its source identifies the session.
-    "tipwatch.Session.v4"
+    "tipwatch.Session.v5"
     pub struct WireSession {
         /// Samples of the session without the end message; 0 if unknown.
         pub total_samples: u64,
@@ -154,6 +154,10 @@ wire! {
         /// Bits: the joints of [signals.joints] with a command, numbered by name among these. A joint without one, and one whose
         /// command is too old, is predicted to go on as it moves.
         pub joint_commands: u32,
+        /// Bits: the payloads whose mass a signal states, numbered as the [[payload]] of the machine file.
+        pub masses: u32,
+        /// Zero.
+        pub reserved: u32,
         /// frame_id of the IMU; empty if it has none.
         pub imu_frame: [u8; NAME_BYTES],
         /// Stream of each joint, ascending.
@@ -557,6 +561,8 @@ tipwatch_mechanics::named! {
         Load = 8,
         /// The rate that a controller asks of a joint.
         Command = 9,
+        /// The mass of a payload.
+        Mass = 10,
     }
 }
 

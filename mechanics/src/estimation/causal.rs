@@ -37,6 +37,8 @@ pub struct CausalEstimator {
     loads: Vec<LastSample>,
     /// The same by command: the rate that is asked of a joint (rad/s or m/s).
     commands: Vec<LastSample>,
+    /// The same by payload: its mass (kg), where a signal states it.
+    masses: Vec<LastSample>,
     /// Effect of each sensor's last sample on rows.
     standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
@@ -71,6 +73,7 @@ impl CausalEstimator {
             supports: SupportWatch::new(machine, sensors),
             loads: vec![LastSample::default(); sensors.loads],
             commands: vec![LastSample::default(); sensors.commands],
+            masses: vec![LastSample::default(); machine.payloads().len()],
             standing: sensors
                 .iter()
                 .map(|sensor| (sensor, RowEffect::default()))
@@ -202,6 +205,7 @@ impl CausalEstimator {
         let beside = match sample.sensor {
             Sensor::Load(load) => Some(self.loads.get_mut(load)),
             Sensor::Command(command) => Some(self.commands.get_mut(command)),
+            Sensor::Mass(payload) => Some(self.masses.get_mut(payload)),
             _ => None,
         };
         if let Some(last) = beside {
@@ -343,6 +347,28 @@ impl CausalEstimator {
         if self.rotation.spell().is_some() {
             self.estimate.reasons.add(Reason::Tipping);
         }
+        self.weigh_by_signals(machine, elapsed_s);
         row(&self.estimate);
+    }
+
+    /// Gives the row the masses that signals state. Without one the loads are unknown.
+    fn weigh_by_signals(&mut self, machine: &Machine, elapsed_s: f64) {
+        let estimate = &mut self.estimate;
+        let payloads = machine.payloads().iter().zip(&self.masses);
+        for ((payload, last), share) in payloads.zip(&mut estimate.state.payload_share) {
+            let Some(signal) = &payload.signal else {
+                continue;
+            };
+            let [from_s, to_s] = payload.window_s;
+            let mass = match (from_s..to_s).contains(&elapsed_s) {
+                true => last.near(estimate.time_ns, signal.max_age_ns()),
+                false => 0.0,
+            };
+            // what is unknown stays unknown
+            *share = *share * 0.0 + machine.plausible_payload(mass);
+            if share.is_nan() {
+                estimate.reasons.add(Reason::ToolWrenchGap);
+            }
+        }
     }
 }

@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::inertia::{Inertia, MassMoments};
 use super::link_sigma::LinkSigma;
+use super::spec::MassSignal;
 
 /// A rigid body: links connected by fixed joints. The z axis of its frame is the axis of its joint; the root's
 /// frame is the base frame.
@@ -216,8 +217,10 @@ pub struct Payload {
     pub inertia: Inertia,
     /// The same as moments.
     pub moments: MassMoments,
-    /// Whether a signal states its mass. Its inertia is then that of a kilogram, and its share in a state is its mass (kg).
-    pub is_signalled: bool,
+    /// Whether its mass is known row by row. Its inertia is then that of a kilogram, and its share in a state is its mass (kg).
+    pub is_by_row: bool,
+    /// The signal that states its mass.
+    pub signal: Option<MassSignal>,
     /// Times of attachment and release (s after the first sample).
     pub window_s: [f64; 2],
 }
@@ -226,7 +229,7 @@ impl Payload {
     /// Whether it is attached all the time, with a mass that is known beforehand.
     #[must_use]
     pub fn is_always(&self) -> bool {
-        !self.is_signalled && self.window_s.iter().all(|time| time.is_infinite())
+        !self.is_by_row && self.window_s.iter().all(|time| time.is_infinite())
     }
 }
 

@@ -1,6 +1,7 @@
 //! The machine that is computed: valid by construction.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use super::ImpossibleInertia;
@@ -24,6 +25,11 @@ use super::wheel::Wheel;
 
 /// Limits of a joint that turns on are given as a turn, rounded (rad).
 const TURN_TOLERANCE_RAD: f64 = 0.1;
+
+/// A mass of more than so many times the machine's is an error value of a scale.
+pub const MOST_MASSES: f64 = 3.0;
+/// An empty scale may show less than nothing by this share of the machine's mass.
+const EMPTY_SHARE: f64 = 0.01;
 
 /// A machine that is ready for computation: valid by construction and cheap to share.
 ///
@@ -245,6 +251,27 @@ impl Machine {
     #[must_use]
     pub fn payloads(&self) -> &[Payload] {
         &self.payloads
+    }
+
+    /// The payloads whose mass a signal states, by their index.
+    pub fn signalled_payloads(&self) -> impl Iterator<Item = usize> {
+        let payloads = self.payloads.iter().enumerate();
+        payloads.filter_map(|(index, payload)| payload.signal.as_ref().map(|_| index))
+    }
+
+    /// The masses that a payload can have (kg). Others are an error value of a scale.
+    #[must_use]
+    pub fn possible_payload(&self) -> RangeInclusive<f64> {
+        -EMPTY_SHARE * self.mass()..=MOST_MASSES * self.mass()
+    }
+
+    /// A mass of a payload (kg), NaN if none can have it.
+    #[must_use]
+    pub fn plausible_payload(&self, mass: f64) -> f64 {
+        match self.possible_payload().contains(&mass) {
+            true => mass,
+            false => f64::NAN,
+        }
     }
 
     /// Thresholds for findings.

@@ -73,7 +73,7 @@ pub use body::{
     Payload,
 };
 pub use check::LogFacts;
-pub use checked::Machine;
+pub use checked::{MOST_MASSES, Machine};
 pub use contact::Contact;
 pub use error::MachineError;
 pub use exactly::{exactly, exactly_if_any};

@@ -345,6 +345,14 @@ pub struct MassSignal {
     pub max_age: f64,
 }
 
+impl MassSignal {
+    /// How long a sample holds (ns).
+    #[must_use]
+    pub fn max_age_ns(&self) -> i64 {
+        (self.max_age * 1e9).min(9e18) as i64
+    }
+}
+
 /// A scale reports at least that often (s).
 fn mass_max_age() -> f64 {
     2.0

@@ -22,7 +22,7 @@ pub fn actuator_force_sigma(machine: &Machine, state: &State<f64>, linkage: usiz
         .filter(|&payload| state.payload_share[payload] > 0.0);
     let by_payloads = carried.map(|payload| {
         let mass = Parameter::PayloadMass(payload);
-        let sigma = match machine.payloads[payload].is_signalled {
+        let sigma = match machine.payloads[payload].is_by_row {
             // its mass is counted as shares of a kilogram
             true => mass.sigma(machine) / state.payload_share[payload],
             false => mass.sigma(machine),

@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::checker::Checker;
-use crate::machine::spec::{PayloadMass, PayloadSpec};
+use crate::machine::spec::{MassSignal, PayloadMass, PayloadSpec};
 use crate::machine::{Inertia, Link, MachineError, MassMoments, Payload};
 
 impl Checker<'_> {
@@ -43,7 +43,8 @@ impl Checker<'_> {
                     group: link.group,
                     mass_sigma: spec.mass_sigma,
                     is_estimated: mass.is_estimated,
-                    is_signalled: mass.is_signalled,
+                    is_by_row: mass.signal.is_some(),
+                    signal: mass.signal,
                     moments: MassMoments::from(&inertia),
                     inertia,
                     window_s,
@@ -65,12 +66,12 @@ impl Checker<'_> {
             PayloadMass::Known(mass) => Ok(StatedMass {
                 kg: *mass,
                 is_estimated: false,
-                is_signalled: false,
+                signal: None,
             }),
             PayloadMass::Word(word) if word == "estimate" => Ok(StatedMass {
                 kg: 0.0,
                 is_estimated: true,
-                is_signalled: false,
+                signal: None,
             }),
             PayloadMass::Word(word) => {
                 let expected = "a mass [kg], \"estimate\", or { signal = { topic, field } }";
@@ -92,7 +93,7 @@ impl Checker<'_> {
                 Ok(StatedMass {
                     kg: 1.0,
                     is_estimated: false,
-                    is_signalled: true,
+                    signal: Some(mass.clone()),
                 })
             }
         }
@@ -104,5 +105,5 @@ struct StatedMass {
     /// Zero if it is to be estimated, 1 if a signal states it.
     kg: f64,
     is_estimated: bool,
-    is_signalled: bool,
+    signal: Option<MassSignal>,
 }
