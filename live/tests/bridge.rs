@@ -136,10 +136,10 @@ fn bridged_messages_give_the_samples_of_the_log_bit_for_bit() {
                 switches,
                 load_sensors,
                 joint_commands,
-                masses,
+                payload_signals,
                 ..
             } = session.clone();
-            [switches, load_sensors, joint_commands, masses]
+            [switches, load_sensors, joint_commands, payload_signals]
         };
         assert_eq!(beside(&assembly.session), beside(&session), "{name}");
         if name == "crane" {

@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             switches: 0,
             loads: 0,
             commands: 0,
-            masses: Vec::new(),
+            payload_signals: Vec::new(),
         };
         let mut checks = Plausibility::new(&machine, &sensors);
         let mut largest: BTreeMap<String, (f64, Option<f64>)> = BTreeMap::new();

@@ -201,7 +201,7 @@ fn is_needed(loaded: &LoadedLog, sensor: Sensor) -> bool {
         | Sensor::Switch(_)
         | Sensor::Load(_)
         | Sensor::Command(_)
-        | Sensor::Mass(_) => false,
+        | Sensor::Payload(_) => false,
     }
 }
 

@@ -5,11 +5,9 @@ use std::ops::RangeInclusive;
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::machine::{LinkageSpec, MOST_MASSES, Machine, MassSignal, PayloadMass};
+use tipwatch_mechanics::machine::{MOST_MASSES, Machine, MassSignal, PayloadMass};
 use tipwatch_mechanics::state::Reason;
-use tipwatch_mechanics::{
-    ForceQuality, MeasuredForce, PayloadEstimate, State, carries_payload, estimate_payload,
-};
+use tipwatch_mechanics::{ForceQuality, MeasuredForce, PayloadEstimate, State, estimate_payload};
 
 use crate::base::error_text::error_text;
 use crate::base::estimated::EstimatedRows;
@@ -48,6 +46,7 @@ pub(crate) fn follow_signals(
     let mut notes = Vec::new();
     for (payload, spec) in file.spec.payload.iter().enumerate() {
         let PayloadMass::Signal(mass) = &spec.mass else {
+            notes.extend(weighed_by_row(file, machine, payload, rows));
             continue;
         };
         let place = format!(
@@ -63,7 +62,12 @@ pub(crate) fn follow_signals(
                 false => 0.0,
             })
             .collect();
-        notes.push(as_logged(payload, mass, &logged, &machine.possible_payload()));
+        notes.push(as_logged(
+            payload,
+            mass,
+            &logged,
+            &machine.possible_payload(),
+        ));
         if estimator == Estimator::Causal {
             continue;
         }
@@ -84,6 +88,36 @@ pub(crate) fn follow_signals(
         });
     }
     Ok(notes)
+}
+
+/// What the causal estimator weighed, as a sentence.
+fn weighed_by_row(
+    file: &MachineFile,
+    machine: &Machine,
+    payload: usize,
+    rows: &EstimatedRows,
+) -> Option<String> {
+    let spec = &machine.payloads()[payload];
+    let lift = spec.lift.as_ref().filter(|_| spec.is_weighed())?;
+    let [from_s, to_s] = spec.window_s;
+    let mut state = State::zero(machine);
+    let (mut least, mut largest, mut unknown) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+    for row in (0..rows.len()).filter(|&row| (from_s..to_s).contains(&rows.seconds(row))) {
+        rows.state(row, &mut state);
+        let mass = state.payload_share[payload];
+        unknown += usize::from(mass.is_nan());
+        (least, largest) = (least.min(mass), largest.max(mass));
+    }
+    let seen = match least <= largest {
+        true => format!("{} to {} kg", short(least), short(largest)),
+        false => "in no row".into(),
+    };
+    Some(format!(
+        "Mass of payload {}, estimated row by row from the force of linkage {}: {seen}; unknown in {unknown} rows, and with it the \
+         loads (reason tool_wrench_gap).",
+        payload + 1,
+        file.spec.linkage[lift.linkage].name
+    ))
 }
 
 /// The last sample before a time, which holds for a time; NaN without one.
@@ -136,7 +170,7 @@ fn as_logged(
     )
 }
 
-/// Estimates every payload of unknown mass and updates the machine.
+/// Estimates every payload of unknown mass that is not known row by row, and updates the machine.
 ///
 /// # Errors
 /// No linkage that carries the payload has a bound force, or the log lacks the fields.
@@ -152,15 +186,20 @@ pub(crate) fn estimate_all(
             continue;
         }
         let place = format!("{}: payload {}", file.path.display(), payload + 1);
-        let (linkage, spec) = bound_linkage(file, machine, payload).with_context(|| {
+        let lift = machine.payloads()[payload].lift.as_ref();
+        let linkage = lift.map(|lift| lift.linkage).with_context(|| {
             format!("{place}: mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, or the effort of its rod in [signals.joints], found neither")
         })?;
+        let spec = &file.spec.linkage[linkage];
         let measured = forces.iter().find(|force| force.linkage == linkage);
         let force = match measured.map(|force| &force.series) {
             Some(Ok(series)) => series,
             Some(Err(error)) => bail!("{}", error_text(error)),
             None => bail!("linkage {}: expected a bound force, found none", spec.name),
         };
+        if machine.payloads()[payload].is_by_row {
+            continue;
+        }
         let samples = samples(machine, rows, force);
         let quality = ForceQuality {
             sigma: spec.force_sigma,
@@ -181,18 +220,6 @@ pub(crate) fn estimate_all(
         });
     }
     Ok(found)
-}
-
-/// The first linkage with a bound force that carries the payload.
-fn bound_linkage<'a>(
-    file: &'a MachineFile,
-    machine: &Machine,
-    payload: usize,
-) -> Option<(usize, &'a LinkageSpec)> {
-    let linkages = file.spec.linkage.iter().enumerate();
-    linkages
-        .filter(|(_, spec)| file.spec.force_of(spec).is_some() || spec.pressure.is_some())
-        .find(|(linkage, _)| carries_payload(machine, *linkage, payload))
 }
 
 /// Valid rows, thinned out, with the measured force interpolated at their time.

@@ -374,7 +374,7 @@ mod tests {
             switches: 0,
             loads: 0,
             commands: 0,
-            masses: Vec::new(),
+            payload_signals: Vec::new(),
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut trace = RotationTrace::default();

@@ -113,7 +113,7 @@ impl Signals {
                 | Sensor::Switch(_)
                 | Sensor::Load(_)
                 | Sensor::Command(_)
-                | Sensor::Mass(_) => {}
+                | Sensor::Payload(_) => {}
             }
         }
         let variance = |axis: usize| {

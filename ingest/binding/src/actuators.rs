@@ -2,7 +2,7 @@
 
 use tipwatch_ingest::{Error, Log};
 use tipwatch_mechanics::machine::{ActuatorSignal, ForceSource};
-use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
+use tipwatch_mechanics::machine::{FieldSpec, Machine, MachineSpec};
 use tipwatch_mechanics::state::Sensor;
 
 use crate::bound_log::BoundSensor;
@@ -77,7 +77,12 @@ impl<'s> Bound<'s> {
                 let linkage = &spec.linkage[*linkage];
                 Self {
                     of: format!("linkage {}", linkage.name),
-                    fields: bound_fields(spec, linkage),
+                    fields: match &spec.signals_of(linkage)[..] {
+                        &[piston, rod] => {
+                            vec![(piston, "piston-side pressure"), (rod, "rod-side pressure")]
+                        }
+                        force => force.iter().map(|force| (*force, "force")).collect(),
+                    },
                 }
             }
             ForceSource::Support { name, .. } => {
@@ -88,19 +93,5 @@ impl<'s> Bound<'s> {
                 }
             }
         }
-    }
-}
-
-fn bound_fields<'s>(
-    spec: &'s MachineSpec,
-    linkage: &'s LinkageSpec,
-) -> Vec<(&'s FieldSpec, &'static str)> {
-    match (spec.force_of(linkage), &linkage.pressure) {
-        (Some(force), _) => vec![(force, "force")],
-        (None, Some(pressure)) => vec![
-            (&pressure.piston, "piston-side pressure"),
-            (&pressure.rod, "rod-side pressure"),
-        ],
-        (None, None) => Vec::new(),
     }
 }

@@ -113,7 +113,7 @@ pub fn bind(
     beside.extend(number_signals::load_sensors(log, &machine));
     let commands = number_signals::joint_commands(log, &machine)?;
     beside.extend(commands);
-    beside.extend(number_signals::masses(log, &machine));
+    beside.extend(number_signals::payload_signals(log, &machine));
     if !matched.sensors.tool_wrench {
         machine.leave_out_tool();
     }
@@ -340,7 +340,11 @@ fn bound_sensors(
             Sensor::Odometry => (&topics.odometry, &numbers.odometry),
             Sensor::ToolWrench => (&topics.tool_wrench, &numbers.tool_wrench),
             // found later, once the machine is known
-            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Mass(_) => {
+            Sensor::Actuator(_)
+            | Sensor::Switch(_)
+            | Sensor::Load(_)
+            | Sensor::Command(_)
+            | Sensor::Payload(_) => {
                 continue;
             }
         };

@@ -132,14 +132,14 @@ pub(crate) fn joint_commands(log: &Log, machine: &Machine) -> Result<Vec<BoundSe
         .collect()
 }
 
-/// The signals that state masses of payloads, as far as they are in the log. Whoever follows them says which are missing, and why.
-pub(crate) fn masses(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
-    let payloads = machine.payloads().iter().enumerate();
-    let found = payloads.filter_map(|(index, payload)| {
+/// The signals that tell masses of payloads, as far as they are in the log. Whoever follows them says which are missing, and why.
+pub(crate) fn payload_signals(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
+    let signals = machine.payload_signals().iter().enumerate();
+    let found = signals.filter_map(|(index, signal)| {
         Some(BoundSensor {
-            sensor: Sensor::Mass(index),
-            request: number_request(log, &payload.signal.as_ref()?.signal).ok()?,
-            why: format!("mass of payload {}, named by the machine file", index + 1),
+            sensor: Sensor::Payload(index),
+            request: number_request(log, &signal.field).ok()?,
+            why: "tells the mass of a payload, named by the machine file".into(),
         })
     });
     found.collect()

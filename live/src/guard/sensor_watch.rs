@@ -90,7 +90,7 @@ impl SensorWatch {
     pub(super) fn age(&self, age_ns: i64) -> Age {
         if matches!(
             self.sensor,
-            Sensor::Switch(_) | Sensor::Command(_) | Sensor::Mass(_)
+            Sensor::Switch(_) | Sensor::Command(_) | Sensor::Payload(_)
         ) {
             return Age::Fresh;
         }
@@ -138,7 +138,7 @@ mod tests {
             switches: 1,
             loads: 1,
             commands: 1,
-            masses: vec![0],
+            payload_signals: vec![0],
         };
         let age_of = |sensor: Sensor| {
             let mut watch = SensorWatch::new(sensor, &sensors, 100_000_000);
@@ -149,7 +149,7 @@ mod tests {
         };
         assert_eq!(age_of(Sensor::Imu), Age::Stale);
         assert_eq!(age_of(Sensor::Switch(0)), Age::Fresh);
-        assert_eq!(age_of(Sensor::Mass(0)), Age::Fresh);
+        assert_eq!(age_of(Sensor::Payload(0)), Age::Fresh);
         // nor does the verdict rest on what is asked of a joint
         assert_eq!(age_of(Sensor::Command(0)), Age::Fresh);
         let is_required =

@@ -110,6 +110,9 @@ pub(crate) fn verdict(names: &Names) -> Topic {
     for (name, _) in VERDICT_TIMES {
         let _ = writeln!(definition, "int64 {name}");
     }
+    for (name, _) in VERDICT_NUMBERS {
+        let _ = writeln!(definition, "float64 {name}");
+    }
     for name in names.columns() {
         let _ = writeln!(definition, "float64 {}", field_name(&name));
     }
@@ -140,6 +143,12 @@ pub(super) const VERDICT_INTEGERS: Fields<WireVerdict, u32> = fields![
 pub(super) const VERDICT_COUNTS: Fields<WireVerdict, u64> = fields![
     sequence, source, sample_sequence, rows, lost, refused, repeated, unproven;
     (monitor_topic::DOUBTED_FIELD, |verdict| verdict.doubted)
+];
+pub(super) const VERDICT_NUMBERS: Fields<WireVerdict, f64> = fields![
+    payload_mass_kg,
+    payload_mass_sigma_kg,
+    unstated_mass_kg,
+    unstated_mass_sigma_kg
 ];
 pub(super) const VERDICT_TIMES: Fields<WireVerdict, i64> =
     fields![published_ns, valid_until_ns, sample_published_ns];

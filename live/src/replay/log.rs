@@ -135,8 +135,8 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
             Sensor::Command(index) => Some(index),
             _ => None,
         }),
-        masses: beside(&|it| match it {
-            Sensor::Mass(index) => Some(index),
+        payload_signals: beside(&|it| match it {
+            Sensor::Payload(index) => Some(index),
             _ => None,
         }),
         imu_frame: bound.topics.imu_frame.clone(),

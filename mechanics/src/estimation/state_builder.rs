@@ -239,7 +239,7 @@ impl Filters {
             Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None, first),
             Sensor::Actuator(k) => self.push_to(Followed::Actuator(k), t, values, None, first),
             // the state is the same on whichever supports
-            Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Mass(_) => Ok(()),
+            Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Payload(_) => Ok(()),
         }
     }
 

@@ -8,10 +8,12 @@ use super::ImpossibleInertia;
 use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
 use super::contact::Contact;
 use super::identified::{Identified, SensorCorrections};
+use super::inertia::MassMoments;
 use super::joint_command::JointCommand;
 use super::linkage::{Linkage, LinkageInput};
 use super::load_sensor::LoadSensor;
 use super::note::Note;
+use super::payload_signal::PayloadSignal;
 use super::plausibility_spec::PlausibilitySpec;
 use super::prediction_spec::PredictionSpec;
 use super::quasi_static::QuasiStaticSpec;
@@ -71,6 +73,7 @@ pub struct Machine {
     pub(crate) suspension: Option<Suspension>,
     pub(crate) load_sensors: Vec<LoadSensor>,
     pub(crate) joint_commands: Vec<JointCommand>,
+    pub(crate) payload_signals: Vec<PayloadSignal>,
     pub(crate) identified: Option<Identified>,
     pub(crate) corrections: Option<SensorCorrections>,
 }
@@ -253,10 +256,21 @@ impl Machine {
         &self.payloads
     }
 
-    /// The payloads whose mass a signal states, by their index.
-    pub fn signalled_payloads(&self) -> impl Iterator<Item = usize> {
-        let payloads = self.payloads.iter().enumerate();
-        payloads.filter_map(|(index, payload)| payload.signal.as_ref().map(|_| index))
+    /// The signals that tell masses of payloads: by payload, the mass that a signal states, or the force of the actuator by which it
+    /// is estimated.
+    #[must_use]
+    pub fn payload_signals(&self) -> &[PayloadSignal] {
+        &self.payload_signals
+    }
+
+    /// Makes unknown masses of payloads known row by row from here on, by a [`PayloadWatch`](crate::studies::payload_watch::PayloadWatch)
+    /// behind the causal estimator.
+    pub fn weigh_payloads_by_row(&mut self) {
+        for payload in (self.payloads.iter_mut()).filter(|payload| payload.is_estimated) {
+            payload.is_by_row = true;
+            payload.inertia.mass = 1.0;
+            payload.moments = MassMoments::from(&payload.inertia);
+        }
     }
 
     /// The masses that a payload can have (kg). Others are an error value of a scale.

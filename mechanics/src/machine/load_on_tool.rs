@@ -63,6 +63,7 @@ impl Machine {
             is_estimated: false,
             is_by_row: false,
             signal: None,
+            lift: None,
             window_s: [f64::NEG_INFINITY, f64::INFINITY],
         });
         machine

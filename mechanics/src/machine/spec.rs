@@ -627,6 +627,17 @@ impl MachineSpec {
         linkage.force.as_ref().or_else(of_rod)
     }
 
+    /// Where a log contains the signals of a linkage's force: the force itself, or the pressures on the piston's and on the rod's
+    /// side; none if it binds neither.
+    #[must_use]
+    pub fn signals_of<'a>(&'a self, linkage: &'a LinkageSpec) -> Vec<&'a FieldSpec> {
+        match (self.force_of(linkage), &linkage.pressure) {
+            (Some(force), _) => vec![force],
+            (None, Some(pressure)) => vec![&pressure.piston, &pressure.rod],
+            (None, None) => Vec::new(),
+        }
+    }
+
     /// Parses the text of a machine file; `file` is its name for messages.
     ///
     /// # Errors

@@ -153,7 +153,7 @@ impl BiasEstimator {
                 | Sensor::Switch(_)
                 | Sensor::Load(_)
                 | Sensor::Command(_)
-                | Sensor::Mass(_) => false,
+                | Sensor::Payload(_) => false,
             }
     }
 

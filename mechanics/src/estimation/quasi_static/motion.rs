@@ -255,7 +255,7 @@ impl<S: SampleSource> UnobservedMotion<S> {
             | Sensor::Switch(_)
             | Sensor::Load(_)
             | Sensor::Command(_)
-            | Sensor::Mass(_) => {}
+            | Sensor::Payload(_) => {}
         }
     }
 
@@ -274,7 +274,11 @@ impl<S: SampleSource> UnobservedMotion<S> {
             }
             Sensor::Imu | Sensor::Odometry => self.add_platform(sensor, pair, range),
             Sensor::ToolWrench => self.add_tool(pair, range),
-            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Mass(_) => {}
+            Sensor::Actuator(_)
+            | Sensor::Switch(_)
+            | Sensor::Load(_)
+            | Sensor::Command(_)
+            | Sensor::Payload(_) => {}
         }
     }
 
@@ -301,7 +305,11 @@ impl<S: SampleSource> UnobservedMotion<S> {
                 }
                 Sensor::Odometry => add(&mut range.angular_velocity, &values[3..6]),
                 Sensor::ToolWrench => add(&mut range.tool, values),
-                Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Mass(_) => {}
+                Sensor::Actuator(_)
+                | Sensor::Switch(_)
+                | Sensor::Load(_)
+                | Sensor::Command(_)
+                | Sensor::Payload(_) => {}
             }
         }
         let is_platform = matches!(sensor, Sensor::Imu | Sensor::Odometry);

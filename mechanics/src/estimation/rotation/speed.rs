@@ -75,7 +75,7 @@ impl Speed {
             | Sensor::Switch(_)
             | Sensor::Load(_)
             | Sensor::Command(_)
-            | Sensor::Mass(_) => {}
+            | Sensor::Payload(_) => {}
         }
     }
 

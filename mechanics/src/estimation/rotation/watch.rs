@@ -227,7 +227,7 @@ impl PlatformRotation {
             | Sensor::Switch(_)
             | Sensor::Load(_)
             | Sensor::Command(_)
-            | Sensor::Mass(_) => {}
+            | Sensor::Payload(_) => {}
         }
     }
 

@@ -97,7 +97,7 @@ impl<'a> LineControl<'a> {
                     switches: 0,
                     loads: 0,
                     commands: 0,
-                    masses: Vec::new(),
+                    payload_signals: Vec::new(),
                 },
             ),
             time_s: None,
