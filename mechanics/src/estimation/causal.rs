@@ -73,7 +73,7 @@ impl CausalEstimator {
             supports: SupportWatch::new(machine, sensors),
             loads: vec![LastSample::default(); sensors.loads],
             commands: vec![LastSample::default(); sensors.commands],
-            payload_signals: vec![LastSample::default(); machine.payloads().len()],
+            payload_signals: vec![LastSample::default(); machine.payload_signals().len()],
             standing: sensors
                 .iter()
                 .map(|sensor| (sensor, RowEffect::default()))
@@ -360,7 +360,8 @@ impl CausalEstimator {
             if let Some(lift) = &payload.lift {
                 let signals = lift.signals.iter();
                 let force = signals.map(|&(signal, coefficient)| {
-                    coefficient * self.payload_signals[signal].near(time_ns, max_gap_ns)
+                    let last = self.payload_signals.get(signal);
+                    coefficient * last.map_or(f64::NAN, |last| last.near(time_ns, max_gap_ns))
                 });
                 let in_state = lift.joint.map(|joint| estimate.state.actuator_force[joint]);
                 estimate.lift_forces[index] = in_state.unwrap_or_else(|| force.sum());
@@ -375,7 +376,7 @@ impl CausalEstimator {
                 Some(signal) => {
                     let mut signals = machine.payload_signals().iter();
                     let place = signals.position(|it| it.quantity == PayloadQuantity::Mass(index));
-                    let last = place.map(|place| self.payload_signals[place]);
+                    let last = place.and_then(|place| self.payload_signals.get(place));
                     last.map_or(f64::NAN, |it| it.near(time_ns, signal.max_age_ns()))
                 }
             };

@@ -83,7 +83,7 @@ impl PayloadWatch {
             let force = estimate.lift_forces[payload];
             if !force.is_finite() {
                 weighed.clear();
-            } else if weighed.is_due(estimate.time_ns) {
+            } else if estimate.reasons.leave_valid() && weighed.is_due(estimate.time_ns) {
                 self.state.copy_from(&estimate.state);
                 self.state.payload_share[payload] = 0.0;
                 weighed.take(estimate.time_ns, &self.state, force);
