@@ -36,7 +36,7 @@ pub(crate) fn with_payload(folder: &Path, force: &str, mass: &str) -> PathBuf {
 }
 
 /// A number of the log that stands in for a scale: 320 kg, whatever it is.
-pub(crate) const SCALE: &str = "{ signal = { topic = \"/odom\", field = \"twist.twist.linear.x\", scale = 1e-9, offset = 320.0 }, \
+pub(crate) const SCALE: &str = "{ signal = { topic = \"/lift_cylinder/rod_pressure\", field = \"fluid_pressure\", scale = 1e-12, offset = 320.0 }, \
                          max_age = 0.5 }\nmass_sigma = 4.0";
 pub(crate) const FORCE: &str = "force = { topic = \"/actuators\", joint = \"lift_rod\" }";
 pub(crate) const PRESSURES: &str = "pressure = { \

@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
-use tipwatch_mechanics::machine::{MOST_MASSES, Machine, MassSignal, PayloadMass};
-use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::machine::{MOST_MASSES, Machine, MassSignal, PayloadQuantity};
+use tipwatch_mechanics::state::{Reason, Sensor};
 use tipwatch_mechanics::{ForceQuality, MeasuredForce, PayloadEstimate, State, estimate_payload};
 
 use crate::base::error_text::error_text;
@@ -44,18 +44,17 @@ pub(crate) fn follow_signals(
 ) -> Result<Vec<String>> {
     let machine = &loaded.machine;
     let mut notes = Vec::new();
-    for (payload, spec) in file.spec.payload.iter().enumerate() {
-        let PayloadMass::Signal(mass) = &spec.mass else {
-            notes.extend(weighed_by_row(file, machine, payload, rows));
+    for (payload, spec) in machine.payloads().iter().enumerate() {
+        if estimator == Estimator::Causal {
+            notes.extend(known_by_row(file, loaded, payload, rows)?);
+            continue;
+        }
+        let Some(mass) = &spec.signal else {
             continue;
         };
-        let place = format!(
-            "{}: payload {}: mass.signal",
-            file.path.display(),
-            payload + 1
-        );
+        let place = format!("{}: mass.signal", place(file, payload));
         let series = series_in(log, file, loaded, &mass.signal).with_context(|| place)?;
-        let [from_s, to_s] = machine.payloads()[payload].window_s;
+        let [from_s, to_s] = spec.window_s;
         let logged: Vec<f64> = (0..rows.len())
             .map(|row| match (from_s..to_s).contains(&rows.seconds(row)) {
                 true => held(&series, rows.times_ns[row], mass),
@@ -68,9 +67,6 @@ pub(crate) fn follow_signals(
             &logged,
             &machine.possible_payload(),
         ));
-        if estimator == Estimator::Causal {
-            continue;
-        }
         let known = |mass: f64| machine.plausible_payload(mass);
         let masses: Vec<f64> = logged.into_iter().map(known).collect();
         for (reasons, mass) in rows.reasons.iter_mut().zip(&masses) {
@@ -90,15 +86,39 @@ pub(crate) fn follow_signals(
     Ok(notes)
 }
 
-/// What the causal estimator weighed, as a sentence.
-fn weighed_by_row(
+fn place(file: &MachineFile, payload: usize) -> String {
+    format!("{}: payload {}", file.path.display(), payload + 1)
+}
+
+/// What the causal estimator knew of a payload's mass, as a sentence.
+fn known_by_row(
     file: &MachineFile,
-    machine: &Machine,
+    loaded: &LoadedLog,
     payload: usize,
     rows: &EstimatedRows,
-) -> Option<String> {
+) -> Result<Option<String>> {
+    let machine = &loaded.machine;
     let spec = &machine.payloads()[payload];
-    let lift = spec.lift.as_ref().filter(|_| spec.is_weighed())?;
+    if !spec.is_by_row {
+        return Ok(None);
+    }
+    let linkage = spec.lift.as_ref().map(|lift| lift.linkage);
+    let mut told_by = machine.payload_signals().iter().enumerate();
+    let missing = told_by.find(|(index, signal)| {
+        let is_needed = match signal.quantity {
+            PayloadQuantity::Mass(of) => of == payload,
+            PayloadQuantity::Lift { linkage: of, .. } => Some(of) == linkage,
+        };
+        let sensor = Sensor::Payload(*index);
+        is_needed && !loaded.beside.iter().any(|it| it.sensor == sensor)
+    });
+    if let Some((_, signal)) = missing {
+        bail!(
+            "{}: expected a number on topic {}, which tells its mass, found none in the log",
+            place(file, payload),
+            signal.field.topic
+        );
+    }
     let [from_s, to_s] = spec.window_s;
     let mut state = State::zero(machine);
     let (mut least, mut largest, mut unknown) = (f64::INFINITY, f64::NEG_INFINITY, 0);
@@ -110,14 +130,19 @@ fn weighed_by_row(
     }
     let seen = match least <= largest {
         true => format!("{} to {} kg", short(least), short(largest)),
-        false => "in no row".into(),
+        false => "known in no row".into(),
     };
-    Some(format!(
-        "Mass of payload {}, estimated row by row from the force of linkage {}: {seen}; unknown in {unknown} rows, and with it the \
-         loads (reason tool_wrench_gap).",
-        payload + 1,
-        file.spec.linkage[lift.linkage].name
-    ))
+    let source = linkage.map_or("as a signal states it".into(), |linkage| {
+        format!(
+            "estimated from the force of linkage {}",
+            file.spec.linkage[linkage].name
+        )
+    });
+    Ok(Some(format!(
+        "Mass of payload {}, {source}, by past samples only: {seen}; unknown in {unknown} rows, and with it the loads (reason \
+         tool_wrench_gap).",
+        payload + 1
+    )))
 }
 
 /// The last sample before a time, which holds for a time; NaN without one.
@@ -185,11 +210,14 @@ pub(crate) fn estimate_all(
         if !machine.payloads()[payload].is_estimated {
             continue;
         }
-        let place = format!("{}: payload {}", file.path.display(), payload + 1);
+        let place = place(file, payload);
         let lift = machine.payloads()[payload].lift.as_ref();
         let linkage = lift.map(|lift| lift.linkage).with_context(|| {
             format!("{place}: mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, or the effort of its rod in [signals.joints], found neither")
         })?;
+        if machine.payloads()[payload].is_by_row {
+            continue;
+        }
         let spec = &file.spec.linkage[linkage];
         let measured = forces.iter().find(|force| force.linkage == linkage);
         let force = match measured.map(|force| &force.series) {
@@ -197,9 +225,6 @@ pub(crate) fn estimate_all(
             Some(Err(error)) => bail!("{}", error_text(error)),
             None => bail!("linkage {}: expected a bound force, found none", spec.name),
         };
-        if machine.payloads()[payload].is_by_row {
-            continue;
-        }
         let samples = samples(machine, rows, force);
         let quality = ForceQuality {
             sigma: spec.force_sigma,

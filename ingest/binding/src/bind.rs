@@ -56,8 +56,8 @@ pub fn bind(
     urdf_name: &str,
 ) -> Result<BoundLog, BindError> {
     let is_recorded = monitor_topic::is_in(log);
-    let recorded = is_recorded.then(|| monitor_topic::bound(log, spec));
-    let spec = recorded.as_ref().unwrap_or(spec);
+    let bound = monitor_topic::bound(log, spec);
+    let spec = bound.as_ref();
     check_clock_topics(log, spec)?;
     let named = named_topics(spec);
     let numbers = NumberSignals::find(log, &spec.signals)?;

@@ -2,6 +2,7 @@
 //! signal has its own topic, with the values that the monitor used: topics, scales and clock
 //! offsets of the machine file are applied already.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use tipwatch_ingest::{Error, FieldRecording, FieldRequest, Log, record_fields};
@@ -256,8 +257,12 @@ fn columns<const N: usize>(
     Ok(columns.try_into().ok())
 }
 
-/// The machine with its signals bound to the topics of a recorder's log.
-pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
+/// The machine with its signals bound to the topics of a recorder's log; of another log, as it is.
+#[must_use]
+pub fn bound<'s>(log: &Log, spec: &'s MachineSpec) -> Cow<'s, MachineSpec> {
+    if !is_in(log) {
+        return Cow::Borrowed(spec);
+    }
     let is_there = |name: &String| log.topics().iter().any(|topic| topic.name == *name);
     let streams = (0..).map(joint_states).take_while(is_there);
     let mut bound = spec.clone();
@@ -317,7 +322,7 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
         let command = fields.command.as_ref();
         command.is_some_and(|command| is_there(&command.topic))
     });
-    bound
+    Cow::Owned(bound)
 }
 
 /// The joints of which a controller asks for a rate, without what the recorder's joint states hold.
