@@ -82,7 +82,8 @@ pub fn estimate_payload(
         }
     }
     let fit = sums.fit(&quality)?;
-    let constant = scale.systematic_variance(used.get(used.len() / 2)?, fit.mass);
+    scale.update_systematic(used.get(used.len() / 2)?, 1);
+    let constant = scale.systematic_variance(fit.mass);
     Some(PayloadEstimate {
         mass: fit.mass,
         sigma: (fit.variance + constant).sqrt(),
@@ -103,6 +104,11 @@ pub(super) struct Scale {
     changed: Vec<Machine>,
     /// The same with the payload off along each axis.
     moved: [Machine; 3],
+    /// What each of these does to the mass (kg), and to the mass in proportion; NaN before it was computed.
+    by_changed: Vec<f64>,
+    by_moved: [f64; 3],
+    /// The next of both to be computed.
+    next: usize,
     workspace: Workspace<f64>,
 }
 
@@ -114,11 +120,15 @@ impl Scale {
             moved.payloads[payload].inertia.com[axis as usize] += empty.uncertainty.com;
             moved
         });
+        let changed: Vec<Machine> = with_changed_links(&empty).collect();
         Self {
             linkage,
             payload,
-            changed: with_changed_links(&empty).collect(),
+            by_changed: vec![f64::NAN; changed.len()],
+            changed,
             moved,
+            by_moved: [f64::NAN; 3],
+            next: 0,
             workspace: Workspace::new(&empty),
             empty,
         }
@@ -142,22 +152,33 @@ impl Scale {
         (row.excess.is_finite() && row.by_mass.is_finite()).then_some(row)
     }
 
-    /// Variance of the mass due to uncertain links in the pivot's distal subtree and to the uncertain position
-    /// of the payload, in one posture (kg^2). Does not allocate.
-    pub(super) fn systematic_variance(&mut self, state: &State<f64>, mass: f64) -> f64 {
+    /// Computes again in this posture what uncertain links in the pivot's distal subtree and the uncertain position of the payload do
+    /// to the mass: one of so many parts of it, the next with the next call. Does not allocate.
+    pub(super) fn update_systematic(&mut self, state: &State<f64>, parts: usize) {
         let places = (self.linkage, self.payload);
         let workspace = &mut self.workspace;
         let [known, by_mass] = force(&self.empty, state, workspace, places);
-        let mut variance = 0.0;
-        for changed in &self.changed {
-            let [changed, _] = force(changed, state, workspace, places);
-            variance += ((changed - known) / by_mass).powi(2);
+        let all = self.changed.len() + self.moved.len();
+        for _ in 0..all.div_ceil(parts) {
+            match self.next.checked_sub(self.changed.len()) {
+                None => {
+                    let [changed, _] = force(&self.changed[self.next], state, workspace, places);
+                    self.by_changed[self.next] = (changed - known) / by_mass;
+                }
+                Some(axis) => {
+                    let [_, moved] = force(&self.moved[axis], state, workspace, places);
+                    self.by_moved[axis] = (moved - by_mass) / by_mass;
+                }
+            }
+            self.next = (self.next + 1) % all;
         }
-        for moved in &self.moved {
-            let [_, changed] = force(moved, state, workspace, places);
-            variance += (mass * (changed - by_mass) / by_mass).powi(2);
-        }
-        variance
+    }
+
+    /// Variance of a mass (kg) due to these; NaN before all were computed (kg^2).
+    pub(super) fn systematic_variance(&self, mass: f64) -> f64 {
+        let by_links = self.by_changed.iter().map(|by| by.powi(2));
+        let by_place = self.by_moved.iter().map(|by| (mass * by).powi(2));
+        by_links.chain(by_place).sum()
     }
 }
 

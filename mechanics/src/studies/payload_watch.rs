@@ -134,13 +134,14 @@ impl Weighed {
             self.recent.pop_front();
             self.follow_slow_change();
         }
-        self.found = match self.fit(&self.all) {
-            Some(fit) if self.recent.len() >= LEAST_ROWS => {
-                let constant = self.scale.systematic_variance(state, fit.mass);
-                Some([fit.mass, fit.variance + constant])
-            }
-            _ => None,
-        };
+        // complete when it is needed first, and a second old at most
+        self.scale.update_systematic(state, LEAST_ROWS);
+        let fit = (self.fit(&self.all)).filter(|_| self.recent.len() >= LEAST_ROWS);
+        let found = fit.map(|fit| {
+            let constant = self.scale.systematic_variance(fit.mass);
+            [fit.mass, fit.variance + constant]
+        });
+        self.found = found.filter(|[_, variance]| variance.is_finite());
     }
 
     /// Leaves the last rows alone if they tell another mass than all.
