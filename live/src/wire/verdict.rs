@@ -461,9 +461,9 @@ mod tests {
         let numbers = WireVerdict::FIELDS.iter().filter(|f| f.c_type == "double");
         // those are of no row of the table: they are extrapolated
         let is_ahead = |name: &str| name == "time_to_lift_off_s" || name.starts_with("predicted_");
-        // nor those: they explain two seconds of rows
-        let explains = |name: &str| name.starts_with("unstated_");
-        for field in numbers.filter(|field| !is_ahead(field.name) && !explains(field.name)) {
+        // nor those: they explain two seconds of rows, or are part of the state
+        let is_mass = |name: &str| name.starts_with("unstated_") || name.starts_with("payload_");
+        for field in numbers.filter(|field| !is_ahead(field.name) && !is_mass(field.name)) {
             let doc = field.doc.join("");
             let mut kinds = Quantity::KINDS.iter().filter(|kind| {
                 let stem = kind.pattern.replace("_{wheel}", "").replace("_{edge}", "");
