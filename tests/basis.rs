@@ -209,6 +209,7 @@ fn what_no_load_hangs_on_needs_no_proof() {
         switches: 0,
         loads: 0,
         commands: 0,
+        payload_signals: Vec::new(),
     };
     let needed = machine.needed_proofs(&sensors).names(&machine);
     let expected = [

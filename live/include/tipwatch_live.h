@@ -52,7 +52,7 @@
 #endif
 
 #define TIPWATCH_MAGIC UINT64_C(216265421728270676)
-#define TIPWATCH_CONTRACT UINT64_C(4336838346178723897)
+#define TIPWATCH_CONTRACT UINT64_C(9433484430310999490)
 #define TIPWATCH_SAMPLE_QUEUE UINT64_C(2048)
 #define TIPWATCH_VERDICT_QUEUE UINT64_C(2048)
 #define TIPWATCH_COMMAND_QUEUE UINT64_C(2048)
@@ -209,7 +209,7 @@ enum tipwatch_reason {
     TIPWATCH_REASON_IMU_GAP = 1 << 1,
     /* No odometry close enough in time, where it replaces another sensor. */
     TIPWATCH_REASON_ODOMETRY_GAP = 1 << 2,
-    /* No tool wrench, or no mass of a payload that a signal states, close enough in time. */
+    /* No tool wrench, or no mass of a payload that a signal states or a cylinder weighs, close enough in time. */
     TIPWATCH_REASON_TOOL_WRENCH_GAP = 1 << 3,
     /* Implausible joint states. */
     TIPWATCH_REASON_JOINTS_FAULT = 1 << 4,
@@ -337,6 +337,8 @@ enum tipwatch_kind {
     TIPWATCH_KIND_LOAD = 8,
     /* The rate that a controller asks of a joint. */
     TIPWATCH_KIND_COMMAND = 9,
+    /* What tells the mass of a payload. */
+    TIPWATCH_KIND_PAYLOAD = 10,
 };
 
 /* Numbers: mode of the command. */
@@ -403,8 +405,8 @@ enum tipwatch_status {
 };
 
 /* What a reader must know before the first sample. Its source identifies the session. */
-#define TIPWATCH_SESSION_TYPE "tipwatch.Session.v4"
-#define TIPWATCH_SESSION_LAYOUT "35e86c7c7c80724c"
+#define TIPWATCH_SESSION_TYPE "tipwatch.Session.v5"
+#define TIPWATCH_SESSION_LAYOUT "05607bacd1c94fb3"
 struct tipwatch_session {
     /* MAGIC */
     uint64_t magic;
@@ -451,6 +453,11 @@ struct tipwatch_session {
     /* Bits: the joints of signals.joints with a command, numbered by name among these. A joint without one, and one whose
      * command is too old, is predicted to go on as it moves. */
     uint32_t joint_commands;
+    /* Bits: the signals that tell masses of payloads, numbered in the order of payload: the one of a stated mass; of an
+     * estimated one the force, or the pressures at piston and rod, of the first linkage that lifts it, each numbered once. */
+    uint32_t payload_signals;
+    /* Zero. */
+    uint32_t reserved;
     /* frame_id of the IMU; empty if it has none. */
     uint8_t imu_frame[64];
     /* Stream of each joint, ascending. */
@@ -460,7 +467,7 @@ struct tipwatch_session {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_session) == 4544, "tipwatch_session");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_session) == 4552, "tipwatch_session");
 
 /* One message of one sensor. */
 #define TIPWATCH_SAMPLE_TYPE "tipwatch.Sample.v3"
@@ -571,8 +578,8 @@ TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_machine) == 9872, "tipwatch_machin
 
 /* The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
  * Consumers must treat a verdict past valid_until_ns as a fault. */
-#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v6"
-#define TIPWATCH_VERDICT_LAYOUT "7a67a8ff85464373"
+#define TIPWATCH_VERDICT_TYPE "tipwatch.Verdict.v7"
+#define TIPWATCH_VERDICT_LAYOUT "cd8d0f2d977c83c7"
 struct tipwatch_verdict {
     /* MAGIC */
     uint64_t magic;
@@ -707,6 +714,11 @@ struct tipwatch_verdict {
     double unstated_mass_kg;
     /* Its standard deviation (kg). */
     double unstated_mass_sigma_kg;
+    /* Mass of the payloads that a signal states or that is estimated row by row, their sum (kg); NaN while it is unknown, and
+     * on a machine without such payloads. */
+    double payload_mass_kg;
+    /* Its standard deviation (kg). */
+    double payload_mass_sigma_kg;
     /* Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
      * lifts within the horizon of the machine file. */
     double predicted_lift_off_s[3];
@@ -764,7 +776,7 @@ struct tipwatch_verdict {
     /* CRC-32 (as in zlib) of all bytes before this field. */
     uint64_t checksum;
 };
-TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 3096, "tipwatch_verdict");
+TIPWATCH_STATIC_ASSERT(sizeof(struct tipwatch_verdict) == 3112, "tipwatch_verdict");
 
 /* Command to the valves of the suspension. The valve driver must close them when it is past
  * valid_until_ns. Arrays are by actuator, in the order of suspension.linkages in the machine file. */

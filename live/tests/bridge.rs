@@ -76,12 +76,14 @@ fn machine(name: &str) -> MachineFile {
     MachineFile::read(&data(&format!("{name}.toml"))).unwrap()
 }
 
-/// The crane with a load cell, and with the rate that is asked of its slewing joint.
+/// The crane with a load cell, a scale, and with the rate that is asked of its slewing joint.
 fn crane_with_loads_and_commands() -> MachineFile {
     let path = data("crane.toml");
     let text = std::fs::read_to_string(&path).unwrap()
         + "[signals.wheels.OFL]\nload = { topic = \"/outriggers/force\", field = \"data[0]\" }\n\
-           [signals.joints.slew]\ncommand = { topic = \"/joint_states\", field = \"velocity\", joint = \"slew\" }\n";
+           [signals.joints.slew]\ncommand = { topic = \"/joint_states\", field = \"velocity\", joint = \"slew\" }\n\
+           [[payload]]\nlink = \"load\"\nmass_sigma = 5.0\n\
+           mass = { signal = { topic = \"/outriggers/force\", field = \"data[1]\", scale = 1e-3 } }\n";
     MachineFile::from_text(&path, &text).unwrap()
 }
 
@@ -136,13 +138,14 @@ fn bridged_messages_give_the_samples_of_the_log_bit_for_bit() {
                 switches,
                 load_sensors,
                 joint_commands,
+                payload_signals,
                 ..
             } = session.clone();
-            [switches, load_sensors, joint_commands]
+            [switches, load_sensors, joint_commands, payload_signals]
         };
         assert_eq!(beside(&assembly.session), beside(&session), "{name}");
         if name == "crane" {
-            assert_eq!(beside(&session).map(|it| it.len()), [5, 1, 1]);
+            assert_eq!(beside(&session).map(|it| it.len()), [5, 1, 1, 1]);
         }
     }
 }

@@ -11,6 +11,7 @@ use tipwatch_mechanics::prediction::{Law, PredictedNumber, PredictionGap};
 use tipwatch_mechanics::state::Reason;
 use tipwatch_mechanics::{Contribution, Quantity};
 
+use crate::payloads::{FORCE, PRESSURES, SCALE, with_payload};
 use crate::support::offline::causal;
 use crate::support::{Ended, World, data};
 
@@ -407,6 +408,24 @@ fn joints_are_predicted_by_what_is_asked_of_them_live_as_offline() {
     }
     assert!(same > 50, "{same}");
     assert!(others > 100, "{others}");
+}
+
+// requirement: TW-VERDICT-24
+#[test]
+fn payloads_that_are_stated_by_a_signal_or_weighed_have_the_bits_of_offline_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    for (test, force, mass) in [
+        ("scale", "", SCALE),
+        ("force", FORCE, "\"estimate\""),
+        ("pressures", PRESSURES, "\"estimate\""),
+    ] {
+        let machine = with_payload(folder.path(), force, mass);
+        let rows = rows_on_supports(test, &data("lift_payload.mcap"), &machine);
+        let known = rows.iter().filter(|row| row["payload_mass_kg"].is_number());
+        let loads = known.filter(|row| row["load_n"]["fl"].is_number()).count();
+        assert!(loads > 300, "{test}: {loads}");
+        assert!(rows[0]["payload_mass_kg"].is_null() && rows[0]["verdict"] == "unknown");
+    }
 }
 
 #[test]

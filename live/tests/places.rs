@@ -1,7 +1,7 @@
 //! The last places of readers are kept for the programs that watch the machine: whoever opens too many readers gets the
 //! error, and they start.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tipwatch_live::node::{EventListener, LiveNode, Receiver};
 use tipwatch_live::wire::topics::{
@@ -98,4 +98,67 @@ fn monitor_and_acknowledgement_wait_for_a_place_and_name_who_holds_them() {
     let monitor = world.monitor(&machine, &["--quiet", "--stay"]).end();
     assert_eq!(monitor.status.code(), Some(1));
     assert!(monitor.err.contains(&own), "{}", monitor.err);
+}
+
+#[test]
+fn the_monitor_of_a_machine_is_found_among_several() {
+    let world = World::new("several");
+    let path = |name: &str| data(&format!("{name}.toml")).to_str().unwrap().to_owned();
+    let start = |name: &str| {
+        let state = world.state_folder.join(name);
+        let state = state.to_str().unwrap();
+        let machine = path(name);
+        world.start(&[
+            "monitor",
+            "--machine",
+            &machine,
+            "--state",
+            state,
+            "--service",
+            name,
+            "--stay",
+        ])
+    };
+    let (one, other) = (start("tiny"), start("crane"));
+    let ask = |name: &str| {
+        world
+            .start(&["acknowledge", "--machine", &path(name)])
+            .end()
+    };
+    let began = Instant::now();
+    while !(ask("tiny").status.success() && ask("crane").status.success()) {
+        assert!(
+            began.elapsed() < Duration::from_secs(20),
+            "{}",
+            ask("tiny").err
+        );
+    }
+    one.kill();
+    let gone = ask("tiny");
+    assert!(!gone.status.success());
+    assert!(
+        gone.err
+            .contains("expected a running monitor of this machine file"),
+        "{}",
+        gone.err
+    );
+    assert!(gone.err.contains("crane"), "{}", gone.err);
+    let found = ask("crane");
+    assert!(
+        found.status.success() && found.err.contains("the monitor has no alarm"),
+        "{}",
+        found.err
+    );
+    // nor is the name of the services stated twice
+    let twice = world
+        .start(&[
+            "acknowledge",
+            "--machine",
+            &path("crane"),
+            "--service",
+            "crane",
+        ])
+        .end();
+    assert_eq!(twice.status.code(), Some(2), "{}", twice.err);
+    other.kill();
 }

@@ -18,6 +18,7 @@ use tipwatch_mechanics::Quantity;
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::verdict::{InputFault, Latch, Level};
 
+use crate::payloads::{PRESSURES, SCALE, with_payload};
 use crate::support::feed::Feed;
 use crate::support::killing::{Reading, Times, files, sequences};
 use crate::support::numbered::numbered_machine;
@@ -376,6 +377,25 @@ fn recording_keeps_load_sensors_and_commands() {
     let recorded = causal(&session_in(&out), &machine);
     assert_reproduced(&rows, &recorded);
     assert_same_columns(&causal(&log, &machine), &recorded);
+}
+
+// requirement: TW-RECORD-01
+#[test]
+fn recording_keeps_what_tells_of_payloads() {
+    let folder = tempfile::tempdir().unwrap();
+    for (test, force, mass) in [
+        ("recorded_scale", "", SCALE),
+        ("recorded_lift", PRESSURES, "\"estimate\""),
+    ] {
+        let world = World::new(test);
+        let machine = with_payload(folder.path(), force, mass);
+        let (log, out) = (data("lift_payload.mcap"), folder.path().join(test));
+        let rows = recorded_replay(&world, &log, &machine, &out, "1");
+        assert!(rows.iter().filter(|row| row.payload_mass_kg > 0.0).count() > 300);
+        let recorded = causal(&session_in(&out), &machine);
+        assert_reproduced(&rows, &recorded);
+        assert_same_columns(&causal(&log, &machine), &recorded);
+    }
 }
 
 /// How many samples the recorder refused: a busy computer may hold up the producer until its clock and the

@@ -171,6 +171,7 @@ fn spans_of_time_do_not_suit_a_monitor() {
         switches: vec![0, 1, 2, 3],
         load_sensors: Vec::new(),
         joint_commands: Vec::new(),
+        payload_signals: Vec::new(),
         ..session
     };
     let found = refused(&session, &file, &urdf).unwrap();

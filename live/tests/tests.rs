@@ -42,6 +42,8 @@ mod long_run;
 mod number_signals;
 /// Offline analysis gives the same bits.
 mod offline_equals_live;
+/// Payloads whose mass is known row by row.
+mod payloads;
 /// Places of readers that are kept.
 mod places;
 /// The producer and the subscriber in Python.

@@ -34,6 +34,7 @@ fn main() {
         switches: 0,
         loads: 0,
         commands: 0,
+        payload_signals: Vec::new(),
     };
     let mut checks = Plausibility::new(&machine, &sensors);
     let mut noise = Noise(7);

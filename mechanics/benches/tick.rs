@@ -84,6 +84,7 @@ fn run(machine: &Machine, part: Part) -> [f64; 4] {
         switches: 0,
         loads: 0,
         commands: 0,
+        payload_signals: Vec::new(),
     };
     let mut estimator = CausalEstimator::new(machine, &sensors, RowClock::JointStates);
     let mut workspace = Workspace::with_scope(machine, Scope::ALL);

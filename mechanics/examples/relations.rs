@@ -39,6 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             switches: 0,
             loads: 0,
             commands: 0,
+            payload_signals: Vec::new(),
         };
         let mut checks = Plausibility::new(&machine, &sensors);
         let mut largest: BTreeMap<String, (f64, Option<f64>)> = BTreeMap::new();

@@ -31,6 +31,8 @@ mod lift_off;
 mod measured_torques;
 // Samples with a value that is not finite.
 mod missing_values;
+// Payloads that are weighed row by row.
+mod payload_watch;
 // The study of drawn parameters.
 mod monte_carlo;
 // Where the parts of a machine are.

@@ -201,7 +201,8 @@ fn is_needed(loaded: &LoadedLog, sensor: Sensor) -> bool {
         | Sensor::Actuator(_)
         | Sensor::Switch(_)
         | Sensor::Load(_)
-        | Sensor::Command(_) => false,
+        | Sensor::Command(_)
+        | Sensor::Payload(_) => false,
     }
 }
 

@@ -11,6 +11,7 @@ use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock, ShownN
 use tipwatch_mechanics::machine::{FaultKind, Machine, SessionProofs};
 use tipwatch_mechanics::state::{Reason, SampleError, Sensor, StreamCounts};
 use tipwatch_mechanics::studies::measured_loads::{LoadWatch, measures_supports};
+use tipwatch_mechanics::studies::payload_watch::PayloadWatch;
 use tipwatch_mechanics::{State, StateColumns, standing_posture};
 
 use super::clock::{self, ClockOffsets};
@@ -259,6 +260,7 @@ fn causal(
         estimator.count_spans_from(start_ns);
     }
     let mut trusted = doubts.trusted.iter().peekable();
+    let mut payloads = PayloadWatch::new(machine);
     let mut loads = LoadWatch::new(machine);
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut faults = FaultSpans::default();
@@ -272,6 +274,7 @@ fn causal(
         // the estimator counts rejected samples
         let pushed = estimator.push(machine, sample, &mut |row| {
             let mut row = row.clone();
+            payloads.row(machine, &mut row);
             (loads.as_mut())
                 .into_iter()
                 .for_each(|loads| loads.row(machine, &mut row));

@@ -42,7 +42,8 @@ impl MeasuredLog {
         let mut loaded = load(&log, file, options.estimator, &mut |_| {})?;
         let quasi_static = choose(&mut loaded, options)?;
         let (mut rows, quality) = estimate(&mut loaded, options)?;
-        let of_payloads = payload::follow_signals(&log, file, &loaded, &mut rows)?;
+        let of_payloads =
+            payload::follow_signals(&log, file, &loaded, &mut rows, options.estimator)?;
         let forces = linkage_force::read_all(&log, file, &loaded);
         let loads = MeasuredLoads::read(&log, file, &loaded);
         let gross_inputs = inputs::gross_inputs(&log, file, &loaded, &rows, &quality.rotations)?;

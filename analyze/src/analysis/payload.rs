@@ -6,25 +6,19 @@ use anyhow::{Context, Result, bail};
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 use tipwatch_language::{say, word};
-use tipwatch_mechanics::machine::{LinkageSpec, Machine, MassSignal, PayloadMass};
-use tipwatch_mechanics::state::Reason;
-use tipwatch_mechanics::{
-    ForceQuality, MeasuredForce, PayloadEstimate, State, carries_payload, estimate_payload,
-};
+use tipwatch_mechanics::machine::{MOST_MASSES, Machine, MassSignal, PayloadQuantity};
+use tipwatch_mechanics::state::{Reason, Sensor};
+use tipwatch_mechanics::{ForceQuality, MeasuredForce, PayloadEstimate, State, estimate_payload};
 
 use crate::base::error_text::error_text;
 use crate::base::estimated::EstimatedRows;
 use crate::base::number::short;
+use crate::base::options::Estimator;
 use crate::load::LoadedLog;
 use crate::load::linkage_force::{LinkageForce, Series, at, series_in};
 
 /// Most rows used for an estimate; more are thinned out evenly.
 const MOST_ROWS: usize = 2000;
-
-/// A mass of more than so many times the machine's is an error value of a scale.
-const MOST_MASSES: f64 = 3.0;
-/// An empty scale may show less than nothing by this share of the machine's mass.
-const EMPTY_SHARE: f64 = 0.01;
 
 /// A payload whose mass was estimated.
 #[derive(Debug, Clone)]
@@ -37,8 +31,8 @@ pub struct EstimatedPayload {
     pub estimate: PayloadEstimate,
 }
 
-/// Gives the rows the masses that signals state. A row whose sample is missing or too old has none, and so no loads. Returns
-/// what the masses were, as sentences.
+/// Gives the rows the masses that signals state, unless the causal estimator has. A row whose sample is missing or too old has
+/// none, and so no loads. Returns what the masses were, as sentences.
 ///
 /// # Errors
 /// The log lacks a signal.
@@ -47,32 +41,34 @@ pub(crate) fn follow_signals(
     file: &MachineFile,
     loaded: &LoadedLog,
     rows: &mut EstimatedRows,
+    estimator: Estimator,
 ) -> Result<Vec<String>> {
     let machine = &loaded.machine;
     let mut notes = Vec::new();
-    for (payload, spec) in file.spec.payload.iter().enumerate() {
-        let PayloadMass::Signal(mass) = &spec.mass else {
+    for (payload, spec) in machine.payloads().iter().enumerate() {
+        if estimator == Estimator::Causal {
+            notes.extend(known_by_row(file, loaded, payload, rows)?);
+            continue;
+        }
+        let Some(mass) = &spec.signal else {
             continue;
         };
-        let place = format!(
-            "{}: payload {}: mass.signal",
-            file.path.display(),
-            payload + 1
-        );
+        let place = format!("{}: mass.signal", place(file, payload));
         let series = series_in(log, file, loaded, &mass.signal).with_context(|| place)?;
-        let [from_s, to_s] = machine.payloads()[payload].window_s;
-        let possible = -EMPTY_SHARE * machine.mass()..=MOST_MASSES * machine.mass();
+        let [from_s, to_s] = spec.window_s;
         let logged: Vec<f64> = (0..rows.len())
             .map(|row| match (from_s..to_s).contains(&rows.seconds(row)) {
                 true => held(&series, rows.times_ns[row], mass),
                 false => 0.0,
             })
             .collect();
-        notes.push(as_logged(payload, mass, &logged, &possible));
-        let known = |mass: f64| match possible.contains(&mass) {
-            true => mass,
-            false => f64::NAN,
-        };
+        notes.push(as_logged(
+            payload,
+            mass,
+            &logged,
+            &machine.possible_payload(),
+        ));
+        let known = |mass: f64| machine.plausible_payload(mass);
         let masses: Vec<f64> = logged.into_iter().map(known).collect();
         for (reasons, mass) in rows.reasons.iter_mut().zip(&masses) {
             if mass.is_nan() {
@@ -91,12 +87,70 @@ pub(crate) fn follow_signals(
     Ok(notes)
 }
 
+fn place(file: &MachineFile, payload: usize) -> String {
+    format!("{}: payload {}", file.path.display(), payload + 1)
+}
+
+/// What the causal estimator knew of a payload's mass, as a sentence.
+fn known_by_row(
+    file: &MachineFile,
+    loaded: &LoadedLog,
+    payload: usize,
+    rows: &EstimatedRows,
+) -> Result<Option<String>> {
+    let machine = &loaded.machine;
+    let spec = &machine.payloads()[payload];
+    if !spec.is_by_row {
+        return Ok(None);
+    }
+    let linkage = spec.lift.as_ref().map(|lift| lift.linkage);
+    let mut told_by = machine.payload_signals().iter().enumerate();
+    let missing = told_by.find(|(index, signal)| {
+        let is_needed = match signal.quantity {
+            PayloadQuantity::Mass(of) => of == payload,
+            PayloadQuantity::Lift { linkage: of, .. } => Some(of) == linkage,
+        };
+        let sensor = Sensor::Payload(*index);
+        is_needed && !loaded.beside.iter().any(|it| it.sensor == sensor)
+    });
+    if let Some((_, signal)) = missing {
+        bail!(
+            "{}: expected a number on topic {}, which tells its mass, found none in the log",
+            place(file, payload),
+            signal.field.topic
+        );
+    }
+    let [from_s, to_s] = spec.window_s;
+    let mut state = State::zero(machine);
+    let (mut least, mut largest, mut unknown) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+    for row in (0..rows.len()).filter(|&row| (from_s..to_s).contains(&rows.seconds(row))) {
+        rows.state(row, &mut state);
+        let mass = state.payload_share[payload];
+        unknown += usize::from(mass.is_nan());
+        (least, largest) = (least.min(mass), largest.max(mass));
+    }
+    let seen = match least <= largest {
+        true => say!("{} to {} kg", short(least), short(largest)),
+        false => word!("known in no row").into(),
+    };
+    let source = linkage.map_or(word!("as a signal states it").into(), |linkage| {
+        say!(
+            "estimated from the force of linkage {}",
+            file.spec.linkage[linkage].name
+        )
+    });
+    Ok(Some(say!(
+        "Mass of payload {}, {source}, by past samples only: {seen}; unknown in {unknown} rows, and with it the loads (reason \
+         tool_wrench_gap).",
+        payload + 1
+    )))
+}
+
 /// The last sample before a time, which holds for a time; NaN without one.
 fn held((stamps, values): &Series, time_ns: i64, mass: &MassSignal) -> f64 {
-    let max_age_ns = (mass.max_age * 1e9).min(9e18) as i64;
     let next = stamps.partition_point(|&stamp| stamp <= time_ns);
     let last = next.checked_sub(1);
-    let young = last.filter(|&last| time_ns.saturating_sub(stamps[last]) <= max_age_ns);
+    let young = last.filter(|&last| time_ns.saturating_sub(stamps[last]) <= mass.max_age_ns());
     let value = young.map_or(f64::NAN, |last| values[last]);
     if value.is_finite() { value } else { f64::NAN }
 }
@@ -142,7 +196,7 @@ fn as_logged(
     )
 }
 
-/// Estimates every payload of unknown mass and updates the machine.
+/// Estimates every payload of unknown mass that is not known row by row, and updates the machine.
 ///
 /// # Errors
 /// No linkage that carries the payload has a bound force, or the log lacks the fields.
@@ -157,10 +211,15 @@ pub(crate) fn estimate_all(
         if !machine.payloads()[payload].is_estimated {
             continue;
         }
-        let place = format!("{}: payload {}", file.path.display(), payload + 1);
-        let (linkage, spec) = bound_linkage(file, machine, payload).with_context(|| {
+        let place = place(file, payload);
+        let lift = machine.payloads()[payload].lift.as_ref();
+        let linkage = lift.map(|lift| lift.linkage).with_context(|| {
             format!("{place}: mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, or the effort of its rod in [signals.joints], found neither")
         })?;
+        if machine.payloads()[payload].is_by_row {
+            continue;
+        }
+        let spec = &file.spec.linkage[linkage];
         let measured = forces.iter().find(|force| force.linkage == linkage);
         let force = match measured.map(|force| &force.series) {
             Some(Ok(series)) => series,
@@ -187,18 +246,6 @@ pub(crate) fn estimate_all(
         });
     }
     Ok(found)
-}
-
-/// The first linkage with a bound force that carries the payload.
-fn bound_linkage<'a>(
-    file: &'a MachineFile,
-    machine: &Machine,
-    payload: usize,
-) -> Option<(usize, &'a LinkageSpec)> {
-    let linkages = file.spec.linkage.iter().enumerate();
-    linkages
-        .filter(|(_, spec)| file.spec.force_of(spec).is_some() || spec.pressure.is_some())
-        .find(|(linkage, _)| carries_payload(machine, *linkage, payload))
 }
 
 /// Valid rows, thinned out, with the measured force interpolated at their time.

@@ -388,6 +388,7 @@ mod tests {
             switches: 0,
             loads: 0,
             commands: 0,
+            payload_signals: Vec::new(),
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut trace = RotationTrace::default();

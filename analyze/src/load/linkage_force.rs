@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
-use tipwatch_binding::{MachineFile, number_field};
+use tipwatch_binding::{MachineFile, monitor_topic, number_field};
 use tipwatch_ingest::{FieldRecording, FieldRequest, Log, Losses, TimeBase, record_fields};
-use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec};
+use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, MachineSpec};
 
 use super::LoadedLog;
 
@@ -26,15 +26,16 @@ pub(crate) struct LinkageForce {
 /// Reads the forces of all linkages for which the machine file binds one.
 pub(crate) fn read_all(log: &Log, file: &MachineFile, loaded: &LoadedLog) -> Vec<LinkageForce> {
     let clocks = Clocks::of(file, loaded);
-    let forces = file.spec.linkage.iter().enumerate();
+    let bound = monitor_topic::bound(log, &file.spec);
+    let forces = bound.linkage.iter().enumerate();
     forces
         .filter_map(|(linkage, spec)| {
             let pressure = spec.pressure.as_ref().map(|pressure| &pressure.piston);
-            let topic = file.spec.force_of(spec).or(pressure)?.topic.clone();
+            let topic = bound.force_of(spec).or(pressure)?.topic.clone();
             Some(LinkageForce {
                 linkage,
                 topic,
-                series: measured_force(log, file, spec, &clocks),
+                series: measured_force(log, &bound, spec, &clocks),
             })
         })
         .collect()
@@ -106,11 +107,11 @@ pub(crate) type Series = (Vec<i64>, Vec<f64>);
 
 fn measured_force(
     log: &Log,
-    file: &MachineFile,
+    machine: &MachineSpec,
     spec: &LinkageSpec,
     clocks: &Clocks<'_>,
 ) -> Result<Series> {
-    if let Some(field) = file.spec.force_of(spec) {
+    if let Some(field) = machine.force_of(spec) {
         let (recordings, _) = read(log, &[field], clocks)?;
         return Ok(series(&recordings[0], field, clocks));
     }

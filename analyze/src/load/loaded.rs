@@ -256,8 +256,12 @@ pub fn load_within(
     for signal in signals.iter_mut().chain(&mut beside) {
         signal.subject = subject(signal.sensor, signal.name, &matched.sensors, &bound.machine);
     }
+    let mut machine = bound.machine;
+    if estimator == Estimator::Causal {
+        machine.weigh_payloads_by_row();
+    }
     let mut loaded = LoadedLog {
-        machine: bound.machine,
+        machine,
         urdf: hash_of(urdf.name, urdf.text.as_bytes()),
         urdf_text: urdf.text,
         matched,
@@ -311,6 +315,7 @@ fn subject(sensor: Sensor, key: &str, sensors: &Sensors, machine: &Machine) -> S
         }
         Sensor::Switch(index) => format!("switch.{index}"),
         Sensor::Load(index) => format!("load.{}", machine.load_sensors()[index].name),
+        Sensor::Payload(index) => format!("payload_signal.{index}"),
         Sensor::Command(index) => {
             let joint = machine.joint_commands()[index].joint;
             format!("command.{}", machine.joints()[joint].name)

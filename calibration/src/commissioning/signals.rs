@@ -112,7 +112,8 @@ impl Signals {
                 | Sensor::Actuator(_)
                 | Sensor::Switch(_)
                 | Sensor::Load(_)
-                | Sensor::Command(_) => {}
+                | Sensor::Command(_)
+                | Sensor::Payload(_) => {}
             }
         }
         let variance = |axis: usize| {

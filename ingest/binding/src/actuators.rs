@@ -3,7 +3,7 @@
 use tipwatch_ingest::{Error, Log};
 use tipwatch_language::{say, word};
 use tipwatch_mechanics::machine::{ActuatorSignal, ForceSource};
-use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, Machine, MachineSpec};
+use tipwatch_mechanics::machine::{FieldSpec, Machine, MachineSpec};
 use tipwatch_mechanics::state::Sensor;
 
 use crate::bound_log::BoundSensor;
@@ -78,7 +78,15 @@ impl<'s> Bound<'s> {
                 let linkage = &spec.linkage[*linkage];
                 Self {
                     of: say!("linkage {}", linkage.name),
-                    fields: bound_fields(spec, linkage),
+                    fields: match &spec.signals_of(linkage)[..] {
+                        &[piston, rod] => {
+                            vec![
+                                (piston, word!("piston-side pressure")),
+                                (rod, word!("rod-side pressure")),
+                            ]
+                        }
+                        force => force.iter().map(|force| (*force, word!("force"))).collect(),
+                    },
                 }
             }
             ForceSource::Support { name, .. } => {
@@ -92,19 +100,5 @@ impl<'s> Bound<'s> {
                 }
             }
         }
-    }
-}
-
-fn bound_fields<'s>(
-    spec: &'s MachineSpec,
-    linkage: &'s LinkageSpec,
-) -> Vec<(&'s FieldSpec, &'static str)> {
-    match (spec.force_of(linkage), &linkage.pressure) {
-        (Some(force), _) => vec![(force, word!("force"))],
-        (None, Some(pressure)) => vec![
-            (&pressure.piston, word!("piston-side pressure")),
-            (&pressure.rod, word!("rod-side pressure")),
-        ],
-        (None, None) => Vec::new(),
     }
 }

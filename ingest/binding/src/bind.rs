@@ -57,8 +57,8 @@ pub fn bind(
     urdf_name: &str,
 ) -> Result<BoundLog, BindError> {
     let is_recorded = monitor_topic::is_in(log);
-    let recorded = is_recorded.then(|| monitor_topic::bound(log, spec));
-    let spec = recorded.as_ref().unwrap_or(spec);
+    let bound = monitor_topic::bound(log, spec);
+    let spec = bound.as_ref();
     check_clock_topics(log, spec)?;
     let named = named_topics(spec);
     let numbers = NumberSignals::find(log, &spec.signals)?;
@@ -114,6 +114,7 @@ pub fn bind(
     beside.extend(number_signals::load_sensors(log, &machine));
     let commands = number_signals::joint_commands(log, &machine)?;
     beside.extend(commands);
+    beside.extend(number_signals::payload_signals(log, &machine));
     if !matched.sensors.tool_wrench {
         machine.leave_out_tool();
     }
@@ -345,7 +346,11 @@ fn bound_sensors(
             Sensor::Odometry => (&topics.odometry, &numbers.odometry),
             Sensor::ToolWrench => (&topics.tool_wrench, &numbers.tool_wrench),
             // found later, once the machine is known
-            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
+            Sensor::Actuator(_)
+            | Sensor::Switch(_)
+            | Sensor::Load(_)
+            | Sensor::Command(_)
+            | Sensor::Payload(_) => {
                 continue;
             }
         };

@@ -2,13 +2,14 @@
 //! signal has its own topic, with the values that the monitor used: topics, scales and clock
 //! offsets of the machine file are applied already.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use tipwatch_ingest::{Error, FieldRecording, FieldRequest, Log, record_fields};
 use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::{
-    FieldSpec, JointFields, MachineSpec, OneOrMany, PresenceSpec, SignalSpec, SignalsSpec,
-    WheelSpec,
+    FieldSpec, JointFields, MachineSpec, OneOrMany, PayloadMass, PresenceSpec, SignalSpec,
+    SignalsSpec, WheelSpec,
 };
 use tipwatch_mechanics::machine::{Proof, Proofs};
 
@@ -105,6 +106,12 @@ pub fn load_sensor(name: &str) -> String {
 #[must_use]
 pub fn joint_command(joint: &str) -> String {
     format!("/joint_command/{joint}")
+}
+
+/// Topic of the mass of a payload (kg), by its number in the machine file, from 1.
+#[must_use]
+pub fn payload_mass(number: usize) -> String {
+    format!("/payload/{number}/mass")
 }
 
 /// Whether a monitor's recorder wrote the log.
@@ -250,8 +257,12 @@ fn columns<const N: usize>(
     Ok(columns.try_into().ok())
 }
 
-/// The machine with its signals bound to the topics of a recorder's log.
-pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
+/// The machine with its signals bound to the topics of a recorder's log; of another log, as it is.
+#[must_use]
+pub fn bound<'s>(log: &Log, spec: &'s MachineSpec) -> Cow<'s, MachineSpec> {
+    if !is_in(log) {
+        return Cow::Borrowed(spec);
+    }
     let is_there = |name: &String| log.topics().iter().any(|topic| topic.name == *name);
     let streams = (0..).map(joint_states).take_while(is_there);
     let mut bound = spec.clone();
@@ -298,6 +309,11 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
     for (name, load) in bound.signals.load_fields_mut() {
         *load = field(load_sensor(&name));
     }
+    for (index, payload) in bound.payload.iter_mut().enumerate() {
+        if let PayloadMass::Signal(mass) = &mut payload.mass {
+            mass.signal = field(payload_mass(index + 1));
+        }
+    }
     // recordings of earlier versions have neither
     let signals = &mut bound.signals;
     (signals.wheels).retain(|_, fields| is_there(&fields.load.topic));
@@ -306,7 +322,7 @@ pub(crate) fn bound(log: &Log, spec: &MachineSpec) -> MachineSpec {
         let command = fields.command.as_ref();
         command.is_some_and(|command| is_there(&command.topic))
     });
-    bound
+    Cow::Owned(bound)
 }
 
 /// The joints of which a controller asks for a rate, without what the recorder's joint states hold.

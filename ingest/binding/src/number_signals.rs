@@ -133,6 +133,19 @@ pub(crate) fn joint_commands(log: &Log, machine: &Machine) -> Result<Vec<BoundSe
         .collect()
 }
 
+/// The signals that tell masses of payloads, as far as they are in the log. Whoever follows them says which are missing, and why.
+pub(crate) fn payload_signals(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
+    let signals = machine.payload_signals().iter().enumerate();
+    let found = signals.filter_map(|(index, signal)| {
+        Some(BoundSensor {
+            sensor: Sensor::Payload(index),
+            request: number_request(log, &signal.field).ok()?,
+            why: word!("tells the mass of a payload, named by the machine file").into(),
+        })
+    });
+    found.collect()
+}
+
 /// Kinds of sensors that the machine file binds number by number.
 pub(crate) fn kinds(signals: &SignalsSpec) -> Vec<SensorKind> {
     fn is_table<T>(signal: Option<&SignalSpec<T>>) -> bool {

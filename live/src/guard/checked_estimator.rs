@@ -5,6 +5,7 @@ use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::estimation::{CausalEstimator, Estimate, RowClock};
 use tipwatch_mechanics::machine::Proofs;
 use tipwatch_mechanics::state::{SampleError, Sensor, Sensors};
+use tipwatch_mechanics::studies::payload_watch::PayloadWatch;
 use tipwatch_mechanics::verdict::Conditions;
 
 use super::checks::{Admitted, Guard};
@@ -17,6 +18,7 @@ pub struct CheckedEstimator {
     /// The checks.
     pub guard: Guard,
     estimator: CausalEstimator,
+    payloads: PayloadWatch,
     /// Whether a position or velocity of a joint was not finite since the row before.
     joints_lack_a_value: bool,
 }
@@ -53,6 +55,7 @@ impl CheckedEstimator {
         Self {
             guard: Guard::new(session, machine, sensors, now_ns),
             estimator: CausalEstimator::new(machine, sensors, RowClock::JointStates),
+            payloads: PayloadWatch::new(machine),
             joints_lack_a_value: false,
         }
     }
@@ -124,6 +127,7 @@ impl CheckedEstimator {
         if !is_row {
             return Step::Pending;
         }
+        self.payloads.row(machine, self.estimator.last_mut());
         Step::Row(CompletedRow {
             conditions: self.guard.complete_row(assessed),
             sample_sequence: wire.sequence,

@@ -86,9 +86,12 @@ impl SensorWatch {
     }
 
     /// What an age (ns) means for a sensor of this period. A switch may be sent when it changes, and is too old by its own limit
-    /// in the machine file: then the supports are unknown. A command that is not sent is not known.
+    /// in the machine file: then the supports are unknown. So is a mass, and then the loads are unknown. A command that is not sent is not known.
     pub(super) fn age(&self, age_ns: i64) -> Age {
-        if matches!(self.sensor, Sensor::Switch(_) | Sensor::Command(_)) {
+        if matches!(
+            self.sensor,
+            Sensor::Switch(_) | Sensor::Command(_) | Sensor::Payload(_)
+        ) {
             return Age::Fresh;
         }
         let max_ns = self.max_age_ns as f64;
@@ -135,6 +138,7 @@ mod tests {
             switches: 1,
             loads: 1,
             commands: 1,
+            payload_signals: vec![0],
         };
         let age_of = |sensor: Sensor| {
             let mut watch = SensorWatch::new(sensor, &sensors, 100_000_000);
@@ -145,6 +149,7 @@ mod tests {
         };
         assert_eq!(age_of(Sensor::Imu), Age::Stale);
         assert_eq!(age_of(Sensor::Switch(0)), Age::Fresh);
+        assert_eq!(age_of(Sensor::Payload(0)), Age::Fresh);
         // nor does the verdict rest on what is asked of a joint
         assert_eq!(age_of(Sensor::Command(0)), Age::Fresh);
         let is_required =

@@ -21,6 +21,7 @@
 //! | `load_explanations` | what would explain the total: `unstated_load`, `load_on_tool`, `support_sensor`, `exchanged_sensors` |
 //! | `exchanged_sensors` | the wheels whose sensors would explain it if they were exchanged |
 //! | `unstated_mass_kg`, `unstated_mass_sigma_kg` | the load that would explain it, negative for less than what is stated; null if none would |
+//! | `payload_mass_kg`, `payload_mass_sigma_kg` | mass of the payloads that a signal states or that is estimated row by row, and its standard deviation; null while unknown, and without such payloads |
 //! | `standing` | the wheels that are on the ground as supports, of a machine whose supports come and go those of now; null while unknown |
 //! | `ground_gap`, `ground_gap_wheel` | why that is unknown (`transition`, `impossible`, `signal_missing`, `carries_though_off`), and of which wheel; else null |
 //! | `load_n` | load by wheel, names in lower case; null for one that is off the ground |
@@ -166,6 +167,9 @@ impl<W: Write> Printer<W> {
         for (_, (wheel, (&load, &sigma))) in wheels.filter(|(at, _)| verdict.is_standing(*at)) {
             write!(self.out, "  {wheel} {load:.0} ± {:.0} N", 2.0 * sigma)?;
         }
+        if verdict.payload_mass_kg.is_finite() {
+            write!(self.out, "  {}", self.names.payload_text(verdict))?;
+        }
         if let Some(gap) = self.names.ground_gap_text(verdict) {
             write!(self.out, "  supports: {gap}")?;
         }
@@ -245,6 +249,8 @@ impl Serialize for Line<'_> {
         map.serialize_entry("exchanged_sensors", &self.names.exchanged_sensors(verdict))?;
         map.serialize_entry("unstated_mass_kg", &verdict.unstated_mass_kg)?;
         map.serialize_entry("unstated_mass_sigma_kg", &verdict.unstated_mass_sigma_kg)?;
+        map.serialize_entry("payload_mass_kg", &verdict.payload_mass_kg)?;
+        map.serialize_entry("payload_mass_sigma_kg", &verdict.payload_mass_sigma_kg)?;
         map.serialize_entry("faults", &FaultNames(conditions.faults))?;
         map.serialize_entry("cautions", &FaultNames(conditions.cautions))?;
         let held = verdict.verdict().held;

@@ -242,6 +242,7 @@ impl Monitor {
         self.message
             .set_row(time_ns, reasons, outcome, utilisation, next);
         let state = &estimate.state;
+        self.message.set_payloads(&self.machine, state);
         let level = verdict.level;
         self.predictor.set_commands(&estimate.commands);
         self.message.set_commanded(&estimate.commands);

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 use iceoryx2::prelude::PortFactory as _;
 use iceoryx2::prelude::*;
+use iceoryx2::service::Service as _;
 use iceoryx2::service::attribute::AttributeVerifier;
 
 use super::event::{EventListener, EventNotifier};
@@ -240,6 +241,21 @@ impl LiveNode {
     pub fn event_listener_of_any<T: Topic>(&self) -> Result<Option<EventListener>> {
         let new = || EventListener::new(&self.node, &self.service_name::<T>(), self.has_place);
         T::HAS_EVENTS.then(new).transpose()
+    }
+
+    /// The first parts of the names of all services that carry messages of this type, of any address of this prefix.
+    pub(super) fn services_with<T: Topic>(&self) -> Result<Vec<String>> {
+        let mut names = Vec::new();
+        let listed = ipc::Service::list(self.node.config(), |service| {
+            let name = service.static_details.name().as_str();
+            names.extend(name.strip_suffix(T::SUFFIX).map(str::to_owned));
+            CallbackProgression::Continue
+        });
+        listed.map_err(cause)?;
+        // each has one for messages and one for events
+        names.sort();
+        names.dedup();
+        Ok(names)
     }
 
     fn service_name<T: Topic>(&self) -> String {

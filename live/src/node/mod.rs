@@ -6,6 +6,7 @@ mod housekeeping;
 mod iceoryx;
 mod leftovers;
 mod live_node;
+mod of_machine;
 mod other_user;
 mod port;
 mod producer;

@@ -277,7 +277,10 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, view: &View, verdict: &WireVer
         None => String::new(),
     };
     let lines = vec![
-        Line::from(format!("centre of pressure  {zmp}{ground}")),
+        Line::from(format!(
+            "centre of pressure  {zmp}{ground}   {}",
+            view.names.payload_text(verdict)
+        )),
         Line::from(format!(
             "input faults {faults}   cautions {cautions}   row {reasons}"
         )),

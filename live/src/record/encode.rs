@@ -8,7 +8,7 @@ use super::cdr::Cdr;
 use super::pending::{Dropped, Encoded, Kind};
 use super::topics::{
     COMMAND_COUNTS, COMMAND_INTEGERS, COMMAND_LISTS, COMMAND_TIMES, VERDICT_COUNTS,
-    VERDICT_INTEGERS, VERDICT_TIMES,
+    VERDICT_INTEGERS, VERDICT_NUMBERS, VERDICT_TIMES,
 };
 use crate::wire::names::Names;
 use crate::wire::topics::{WireCommand, WireMachine, WireVerdict};
@@ -55,7 +55,11 @@ pub(super) fn sample(sample: &Sample<'_>, joint_names: &[String], imu_frame: &st
             cdr.header(stamp_ns, "");
             cdr.f64s(&values[..6]);
         }
-        Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
+        Sensor::Actuator(_)
+        | Sensor::Switch(_)
+        | Sensor::Load(_)
+        | Sensor::Command(_)
+        | Sensor::Payload(_) => {
             cdr.header(stamp_ns, "");
             cdr.f64s(&values[..1]);
         }
@@ -109,6 +113,9 @@ pub(crate) fn verdict(verdict: &WireVerdict, names: &Names) -> Vec<u8> {
     VERDICT_TIMES
         .iter()
         .for_each(|(_, of)| cdr.i64(of(verdict)));
+    VERDICT_NUMBERS
+        .iter()
+        .for_each(|(_, of)| cdr.f64(of(verdict)));
     names.each_number(verdict, |number| cdr.f64(number));
     cdr.finish()
 }

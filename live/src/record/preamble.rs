@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use tipwatch_binding::{MachineFile, Urdf, monitor_topic};
 use tipwatch_mechanics::Machine;
+use tipwatch_mechanics::machine::PayloadQuantity;
 use tipwatch_mechanics::state::{Sensor, Sensors};
 
 use super::segment::{Channels, Preamble};
@@ -39,6 +40,16 @@ pub(super) fn preamble(
                 let name = &machine.joints()[joint].name;
                 topics::joint_command(monitor_topic::joint_command(name))
             }
+            Sensor::Payload(signal) => match machine.payload_signals()[signal].quantity {
+                PayloadQuantity::Mass(payload) => {
+                    topics::payload_mass(monitor_topic::payload_mass(payload + 1))
+                }
+                PayloadQuantity::Lift { linkage, signal } => {
+                    let linkage = &file.spec.linkage[linkage];
+                    let signals = file.spec.signals_of(linkage).len();
+                    topics::actuator(force_topic(&linkage.name, signals, signal))
+                }
+            },
             Sensor::Load(load) => {
                 let name = &machine.load_sensors()[load].name;
                 topics::load_sensor(monitor_topic::load_sensor(name))
@@ -113,7 +124,12 @@ fn actuator_topic(machine: &Machine, sensors: &Sensors, signal: usize) -> String
     if joint.linkage().is_none() {
         return monitor_topic::support_load(linkage);
     }
-    match (joint.signals.len(), signal.signal) {
+    force_topic(linkage, joint.signals.len(), signal.signal)
+}
+
+/// Topic of one of so many signals of a linkage's force.
+fn force_topic(linkage: &str, signals: usize, signal: usize) -> String {
+    match (signals, signal) {
         (1, _) => monitor_topic::force(linkage),
         (_, 0) => monitor_topic::piston_pressure(linkage),
         _ => monitor_topic::rod_pressure(linkage),

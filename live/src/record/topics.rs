@@ -63,40 +63,38 @@ fn of_ros(name: String, type_name: &'static str) -> Topic {
     }
 }
 
-/// A force or pressure signal of an actuator, under the name that offline analysis expects.
-pub(super) fn actuator(name: String) -> Topic {
+/// One number, under the name that offline analysis expects.
+fn number(name: String, type_name: &'static str) -> Topic {
     Topic {
         name,
-        type_name: "tipwatch_msgs/msg/ActuatorSignal",
+        type_name,
         definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
     }
+}
+
+/// A force or pressure signal of an actuator.
+pub(super) fn actuator(name: String) -> Topic {
+    number(name, "tipwatch_msgs/msg/ActuatorSignal")
 }
 
 /// A signal that tells whether supports are set or raised.
 pub(super) fn switch(name: String) -> Topic {
-    Topic {
-        name,
-        type_name: "tipwatch_msgs/msg/SupportSwitch",
-        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
-    }
+    number(name, "tipwatch_msgs/msg/SupportSwitch")
 }
 
 /// The load of one or more supports.
 pub(super) fn load_sensor(name: String) -> Topic {
-    Topic {
-        name,
-        type_name: "tipwatch_msgs/msg/LoadSensor",
-        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
-    }
+    number(name, "tipwatch_msgs/msg/LoadSensor")
 }
 
 /// The rate that is asked of a joint.
 pub(super) fn joint_command(name: String) -> Topic {
-    Topic {
-        name,
-        type_name: "tipwatch_msgs/msg/JointCommand",
-        definition: format!("std_msgs/Header header\nfloat64 {ACTUATOR_FIELD}{HEADER}"),
-    }
+    number(name, "tipwatch_msgs/msg/JointCommand")
+}
+
+/// The mass of a payload.
+pub(super) fn payload_mass(name: String) -> Topic {
+    number(name, "tipwatch_msgs/msg/PayloadMass")
 }
 
 /// Verdicts: integers as on the wire, then every number under the name of its column in `samples.parquet`.
@@ -111,6 +109,9 @@ pub(crate) fn verdict(names: &Names) -> Topic {
     }
     for (name, _) in VERDICT_TIMES {
         let _ = writeln!(definition, "int64 {name}");
+    }
+    for (name, _) in VERDICT_NUMBERS {
+        let _ = writeln!(definition, "float64 {name}");
     }
     for name in names.columns() {
         let _ = writeln!(definition, "float64 {}", field_name(&name));
@@ -142,6 +143,12 @@ pub(super) const VERDICT_INTEGERS: Fields<WireVerdict, u32> = fields![
 pub(super) const VERDICT_COUNTS: Fields<WireVerdict, u64> = fields![
     sequence, source, sample_sequence, rows, lost, refused, repeated, unproven;
     (monitor_topic::DOUBTED_FIELD, |verdict| verdict.doubted)
+];
+pub(super) const VERDICT_NUMBERS: Fields<WireVerdict, f64> = fields![
+    payload_mass_kg,
+    payload_mass_sigma_kg,
+    unstated_mass_kg,
+    unstated_mass_sigma_kg
 ];
 pub(super) const VERDICT_TIMES: Fields<WireVerdict, i64> =
     fields![published_ns, valid_until_ns, sample_published_ns];

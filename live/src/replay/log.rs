@@ -104,6 +104,10 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
         .map(|signal| signal.joint as u32)
         .collect();
     actuated_joints.dedup();
+    let beside = |index_of: &dyn Fn(Sensor) -> Option<usize>| {
+        let sensors = bound.beside.iter().map(|it| it.sensor);
+        sensors.filter_map(index_of).map(|it| it as u32).collect()
+    };
     let joints = 0..matched.streams.len();
     Ok(Session {
         id: 0,
@@ -119,24 +123,22 @@ pub fn session_of(bound: &BoundLog, file: &MachineFile, urdf: &Urdf) -> Result<S
         odometry: matched.sensors.odometry,
         tool_wrench: matched.sensors.tool_wrench,
         actuated_joints,
-        switches: (bound.beside.iter())
-            .filter_map(|it| match it.sensor {
-                Sensor::Switch(index) => Some(index as u32),
-                _ => None,
-            })
-            .collect(),
-        load_sensors: (bound.beside.iter())
-            .filter_map(|it| match it.sensor {
-                Sensor::Load(index) => Some(index as u32),
-                _ => None,
-            })
-            .collect(),
-        joint_commands: (bound.beside.iter())
-            .filter_map(|it| match it.sensor {
-                Sensor::Command(index) => Some(index as u32),
-                _ => None,
-            })
-            .collect(),
+        switches: beside(&|it| match it {
+            Sensor::Switch(index) => Some(index),
+            _ => None,
+        }),
+        load_sensors: beside(&|it| match it {
+            Sensor::Load(index) => Some(index),
+            _ => None,
+        }),
+        joint_commands: beside(&|it| match it {
+            Sensor::Command(index) => Some(index),
+            _ => None,
+        }),
+        payload_signals: beside(&|it| match it {
+            Sensor::Payload(index) => Some(index),
+            _ => None,
+        }),
         imu_frame: bound.topics.imu_frame.clone(),
     })
 }

@@ -165,6 +165,16 @@ impl Names {
         text
     }
 
+    /// The mass of the payloads that is known row by row, as text; empty where there is none.
+    #[must_use]
+    pub fn payload_text(&self, verdict: &WireVerdict) -> String {
+        let (mass, sigma) = (verdict.payload_mass_kg, verdict.payload_mass_sigma_kg);
+        match mass.is_finite() {
+            true => format!("payload {mass:.0} ± {:.0} kg", 2.0 * sigma),
+            false => String::new(),
+        }
+    }
+
     /// The signal of this name; of a joint, its own name suffices.
     #[must_use]
     pub fn signal(&self, name: &str) -> Option<Proof> {

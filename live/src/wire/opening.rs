@@ -78,26 +78,14 @@ impl Session {
             MachineError::UnmeasuredJoints { .. } => Refusal::Joints.because(error.to_string()),
             _ => Refusal::Unsuitable.because(error.to_string()),
         })?;
-        if machine
-            .payloads()
-            .iter()
-            .any(|payload| payload.is_estimated)
-        {
-            bail!(
-                "{}: payload with mass = \"estimate\": it can only be estimated from a whole log; expected a number for live use",
-                file.spec.file
-            );
-        }
-        if machine
-            .payloads()
-            .iter()
-            .any(|payload| payload.is_signalled)
-        {
+        let mut payloads = machine.payloads().iter();
+        if payloads.any(|payload| payload.is_estimated && payload.lift.is_none()) {
             bail!(Refusal::Unsuitable.because(format!(
-                "{}: payload with mass = {{ signal }}: live programs read no such signal; expected a number for live use",
+                "{}: payload with mass = \"estimate\": expected force or pressure on a [[linkage]] that carries it, found neither",
                 file.spec.file
             )));
         }
+        machine.weigh_payloads_by_row();
         if let Some(which) = machine.supports().told_by_spans() {
             bail!(Refusal::Unsuitable.because(format!(
                 "{}: {which}: expected true, false or a signal that tells of it for live use, found spans of time, which are those of one log (tipwatch analyze)",
@@ -215,6 +203,7 @@ impl Session {
         self.check_switches(machine)?;
         self.check_load_sensors(machine)?;
         self.check_joint_commands(machine)?;
+        self.check_payload_signals(machine)?;
         let is_there = |joint: usize| self.actuated_joints.contains(&(joint as u32));
         sensors.actuators = machine.contact().actuator_signals(is_there);
         Ok(sensors)
@@ -267,6 +256,25 @@ impl Session {
             None => Ok(()),
             Some(it) => Err(Refusal::SensorUnknown.because(format!(
                 "session: expected no more than {known} commands of joints, found one with index {it}"
+            ))),
+        }
+    }
+
+    /// All signals are there that tell masses of payloads, and no others.
+    fn check_payload_signals(&self, machine: &Machine) -> Result<(), SessionRefused> {
+        let bound = machine.payload_signals();
+        let is_there = |index: usize| self.payload_signals.contains(&(index as u32));
+        if let Some(missing) = (0..bound.len()).find(|index| !is_there(*index)) {
+            return Err(Refusal::SensorMissing.because(format!(
+                "session: expected the bound signal {} that tells the mass of a payload, found none",
+                bound[missing].field.topic
+            )));
+        }
+        let known = bound.len();
+        match (self.payload_signals.iter()).find(|&&it| it as usize >= known) {
+            None => Ok(()),
+            Some(it) => Err(Refusal::SensorUnknown.because(format!(
+                "session: expected no more than {known} signals that tell masses of payloads, found one with index {it}"
             ))),
         }
     }

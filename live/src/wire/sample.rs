@@ -54,6 +54,7 @@ impl WireSample {
             Sensor::Switch(switch) => (Kind::Switch, switch),
             Sensor::Load(load) => (Kind::Load, load),
             Sensor::Command(command) => (Kind::Command, command),
+            Sensor::Payload(payload) => (Kind::Payload, payload),
         };
         let mut wire = Self {
             time_ns: sample.stamp_ns,
@@ -90,6 +91,7 @@ impl<'a> TryFrom<&'a WireSample> for Message<'a> {
             Kind::Switch => Sensor::Switch(wire.stream as usize),
             Kind::Load => Sensor::Load(wire.stream as usize),
             Kind::Command => Sensor::Command(wire.stream as usize),
+            Kind::Payload => Sensor::Payload(wire.stream as usize),
             Kind::End => return Ok(Self::End),
         };
         let values = wire
@@ -121,6 +123,7 @@ mod tests {
             Sensor::Switch(1),
             Sensor::Load(4),
             Sensor::Command(2),
+            Sensor::Payload(1),
         ] {
             let sample = Sample {
                 sensor,

@@ -68,6 +68,9 @@ pub struct Session {
     /// The joints whose rate a controller asks for, ascending: indices in
     /// [`Machine::joint_commands`](tipwatch_mechanics::Machine::joint_commands).
     pub joint_commands: Vec<u32>,
+    /// The signals that tell masses of payloads, ascending: indices in
+    /// [`Machine::payload_signals`](tipwatch_mechanics::Machine::payload_signals).
+    pub payload_signals: Vec<u32>,
     /// `frame_id` of the IMU.
     pub imu_frame: Option<String>,
 }
@@ -115,6 +118,9 @@ impl TryFrom<&Session> for WireSession {
                 .context("session: expected no more than 32 load sensors")?,
             joint_commands: bits_of(&session.joint_commands).context(
                 "session: expected no more than 32 joints that a controller asks to move",
+            )?,
+            payload_signals: bits_of(&session.payload_signals).context(
+                "session: expected no more than 32 signals that tell masses of payloads",
             )?,
             imu_frame: name_to_wire(session.imu_frame.as_deref().unwrap_or(""))?,
             ..Self::blank()
@@ -172,6 +178,7 @@ impl TryFrom<&WireSession> for Session {
             switches: list_of(wire.switches),
             load_sensors: list_of(wire.load_sensors),
             joint_commands: list_of(wire.joint_commands),
+            payload_signals: list_of(wire.payload_signals),
             imu_frame: Some(name_from_wire(&wire.imu_frame)?).filter(|frame| !frame.is_empty()),
         };
         for (stream, name) in wire
@@ -250,6 +257,7 @@ mod tests {
             switches: vec![0, 3],
             load_sensors: vec![2, 31],
             joint_commands: vec![1],
+            payload_signals: vec![0, 2],
             imu_frame: Some("imu_link".into()),
         }
     }

@@ -119,7 +119,7 @@ wire! {
 
 wire! {
     /// What a reader must know before the first sample. Its source identifies the session.
-    "tipwatch.Session.v4"
+    "tipwatch.Session.v5"
     pub struct WireSession {
         /// Samples of the session without the end message; 0 if unknown.
         pub total_samples: u64,
@@ -154,6 +154,11 @@ wire! {
         /// Bits: the joints of [signals.joints] with a command, numbered by name among these. A joint without one, and one whose
         /// command is too old, is predicted to go on as it moves.
         pub joint_commands: u32,
+        /// Bits: the signals that tell masses of payloads, numbered in the order of [[payload]]: the one of a stated mass; of an
+        /// estimated one the force, or the pressures at piston and rod, of the first linkage that lifts it, each numbered once.
+        pub payload_signals: u32,
+        /// Zero.
+        pub reserved: u32,
         /// frame_id of the IMU; empty if it has none.
         pub imu_frame: [u8; NAME_BYTES],
         /// Stream of each joint, ascending.
@@ -228,7 +233,7 @@ macro_rules! verdict_message {
         wire! {
             /// The verdict: how close the machine is to tipping. A number that cannot be computed is NaN.
             /// Consumers must treat a verdict past valid_until_ns as a fault.
-            "tipwatch.Verdict.v6"
+            "tipwatch.Verdict.v7"
             pub struct WireVerdict {
                 /// Time until which it may be acted on (ns), by CLOCK_MONOTONIC.
                 pub valid_until_ns: i64,
@@ -350,6 +355,11 @@ macro_rules! verdict_message {
                 pub unstated_mass_kg: f64,
                 /// Its standard deviation (kg).
                 pub unstated_mass_sigma_kg: f64,
+                /// Mass of the payloads that a signal states or that is estimated row by row, their sum (kg); NaN while it is unknown, and
+                /// on a machine without such payloads.
+                pub payload_mass_kg: f64,
+                /// Its standard deviation (kg).
+                pub payload_mass_sigma_kg: f64,
                 /// Time until a wheel lifts by each assumed motion (s), by the computed OTF; 0 if it has lifted; NaN if none
                 /// lifts within the horizon of the machine file.
                 pub predicted_lift_off_s: [f64; LAWS],
@@ -557,6 +567,8 @@ tipwatch_mechanics::named! {
         Load = 8,
         /// The rate that a controller asks of a joint.
         Command = 9,
+        /// What tells the mass of a payload.
+        Payload = 10,
     }
 }
 

@@ -10,7 +10,9 @@ use tipwatch_mechanics::studies::measured_loads::LoadDoubt;
 use tipwatch_mechanics::verdict::{
     Basis, Conditions, HeldProblems, InputFaults, Latch, Level, LiftOff, Verdict,
 };
-use tipwatch_mechanics::{Contribution, Machine, Outcome, Quantity, verdict_quantities};
+use tipwatch_mechanics::{
+    Contribution, Machine, Outcome, Parameter, Quantity, State, verdict_quantities,
+};
 
 use crate::wire::sample::SampleCounts;
 use crate::wire::session::name_to_wire;
@@ -86,6 +88,7 @@ impl WireVerdict {
         wire.each_number_mut(Some, MAX_PLACES, |_, number| *number = f64::NAN);
         wire.time_to_lift_off_s = f64::NAN;
         wire.set_load_doubt(&LoadDoubt::default());
+        (wire.payload_mass_kg, wire.payload_mass_sigma_kg) = (f64::NAN, f64::NAN);
         wire.predicted_age_s = f64::NAN;
         wire.prediction_gap = [PredictionGap::RowInvalid as u32; LAWS];
         for number in PredictedNumber::ALL {
@@ -161,6 +164,19 @@ impl WireVerdict {
         self.exchanged_sensors = exchanged.map(|&place| 1_u32 << places.wheel(place)).sum();
         self.unstated_mass_kg = unstated.map_or(f64::NAN, |load| load.mass_kg);
         self.unstated_mass_sigma_kg = unstated.map_or(f64::NAN, |load| load.mass_sigma_kg);
+    }
+
+    /// Sets what is known of the payloads whose mass is known row by row.
+    pub fn set_payloads(&mut self, machine: &Machine, state: &State<f64>) {
+        let payloads = machine.payloads().iter().enumerate();
+        let by_row = payloads.filter(|(_, payload)| payload.is_by_row);
+        let known = by_row.map(|(index, _)| {
+            let mass = state.payload_share[index];
+            let sigma = state.sigma(machine, Parameter::PayloadMass(index));
+            [mass, if mass == 0.0 { 0.0 } else { sigma + mass * 0.0 }]
+        });
+        let sum = known.reduce(|a, b| [a[0] + b[0], a[1].hypot(b[1])]);
+        [self.payload_mass_kg, self.payload_mass_sigma_kg] = sum.unwrap_or([f64::NAN; 2]);
     }
 
     /// The load sensor that is furthest off, where the loads of single sensors contradict the computed ones.
@@ -445,9 +461,9 @@ mod tests {
         let numbers = WireVerdict::FIELDS.iter().filter(|f| f.c_type == "double");
         // those are of no row of the table: they are extrapolated
         let is_ahead = |name: &str| name == "time_to_lift_off_s" || name.starts_with("predicted_");
-        // nor those: they explain two seconds of rows
-        let explains = |name: &str| name.starts_with("unstated_");
-        for field in numbers.filter(|field| !is_ahead(field.name) && !explains(field.name)) {
+        // nor those: they explain two seconds of rows, or are part of the state
+        let is_mass = |name: &str| name.starts_with("unstated_") || name.starts_with("payload_");
+        for field in numbers.filter(|field| !is_ahead(field.name) && !is_mass(field.name)) {
             let doc = field.doc.join("");
             let mut kinds = Quantity::KINDS.iter().filter(|kind| {
                 let stem = kind.pattern.replace("_{wheel}", "").replace("_{edge}", "");

@@ -11,7 +11,7 @@ use super::white_jerk::{Channel, seconds};
 use crate::estimation::last_sample::LastSample;
 use crate::estimation::plausibility::{Finding, Plausibility, RowEffect, SignalDoubt};
 use crate::estimation::support_configuration::SupportWatch;
-use crate::machine::{Machine, Proofs};
+use crate::machine::{Machine, PayloadQuantity, Proofs};
 use crate::state::{Credible, Reason, Sample, SampleError, Sensor, Sensors, StreamCounts};
 
 /// Takes samples in order of arrival and emits a row at each sample of the first stream of joint states,
@@ -37,6 +37,8 @@ pub struct CausalEstimator {
     loads: Vec<LastSample>,
     /// The same by command: the rate that is asked of a joint (rad/s or m/s).
     commands: Vec<LastSample>,
+    /// The same by signal of payloads.
+    payload_signals: Vec<LastSample>,
     /// Effect of each sensor's last sample on rows.
     standing: Vec<(Sensor, RowEffect)>,
     counts: Vec<(Sensor, StreamCounts)>,
@@ -71,6 +73,7 @@ impl CausalEstimator {
             supports: SupportWatch::new(machine, sensors),
             loads: vec![LastSample::default(); sensors.loads],
             commands: vec![LastSample::default(); sensors.commands],
+            payload_signals: vec![LastSample::default(); machine.payload_signals().len()],
             standing: sensors
                 .iter()
                 .map(|sensor| (sensor, RowEffect::default()))
@@ -202,6 +205,7 @@ impl CausalEstimator {
         let beside = match sample.sensor {
             Sensor::Load(load) => Some(self.loads.get_mut(load)),
             Sensor::Command(command) => Some(self.commands.get_mut(command)),
+            Sensor::Payload(signal) => Some(self.payload_signals.get_mut(signal)),
             _ => None,
         };
         if let Some(last) = beside {
@@ -343,6 +347,45 @@ impl CausalEstimator {
         if self.rotation.spell().is_some() {
             self.estimate.reasons.add(Reason::Tipping);
         }
+        self.weigh_by_signals(machine, elapsed_s);
         row(&self.estimate);
+    }
+
+    /// Gives the row the masses that signals state, and the forces by which others are estimated: these are unknown here. Without
+    /// a mass the loads are unknown.
+    fn weigh_by_signals(&mut self, machine: &Machine, elapsed_s: f64) {
+        let (estimate, max_gap_ns) = (&mut self.estimate, self.max_gap_ns);
+        let time_ns = estimate.time_ns;
+        for (index, payload) in machine.payloads().iter().enumerate() {
+            if let Some(lift) = &payload.lift {
+                let signals = lift.signals.iter();
+                let force = signals.map(|&(signal, coefficient)| {
+                    let last = self.payload_signals.get(signal);
+                    coefficient * last.map_or(f64::NAN, |last| last.near(time_ns, max_gap_ns))
+                });
+                let in_state = lift.joint.map(|joint| estimate.state.actuator_force[joint]);
+                estimate.lift_forces[index] = in_state.unwrap_or_else(|| force.sum());
+            }
+            if !payload.is_by_row {
+                continue;
+            }
+            let [from_s, to_s] = payload.window_s;
+            let mass = match &payload.signal {
+                _ if !(from_s..to_s).contains(&elapsed_s) => 0.0,
+                None => f64::NAN,
+                Some(signal) => {
+                    let mut signals = machine.payload_signals().iter();
+                    let place = signals.position(|it| it.quantity == PayloadQuantity::Mass(index));
+                    let last = place.and_then(|place| self.payload_signals.get(place));
+                    last.map_or(f64::NAN, |it| it.near(time_ns, signal.max_age_ns()))
+                }
+            };
+            let share = &mut estimate.state.payload_share[index];
+            // what is unknown stays unknown
+            *share = *share * 0.0 + machine.plausible_payload(mass);
+            if share.is_nan() && payload.signal.is_some() {
+                estimate.reasons.add(Reason::ToolWrenchGap);
+            }
+        }
     }
 }

@@ -34,6 +34,9 @@ pub struct Estimate {
     /// The rate that is asked of each of [`Machine::joints`](crate::machine::Machine::joints) (rad/s or m/s); NaN where none is, or where
     /// the last one is too old.
     pub commands: Vec<f64>,
+    /// The force of the actuator that lifts each of [`Machine::payloads`](crate::machine::Machine::payloads) (N), where its mass is
+    /// estimated by it; NaN where it is too old.
+    pub lift_forces: Vec<f64>,
 }
 
 /// Stamp of a regular clock: the k-th after `start_ns`, without accumulated rounding.
@@ -66,6 +69,7 @@ impl Estimate {
             shown: SessionProofs::NONE,
             stands_on: None,
             commands: vec![f64::NAN; machine.joints().len()],
+            lift_forces: vec![f64::NAN; machine.payloads().len()],
             measured_loads: vec![f64::NAN; machine.load_sensors().len()],
         }
     }

@@ -239,7 +239,7 @@ impl Filters {
             Sensor::ToolWrench => self.push_to(Followed::ToolWrench, t, values, None, first),
             Sensor::Actuator(k) => self.push_to(Followed::Actuator(k), t, values, None, first),
             // the state is the same on whichever supports
-            Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => Ok(()),
+            Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Payload(_) => Ok(()),
         }
     }
 
@@ -422,7 +422,7 @@ impl StateBuilder {
         }
         for (share, payload) in state.payload_share.iter_mut().zip(machine.payloads()) {
             let [from, to] = payload.window_s;
-            *share = if !payload.is_signalled && (from..to).contains(&elapsed_s) {
+            *share = if !payload.is_by_row && (from..to).contains(&elapsed_s) {
                 1.0
             } else {
                 0.0

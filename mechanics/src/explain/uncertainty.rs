@@ -10,8 +10,12 @@
 //! link's inertia tensor, which share one factor, and for parameters that were identified together, whose joint
 //! covariance [`Identified`](crate::machine::Identified) states.
 
+use std::ops::Range;
+
 use crate::explain::sensitivity::GroupDerivatives;
-use crate::machine::{Identified, InertiaElement, MAX_WHEELS, Machine, Parameter, Unknown};
+use crate::machine::{
+    Identified, InertiaElement, MAX_WHEELS, Machine, Parameter, Payload, Unknown,
+};
 use crate::number::{Real, Wheels};
 use crate::state::State;
 
@@ -295,6 +299,8 @@ pub fn largest_utilisation<T: Real>(machine: &Machine, sure: impl Fn(usize) -> T
 pub(crate) struct SignalPlaces {
     joints: usize,
     tool: bool,
+    /// The masses of the payloads, if some are estimated row by row.
+    weighed: Range<usize>,
 }
 
 impl SignalPlaces {
@@ -302,6 +308,13 @@ impl SignalPlaces {
         Self {
             joints: machine.joints.len(),
             tool: machine.tool.is_some(),
+            weighed: match machine.payloads.iter().any(Payload::is_weighed) {
+                true => {
+                    let first = Parameter::first_payload(machine);
+                    first..first + machine.payloads.len()
+                }
+                false => 0..0,
+            },
         }
     }
 
@@ -352,6 +365,10 @@ impl SignalPlaces {
             for &by in &rest[9..15] {
                 variance += by * by * each(noise.tool_wrench);
             }
+        }
+        // of others on the same machine as well, rather than less
+        for &by in &derivatives[self.weighed.clone()] {
+            variance += by * by * each(noise.payload_mass);
         }
         variance
     }

@@ -7,6 +7,8 @@ use tipwatch_language::{say, word};
 
 use super::inertia::{Inertia, MassMoments};
 use super::link_sigma::LinkSigma;
+use super::payload_signal::Lift;
+use super::spec::MassSignal;
 
 /// A rigid body: links connected by fixed joints. The z axis of its frame is the axis of its joint; the root's
 /// frame is the base frame.
@@ -210,17 +212,27 @@ pub struct Payload {
     pub inertia: Inertia,
     /// The same as moments.
     pub moments: MassMoments,
-    /// Whether a signal states its mass. Its inertia is then that of a kilogram, and its share in a state is its mass (kg).
-    pub is_signalled: bool,
+    /// Whether its mass is known row by row. Its inertia is then that of a kilogram, and its share in a state is its mass (kg).
+    pub is_by_row: bool,
+    /// The signal that states its mass.
+    pub signal: Option<MassSignal>,
+    /// The actuator by whose force its mass is estimated.
+    pub lift: Option<Lift>,
     /// Times of attachment and release (s after the first sample).
     pub window_s: [f64; 2],
 }
 
 impl Payload {
+    /// Whether its mass is estimated row by row: how uncertain it is belongs to the state.
+    #[must_use]
+    pub fn is_weighed(&self) -> bool {
+        self.is_by_row && self.is_estimated
+    }
+
     /// Whether it is attached all the time, with a mass that is known beforehand.
     #[must_use]
     pub fn is_always(&self) -> bool {
-        !self.is_signalled && self.window_s.iter().all(|time| time.is_infinite())
+        !self.is_by_row && self.window_s.iter().all(|time| time.is_infinite())
     }
 }
 

@@ -1,16 +1,19 @@
 //! The machine that is computed: valid by construction.
 
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use super::ImpossibleInertia;
 use super::body::{Body, JointCoupling, JointKind, Link, MeasuredJoint, Mount, Mounting, Payload};
 use super::contact::Contact;
 use super::identified::{Identified, SensorCorrections};
+use super::inertia::MassMoments;
 use super::joint_command::JointCommand;
 use super::linkage::{Linkage, LinkageInput};
 use super::load_sensor::LoadSensor;
 use super::note::Note;
+use super::payload_signal::PayloadSignal;
 use super::plausibility_spec::PlausibilitySpec;
 use super::prediction_spec::PredictionSpec;
 use super::quasi_static::QuasiStaticSpec;
@@ -24,6 +27,11 @@ use super::wheel::Wheel;
 
 /// Limits of a joint that turns on are given as a turn, rounded (rad).
 const TURN_TOLERANCE_RAD: f64 = 0.1;
+
+/// A mass of more than so many times the machine's is an error value of a scale.
+pub const MOST_MASSES: f64 = 3.0;
+/// An empty scale may show less than nothing by this share of the machine's mass.
+const EMPTY_SHARE: f64 = 0.01;
 
 /// A machine that is ready for computation: valid by construction and cheap to share.
 ///
@@ -65,6 +73,7 @@ pub struct Machine {
     pub(crate) suspension: Option<Suspension>,
     pub(crate) load_sensors: Vec<LoadSensor>,
     pub(crate) joint_commands: Vec<JointCommand>,
+    pub(crate) payload_signals: Vec<PayloadSignal>,
     pub(crate) identified: Option<Identified>,
     pub(crate) corrections: Option<SensorCorrections>,
 }
@@ -245,6 +254,38 @@ impl Machine {
     #[must_use]
     pub fn payloads(&self) -> &[Payload] {
         &self.payloads
+    }
+
+    /// The signals that tell masses of payloads: by payload, the mass that a signal states, or the force of the actuator by which it
+    /// is estimated.
+    #[must_use]
+    pub fn payload_signals(&self) -> &[PayloadSignal] {
+        &self.payload_signals
+    }
+
+    /// Makes unknown masses of payloads known row by row from here on, by a [`PayloadWatch`](crate::studies::payload_watch::PayloadWatch)
+    /// behind the causal estimator.
+    pub fn weigh_payloads_by_row(&mut self) {
+        for payload in (self.payloads.iter_mut()).filter(|payload| payload.is_estimated) {
+            payload.is_by_row = true;
+            payload.inertia.mass = 1.0;
+            payload.moments = MassMoments::from(&payload.inertia);
+        }
+    }
+
+    /// The masses that a payload can have (kg). Others are an error value of a scale.
+    #[must_use]
+    pub fn possible_payload(&self) -> RangeInclusive<f64> {
+        -EMPTY_SHARE * self.mass()..=MOST_MASSES * self.mass()
+    }
+
+    /// A mass of a payload (kg), NaN if none can have it.
+    #[must_use]
+    pub fn plausible_payload(&self, mass: f64) -> f64 {
+        match self.possible_payload().contains(&mass) {
+            true => mass,
+            false => f64::NAN,
+        }
     }
 
     /// Thresholds for findings.

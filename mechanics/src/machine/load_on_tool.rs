@@ -61,7 +61,9 @@ impl Machine {
             moments: MassMoments::from(&inertia),
             mass_sigma: None,
             is_estimated: false,
-            is_signalled: false,
+            is_by_row: false,
+            signal: None,
+            lift: None,
             window_s: [f64::NEG_INFINITY, f64::INFINITY],
         });
         machine

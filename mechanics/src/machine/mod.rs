@@ -31,6 +31,7 @@ mod one_of;
 mod outline;
 mod parameter;
 mod parameters_of;
+mod payload_signal;
 mod plausibility_spec;
 mod prediction_spec;
 mod proofs;
@@ -73,7 +74,7 @@ pub use body::{
     Payload,
 };
 pub use check::LogFacts;
-pub use checked::Machine;
+pub use checked::{MOST_MASSES, Machine};
 pub use contact::Contact;
 pub use error::MachineError;
 pub use exactly::{exactly, exactly_if_any};
@@ -93,6 +94,7 @@ pub use one_of::{OneOf, one_of};
 pub use outline::{JointMotion, Outline, OutlineJoint, OutlineLink, Shape};
 pub use parameter::{Axis, InertiaElement, Parameter};
 pub(crate) use parameters_of::links_with_mass;
+pub use payload_signal::{Lift, PayloadQuantity, PayloadSignal};
 pub use plausibility_spec::{PlausibilitySpec, Policy};
 pub use prediction_spec::{JointStopSpec, PredictionSpec};
 pub use proofs::{Proof, Proofs, SessionProofs};

@@ -22,6 +22,15 @@ impl Parameter {
         Self::on(machine, &all, has_rule)
     }
 
+    /// The index of the first payload's mass in [`Self::all`].
+    pub(crate) fn first_payload(machine: &Machine) -> usize {
+        let tool = if machine.tool.is_some() { 6 } else { 0 };
+        let arm = if machine.arm_mounting.is_some() { 3 } else { 0 };
+        let links = links_with_mass(machine).count() * (4 + InertiaElement::ALL.len());
+        let actuated = machine.contact.actuated_joints.len();
+        3 * machine.joints.len() + 9 + tool + actuated + 6 + arm + links
+    }
+
     fn on(machine: &Machine, supports: &[SupportId], has_rule: bool) -> Vec<Self> {
         let mut all = Vec::new();
         for joint in 0..machine.joints.len() {

@@ -345,6 +345,14 @@ pub struct MassSignal {
     pub max_age: f64,
 }
 
+impl MassSignal {
+    /// How long a sample holds (ns).
+    #[must_use]
+    pub fn max_age_ns(&self) -> i64 {
+        (self.max_age * 1e9).min(9e18) as i64
+    }
+}
+
 /// A scale reports at least that often (s).
 fn mass_max_age() -> f64 {
     2.0
@@ -617,6 +625,17 @@ impl MachineSpec {
     pub fn force_of<'a>(&'a self, linkage: &'a LinkageSpec) -> Option<&'a FieldSpec> {
         let of_rod = || self.signals.joints.get(&linkage.rod)?.effort.as_ref();
         linkage.force.as_ref().or_else(of_rod)
+    }
+
+    /// Where a log contains the signals of a linkage's force: the force itself, or the pressures on the piston's and on the rod's
+    /// side; none if it binds neither.
+    #[must_use]
+    pub fn signals_of<'a>(&'a self, linkage: &'a LinkageSpec) -> Vec<&'a FieldSpec> {
+        match (self.force_of(linkage), &linkage.pressure) {
+            (Some(force), _) => vec![force],
+            (None, Some(pressure)) => vec![&pressure.piston, &pressure.rod],
+            (None, None) => Vec::new(),
+        }
     }
 
     /// Parses the text of a machine file; `file` is its name for messages.

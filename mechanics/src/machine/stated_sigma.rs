@@ -43,7 +43,10 @@ pub(crate) fn stated_sigma(machine: &Machine, parameter: Parameter) -> f64 {
         Parameter::PayloadMass(payload) => {
             let payload = &machine.payloads[payload];
             let default = spec.payload_mass_share * payload.inertia.mass;
-            payload.mass_sigma.unwrap_or(default)
+            match payload.is_weighed() {
+                true => 0.0,
+                false => payload.mass_sigma.unwrap_or(default),
+            }
         }
         Parameter::WheelPosition(..) => spec.wheel_position,
         Parameter::WheelRadius(wheel) => {

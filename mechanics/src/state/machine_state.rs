@@ -91,6 +91,8 @@ pub struct SignalNoise<T> {
     pub turning: [T; 3],
     /// Of a component of the tool wrench (N^2 or N^2 m^2).
     pub tool_wrench: T,
+    /// Of the mass of a payload that is estimated row by row (kg^2).
+    pub payload_mass: T,
 }
 
 /// Estimate of an accelerometer's bias, in IMU axes; zero where it is as uncertain as the machine file states.
@@ -151,7 +153,7 @@ impl<T: Real> State<T> {
     #[must_use]
     pub fn size(machine: &Machine) -> usize {
         let (joints, actuated) = (machine.joints.len(), machine.contact.actuated_joints.len());
-        4 * joints + 9 + 6 + actuated + machine.payloads.len() + 1 + 9 + 20 + 9
+        4 * joints + 9 + 6 + actuated + machine.payloads.len() + 1 + 9 + 21 + 9
     }
 
     /// The same state in another number type.
@@ -194,6 +196,7 @@ impl<T: Real> State<T> {
                 },
                 turning: self.noise.turning.map(&convert),
                 tool_wrench: convert(self.noise.tool_wrench),
+                payload_mass: convert(self.noise.payload_mass),
             },
             lag: Lag {
                 joints: self.lag.joints.iter().map(|&l| convert(l)).collect(),
@@ -263,8 +266,12 @@ impl<T: Real> State<T> {
     #[must_use]
     pub fn sigma(&self, machine: &Machine, parameter: Parameter) -> T {
         let stated = T::constant(parameter.sigma(machine));
-        let Parameter::SpecificForce(axis) = parameter else {
-            return stated;
+        let axis = match parameter {
+            Parameter::SpecificForce(axis) => axis,
+            Parameter::PayloadMass(payload) if machine.payloads[payload].is_weighed() => {
+                return (stated * stated + self.noise.payload_mass).sqrt();
+            }
+            _ => return stated,
         };
         let left = stated * stated + self.noise.accelerometer_bias.covariance_change[axis as usize];
         // Rounding may leave less than nothing.
@@ -302,6 +309,7 @@ impl<T: Real> State<T> {
         bias.covariance_change.iter_mut().for_each(&mut visit);
         noise.turning.iter_mut().for_each(&mut visit);
         visit(&mut noise.tool_wrench);
+        visit(&mut noise.payload_mass);
         let lag = &mut self.lag;
         lag.joints.iter_mut().for_each(&mut visit);
         lag.specific_force.iter_mut().for_each(&mut visit);
@@ -359,6 +367,7 @@ impl<T: Real> SignalNoise<T> {
             accelerometer_bias: AccelerometerBias::unknown(),
             turning: [zero; 3],
             tool_wrench: zero,
+            payload_mass: zero,
         }
     }
 }

@@ -11,7 +11,7 @@ named! {
         ImuGap,
         /// No odometry close enough in time, where it replaces another sensor.
         OdometryGap,
-        /// No tool wrench, or no mass of a payload that a signal states, close enough in time.
+        /// No tool wrench, or no mass of a payload that a signal states or a cylinder weighs, close enough in time.
         ToolWrenchGap,
         /// Implausible joint states.
         JointsFault,

@@ -23,6 +23,8 @@ pub struct Sensors {
     /// Number of joints whose rate a controller asks for: those of [`Machine::joint_commands`]. The state is not estimated from
     /// them.
     pub commands: usize,
+    /// The signals that tell masses of payloads, by their index in [`Machine::payload_signals`].
+    pub payload_signals: Vec<usize>,
 }
 
 /// A stream of joint states.
@@ -52,6 +54,8 @@ pub enum Sensor {
     Load(usize),
     /// The rate that is asked of the joint with this index in [`Machine::joint_commands`].
     Command(usize),
+    /// The signal with this index in [`Machine::payload_signals`], which tells the mass of a payload.
+    Payload(usize),
 }
 
 /// One message of one sensor.
@@ -67,7 +71,8 @@ pub enum Sensor {
 /// - actuator: force (N), positive when it extends the rod, or pressure in a chamber (Pa);
 /// - switch: the number that the machine file binds, which counts as on from its threshold on;
 /// - load: the load of one or more supports (N);
-/// - command: the rate that is asked of a joint (rad/s or m/s), NaN while none is.
+/// - command: the rate that is asked of a joint (rad/s or m/s), NaN while none is;
+/// - payload: its mass (kg), or force (N) or pressure (Pa) of the cylinder that lifts it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample<'a> {
     /// The sensor.
@@ -158,12 +163,14 @@ impl Sensors {
             .chain(actuators)
     }
 
-    /// All sensors in their fixed order: those of [`Sensors::iter`], the switches, the load sensors, the commands.
+    /// All sensors in their fixed order: those of [`Sensors::iter`], the switches, the load sensors, the commands, the
+    /// signals of payloads.
     pub fn all(&self) -> impl Iterator<Item = Sensor> {
         let switches = (0..self.switches).map(Sensor::Switch);
         let loads = (0..self.loads).map(Sensor::Load);
         let commands = (0..self.commands).map(Sensor::Command);
-        self.iter().chain(switches).chain(loads).chain(commands)
+        let payloads = self.payload_signals.iter().copied().map(Sensor::Payload);
+        (self.iter().chain(switches).chain(loads)).chain(commands.chain(payloads))
     }
 
     /// Number of values in a sample of `sensor`; `None` if there is no such sensor.
@@ -178,6 +185,7 @@ impl Sensors {
             Sensor::Switch(switch) => (switch < self.switches).then_some(1),
             Sensor::Load(load) => (load < self.loads).then_some(1),
             Sensor::Command(command) => (command < self.commands).then_some(1),
+            Sensor::Payload(signal) => self.payload_signals.contains(&signal).then_some(1),
         }
     }
 }
@@ -224,6 +232,7 @@ impl MatchedSensors {
                 switches: machine.supports().switches.len(),
                 loads: machine.load_sensors().len(),
                 commands: machine.joint_commands().len(),
+                payload_signals: (0..machine.payload_signals().len()).collect(),
             },
             streams: Vec::new(),
         };

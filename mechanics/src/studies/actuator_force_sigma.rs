@@ -22,9 +22,9 @@ pub fn actuator_force_sigma(machine: &Machine, state: &State<f64>, linkage: usiz
         .filter(|&payload| state.payload_share[payload] > 0.0);
     let by_payloads = carried.map(|payload| {
         let mass = Parameter::PayloadMass(payload);
-        let sigma = match machine.payloads[payload].is_signalled {
+        let sigma = match machine.payloads[payload].is_by_row {
             // its mass is counted as shares of a kilogram
-            true => mass.sigma(machine) / state.payload_share[payload],
+            true => state.sigma(machine, mass) / state.payload_share[payload],
             false => mass.sigma(machine),
         };
         force(&machine.changed(&[(mass, sigma)])) - known
@@ -37,14 +37,18 @@ pub fn actuator_force_sigma(machine: &Machine, state: &State<f64>, linkage: usiz
 }
 
 /// What each mass and each coordinate of a centre of mass changes, off by one standard deviation.
-pub(super) fn changes_by_links(
+fn changes_by_links(
     machine: &Machine,
     change: impl Fn(&Machine) -> f64,
 ) -> impl Iterator<Item = f64> {
+    with_changed_links(machine).map(move |changed| change(&changed))
+}
+
+/// The machine with each mass and each coordinate of a centre of mass off by one standard deviation.
+pub(super) fn with_changed_links(machine: &Machine) -> impl Iterator<Item = Machine> {
     let parameters = links_with_mass(machine).flat_map(|link| {
         let com = Axis::ALL.map(|axis| Parameter::LinkCom(link, axis));
         std::iter::once(Parameter::LinkMass(link)).chain(com)
     });
-    parameters
-        .map(move |parameter| change(&machine.changed(&[(parameter, parameter.sigma(machine))])))
+    parameters.map(move |parameter| machine.changed(&[(parameter, parameter.sigma(machine))]))
 }

@@ -10,6 +10,7 @@ pub mod measured_loads;
 pub mod monte_carlo;
 mod needed_proofs;
 pub(crate) mod payload_estimate;
+pub mod payload_watch;
 pub(crate) mod placement;
 pub(crate) mod self_equilibrated;
 pub(crate) mod standing;

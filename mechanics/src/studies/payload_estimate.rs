@@ -5,23 +5,23 @@
 //!     F_measured - f(without it) = m df/dm + mu |F| sign(rod velocity) + noise                    P(2)
 //! ```
 //! is solved for m and the friction mu by least squares, with mu constrained to zero within its stated
-//! standard deviation. Errors that do not average out (masses and centres of mass of the links, position of
-//! the payload) are added to the variance by finite differences.
+//! standard deviation. Errors that do not average out are added to the variance: masses and centres of mass of the links and the
+//! position of the payload by finite differences, and the friction while the rod rests, whose direction is unknown then.
 
 use nalgebra::{Matrix2, Vector2};
 
 use crate::evaluate::evaluation::evaluate;
 use crate::evaluate::workspace::Workspace;
 use crate::explain::sensitivity::followed_by;
-use crate::machine::{Machine, Parameter};
+use crate::machine::{Axis, Machine, Parameter};
 use crate::state::State;
 use crate::studies::actuator_force::{actuator_force, carries_payload, force_by_payload_mass};
-use crate::studies::actuator_force_sigma::changes_by_links;
+use crate::studies::actuator_force_sigma::with_changed_links;
 
 /// Below this rod speed (m/s) the sign of the friction is undetermined.
 const LEAST_ROD_SPEED: f64 = 1e-3;
 /// Time (s) after which force errors count as independent.
-const CORRELATION_S: f64 = 0.2;
+pub(super) const CORRELATION_S: f64 = 0.2;
 
 /// A measured actuator force with its state.
 #[derive(Debug, Clone)]
@@ -71,124 +71,235 @@ pub fn estimate_payload(
     if !carries_payload(machine, linkage, payload) {
         return None;
     }
-    let empty = machine.with_payload_mass(payload, 0.0, 0.0);
-    let rows: Vec<Row> = samples
-        .iter()
-        .filter(|sample| sample.state.payload_share[payload] > 0.0)
-        .filter_map(|sample| Row::of(&empty, linkage, payload, sample))
-        .collect();
-    let fit = Fit::of(&rows, &quality)?;
-    let middle = rows.get(rows.len() / 2)?;
-    let constant = systematic_variance(&empty, linkage, payload, middle, fit.mass);
-    let repeats = (CORRELATION_S / quality.interval_s).max(1.0);
+    let mut scale = Scale::new(machine, linkage, payload);
+    let (mut sums, mut used) = (Sums::default(), Vec::new());
+    for sample in samples {
+        if sample.state.payload_share[payload] > 0.0
+            && let Some(row) = scale.row(&sample.state, sample.force)
+        {
+            sums.add(&row);
+            used.push(&sample.state);
+        }
+    }
+    let fit = sums.fit(&quality)?;
+    scale.update_systematic(used.get(used.len() / 2)?, 1);
+    let constant = scale.systematic_variance(fit.mass);
     Some(PayloadEstimate {
         mass: fit.mass,
-        sigma: (fit.variance * repeats + constant).sqrt(),
+        sigma: (fit.variance + constant).sqrt(),
         friction_share: fit.friction,
         residual: fit.residual,
-        samples: rows.len(),
+        samples: used.len(),
     })
 }
 
+/// A machine whose actuator weighs a payload.
+#[derive(Debug)]
+pub(super) struct Scale {
+    linkage: usize,
+    payload: usize,
+    /// The machine without the payload.
+    empty: Machine,
+    /// The same with each mass and centre of mass of its links off by one standard deviation.
+    changed: Vec<Machine>,
+    /// The same with the payload off along each axis.
+    moved: [Machine; 3],
+    /// What each of these does to the mass (kg), and to the mass in proportion; NaN before it was computed.
+    by_changed: Vec<f64>,
+    by_moved: [f64; 3],
+    /// The next of both to be computed.
+    next: usize,
+    workspace: Workspace<f64>,
+}
+
+impl Scale {
+    pub(super) fn new(machine: &Machine, linkage: usize, payload: usize) -> Self {
+        let empty = machine.with_payload_mass(payload, 0.0, 0.0);
+        let moved = Axis::ALL.map(|axis| {
+            let mut moved = empty.clone();
+            moved.payloads[payload].inertia.com[axis as usize] += empty.uncertainty.com;
+            moved
+        });
+        let changed: Vec<Machine> = with_changed_links(&empty).collect();
+        Self {
+            linkage,
+            payload,
+            by_changed: vec![f64::NAN; changed.len()],
+            changed,
+            moved,
+            by_moved: [f64::NAN; 3],
+            next: 0,
+            workspace: Workspace::new(&empty),
+            empty,
+        }
+    }
+
+    /// The equation of a state with its measured force (N); `None` if it says nothing.
+    pub(super) fn row(&mut self, state: &State<f64>, measured: f64) -> Option<Row> {
+        let empty = &self.empty;
+        let places = (self.linkage, self.payload);
+        let [known, by_mass] = force(empty, state, &mut self.workspace, places);
+        let linkage = &empty.linkages[self.linkage];
+        let rate = state.joints[linkage.measured_joint].rate;
+        let speed = followed_by(linkage, state)[2].coordinate * rate;
+        let is_at_rest = speed.abs() < LEAST_ROD_SPEED;
+        let row = Row {
+            excess: measured - known,
+            by_mass,
+            force: measured.abs(),
+            direction: if is_at_rest { 0.0 } else { speed.signum() },
+        };
+        (row.excess.is_finite() && row.by_mass.is_finite()).then_some(row)
+    }
+
+    /// Computes again in this posture what uncertain links in the pivot's distal subtree and the uncertain position of the payload do
+    /// to the mass: one of so many parts of it, the next with the next call. Does not allocate.
+    pub(super) fn update_systematic(&mut self, state: &State<f64>, parts: usize) {
+        let places = (self.linkage, self.payload);
+        let workspace = &mut self.workspace;
+        let [known, by_mass] = force(&self.empty, state, workspace, places);
+        let all = self.changed.len() + self.moved.len();
+        for _ in 0..all.div_ceil(parts) {
+            match self.next.checked_sub(self.changed.len()) {
+                None => {
+                    let [changed, _] = force(&self.changed[self.next], state, workspace, places);
+                    self.by_changed[self.next] = (changed - known) / by_mass;
+                }
+                Some(axis) => {
+                    let [_, moved] = force(&self.moved[axis], state, workspace, places);
+                    self.by_moved[axis] = (moved - by_mass) / by_mass;
+                }
+            }
+            self.next = (self.next + 1) % all;
+        }
+    }
+
+    /// Variance of a mass (kg) due to these; NaN before all were computed (kg^2).
+    pub(super) fn systematic_variance(&self, mass: f64) -> f64 {
+        let by_links = self.by_changed.iter().map(|by| by.powi(2));
+        let by_place = self.by_moved.iter().map(|by| (mass * by).powi(2));
+        by_links.chain(by_place).sum()
+    }
+}
+
+/// Force of a linkage's actuator (N), and its derivative with respect to a payload's mass (N/kg).
+fn force(
+    machine: &Machine,
+    state: &State<f64>,
+    workspace: &mut Workspace<f64>,
+    (linkage, payload): (usize, usize),
+) -> [f64; 2] {
+    evaluate(machine, state, workspace);
+    let known = actuator_force(machine, state, workspace, linkage);
+    let by_mass = force_by_payload_mass(machine, state, workspace, linkage, payload);
+    [known, by_mass]
+}
+
 /// One equation of the fit.
-struct Row {
-    state: State<f64>,
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
     /// Measured force minus the force without the payload (N).
     excess: f64,
     /// Derivative with respect to the mass (N/kg).
     by_mass: f64,
-    /// Derivative with respect to the friction fraction (N).
-    by_friction: f64,
+    /// The measured force without its sign (N).
+    force: f64,
+    /// Direction in which the rod moves; 0 at rest.
+    direction: f64,
 }
 
 impl Row {
-    fn of(empty: &Machine, linkage: usize, payload: usize, sample: &MeasuredForce) -> Option<Self> {
-        let mut workspace = Workspace::new(empty);
-        evaluate(empty, &sample.state, &mut workspace);
-        let known = actuator_force(empty, &sample.state, &workspace, linkage);
-        let by_mass = force_by_payload_mass(empty, &sample.state, &workspace, linkage, payload);
-        let followed = followed_by(&empty.linkages[linkage], &sample.state);
-        let measured = &sample.state.joints[empty.linkages[linkage].measured_joint];
-        let speed = followed[2].coordinate * measured.rate;
-        let direction = if speed.abs() < LEAST_ROD_SPEED {
-            0.0
-        } else {
-            speed.signum()
-        };
-        let row = Self {
-            state: sample.state.clone(),
-            excess: sample.force - known,
-            by_mass,
-            by_friction: sample.force.abs() * direction,
-        };
-        (row.excess.is_finite() && row.by_mass.is_finite()).then_some(row)
+    /// Derivatives with respect to the mass and to the friction fraction.
+    fn factors(&self) -> Vector2<f64> {
+        Vector2::new(self.by_mass, self.force * self.direction)
+    }
+
+    /// Whether a fit explains it, but for `sigmas` standard deviations of one sample, its friction and the fit.
+    pub(super) fn is_explained(&self, by: &Fit, quality: &ForceQuality, sigmas: f64) -> bool {
+        let left = self.excess - self.factors().dot(&Vector2::new(by.mass, by.friction));
+        let variance = quality.sigma.powi(2)
+            + (quality.friction_share * self.force).powi(2)
+            + by.variance * self.by_mass.powi(2);
+        left.powi(2) <= sigmas.powi(2) * variance
     }
 }
 
-/// Least squares for mass and friction.
-struct Fit {
-    mass: f64,
-    friction: f64,
-    /// Variance of the mass for independent samples (kg^2).
-    variance: f64,
-    /// (N)
-    residual: f64,
+/// The sums of the least squares for mass and friction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sums {
+    rows: f64,
+    normal: Matrix2<f64>,
+    right: Vector2<f64>,
+    /// Of the squared excesses (N^2).
+    squares: f64,
+    /// What friction of one share of the force would add to the right side in the rows in which the rod rests.
+    at_rest: Vector2<f64>,
 }
 
-impl Fit {
-    fn of(rows: &[Row], quality: &ForceQuality) -> Option<Self> {
-        let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-        for row in rows {
-            let factors = Vector2::new(row.by_mass, row.by_friction);
-            normal += factors * factors.transpose();
-            right += factors * row.excess;
+impl Default for Sums {
+    fn default() -> Self {
+        Self {
+            rows: 0.0,
+            normal: Matrix2::zeros(),
+            right: Vector2::zeros(),
+            squares: 0.0,
+            at_rest: Vector2::zeros(),
         }
+    }
+}
+
+impl Sums {
+    pub(super) fn add(&mut self, row: &Row) {
+        let factors = row.factors();
+        self.rows += 1.0;
+        self.normal += factors * factors.transpose();
+        self.right += factors * row.excess;
+        self.squares += row.excess.powi(2);
+        if row.direction == 0.0 {
+            self.at_rest += factors * row.force;
+        }
+    }
+
+    /// Lets all rows so far count for less.
+    pub(super) fn forget(&mut self, kept: f64) {
+        self.rows *= kept;
+        self.normal *= kept;
+        self.right *= kept;
+        self.squares *= kept;
+        self.at_rest *= kept;
+    }
+
+    pub(super) fn fit(&self, quality: &ForceQuality) -> Option<Fit> {
+        let mut normal = self.normal;
         // Prior: friction is zero within its stated standard deviation.
         normal[(1, 1)] += (quality.sigma / quality.friction_share).powi(2);
         let inverse = normal.try_inverse()?;
-        let solution = inverse * right;
-        let left = |row: &Row| row.excess - solution.x * row.by_mass - solution.y * row.by_friction;
-        let squares: f64 = rows.iter().map(|row| left(row).powi(2)).sum();
-        let residual = (squares / rows.len() as f64).sqrt();
+        let solution = inverse * self.right;
+        let explained = 2.0 * solution.dot(&self.right) - solution.dot(&(self.normal * solution));
+        let residual = ((self.squares - explained).max(0.0) / self.rows).sqrt();
         let sigma = residual.max(quality.sigma);
-        Some(Self {
+        let repeats = (CORRELATION_S / quality.interval_s).max(1.0);
+        let at_rest = quality.friction_share * (inverse * self.at_rest).x;
+        Some(Fit {
             mass: solution.x,
             friction: solution.y,
-            variance: inverse[(0, 0)] * sigma * sigma,
+            variance: inverse[(0, 0)] * sigma * sigma * repeats + at_rest * at_rest,
             residual,
         })
         .filter(|fit| fit.mass.is_finite() && fit.variance.is_finite())
     }
 }
 
-/// Variance of the mass due to uncertain links in the pivot's distal subtree and to the uncertain position
-/// of the payload, in one posture (kg^2).
-fn systematic_variance(
-    empty: &Machine,
-    linkage: usize,
-    payload: usize,
-    row: &Row,
-    mass: f64,
-) -> f64 {
-    let force = |machine: &Machine| {
-        let mut workspace = Workspace::new(machine);
-        evaluate(machine, &row.state, &mut workspace);
-        let known = actuator_force(machine, &row.state, &workspace, linkage);
-        let by_mass = force_by_payload_mass(machine, &row.state, &workspace, linkage, payload);
-        [known, by_mass]
-    };
-    let [known, by_mass] = force(empty);
-    let mut variance = 0.0;
-    for change in changes_by_links(empty, |machine| force(machine)[0] - known) {
-        variance += (change / by_mass).powi(2);
-    }
-    for axis in 0..3 {
-        let mut moved = empty.clone();
-        moved.payloads[payload].inertia.com[axis] += empty.uncertainty.com;
-        let [_, changed] = force(&moved);
-        variance += (mass * (changed - by_mass) / by_mass).powi(2);
-    }
-    variance
+/// Least squares for mass and friction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fit {
+    /// (kg)
+    pub(super) mass: f64,
+    friction: f64,
+    /// Variance of the mass without that of the links and of the payload's position (kg^2).
+    pub(super) variance: f64,
+    /// (N)
+    residual: f64,
 }
 
 impl Machine {

@@ -12,13 +12,12 @@
 
 use rayon::prelude::*;
 use tipwatch_binding::MachineFile;
-use tipwatch_mechanics::machine::{LinkageSpec, Machine};
+use tipwatch_mechanics::machine::{LinkageSpec, Machine, Payload};
 use tipwatch_mechanics::{
     Scope, State, Workspace, actuator_force, actuator_force_sigma, carries_payload, evaluate_one,
 };
 
 use super::super::measured_loads::sampled_rows;
-use super::super::payload::EstimatedPayload;
 use super::compared::{Compared, events};
 use super::standstill;
 use crate::base::estimated::EstimatedRows;
@@ -36,13 +35,12 @@ pub(super) fn contradictions(
     machine: &Machine,
     forces: &[LinkageForce],
     rows: &EstimatedRows,
-    payloads: &[EstimatedPayload],
 ) -> Vec<Event> {
     let mut found = Vec::new();
     for force in forces {
         let (spec, linkage) = (&file.spec.linkage[force.linkage], force.linkage);
         let Ok(series) = &force.series else { continue };
-        if !is_redundant(machine, linkage, payloads, spec) {
+        if !is_redundant(machine, linkage) {
             continue;
         }
         let compared = compare(machine, linkage, spec, series, rows);
@@ -58,19 +56,15 @@ pub(super) fn contradictions(
 }
 
 /// Whether nothing else rests on the force: it neither splits the load of wheels nor tells the mass of a payload.
-fn is_redundant(
-    machine: &Machine,
-    linkage: usize,
-    payloads: &[EstimatedPayload],
-    spec: &LinkageSpec,
-) -> bool {
+fn is_redundant(machine: &Machine, linkage: usize) -> bool {
     let pivot = machine.linkages()[linkage].bodies.pivot;
     let carries_wheel =
         (machine.wheels().iter()).any(|wheel| machine.is_carried_by(wheel.body, pivot));
-    let tells_mass = |found: &EstimatedPayload| {
-        found.linkage == spec.name || carries_payload(machine, linkage, found.payload)
+    let tells_mass = |(payload, spec): (usize, &Payload)| {
+        let weighs = (spec.lift.as_ref()).is_some_and(|lift| lift.linkage == linkage);
+        spec.is_estimated && (weighs || carries_payload(machine, linkage, payload))
     };
-    !carries_wheel && !payloads.iter().any(tells_mass)
+    !carries_wheel && !machine.payloads().iter().enumerate().any(tells_mass)
 }
 
 fn compare(

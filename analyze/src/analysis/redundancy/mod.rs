@@ -10,7 +10,6 @@ mod standstill;
 use tipwatch_binding::MachineFile;
 use tipwatch_ingest::Log;
 
-use super::payload::EstimatedPayload;
 use crate::base::estimated::EstimatedRows;
 use crate::events::Event;
 use crate::load::LoadedLog;
@@ -23,9 +22,8 @@ pub(crate) fn contradictions(
     loaded: &LoadedLog,
     forces: &[LinkageForce],
     rows: &EstimatedRows,
-    payloads: &[EstimatedPayload],
 ) -> Vec<Event> {
-    let mut found = forces::contradictions(file, &loaded.machine, forces, rows, payloads);
+    let mut found = forces::contradictions(file, &loaded.machine, forces, rows);
     found.extend(lengths::contradictions(log, file, loaded, rows));
     found
 }

@@ -48,14 +48,7 @@ impl CheckedLog {
             follow_loads(&loaded.machine, rows, measured, &load_comparison);
         }
         let contradicted = match estimated.samples.gross_inputs.is_empty() {
-            true => redundancy::contradictions(
-                &task.log,
-                task.file,
-                loaded,
-                &read.forces,
-                rows,
-                &prepared.payloads,
-            ),
+            true => redundancy::contradictions(&task.log, task.file, loaded, &read.forces, rows),
             false => Vec::new(),
         };
         Self {

@@ -38,7 +38,8 @@ impl PreparedMachine {
         let (loaded, rows) = (&mut read.loaded, &mut estimated.rows);
         supports::check_options(loaded, &task.options)?;
         let measured_loads = Arc::new(MeasuredLoads::read(&task.log, task.file, loaded));
-        let of_payloads = payload::follow_signals(&task.log, task.file, loaded, rows)?;
+        let of_payloads =
+            payload::follow_signals(&task.log, task.file, loaded, rows, task.options.estimator)?;
         loaded.notes.extend(of_payloads);
         let payloads = payload::estimate_all(task.file, &mut loaded.machine, &read.forces, rows)?;
         if let Err(error) = loaded.machine.set_reference_loads() {

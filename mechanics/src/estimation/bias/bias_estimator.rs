@@ -152,7 +152,8 @@ impl BiasEstimator {
                 | Sensor::Actuator(_)
                 | Sensor::Switch(_)
                 | Sensor::Load(_)
-                | Sensor::Command(_) => false,
+                | Sensor::Command(_)
+                | Sensor::Payload(_) => false,
             }
     }
 

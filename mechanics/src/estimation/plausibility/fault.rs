@@ -177,6 +177,7 @@ impl Part {
             Sensor::Switch(_) => "switch",
             Sensor::Load(_) => "load",
             Sensor::Command(_) => "command",
+            Sensor::Payload(_) => "payload",
         };
         format!("{signal}.{quantity}")
     }
@@ -269,7 +270,9 @@ impl Part {
             // Without it the split rule applies.
             (Sensor::Actuator(_), _) => None,
             // What it tells is missing or not; which supports there are follows.
-            (Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_), _) => None,
+            (Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Payload(_), _) => {
+                None
+            }
         }
     }
 

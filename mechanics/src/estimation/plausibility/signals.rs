@@ -187,7 +187,9 @@ impl SignalChecks {
             Sensor::ToolWrench => self.check_tool(sample, findings),
             Sensor::Actuator(signal) => self.check_actuator(signal, sample, findings),
             // a number without a scale, which may jump
-            Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => Sound::default(),
+            Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) | Sensor::Payload(_) => {
+                Sound::default()
+            }
         })
     }
 

@@ -254,7 +254,8 @@ impl<S: SampleSource> UnobservedMotion<S> {
             | Sensor::Actuator(_)
             | Sensor::Switch(_)
             | Sensor::Load(_)
-            | Sensor::Command(_) => {}
+            | Sensor::Command(_)
+            | Sensor::Payload(_) => {}
         }
     }
 
@@ -273,7 +274,11 @@ impl<S: SampleSource> UnobservedMotion<S> {
             }
             Sensor::Imu | Sensor::Odometry => self.add_platform(sensor, pair, range),
             Sensor::ToolWrench => self.add_tool(pair, range),
-            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {}
+            Sensor::Actuator(_)
+            | Sensor::Switch(_)
+            | Sensor::Load(_)
+            | Sensor::Command(_)
+            | Sensor::Payload(_) => {}
         }
     }
 
@@ -300,7 +305,11 @@ impl<S: SampleSource> UnobservedMotion<S> {
                 }
                 Sensor::Odometry => add(&mut range.angular_velocity, &values[3..6]),
                 Sensor::ToolWrench => add(&mut range.tool, values),
-                Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {}
+                Sensor::Actuator(_)
+                | Sensor::Switch(_)
+                | Sensor::Load(_)
+                | Sensor::Command(_)
+                | Sensor::Payload(_) => {}
             }
         }
         let is_platform = matches!(sensor, Sensor::Imu | Sensor::Odometry);

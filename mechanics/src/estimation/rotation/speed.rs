@@ -74,7 +74,8 @@ impl Speed {
             | Sensor::Actuator(_)
             | Sensor::Switch(_)
             | Sensor::Load(_)
-            | Sensor::Command(_) => {}
+            | Sensor::Command(_)
+            | Sensor::Payload(_) => {}
         }
     }
 

@@ -79,6 +79,7 @@ impl Run<'_> {
             switches: 0,
             loads: 0,
             commands: 0,
+            payload_signals: Vec::new(),
         };
         let mut watch = PlatformRotation::new(&machine, &sensors);
         let mut noise = Noise(7);
@@ -660,6 +661,7 @@ fn no_byte_sequence_stops_it() {
         switches: 0,
         loads: 0,
         commands: 0,
+        payload_signals: Vec::new(),
     };
     let mut watch = PlatformRotation::new(&machine(), &sensors);
     let wild = [f64::NAN, f64::INFINITY, -1e300, 0.0, 1e-310, 1.0];

@@ -226,7 +226,8 @@ impl PlatformRotation {
             | Sensor::Actuator(_)
             | Sensor::Switch(_)
             | Sensor::Load(_)
-            | Sensor::Command(_) => {}
+            | Sensor::Command(_)
+            | Sensor::Payload(_) => {}
         }
     }
 

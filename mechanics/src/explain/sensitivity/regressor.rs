@@ -138,7 +138,7 @@ impl<T: Real> PayloadMotion<T> {
         let (body, matrix) = (&motion.motions[spec.body], &place_matrices[spec.body]);
         (self.place, self.measured) = at_com(&spec.inertia, body, matrix);
         let share = motion.state.payload_share[payload];
-        self.share = match spec.is_signalled {
+        self.share = match spec.is_by_row {
             // the share is the mass itself, whose error is in kilograms
             true => T::select(T::zero().lt(share.abs()), T::one(), T::zero()),
             false => share,

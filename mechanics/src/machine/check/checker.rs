@@ -158,11 +158,13 @@ impl Checker<'_> {
             suspension: self.suspension()?,
             load_sensors: Vec::new(),
             joint_commands: Vec::new(),
+            payload_signals: Vec::new(),
             identified: None,
             corrections: None,
         };
         let weight = machine.mass() * machine.gravity;
         machine.joint_commands = self.joint_commands(&machine.joints);
+        self.add_payload_signals(&mut machine);
         machine.load_sensors = self.load_sensors(&machine.supports, weight)?;
         self.check_against_machine(&machine)?;
         self.add_doubts(&mut machine)?;

@@ -3,8 +3,11 @@
 use nalgebra::Matrix3;
 
 use super::checker::Checker;
-use crate::machine::spec::{PayloadMass, PayloadSpec};
-use crate::machine::{Inertia, Link, MachineError, MassMoments, Payload};
+use crate::machine::spec::{MassSignal, PayloadMass, PayloadSpec};
+use crate::machine::{
+    ActuatedJoint, Inertia, Lift, Link, Machine, MachineError, MassMoments, Payload,
+    PayloadQuantity, PayloadSignal,
+};
 
 impl Checker<'_> {
     pub(super) fn payloads(&self, links: &[Link]) -> Result<Vec<Payload>, MachineError> {
@@ -43,13 +46,70 @@ impl Checker<'_> {
                     group: link.group,
                     mass_sigma: spec.mass_sigma,
                     is_estimated: mass.is_estimated,
-                    is_signalled: mass.is_signalled,
+                    is_by_row: mass.signal.is_some(),
+                    signal: mass.signal,
+                    lift: None,
                     moments: MassMoments::from(&inertia),
                     inertia,
                     window_s,
                 })
             })
             .collect()
+    }
+
+    /// What tells the masses of a machine's payloads. The first linkage with a bound force that carries a payload of unknown mass
+    /// weighs it.
+    pub(super) fn add_payload_signals(&self, machine: &mut Machine) {
+        let mut signals: Vec<PayloadSignal> = Vec::new();
+        for index in 0..machine.payloads.len() {
+            if let Some(mass) = &machine.payloads[index].signal {
+                signals.push(PayloadSignal {
+                    quantity: PayloadQuantity::Mass(index),
+                    field: mass.signal.clone(),
+                });
+            }
+            if machine.payloads[index].is_estimated {
+                machine.payloads[index].lift = self.lift(machine, index, &mut signals);
+            }
+        }
+        machine.payload_signals = signals;
+    }
+
+    fn lift(
+        &self,
+        machine: &Machine,
+        payload: usize,
+        signals: &mut Vec<PayloadSignal>,
+    ) -> Option<Lift> {
+        let linkages = self.spec.linkage.iter().enumerate();
+        let mut bound = linkages.map(|(linkage, spec)| (linkage, spec, self.spec.signals_of(spec)));
+        let body = machine.payloads[payload].body;
+        let (linkage, spec, mut fields) = bound.find(|(linkage, _, fields)| {
+            let pivot = machine.linkages[*linkage].bodies.pivot;
+            !fields.is_empty() && machine.is_carried_by(body, pivot)
+        })?;
+        let mut actuated = machine.contact.actuated_joints.iter();
+        let joint = actuated.position(|joint| joint.linkage() == Some(linkage));
+        if joint.is_some() {
+            fields.clear();
+        }
+        let places = fields.into_iter().enumerate().map(|(signal, field)| {
+            let quantity = PayloadQuantity::Lift { linkage, signal };
+            let known = signals.iter().position(|known| known.quantity == quantity);
+            known.unwrap_or_else(|| {
+                let field = field.clone();
+                signals.push(PayloadSignal { quantity, field });
+                signals.len() - 1
+            })
+        });
+        let coefficients = ActuatedJoint::bound_signals(self.spec, spec);
+        Some(Lift {
+            linkage,
+            joint,
+            signals: places.zip(coefficients).collect(),
+            force_sigma: spec.force_sigma,
+            friction_share: spec.friction_share,
+        })
     }
 
     fn payload_mass(&self, place: &str, spec: &PayloadSpec) -> Result<StatedMass, MachineError> {
@@ -65,12 +125,12 @@ impl Checker<'_> {
             PayloadMass::Known(mass) => Ok(StatedMass {
                 kg: *mass,
                 is_estimated: false,
-                is_signalled: false,
+                signal: None,
             }),
             PayloadMass::Word(word) if word == "estimate" => Ok(StatedMass {
                 kg: 0.0,
                 is_estimated: true,
-                is_signalled: false,
+                signal: None,
             }),
             PayloadMass::Word(word) => {
                 let expected = "a mass [kg], \"estimate\", or { signal = { topic, field } }";
@@ -92,7 +152,7 @@ impl Checker<'_> {
                 Ok(StatedMass {
                     kg: 1.0,
                     is_estimated: false,
-                    is_signalled: true,
+                    signal: Some(mass.clone()),
                 })
             }
         }
@@ -104,5 +164,5 @@ struct StatedMass {
     /// Zero if it is to be estimated, 1 if a signal states it.
     kg: f64,
     is_estimated: bool,
-    is_signalled: bool,
+    signal: Option<MassSignal>,
 }

@@ -97,6 +97,7 @@ impl<'a> LineControl<'a> {
                     switches: 0,
                     loads: 0,
                     commands: 0,
+                    payload_signals: Vec::new(),
                 },
             ),
             time_s: None,

@@ -225,7 +225,7 @@ impl LeanModel {
         let mut changed = false;
         for (share, payload) in (self.state.payload_share.iter_mut()).zip(&self.machine.payloads) {
             let [from_s, to_s] = payload.window_s;
-            let now = if !payload.is_signalled && from_s <= time_s && time_s < to_s {
+            let now = if payload.signal.is_none() && from_s <= time_s && time_s < to_s {
                 1.0
             } else {
                 0.0
@@ -238,7 +238,8 @@ impl LeanModel {
     /// The lean under gravity, turned `up`; `None` while a joint is unknown.
     pub(super) fn lean(&mut self, dt: f64, up: &Vector3<f64>) -> Option<Lean> {
         // a mass that a signal states is not known here
-        let is_signalled = self.machine.payloads.iter().any(|it| it.is_signalled);
+        let mut payloads = self.machine.payloads.iter();
+        let is_signalled = payloads.any(|it| it.signal.is_some());
         if is_signalled || !self.is_known.iter().all(|known| *known) {
             return None;
         }
@@ -358,7 +359,8 @@ impl LeanModel {
         let mut has_unknown_load = false;
         for (payload, &share) in machine.payloads.iter().zip(&self.state.payload_share) {
             visit(&self.motions[payload.body], &payload.inertia, share);
-            has_unknown_load |= payload.is_estimated && payload.inertia.mass == 0.0 && share > 0.0;
+            let is_unknown = payload.is_weighed() || payload.inertia.mass == 0.0;
+            has_unknown_load |= payload.is_estimated && is_unknown && share > 0.0;
         }
         has_unknown_load
     }

@@ -133,7 +133,11 @@ impl Relations {
     ) {
         self.offsets.take(findings, self.lean.as_mut());
         match sample.sensor {
-            Sensor::Actuator(_) | Sensor::Switch(_) | Sensor::Load(_) | Sensor::Command(_) => {
+            Sensor::Actuator(_)
+            | Sensor::Switch(_)
+            | Sensor::Load(_)
+            | Sensor::Command(_)
+            | Sensor::Payload(_) => {
                 return;
             }
             // as if it had been lost

@@ -62,6 +62,7 @@ fn found_after(
         switches: 0,
         loads: 0,
         commands: 0,
+        payload_signals: Vec::new(),
     };
     let mut relations = Relations::new(machine, &sensors);
     assert!(Rules::of(machine).limits.max_gap_s > 0.02);

@@ -1,0 +1,252 @@
+//! Payloads whose mass is known row by row: a signal states it, or it is estimated from the force of the lift cylinder.
+
+use std::path::{Path, PathBuf};
+
+use tipwatch_binding::MachineFile;
+use tipwatch_live::monitor::Monitor;
+use tipwatch_live::replay::LogSamples;
+use tipwatch_live::wire::opening::{Untimed, open_session};
+use tipwatch_live::wire::refusal::{Refusal, SessionRefused};
+use tipwatch_live::wire::session::{Session, StampClock};
+use tipwatch_live::wire::topics::{
+    EVENT_ROW, Head, Kind, Wire, WireSample, WireSession, WireVerdict,
+};
+use tipwatch_mechanics::state::Reason;
+use tipwatch_mechanics::verdict::Level;
+
+use crate::support::data;
+
+const START_NS: i64 = 1_000_000_000_000;
+/// The centre of mass in the simulation of `lift_payload`, whose payload has 320 kg.
+const AT_TOOL: &str = "link = \"tool\"\ncom = [0.405, -0.4313, -0.0134]\n";
+
+/// The machine of `lift_payload` with text in its lift linkage and a payload whose mass is this.
+pub(crate) fn with_payload(folder: &Path, force: &str, mass: &str) -> PathBuf {
+    let text = std::fs::read_to_string(data("lift_payload.toml")).unwrap();
+    let text = text.replacen(
+        "name = \"lift\"\n",
+        &format!("name = \"lift\"\n{force}\n"),
+        1,
+    );
+    let text = format!("{text}\n[[payload]]\n{AT_TOOL}mass = {mass}\n");
+    std::fs::copy(data("lift_payload.urdf"), folder.join("lift_payload.urdf")).unwrap();
+    let path = folder.join("payload.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// A number of the log that stands in for a scale: 320 kg, whatever it is.
+pub(crate) const SCALE: &str = "{ signal = { topic = \"/lift_cylinder/rod_pressure\", field = \"fluid_pressure\", scale = 1e-12, offset = 320.0 }, \
+                         max_age = 0.5 }\nmass_sigma = 4.0";
+pub(crate) const FORCE: &str = "force = { topic = \"/actuators\", joint = \"lift_rod\" }";
+pub(crate) const PRESSURES: &str = "pressure = { \
+     piston = { topic = \"/lift_cylinder/piston_pressure\", field = \"fluid_pressure\" }, \
+     rod = { topic = \"/lift_cylinder/rod_pressure\", field = \"fluid_pressure\" }, \
+     piston_area = 50.265e-4, rod_area = 34.361e-4 }";
+
+struct Opened {
+    file: MachineFile,
+    samples: LogSamples,
+    session: Session,
+}
+
+fn opened(machine: &Path) -> Opened {
+    let file = MachineFile::read(machine).unwrap();
+    let samples = LogSamples::read(&data("lift_payload.mcap"), &file, None).unwrap();
+    let first_ns = samples.samples().next().unwrap().1;
+    let session = Session {
+        id: 77,
+        clock: StampClock {
+            stamp_ns: first_ns,
+            host_ns: START_NS,
+        },
+        ..samples.session.clone()
+    };
+    Opened {
+        file,
+        samples,
+        session,
+    }
+}
+
+/// The verdicts on the rows of a session, by the time since its begin (s). `change` changes a sample that tells of a payload; `None`
+/// is lost before it was numbered.
+fn rows(
+    machine: &Path,
+    change: impl Fn(f64, WireSample) -> Option<WireSample>,
+) -> Vec<(f64, WireVerdict)> {
+    let Opened {
+        file,
+        samples,
+        session,
+    } = opened(machine);
+    let urdf = file.urdf(None, None).unwrap();
+    let (machine, sensors) = session.machine(&file, &urdf).unwrap();
+    let mut monitor = Monitor::new(machine, &sensors, &session, START_NS);
+    let (mut found, mut sequence) = (Vec::new(), 0);
+    for (sample, log_ns) in samples.samples() {
+        let mut wire = WireSample::new(&sample, log_ns).unwrap();
+        let now_ns = START_NS + log_ns - session.clock.stamp_ns;
+        let since_s = (now_ns - START_NS) as f64 * 1e-9;
+        if wire.kind == Kind::Payload as u32 {
+            let Some(changed) = change(since_s, wire) else {
+                continue;
+            };
+            wire = changed;
+        }
+        wire.seal(Head {
+            sequence,
+            source: session.id,
+            machine_hash: session.machine_hash,
+            time_ns: wire.time_ns,
+            published_ns: now_ns,
+        });
+        sequence += 1;
+        let mut publish = |verdict: &mut WireVerdict| {
+            if verdict.event == EVENT_ROW {
+                found.push((since_s, *verdict));
+            }
+            now_ns
+        };
+        let _ = monitor.take(&wire, now_ns, &mut publish);
+    }
+    found
+}
+
+fn is_unknown(verdict: &WireVerdict) -> bool {
+    let is_unknown = verdict.row_reasons().has(Reason::ToolWrenchGap);
+    if is_unknown {
+        assert!(verdict.payload_mass_kg.is_nan() && verdict.load[0].is_nan());
+        assert!(
+            verdict.verdict().level >= Level::Unknown,
+            "{:?}",
+            verdict.verdict()
+        );
+    }
+    is_unknown
+}
+
+/// Every row between these times has a mass of 320 kg, or none has.
+fn assert_rows(rows: &[(f64, WireVerdict)], [from_s, to_s]: [f64; 2], is_known: bool) {
+    let among = |(since_s, _): &&(f64, WireVerdict)| (from_s..to_s).contains(since_s);
+    let among: Vec<_> = rows.iter().filter(among).collect();
+    assert!(among.len() > 5, "{}", among.len());
+    for (since_s, verdict) in among {
+        assert_eq!(is_unknown(verdict), !is_known, "{since_s}");
+        if is_known {
+            assert!((verdict.payload_mass_kg - 320.0).abs() < 1e-3, "{since_s}");
+            assert_eq!(verdict.payload_mass_sigma_kg, 4.0);
+        }
+    }
+}
+
+#[test]
+fn a_scale_that_falls_silent_or_shows_an_error_value_leaves_the_loads_unknown() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = with_payload(folder.path(), "", SCALE);
+    let is_off = |since_s: f64| (1.0..2.5).contains(&since_s);
+    let silent = rows(&machine, |since_s, wire| (!is_off(since_s)).then_some(wire));
+    assert_rows(&silent, [0.6, 1.4], true);
+    // its last sample holds for half a second
+    assert_rows(&silent, [1.6, 2.5], false);
+    assert_rows(&silent, [2.6, 3.5], true);
+    for wrong in [f64::NAN, 1e6, -5000.0] {
+        let wrong = rows(&machine, |since_s, mut wire| {
+            if is_off(since_s) {
+                wire.values[0] = wrong;
+            }
+            Some(wire)
+        });
+        assert_rows(&wrong, [0.6, 1.0], true);
+        assert_rows(&wrong, [1.1, 2.5], false);
+        assert_rows(&wrong, [2.6, 3.5], true);
+    }
+}
+
+#[test]
+fn a_lift_cylinder_weighs_the_payload_within_its_band() {
+    let folder = tempfile::tempdir().unwrap();
+    for force in [FORCE, PRESSURES] {
+        let machine = with_payload(folder.path(), force, "\"estimate\"");
+        let rows = rows(&machine, |_, wire| Some(wire));
+        let (first, rest): (Vec<_>, Vec<_>) = rows.iter().partition(|(since_s, _)| *since_s < 0.75);
+        let is_valid = |verdict: &WireVerdict| verdict.row_reasons().leave_valid();
+        assert!(first.len() > 5 && first.iter().all(|(_, verdict)| !is_valid(verdict)));
+        let known: Vec<_> = rest
+            .iter()
+            .filter(|(_, verdict)| !is_unknown(verdict))
+            .collect();
+        let outside = known.iter().filter(|(_, verdict)| {
+            let (mass, sigma) = (verdict.payload_mass_kg, verdict.payload_mass_sigma_kg);
+            // nothing else can make the row unknown
+            !((mass - 320.0).abs() <= 2.0 * sigma)
+        });
+        let (outside, known, rest) = (outside.count(), known.len(), rest.len());
+        let last = known;
+        println!("{force}: {known} of {rest} rows known, {outside} outside two sigma");
+        assert!(last > rest * 9 / 10, "{known} of {rest}");
+        assert!(outside * 20 <= known, "{outside} of {known}");
+        let (_, verdict) = rows.last().unwrap();
+        println!(
+            "{} +- {}",
+            verdict.payload_mass_kg, verdict.payload_mass_sigma_kg
+        );
+        assert!(verdict.payload_mass_sigma_kg < 40.0);
+    }
+}
+
+#[test]
+fn a_lift_cylinder_whose_force_is_missing_leaves_the_loads_unknown() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = with_payload(folder.path(), FORCE, "\"estimate\"");
+    let rows = rows(&machine, |since_s, wire| {
+        (!(2.0..2.5).contains(&since_s)).then_some(wire)
+    });
+    let of = |from_s: f64, to_s: f64| {
+        let rows = rows
+            .iter()
+            .filter(move |(since_s, _)| (from_s..to_s).contains(since_s));
+        rows.map(|(_, verdict)| is_unknown(verdict))
+            .collect::<Vec<_>>()
+    };
+    assert!(of(1.5, 2.0).iter().all(|unknown| !unknown));
+    // a gap of a quarter of a second (max_gap) is bridged; weighing takes five samples, a fifth of a second apart
+    let unknown = of(2.3, 3.2);
+    assert!(
+        unknown.len() > 5 && unknown.iter().all(|unknown| *unknown),
+        "{unknown:?}"
+    );
+    assert!(of(3.6, 4.5).iter().all(|unknown| !unknown));
+}
+
+#[test]
+fn a_session_that_cannot_weigh_its_payload_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |opened: &Opened, change: &dyn Fn(&mut Session)| {
+        let mut session = opened.session.clone();
+        change(&mut session);
+        let urdf = opened.file.urdf(None, None).unwrap();
+        let wire = WireSession::try_from(&session).unwrap();
+        let error = open_session(&wire, &opened.file, &urdf, Untimed::Refused).err();
+        error.map(|error| SessionRefused::of(&error).reason)
+    };
+    for (force, mass, count) in [
+        ("", SCALE, 1),
+        (FORCE, "\"estimate\"", 1),
+        (PRESSURES, "\"estimate\"", 2),
+    ] {
+        let opened = opened(&with_payload(folder.path(), force, mass));
+        assert_eq!(opened.session.payload_signals.len(), count);
+        assert_eq!(refused(&opened, &|_| {}), None);
+        let none = |session: &mut Session| _ = session.payload_signals.pop();
+        assert_eq!(refused(&opened, &none), Some(Refusal::SensorMissing));
+        let more = |session: &mut Session| session.payload_signals.push(7);
+        assert_eq!(refused(&opened, &more), Some(Refusal::SensorUnknown));
+    }
+    // no force tells the mass
+    let machine = with_payload(folder.path(), "", "\"estimate\"");
+    let file = MachineFile::read(&machine).unwrap();
+    let read = LogSamples::read(&data("lift_payload.mcap"), &file, None);
+    let error = read.unwrap_err();
+    assert_eq!(SessionRefused::of(&error).reason, Refusal::Unsuitable);
+}
