@@ -468,14 +468,12 @@ fn what_is_not_tested_is_stated() {
         assert!(!drive.contains(tested), "{drive}");
     }
     assert!(drive.contains("tilt"), "{drive}");
-    // The arm moves, and the machine stands.
+    // The arm slews on four wheels, and reaches out mostly on three: those are no test of the joints that reach.
     let standing = note("side_reach.mcap").unwrap();
-    for untested in ["signs about the vertical", "direction of travel"] {
+    for untested in ["tilt", "signs about the vertical", "direction of travel"] {
         assert!(standing.contains(untested), "{standing}");
     }
-    for tested in ["slew", "tilt"] {
-        assert!(!standing.contains(tested), "{standing}");
-    }
+    assert!(!standing.contains("slew"), "{standing}");
     // It travels, and the arm does nothing.
     let travelling = note("hard_brake.mcap").unwrap();
     for joint in ["slew", "lift", "tilt", "extension"] {

@@ -10,6 +10,7 @@ use tipwatch_analyze::events::{Event, EventKind};
 use tipwatch_analyze::report::findings;
 use tipwatch_analyze::tables::parquet;
 use tipwatch_binding::MachineFile;
+use tipwatch_mechanics::state::Reason;
 use tipwatch_tests::{analysed, data};
 
 /// A wheel with less than this is off the ground in truth (N).
@@ -99,8 +100,16 @@ fn causes_end_at_the_onset_and_add_up() {
     let analysis = analysed(&data("tip_over.mcap"), Options::default());
     let over = find(&analysis, EventKind::TipOver, "left").unwrap();
     let causes = over.causes.as_ref().unwrap();
-    // rows in which the machine may tip already have no causes
-    assert!(causes.at_ns <= over.start_ns && over.start_ns - causes.at_ns < 150_000_000);
+    // up to the last row before the onset in which it does not tip yet, within the band of the onset
+    assert!(causes.at_ns <= over.start_ns);
+    let rows = &analysis.rows;
+    let between = (0..rows.len()).filter(|&row| {
+        let time_ns = rows.times_ns[row];
+        causes.at_ns < time_ns && time_ns < over.start_ns
+    });
+    for row in between {
+        assert!(rows.reasons[row].has(Reason::Tipping), "row {row}");
+    }
     // The arm begins to move at 1 s; nothing moves before that.
     let since_s = (causes.since_ns - analysis.rows.times_ns[0]) as f64 * 1e-9;
     assert!(

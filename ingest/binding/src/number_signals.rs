@@ -6,7 +6,7 @@ use tipwatch_ingest::{
     Error, Log, NumberField, SampleSpec, SensorKind, SensorRequest, Topic, TopicId, ValueSource,
     first_frame, topic_of_field,
 };
-use tipwatch_language::{message, say};
+use tipwatch_language::{message, say, word};
 use tipwatch_mechanics::machine::{
     FieldSpec, JointFields, Machine, NumberSpec, SignalSpec, SignalsSpec, SupportId,
 };
