@@ -122,14 +122,14 @@ pub fn filled(english: &'static str, values: &[(&str, String)]) -> String {
                     false => name.into(),
                 };
                 unnamed += usize::from(matches!(name, Cow::Owned(_)));
-                let of_name = values.iter().filter(|(its, _)| *its == name);
-                let Some((key, _)) = of_name.clone().next() else {
+                let of_name: Vec<_> = values.iter().filter(|(its, _)| *its == name).collect();
+                let Some((key, _)) = of_name.first() else {
                     continue;
                 };
                 // one name may stand twice, in two formats
                 let times = said.entry(key).or_default();
-                let nth = of_name.clone().nth(*times).or(of_name.last());
-                text.push_str(nth.map_or("", |(_, value)| value));
+                let (_, value) = of_name[(*times).min(of_name.len() - 1)];
+                text.push_str(value);
                 *times += 1;
             }
         }
