@@ -453,8 +453,9 @@ struct tipwatch_session {
     /* Bits: the joints of signals.joints with a command, numbered by name among these. A joint without one, and one whose
      * command is too old, is predicted to go on as it moves. */
     uint32_t joint_commands;
-    /* Bits: the signals that tell masses of payloads, numbered in the order of payload: the one of a stated mass; of an
-     * estimated one the force, or the pressures at piston and rod, of the first linkage that lifts it, each numbered once. */
+    /* Bits: the signals that tell masses of payloads, numbered in the order of the payloads in the machine file: the one of a
+     * stated mass; of an estimated one the force, or the pressures at piston and rod, of the first linkage that lifts it,
+     * each numbered once. */
     uint32_t payload_signals;
     /* Zero. */
     uint32_t reserved;

@@ -154,8 +154,9 @@ wire! {
         /// Bits: the joints of [signals.joints] with a command, numbered by name among these. A joint without one, and one whose
         /// command is too old, is predicted to go on as it moves.
         pub joint_commands: u32,
-        /// Bits: the signals that tell masses of payloads, numbered in the order of [[payload]]: the one of a stated mass; of an
-        /// estimated one the force, or the pressures at piston and rod, of the first linkage that lifts it, each numbered once.
+        /// Bits: the signals that tell masses of payloads, numbered in the order of the payloads in the machine file: the one of a
+        /// stated mass; of an estimated one the force, or the pressures at piston and rod, of the first linkage that lifts it,
+        /// each numbered once.
         pub payload_signals: u32,
         /// Zero.
         pub reserved: u32,
