@@ -183,12 +183,16 @@ impl Finder<'_> {
                 .is_none_or(|tipping| tipping.is_by_loads || episode.first < tipping.episode.first);
             let own = self.passage(wheel, 0.0, episode).filter(|_| is_shown);
             // with no load left off an edge, that of one wheel is unknown: the last one lifted when their sum was zero
+            let first_s = self.rows.seconds(episode.first);
             let of_edge = || {
-                let mut tippings = self.tippings.iter();
-                let is_of = |t: &&Tipping| {
-                    t.factors[wheel] > 0.0 && !t.rotates && t.episode.overlaps(episode)
+                let off = (self.tippings.iter()).filter(|t| t.factors[wheel] > 0.0 && !t.rotates);
+                let onsets = off.filter_map(|tipping| tipping.onset);
+                // a wheel that was off the ground before the others has no onset of theirs
+                let is_here = |onset: &Onset| {
+                    (onset.at_s - first_s).abs() <= onset::STATED_SIGMAS * onset.sigma_s
                 };
-                tippings.find(is_of)?.onset
+                let distance_s = |onset: &Onset| (onset.at_s - first_s).abs();
+                (onsets.filter(is_here)).min_by(|a, b| distance_s(a).total_cmp(&distance_s(b)))
             };
             let own = own.or_else(|| rotation.is_none().then(of_edge).flatten());
             let begins_s = |tipping: &Tipping| match tipping.onset {

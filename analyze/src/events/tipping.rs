@@ -11,6 +11,7 @@
 //! wheels carry load and the platform does not rotate about the edge, or they carry nothing and it does.
 
 use nalgebra::Vector3;
+use tipwatch_mechanics::estimation::plausibility::student;
 use tipwatch_mechanics::machine::Machine;
 use tipwatch_mechanics::{Placement, Quantity, Scope, State, Workspace, evaluate};
 
@@ -405,16 +406,21 @@ impl OfEdge<'_, '_> {
             .unwrap_or(f64::NAN)
     }
 
+    /// Standard deviation of the rotation about the edge if the wheels stay on the ground (rad).
+    fn rotation_sigma_rad(&self, row: usize) -> f64 {
+        match self.drives(row) {
+            true => DRIVING_SIGMA_RAD,
+            false => STANDING_SIGMA_RAD,
+        }
+    }
+
     /// The tipping of an episode in which the platform rotates about the edge.
     fn rotating(&mut self, blank: &Tipping, load: &dyn Fn(usize) -> f64) -> Option<Tipping> {
         let Episode { first, last } = blank.episode;
         let axis = self.axis(first)?;
         let rotation = self.rotations(&axis, first, last);
         let largest = largest(&rotation, first);
-        let sigma_rad = match self.drives(first) {
-            true => DRIVING_SIGMA_RAD,
-            false => STANDING_SIGMA_RAD,
-        };
+        let sigma_rad = self.rotation_sigma_rad(first);
         if !(largest.0 >= ROTATES_SIGMAS * sigma_rad) {
             return None;
         }
@@ -474,7 +480,11 @@ impl OfEdge<'_, '_> {
         let certainty = normal_distribution(-least_n / blank.sigma_n);
         let weight_n = self.rows.value(Quantity::NormalForce, episode.first);
         Tipping {
-            loads_are_right: is_right(least_n, blank.sigma_n, weight_n),
+            loads_are_right: is_right(
+                (least_n, blank.sigma_n),
+                (rotation.0, self.rotation_sigma_rad(episode.first)),
+                weight_n,
+            ),
             episode,
             onset: onset::passage(&curve, near_s, blank.sigma_n),
             rotation,
@@ -570,9 +580,6 @@ fn probability(
     (rotation_rad, rotation_sigma_rad): (f64, f64),
     range_n: f64,
 ) -> f64 {
-    let density = |x: f64, sigma: f64| {
-        (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
-    };
     let lifted = density(level_n, sigma_n) / LARGEST_RAD;
     let loaded =
         normal_distribution(level_n / sigma_n) - normal_distribution((level_n - range_n) / sigma_n);
@@ -580,19 +587,27 @@ fn probability(
     lifted / (lifted + on_ground)
 }
 
-/// Probability that machine and sensors are as stated, by the least computed load off an edge about which nothing rotates.
+/// Probability that machine and sensors are as stated, by the least computed load off an edge and the rotation about it.
 ///
 /// ```text
-///     as stated: load ~ N(0, sigma^2) where it is below zero, for wheels cannot pull
-///     otherwise: any load between minus and plus the weight
+///     as stated: load ~ t(0, sigma) where it is below zero, for wheels cannot pull,   rotation anywhere from 0 to 90 degrees
+///     otherwise: any load between minus and plus the weight,                          rotation ~ N(0, rotation sigma^2)
 /// ```
-fn is_right(least_n: f64, sigma_n: f64, weight_n: f64) -> f64 {
-    let sigmas = least_n.min(0.0) / sigma_n;
-    let as_stated =
-        (-0.5 * sigmas * sigmas).exp() / (sigma_n * (2.0 * std::f64::consts::PI).sqrt());
+/// t is Student's distribution, as in the comparisons of sensors: where a platform rotates fast, the error of smoothed loads has
+/// heavier tails than a normal one.
+fn is_right(
+    (least_n, sigma_n): (f64, f64),
+    (rotation_rad, rotation_sigma_rad): (f64, f64),
+    weight_n: f64,
+) -> f64 {
+    let as_stated = student(least_n.min(0.0), sigma_n) * (1.0 - WRONG_SHARE);
     let otherwise = WRONG_SHARE / (2.0 * weight_n);
-    let right = as_stated * (1.0 - WRONG_SHARE);
-    let probability = right / (right + otherwise);
+    // a rotation that is not known tells nothing
+    let of_rotation = match rotation_rad.is_finite() {
+        true => LARGEST_RAD * density(rotation_rad, rotation_sigma_rad),
+        false => 1.0,
+    };
+    let probability = as_stated / (as_stated + otherwise * of_rotation);
     // without derivatives the error is unknown
     if probability.is_finite() {
         probability
@@ -601,16 +616,37 @@ fn is_right(least_n: f64, sigma_n: f64, weight_n: f64) -> f64 {
     }
 }
 
+/// Density of a normal distribution about zero.
+fn density(x: f64, sigma: f64) -> f64 {
+    (-0.5 * (x / sigma).powi(2)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn loads_far_below_zero_are_wrong() {
-        let right = |least_n| is_right(least_n, 300.0, 60_000.0);
-        assert!(right(100.0) > 0.999 && right(-600.0) > 0.999);
-        assert!(right(-1500.0) < 0.9 && right(-5000.0) < 1e-9);
-        assert_eq!(is_right(-5000.0, f64::NAN, 60_000.0), 1.0);
+    fn loads_far_below_zero_are_wrong_where_nothing_rotates() {
+        let rests = |least_n| {
+            is_right(
+                (least_n, 300.0),
+                (0.1 * DEGREE, STANDING_SIGMA_RAD),
+                60_000.0,
+            )
+        };
+        assert!(rests(100.0) > 0.999 && rests(-600.0) > 0.999);
+        assert!(rests(-5000.0) < 0.1);
+        // a machine that is braked, with both rear wheels in the air for 0.9 s
+        let rotates = is_right(
+            (-2400.0, 450.0),
+            (2.9 * DEGREE, DRIVING_SIGMA_RAD),
+            45_000.0,
+        );
+        assert!(rotates > 0.98, "{rotates}");
+        assert_eq!(
+            is_right((-5000.0, f64::NAN), (0.0, STANDING_SIGMA_RAD), 60_000.0),
+            1.0
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Judges a log by the rules of a policy.
 
 use serde::{Deserialize, Serialize};
-use tipwatch_language::{say, word};
+use tipwatch_language::say;
 use tipwatch_mechanics::machine::EDGES_OF_FOUR;
 
 use super::LEAST_OF_A_FACT;
@@ -72,7 +72,7 @@ impl Policy {
     #[must_use]
     pub fn judge_failed(&self, reason: &str) -> Judgement {
         let outcome = RuleOutcome {
-            rule: word!("every log can be analysed").into(),
+            rule: "every log can be analysed".into(),
             passed: self.accepts_failed_logs,
             decided: self.accepts_failed_logs,
             found: say!("not decided: the log could not be analysed: {reason}"),
@@ -184,7 +184,7 @@ impl Events {
         if let Some(first) = counted.first() {
             found.push_str(&say!(
                 " (the first: {} at t = {:.2} s)",
-                edge_word(&first.subject),
+                subject_in_words(first),
                 seconds(first)
             ));
         }
@@ -321,6 +321,14 @@ fn judge_number(
     let kept =
         at_least.is_none_or(|least| value >= least) && at_most.is_none_or(|most| value <= most);
     (kept, say!("{expected}, found {value:.6}"))
+}
+
+/// The subject of an event as a reader reads it.
+fn subject_in_words(event: &EventFacts) -> &str {
+    match event.kind {
+        EventKind::EdgeTipping | EventKind::TipOver => edge_word(&event.subject),
+        _ => &event.subject,
+    }
 }
 
 #[cfg(test)]

@@ -30,7 +30,6 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use tipwatch_binding::read_text;
-use tipwatch_language::{say, word};
 
 use crate::base::file_hash::FileHash;
 use crate::base::file_hash::hash_of;
@@ -188,7 +187,7 @@ impl Policy {
     #[must_use]
     pub fn without(kinds: &[EventKind]) -> Self {
         let rule = |&kind: &EventKind| Rule {
-            name: say!("no {}", kind.name()),
+            name: format!("no {}", kind.name()),
             check: Check::Events {
                 which: Events::all_of(kind),
                 at_most: 0,
@@ -315,12 +314,12 @@ impl RuleSpec {
 }
 
 impl Check {
-    /// The rule as text, if the file gives it no name.
+    /// The rule as text, if the file gives it no name: a key, in English.
     fn description(&self) -> String {
         match self {
-            Self::Events { which, at_most: 0 } => say!("no {}", which.kind.name()),
+            Self::Events { which, at_most: 0 } => format!("no {}", which.kind.name()),
             Self::Events { which, at_most } => {
-                say!("at most {at_most} times {}", which.kind.name())
+                format!("at most {at_most} times {}", which.kind.name())
             }
             Self::Number {
                 quantity,
@@ -328,10 +327,10 @@ impl Check {
                 at_most,
                 ..
             } => {
-                let least = at_least.map(|least| say!("at least {least}"));
-                let most = at_most.map(|most| say!("at most {most}"));
+                let least = at_least.map(|least| format!("at least {least}"));
+                let most = at_most.map(|most| format!("at most {most}"));
                 let bounds: Vec<String> = least.into_iter().chain(most).collect();
-                format!("{quantity} {}", bounds.join(word!(" and ")))
+                format!("{quantity} {}", bounds.join(" and "))
             }
         }
     }

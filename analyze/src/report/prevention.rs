@@ -11,7 +11,7 @@ use crate::base::number::number;
 use crate::base::options::ModelKind;
 use crate::events::Finding;
 use crate::events::support_words::SupportWord;
-use crate::page::{Bar, bars, list, probability, readable, short, table, whole};
+use crate::page::{Bar, bars, list, probability, short, table, whole};
 
 /// Most changes shown in the chart and the table.
 const MOST_SHOWN: usize = 8;
@@ -115,7 +115,7 @@ fn tried_in_words(name: &str) -> String {
     match name.rsplit_once('.') {
         Some((joint, "position (higher)")) => say!("Joint {joint} higher"),
         Some((joint, "position (lower)")) => say!("Joint {joint} lower"),
-        Some((of, "mass")) => say!("Less mass of {}", readable(of)),
+        Some((of, "mass")) => say!("Less mass of {}", of.replace('_', " ")),
         _ => name.into(),
     }
 }

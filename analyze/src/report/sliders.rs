@@ -91,7 +91,8 @@ pub fn sliders(analysis: &Analysis) -> Option<Sliders> {
     let mut changes = Vec::new();
     let payloads = machine.payloads();
     let stated_kg: f64 = payloads.iter().map(|payload| payload.inertia.mass).sum();
-    if stated_kg > 0.0 {
+    // a mass that is known by row alone is not that of the payload as stated
+    if stated_kg > 0.0 && !payloads.iter().any(|payload| payload.is_by_row) {
         // all of them in proportion
         let per_kg = payloads.iter().enumerate().map(|(index, payload)| {
             payload.inertia.mass / stated_kg * per_unit(Parameter::PayloadMass(index))

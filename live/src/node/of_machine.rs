@@ -18,26 +18,30 @@ impl ServiceAddress {
     /// No monitor of this machine runs, or several do, or the shared memory fails.
     pub fn of_machine(&self, machine_hash: u64, role: &str) -> Result<Self> {
         let names = LiveNode::new(self, role)?.services_with::<WireVerdict>()?;
-        let mut found = Vec::new();
+        let (mut found, mut failed) = (Vec::new(), None);
         for service in &names {
             let address = Self {
                 service: service.clone(),
                 ..self.clone()
             };
-            if address.sends_verdicts_of(machine_hash, role)? {
-                found.push(address);
+            // a service of another version, or without a place for a reader, may be another machine's
+            match address.sends_verdicts_of(machine_hash, role) {
+                Ok(true) => found.push(address),
+                Ok(false) => {}
+                Err(error) => failed = Some(error.context(format!("service {service}"))),
             }
         }
-        match (found.pop(), &found[..]) {
-            (Some(address), []) => Ok(address),
-            (None, _) => bail!(
+        match (found.pop(), &found[..], failed) {
+            (Some(address), [], _) => Ok(address),
+            (None, _, Some(error)) => Err(error),
+            (None, _, None) => bail!(
                 "expected a running monitor of this machine file, hash {machine_hash:016x}, found none among the services {}",
                 match names.is_empty() {
                     true => "(none)".into(),
                     false => names.join(", "),
                 }
             ),
-            (Some(last), others) => bail!(
+            (Some(last), others, _) => bail!(
                 "expected one running monitor of this machine file, found {}: name one by --service {}",
                 others.len() + 1,
                 last.service

@@ -71,13 +71,15 @@ impl PayloadWatch {
 
     /// Takes the next row, and gives it the masses as far as they are known.
     pub fn row(&mut self, machine: &Machine, estimate: &mut Estimate) {
+        // that one mass is not known is no reason for the next
+        let is_unknown = estimate.reasons.leave_state_unknown();
         for weighed in &mut self.weighed {
             let payload = weighed.payload;
             if estimate.state.payload_share[payload] == 0.0 {
                 weighed.clear();
                 continue;
             }
-            if estimate.reasons.leave_state_unknown() {
+            if is_unknown {
                 continue;
             }
             let force = estimate.lift_forces[payload];

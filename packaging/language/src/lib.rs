@@ -62,7 +62,7 @@ pub fn told(english: &str) -> &str {
 }
 
 /// A name that a program also reads (a kind of event, a cause, a signal) as words, in the language of the process. Of a
-/// compound name ("lift_position") each part that is such a name itself is said in it; a name of the machine stays.
+/// compound name ("lift_position") the quantities are said in it; the name of a joint or a link stays as it is.
 #[must_use]
 pub fn named(name: &str) -> String {
     let readable = name.replace('_', " ");
@@ -77,8 +77,12 @@ pub fn named(name: &str) -> String {
     let mut at = 0;
     while at < words.len() {
         let longest = (at + 1..=words.len()).rev();
-        let known = longest
-            .filter_map(|end| Some((end, german_names().get(&words[at..end].join(" "))?.as_str())));
+        let known = longest.filter_map(|end| {
+            Some((
+                end,
+                parts_of_names().get(&words[at..end].join(" "))?.as_str(),
+            ))
+        });
         let (end, word) = known
             .map(|(end, word)| (end, word.into()))
             .next()
@@ -191,8 +195,9 @@ fn of_english(english: &str) -> Option<&'static str> {
 }
 
 /// The German sentences, by where their English ones stand.
-const GERMAN: [&str; 6] = [
+const GERMAN: [&str; 7] = [
     include_str!("german/names.toml"),
+    include_str!("german/parts.toml"),
     include_str!("german/findings.toml"),
     include_str!("german/page.toml"),
     include_str!("german/analysis.toml"),
@@ -210,11 +215,17 @@ pub fn german() -> &'static HashMap<String, String> {
     TABLE.get_or_init(|| GERMAN.iter().flat_map(|text| table(text)).collect())
 }
 
-/// The German of the names that programs read too, which no macro marks.
+/// The German of the names that programs read too, and of the parts of such names: no macro marks them.
 #[must_use]
-pub fn german_names() -> &'static HashMap<String, String> {
+pub fn german_names() -> HashMap<String, String> {
+    let files = GERMAN[..2].iter();
+    files.flat_map(|text| table(text)).collect()
+}
+
+/// The German of the parts of compound names.
+fn parts_of_names() -> &'static HashMap<String, String> {
     static TABLE: OnceLock<HashMap<String, String>> = OnceLock::new();
-    TABLE.get_or_init(|| table(GERMAN[0]))
+    TABLE.get_or_init(|| table(GERMAN[1]))
 }
 
 fn table(text: &str) -> HashMap<String, String> {

@@ -1,7 +1,7 @@
 //! The changes to try, with the largest amount of each that is within limits and the range seen in the log.
 
 use tipwatch_language::word;
-use tipwatch_mechanics::machine::{LinkGroup, Machine};
+use tipwatch_mechanics::machine::{LinkGroup, Machine, Payload};
 use tipwatch_mechanics::{Parameter, State};
 
 use super::change::Change;
@@ -197,8 +197,9 @@ fn masses(machine: &Machine, seen: &Seen) -> Vec<Candidate> {
         first_order: None,
     };
     let payloads = machine.payloads().iter().enumerate();
-    let attached =
-        payloads.filter(|(payload, spec)| seen.attached[*payload] && spec.inertia.mass > 0.0);
+    // a mass that is known by row alone is not that of the payload as stated
+    let is_stated = |spec: &Payload| !spec.is_by_row && spec.inertia.mass > 0.0;
+    let attached = payloads.filter(|(payload, spec)| seen.attached[*payload] && is_stated(spec));
     let of_payloads: Vec<Candidate> = attached
         .map(|(payload, spec)| lighter(Change::LessPayload(payload), spec.inertia.mass, 1.0))
         .collect();

@@ -237,7 +237,12 @@ impl Fitted {
                 Unstated::LoadMass => {
                     let on_tool = scene.load.map_or(0.0, |load| mass_of(load.link));
                     let payloads = scene.machine.payloads().iter();
-                    amount >= -(on_tool + payloads.map(|of| of.inertia.mass).sum::<f64>())
+                    // the mass that is known by row alone may be any
+                    let carried = payloads.map(|of| match of.is_by_row {
+                        true => f64::INFINITY,
+                        false => of.inertia.mass,
+                    });
+                    amount >= -(on_tool + carried.sum::<f64>())
                 }
                 // how much a machine is overloaded by nobody knows beforehand; a force inwards holds it
                 Unstated::OutwardForce => amount >= 0.0,

@@ -53,7 +53,7 @@ pub(super) use checks::room_for_findings;
 pub use explanation::{Axis, Explanation, SpeedUnit};
 pub use fault::{Amount, Component, Finding, Part, YawBy};
 pub(super) use relations::Relations;
-pub use relations::{Excitation, LeanOnTyres, Unshown};
+pub use relations::{Excitation, LeanOnTyres, Unshown, student};
 pub use signal_doubt::SignalDoubt;
 pub(super) use signals::{SignalChecks, Sound};
 pub(crate) use spans::SpanWalk;

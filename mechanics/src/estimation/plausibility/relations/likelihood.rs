@@ -53,8 +53,9 @@ pub(super) fn log_density_of_other(residual: f64, scale: f64) -> f64 {
     (sum / WIDER.len() as f64).ln()
 }
 
-/// Density of Student's t with four degrees of freedom.
-fn student(x: f64, scale: f64) -> f64 {
+/// Density of Student's t with four degrees of freedom, of a value and its scale in one unit: per unit.
+#[must_use]
+pub fn student(x: f64, scale: f64) -> f64 {
     let z = x / scale;
     0.375 * (1.0 + 0.25 * z * z).powf(-2.5) / scale
 }

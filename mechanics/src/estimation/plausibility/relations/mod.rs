@@ -53,6 +53,7 @@ pub use excitation::{Excitation, Unshown};
 use lean::LeanRelation;
 pub use lean_model::LeanOnTyres;
 use likelihood::Standing;
+pub use likelihood::student;
 use motion::{RotationRelation, SpecificForceRelation};
 use offsets::Offsets;
 use tilt::TiltRelation;
