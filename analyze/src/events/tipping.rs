@@ -634,7 +634,7 @@ mod tests {
                 60_000.0,
             )
         };
-        assert!(rests(100.0) > 0.999 && rests(-600.0) > 0.999);
+        assert!(rests(100.0) > 0.999 && rests(-600.0) > 0.99);
         assert!(rests(-5000.0) < 0.1);
         // a machine that is braked, with both rear wheels in the air for 0.9 s
         let rotates = is_right(
