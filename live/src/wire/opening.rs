@@ -240,24 +240,20 @@ impl Session {
                 supports.names(&switch.supports)
             )));
         }
-        let known = supports.switches.len();
-        match self.switches.iter().find(|&&it| it as usize >= known) {
-            None => Ok(()),
-            Some(it) => Err(Refusal::SensorUnknown.because(format!(
-                "session: expected no more than {known} signals that tell of supports, found one with index {it}"
-            ))),
-        }
+        no_more_than(
+            &self.switches,
+            supports.switches.len(),
+            "signals that tell of supports",
+        )
     }
 
     /// No joint is asked to move that the machine file does not name. What is not asked for is not known.
     fn check_joint_commands(&self, machine: &Machine) -> Result<(), SessionRefused> {
-        let known = machine.joint_commands().len();
-        match (self.joint_commands.iter()).find(|&&it| it as usize >= known) {
-            None => Ok(()),
-            Some(it) => Err(Refusal::SensorUnknown.because(format!(
-                "session: expected no more than {known} commands of joints, found one with index {it}"
-            ))),
-        }
+        no_more_than(
+            &self.joint_commands,
+            machine.joint_commands().len(),
+            "commands of joints",
+        )
     }
 
     /// All signals are there that tell masses of payloads, and no others.
@@ -270,13 +266,11 @@ impl Session {
                 bound[missing].field.topic
             )));
         }
-        let known = bound.len();
-        match (self.payload_signals.iter()).find(|&&it| it as usize >= known) {
-            None => Ok(()),
-            Some(it) => Err(Refusal::SensorUnknown.because(format!(
-                "session: expected no more than {known} signals that tell masses of payloads, found one with index {it}"
-            ))),
-        }
+        no_more_than(
+            &self.payload_signals,
+            bound.len(),
+            "signals that tell masses of payloads",
+        )
     }
 
     /// All load sensors are there, and no others.
@@ -289,13 +283,17 @@ impl Session {
                 bound[missing].name
             )));
         }
-        let known = bound.len();
-        match self.load_sensors.iter().find(|&&it| it as usize >= known) {
-            None => Ok(()),
-            Some(it) => Err(Refusal::SensorUnknown.because(format!(
-                "session: expected no more than {known} load sensors, found one with index {it}"
-            ))),
-        }
+        no_more_than(&self.load_sensors, bound.len(), "load sensors")
+    }
+}
+
+/// No signal has an index that the machine does not know.
+fn no_more_than(found: &[u32], known: usize, of: &str) -> Result<(), SessionRefused> {
+    match found.iter().find(|&&it| it as usize >= known) {
+        None => Ok(()),
+        Some(it) => Err(Refusal::SensorUnknown.because(format!(
+            "session: expected no more than {known} {of}, found one with index {it}"
+        ))),
     }
 }
 

@@ -207,9 +207,10 @@ fn add_joints(
     for (joint, &position) in before.iter().enumerate() {
         model.set(joint, position, 0.0);
     }
-    let at_rest = model.posture_lean(up);
+    let moment = model.posture_moment(up);
+    let at_rest = model.lean_of(&moment);
     // where a wheel carries nothing, the comparison is not made
-    let stands = stands && model.is_on_all_wheels(up);
+    let stands = stands && model.is_on_all_wheels(&moment);
     for it in joints {
         let now = state.joints[it.joint].position;
         let moved = if now == before[it.joint] || !stands {

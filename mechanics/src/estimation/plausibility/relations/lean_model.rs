@@ -276,17 +276,21 @@ impl LeanModel {
     /// The lean of a machine at rest in the posture that is set, not smoothed.
     pub(super) fn posture_lean(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
         let moment = self.posture_moment(up);
+        self.lean_of(&moment)
+    }
+
+    /// The lean under a moment N on the tyres.
+    pub(super) fn lean_of(&self, moment: &Vector2<f64>) -> Vector2<f64> {
         self.compliance * moment + self.plane_of_wheels()
     }
 
-    /// Whether every wheel carries load there, so that the tyres are springs.
-    pub(super) fn is_on_all_wheels(&mut self, up: &Vector3<f64>) -> bool {
-        let moment = self.posture_moment(up);
-        self.least_load(&moment, &Vector2::zeros()) >= LEAST_LOAD
+    /// Whether every wheel carries load under a moment N, so that the tyres are springs.
+    pub(super) fn is_on_all_wheels(&self, moment: &Vector2<f64>) -> bool {
+        self.least_load(moment, &Vector2::zeros()) >= LEAST_LOAD
     }
 
-    /// The moment N on the tyres there (N m).
-    fn posture_moment(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
+    /// The moment N on the tyres of a machine at rest in the posture that is set (N m).
+    pub(super) fn posture_moment(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
         let (ground, mut first) = (self.ground, Vector3::zeros());
         self.move_bodies(BodyMotion::carry_at_rest, |motion, inertia, share| {
             first += place_above(ground, motion, inertia) * inertia.mass * share;
