@@ -1,5 +1,6 @@
 //! The program with places of a bucket, end to end.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -235,7 +236,14 @@ fn copies_in_a_bucket_are_one_log_and_other_bytes_of_the_same_length_are_not() {
         machine.to_str().unwrap(),
         "--out",
     ];
+    server.take_seen();
     let done = run(&server, &[&screen[..], &[out.to_str().unwrap()]].concat());
+    // its identity and its analysis read the log with the same requests
+    let ranges = |seen: Seen| Some((seen.path, seen.range?));
+    let ranges: Vec<_> = server.take_seen().into_iter().filter_map(ranges).collect();
+    let distinct: BTreeSet<_> = ranges.iter().collect();
+    assert!(ranges.len() > 3, "{ranges:?}");
+    assert_eq!(distinct.len(), ranges.len(), "{ranges:?}");
     let totals = std::fs::read(out.join("screen.json")).unwrap();
     let totals: serde_json::Value = serde_json::from_slice(&totals).unwrap();
     let told = text(&done.stderr);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use tipwatch_binding::MachineFile;
+use tipwatch_ingest::Log;
 
 use super::advice::Hypothesis;
 pub use super::folds::{Prepared, RowSink};
@@ -74,10 +75,26 @@ pub fn analyse_into<S: RowSink>(
     progress: &mut dyn FnMut(u64),
     begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
 ) -> Result<(Analysis, S)> {
+    let log = file.open_log(path)?;
+    analyse_opened(path, log, file, options, progress, begin)
+}
+
+/// As [`analyse_into`], of a log that was opened by [`MachineFile::open_log`]; the path is the one that results name.
+///
+/// # Errors
+/// As [`analyse_into`].
+pub(crate) fn analyse_opened<S: RowSink>(
+    path: &Path,
+    log: Log,
+    file: &MachineFile,
+    options: Options,
+    progress: &mut dyn FnMut(u64),
+    begin: impl FnOnce(&Prepared<'_>) -> Result<S>,
+) -> Result<(Analysis, S)> {
     let task = Task {
         path,
         file,
-        log: Arc::new(file.open_log(path)?),
+        log: Arc::new(log),
         options,
         is_kept: false,
         hypotheses: None,

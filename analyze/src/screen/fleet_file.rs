@@ -241,16 +241,20 @@ impl Fleet {
         self.machines.iter().flat_map(of_machine).collect()
     }
 
-    /// The machine file of a log.
+    /// The machine file of a log, which is opened if a rule needs its contents and it was not opened before.
     ///
     /// # Errors
     /// A rule needs the contents of the log and it cannot be opened, no rule matches, or rules of
     /// several machines match.
-    pub(super) fn machine_of(&self, log: &Path) -> Result<Assigned<'_>> {
-        let content = match self.rules.iter().any(Rule::needs_content) {
-            true => Some(Content::of(log)?),
-            false => None,
-        };
+    pub(super) fn machine_of(&self, log: &Path, opened: &mut Option<Log>) -> Result<Assigned<'_>> {
+        let mut content = None;
+        if self.rules.iter().any(Rule::needs_content) {
+            let opened = match opened {
+                Some(opened) => opened,
+                None => opened.insert(Log::open(log)?),
+            };
+            content = Some(Content::of(opened)?);
+        }
         let matching = self
             .rules
             .iter()
@@ -288,15 +292,14 @@ struct Content {
 }
 
 impl Content {
-    fn of(path: &Path) -> Result<Self> {
-        let log = Log::open(path)?;
+    fn of(log: &Log) -> Result<Self> {
         Ok(Self {
             topics: log
                 .topics()
                 .iter()
                 .map(|topic| topic.name.clone())
                 .collect(),
-            metadata: metadata_records(&log)?,
+            metadata: metadata_records(log)?,
         })
     }
 }

@@ -21,12 +21,17 @@ pub(super) struct Identity {
     pub(super) bytes: u64,
 }
 
-/// Hashes all files of a log.
-pub(super) fn identify(path: &Path) -> Result<Identity> {
+/// Hashes all files of a log. One in a bucket or in several files had to be opened for it, and is returned too: what was
+/// transferred need not be fetched again.
+pub(super) fn identify(path: &Path) -> Result<(Identity, Option<Log>)> {
     let is_remote = Location::is_remote_path(path);
-    let hashes = match path.is_dir() || is_remote {
-        true => hash_log(&Log::open(path)?)?,
-        false => vec![hash_file(path)?],
+    let log = match path.is_dir() || is_remote {
+        true => Some(Log::open(path)?),
+        false => None,
+    };
+    let hashes = match &log {
+        Some(log) => hash_log(log)?,
+        None => vec![hash_file(path)?],
     };
     let files: Vec<String> = hashes.iter().map(FileHash::identity).collect();
     let id = match (files.as_slice(), path.is_dir()) {
@@ -38,9 +43,10 @@ pub(super) fn identify(path: &Path) -> Result<Identity> {
             sha256(format!("{}\n{metadata}", files.join("\n")).as_bytes())
         }
     };
-    Ok(Identity {
+    let identity = Identity {
         id,
         files,
         bytes: hashes.iter().map(|hash| hash.bytes).sum(),
-    })
+    };
+    Ok((identity, log))
 }

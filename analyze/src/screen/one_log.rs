@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex};
 
 use anyhow::{Context, Result};
 use tipwatch_binding::MachineFile;
+use tipwatch_ingest::Log;
 
 use super::attempts::{Attempt, Attempts};
 use super::failure::FailureKind;
@@ -21,7 +22,7 @@ use super::request::{Reports, Update};
 use super::store::{Before, Store, Unreadable};
 use super::version::{SOURCES, analysis_version, machine_sha256, named_files, urdf_hash};
 use crate::analysis::Analysis;
-use crate::analysis::run::{Prepared, analyse_into};
+use crate::analysis::run::{Prepared, analyse_opened};
 use crate::base::error_text::{error_text, without_path};
 use crate::base::file_hash::FileHash;
 use crate::base::lock::lock;
@@ -140,10 +141,10 @@ impl Screening<'_> {
         record: &mut Record,
         attempt: &mut Option<Attempt>,
     ) -> Result<bool> {
-        let identity = identify(path)?;
+        let (identity, mut opened) = identify(path)?;
         record.log_id = Some(identity.id.clone());
         record.bytes = Some(identity.bytes);
-        let assigned = self.fleet.machine_of(path)?;
+        let assigned = self.fleet.machine_of(path, &mut opened)?;
         let machine = assigned.machine;
         let urdf = urdf_hash(machine);
         let known = urdf.as_ref().ok().and_then(Option::as_ref);
@@ -185,7 +186,7 @@ impl Screening<'_> {
                 if let Some(attempts) = &self.attempts {
                     *attempt = Some(attempts.begin(record)?);
                 }
-                self.analyse(path, machine, &identity, &version)?
+                self.analyse(path, opened, machine, &identity, &version)?
             }
         };
         lock(&self.current.done).insert(identity.id, record.clone());
@@ -211,12 +212,18 @@ impl Screening<'_> {
     fn analyse(
         &self,
         path: &Path,
+        opened: Option<Log>,
         machine: &MachineFile,
         identity: &Identity,
         version: &str,
     ) -> Result<Outcome> {
         let begin = |prepared: &Prepared<'_>| Ok(LateSketch::begin(prepared));
-        let (analysis, sketch) = analyse_into(path, machine, self.options, &mut |_| {}, begin)?;
+        let log = match opened {
+            Some(log) => machine.decode_can(log)?,
+            None => machine.open_log(path)?,
+        };
+        let (analysis, sketch) =
+            analyse_opened(path, log, machine, self.options, &mut |_| {}, begin)?;
         let read = analysis.provenance.log.iter().map(FileHash::identity);
         if !read.eq(identity.files.iter().cloned()) {
             let text = format!(

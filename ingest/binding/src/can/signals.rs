@@ -42,7 +42,14 @@ impl MachineFile {
     /// # Errors
     /// The log or a DBC file cannot be read, or a message or signal is not described.
     pub fn open_log(&self, path: &Path) -> Result<Log, MachineFileError> {
-        let mut log = Log::open(path)?;
+        self.decode_can(Log::open(path)?)
+    }
+
+    /// A log whose CAN messages, as far as the machine file names signals of them, are topics of their own.
+    ///
+    /// # Errors
+    /// A DBC file cannot be read, or a message or signal is not described.
+    pub fn decode_can(&self, mut log: Log) -> Result<Log, MachineFileError> {
         let topics = self.can_topics()?;
         if !topics.is_empty() {
             log.decode_can(&topics)?;
