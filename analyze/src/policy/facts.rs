@@ -93,7 +93,7 @@ pub struct OpenFall {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WheelFacts {
     /// Its name, in lower case.
-    pub name: String,
+    pub name: Shared<str>,
     /// Static load: level, at rest, in the reference posture (N).
     pub static_load_n: Option<f64>,
     /// Smallest OTF (N).
@@ -336,7 +336,7 @@ fn missing_messages(losses: &Losses) -> Option<u64> {
 fn wheel_facts(analysis: &Analysis, wheel: usize) -> WheelFacts {
     let found = &analysis.digest.wheels[wheel];
     WheelFacts {
-        name: analysis.machine.wheels()[wheel].name.to_lowercase(),
+        name: analysis.machine.wheels()[wheel].name.to_lowercase().into(),
         static_load_n: known(analysis.machine.reference().static_load[wheel]),
         least_otf_n: found.least_otf.map(|(_, otf_n)| otf_n),
         least_load_n: found.least_load_n,

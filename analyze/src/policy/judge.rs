@@ -190,7 +190,7 @@ impl Events {
         }
         let passed = counted.len() as u64 <= at_most;
         if let Some(unknown) = self.unknown_subject(wheels, events).filter(|_| passed) {
-            let wheels: Vec<&str> = wheels.iter().map(|it| it.name.as_str()).collect();
+            let wheels: Vec<&str> = wheels.iter().map(|it| &*it.name).collect();
             let found = say!(
                 "not decided: expected the name of a wheel or an edge of the machine, found \"{unknown}\"; its wheels are {}",
                 wheels.join(", ")
@@ -246,7 +246,7 @@ impl Events {
 
     /// A subject that the machine of this log does not have: no event can ever be its.
     fn unknown_subject(&self, wheels: &[WheelFacts], events: &[EventFacts]) -> Option<&str> {
-        let is_wheel = |name: &str| wheels.iter().any(|wheel| wheel.name == name);
+        let is_wheel = |name: &str| wheels.iter().any(|wheel| *wheel.name == *name);
         let is_edge = |name: &str| {
             let mut ends = name.match_indices('_');
             EDGES_OF_FOUR.contains(&name)

@@ -65,9 +65,10 @@ fn replaces(record: &Record, known: &Record) -> bool {
         true => (record, known),
         false => (known, record),
     };
-    let differs = |a: &Option<String>, b: &Option<String>| a.is_some() && a != b;
-    let is_about_another = differs(&failure.log_id, &result.log_id)
-        || differs(&failure.analysis_version, &result.analysis_version);
+    let content = failure.log_id.is_some() && failure.log_id != result.log_id;
+    let version =
+        failure.analysis_version.is_some() && failure.analysis_version != result.analysis_version;
+    let is_about_another = content || version;
     match record.is_failed() {
         true => is_about_another && record.age() > known.age(),
         false => !is_about_another || record.age() > known.age(),

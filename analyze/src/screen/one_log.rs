@@ -158,7 +158,7 @@ impl Screening<'_> {
         let version = urdf
             .and_then(|urdf| analysis_version(machine, urdf.as_ref(), &self.options))
             .map_err(|error| FailureKind::Machine.error(error_text(&error)))?;
-        record.analysis_version = Some(version.clone());
+        record.analysis_version = Some(version.clone().into());
         let one_at_a_time = self.current.lock_of(&identity.id);
         let _guard = lock(&one_at_a_time);
         let known = self

@@ -29,14 +29,14 @@ pub(super) struct Record {
     /// The machine; `None` if unknown.
     pub(super) machine: Option<Shared<MachineName>>,
     /// See [`super::version`]; `None` without a machine.
-    pub(super) analysis_version: Option<String>,
+    pub(super) analysis_version: Option<Shared<str>>,
     /// Version of the program.
-    pub(super) tipwatch_version: String,
+    pub(super) tipwatch_version: Shared<str>,
     /// Hash of its sources; `None` in records of before it was kept.
     #[serde(default)]
-    pub(super) sources: Option<String>,
+    pub(super) sources: Option<Shared<str>>,
     /// Name of the model.
-    pub(super) model: String,
+    pub(super) model: Shared<str>,
     /// When the log was finished (ns since 1970, UTC). It only orders the records of one path; the data
     /// set does not contain it.
     pub(super) finished_ns: i64,
@@ -95,7 +95,7 @@ pub(super) enum Outcome {
 pub(super) struct Common {
     machines: Pool<MachineName>,
     joints: Pool<[String]>,
-    notes: Pool<str>,
+    texts: Pool<str>,
 }
 
 impl Record {
@@ -105,15 +105,17 @@ impl Record {
         if let Some(machine) = &mut self.machine {
             common.machines.share(machine);
         }
+        let versions = self.analysis_version.iter_mut().chain(&mut self.sources);
+        let texts = versions.chain([&mut self.tipwatch_version, &mut self.model]);
+        texts.for_each(|text| common.texts.share(text));
         if let Outcome::Analysed { facts, .. } = &mut self.result {
             let worst = facts.worst.as_mut();
             if let Some(moment) = worst.and_then(|worst| worst.moment.as_mut()) {
                 common.joints.share(&mut moment.joints);
             }
-            facts
-                .notes
-                .iter_mut()
-                .for_each(|note| common.notes.share(note));
+            let wheels = facts.wheels.iter_mut().map(|wheel| &mut wheel.name);
+            let texts = facts.notes.iter_mut().chain(wheels);
+            texts.for_each(|text| common.texts.share(text));
         }
         // a clone is as large as its content; shrinking would leave up to half of it unused
         self.clone()

@@ -199,9 +199,9 @@ impl FleetLog {
                 .report_folder()
                 .map(|folder| format!("{folder}/report.html")),
             machine_file_sha256: machine.map(|machine| machine.sha256.clone()),
-            analysis_version: record.analysis_version.clone(),
-            tipwatch_version: record.tipwatch_version.clone(),
-            model: record.model.clone(),
+            analysis_version: record.analysis_version.as_deref().map(str::to_owned),
+            tipwatch_version: record.tipwatch_version.to_string(),
+            model: record.model.to_string(),
             start_ns: facts.map(|facts| facts.start_ns),
             end_ns: facts.map(|facts| facts.end_ns),
             duration_s: facts.map(|facts| facts.duration_s),
@@ -227,7 +227,7 @@ impl FleetLog {
             doubted: facts.map(|facts| doubted(facts, events.unwrap_or_default(), str::to_owned)),
             largest_utilisation: facts.and_then(|facts| facts.largest_utilisation),
             wheels: facts.map(|facts| {
-                let names = facts.wheels.iter().map(|wheel| wheel.name.clone());
+                let names = facts.wheels.iter().map(|wheel| wheel.name.to_string());
                 names.collect()
             }),
             static_loads: by_wheel(|wheel| wheel.static_load_n),

@@ -8,6 +8,7 @@ use strum::{EnumIter, IntoEnumIterator, IntoStaticStr};
 use super::statistics::{
     Change, LEAST_SEGMENT, Sorted, discovery_rates, fall, least_chance, median, of_one_more,
 };
+use crate::base::shared::Shared;
 use crate::screen::data_set::{FleetComparison, lifted};
 use crate::screen::merge::LogRow;
 use crate::screen::record::Record;
@@ -307,10 +308,9 @@ fn together<'a>(
 /// Whether a change came with another machine file or program: too few of the days before it have logs of a version of the
 /// analysis that those since then have.
 fn came_with_the_analysis(earlier: &[DayValue<'_>], since: &[DayValue<'_>]) -> bool {
-    let versions = |logs: &'_ [&Log<'_>]| -> BTreeSet<Option<String>> {
-        logs.iter()
-            .map(|log| log.record.analysis_version.clone())
-            .collect()
+    let versions = |logs: &[&Log<'_>]| -> BTreeSet<Option<Shared<str>>> {
+        let versions = logs.iter().map(|log| log.record.analysis_version.clone());
+        versions.collect()
     };
     let known: BTreeSet<_> = since.iter().flat_map(|day| versions(day.logs)).collect();
     let alike = earlier

@@ -205,7 +205,7 @@ pub(super) fn method(seen: &[Seen<'_>]) -> Markup {
         let analysis = record.analysis_version.as_deref().unwrap_or("unknown");
         let version = format!(
             "tipwatch {}, model {}, analysis version {analysis}",
-            record.tipwatch_version, record.model
+            &*record.tipwatch_version, &*record.model
         );
         *versions.entry(version).or_default() += 1;
     }
