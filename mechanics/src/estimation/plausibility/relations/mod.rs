@@ -287,7 +287,8 @@ impl Relations {
         }
         tell(self.tilt.standing(), &mut note.of(Part::Tilt));
         if let Some(lean) = &self.lean {
-            tell(lean.standing(), &mut note.of(Part::Lean));
+            let standing = lean.standing(|explanation| self.rotation.against(explanation));
+            tell(standing, &mut note.of(Part::Lean));
         }
     }
 }
@@ -344,6 +345,12 @@ impl Relations {
     /// among it: the slope of the ground is unknown.
     pub(in crate::estimation) fn proven(&self) -> Proofs {
         self.proven
+    }
+
+    /// The probability that each joint of the arm has the other sign, by the windows so far; none where the lean is not compared.
+    pub(in crate::estimation) fn reversed(&self) -> Vec<(usize, f64)> {
+        let refuted = |explanation| self.rotation.against(explanation);
+        (self.lean.as_ref()).map_or(Vec::new(), |lean| lean.reversed(refuted))
     }
 
     fn prove(&mut self) {
