@@ -119,7 +119,7 @@ fn loads_that_the_measured_rotation_contradicts_are_not_certain() {
 
 #[test]
 fn a_lift_is_as_certain_as_the_sign_of_the_slew_that_it_rests_on() {
-    let (folder, path) = (tempfile::tempdir().unwrap(), data("swing_lift.mcap"));
+    let (folder, path) = (tempfile::tempdir().unwrap(), data("side_reach.mcap"));
     let lifts = |log: &Path| -> Vec<Event> {
         let analysis = analysed_with(log, &path.with_extension("toml"), Options::default());
         let lifts = analysis.events.into_iter();

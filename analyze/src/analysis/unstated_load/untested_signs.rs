@@ -22,7 +22,8 @@ const DERIVATIVES: Scope = Scope {
 ///     c' = c - sum over joints P(other sign) max(c - c with the other sign, 0)
 /// ```
 /// Joints that a commissioning has proven are left out, and signs with which the joint would be beyond its limits or no linkage
-/// could close: nobody would have overlooked that. So are events that signals contradict: their doubts contain it.
+/// could close: nobody would have overlooked that. So are events that signals contradict, whose doubts contain it, and wheels off
+/// an edge about which gyro and attitude show a rotation.
 pub(crate) fn weigh_signs(
     table: &Table,
     reversed: &[(usize, f64)],
@@ -38,8 +39,15 @@ pub(crate) fn weigh_signs(
     if open.is_empty() {
         return;
     }
-    for event in events {
-        let rests_on_signs = event.rests_on_loads() && event.doubt.is_none();
+    let falls = events.iter().filter(|event| event.is_measured());
+    let falls: Vec<(String, [i64; 2])> = falls
+        .map(|fall| (fall.subject.clone(), fall.span_ns()))
+        .collect();
+    for event in events.iter_mut() {
+        let is_measured = falls.iter().any(|(edge, span_ns)| {
+            event.overlaps(*span_ns) && is_off(table, edge, &event.subject, span_ns[0])
+        });
+        let rests_on_signs = event.rests_on_loads() && event.doubt.is_none() && !is_measured;
         let Some(certainty) = event.certainty.filter(|_| rests_on_signs) else {
             continue;
         };
@@ -75,6 +83,41 @@ pub(crate) fn weigh_signs(
             }
         }
     }
+    follow_tippings(table, events);
+}
+
+/// Tipping about an edge needs every wheel off it unloaded: none of them was so less certainly.
+fn follow_tippings(table: &Table, events: &mut [Event]) {
+    let tippings =
+        (events.iter()).filter(|it| it.kind.is_lift() && it.kind != EventKind::WheelLift);
+    let tippings: Vec<Event> = tippings.cloned().collect();
+    let most = |one: Option<f64>, other: Option<f64>| one.into_iter().chain(other).reduce(f64::max);
+    for event in events.iter_mut().filter(|event| !event.untested.is_empty()) {
+        let span_ns = event.span_ns();
+        for tipping in tippings.iter().filter(|it| it.overlaps(span_ns)) {
+            let is_other = tipping.subject != event.subject;
+            if is_other && is_off(table, &tipping.subject, &event.subject, tipping.start_ns) {
+                event.certainty = most(event.certainty, tipping.certainty);
+                event.certainty_any_split =
+                    most(event.certainty_any_split, tipping.certainty_any_split);
+            }
+        }
+    }
+}
+
+/// Whether a wheel is off the ground while the machine rotates about an edge from a time on (ns); or the edge itself.
+fn is_off(table: &Table, edge: &str, subject: &str, from_ns: i64) -> bool {
+    let Some(machine) = table.machine_at(table.at(from_ns)) else {
+        return false;
+    };
+    let mut edges = machine.polygon().edges().iter();
+    let of_edge = edges.find(|it| it.name.to_lowercase() == edge);
+    let mut wheels = machine.wheels().iter();
+    let wheel = wheels.position(|wheel| wheel.name.to_lowercase() == subject);
+    subject == edge
+        || of_edge
+            .zip(wheel)
+            .is_some_and(|(of_edge, wheel)| !of_edge.carries[wheel])
 }
 
 /// Probability that the wheels of an event are below their limit in a state.
