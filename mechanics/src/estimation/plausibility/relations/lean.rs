@@ -8,8 +8,7 @@
 //! with unknowns that are learned: the bias of the gyro, the compliance s of tyres and ground relative to that in the machine
 //! file about each axis, and a small load m on the tool. An alternative predicts another a: that of the posture in which a joint
 //! has the other sign, is exchanged with another or moves by another scale; or it lets a joint move that its encoder shows
-//! at rest; or it lets a load be taken up. Where a wheel may be off the ground, where the machine travels, and after a hole,
-//! nothing is asked.
+//! at rest; or it lets a load be taken up. Where the machine travels or tips, and after a hole, nothing is asked.
 
 use nalgebra::{SVector, Vector2, Vector3};
 

@@ -6,6 +6,7 @@
 //! ```text
 //!     sum k a a' p = (W, -N_y, N_x),  a = (1, x, y),   lean by the tyres = (-p2, p1)
 //! ```
+//! Tyres push and cannot pull: the sum is over those that carry load, and once one has left the ground the others carry it.
 //! W is taken as constant: it sinks the platform but hardly turns it. The specific force stands for gravity, so that M
 //! contains the acceleration of the platform. The derivative of H is that of its low-pass filter:
 //! `L(L(dH/dt)) = (L(H) - L(L(H))) / T`. Where wheels move on a suspension, the plane through their centres,

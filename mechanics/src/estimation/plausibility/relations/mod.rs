@@ -8,7 +8,7 @@
 //! | [`Part::Yaw`] | turn about the vertical | gyro; against odometry, speeds and steering of the wheels | as above |
 //! | [`Part::Rolling`] | way | wheels; against odometry | as above |
 //! | [`Part::Tilt`] | inclination | IMU; against odometry | always |
-//! | [`Part::Lean`] | how the platform leans on its tyres | joints of the arm; against gyro | of a machine that stands on all wheels |
+//! | [`Part::Lean`] | how the platform leans on its tyres | joints of the arm; against gyro | of a machine that stands |
 //! | [`Part::Joint`] | where a joint is after its position jumped | itself before; decided by the lean | until it returns |
 //!
 //! Where no attitude is measured, the up direction at rest, carried on by the gyro, stands for it: see [`inclination`].
