@@ -354,7 +354,11 @@ impl LeanModel {
         let wheels = self.machine.wheels();
         let mean = self.weight / wheels.len() as f64;
         let (mut plane, on_all) = of(&self.sink, Footing::AllWheels);
+        if self.least_load(moment, &Vector2::zeros()) >= 0.0 {
+            return on_all;
+        }
         let mut tilted = on_all;
+        // one bit a wheel; those from the 64th on leave together
         let mut left = 0_u64;
         for _ in 0..wheels.len() {
             let (mut least, mut leaves, mut sum) = (f64::INFINITY, 0, Matrix3::zeros());
@@ -371,8 +375,10 @@ impl LeanModel {
                 }
             }
             if leaves == 0 {
-                let is_carried = tilted.on == Footing::AllWheels || least >= LEAST_LOAD;
-                return if is_carried { tilted } else { on_all.tipping() };
+                return match least >= LEAST_LOAD {
+                    true => tilted,
+                    false => on_all.tipping(),
+                };
             }
             left |= leaves;
             let is_solvable = sum.determinant() > SOLVABLE * self.determinant;
