@@ -117,6 +117,40 @@ fn loads_that_the_measured_rotation_contradicts_are_not_certain() {
     );
 }
 
+#[test]
+fn a_lift_is_as_certain_as_the_sign_of_the_slew_that_it_rests_on() {
+    let (folder, path) = (tempfile::tempdir().unwrap(), data("side_reach.mcap"));
+    let lifts = |log: &Path| -> Vec<Event> {
+        let analysis = analysed_with(log, &path.with_extension("toml"), Options::default());
+        let lifts = analysis.events.into_iter();
+        lifts
+            .filter(|event| event.kind == EventKind::WheelLift)
+            .collect()
+    };
+    let sound = lifts(&path);
+    let largest = |events: &[Event]| {
+        events
+            .iter()
+            .filter_map(|event| event.certainty)
+            .fold(0.0, f64::max)
+    };
+    assert!(largest(&sound) > 0.999, "{sound:?}");
+    assert!(
+        sound.iter().all(|event| event.untested.is_empty()),
+        "{sound:?}"
+    );
+    let log = folder.path().join("reversed.mcap");
+    write_edited(&path, &log, &mut |topic, values| {
+        if topic == "/joint_states" {
+            for name in ["position.slew", "velocity.slew"] {
+                values.set(name, -values.get(name));
+            }
+        }
+    });
+    let wrong = lifts(&log);
+    assert!(!wrong.is_empty() && largest(&wrong) < 0.9, "{wrong:?}");
+}
+
 /// The tip-over about an edge.
 fn tip_over_of<'a>(analysis: &'a Analysis, edge: &str) -> &'a Event {
     let mut events = analysis.events.iter();

@@ -41,6 +41,8 @@ pub(super) struct SignalQuality {
     pub(super) rotating: Vec<[i64; 2]>,
     /// What the signals have shown, from the row at this time (ns) on.
     pub(super) shown: Vec<(i64, SessionProofs)>,
+    /// The probability that each joint of the arm has the other sign, by the motion of the whole log.
+    pub(super) reversed: Vec<(usize, f64)>,
     /// The rate that was asked of each joint, from the row at this time (ns) on; none if the estimator knows the whole log.
     pub(super) commands: Vec<(i64, Vec<f64>)>,
 }
@@ -226,6 +228,7 @@ fn smoothed(loaded: &LoadedLog, clock: RowClock) -> Result<(EstimatedRows, Signa
         rotating: Vec::new(),
         // each row knows the whole log
         shown: vec![(i64::MIN, smoother.shown())],
+        reversed: smoother.reversed().to_vec(),
         commands: Vec::new(),
     };
     let times_ns = smoother.row_times_ns().to_vec();
@@ -321,6 +324,7 @@ fn causal(
         turning: Vec::new(),
         rotating,
         shown,
+        reversed: estimator.reversed(),
         commands,
     };
     let rows = estimated(machine, times_ns, Arc::new(kept));

@@ -75,6 +75,8 @@ pub struct Event {
     pub fault: Option<InputFault>,
     /// Signals that contradict each other during the event, so that its sensors may be wrong; null if none do.
     pub doubt: Option<Doubt>,
+    /// Encoders on whose sign it rests and whose other sign the motion of the log leaves open: it is in the certainty.
+    pub untested: Vec<UntestedSign>,
 }
 
 tipwatch_mechanics::named! {
@@ -98,6 +100,17 @@ pub struct Doubt {
     pub subjects: Vec<String>,
     /// Probability that the loads are right all the same; it is in the event's certainty.
     pub loads_are_right: f64,
+}
+
+/// An encoder of which the motion of the log does not refute that it has the other sign.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct UntestedSign {
+    /// The joint.
+    pub joint: String,
+    /// Probability that it has the other sign.
+    pub reversed: f64,
+    /// Probability of the event if it has, in the row on which the certainty rests.
+    pub certainty_if_reversed: f64,
 }
 
 tipwatch_mechanics::named! {
@@ -316,6 +329,7 @@ impl Event {
             counterfactuals: Vec::new(),
             fault: None,
             doubt: None,
+            untested: Vec::new(),
         }
     }
 }

@@ -169,6 +169,13 @@ impl CausalEstimator {
         self.plausibility.trust(signals);
     }
 
+    /// The probability that each joint of the arm has the other sign, by index, as the samples so far show it; none where
+    /// nothing compares them.
+    #[must_use]
+    pub fn reversed(&self) -> Vec<(usize, f64)> {
+        self.plausibility.reversed()
+    }
+
     /// The last row emitted.
     #[must_use]
     pub fn last(&self) -> &Estimate {

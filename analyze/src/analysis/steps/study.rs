@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use rayon::prelude::*;
-use tipwatch_mechanics::machine::{Machine, Note};
+use tipwatch_mechanics::machine::{Machine, Note, Proofs};
 use tipwatch_mechanics::state::StreamCounts;
 
 use super::super::advice::{advise, ask_all};
@@ -110,6 +110,10 @@ pub(in crate::analysis) fn study<S: RowSink>(
         };
         unstated_load::set_no_returns(&stories, &explained_falls, &mut events);
         unstated_load::doubt_contradicted(machine, &explained_falls, &mut events);
+        let reversed = &samples.quality.reversed;
+        let commissioned =
+            (commissioning.as_ref()).map_or(Proofs::NONE, |(_, found)| found.proven(machine));
+        unstated_load::weigh_signs(&table, reversed, commissioned, limits, &mut events);
     }
     let mut turning = turning.into_iter();
     let turning =

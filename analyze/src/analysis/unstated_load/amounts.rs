@@ -145,7 +145,7 @@ fn change(state: &mut State<f64>, row: &RowState, unstated: Unstated, amount: f6
     }
 }
 
-fn reverse(state: &mut State<f64>, signal: Parameter) {
+pub(super) fn reverse(state: &mut State<f64>, signal: Parameter) {
     let imu = &mut state.imu;
     match signal {
         Parameter::JointPosition(joint) => {

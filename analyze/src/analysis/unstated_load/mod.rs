@@ -26,6 +26,7 @@ mod regression;
 mod result;
 mod rows;
 mod study;
+mod untested_signs;
 
 pub(crate) use contradicted::doubt_contradicted;
 pub(crate) use no_return::set_no_returns;
@@ -33,6 +34,7 @@ pub use result::{
     Agreement, EstimatedAmount, ExplainedFall, Explanation, LoadEstimates, MassEstimate,
 };
 pub(crate) use study::{falls, study};
+pub(crate) use untested_signs::weigh_signs;
 
 #[cfg(test)]
 mod tests;

@@ -77,6 +77,15 @@ impl Scene {
                 probability(doubt.loads_are_right)
             ));
         }
+        evidence.extend(event.untested.iter().map(|sign| {
+            say!(
+                "Rests on the sign of the encoder of {}, which neither the motion of this log nor a commissioning has proven: the \
+                 other sign has a probability of {}, and with it this one of {}. Both are in the confidence",
+                sign.joint,
+                probability(sign.reversed),
+                probability(sign.certainty_if_reversed)
+            )
+        }));
         if let Some(causes) = &event.causes {
             evidence.extend(self.causes(causes));
         }

@@ -118,6 +118,13 @@ impl Plausibility {
         }
     }
 
+    /// The probability that each joint of the arm has the other sign, by index, as the samples so far show it; none where
+    /// nothing compares them.
+    #[must_use]
+    pub fn reversed(&self) -> Vec<(usize, f64)> {
+        self.relations.reversed()
+    }
+
     /// Whether a value that the estimate requires was not finite in the last sample.
     pub(crate) fn lacks_a_value(&self) -> bool {
         self.findings.iter().any(Finding::lacks_a_value)

@@ -473,6 +473,7 @@ impl PlatformRotation {
         {
             let claim = self.by_attitude.reference.claim;
             (spell.witness, spell.edge, spell.other_edge) = (OtherEdges, claim.edge, Some(edge));
+            (spell.sigma, spell.by_ground) = (claim.sigma, claim.by_ground);
             (spell.largest, spell.largest_ns) = (claim.angle, now_ns);
         }
         let is_gyro = spell.witness.is_by_gyro();
@@ -486,7 +487,11 @@ impl PlatformRotation {
             && spell.largest < RotationSpell::TUMBLES
         {
             let claim = source.reference.claim;
-            if claim.angle > 1.2 * spell.angle.max(spell.largest) {
+            if claim.angle > 1.2 * spell.angle.max(spell.largest) && claim.edge != spell.edge {
+                // about an edge that the other source shows, it is about that or the one before
+                if spell.other_edge == Some(claim.edge) {
+                    spell.other_edge = Some(spell.edge);
+                }
                 spell.edge = claim.edge;
             }
         }
@@ -514,6 +519,10 @@ impl PlatformRotation {
                 _ => AttitudeNotGyro,
             };
             spell.other_edge = spell.other_edge.filter(|_| spell.witness == OtherEdges);
+            if spell.witness.is_by_gyro() != is_gyro && other.reference.claim.edge == spell.edge {
+                let claim = other.reference.claim;
+                (spell.sigma, spell.by_ground) = (claim.sigma, claim.by_ground);
+            }
         }
         let largest = Claim {
             edge: spell.edge,

@@ -39,6 +39,7 @@ pub struct BlockSmoother<S> {
     bias: BiasHistory,
     faults: Vec<FaultSpan>,
     shown: SessionProofs,
+    reversed: Vec<(usize, f64)>,
     times_ns: Vec<i64>,
     rows_per_block: usize,
     max_gap_ns: i64,
@@ -106,6 +107,7 @@ impl<S: SampleSource> BlockSmoother<S> {
         let Forward {
             faults,
             shown,
+            reversed,
             bias,
             tracks,
         } = passes.run(run)?;
@@ -116,6 +118,7 @@ impl<S: SampleSource> BlockSmoother<S> {
             bias,
             faults,
             shown,
+            reversed,
             times_ns,
             rows_per_block,
             max_gap_ns,
@@ -168,6 +171,13 @@ impl<S: SampleSource> BlockSmoother<S> {
     #[must_use]
     pub fn shown(&self) -> SessionProofs {
         self.shown
+    }
+
+    /// The probability that each joint of the arm has the other sign, by index, as the whole recording shows it; none where
+    /// nothing compares them.
+    #[must_use]
+    pub fn reversed(&self) -> &[(usize, f64)] {
+        &self.reversed
     }
 
     /// A worker for one thread. `machine` must differ from that of [`BlockSmoother::new`] by its masses at most.

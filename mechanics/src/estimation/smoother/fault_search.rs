@@ -24,6 +24,8 @@ pub(super) struct Searched {
     pub(super) faults: Vec<FaultSpan>,
     /// What the whole log has shown of the sensors.
     pub(super) shown: SessionProofs,
+    /// The probability that each joint of the arm has the other sign.
+    pub(super) reversed: Vec<(usize, f64)>,
 }
 
 /// Finds implausible spans, checking all sensors together in stamp order. A sensor is `faulty` where one of them changes
@@ -64,6 +66,7 @@ pub(super) fn find_faults<S: SampleSource>(
                     proven: compared.relations.proven(),
                     only_zeros: checked.checks.only_zeros(),
                 },
+                reversed: compared.relations.reversed(),
                 faults: compared.spans.finish(),
             });
         }

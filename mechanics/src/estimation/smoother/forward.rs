@@ -61,6 +61,8 @@ pub(super) struct Forward {
     pub(super) faults: Vec<FaultSpan>,
     /// What the signals have shown.
     pub(super) shown: SessionProofs,
+    /// The probability that each joint of the arm has the other sign.
+    pub(super) reversed: Vec<(usize, f64)>,
     pub(super) bias: BiasHistory,
     /// By sensor.
     pub(super) tracks: Vec<Track>,
@@ -97,7 +99,11 @@ impl<S: SampleSource> Passes<'_, S> {
             passes.push(Box::new(move || track.set(follow())));
         }
         run(passes);
-        let Searched { faults, shown } = found.take_or(|| self.find_faults(&faulty, run))?;
+        let Searched {
+            faults,
+            shown,
+            reversed,
+        } = found.take_or(|| self.find_faults(&faulty, run))?;
         let of_sensor = |sensor: usize| -> Vec<FaultSpan> {
             faults_of(&faults, self.samples[sensor].sensor())
                 .copied()
@@ -127,6 +133,7 @@ impl<S: SampleSource> Passes<'_, S> {
         Ok(Forward {
             faults,
             shown,
+            reversed,
             bias,
             tracks,
         })

@@ -208,7 +208,7 @@ fn add_joints(
         model.set(joint, position, 0.0);
     }
     let moment = model.posture_moment(up);
-    let at_rest = model.lean_of(&moment);
+    let at_rest = model.lean_on_all_wheels(&moment);
     // where a wheel carries nothing, the comparison is not made
     let stands = stands && model.is_on_all_wheels(&moment);
     for it in joints {
@@ -217,7 +217,8 @@ fn add_joints(
             Vector2::zeros()
         } else {
             model.set(it.joint, now, 0.0);
-            let lean = model.posture_lean(up);
+            let moment = model.posture_moment(up);
+            let lean = model.lean_on_all_wheels(&moment);
             model.set(it.joint, before[it.joint], 0.0);
             lean - at_rest
         };

@@ -121,6 +121,13 @@ impl Hypotheses {
         alternatives.map(|it| (it.explanation, it.evidence.value))
     }
 
+    /// What the windows say against an alternative.
+    pub(super) fn against(&self, explanation: Explanation) -> f64 {
+        let mut alternatives = self.alternatives.iter();
+        let found = alternatives.find(|it| it.explanation == explanation);
+        found.map_or(0.0, |it| it.evidence.against())
+    }
+
     /// The best of the alternatives that stand, with the threshold.
     pub(super) fn standing(&self) -> Standing {
         let standing = self.alternatives.iter().filter(|it| it.evidence.stands());

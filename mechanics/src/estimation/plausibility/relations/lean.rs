@@ -8,8 +8,7 @@
 //! with unknowns that are learned: the bias of the gyro, the compliance s of tyres and ground relative to that in the machine
 //! file about each axis, and a small load m on the tool. An alternative predicts another a: that of the posture in which a joint
 //! has the other sign, is exchanged with another or moves by another scale; or it lets a joint move that its encoder shows
-//! at rest; or it lets a load be taken up. Where a wheel may be off the ground, where the machine travels, and after a hole,
-//! nothing is asked.
+//! at rest; or it lets a load be taken up. Where the machine travels or tips, and after a hole, nothing is asked.
 
 use nalgebra::{SVector, Vector2, Vector3};
 
@@ -48,6 +47,12 @@ const TURNED_BY_GROUND: f64 = 4.0;
 /// Shares of both leans by which the model errs, and of those about the other axis.
 const MODEL: f64 = 0.08;
 const ACROSS: f64 = 0.05;
+/// While a wheel is off the ground, which even ground would let it leave later or earlier: these instead (rad).
+const MODEL_OFF: f64 = 0.3;
+const UNEXPLAINED_OFF: f64 = 3e-4;
+/// Probability beforehand that the sensor of a machine shows one of the alternatives: one in a hundred is wired, mounted or
+/// configured so, where nobody has tested it.
+const BEFOREHAND: f64 = 0.01;
 /// Speed that noise shows while the machine stands (m/s), and from which it travels.
 const STANDING: f64 = 0.04;
 const TRAVELLING: f64 = 0.2;
@@ -79,6 +84,8 @@ pub(super) struct LeanRelation {
     tool_ns: Option<i64>,
     /// How much the ground may rock the platform, 0 to 1.
     rocking: f64,
+    /// Whether every sample so far shows a machine that stands still; `None` once the first window is over.
+    stood: Option<bool>,
     /// At the last sample of joints.
     last: Option<End>,
     before: Option<End>,
@@ -184,6 +191,7 @@ impl LeanRelation {
             start_ns: None,
             tool_ns: None,
             rocking: 1.0,
+            stood: Some(true),
             last: None,
             before: None,
             settling: 1,
@@ -280,6 +288,9 @@ impl LeanRelation {
         self.rocking = now.max(self.rocking * (-step_s / COMES_TO_REST_S).exp());
         self.up = Some(self.model.level(step_s, force, self.rocking));
         self.turning = self.gyro.step(step_s, &turning.xy());
+        if let Some(stood) = &mut self.stood {
+            *stood &= now == 0.0 && self.turning.norm() < BIAS;
+        }
         self.turned += self.turning * step_s;
     }
 
@@ -288,6 +299,10 @@ impl LeanRelation {
         let (Some(now), Some(up), true) = (self.last, self.up, self.has_imu) else {
             return;
         };
+        // a platform that turns no more than a gyro's bias shows does not rock, whatever the machine did before the log
+        if self.stood.take() == Some(true) {
+            self.rocking = 0.0;
+        }
         let End { lean, turned, .. } = now;
         let is_old = stamp_ns.saturating_sub(now.stamp_ns) > stamp_ns.saturating_sub(start_ns);
         if is_old || lean.is_beyond_model {
@@ -315,12 +330,13 @@ impl LeanRelation {
         if b.norm() > TURNED_BY_GROUND * (UNEVEN * self.rocking + a.norm()) && self.rocking > 0.5 {
             return;
         }
+        let are_all_on = before.lean.is_on_all_wheels && lean.is_on_all_wheels;
         // the smoothed motion of the joints is late or early by up to half a step of theirs
         let late = (now.turning - before.turning) * (0.5 * now.step_s);
         let compared = Compared {
             start_ns: before.stamp_ns,
             window_s,
-            sigma: self.sigma(&a, &b, window_s).zip_map(&late, f64::hypot),
+            sigma: (self.sigma(&a, &b, window_s, are_all_on)).zip_map(&late, f64::hypot),
             measured: b,
             per_load: lean.by_load - before.lean.by_load,
             by_load: lean.by_load,
@@ -330,12 +346,22 @@ impl LeanRelation {
     }
 
     /// Standard deviation of the lean about x and y in a window.
-    fn sigma(&self, a: &Vector2<f64>, b: &Vector2<f64>, window_s: f64) -> Vector2<f64> {
+    fn sigma(
+        &self,
+        a: &Vector2<f64>,
+        b: &Vector2<f64>,
+        window_s: f64,
+        are_all_on: bool,
+    ) -> Vector2<f64> {
+        let [model, unexplained] = match are_all_on {
+            true => [MODEL, UNEXPLAINED],
+            false => [MODEL_OFF, UNEXPLAINED_OFF],
+        };
         let noise = self.gyro.noise * self.gyro.step_s * window_s;
         let ground = UNEVEN * self.rocking;
-        let other = UNEXPLAINED * UNEXPLAINED + ground * ground + noise;
+        let other = unexplained * unexplained + ground * ground + noise;
         let squares = (a.component_mul(a) + b.component_mul(b)) / 2.0;
-        (squares * (MODEL * MODEL) + squares.yx() * (ACROSS * ACROSS))
+        (squares * (model * model) + squares.yx() * (ACROSS * ACROSS))
             .map(|model| (model + other).sqrt())
     }
 
@@ -352,7 +378,7 @@ impl LeanRelation {
         let before = self.sound;
         self.sound.drift(drift);
         let sound = compared.take(&mut self.sound, &compared.measured, a, Vector2::zeros());
-        let at_rest = self.model.posture_lean(up);
+        let at_rest = self.model.lean_with(&[], up);
         for it in &mut self.alternatives {
             if it.is_asleep() {
                 continue;
@@ -384,7 +410,7 @@ impl LeanRelation {
                     }
                     unknowns.draw(5, UNSEEN_MOTION);
                     let step = 1e-3;
-                    let moved = self.model.lean_with([(joint, position + step); 2], up);
+                    let moved = self.model.lean_with(&[(joint, position + step)], up);
                     compared.take(unknowns, &measured, a, (moved - at_rest) / step)
                 }
                 Explanation::Sign(Axis::X) => {
@@ -421,7 +447,7 @@ impl LeanRelation {
 
     /// Notes the postures of the alternatives at the beginning of a window.
     fn note_postures(&mut self, up: &Vector3<f64>) {
-        let at_rest = self.model.posture_lean(up);
+        let at_rest = self.model.lean_with(&[], up);
         for it in &mut self.alternatives {
             if it.is_asleep() {
                 continue;
@@ -464,11 +490,37 @@ impl LeanRelation {
     }
 
     /// The best of the alternatives that stand. A load explains as well as a sensor: the sensor is named only where it explains
-    /// more.
-    pub(super) fn standing(&self) -> Standing {
+    /// more. `refuted` is the evidence of another relation against that of the gyro.
+    pub(super) fn standing(&self, refuted: impl Fn(Explanation) -> f64) -> Standing {
         let standing = self.alternatives.iter().filter(|it| it.evidence.stands());
-        let best = standing.max_by(|a, b| a.evidence.sum.total_cmp(&b.evidence.sum))?;
+        let lead = |it: &&Alternative| it.evidence.sum - refuted(it.explanation);
+        let best = standing.max_by(|a, b| lead(a).total_cmp(&lead(b)))?;
         Some((best.explanation, best.evidence, self.threshold))
+    }
+
+    /// The probability that each joint has the other sign, by all windows, against sound sensors and a gyro that shows
+    /// otherwise; `refuted` as above.
+    pub(super) fn reversed(&self, refuted: impl Fn(Explanation) -> f64) -> Vec<(usize, f64)> {
+        let odds = |it: &Alternative| {
+            let share = match it.explanation {
+                Explanation::JointSign(_) => BEFOREHAND,
+                Explanation::Sign(_)
+                | Explanation::HalfTurn(_)
+                | Explanation::Exchanged(..)
+                | Explanation::Stopped => BEFOREHAND / 5.0,
+                _ => return None,
+            };
+            // what outweighs all else is as probable as it can be
+            let log = it.evidence.total - refuted(it.explanation);
+            Some((it.explanation, share * log.clamp(-700.0, 600.0).exp()))
+        };
+        let all: Vec<(Explanation, f64)> = self.alternatives.iter().filter_map(odds).collect();
+        let total = 1.0 + all.iter().map(|(_, odds)| odds).sum::<f64>();
+        let of_joint = |(explanation, odds): &(Explanation, f64)| match explanation {
+            Explanation::JointSign(joint) => Some((*joint, odds / total)),
+            _ => None,
+        };
+        all.iter().filter_map(of_joint).collect()
     }
 }
 
@@ -548,6 +600,6 @@ impl Alternative {
             }
             _ => return Vector2::zeros(),
         };
-        model.lean_with(changed, up) - at_rest
+        model.lean_with(&changed, up) - at_rest
     }
 }

@@ -6,12 +6,13 @@
 //! ```text
 //!     sum k a a' p = (W, -N_y, N_x),  a = (1, x, y),   lean by the tyres = (-p2, p1)
 //! ```
+//! Tyres push and cannot pull: the sum is over those that carry load, and once one has left the ground the others carry it.
 //! W is taken as constant: it sinks the platform but hardly turns it. The specific force stands for gravity, so that M
 //! contains the acceleration of the platform. The derivative of H is that of its low-pass filter:
 //! `L(L(dH/dt)) = (L(H) - L(L(H))) / T`. Where wheels move on a suspension, the plane through their centres,
 //! `z = s0 + s1 x + s2 y`, leans the platform by `(-s2, s1)` more.
 
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector1, Vector2, Vector3};
 
 use super::low_pass::{LowPass, share};
 use super::rolling::{Rolled, Rolling};
@@ -28,8 +29,10 @@ const LEVELLED_S: f64 = 3.0;
 const STANDING_S: f64 = 0.05;
 /// How far a machine sinks on tyres of unknown stiffness (m).
 const USUAL_SINK: f64 = 0.015;
-/// Smallest load of a wheel for which its tyre counts as a spring, as a share of the mean load.
+/// Smallest load with which a wheel carries for certain, as a share of the mean load, and least determinant of the stiffness of the
+/// wheels that carry a platform without the others, as a share of that of all.
 const LEAST_LOAD: f64 = 0.02;
+const SOLVABLE: f64 = 1e-3;
 
 /// The model, and what it remembers.
 #[derive(Debug, Clone)]
@@ -43,11 +46,19 @@ pub(super) struct LeanModel {
     spins: Vec<bool>,
     is_known: Vec<bool>,
     has_rate: Vec<bool>,
+    /// Positions of the joints (rad or m), smoothed like the lean.
+    smoothed: Vec<[LowPass<1>; 2]>,
+    /// Room for the others while these stand in for them.
+    exact: Vec<f64>,
     rolling: Rolling,
     /// Whether the machine file states how the tyres deflect, and nothing else gives way.
     pub(super) stiffness_is_known: bool,
     /// Plane by which the platform sinks per (W, -N_y, N_x).
     sink: Matrix3<f64>,
+    /// Of the sum that it inverts.
+    determinant: f64,
+    /// Lean by the weight alone (rad).
+    by_weight: Vector2<f64>,
     /// Stiffness of each tyre (N/m).
     stiffness: Vec<f64>,
     /// Centre of the tyres' stiffness (m): about it, a lean shifts load and adds none.
@@ -70,6 +81,32 @@ pub(super) struct LeanModel {
     up: LowPass<3>,
     lean: [LowPass<2>; 2],
     momentum: [LowPass<2>; 2],
+}
+
+/// What the platform stands on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Footing {
+    AllWheels,
+    FewerWheels,
+    /// No wheels carry it without the others: it tips.
+    Tips,
+}
+
+/// A lean on tyres (rad).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tilted {
+    /// Of a platform that tips, the one with tyres that pull.
+    pub(super) angle: Vector2<f64>,
+    pub(super) on: Footing,
+}
+
+impl Tilted {
+    fn tipping(self) -> Self {
+        Self {
+            on: Footing::Tips,
+            ..self
+        }
+    }
 }
 
 /// How a platform leans on its tyres.
@@ -116,7 +153,9 @@ pub(super) struct Lean {
     pub(super) angle: Vector2<f64>,
     /// By how much a load on the end of the arm leans the platform (rad/kg); zero without an arm.
     pub(super) by_load: Vector2<f64>,
-    /// Whether a load of unknown mass is attached, or a wheel carries nothing, so that the tyres are no springs.
+    /// Whether every wheel carries load.
+    pub(super) is_on_all_wheels: bool,
+    /// Whether a load of unknown mass is attached, or the platform tips.
     pub(super) is_beyond_model: bool,
 }
 
@@ -173,8 +212,14 @@ impl LeanModel {
             spins: spins.collect(),
             is_known: machine.joints().iter().map(is_given).collect(),
             has_rate: vec![false; machine.joints().len()],
+            exact: vec![0.0; machine.joints().len()],
+            smoothed: (machine.joints().iter())
+                .map(|_| [LowPass::new(SMOOTHED_S), LowPass::new(SMOOTHED_S)])
+                .collect(),
             rolling: Rolling::new(machine),
             stiffness_is_known: is_stated && machine.suspension().is_none(),
+            determinant: sum.determinant(),
+            by_weight: Vector2::new(-sink[(2, 0)], sink[(1, 0)]) * weight,
             sink,
             stiffness,
             centre,
@@ -196,6 +241,7 @@ impl LeanModel {
         self.up.reset();
         let filters = self.lean.iter_mut().chain(&mut self.momentum);
         filters.for_each(LowPass::reset);
+        (self.smoothed.iter_mut().flatten()).for_each(LowPass::reset);
     }
 
     /// Takes the specific force in base axes, and how much the ground may rock the platform, 0 to 1. Returns what
@@ -249,10 +295,17 @@ impl LeanModel {
             has_unknown_load,
         } = self.weigh_bodies();
         let carried = first.cross(up) - self.tool_moment();
-        let mut smoothed = self.compliance * carried.xy() + self.plane_of_wheels();
+        let tilted = self.lean_of(&carried.xy());
+        let mut smoothed = tilted.angle + self.plane_of_wheels();
         let share = share(dt, SMOOTHED_S);
         for filter in &mut self.lean {
             smoothed = filter.step_by(share, &smoothed);
+        }
+        for (filters, joint) in self.smoothed.iter_mut().zip(&self.state.joints) {
+            let mut position = Vector1::new(joint.position);
+            for filter in filters {
+                position = filter.step_by(share, &position);
+            }
         }
         let [once, twice] = &mut self.momentum;
         let once = once.step_by(share, &momentum.xy());
@@ -263,12 +316,12 @@ impl LeanModel {
             motion.origin + motion.rotation * self.machine.bodies[tip].inertia.com
         });
         let by_load = self.compliance * tip.cross(up).xy();
-        let moment = carried.xy() + change;
-        let least = self.least_load(&moment, &Vector2::zeros());
+        let on = self.lean_of(&(carried.xy() + change)).on;
         let lean = Lean {
             angle,
             by_load,
-            is_beyond_model: has_unknown_load || least < LEAST_LOAD,
+            is_on_all_wheels: on == Footing::AllWheels,
+            is_beyond_model: has_unknown_load || on == Footing::Tips,
         };
         angle.iter().all(|v| v.is_finite()).then_some(lean)
     }
@@ -276,17 +329,65 @@ impl LeanModel {
     /// The lean of a machine at rest in the posture that is set, not smoothed.
     pub(super) fn posture_lean(&mut self, up: &Vector3<f64>) -> Vector2<f64> {
         let moment = self.posture_moment(up);
-        self.lean_of(&moment)
+        self.lean_of(&moment).angle + self.plane_of_wheels()
     }
 
-    /// The lean under a moment N on the tyres.
-    pub(super) fn lean_of(&self, moment: &Vector2<f64>) -> Vector2<f64> {
+    /// Whether every wheel carries load under a moment N.
+    pub(super) fn is_on_all_wheels(&self, moment: &Vector2<f64>) -> bool {
+        self.least_load(moment, &Vector2::zeros()) >= LEAST_LOAD
+    }
+
+    /// The lean under a moment N with which every wheel carries load.
+    pub(super) fn lean_on_all_wheels(&self, moment: &Vector2<f64>) -> Vector2<f64> {
         self.compliance * moment + self.plane_of_wheels()
     }
 
-    /// Whether every wheel carries load under a moment N, so that the tyres are springs.
-    pub(super) fn is_on_all_wheels(&self, moment: &Vector2<f64>) -> bool {
-        self.least_load(moment, &Vector2::zeros()) >= LEAST_LOAD
+    /// The lean under a moment N on tyres that push and cannot pull: those that the platform leaves are left out until the
+    /// others carry it. The constant part of the weight is left out, too.
+    pub(super) fn lean_of(&self, moment: &Vector2<f64>) -> Tilted {
+        let load = Vector3::new(self.weight, -moment.y, moment.x);
+        let of = |sink: &Matrix3<f64>, on| {
+            let plane = sink * load;
+            let angle = Vector2::new(-plane.z, plane.y) - self.by_weight;
+            (plane, Tilted { angle, on })
+        };
+        let wheels = self.machine.wheels();
+        let mean = self.weight / wheels.len() as f64;
+        let (mut plane, on_all) = of(&self.sink, Footing::AllWheels);
+        if self.least_load(moment, &Vector2::zeros()) >= 0.0 {
+            return on_all;
+        }
+        let mut tilted = on_all;
+        // one bit a wheel; those from the 64th on leave together
+        let mut left = 0_u64;
+        for _ in 0..wheels.len() {
+            let (mut least, mut leaves, mut sum) = (f64::INFINITY, 0, Matrix3::zeros());
+            for (place, (wheel, stiffness)) in wheels.iter().zip(&self.stiffness).enumerate() {
+                let a = Vector3::new(1.0, wheel.centre_at_zero.x, wheel.centre_at_zero.y);
+                let share = stiffness * a.dot(&plane) / mean;
+                match left >> place.min(63) & 1 == 0 {
+                    true if share < 0.0 => leaves |= 1 << place.min(63),
+                    true => {
+                        least = least.min(share);
+                        sum += a * a.transpose() * *stiffness;
+                    }
+                    false => {}
+                }
+            }
+            if leaves == 0 {
+                return match least >= LEAST_LOAD {
+                    true => tilted,
+                    false => on_all.tipping(),
+                };
+            }
+            left |= leaves;
+            let is_solvable = sum.determinant() > SOLVABLE * self.determinant;
+            let Some(sink) = sum.try_inverse().filter(|_| is_solvable) else {
+                break;
+            };
+            (plane, tilted) = of(&sink, Footing::FewerWheels);
+        }
+        on_all.tipping()
     }
 
     /// The moment N on the tyres of a machine at rest in the posture that is set (N m).
@@ -298,19 +399,22 @@ impl LeanModel {
         first.cross(up).xy()
     }
 
-    /// The same with other positions of up to two joints.
+    /// The same in the smoothed posture, as late as the smoothed lean, with other positions of some joints.
     pub(super) fn lean_with(
         &mut self,
-        changed: [(usize, f64); 2],
+        changed: &[(usize, f64)],
         up: &Vector3<f64>,
     ) -> Vector2<f64> {
-        let before = changed.map(|(joint, _)| self.state.joints[joint]);
-        for (joint, position) in changed {
+        for joint in 0..self.smoothed.len() {
+            let smoothed = self.position(joint);
+            self.exact[joint] = std::mem::replace(&mut self.state.joints[joint].position, smoothed);
+        }
+        for &(joint, position) in changed {
             self.state.joints[joint].position = position;
         }
         let lean = self.posture_lean(up);
-        for ((joint, _), motion) in changed.into_iter().zip(before) {
-            self.state.joints[joint] = motion;
+        for (joint, exact) in self.state.joints.iter_mut().zip(&self.exact) {
+            joint.position = *exact;
         }
         lean
     }
@@ -320,9 +424,10 @@ impl LeanModel {
         self.machine.gravity()
     }
 
-    /// Position of a joint at the last sample.
+    /// Position of a joint, as late as the smoothed lean.
     pub(super) fn position(&self, joint: usize) -> f64 {
-        self.state.joints[joint].position
+        let of_state = self.state.joints[joint].position;
+        self.smoothed[joint][1].value().map_or(of_state, |it| it.x)
     }
 
     /// Moves all bodies and sums up their moments.

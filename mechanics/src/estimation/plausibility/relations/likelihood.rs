@@ -70,6 +70,8 @@ pub(super) struct Evidence {
     stands: bool,
     /// The value without its limit, which tells of two that have reached that which explains more.
     pub(super) sum: f64,
+    /// Over all windows.
+    pub(super) total: f64,
     /// The same for "all sensors are sound" against it, and whether that has exceeded the threshold.
     against: f64,
     is_refuted: bool,
@@ -87,6 +89,7 @@ impl Evidence {
             (self.since_ns, self.sum) = (start_ns, 0.0);
         }
         self.sum += ratio;
+        self.total += ratio;
         self.value = (self.value + ratio).clamp(0.0, LARGEST * threshold);
         self.stands = self.value
             > if self.stands {
@@ -102,6 +105,11 @@ impl Evidence {
     /// Whether the windows have refuted it, as surely as they would have to show it, and have never shown it.
     pub(super) fn is_refuted(&self) -> bool {
         self.is_refuted && !self.has_stood
+    }
+
+    /// What the windows say against it.
+    pub(super) fn against(&self) -> f64 {
+        self.against
     }
 
     /// Whether it exceeds the threshold, or did and has not been refuted since.

@@ -44,6 +44,11 @@ impl<const N: usize> LowPass<N> {
         next
     }
 
+    /// The last output; `None` before the first input.
+    pub(super) fn value(&self) -> Option<SVector<f64, N>> {
+        self.value
+    }
+
     pub(super) fn reset(&mut self) {
         self.value = None;
     }

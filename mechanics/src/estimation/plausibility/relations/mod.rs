@@ -8,7 +8,7 @@
 //! | [`Part::Yaw`] | turn about the vertical | gyro; against odometry, speeds and steering of the wheels | as above |
 //! | [`Part::Rolling`] | way | wheels; against odometry | as above |
 //! | [`Part::Tilt`] | inclination | IMU; against odometry | always |
-//! | [`Part::Lean`] | how the platform leans on its tyres | joints of the arm; against gyro | of a machine that stands on all wheels |
+//! | [`Part::Lean`] | how the platform leans on its tyres | joints of the arm; against gyro | of a machine that stands |
 //! | [`Part::Joint`] | where a joint is after its position jumped | itself before; decided by the lean | until it returns |
 //!
 //! Where no attitude is measured, the up direction at rest, carried on by the gyro, stands for it: see [`inclination`].
@@ -287,7 +287,8 @@ impl Relations {
         }
         tell(self.tilt.standing(), &mut note.of(Part::Tilt));
         if let Some(lean) = &self.lean {
-            tell(lean.standing(), &mut note.of(Part::Lean));
+            let standing = lean.standing(|explanation| self.rotation.against(explanation));
+            tell(standing, &mut note.of(Part::Lean));
         }
     }
 }
@@ -344,6 +345,12 @@ impl Relations {
     /// among it: the slope of the ground is unknown.
     pub(in crate::estimation) fn proven(&self) -> Proofs {
         self.proven
+    }
+
+    /// The probability that each joint of the arm has the other sign, by the windows so far; none where the lean is not compared.
+    pub(in crate::estimation) fn reversed(&self) -> Vec<(usize, f64)> {
+        let refuted = |explanation| self.rotation.against(explanation);
+        (self.lean.as_ref()).map_or(Vec::new(), |lean| lean.reversed(refuted))
     }
 
     fn prove(&mut self) {

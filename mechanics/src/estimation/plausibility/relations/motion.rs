@@ -128,6 +128,11 @@ impl RotationRelation {
     pub(super) fn standing(&self) -> Standing {
         self.inclination.standing().or(self.heading.standing())
     }
+
+    /// What the attitude says against an alternative of the gyro about x and y.
+    pub(super) fn against(&self, explanation: Explanation) -> f64 {
+        self.inclination.against(explanation)
+    }
 }
 
 /// Specific force against attitude, gyro and velocity.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::super::lean_model::LeanModel;
+use super::super::lean_model::{Footing, LeanModel};
 use super::{bogies, joint, posture, steered};
 use crate::machine::Machine;
 use crate::studies::static_posture::static_outcome;
@@ -53,6 +53,63 @@ fn lean_is_that_of_the_tyres_under_the_wheel_loads() {
         let off = (change - expected).norm() / expected.norm();
         assert!(off < 0.02, "{slew}: {change} instead of {expected}");
     }
+}
+
+/// Balance of tyres that push by `k max(0, p0 + p1 x + p2 y)`, with p0 found by bisection.
+#[test]
+fn a_platform_that_has_left_a_wheel_leans_on_the_others() {
+    let machine = steered();
+    let mut model = LeanModel::new(&machine).unwrap();
+    set_posture(&mut model, &posture(&machine, 0.8));
+    let weight = machine.mass() * machine.gravity();
+    let wheels = machine.wheels();
+    let mean = |of: &dyn Fn(&Vector3<f64>) -> f64| {
+        let all = wheels.iter().map(|wheel| of(&wheel.centre_at_zero));
+        all.sum::<f64>() / wheels.len() as f64
+    };
+    let (x, y) = (mean(&|at| at.x), mean(&|at| at.y));
+    // a lean is counted from that under the weight alone, which sinks the front and the rear by as much less and more
+    let by_weight = weight / (4.0 * STIFFNESS) * x / mean(&|at| (at.x - x).powi(2));
+    let mut footings = Vec::new();
+    for share in [0.0, 0.3, 0.6, 0.8, 1.4] {
+        // beside the centre of the tyres, across and forwards
+        let moment = Vector2::new(y, -x) * weight + Vector2::new(0.8, 1.0) * (share * weight);
+        let tilted = model.lean_of(&moment);
+        footings.push(tilted.on);
+        if tilted.on == Footing::Tips {
+            continue;
+        }
+        let (p1, p2) = (tilted.angle.y - by_weight, -tilted.angle.x);
+        let pushed = |p0: f64| -> Vec<(f64, Vector2<f64>)> {
+            let of = |wheel: &crate::machine::Wheel| {
+                let at = wheel.centre_at_zero.xy();
+                (STIFFNESS * (p0 + p1 * at.x + p2 * at.y).max(0.0), at)
+            };
+            wheels.iter().map(of).collect()
+        };
+        let (mut low, mut high) = (-1.0, 1.0);
+        for _ in 0..80 {
+            let middle = 0.5 * (low + high);
+            let sum: f64 = pushed(middle).iter().map(|(load, _)| load).sum();
+            match sum < weight {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        let balance = pushed(low)
+            .iter()
+            .fold(Vector2::zeros(), |sum, (load, at)| {
+                sum + Vector2::new(at.y, -at.x) * *load
+            });
+        assert!(
+            (balance - moment).norm() < 1e-6 * weight,
+            "{share}: {balance} {moment}"
+        );
+    }
+    let [all, fewer, tips] = [Footing::AllWheels, Footing::FewerWheels, Footing::Tips];
+    assert_eq!(footings[0], all);
+    assert!(footings.contains(&fewer), "{footings:?}");
+    assert_eq!(footings[4], tips);
 }
 
 #[test]

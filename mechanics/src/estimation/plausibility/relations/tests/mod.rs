@@ -4,6 +4,7 @@
 
 mod excitation;
 mod inclination;
+mod lean;
 mod lean_model;
 mod motion;
 mod rolling;

@@ -1,0 +1,159 @@
+//! What events would be if an encoder had the other sign.
+
+use tipwatch_mechanics::machine::{Machine, Parameter, Proof, Proofs};
+use tipwatch_mechanics::{Placement, Scope, State, Workspace, combination_sigma, evaluate};
+
+use super::amounts::reverse;
+use crate::base::table::Table;
+use crate::events::{Event, EventKind, UntestedSign, distances, normal_distribution};
+
+/// What takes less than this from a confidence does not show in it.
+const SHOWS: f64 = 1e-3;
+
+const DERIVATIVES: Scope = Scope {
+    sensitivities: true,
+    ..Scope::LOADS
+};
+
+/// Takes from the certainty of each event that rests on computed loads what the signs of encoders leave open. `reversed` holds the
+/// probability of each joint's other sign, by the motion of the log. With it, the row on which the certainty c rests is
+/// evaluated again:
+/// ```text
+///     c' = c - sum over joints P(other sign) max(c - c with the other sign, 0)
+/// ```
+/// Joints that a commissioning has proven are left out, and signs with which the joint would be beyond its limits or no linkage
+/// could close: nobody would have overlooked that. So are events that signals contradict, whose doubts contain it, and wheels off
+/// an edge about which gyro and attitude show a rotation.
+pub(crate) fn weigh_signs(
+    table: &Table,
+    reversed: &[(usize, f64)],
+    commissioned: Proofs,
+    min_loads_n: Option<&[f64]>,
+    events: &mut [Event],
+) {
+    let open: Vec<(usize, f64)> = (reversed.iter().copied())
+        .filter(|(joint, probability)| {
+            *probability >= SHOWS && !commissioned.has(Proof::Joint(*joint))
+        })
+        .collect();
+    if open.is_empty() {
+        return;
+    }
+    let falls = events.iter().filter(|event| event.is_measured());
+    let falls: Vec<(String, [i64; 2])> = falls
+        .map(|fall| (fall.subject.clone(), fall.span_ns()))
+        .collect();
+    for event in events.iter_mut() {
+        let is_measured = falls.iter().any(|(edge, span_ns)| {
+            event.overlaps(*span_ns) && is_off(table, edge, &event.subject, span_ns[0])
+        });
+        let rests_on_signs = event.rests_on_loads() && event.doubt.is_none() && !is_measured;
+        let Some(certainty) = event.certainty.filter(|_| rests_on_signs) else {
+            continue;
+        };
+        let row = table.at(event.judged_ns.unwrap_or(event.worst_ns));
+        let Some(machine) = table.machine_at(row) else {
+            continue;
+        };
+        let mut state = State::zero(machine);
+        table.state(row, &mut state);
+        for &(joint, probability) in &open {
+            let mut other = state.clone();
+            let signal = Parameter::JointPosition(joint);
+            reverse(&mut other, signal);
+            let limits = machine.joints()[joint].limits;
+            let position = other.joints[joint].position;
+            if limits.is_some_and(|[least, most]| position < least || most < position) {
+                continue;
+            }
+            let Some(certainty_if_reversed) = chance(machine, &other, event, min_loads_n) else {
+                continue;
+            };
+            let taken = probability * (certainty - certainty_if_reversed);
+            if taken >= SHOWS {
+                event.untested.push(UntestedSign {
+                    joint: machine.joints()[joint].name.clone(),
+                    reversed: probability,
+                    certainty_if_reversed,
+                });
+                let left = (1.0 - taken / certainty).max(0.0);
+                for of in [&mut event.certainty, &mut event.certainty_any_split] {
+                    *of = of.map(|of| of * left);
+                }
+            }
+        }
+    }
+    follow_tippings(table, events);
+}
+
+/// Tipping about an edge needs every wheel off it unloaded: none of them was so less certainly.
+fn follow_tippings(table: &Table, events: &mut [Event]) {
+    let tippings =
+        (events.iter()).filter(|it| it.kind.is_lift() && it.kind != EventKind::WheelLift);
+    let tippings: Vec<Event> = tippings.cloned().collect();
+    let most = |one: Option<f64>, other: Option<f64>| one.into_iter().chain(other).reduce(f64::max);
+    for event in events.iter_mut().filter(|event| !event.untested.is_empty()) {
+        let span_ns = event.span_ns();
+        for tipping in tippings.iter().filter(|it| it.overlaps(span_ns)) {
+            let is_other = tipping.subject != event.subject;
+            if is_other && is_off(table, &tipping.subject, &event.subject, tipping.start_ns) {
+                event.certainty = most(event.certainty, tipping.certainty);
+                event.certainty_any_split =
+                    most(event.certainty_any_split, tipping.certainty_any_split);
+            }
+        }
+    }
+}
+
+/// Whether a wheel is off the ground while the machine rotates about an edge from a time on (ns); or the edge itself.
+fn is_off(table: &Table, edge: &str, subject: &str, from_ns: i64) -> bool {
+    let Some(machine) = table.machine_at(table.at(from_ns)) else {
+        return false;
+    };
+    let mut edges = machine.polygon().edges().iter();
+    let of_edge = edges.find(|it| it.name.to_lowercase() == edge);
+    let mut wheels = machine.wheels().iter();
+    let wheel = wheels.position(|wheel| wheel.name.to_lowercase() == subject);
+    subject == edge
+        || of_edge
+            .zip(wheel)
+            .is_some_and(|(of_edge, wheel)| !of_edge.carries[wheel])
+}
+
+/// Probability that the wheels of an event are below their limit in a state.
+fn chance(
+    machine: &Machine,
+    state: &State<f64>,
+    event: &Event,
+    min_loads_n: Option<&[f64]>,
+) -> Option<f64> {
+    let is = |name: &str| name.to_lowercase() == event.subject;
+    let (factors, limit_n): (Vec<f64>, f64) = match event.kind {
+        EventKind::WheelLight | EventKind::WheelLift => {
+            let wheel = (machine.wheels().iter()).position(|wheel| is(&wheel.name))?;
+            let wheels = 0..machine.wheels().len();
+            let limit_n = match event.kind {
+                EventKind::WheelLight => *min_loads_n?.get(wheel)?,
+                _ => 0.0,
+            };
+            let own = wheels.map(|other| f64::from(u8::from(other == wheel)));
+            (own.collect(), limit_n)
+        }
+        _ => {
+            let edge = (machine.polygon().edges().iter()).position(|edge| is(&edge.name))?;
+            let mut placement = Placement::new(machine);
+            placement.place(state);
+            (distances(machine, &placement, edge), 0.0)
+        }
+    };
+    let mut workspace = Workspace::with_scope(machine, DERIVATIVES);
+    let otf = evaluate(machine, state, &mut workspace).otf.clone();
+    let sum_n: f64 = otf
+        .iter()
+        .zip(&factors)
+        .map(|(otf, factor)| otf * factor)
+        .sum();
+    let sigma_n = combination_sigma(machine, state, &workspace, &factors);
+    let probability = normal_distribution((limit_n - sum_n) / sigma_n);
+    probability.is_finite().then_some(probability)
+}
