@@ -64,9 +64,9 @@ pub use crate::{
         TopicTiming, Treatment,
     },
     columns::{
-        FieldRecording, FieldRequest, SampleStream, SensorBlock, SensorReading, SensorRecording,
-        SensorRequest, StreamClock, StreamRefusals, arrival_order, read_sensor_blocks,
-        record_fields, record_sensors,
+        FieldRequest, SampleStream, SensorBlock, SensorReading, SensorRecording, SensorRequest,
+        StreamClock, StreamRefusals, arrival_order, read_sensor_blocks, record_fields,
+        record_sensors,
     },
     decode::{
         DecodeError, Fields, LARGEST_TILT_RAD, Layout, NumberField, SampleSpec, SensorDecoder,

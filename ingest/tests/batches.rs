@@ -92,14 +92,7 @@ fn check(bytes: &[u8]) -> usize {
     let requests: Vec<SensorRequest> = log
         .topics()
         .iter()
-        .map(|topic| SensorRequest {
-            topic: topic.id,
-            kind: SensorKind::JointStates,
-            joint_names: joint_names(),
-            numbers: None,
-            other_parts: Vec::new(),
-            frame_id: None,
-        })
+        .map(|topic| SensorRequest::typed(topic.id, SensorKind::JointStates, joint_names()))
         .collect();
     let (recordings, mut losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
     blocks_and_columns(&log, &requests);

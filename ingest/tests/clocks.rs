@@ -104,14 +104,7 @@ fn recorded(file: &TempLog) -> BTreeMap<String, SensorRecording> {
     let log = Log::open(&file.path).unwrap();
     let topics = log.topics().iter().filter(|topic| topic.name != "/clock");
     let requests: Vec<SensorRequest> = topics
-        .map(|topic| SensorRequest {
-            topic: topic.id,
-            kind: SensorKind::JointStates,
-            joint_names: vec!["a".into()],
-            numbers: None,
-            other_parts: Vec::new(),
-            frame_id: None,
-        })
+        .map(|topic| SensorRequest::typed(topic.id, SensorKind::JointStates, vec!["a".into()]))
         .collect();
     let (_, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
     assert!(losses.is_empty(), "{losses:?}");
@@ -558,14 +551,11 @@ fn single_numbers_are_put_on_the_clock_of_the_sensors() {
     };
     let file = log_of(&[("/arm", all(simulated)), ("/force", all(never))], false);
     let log = Log::open(&file.path).unwrap();
-    let request = SensorRequest {
-        topic: log.topics()[0].id,
-        kind: SensorKind::JointStates,
-        joint_names: vec!["a".into()],
-        numbers: None,
-        other_parts: Vec::new(),
-        frame_id: None,
-    };
+    let request = SensorRequest::typed(
+        log.topics()[0].id,
+        SensorKind::JointStates,
+        vec!["a".into()],
+    );
     let (arm, _) = record_sensors(&log, &[request], &mut |_| {}).unwrap();
     let field = FieldRequest {
         topic: "/force".into(),

@@ -72,7 +72,7 @@ fn values(file: &TempLog, field: &str, joint: Option<&str>) -> Result<(Vec<f64>,
     let (mut recordings, _) = record_fields(&log, &[request], None).map_err(|e| e.to_string())?;
     let recording = recordings.remove(0);
     assert_eq!(recording.stamps_ns.len(), recording.values.len());
-    Ok((recording.values, recording.missing))
+    Ok((recording.values, recording.without_value))
 }
 
 #[test]

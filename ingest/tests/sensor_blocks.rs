@@ -132,13 +132,12 @@ pub(crate) fn joint_requests(log: &Log, joints: &[&str]) -> Vec<SensorRequest> {
     let topics = log.topics().iter();
     let topics = topics.filter(|topic| SensorKind::JointStates.is_type(&topic.type_name));
     topics
-        .map(|topic| SensorRequest {
-            topic: topic.id,
-            kind: SensorKind::JointStates,
-            joint_names: joints.iter().map(|&joint| joint.to_owned()).collect(),
-            numbers: None,
-            other_parts: Vec::new(),
-            frame_id: None,
+        .map(|topic| {
+            SensorRequest::typed(
+                topic.id,
+                SensorKind::JointStates,
+                joints.iter().map(|&joint| joint.to_owned()).collect(),
+            )
         })
         .collect()
 }

@@ -52,13 +52,12 @@ fn log_of(topics: &[(&str, &str)], messages: &[(usize, i64, Vec<u8>)]) -> TempLo
 /// A request for each group of joints.
 fn requests(log: &Log) -> Vec<SensorRequest> {
     let found = SensorTopics::find(log, &NamedTopics::default()).unwrap();
-    let request = |topic: &tipwatch_ingest::JointTopic| SensorRequest {
-        topic: topic.binding.topic,
-        kind: SensorKind::JointStates,
-        joint_names: topic.joint_names.clone(),
-        numbers: None,
-        other_parts: Vec::new(),
-        frame_id: None,
+    let request = |topic: &tipwatch_ingest::JointTopic| {
+        SensorRequest::typed(
+            topic.binding.topic,
+            SensorKind::JointStates,
+            topic.joint_names.clone(),
+        )
     };
     found.joint_states.iter().map(request).collect()
 }

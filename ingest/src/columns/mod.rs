@@ -12,7 +12,7 @@ mod sensor_recording;
 mod whole_columns;
 
 pub use self::{
-    field_recording::{FieldRecording, FieldRequest, record_fields},
+    field_recording::{FieldRequest, record_fields},
     record_sensors::record_sensors,
     sample_stream::{SampleStream, StreamClock, StreamRefusals},
     sensor_blocks::{SensorBlock, SensorReading, read_sensor_blocks},

@@ -24,6 +24,30 @@ pub struct SensorRequest {
     pub frame_id: Option<String>,
 }
 
+impl SensorRequest {
+    /// Requests the samples in messages of a standard type, of the sensor of the first one.
+    #[must_use]
+    pub fn typed(topic: TopicId, kind: SensorKind, joint_names: Vec<String>) -> Self {
+        Self {
+            topic,
+            kind,
+            joint_names,
+            numbers: None,
+            other_parts: Vec::new(),
+            frame_id: None,
+        }
+    }
+
+    /// Requests samples that are made up of numbers of any messages.
+    #[must_use]
+    pub fn numbered(topic: TopicId, kind: SensorKind, sample: SampleSpec) -> Self {
+        Self {
+            numbers: Some(sample),
+            ..Self::typed(topic, kind, Vec::new())
+        }
+    }
+}
+
 /// All samples of one sensor, in file order.
 #[derive(Debug, Clone)]
 pub struct SensorRecording {

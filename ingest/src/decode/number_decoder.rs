@@ -44,6 +44,17 @@ pub struct SampleSpec {
     pub has_roll_pitch_yaw: bool,
 }
 
+impl SampleSpec {
+    /// Values without angles.
+    #[must_use]
+    pub fn of(values: Vec<ValueSource>) -> Self {
+        Self {
+            values,
+            has_roll_pitch_yaw: false,
+        }
+    }
+}
+
 /// Field names of arrays of names, the most common first.
 const NAME_LISTS: [&str; 3] = ["name", "names", "joint_names"];
 /// Some ROS 1 client libraries use other names for the parts of a stamp.

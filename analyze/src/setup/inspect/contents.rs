@@ -116,16 +116,7 @@ fn clocks(log: &Log) -> Result<(Vec<SensorRecording>, Losses)> {
     let requests: Vec<SensorRequest> = log
         .topics()
         .iter()
-        .filter_map(|topic| {
-            Some(SensorRequest {
-                topic: topic.id,
-                kind: kind_of(topic)?,
-                joint_names: Vec::new(),
-                numbers: None,
-                other_parts: Vec::new(),
-                frame_id: None,
-            })
-        })
+        .filter_map(|topic| Some(SensorRequest::typed(topic.id, kind_of(topic)?, Vec::new())))
         .filter(|request| {
             SensorDecoder::new(&log.topics()[request.topic.index()], request.kind, &[]).is_ok()
         })
