@@ -73,19 +73,19 @@ pub use crate::{
         SensorSample, ValueSource, number_fields,
     },
     file::{FileTransfer, Format, ReadOptions, read_options, set_read_options},
-    formats::{CDR, CanFrameType},
+    formats::CanFrameType,
     log::{CanTopic, Log},
     message::{
         BindingError, DefinitionSource, Error, Integrity, Losses, LostPart, LostRange, RawMessage,
         SensorKind, Topic, TopicId, TopicWriter,
     },
-    schema::{FieldPath, SchemaError, known_definition},
+    schema::{CDR, FieldPath, SchemaError, known_definition},
     table::{DateOrder, TableOptions, TimeUnit},
     topics::{
         Binding, FieldContents, JointNamedTwice, JointTopic, MetadataRecord, NamedTopics,
         RobotDescription, SensorTopics, StaticFrame, TopicContents, bind, bind_joint_states,
-        first_frame, first_string, joint_names_in, metadata_records, robot_description,
-        robot_descriptions, static_frames, topic_contents, topic_of_field,
+        first_frame, joint_names_in, metadata_records, robot_descriptions, static_frames,
+        topic_contents, topic_of_field,
     },
     write::{
         ClipReport, ClipRequest, RecoverError, RecoveryReport, Ros2Writer, WriteError, WriterTopic,

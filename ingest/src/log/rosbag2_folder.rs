@@ -2,7 +2,7 @@
 
 use std::{
     cmp::Ordering,
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeSet,
     path::{Path, PathBuf},
 };
 
@@ -60,16 +60,10 @@ fn read_metadata(folder: &Path, source: &Source, losses: &mut Losses) -> Result<
     }
     let bytes = source.read(&path)?;
     let metadata = Metadata::parse(&String::from_utf8_lossy(&bytes)).unwrap_or_else(|problem| {
+        let reason = say!("not valid metadata: {problem}; the files are read in order of name");
         losses.push(LostRange {
-            file: path,
-            start_byte: 0,
-            end_byte: size,
-            part: LostPart::Records,
-            reason: say!("not valid metadata: {problem}; the files are read in order of name"),
-            first_time_ns: None,
-            last_time_ns: None,
-            messages: BTreeMap::new(),
             message_count: Some(0),
+            ..LostRange::of(LostPart::Records, &path, 0..size, reason)
         });
         Metadata::default()
     });
@@ -96,19 +90,15 @@ fn listed_files(
     for (name, before) in missing {
         let contents = metadata.contents.get(name);
         let is_at_end = before == present.len();
+        let reason = say!("listed in {METADATA_NAME}, but the file does not exist");
         losses.push(LostRange {
-            file: folder.join(name),
-            start_byte: 0,
-            end_byte: 0,
-            part: LostPart::File,
-            reason: say!("listed in {METADATA_NAME}, but the file does not exist"),
             first_time_ns: contents.map(|contents| contents.span_ns.0),
             // what follows the last file is not known
             last_time_ns: contents
                 .filter(|_| !is_at_end)
                 .map(|contents| contents.span_ns.1),
-            messages: BTreeMap::new(),
             message_count: contents.and_then(|contents| contents.message_count),
+            ..LostRange::of(LostPart::File, &folder.join(name), 0..0, reason)
         });
     }
     Ok(present)

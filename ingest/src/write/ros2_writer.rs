@@ -16,12 +16,10 @@ use mcap::{
 };
 use serde::Serialize;
 
-use crate::schema::{Dialect, builtin};
+use crate::schema::{CDR, Dialect, builtin};
 
 /// Small enough to lose little with a chunk, large enough to compress well.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// CDR header: plain CDR, little endian.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// Why a log could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -135,20 +133,14 @@ impl Ros2Writer {
         message: &impl Serialize,
     ) -> Result<(), WriteError> {
         self.encoded.clear();
-        self.encoded.extend(ENCAPSULATION);
+        self.encoded.extend(CDR);
         // CDR alignment counts from the end of the encapsulation header, like the encoder.
         let encoded = cdr_encoding::to_writer::<_, LittleEndian, _>(&mut self.encoded, message);
         encoded.map_err(|error| WriteError::Encode {
             path: self.path.clone(),
             problem: error.to_string(),
         })?;
-        let time = u64::try_from(time_ns).unwrap_or(0);
-        let header = MessageHeader {
-            channel_id: topic.0,
-            sequence: 0,
-            log_time: time,
-            publish_time: time,
-        };
+        let header = header(topic.0, 0, time_ns, time_ns);
         let written = self.writer.write_to_known_channel(&header, &self.encoded);
         written.map_err(|e| failed(&self.path, e))
     }
@@ -204,6 +196,21 @@ impl Ros2Writer {
             Ok(())
         });
         finished.map_err(|e| failed(&self.path, e))
+    }
+}
+
+/// Times before 1970 cannot be written and become 0.
+pub(super) fn header(
+    channel_id: u16,
+    sequence: u32,
+    log_time_ns: i64,
+    publish_time_ns: i64,
+) -> MessageHeader {
+    MessageHeader {
+        channel_id,
+        sequence,
+        log_time: u64::try_from(log_time_ns).unwrap_or(0),
+        publish_time: u64::try_from(publish_time_ns).unwrap_or(0),
     }
 }
 

@@ -7,7 +7,7 @@ use anyhow::Result;
 use tipwatch_binding::{MachineFile, named_topics};
 use tipwatch_ingest::{
     Log, Losses, NamedTopics, SensorDecoder, SensorKind, SensorRecording, SensorRequest,
-    SensorTopics, TimeBase, Topic, TopicContents, TopicId, record_sensors, robot_description,
+    SensorTopics, TimeBase, Topic, TopicContents, TopicId, record_sensors, robot_descriptions,
     topic_contents,
 };
 
@@ -74,10 +74,10 @@ pub fn inspect(
         signals,
         clock: clock_inspection(&log, file, &clocks),
         binding_error,
-        robot_description: robot_description(&log)
+        robot_description: robot_descriptions(&log)
             .ok()
-            .flatten()
-            .map(|(text, topic)| format!("{topic}: {} bytes", text.len())),
+            .and_then(|mut described| described.pop())
+            .map(|last| format!("{}: {} bytes", last.topic, last.text.len())),
         integrity: losses.integrity.note(),
         losses,
     })
