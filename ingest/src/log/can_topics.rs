@@ -70,7 +70,6 @@ impl CanTopics {
             let selection = Selection {
                 message: wanted.message.clone(),
                 source: wanted.source,
-                channel: None,
             };
             bus.messages.push((id, wanted.name.clone(), selection));
         }

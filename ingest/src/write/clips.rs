@@ -170,7 +170,7 @@ struct Cutter<'r> {
 impl<'r> Cutter<'r> {
     fn begin(log: &Log, request: &'r ClipRequest) -> Result<Self, RecoverError> {
         let path = request.path.as_path();
-        let file = recover::create(path)?;
+        let file = ros2_writer::create(path)?;
         let options = ros2_writer::options(recover::profile(log));
         let begun = options.create(BufWriter::new(file)).and_then(|mut writer| {
             let topics = log.topics().iter();
@@ -188,13 +188,13 @@ impl<'r> Cutter<'r> {
             }),
             Err(source) => {
                 let _ = std::fs::remove_file(path);
-                Err(recover::failed(path, source))
+                Err(ros2_writer::failed(path, source).into())
             }
         }
     }
 
     fn failed(&self, source: McapError) -> RecoverError {
-        recover::failed(&self.request.path, source)
+        ros2_writer::failed(&self.request.path, source).into()
     }
 
     fn take(

@@ -1,17 +1,11 @@
 //! Writes the intact part of a log as a clean, indexed MCAP file.
 
-use std::{
-    collections::BTreeMap,
-    fs::File,
-    io::BufWriter,
-    ops::ControlFlow,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, fs::File, io::BufWriter, ops::ControlFlow, path::Path};
 
 use mcap::{McapError, Writer, records::Metadata};
 use serde::Serialize;
 
-use super::ros2_writer::{self, header};
+use super::ros2_writer::{self, WriteError, header};
 use crate::{
     log::Log,
     message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicWriter},
@@ -26,22 +20,9 @@ pub enum RecoverError {
     /// The log cannot be read at all.
     #[error(transparent)]
     Log(#[from] Error),
-    /// The new file cannot be created; an existing one is never overwritten.
-    #[error("{}: cannot be created: {source}", path.display())]
-    Create {
-        /// The new file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
-    /// The new file cannot be written.
-    #[error("{}: cannot be written: {source}", path.display())]
-    Write {
-        /// The new file.
-        path: PathBuf,
-        /// What went wrong.
-        source: McapError,
-    },
+    /// The new file cannot be created or written; an existing one is never overwritten.
+    #[error(transparent)]
+    Write(#[from] WriteError),
 }
 
 /// What was recovered, and what was lost.
@@ -86,7 +67,7 @@ pub fn recover_with(
     out: &Path,
     record: &dyn Fn(&Losses) -> Option<MetadataRecord>,
 ) -> Result<RecoveryReport, RecoverError> {
-    let file = create(out)?;
+    let file = ros2_writer::create(out)?;
     let result = write_all(log, file, out, record);
     if result.is_err() {
         // The first error is the one that matters.
@@ -101,7 +82,7 @@ fn write_all(
     out: &Path,
     record: &dyn Fn(&Losses) -> Option<MetadataRecord>,
 ) -> Result<RecoveryReport, RecoverError> {
-    let failed = |source| failed(out, source);
+    let failed = |source| ros2_writer::failed(out, source);
     let mut recovery = Recovery::begin(log, file).map_err(failed)?;
     let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
     let mut failure = None;
@@ -119,7 +100,7 @@ fn write_all(
         }
     })?;
     if let Some(source) = failure {
-        return Err(failed(source));
+        return Err(failed(source).into());
     }
     if let Some(record) = record(&losses) {
         let metadata = Metadata {
@@ -191,21 +172,6 @@ impl Recovery {
             extras: self.extras,
             ..RecoveryReport::default()
         })
-    }
-}
-
-/// Begins a file that does not exist yet.
-pub(super) fn create(path: &Path) -> Result<File, RecoverError> {
-    File::create_new(path).map_err(|source| RecoverError::Create {
-        path: path.to_path_buf(),
-        source,
-    })
-}
-
-pub(super) fn failed(path: &Path, source: McapError) -> RecoverError {
-    RecoverError::Write {
-        path: path.to_path_buf(),
-        source,
     }
 }
 

@@ -82,10 +82,7 @@ impl Ros2Writer {
     /// # Errors
     /// The file exists already, or cannot be created or written.
     pub fn create(path: &Path) -> Result<Self, WriteError> {
-        let file = File::create_new(path).map_err(|source| WriteError::Create {
-            path: path.into(),
-            source,
-        })?;
+        let file = create(path)?;
         // higher levels gain nothing on measured floating-point numbers
         let options = options("ros2").compression_level(1);
         let writer = options.create(BufWriter::with_capacity(1 << 18, file));
@@ -224,7 +221,15 @@ pub(crate) fn options(profile: &str) -> WriteOptions {
         .chunk_size(Some(CHUNK_BYTES))
 }
 
-fn failed(path: &Path, source: McapError) -> WriteError {
+/// Begins a file that does not exist yet.
+pub(super) fn create(path: &Path) -> Result<File, WriteError> {
+    File::create_new(path).map_err(|source| WriteError::Create {
+        path: path.into(),
+        source,
+    })
+}
+
+pub(super) fn failed(path: &Path, source: McapError) -> WriteError {
     WriteError::Write {
         path: path.into(),
         source,
