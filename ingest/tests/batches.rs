@@ -105,8 +105,8 @@ fn check(bytes: &[u8]) -> usize {
     let sum = |count: fn(&tipwatch_ingest::SensorRecording) -> u64| -> u64 {
         recordings.iter().map(|recording| count(recording)).sum()
     };
-    assert_eq!(sum(|recording| recording.undecodable), undecodable);
-    assert_eq!(sum(|recording| recording.unstamped), unstamped as u64);
+    assert_eq!(sum(|of| of.reading.undecodable), undecodable);
+    assert_eq!(sum(|of| of.reading.unstamped), unstamped as u64);
     let found = arrival_order(&recordings);
     assert_eq!(found.len(), expected.len());
     for ((topic, index), (expected_topic, expected)) in found.into_iter().zip(&expected) {

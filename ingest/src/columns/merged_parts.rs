@@ -3,7 +3,10 @@
 
 use std::{collections::VecDeque, ops::Range};
 
-use super::sensor_recording::{SensorRecording, SensorRequest};
+use super::{
+    sensor_blocks::SensorReading,
+    sensor_recording::{SensorRecording, SensorRequest},
+};
 use crate::{
     decode::{SampleSpec, ValueSource},
     message::SensorKind,
@@ -49,10 +52,13 @@ fn join(first: SensorRecording, part: SensorRecording, is_of_part: &[bool]) -> S
         log_times_ns: Vec::new(),
         values: Vec::new(),
         order: Vec::new(),
-        undecodable: first.undecodable + part.undecodable,
-        unstamped: first.unstamped + part.unstamped,
-        without_value: first.without_value + part.without_value,
-        ..first
+        width: first.width,
+        reading: SensorReading {
+            undecodable: first.reading.undecodable + part.reading.undecodable,
+            unstamped: first.reading.unstamped + part.reading.unstamped,
+            without_value: first.reading.without_value + part.reading.without_value,
+            ..first.reading
+        },
     };
     for (i, &stamp_ns) in first.stamps_ns.iter().enumerate() {
         let values = &first.values[i * first.width..(i + 1) * first.width];
@@ -70,6 +76,7 @@ fn join(first: SensorRecording, part: SensorRecording, is_of_part: &[bool]) -> S
         joined.log_times_ns.push(log_time_ns);
         joined.order.push(order);
     }
+    joined.reading.samples = joined.stamps_ns.len();
     joined
 }
 

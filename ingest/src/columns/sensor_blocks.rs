@@ -5,14 +5,14 @@ use std::ops::Range;
 use super::{
     merged_parts,
     part::{Samples, SamplesSlice},
-    pass::{SensorPass, Sink, pass},
+    pass::{Sink, pass},
     record_sensors::sensors_of,
     sensor_recording::{SensorRecording, SensorRequest},
     whole_columns::Columns,
 };
 use crate::{
     clock::{
-        ClockFinding, MessageTimes, Placed, Placement, StampCorrection, StampDecision, TimeBase,
+        ClockFinding, MessageTimes, Placement, StampCorrection, StampDecision, TimeBase,
         TimesSlice, TopicStatistics,
     },
     log::Log,
@@ -97,7 +97,7 @@ pub struct SensorReading {
     pub statistics: TopicStatistics,
     /// Samples that the blocks contained.
     pub samples: usize,
-    /// Samples among them without a usable stamp, in a merged sensor those omitted already.
+    /// Samples among them without a usable stamp; those omitted already, if the samples are placed.
     pub unstamped: u64,
     /// Messages that could not be decoded.
     pub undecodable: u64,
@@ -151,7 +151,11 @@ pub fn read_sensor_blocks(
         let mut to_be_merged = Vec::new();
         for (sensor, role) in of_request {
             match role {
-                Role::InBlocks(..) => readings.push(reading(sensor, time_base)),
+                Role::InBlocks(..) => {
+                    let (mut reading, times) = sensor.place(time_base);
+                    reading.unstamped = reading.placement.unstamped(&times);
+                    readings.push(reading);
+                }
                 Role::ToBeMerged(columns) => to_be_merged.push(columns.finish(sensor, time_base)),
             }
         }
@@ -160,7 +164,7 @@ pub fn read_sensor_blocks(
             let mut queue = BlockQueue::default();
             queue.take(place, samples_of(&merged), take);
             queue.flush(place, take);
-            readings.push(reading_of_merged(merged));
+            readings.push(merged.reading);
         }
     }
     Ok((readings, passed.losses))
@@ -265,49 +269,11 @@ impl BlockQueue {
     }
 }
 
-fn reading(sensor: SensorPass, time_base: &TimeBase) -> SensorReading {
-    let Placed {
-        placement,
-        clock,
-        correction,
-        findings,
-    } = time_base.place_fitted(&sensor.name, &sensor.times, &sensor.statistics, sensor.fit);
-    SensorReading {
-        unstamped: placement.unstamped(&sensor.times),
-        topic: sensor.topic,
-        clock,
-        correction,
-        findings,
-        time_base: time_base.clone(),
-        placement,
-        samples: sensor.times.len(),
-        statistics: sensor.statistics,
-        undecodable: sensor.undecodable,
-        without_value: sensor.without_value,
-    }
-}
-
 fn samples_of(merged: &SensorRecording) -> SamplesSlice<'_> {
     SamplesSlice {
         times: TimesSlice::of_placed(&merged.stamps_ns, &merged.log_times_ns),
         order: &merged.order,
         values: &merged.values,
         width: merged.width,
-    }
-}
-
-fn reading_of_merged(merged: SensorRecording) -> SensorReading {
-    SensorReading {
-        topic: merged.topic,
-        clock: merged.clock,
-        correction: merged.correction,
-        findings: merged.findings,
-        time_base: merged.time_base,
-        placement: Placement::as_stamped(),
-        statistics: merged.statistics,
-        samples: merged.stamps_ns.len(),
-        unstamped: merged.unstamped,
-        undecodable: merged.undecodable,
-        without_value: merged.without_value,
     }
 }

@@ -8,7 +8,7 @@ use super::{
     sensor_recording::SensorRecording,
 };
 use crate::{
-    clock::{Placed, TimeBase},
+    clock::{Placement, TimeBase},
     log::Log,
     message::{Error, Losses},
 };
@@ -65,40 +65,22 @@ impl Columns {
     }
 
     /// Puts the samples on the clock of the log and omits those without a stamp.
-    pub(crate) fn finish(
-        mut self,
-        mut sensor: SensorPass,
-        time_base: &TimeBase,
-    ) -> SensorRecording {
-        let Placed {
-            placement,
-            clock,
-            correction,
-            findings,
-        } = time_base.place_fitted(
-            &sensor.name,
-            &sensor.times,
-            &sensor.statistics,
-            sensor.fit.take(),
-        );
+    pub(crate) fn finish(mut self, sensor: SensorPass, time_base: &TimeBase) -> SensorRecording {
+        let width = sensor.width;
+        let (mut reading, times) = sensor.place(time_base);
+        let placement = std::mem::replace(&mut reading.placement, Placement::as_stamped());
         let mut unstamped = Vec::new();
-        let (stamps_ns, log_times_ns) = placement.apply(sensor.times, |at| unstamped.push(at));
+        let (stamps_ns, log_times_ns) = placement.apply(times, |at| unstamped.push(at));
         omit(&mut self.order, &unstamped, 1);
-        omit(&mut self.values, &unstamped, sensor.width);
+        omit(&mut self.values, &unstamped, width);
+        reading.samples = stamps_ns.len();
+        reading.unstamped = unstamped.len() as u64;
         SensorRecording {
-            topic: sensor.topic,
-            clock,
-            correction,
-            findings,
-            time_base: time_base.clone(),
+            reading,
             stamps_ns,
             log_times_ns,
             values: self.values,
-            width: sensor.width,
-            statistics: sensor.statistics,
-            undecodable: sensor.undecodable,
-            unstamped: unstamped.len() as u64,
-            without_value: sensor.without_value,
+            width,
             order: self.order,
         }
     }

@@ -129,10 +129,10 @@ fn clock_inspection(
     file: Option<&MachineFile>,
     clocks: &[SensorRecording],
 ) -> ClockInspection {
-    let base = clocks.first().map(|recording| &recording.time_base);
+    let base = clocks.first().map(|recording| &recording.reading.time_base);
     let findings = clocks.iter().filter_map(|recording| {
-        let topic = log.topic(recording.topic).ok()?;
-        Some((topic.name.as_str(), recording.findings.as_slice()))
+        let topic = log.topic(recording.reading.topic).ok()?;
+        Some((topic.name.as_str(), recording.reading.findings.as_slice()))
     });
     let offsets = match file {
         None => Err("expected a machine file (--machine), found none".to_owned()),
@@ -153,7 +153,9 @@ fn topic_inspection(
     found: &SensorTopics,
     clocks: &[SensorRecording],
 ) -> TopicInspection {
-    let clock = clocks.iter().find(|recording| recording.topic == topic.id);
+    let clock = clocks
+        .iter()
+        .find(|recording| recording.reading.topic == topic.id);
     let joints = (found.joint_states.iter()).filter(|joint| joint.binding.topic == topic.id);
     TopicInspection {
         name: topic.name.clone(),
@@ -167,8 +169,8 @@ fn topic_inspection(
         rate_hz: contents.rate_hz(),
         fields: contents.fields,
         fields_note: contents.note,
-        timing: clock.map(|recording| recording.statistics.timing()),
-        correction: clock.map(|recording| recording.correction),
+        timing: clock.map(|recording| recording.reading.statistics.timing()),
+        correction: clock.map(|recording| recording.reading.correction),
         joint_names: joints.flat_map(|joint| joint.joint_names.clone()).collect(),
     }
 }
