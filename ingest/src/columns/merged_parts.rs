@@ -4,7 +4,7 @@
 use std::{collections::VecDeque, ops::Range};
 
 use super::{
-    sensor_blocks::SensorReading,
+    sensor_reading::SensorReading,
     sensor_recording::{SensorRecording, SensorRequest},
 };
 use crate::{

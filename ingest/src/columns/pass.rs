@@ -13,7 +13,7 @@ use tipwatch_language::say;
 use super::{
     decoder::Decoder,
     part::{Part, PartOfSensor, SamplesSlice},
-    sensor_blocks::SensorReading,
+    sensor_reading::SensorReading,
 };
 use crate::{
     clock::{ClockFit, Placed, TimeBase, Times, TopicStatistics},

@@ -7,16 +7,14 @@ use super::{
     part::{Samples, SamplesSlice},
     pass::{Sink, pass},
     record_sensors::sensors_of,
+    sensor_reading::SensorReading,
     sensor_recording::{SensorRecording, SensorRequest},
     whole_columns::Columns,
 };
 use crate::{
-    clock::{
-        ClockFinding, MessageTimes, Placement, StampCorrection, StampDecision, TimeBase,
-        TimesSlice, TopicStatistics,
-    },
+    clock::{MessageTimes, TimesSlice},
     log::Log,
-    message::{Error, Losses, TopicId},
+    message::{Error, Losses},
 };
 
 /// The most samples in a block.
@@ -65,7 +63,7 @@ impl<'a> SensorBlock<'a> {
         &self.samples.values[index * self.samples.width..(index + 1) * self.samples.width]
     }
 
-    /// The times of each sample. [`Placement::stamp_ns`] turns them into times of measurement, once
+    /// The times of each sample. [`Placement::stamp_ns`](crate::Placement::stamp_ns) turns them into times of measurement, once
     /// the whole log has been read.
     pub fn times(&self) -> impl ExactSizeIterator<Item = MessageTimes> + Clone + 'a {
         self.samples.times.iter()
@@ -76,33 +74,6 @@ impl<'a> SensorBlock<'a> {
     pub fn order(&self) -> &'a [u32] {
         self.samples.order
     }
-}
-
-/// What reading a log found out about one sensor, besides its samples.
-#[derive(Debug, Clone)]
-pub struct SensorReading {
-    /// Its topic.
-    pub topic: TopicId,
-    /// The time source, and why it was chosen.
-    pub clock: StampDecision,
-    /// How the stamps were mapped to the clock of the log.
-    pub correction: StampCorrection,
-    /// Findings about the clocks.
-    pub findings: Vec<ClockFinding>,
-    /// The common clock of all sensors of the log.
-    pub time_base: TimeBase,
-    /// Where the samples lie on that clock. Samples that it does not place are to be omitted.
-    pub placement: Placement,
-    /// Rates, gaps and offsets of the stamps.
-    pub statistics: TopicStatistics,
-    /// Samples that the blocks contained.
-    pub samples: usize,
-    /// Samples among them without a usable stamp; those omitted already, if the samples are placed.
-    pub unstamped: u64,
-    /// Messages that could not be decoded.
-    pub undecodable: u64,
-    /// Messages without any number of the sample, which are not in the blocks.
-    pub without_value: u64,
 }
 
 /// Reads all samples of the wanted sensors in one pass over the log and passes them to `take` in

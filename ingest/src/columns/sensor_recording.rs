@@ -1,6 +1,6 @@
 //! The samples of one sensor as columns, and the request for them.
 
-use super::sensor_blocks::SensorReading;
+use super::sensor_reading::SensorReading;
 use crate::{
     clock::{ClockFinding, Treatment},
     decode::SampleSpec,

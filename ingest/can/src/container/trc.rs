@@ -192,7 +192,8 @@ impl<R: BufRead> Trc<R> {
                     "a frame of at most 8 bytes (save the trace as CAN frames, not as messages of J1939)"
                 ),
             };
-            let reason = say!("expected {expected}, found \"{}\"", shown(line));
+            let shown = shown(line);
+            let reason = say!("expected {expected}, found \"{shown}\"");
             lost.lose(self.lines.range(), reason);
         }
         Ok(false)
