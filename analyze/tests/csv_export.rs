@@ -62,17 +62,14 @@ velocity = [{ topic = "/can/speed", field = "km_h", scale = 0.2777777777777778 }
 
 fn recorded(log: &Log, kind: SensorKind) -> SensorRecording {
     let topic = log.topics().iter().find(|t| kind.is_type(&t.type_name));
-    let request = SensorRequest {
-        topic: topic.unwrap().id,
+    let request = SensorRequest::typed(
+        topic.unwrap().id,
         kind,
-        joint_names: match kind {
+        match kind {
             SensorKind::JointStates => JOINTS.map(str::to_owned).to_vec(),
             _ => Vec::new(),
         },
-        numbers: None,
-        other_parts: Vec::new(),
-        frame_id: None,
-    };
+    );
     record_sensors(log, &[request], &mut |_| {})
         .unwrap()
         .0

@@ -67,13 +67,12 @@ fn read(path: &Path) {
     let joints = log.topics().iter();
     let joints = joints.filter(|topic| SensorKind::JointStates.is_type(&topic.type_name));
     let requests: Vec<SensorRequest> = joints
-        .map(|topic| SensorRequest {
-            topic: topic.id,
-            kind: SensorKind::JointStates,
-            joint_names: joint_names_in(&log, topic.id).unwrap(),
-            numbers: None,
-            other_parts: Vec::new(),
-            frame_id: None,
+        .map(|topic| {
+            SensorRequest::typed(
+                topic.id,
+                SensorKind::JointStates,
+                joint_names_in(&log, topic.id).unwrap(),
+            )
         })
         .collect();
     let (start, mut most) = (Instant::now(), 0.0_f64);

@@ -92,14 +92,7 @@ fn check(bytes: &[u8]) -> usize {
     let requests: Vec<SensorRequest> = log
         .topics()
         .iter()
-        .map(|topic| SensorRequest {
-            topic: topic.id,
-            kind: SensorKind::JointStates,
-            joint_names: joint_names(),
-            numbers: None,
-            other_parts: Vec::new(),
-            frame_id: None,
-        })
+        .map(|topic| SensorRequest::typed(topic.id, SensorKind::JointStates, joint_names()))
         .collect();
     let (recordings, mut losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
     blocks_and_columns(&log, &requests);
@@ -112,8 +105,8 @@ fn check(bytes: &[u8]) -> usize {
     let sum = |count: fn(&tipwatch_ingest::SensorRecording) -> u64| -> u64 {
         recordings.iter().map(|recording| count(recording)).sum()
     };
-    assert_eq!(sum(|recording| recording.undecodable), undecodable);
-    assert_eq!(sum(|recording| recording.unstamped), unstamped as u64);
+    assert_eq!(sum(|of| of.reading.undecodable), undecodable);
+    assert_eq!(sum(|of| of.reading.unstamped), unstamped as u64);
     let found = arrival_order(&recordings);
     assert_eq!(found.len(), expected.len());
     for ((topic, index), (expected_topic, expected)) in found.into_iter().zip(&expected) {

@@ -77,14 +77,11 @@ fn blocks_take_no_memory_for_the_values_of_the_log() {
         write_log(&path, messages);
         let log = Log::open(&path).unwrap();
         let topic = log.topics()[0].id;
-        let request = SensorRequest {
+        let request = SensorRequest::typed(
             topic,
-            kind: SensorKind::JointStates,
-            joint_names: joint_names_in(&log, topic).unwrap(),
-            numbers: None,
-            other_parts: Vec::new(),
-            frame_id: None,
-        };
+            SensorKind::JointStates,
+            joint_names_in(&log, topic).unwrap(),
+        );
         let requests = [request];
         let mut samples = 0;
         let in_blocks = Counting::most_bytes(|| {

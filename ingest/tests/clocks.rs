@@ -104,31 +104,24 @@ fn recorded(file: &TempLog) -> BTreeMap<String, SensorRecording> {
     let log = Log::open(&file.path).unwrap();
     let topics = log.topics().iter().filter(|topic| topic.name != "/clock");
     let requests: Vec<SensorRequest> = topics
-        .map(|topic| SensorRequest {
-            topic: topic.id,
-            kind: SensorKind::JointStates,
-            joint_names: vec!["a".into()],
-            numbers: None,
-            other_parts: Vec::new(),
-            frame_id: None,
-        })
+        .map(|topic| SensorRequest::typed(topic.id, SensorKind::JointStates, vec!["a".into()]))
         .collect();
     let (_, losses) = record_sensors(&log, &requests, &mut |_| {}).unwrap();
     assert!(losses.is_empty(), "{losses:?}");
     let (_, recordings) = blocks_and_columns(&log, &requests);
     recordings
         .into_iter()
-        .map(|r| (log.topic(r.topic).unwrap().name.clone(), r))
+        .map(|r| (log.topic(r.reading.topic).unwrap().name.clone(), r))
         .collect()
 }
 
 fn found(recording: &SensorRecording, kind: Kind) -> &ClockFinding {
-    let finding = recording.findings.iter().find(|f| f.kind == kind);
-    finding.unwrap_or_else(|| panic!("no {kind:?} in {:?}", recording.findings))
+    let finding = recording.reading.findings.iter().find(|f| f.kind == kind);
+    finding.unwrap_or_else(|| panic!("no {kind:?} in {:?}", recording.reading.findings))
 }
 
 fn kinds(recording: &SensorRecording) -> Vec<Kind> {
-    recording.findings.iter().map(|f| f.kind).collect()
+    recording.reading.findings.iter().map(|f| f.kind).collect()
 }
 
 /// The largest error of the stamps (ms).
@@ -153,8 +146,9 @@ fn valid_stamps_stay_unchanged() {
         let recording = &recordings[name];
         assert_eq!(largest_error_ms(recording, |i| at(i) + offset), 0.0);
         assert_eq!(kinds(recording), []);
-        assert_eq!(recording.correction.added_s, 0.0);
-        let offset = recording.statistics.timing().header_minus_log.unwrap();
+        assert_eq!(recording.reading.correction.added_s, 0.0);
+        let timing = recording.reading.statistics.timing();
+        let offset = timing.header_minus_log.unwrap();
         assert!((offset.median_s + 0.0025).abs() < 2e-4, "{offset:?}");
         assert!((offset.mad_s - 0.00025).abs() < 5e-5, "{offset:?}");
         assert!(offset.drift_ppm.abs() < 5.0 * offset.drift_sigma_ppm.max(1.0));
@@ -176,7 +170,8 @@ fn simulation_time_becomes_the_time_of_all_signals() {
         assert_eq!(finding.treatment, Treatment::Handled);
         assert!(finding.seen.contains("/clock") && finding.seen.contains("0.500"));
         assert_eq!(largest_error_ms(recording, |i| 7 * S + i * PERIOD), 0.0);
-        let drift = recording.statistics.timing().header_minus_log.unwrap();
+        let timing = recording.reading.statistics.timing();
+        let drift = timing.header_minus_log.unwrap();
         assert!((drift.drift_ppm + 500_000.0).abs() < 100.0, "{drift:?}");
     }
 }
@@ -259,14 +254,14 @@ fn unstamped_messages_are_omitted_or_placed() {
         finding.seen.contains("absent or zero") && finding.done.contains("/arm"),
         "{finding}"
     );
-    assert_eq!(force.clock.source, StampSource::Log);
-    assert!((force.correction.added_s + 0.0025).abs() < 2e-4);
+    assert_eq!(force.reading.clock.source, StampSource::Log);
+    assert!((force.reading.correction.added_s + 0.0025).abs() < 2e-4);
     // the deviation of single delays from the median remains
     let error = largest_error_ms(force, at);
     assert!(error < 0.7, "{error} ms");
     let imu = &recordings["/imu"];
     assert_eq!(found(imu, Kind::ZeroStamps).treatment, Treatment::Handled);
-    assert_eq!((imu.unstamped, imu.stamps_ns.len()), (200, 1800));
+    assert_eq!((imu.reading.unstamped, imu.stamps_ns.len()), (200, 1800));
     assert_eq!(largest_error_ms(imu, at), 0.0);
 }
 
@@ -300,7 +295,7 @@ fn publish_time_is_preferred_to_log_time() {
         ("/force", all(|i| published(0, i))),
     ];
     let force = &recorded(&log_of(&topics, false))["/force"];
-    assert_eq!(force.clock.source, StampSource::Publish);
+    assert_eq!(force.reading.clock.source, StampSource::Publish);
     assert_eq!(largest_error_ms(force, at), 0.0);
     let both = [
         ("/arm", all(|i| published(0, i))),
@@ -308,7 +303,10 @@ fn publish_time_is_preferred_to_log_time() {
     ];
     let recordings = recorded(&log_of(&both, false));
     assert_eq!(largest_error_ms(&recordings["/arm"], |i| at(i) + MS), 0.0);
-    assert_eq!(recordings["/arm"].time_base.source(), StampSource::Publish);
+    assert_eq!(
+        recordings["/arm"].reading.time_base.source(),
+        StampSource::Publish
+    );
 }
 
 #[test]
@@ -382,7 +380,7 @@ fn runs_of_a_looped_replay_follow_each_other() {
         let finding = found(recording, Kind::ClockRestart);
         assert_eq!(finding.treatment, Treatment::Handled);
         assert!(finding.done.contains("all topics restart"), "{finding}");
-        assert_eq!(recording.correction.restarts, 3);
+        assert_eq!(recording.reading.correction.restarts, 3);
         let run = |i: i64| i * period / length;
         let truth = |i: i64| FIRST_NS - 86_400 * S + i * period + run(i) * S;
         let error = largest_error_ms(recording, truth);
@@ -420,7 +418,7 @@ fn blocks_in_another_order_are_no_restarts() {
             assert!(
                 !kinds(&recording).contains(&Kind::ClockRestart),
                 "{place}: {:?}",
-                recording.findings
+                recording.reading.findings
             );
             assert_eq!(recording.stamps_ns.len(), MESSAGES as usize);
             assert_eq!(largest_error_ms(&recording, at), 0.0);
@@ -481,7 +479,7 @@ fn late_repeated_and_impossible_stamps_are_reported() {
     let imu = &recordings["/imu"];
     let late = found(imu, Kind::DisorderedStamps);
     assert!(late.seen.starts_with("8 stamps"), "{late}");
-    let timing = imu.statistics.timing();
+    let timing = imu.reading.statistics.timing();
     assert_eq!(timing.stamps_not_dates, 0);
     assert_eq!(timing.largest_backward.unwrap().to_ns, at(301));
     let impossible = found(imu, Kind::ImpossibleStamps);
@@ -505,7 +503,7 @@ fn clock_drift_is_removed() {
     let arm = &recorded(&log_of(&topics, false))["/arm"];
     let finding = found(arm, Kind::ClockDrift);
     assert_eq!(finding.treatment, Treatment::Handled);
-    assert!((arm.correction.drift_removed_ppm - 5000.0).abs() < 5.0);
+    assert!((arm.reading.correction.drift_removed_ppm - 5000.0).abs() < 5.0);
     let error = largest_error_ms(arm, at);
     assert!(error < 0.2, "{error} ms");
 }
@@ -531,7 +529,7 @@ fn stamps_that_begin_and_end_together_are_of_one_clock_where_log_times_scatter()
     let arm = of_arm(&late);
     assert_eq!(largest_error_ms(&arm, at), 0.0);
     assert_eq!(arm.stamps_ns.len(), MESSAGES as usize);
-    let clock = (arm.findings.iter())
+    let clock = (arm.reading.findings.iter())
         .find(|f| matches!(f.kind, Kind::ClockDrift | Kind::ClockApart))
         .unwrap();
     assert_eq!(clock.treatment, Treatment::Reported, "{clock}");
@@ -543,7 +541,11 @@ fn stamps_that_begin_and_end_together_are_of_one_clock_where_log_times_scatter()
     };
     let arm = of_arm(&ahead);
     let is_refusal = |f: &ClockFinding| f.treatment == Treatment::Refused;
-    assert!(arm.findings.iter().any(is_refusal), "{:?}", arm.findings);
+    assert!(
+        arm.reading.findings.iter().any(is_refusal),
+        "{:?}",
+        arm.reading.findings
+    );
 }
 
 #[test]
@@ -558,14 +560,11 @@ fn single_numbers_are_put_on_the_clock_of_the_sensors() {
     };
     let file = log_of(&[("/arm", all(simulated)), ("/force", all(never))], false);
     let log = Log::open(&file.path).unwrap();
-    let request = SensorRequest {
-        topic: log.topics()[0].id,
-        kind: SensorKind::JointStates,
-        joint_names: vec!["a".into()],
-        numbers: None,
-        other_parts: Vec::new(),
-        frame_id: None,
-    };
+    let request = SensorRequest::typed(
+        log.topics()[0].id,
+        SensorKind::JointStates,
+        vec!["a".into()],
+    );
     let (arm, _) = record_sensors(&log, &[request], &mut |_| {}).unwrap();
     let field = FieldRequest {
         topic: "/force".into(),
@@ -576,7 +575,7 @@ fn single_numbers_are_put_on_the_clock_of_the_sensors() {
             offset: 0.0,
         },
     };
-    let (force, _) = record_fields(&log, &[field], Some(&arm[0].time_base)).unwrap();
+    let (force, _) = record_fields(&log, &[field], Some(&arm[0].reading.time_base)).unwrap();
     assert_eq!(force[0].values[1000], 1000.0);
     let error = force[0].stamps_ns[1000] - (7 * S + 1000 * PERIOD);
     assert!(error.abs() < MS, "{error} ns");
@@ -854,7 +853,7 @@ fn a_corrected_sensor_clock_is_put_back() {
         let error = largest_error_ms(arm, at);
         assert!(error < 0.5, "{name} by {step} ns: {error} ms");
         assert_eq!(kinds(&recordings["/imu"]), []);
-        assert_eq!(arm.time_base.anchor(), Some("/imu"));
+        assert_eq!(arm.reading.time_base.anchor(), Some("/imu"));
         // of a single topic the longer course is taken as right
         let alone = &recorded(&log_of(&[("/arm", all(corrected))], false))["/arm"];
         found(alone, Kind::StampStep);
@@ -881,7 +880,11 @@ fn delays_of_the_transport_are_no_steps_of_the_stamps() {
     let topics = [("/arm", all(|i| sound(at(i), i))), ("/imu", all(delayed))];
     let recordings = recorded(&log_ordered(&topics, false, |_, i, _| i));
     let imu = &recordings["/imu"];
-    assert!(!kinds(imu).contains(&Kind::StampStep), "{:?}", imu.findings);
+    assert!(
+        !kinds(imu).contains(&Kind::StampStep),
+        "{:?}",
+        imu.reading.findings
+    );
     assert_eq!(largest_error_ms(imu, at), 0.0);
 }
 
@@ -897,7 +900,7 @@ fn single_stamps_ahead_are_omitted_and_no_restarts() {
     let strays = (0..MESSAGES).filter(|&i| is_odd(i)).count();
     assert_eq!(kinds(imu), [Kind::StrayStamps]);
     assert_eq!(imu.stamps_ns.len(), MESSAGES as usize - strays);
-    assert_eq!(imu.correction.restarts, 0);
+    assert_eq!(imu.reading.correction.restarts, 0);
     assert_eq!(largest_error_ms(imu, at), 0.0);
     // the same where the log time is all there is
     let file = log_ordered(
@@ -926,11 +929,11 @@ fn stamps_of_whole_seconds_give_way_to_the_log_time() {
     };
     let topics = [("/arm", all(|i| sound(at(i), i))), ("/odom", all(coarse))];
     let odom = &recorded(&log_of(&topics, false))["/odom"];
-    assert_eq!(odom.clock.source, StampSource::Log);
+    assert_eq!(odom.reading.clock.source, StampSource::Log);
     assert!(
-        odom.clock.reason.contains("resolution of 1 s"),
+        odom.reading.clock.reason.contains("resolution of 1 s"),
         "{:?}",
-        odom.clock
+        odom.reading.clock
     );
     found(odom, Kind::NoHeaderStamp);
     let error = largest_error_ms(odom, at);

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use tipwatch_ingest::{
-    DefinitionSource, Format, Log, SensorKind, StampSource, TopicStatistics, bind, first_string,
-    joint_names_in,
+    DefinitionSource, Format, Log, SensorKind, StampSource, TopicStatistics, bind, joint_names_in,
+    robot_descriptions,
 };
 
 use crate::support::{samples, topic_named};
@@ -44,10 +44,8 @@ fn simulated_arm_is_read_whole() {
     let log = open("sim/flat_arm.mcap");
     assert_eq!(count(&log, SensorKind::JointStates), 4000);
     assert_eq!(count(&log, SensorKind::Imu), 9999);
-    let urdf = first_string(&log, topic_named(&log, "/robot_description"))
-        .unwrap()
-        .unwrap();
-    assert!(urdf.contains("<robot"));
+    let described = robot_descriptions(&log).unwrap();
+    assert!(described[0].text.contains("<robot"));
     assert!(log.losses().is_empty());
 }
 
@@ -111,10 +109,8 @@ fn turtlebot3_is_read_by_built_in_definitions() {
     );
     let names = joint_names_in(&log, joints).unwrap();
     assert_eq!(names, ["wheel_left_joint", "wheel_right_joint"]);
-    let urdf = first_string(&log, topic_named(&log, "/robot_description"))
-        .unwrap()
-        .unwrap();
-    assert!(urdf.contains("<robot"));
+    let described = robot_descriptions(&log).unwrap();
+    assert!(described[0].text.contains("<robot"));
 }
 
 #[test]

@@ -72,7 +72,7 @@ fn values(file: &TempLog, field: &str, joint: Option<&str>) -> Result<(Vec<f64>,
     let (mut recordings, _) = record_fields(&log, &[request], None).map_err(|e| e.to_string())?;
     let recording = recordings.remove(0);
     assert_eq!(recording.stamps_ns.len(), recording.values.len());
-    Ok((recording.values, recording.missing))
+    Ok((recording.values, recording.reading.without_value))
 }
 
 #[test]
@@ -205,7 +205,8 @@ fn one_topic_may_serve_several_sensors() {
     for (found, expected) in sample[6..].iter().zip([0.0, 0.0, half, half]) {
         assert!((found - expected).abs() < 1e-15, "{sample:?}");
     }
-    assert_eq!((joints.stamps_ns.len(), joints.without_value), (2, 1));
+    assert_eq!(joints.stamps_ns.len(), 2);
+    assert_eq!(joints.reading.without_value, 1);
     assert_eq!(joints.sample(1)[0], 29.0);
     assert_eq!(joints.stamps_ns, [imu.stamps_ns[0], imu.stamps_ns[1]]);
 }

@@ -1,6 +1,6 @@
 use std::{borrow::Cow, collections::BTreeMap};
 
-use tipwatch_ingest::{Format, Log, RecoverError, recover};
+use tipwatch_ingest::{Format, Log, RecoverError, WriteError, recover};
 
 use crate::{
     bags::bag,
@@ -102,7 +102,10 @@ fn existing_file_is_not_overwritten() {
     let log = Log::open(&file.path).unwrap();
     let before = std::fs::read(&file.path).unwrap();
     let error = recover(&log, &file.path).unwrap_err();
-    assert!(matches!(error, RecoverError::Create { .. }));
+    assert!(matches!(
+        error,
+        RecoverError::Write(WriteError::Create { .. })
+    ));
     assert_eq!(std::fs::read(&file.path).unwrap(), before);
 }
 

@@ -4,7 +4,7 @@ use std::{cmp::Reverse, collections::BTreeMap, io::Cursor};
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 use tipwatch_ingest::{
-    Log, MessageTimes, SensorKind, SensorRecording, SensorRequest, arrival_order,
+    Log, MessageTimes, SensorKind, SensorReading, SensorRecording, SensorRequest, arrival_order,
     read_sensor_blocks, record_sensors,
 };
 
@@ -90,33 +90,17 @@ pub(crate) fn blocks_and_columns(
         assert_eq!(stamps, recording.stamps_ns);
         assert_eq!(log_times, recording.log_times_ns);
         assert_eq!(bits(&values), bits(&recording.values));
-        let told = (
-            reading.topic,
-            &reading.clock,
-            &reading.correction,
-            &reading.findings,
-        );
-        let expected = (
-            recording.topic,
-            &recording.clock,
-            &recording.correction,
-            &recording.findings,
-        );
-        assert_eq!(told, expected);
-        assert_eq!(reading.statistics.timing(), recording.statistics.timing());
-        assert_eq!(reading.time_base.anchor(), recording.time_base.anchor());
-        assert_eq!(
-            (
-                reading.unstamped,
-                reading.undecodable,
-                reading.without_value
-            ),
-            (
-                recording.unstamped,
-                recording.undecodable,
-                recording.without_value
-            )
-        );
+        let told = |of: &SensorReading| {
+            let text = (
+                &of.clock,
+                &of.correction,
+                &of.findings,
+                of.time_base.anchor(),
+            );
+            let counts = (of.topic, of.unstamped, of.undecodable, of.without_value);
+            format!("{text:?} {counts:?} {:?}", of.statistics.timing())
+        };
+        assert_eq!(told(reading), told(&recording.reading));
     }
     arrivals.sort_unstable();
     let arrivals: Vec<_> = (arrivals.into_iter())
@@ -132,13 +116,12 @@ pub(crate) fn joint_requests(log: &Log, joints: &[&str]) -> Vec<SensorRequest> {
     let topics = log.topics().iter();
     let topics = topics.filter(|topic| SensorKind::JointStates.is_type(&topic.type_name));
     topics
-        .map(|topic| SensorRequest {
-            topic: topic.id,
-            kind: SensorKind::JointStates,
-            joint_names: joints.iter().map(|&joint| joint.to_owned()).collect(),
-            numbers: None,
-            other_parts: Vec::new(),
-            frame_id: None,
+        .map(|topic| {
+            SensorRequest::typed(
+                topic.id,
+                SensorKind::JointStates,
+                joints.iter().map(|&joint| joint.to_owned()).collect(),
+            )
         })
         .collect()
 }
@@ -260,7 +243,7 @@ fn long_logs_give_blocks_of_a_useful_size() {
             assert!(samples > MESSAGES as usize / 20, "{samples}");
             let most = MESSAGES as usize / 1024 + requests.len();
             assert!(blocks <= most, "{blocks} blocks of {samples} samples");
-            assert!(damage > 0 || columns[0].unstamped == 97);
+            assert!(damage > 0 || columns[0].reading.unstamped == 97);
         }
     }
 }

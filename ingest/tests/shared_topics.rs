@@ -52,13 +52,12 @@ fn log_of(topics: &[(&str, &str)], messages: &[(usize, i64, Vec<u8>)]) -> TempLo
 /// A request for each group of joints.
 fn requests(log: &Log) -> Vec<SensorRequest> {
     let found = SensorTopics::find(log, &NamedTopics::default()).unwrap();
-    let request = |topic: &tipwatch_ingest::JointTopic| SensorRequest {
-        topic: topic.binding.topic,
-        kind: SensorKind::JointStates,
-        joint_names: topic.joint_names.clone(),
-        numbers: None,
-        other_parts: Vec::new(),
-        frame_id: None,
+    let request = |topic: &tipwatch_ingest::JointTopic| {
+        SensorRequest::typed(
+            topic.binding.topic,
+            SensorKind::JointStates,
+            topic.joint_names.clone(),
+        )
     };
     found.joint_states.iter().map(request).collect()
 }
@@ -95,13 +94,14 @@ fn joints_of_several_publishers_have_times_of_their_own() {
             .zip([(400, 0, 10), (200, 3, 20), (100, 5, 40)])
     {
         assert_eq!(recording.stamps_ns.len(), count);
-        assert_eq!((recording.without_value, recording.undecodable), (0, 0));
+        let found = &recording.reading;
+        assert_eq!((found.without_value, found.undecodable), (0, 0));
         for (k, stamp) in (0_i64..).zip(&recording.stamps_ns) {
             let ms = first_ms + k * step_ms;
             assert_eq!(*stamp, FIRST_NS + ms * MS);
             assert_eq!(recording.sample(k as usize)[0], ms as f64);
         }
-        assert!(recording.findings.is_empty(), "{:?}", recording.findings);
+        assert!(found.findings.is_empty(), "{:?}", found.findings);
     }
 }
 

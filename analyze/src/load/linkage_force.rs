@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
 use tipwatch_binding::{MachineFile, monitor_topic, number_field};
-use tipwatch_ingest::{FieldRecording, FieldRequest, Log, Losses, TimeBase, record_fields};
+use tipwatch_ingest::{FieldRequest, Log, Losses, SensorRecording, TimeBase, record_fields};
 use tipwatch_mechanics::machine::{FieldSpec, LinkageSpec, MachineSpec};
 
 use super::LoadedLog;
@@ -135,7 +135,7 @@ fn read(
     log: &Log,
     fields: &[&FieldSpec],
     clocks: &Clocks<'_>,
-) -> Result<(Vec<FieldRecording>, Losses)> {
+) -> Result<(Vec<SensorRecording>, Losses)> {
     let request = |spec: &&FieldSpec| FieldRequest {
         topic: spec.topic.clone(),
         number: number_field(spec, "effort"),
@@ -145,7 +145,7 @@ fn read(
 }
 
 /// Sorts by time and applies the stated clock offset.
-fn series(recording: &FieldRecording, spec: &FieldSpec, clocks: &Clocks<'_>) -> Series {
+fn series(recording: &SensorRecording, spec: &FieldSpec, clocks: &Clocks<'_>) -> Series {
     let offset_s = clocks.offsets_s.get(&spec.topic).copied().unwrap_or(0.0);
     let shift_ns = (offset_s * 1e9).round() as i64;
     let stamps = recording.stamps_ns.iter();

@@ -125,14 +125,7 @@ fn plain_columns(path: &Path) -> u64 {
 }
 
 fn requests(log: &Log) -> Vec<SensorRequest> {
-    let request = |topic| SensorRequest {
-        topic,
-        kind: SensorKind::JointStates,
-        joint_names: joint_names(),
-        numbers: None,
-        other_parts: Vec::new(),
-        frame_id: None,
-    };
+    let request = |topic| SensorRequest::typed(topic, SensorKind::JointStates, joint_names());
     joint_ids(log).into_iter().map(request).collect()
 }
 

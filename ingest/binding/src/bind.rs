@@ -110,11 +110,7 @@ pub fn bind(
     let actuators = actuators::find(log, spec, &machine)?;
     matched.sensors.actuators = actuators.signals;
     sensors.extend(actuators.sensors);
-    let mut beside = number_signals::support_switches(log, &machine)?;
-    beside.extend(number_signals::load_sensors(log, &machine));
-    let commands = number_signals::joint_commands(log, &machine)?;
-    beside.extend(commands);
-    beside.extend(number_signals::payload_signals(log, &machine));
+    let beside = number_signals::beside(log, &machine);
     if !matched.sensors.tool_wrench {
         machine.leave_out_tool();
     }
@@ -308,12 +304,8 @@ fn bound_sensors(
     let typed = |sensor: Sensor, binding: &Binding, joint_names: Vec<String>| BoundSensor {
         sensor,
         request: SensorRequest {
-            topic: binding.topic,
-            kind: binding.kind,
-            joint_names,
-            numbers: None,
-            other_parts: Vec::new(),
             frame_id: binding.frame_id.clone(),
+            ..SensorRequest::typed(binding.topic, binding.kind, joint_names)
         },
         why: binding.why.clone(),
     };

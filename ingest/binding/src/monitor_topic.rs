@@ -5,7 +5,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use tipwatch_ingest::{Error, FieldRecording, FieldRequest, Log, record_fields};
+use tipwatch_ingest::{Error, FieldRequest, Log, SensorRecording, record_fields};
 use tipwatch_mechanics::estimation::plausibility::SignalDoubt;
 use tipwatch_mechanics::machine::{
     FieldSpec, JointFields, MachineSpec, OneOrMany, PayloadMass, PresenceSpec, SignalSpec,
@@ -131,7 +131,7 @@ fn has(log: &Log, name: &str, type_name: &str) -> bool {
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn verdicts(log: &Log) -> Result<Option<[FieldRecording; 4]>, Error> {
+pub fn verdicts(log: &Log) -> Result<Option<[SensorRecording; 4]>, Error> {
     columns(log, NAME, TYPE_NAME, FIELDS)
 }
 
@@ -140,7 +140,7 @@ pub fn verdicts(log: &Log) -> Result<Option<[FieldRecording; 4]>, Error> {
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn inherited_alarms(log: &Log) -> Result<Option<[FieldRecording; 2]>, Error> {
+pub fn inherited_alarms(log: &Log) -> Result<Option<[SensorRecording; 2]>, Error> {
     known_columns(log, INHERITED_FIELDS)
 }
 
@@ -149,7 +149,7 @@ pub fn inherited_alarms(log: &Log) -> Result<Option<[FieldRecording; 2]>, Error>
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn inherited_contradictions(log: &Log) -> Result<Option<[FieldRecording; 1]>, Error> {
+pub fn inherited_contradictions(log: &Log) -> Result<Option<[SensorRecording; 1]>, Error> {
     known_columns(log, [CONTRADICTED_FIELD])
 }
 
@@ -217,7 +217,7 @@ pub fn inherited_doubts(log: &Log) -> Result<Vec<SignalDoubt>, Error> {
 fn known_columns<const N: usize>(
     log: &Log,
     fields: [&str; N],
-) -> Result<Option<[FieldRecording; N]>, Error> {
+) -> Result<Option<[SensorRecording; N]>, Error> {
     match has_fields(log, NAME, &fields) {
         true => columns(log, NAME, TYPE_NAME, fields),
         false => Ok(None),
@@ -238,7 +238,7 @@ fn has_fields(log: &Log, name: &str, fields: &[&str]) -> bool {
 ///
 /// # Errors
 /// The log cannot be read.
-pub fn gaps(log: &Log) -> Result<Option<[FieldRecording; 2]>, Error> {
+pub fn gaps(log: &Log) -> Result<Option<[SensorRecording; 2]>, Error> {
     columns(log, GAPS, GAPS_TYPE_NAME, GAPS_FIELDS)
 }
 
@@ -247,7 +247,7 @@ fn columns<const N: usize>(
     name: &str,
     type_name: &str,
     fields: [&str; N],
-) -> Result<Option<[FieldRecording; N]>, Error> {
+) -> Result<Option<[SensorRecording; N]>, Error> {
     if !has(log, name, type_name) {
         return Ok(None);
     }

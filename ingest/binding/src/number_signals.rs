@@ -3,7 +3,7 @@
 use std::slice;
 
 use tipwatch_ingest::{
-    Error, Log, NumberField, SampleSpec, SensorKind, SensorRequest, Topic, TopicId, ValueSource,
+    Error, Log, NumberField, SampleSpec, SensorKind, SensorRequest, TopicId, ValueSource,
     first_frame, topic_of_field,
 };
 use tipwatch_language::{message, say, word};
@@ -54,96 +54,64 @@ pub fn number_field(spec: &FieldSpec, list: &str) -> NumberField {
 /// # Errors
 /// Its topic is not in the log.
 pub(crate) fn number_request(log: &Log, field: &FieldSpec) -> Result<SensorRequest, Error> {
-    request_of(log, number_field(field, "effort"), field)
+    request_in(log, field, "effort")
 }
 
-fn request_of(log: &Log, number: NumberField, field: &FieldSpec) -> Result<SensorRequest, Error> {
-    Ok(SensorRequest {
-        topic: topic_of_field(log, &field.topic, &number.field)?.id,
-        kind: SensorKind::Number,
-        joint_names: Vec::new(),
-        other_parts: Vec::new(),
-        frame_id: None,
-        numbers: Some(SampleSpec {
-            values: vec![ValueSource::Field(number)],
-            has_roll_pitch_yaw: false,
-        }),
-    })
+fn request_in(log: &Log, field: &FieldSpec, list: &str) -> Result<SensorRequest, Error> {
+    let number = number_field(field, list);
+    let topic = topic_of_field(log, &field.topic, &number.field)?.id;
+    let sample = SampleSpec::of(vec![ValueSource::Field(number)]);
+    Ok(SensorRequest::numbered(topic, SensorKind::Number, sample))
 }
 
-/// The switches of a machine whose topic is in the log. Which supports are on the ground is unknown without the others.
-///
-/// # Errors
-/// The log cannot be read.
-pub(crate) fn support_switches(log: &Log, machine: &Machine) -> Result<Vec<BoundSensor>, Error> {
-    let supports = machine.supports();
-    let switches = supports.switches.iter().enumerate();
-    let is_there = |topic: &str| log.topics().iter().any(|known| known.name == topic);
-    let found = switches.filter(|(_, switch)| is_there(&switch.spec.number.topic));
-    found
-        .map(|(index, switch)| {
-            let name = |support: &SupportId| supports.support(*support).name.as_str();
-            let names: Vec<&str> = switch.supports.iter().map(name).collect();
-            Ok(BoundSensor {
-                sensor: Sensor::Switch(index),
-                request: number_request(log, &switch.spec.number)?,
-                why: say!(
-                    "what tells of support {}, named by the machine file",
-                    names.join(", ")
-                ),
-            })
-        })
-        .collect()
-}
-
-/// The load sensors of a machine whose number is in the log. Whoever compares loads says which are missing, and why.
-pub(crate) fn load_sensors(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
-    let sensors = machine.load_sensors().iter().enumerate();
-    let found = sensors.filter_map(|(index, sensor)| {
+/// The signals from which the state is not estimated, as far as their topic is in the log: the switches of supports, the load
+/// sensors, the rates that a controller asks of joints, the masses of payloads. Whoever uses them says which are missing.
+pub(crate) fn beside(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
+    let bound = |sensor, field: &FieldSpec, list: &str, why: String| {
+        let request = request_in(log, field, list).ok()?;
         Some(BoundSensor {
-            sensor: Sensor::Load(index),
-            request: number_request(log, &sensor.field).ok()?,
-            why: say!("load sensor {}, named by the machine file", sensor.name),
+            sensor,
+            request,
+            why,
         })
+    };
+    let supports = machine.supports();
+    let switches = supports.switches.iter().enumerate().map(|(index, switch)| {
+        let name = |support: &SupportId| supports.support(*support).name.as_str();
+        let names: Vec<&str> = switch.supports.iter().map(name).collect();
+        let why = say!(
+            "what tells of support {}, named by the machine file",
+            names.join(", ")
+        );
+        bound(Sensor::Switch(index), &switch.spec.number, "effort", why)
     });
-    found.collect()
-}
-
-/// The rates that a controller asks of joints, as far as their topic is in the log: without, a prediction extrapolates.
-///
-/// # Errors
-/// The log cannot be read.
-pub(crate) fn joint_commands(log: &Log, machine: &Machine) -> Result<Vec<BoundSensor>, Error> {
-    let commands = machine.joint_commands().iter().enumerate();
-    let is_there = |topic: &str| log.topics().iter().any(|known| known.name == topic);
-    let found = commands.filter(|(_, command)| is_there(&command.field.topic));
-    found
+    let loads = machine
+        .load_sensors()
+        .iter()
+        .enumerate()
+        .map(|(index, load)| {
+            let why = say!("load sensor {}, named by the machine file", load.name);
+            bound(Sensor::Load(index), &load.field, "effort", why)
+        });
+    let commands = machine
+        .joint_commands()
+        .iter()
+        .enumerate()
         .map(|(index, command)| {
             let name = &machine.joints()[command.joint].name;
-            Ok(BoundSensor {
-                sensor: Sensor::Command(index),
-                request: request_of(
-                    log,
-                    number_field(&command.field, "velocity"),
-                    &command.field,
-                )?,
-                why: say!("rate asked of joint {name}, named by the machine file"),
-            })
-        })
-        .collect()
-}
-
-/// The signals that tell masses of payloads, as far as they are in the log. Whoever follows them says which are missing, and why.
-pub(crate) fn payload_signals(log: &Log, machine: &Machine) -> Vec<BoundSensor> {
-    let signals = machine.payload_signals().iter().enumerate();
-    let found = signals.filter_map(|(index, signal)| {
-        Some(BoundSensor {
-            sensor: Sensor::Payload(index),
-            request: number_request(log, &signal.field).ok()?,
-            why: word!("tells the mass of a payload, named by the machine file").into(),
-        })
-    });
-    found.collect()
+            let why = say!("rate asked of joint {name}, named by the machine file");
+            bound(Sensor::Command(index), &command.field, "velocity", why)
+        });
+    let payloads = machine
+        .payload_signals()
+        .iter()
+        .enumerate()
+        .map(|(index, payload)| {
+            let why = word!("tells the mass of a payload, named by the machine file").into();
+            bound(Sensor::Payload(index), &payload.field, "effort", why)
+        });
+    let all = switches.chain(loads).chain(commands).chain(payloads);
+    all.flatten().collect()
 }
 
 /// Kinds of sensors that the machine file binds number by number.
@@ -220,31 +188,24 @@ fn numbered_joint(
         // constant, or only its effort is bound
         return Ok(None);
     };
-    let position = (topic(log, position)?, number_field(position, "position"));
     let velocity = match &fields.velocity {
         Some(velocity) => ValueSource::Field(number_field(velocity, "velocity")),
         None => ValueSource::Absent,
     };
-    let values = vec![ValueSource::Field(position.1), velocity];
+    let position_of = ValueSource::Field(number_field(position, "position"));
+    let sample = SampleSpec::of(vec![position_of, velocity]);
     Ok(Some(NumberedJoint {
         joint: joint.into(),
         request: SensorRequest {
-            topic: position.0.id,
-            kind: SensorKind::JointStates,
             joint_names: vec![joint.into()],
-            numbers: Some(SampleSpec {
-                values,
-                has_roll_pitch_yaw: false,
-            }),
-            other_parts: Vec::new(),
-            frame_id: None,
+            ..SensorRequest::numbered(topic(log, position)?, SensorKind::JointStates, sample)
         },
     }))
 }
 
-fn topic<'l>(log: &'l Log, spec: &FieldSpec) -> Result<&'l Topic, Error> {
+fn topic(log: &Log, spec: &FieldSpec) -> Result<TopicId, Error> {
     let wanted = spec.field.as_deref().or(spec.joint.as_deref());
-    topic_of_field(log, &spec.topic, wanted.unwrap_or_default())
+    Ok(topic_of_field(log, &spec.topic, wanted.unwrap_or_default())?.id)
 }
 
 /// The parts of a sample. What is on one topic is read together. Samples have the stamps of the
@@ -264,7 +225,7 @@ impl Parts<'_> {
         let Some(first) = self.first.iter().find_map(NumberSpec::field) else {
             return Ok(None);
         };
-        let first = topic(log, first)?.id;
+        let first = topic(log, first)?;
         let vectors = self.first.iter().chain(self.second.into_iter().flatten());
         let mut parts: Vec<SamplePart<'_>> = vectors.map(slice::from_ref).enumerate().collect();
         parts.extend(self.orientation.map(|numbers| (6, &numbers[..])));
@@ -272,7 +233,7 @@ impl Parts<'_> {
         let mut by_topic: Vec<(TopicId, Vec<SamplePart<'_>>)> = vec![(first, Vec::new())];
         for part in parts {
             let id = match part.1.iter().find_map(NumberSpec::field) {
-                Some(field) => topic(log, field)?.id,
+                Some(field) => topic(log, field)?,
                 // constants are known whenever there is a sample
                 None => first,
             };
@@ -302,12 +263,8 @@ impl Parts<'_> {
         });
         let mut samples = samples.collect::<Vec<_>>().into_iter();
         Ok(samples.next().map(|(topic, first)| SensorRequest {
-            topic,
-            kind,
-            joint_names: Vec::new(),
-            numbers: Some(first),
             other_parts: samples.collect(),
-            frame_id: None,
+            ..SensorRequest::numbered(topic, kind, first)
         }))
     }
 }

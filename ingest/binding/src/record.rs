@@ -20,7 +20,10 @@ impl BoundLog {
         let requests: Vec<SensorRequest> = self.all().map(|b| b.request.clone()).collect();
         let (mut recordings, losses) = record_sensors(log, &requests, progress)?;
         for recording in &mut recordings {
-            if let Some(&offset_s) = self.clock_offsets_s.get(&log.topic(recording.topic)?.name) {
+            if let Some(&offset_s) = self
+                .clock_offsets_s
+                .get(&log.topic(recording.reading.topic)?.name)
+            {
                 recording.shift(offset_s);
             }
         }

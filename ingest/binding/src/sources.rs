@@ -93,17 +93,11 @@ impl Found {
         Some(FoundJoints {
             topic: &log.topics()[topic.index()],
             joints: Vec::new(),
-            source: JointSource::Rows(SensorRequest {
+            source: JointSource::Rows(SensorRequest::numbered(
                 topic,
-                kind: SensorKind::JointStates,
-                joint_names: Vec::new(),
-                numbers: Some(SampleSpec {
-                    values: Vec::new(),
-                    has_roll_pitch_yaw: false,
-                }),
-                other_parts: Vec::new(),
-                frame_id: None,
-            }),
+                SensorKind::JointStates,
+                SampleSpec::of(Vec::new()),
+            )),
             message_count: None,
         })
     }

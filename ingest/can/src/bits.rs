@@ -20,6 +20,11 @@ pub(crate) fn array_at<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N
     bytes.get(at..at.checked_add(N)?)?.first_chunk().copied()
 }
 
+/// The place of the first of some bytes.
+pub(crate) fn find(bytes: &[u8], part: &[u8]) -> Option<usize> {
+    bytes.windows(part.len()).position(|window| window == part)
+}
+
 /// Where a number is in the data of a frame: consecutive bytes, from the byte of lowest value to that of highest,
 /// and the bits of it. Prepared once for every signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

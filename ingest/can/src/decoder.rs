@@ -16,18 +16,15 @@ pub struct Selection {
     pub message: Message,
     /// The only sender (J1939). Without one, the first sender that comes is the only one: see [`Tally::sources`].
     pub source: Option<u8>,
-    /// The only channel, as an index of the source's channels.
-    pub channel: Option<usize>,
 }
 
 impl Selection {
-    /// A message from any sender on any channel.
+    /// A message from any sender.
     #[must_use]
     pub fn of(message: Message) -> Self {
         Self {
             message,
             source: None,
-            channel: None,
         }
     }
 }
@@ -121,13 +118,6 @@ impl Decoder {
             let Some(selected) = self.selected.get_mut(place) else {
                 continue;
             };
-            if selected
-                .selection
-                .channel
-                .is_some_and(|channel| channel != frame.channel)
-            {
-                continue;
-            }
             if frame.kind == FrameKind::Remote {
                 selected.tally.remote += 1;
             } else if selected.decode(frame.data(), frame.is_fd, source, &mut self.values) {
@@ -140,10 +130,6 @@ impl Decoder {
         let is_of = |selected: &Selected, pgn: u32| {
             matches!(selected.selection.message.addressing,
                 Addressing::ParameterGroup { pgn: wanted, .. } if wanted == pgn)
-                && selected
-                    .selection
-                    .channel
-                    .is_none_or(|channel| channel == frame.channel)
         };
         let selected = &self.selected;
         let wants = |pgn: u32| selected.iter().any(|selected| is_of(selected, pgn));

@@ -84,6 +84,13 @@ impl Frame {
         self.data.get(..usize::from(self.len)).unwrap_or_default()
     }
 
+    /// Makes it an error frame, which has neither identifier nor data.
+    pub(crate) fn set_error(&mut self) {
+        self.id = CanId::default();
+        self.kind = FrameKind::Error;
+        self.len = 0;
+    }
+
     /// Sets the data; `false`, and nothing is changed, for more than [`MOST_DATA_BYTES`].
     pub fn set_data(&mut self, data: &[u8]) -> bool {
         let Some(target) = self.data.get_mut(..data.len()) else {

@@ -6,7 +6,7 @@ use super::{
     steps::Steps,
     thinned::Thinned,
     time::{is_date, seconds_between},
-    times::TimesSlice,
+    times::{Times, TimesSlice},
     timing::{StampOffset, TopicTiming},
 };
 use crate::file::Format;
@@ -46,7 +46,7 @@ pub struct TopicStatistics {
 }
 
 impl TopicStatistics {
-    /// Adds consecutive messages: the same as to [`push`](Self::push) them.
+    /// Adds consecutive messages.
     pub(crate) fn extend(&mut self, times: TimesSlice<'_>) {
         let log_ns = times.log_ns();
         self.messages += log_ns.len();
@@ -93,26 +93,9 @@ impl TopicStatistics {
 
     /// Adds one message. A header stamp of zero counts as missing.
     pub fn push(&mut self, header_stamp_ns: Option<i64>, publish_time_ns: i64, log_time_ns: i64) {
-        self.messages += 1;
-        if publish_time_ns != log_time_ns && !self.publish_is_apart {
-            self.publish_is_apart = true;
-            self.publish = self.log.clone();
-        }
-        if self.publish_is_apart {
-            self.publish.push(publish_time_ns, log_time_ns);
-        }
-        self.log.push(log_time_ns, log_time_ns);
-        self.publish_is_set |= publish_time_ns != 0;
-        let Some(stamp) = header_stamp_ns.filter(|&stamp| stamp != 0) else {
-            return;
-        };
-        self.stamped += 1;
-        self.not_dates += usize::from(!is_date(stamp));
-        self.header.push(stamp, log_time_ns);
-        self.pairs.push((log_time_ns, stamp));
-        let offset = stamp.saturating_sub(log_time_ns);
-        let (least, largest) = self.header_minus_log_ns.unwrap_or((offset, offset));
-        self.header_minus_log_ns = Some((least.min(offset), largest.max(offset)));
+        let mut one = Times::default();
+        one.push(header_stamp_ns, publish_time_ns, log_time_ns);
+        self.extend(one.as_slice());
     }
 
     /// The number of messages added.
@@ -270,7 +253,7 @@ fn greatest_common_divisor(a: i64, b: i64) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::times::Times, *};
+    use super::*;
 
     /// Statistics of messages every 4 ms whose stamps and log times are off by so many microseconds.
     fn statistics(off_us: impl Fn(i64) -> [i64; 2]) -> TopicStatistics {

@@ -61,10 +61,6 @@ pub(super) struct Steps {
 }
 
 impl Steps {
-    pub(super) fn push(&mut self, time_ns: i64, log_time_ns: i64) {
-        self.extend(std::iter::once((time_ns, log_time_ns)));
-    }
-
     /// Adds the times of messages, each with its log time (ns).
     #[inline]
     pub(super) fn extend(&mut self, times: impl Iterator<Item = (i64, i64)>) {

@@ -4,7 +4,7 @@ use super::{
     decoder::Decoder, pass::Wanted, sensor_recording::SensorRecording, whole_columns::record,
 };
 use crate::{
-    clock::{ClockFinding, StampDecision, TimeBase},
+    clock::TimeBase,
     decode::{NumberField, SampleSpec, ValueSource},
     log::Log,
     message::{Error, Losses},
@@ -36,23 +36,8 @@ impl FieldRequest {
     }
 }
 
-/// A requested number from all messages, in file order.
-#[derive(Debug, Clone)]
-pub struct FieldRecording {
-    /// Which of the stamps is used, and why.
-    pub clock: StampDecision,
-    /// What is odd about the clocks.
-    pub findings: Vec<ClockFinding>,
-    /// Time of measurement, on the clock of the log.
-    pub stamps_ns: Vec<i64>,
-    /// The numbers, scaled and offset; messages without one are omitted.
-    pub values: Vec<f64>,
-    /// Messages without the number.
-    pub missing: u64,
-}
-
 /// Reads numbers from any messages in one pass over the log, on the given clock, or else on the
-/// clock that they have in common.
+/// clock that they have in common. Each is a sample of one value, scaled and offset.
 ///
 /// # Errors
 /// A topic is not in the log, its messages have no such field, none of them has the number, or the
@@ -61,27 +46,16 @@ pub fn record_fields(
     log: &Log,
     requests: &[FieldRequest],
     time_base: Option<&TimeBase>,
-) -> Result<(Vec<FieldRecording>, Losses), Error> {
+) -> Result<(Vec<SensorRecording>, Losses), Error> {
     let mut sensors = Vec::with_capacity(requests.len());
     for request in requests {
         let topic = topic_of_field(log, &request.topic, &request.number.field)?;
-        let sample = SampleSpec {
-            values: vec![ValueSource::Field(request.number.clone())],
-            has_roll_pitch_yaw: false,
-        };
+        let sample = SampleSpec::of(vec![ValueSource::Field(request.number.clone())]);
         sensors.push(Wanted {
             topic: topic.id,
             decoder: Decoder::numbers(topic, &sample)?,
             width: 1,
         });
     }
-    let (recordings, losses) = record(log, sensors, time_base, &mut |_| {})?;
-    let field = |recording: SensorRecording| FieldRecording {
-        clock: recording.clock,
-        findings: recording.findings,
-        stamps_ns: recording.stamps_ns,
-        values: recording.values,
-        missing: recording.without_value,
-    };
-    Ok((recordings.into_iter().map(field).collect(), losses))
+    record(log, sensors, time_base, &mut |_| {})
 }

@@ -3,7 +3,10 @@
 
 use std::{collections::VecDeque, ops::Range};
 
-use super::sensor_recording::{SensorRecording, SensorRequest};
+use super::{
+    sensor_reading::SensorReading,
+    sensor_recording::{SensorRecording, SensorRequest},
+};
 use crate::{
     decode::{SampleSpec, ValueSource},
     message::SensorKind,
@@ -38,39 +41,68 @@ pub(super) fn join_all(
 fn join(first: SensorRecording, part: SensorRecording, is_of_part: &[bool]) -> SensorRecording {
     let mut by_stamp: Vec<usize> = (0..part.stamps_ns.len()).collect();
     by_stamp.sort_by_key(|&i| part.stamps_ns[i]);
+    let sample = |at: usize| {
+        by_stamp.get(at).map(|&i| PartSample {
+            stamp_ns: part.stamps_ns[i],
+            values: part.sample(i),
+        })
+    };
     let mut joined = SensorRecording {
         stamps_ns: Vec::new(),
         log_times_ns: Vec::new(),
         values: Vec::new(),
         order: Vec::new(),
-        undecodable: first.undecodable + part.undecodable,
-        unstamped: first.unstamped + part.unstamped,
-        without_value: first.without_value + part.without_value,
-        ..first
+        width: first.width,
+        reading: SensorReading {
+            undecodable: first.reading.undecodable + part.reading.undecodable,
+            unstamped: first.reading.unstamped + part.reading.unstamped,
+            without_value: first.reading.without_value + part.reading.without_value,
+            ..first.reading
+        },
     };
     for (i, &stamp_ns) in first.stamps_ns.iter().enumerate() {
         let values = &first.values[i * first.width..(i + 1) * first.width];
+        let next = by_stamp.partition_point(|&i| part.stamps_ns[i] < stamp_ns);
+        let around = around(next, sample, stamp_ns);
+        if !merge(values, is_of_part, around, stamp_ns, &mut joined.values) {
+            continue;
+        }
         let (mut log_time_ns, mut order) = (first.log_times_ns[i], first.order[i]);
-        let around = around(&part, &by_stamp, stamp_ns);
-        if let Some([_, after]) = around {
-            log_time_ns = log_time_ns.max(part.log_times_ns[after]);
-            order = order.max(part.order[after]);
+        if around.is_some() {
+            log_time_ns = log_time_ns.max(part.log_times_ns[by_stamp[next]]);
+            order = order.max(part.order[by_stamp[next]]);
         }
-        let of_part =
-            |place: usize| around.map_or(f64::NAN, |[a, b]| between(&part, a, b, place, stamp_ns));
-        let value = |place: usize| match is_of_part[place] {
-            true => of_part(place),
-            false => values[place],
-        };
-        let is_known = |place: usize| !is_of_part[place] || value(place).is_finite();
-        if (0..first.width.min(ATTITUDE)).all(is_known) {
-            joined.stamps_ns.push(stamp_ns);
-            joined.log_times_ns.push(log_time_ns);
-            joined.order.push(order);
-            joined.values.extend((0..first.width).map(value));
-        }
+        joined.stamps_ns.push(stamp_ns);
+        joined.log_times_ns.push(log_time_ns);
+        joined.order.push(order);
     }
+    joined.reading.samples = joined.stamps_ns.len();
     joined
+}
+
+/// Appends a sample with the values of the part between two of its samples; `false`, and nothing, if one that is needed is
+/// unknown.
+fn merge(
+    values: &[f64],
+    is_of_part: &[bool],
+    around: Option<[PartSample<'_>; 2]>,
+    stamp_ns: i64,
+    into: &mut Vec<f64>,
+) -> bool {
+    let start = into.len();
+    into.extend(values.iter().enumerate().map(|(place, &value)| {
+        match (is_of_part.get(place), around) {
+            (Some(true), Some([a, b])) => a.towards(&b, place, stamp_ns),
+            (Some(true), None) => f64::NAN,
+            _ => value,
+        }
+    }));
+    let mut needed = into[start..].iter().zip(is_of_part).take(ATTITUDE);
+    let is_known = needed.all(|(value, is_of_part)| !is_of_part || value.is_finite());
+    if !is_known {
+        into.truncate(start);
+    }
+    is_known
 }
 
 /// Which values of a sample a part on a topic of its own gives.
@@ -89,28 +121,19 @@ fn is_given(sample: &SampleSpec, place: usize) -> bool {
     value.is_some_and(|value| !matches!(value, ValueSource::Absent))
 }
 
-/// The samples of the part before and after a time, or the one at that time twice.
-fn around(part: &SensorRecording, by_stamp: &[usize], stamp_ns: i64) -> Option<[usize; 2]> {
-    let next = by_stamp.partition_point(|&i| part.stamps_ns[i] < stamp_ns);
-    let &after = by_stamp.get(next)?;
-    if part.stamps_ns[after] == stamp_ns {
+/// The samples of the part before and after a time, or the one at that time twice. `next` is the first one not before it.
+fn around<'s>(
+    next: usize,
+    sample: impl Fn(usize) -> Option<PartSample<'s>>,
+    stamp_ns: i64,
+) -> Option<[PartSample<'s>; 2]> {
+    let after = sample(next)?;
+    if after.stamp_ns == stamp_ns {
         return Some([after, after]);
     }
-    let before = by_stamp[next.checked_sub(1)?];
-    let step = part.stamps_ns[after] - part.stamps_ns[before];
+    let before = sample(next.checked_sub(1)?)?;
+    let step = after.stamp_ns.saturating_sub(before.stamp_ns);
     (step <= LONGEST_STEP_NS).then_some([before, after])
-}
-
-/// A value interpolated between two samples of the part.
-fn between(part: &SensorRecording, a: usize, b: usize, place: usize, stamp_ns: i64) -> f64 {
-    let sample = |i: usize| PartSample {
-        stamp_ns: part.stamps_ns[i],
-        values: &part.values[i * part.width..(i + 1) * part.width],
-    };
-    match a == b {
-        true => sample(a).values[place],
-        false => sample(a).towards(&sample(b), place, stamp_ns),
-    }
 }
 
 /// A sample of a part.
@@ -121,8 +144,11 @@ struct PartSample<'s> {
 }
 
 impl PartSample<'_> {
-    /// A value interpolated between this sample and a later one.
+    /// A value interpolated between this sample and a later one, or itself.
     fn towards(&self, end: &PartSample<'_>, place: usize, stamp_ns: i64) -> f64 {
+        if self.stamp_ns == end.stamp_ns {
+            return self.values[place];
+        }
         let attitude: Range<usize> = ATTITUDE.min(self.values.len())..self.values.len();
         // a quaternion and its negative are the same attitude
         let is_opposite = place >= ATTITUDE
@@ -212,45 +238,15 @@ impl Joiner {
     /// The merged sample; `None` if a value that is needed is unknown.
     fn merged(&self, stamp_ns: i64, values: &[f64]) -> Option<Vec<f64>> {
         let next = self.part.partition_point(|(stamp, _)| *stamp < stamp_ns);
-        let sample = |(stamp_ns, values): &(i64, Vec<f64>)| (*stamp_ns, values.clone());
-        let after = self.part.get(next).map(sample);
-        let before = match &after {
-            Some((after_ns, _)) if *after_ns == stamp_ns => after.clone(),
-            Some((after_ns, _)) => {
-                let before = next.checked_sub(1).and_then(|at| self.part.get(at));
-                before
-                    .map(sample)
-                    .filter(|(before_ns, _)| after_ns.saturating_sub(*before_ns) <= LONGEST_STEP_NS)
-            }
-            None => None,
-        };
-        let of_part = |place: usize| match (&before, &after) {
-            (Some((before_ns, _)), Some((_, b))) if *before_ns == stamp_ns => b[place],
-            (Some((before_ns, a)), Some((after_ns, b))) => PartSample {
-                stamp_ns: *before_ns,
-                values: a,
-            }
-            .towards(
-                &PartSample {
-                    stamp_ns: *after_ns,
-                    values: b,
-                },
-                place,
-                stamp_ns,
-            ),
-            _ => f64::NAN,
-        };
-        let merged: Vec<f64> = (0..values.len())
-            .map(|place| match self.is_of_part.get(place) {
-                Some(true) => of_part(place),
-                _ => values[place],
+        let sample = |at: usize| {
+            let (stamp_ns, values) = self.part.get(at)?;
+            Some(PartSample {
+                stamp_ns: *stamp_ns,
+                values,
             })
-            .collect();
-        let is_known = |place: usize| {
-            !self.is_of_part.get(place).copied().unwrap_or(false) || merged[place].is_finite()
         };
-        (0..values.len().min(ATTITUDE))
-            .all(is_known)
-            .then_some(merged)
+        let mut merged = Vec::with_capacity(values.len());
+        let around = around(next, sample, stamp_ns);
+        merge(values, &self.is_of_part, around, stamp_ns, &mut merged).then_some(merged)
     }
 }

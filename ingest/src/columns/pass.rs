@@ -13,9 +13,10 @@ use tipwatch_language::say;
 use super::{
     decoder::Decoder,
     part::{Part, PartOfSensor, SamplesSlice},
+    sensor_reading::SensorReading,
 };
 use crate::{
-    clock::{ClockFit, TimeBase, Times, TopicStatistics},
+    clock::{ClockFit, Placed, TimeBase, Times, TopicStatistics},
     formats::Batch,
     log::Log,
     message::{Error, Losses, RawMessage, TopicId},
@@ -198,6 +199,31 @@ impl Pass<'_> {
 }
 
 impl SensorPass {
+    /// Puts the sensor on the clock of the log: what was found out about it, and the times of its samples. How many of them
+    /// have no usable stamp is left to the caller.
+    pub(super) fn place(self, time_base: &TimeBase) -> (SensorReading, Times) {
+        let Placed {
+            placement,
+            clock,
+            correction,
+            findings,
+        } = time_base.place_fitted(&self.name, &self.times, &self.statistics, self.fit);
+        let reading = SensorReading {
+            topic: self.topic,
+            clock,
+            correction,
+            findings,
+            time_base: time_base.clone(),
+            placement,
+            statistics: self.statistics,
+            samples: self.times.len(),
+            unstamped: 0,
+            undecodable: self.undecodable,
+            without_value: self.without_value,
+        };
+        (reading, self.times)
+    }
+
     fn new(log: &Log, wanted: Wanted) -> Result<Self, Error> {
         Ok(Self {
             topic: wanted.topic,

@@ -5,18 +5,16 @@ use std::ops::Range;
 use super::{
     merged_parts,
     part::{Samples, SamplesSlice},
-    pass::{SensorPass, Sink, pass},
+    pass::{Sink, pass},
     record_sensors::sensors_of,
+    sensor_reading::SensorReading,
     sensor_recording::{SensorRecording, SensorRequest},
     whole_columns::Columns,
 };
 use crate::{
-    clock::{
-        ClockFinding, MessageTimes, Placed, Placement, StampCorrection, StampDecision, TimeBase,
-        TimesSlice, TopicStatistics,
-    },
+    clock::{MessageTimes, TimesSlice},
     log::Log,
-    message::{Error, Losses, TopicId},
+    message::{Error, Losses},
 };
 
 /// The most samples in a block.
@@ -65,7 +63,7 @@ impl<'a> SensorBlock<'a> {
         &self.samples.values[index * self.samples.width..(index + 1) * self.samples.width]
     }
 
-    /// The times of each sample. [`Placement::stamp_ns`] turns them into times of measurement, once
+    /// The times of each sample. [`Placement::stamp_ns`](crate::Placement::stamp_ns) turns them into times of measurement, once
     /// the whole log has been read.
     pub fn times(&self) -> impl ExactSizeIterator<Item = MessageTimes> + Clone + 'a {
         self.samples.times.iter()
@@ -76,33 +74,6 @@ impl<'a> SensorBlock<'a> {
     pub fn order(&self) -> &'a [u32] {
         self.samples.order
     }
-}
-
-/// What reading a log found out about one sensor, besides its samples.
-#[derive(Debug, Clone)]
-pub struct SensorReading {
-    /// Its topic.
-    pub topic: TopicId,
-    /// The time source, and why it was chosen.
-    pub clock: StampDecision,
-    /// How the stamps were mapped to the clock of the log.
-    pub correction: StampCorrection,
-    /// Findings about the clocks.
-    pub findings: Vec<ClockFinding>,
-    /// The common clock of all sensors of the log.
-    pub time_base: TimeBase,
-    /// Where the samples lie on that clock. Samples that it does not place are to be omitted.
-    pub placement: Placement,
-    /// Rates, gaps and offsets of the stamps.
-    pub statistics: TopicStatistics,
-    /// Samples that the blocks contained.
-    pub samples: usize,
-    /// Samples among them without a usable stamp, in a merged sensor those omitted already.
-    pub unstamped: u64,
-    /// Messages that could not be decoded.
-    pub undecodable: u64,
-    /// Messages without any number of the sample, which are not in the blocks.
-    pub without_value: u64,
 }
 
 /// Reads all samples of the wanted sensors in one pass over the log and passes them to `take` in
@@ -151,7 +122,11 @@ pub fn read_sensor_blocks(
         let mut to_be_merged = Vec::new();
         for (sensor, role) in of_request {
             match role {
-                Role::InBlocks(..) => readings.push(reading(sensor, time_base)),
+                Role::InBlocks(..) => {
+                    let (mut reading, times) = sensor.place(time_base);
+                    reading.unstamped = reading.placement.unstamped(&times);
+                    readings.push(reading);
+                }
                 Role::ToBeMerged(columns) => to_be_merged.push(columns.finish(sensor, time_base)),
             }
         }
@@ -160,7 +135,7 @@ pub fn read_sensor_blocks(
             let mut queue = BlockQueue::default();
             queue.take(place, samples_of(&merged), take);
             queue.flush(place, take);
-            readings.push(reading_of_merged(merged));
+            readings.push(merged.reading);
         }
     }
     Ok((readings, passed.losses))
@@ -265,49 +240,11 @@ impl BlockQueue {
     }
 }
 
-fn reading(sensor: SensorPass, time_base: &TimeBase) -> SensorReading {
-    let Placed {
-        placement,
-        clock,
-        correction,
-        findings,
-    } = time_base.place_fitted(&sensor.name, &sensor.times, &sensor.statistics, sensor.fit);
-    SensorReading {
-        unstamped: placement.unstamped(&sensor.times),
-        topic: sensor.topic,
-        clock,
-        correction,
-        findings,
-        time_base: time_base.clone(),
-        placement,
-        samples: sensor.times.len(),
-        statistics: sensor.statistics,
-        undecodable: sensor.undecodable,
-        without_value: sensor.without_value,
-    }
-}
-
 fn samples_of(merged: &SensorRecording) -> SamplesSlice<'_> {
     SamplesSlice {
         times: TimesSlice::of_placed(&merged.stamps_ns, &merged.log_times_ns),
         order: &merged.order,
         values: &merged.values,
         width: merged.width,
-    }
-}
-
-fn reading_of_merged(merged: SensorRecording) -> SensorReading {
-    SensorReading {
-        topic: merged.topic,
-        clock: merged.clock,
-        correction: merged.correction,
-        findings: merged.findings,
-        time_base: merged.time_base,
-        placement: Placement::as_stamped(),
-        statistics: merged.statistics,
-        samples: merged.stamps_ns.len(),
-        unstamped: merged.unstamped,
-        undecodable: merged.undecodable,
-        without_value: merged.without_value,
     }
 }

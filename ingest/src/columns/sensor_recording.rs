@@ -1,7 +1,8 @@
 //! The samples of one sensor as columns, and the request for them.
 
+use super::sensor_reading::SensorReading;
 use crate::{
-    clock::{ClockFinding, StampCorrection, StampDecision, TimeBase, TopicStatistics, Treatment},
+    clock::{ClockFinding, Treatment},
     decode::SampleSpec,
     message::{SensorKind, TopicId},
 };
@@ -24,19 +25,35 @@ pub struct SensorRequest {
     pub frame_id: Option<String>,
 }
 
+impl SensorRequest {
+    /// Requests the samples in messages of a standard type, of the sensor of the first one.
+    #[must_use]
+    pub fn typed(topic: TopicId, kind: SensorKind, joint_names: Vec<String>) -> Self {
+        Self {
+            topic,
+            kind,
+            joint_names,
+            numbers: None,
+            other_parts: Vec::new(),
+            frame_id: None,
+        }
+    }
+
+    /// Requests samples that are made up of numbers of any messages.
+    #[must_use]
+    pub fn numbered(topic: TopicId, kind: SensorKind, sample: SampleSpec) -> Self {
+        Self {
+            numbers: Some(sample),
+            ..Self::typed(topic, kind, Vec::new())
+        }
+    }
+}
+
 /// All samples of one sensor, in file order.
 #[derive(Debug, Clone)]
 pub struct SensorRecording {
-    /// Its topic.
-    pub topic: TopicId,
-    /// The time source, and why it was chosen.
-    pub clock: StampDecision,
-    /// How the stamps were mapped to the clock of the log.
-    pub correction: StampCorrection,
-    /// Findings about the clocks.
-    pub findings: Vec<ClockFinding>,
-    /// The common clock of all sensors of the log.
-    pub time_base: TimeBase,
+    /// What reading the log found out besides: the samples are placed, and those without a usable stamp omitted.
+    pub reading: SensorReading,
     /// Time of measurement of each sample, on the clock of the log.
     pub stamps_ns: Vec<i64>,
     /// When the recorder received each sample.
@@ -45,14 +62,6 @@ pub struct SensorRecording {
     pub values: Vec<f64>,
     /// The number of values per sample.
     pub width: usize,
-    /// Rates, gaps and offsets of the stamps.
-    pub statistics: TopicStatistics,
-    /// Messages that could not be decoded.
-    pub undecodable: u64,
-    /// Messages without a usable stamp, which are omitted.
-    pub unstamped: u64,
-    /// Messages without any number of the sample, which are omitted.
-    pub without_value: u64,
     /// Position of each sample among the messages read, in file order.
     pub(crate) order: Vec<u32>,
 }
@@ -94,6 +103,6 @@ impl SensorRecording {
     /// Why the samples cannot be put on the clock of the log, if so.
     pub fn refusal(&self) -> Option<&ClockFinding> {
         let is_refusal = |finding: &&ClockFinding| finding.treatment == Treatment::Refused;
-        self.findings.iter().find(is_refusal)
+        self.reading.findings.iter().find(is_refusal)
     }
 }

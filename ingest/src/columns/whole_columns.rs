@@ -1,6 +1,6 @@
 //! All samples of a log's sensors as columns.
 
-use std::sync::{Mutex, PoisonError};
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
 use super::{
     part::SamplesSlice,
@@ -8,7 +8,7 @@ use super::{
     sensor_recording::SensorRecording,
 };
 use crate::{
-    clock::{Placed, TimeBase},
+    clock::{Placement, TimeBase},
     log::Log,
     message::{Error, Losses},
 };
@@ -30,8 +30,10 @@ pub(crate) fn record(
     }
     let passed = pass(log, wanted, &mut columns, progress)?;
     let time_base = time_base.unwrap_or(&passed.time_base);
-    let sensors = passed.sensors.into_iter().zip(columns.0);
-    Ok((finish(sensors.collect(), time_base), passed.losses))
+    // puts all sensors on one clock, using all processors
+    let sensors = passed.sensors.into_par_iter().zip(columns.0);
+    let recordings = sensors.map(|(sensor, columns)| columns.finish(sensor, time_base));
+    Ok((recordings.collect(), passed.losses))
 }
 
 /// The columns of all sensors.
@@ -63,40 +65,22 @@ impl Columns {
     }
 
     /// Puts the samples on the clock of the log and omits those without a stamp.
-    pub(crate) fn finish(
-        mut self,
-        mut sensor: SensorPass,
-        time_base: &TimeBase,
-    ) -> SensorRecording {
-        let Placed {
-            placement,
-            clock,
-            correction,
-            findings,
-        } = time_base.place_fitted(
-            &sensor.name,
-            &sensor.times,
-            &sensor.statistics,
-            sensor.fit.take(),
-        );
+    pub(crate) fn finish(mut self, sensor: SensorPass, time_base: &TimeBase) -> SensorRecording {
+        let width = sensor.width;
+        let (mut reading, times) = sensor.place(time_base);
+        let placement = std::mem::replace(&mut reading.placement, Placement::as_stamped());
         let mut unstamped = Vec::new();
-        let (stamps_ns, log_times_ns) = placement.apply(sensor.times, |at| unstamped.push(at));
+        let (stamps_ns, log_times_ns) = placement.apply(times, |at| unstamped.push(at));
         omit(&mut self.order, &unstamped, 1);
-        omit(&mut self.values, &unstamped, sensor.width);
+        omit(&mut self.values, &unstamped, width);
+        reading.samples = stamps_ns.len();
+        reading.unstamped = unstamped.len() as u64;
         SensorRecording {
-            topic: sensor.topic,
-            clock,
-            correction,
-            findings,
-            time_base: time_base.clone(),
+            reading,
             stamps_ns,
             log_times_ns,
             values: self.values,
-            width: sensor.width,
-            statistics: sensor.statistics,
-            undecodable: sensor.undecodable,
-            unstamped: unstamped.len() as u64,
-            without_value: sensor.without_value,
+            width,
             order: self.order,
         }
     }
@@ -114,37 +98,6 @@ fn omit<T: Copy>(elements: &mut Vec<T>, groups: &[usize], width: usize) {
         to += end - from;
     }
     elements.truncate(to);
-}
-
-/// Puts all sensors on one clock, using all processors.
-fn finish(sensors: Vec<(SensorPass, Columns)>, time_base: &TimeBase) -> Vec<SensorRecording> {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let mut waiting: Vec<_> = sensors.into_iter().enumerate().collect();
-    // The largest first, so that no thread starts it last.
-    waiting.sort_by_key(|(_, (sensor, _))| sensor.times.len());
-    let threads = threads.min(waiting.len());
-    let waiting = Mutex::new(waiting);
-    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
-    let work = || {
-        let mut done = Vec::new();
-        while let Some((place, (sensor, columns))) = next() {
-            done.push((place, columns.finish(sensor, time_base)));
-        }
-        done
-    };
-    let mut done = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
-        let mut done = work();
-        for other in others {
-            match other.join() {
-                Ok(more) => done.extend(more),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
-        }
-        done
-    });
-    done.sort_by_key(|(place, _)| *place);
-    done.into_iter().map(|(_, recording)| recording).collect()
 }
 
 #[cfg(test)]

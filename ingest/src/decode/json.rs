@@ -262,26 +262,25 @@ impl<'de> Visitor<'de> for Value<'_, '_> {
 }
 
 /// One message or list of an array.
-struct Part<'t, 'f> {
-    tree: &'t PathTree,
-    fields: &'f mut Fields,
-    is_in_array: bool,
-}
-
-impl<'de> DeserializeSeed<'de> for Part<'_, '_> {
+impl<'de> DeserializeSeed<'de> for MessageVisitor<'_, '_> {
     type Value = ();
 
     fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
+        let Self {
+            tree,
+            fields,
+            is_in_array,
+        } = self;
         let read = |fields: &mut Fields| {
             deserializer.deserialize_any(MessageVisitor {
-                tree: self.tree,
+                tree,
                 fields,
-                is_in_array: self.is_in_array,
+                is_in_array,
             })
         };
-        match self.is_in_array {
-            true => self.fields.element(&self.tree.singles(), read),
-            false => read(self.fields),
+        match is_in_array {
+            true => fields.element(&tree.singles(), read),
+            false => read(fields),
         }
     }
 }
@@ -319,7 +318,7 @@ impl<'de> DeserializeSeed<'de> for Element<'_, '_> {
         match (slot, pick, all) {
             (None, None, None) => deserializer.deserialize_ignored_any(IgnoredAny).map(|_| ()),
             (Some(slot), None, None) => read_single(slot, fields, deserializer),
-            (None, None, Some((tree, is_in_array))) => Part {
+            (None, None, Some((tree, is_in_array))) => MessageVisitor {
                 tree,
                 fields,
                 is_in_array,
@@ -330,7 +329,7 @@ impl<'de> DeserializeSeed<'de> for Element<'_, '_> {
                 let element = serde_json::Value::deserialize(deserializer)?;
                 for (tree, is_in_array) in pick.into_iter().chain(all) {
                     let fields = &mut *fields;
-                    let part = Part {
+                    let part = MessageVisitor {
                         tree,
                         fields,
                         is_in_array,

@@ -2,7 +2,12 @@
 
 use std::ops::Range;
 
-use super::{error::DecodeError, fields::Fields, layout::Layout, sensor::SensorSample};
+use super::{
+    error::DecodeError,
+    fields::Fields,
+    layout::Layout,
+    sensor::{SensorSample, stamp_ns},
+};
 use crate::{
     message::{BindingError, RawMessage, Topic},
     schema::FieldPath,
@@ -42,6 +47,17 @@ pub struct SampleSpec {
     /// Whether the values after the sixth are roll, pitch and yaw about fixed axes (rad) instead of
     /// a quaternion.
     pub has_roll_pitch_yaw: bool,
+}
+
+impl SampleSpec {
+    /// Values without angles.
+    #[must_use]
+    pub fn of(values: Vec<ValueSource>) -> Self {
+        Self {
+            values,
+            has_roll_pitch_yaw: false,
+        }
+    }
 }
 
 /// Field names of arrays of names, the most common first.
@@ -112,7 +128,10 @@ impl NumberDecoder {
         sample.header_stamp_ns = None;
         self.layout.decode(message.data, &mut self.fields)?;
         self.messages += 1;
-        sample.header_stamp_ns = self.is_stamped.then(|| self.stamp_ns()).flatten();
+        sample.header_stamp_ns = match self.is_stamped {
+            true => stamp_ns(self.fields.number(0), self.fields.number(1)),
+            false => None,
+        };
         let first_part = self.first_part();
         let mut has_any = self.values.is_empty();
         for (i, (value, place)) in self.values.iter().enumerate() {
@@ -182,13 +201,6 @@ impl NumberDecoder {
         };
         let text = |name| String::from_utf8_lossy(name).into_owned();
         self.fields.texts(names).map(text).collect()
-    }
-
-    fn stamp_ns(&self) -> Option<i64> {
-        // Both are small integers, so the conversion is exact.
-        let (sec, nanosec) = (self.fields.number(0) as i64, self.fields.number(1) as i64);
-        let stamp = sec.saturating_mul(1_000_000_000).saturating_add(nanosec);
-        (stamp != 0).then_some(stamp)
     }
 
     /// Converts angles to a quaternion; a quaternion that was never set, and angles that are none, become NaN.

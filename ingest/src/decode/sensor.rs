@@ -368,7 +368,8 @@ impl SensorDecoder {
     }
 }
 
-fn stamp_ns(sec: f64, nanosec: f64) -> Option<i64> {
+/// The stamp of a header, unless it is zero.
+pub(super) fn stamp_ns(sec: f64, nanosec: f64) -> Option<i64> {
     // Both are small integers, so the conversion is exact.
     let (sec, nanosec) = (sec as i64, nanosec as i64);
     let stamp_ns = sec.saturating_mul(1_000_000_000).saturating_add(nanosec);

@@ -56,17 +56,6 @@ impl From<ContainerFormat> for Format {
 impl Format {
     /// Whether messages have a publish time in addition to the log time.
     pub fn has_publish_time(self) -> bool {
-        match self {
-            Format::Mcap => true,
-            Format::Ros1Bag
-            | Format::Rosbag2Sqlite
-            | Format::Candump
-            | Format::Asc
-            | Format::Blf
-            | Format::Trc
-            | Format::Mf4
-            | Format::Csv
-            | Format::Parquet => false,
-        }
+        self == Self::Mcap
     }
 }

@@ -12,7 +12,7 @@ mod records;
 mod rosbag2_sqlite;
 mod table;
 
-pub use self::can_container::{CDR, CanFrameType};
+pub use self::can_container::CanFrameType;
 pub(crate) use self::{
     open::open,
     reader::{Batch, Batches, FileReader, Request},

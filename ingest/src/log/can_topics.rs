@@ -9,6 +9,7 @@ use tipwatch_language::say;
 use crate::{
     decode::{FrameDecoder, Stamp, is_can_frame},
     message::{BindingError, DefinitionSource, Losses, RawMessage, Topic, TopicId},
+    schema::CDR,
 };
 
 /// A CAN message that is wanted as a topic.
@@ -69,7 +70,6 @@ impl CanTopics {
             let selection = Selection {
                 message: wanted.message.clone(),
                 source: wanted.source,
-                channel: None,
             };
             bus.messages.push((id, wanted.name.clone(), selection));
         }
@@ -251,7 +251,6 @@ fn definition(message: &Message) -> String {
 
 /// Writes a message of the type above (CDR).
 fn encode(stamp: Stamp, values: &[f64], message: &mut Vec<u8>) {
-    const CDR: [u8; 4] = [0, 1, 0, 0];
     // the empty name of a frame of reference with its end, padded for the numbers
     const NO_FRAME: [u8; 8] = [1, 0, 0, 0, 0, 0, 0, 0];
     let (sec, nanosec) = stamp.unwrap_or((0, 0));

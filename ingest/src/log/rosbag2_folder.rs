@@ -2,7 +2,7 @@
 
 use std::{
     cmp::Ordering,
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeSet,
     path::{Path, PathBuf},
 };
 
@@ -23,7 +23,7 @@ const METADATA_LIMIT_BYTES: u64 = 64 << 20;
 /// The files of a folder that form one log, in order.
 pub(crate) fn recognise(folder: &Path, source: &Source) -> Result<LogFiles, Error> {
     let mut losses = Losses::default();
-    let found = log_files_in(folder, source)?;
+    let found = log_files_below(folder, source, MOST_NESTED_FOLDERS)?;
     let metadata = read_metadata(folder, source, &mut losses)?;
     let listed = listed_files(folder, source, &metadata, &mut losses)?;
     let mut files = if listed.is_empty() {
@@ -60,16 +60,10 @@ fn read_metadata(folder: &Path, source: &Source, losses: &mut Losses) -> Result<
     }
     let bytes = source.read(&path)?;
     let metadata = Metadata::parse(&String::from_utf8_lossy(&bytes)).unwrap_or_else(|problem| {
+        let reason = say!("not valid metadata: {problem}; the files are read in order of name");
         losses.push(LostRange {
-            file: path,
-            start_byte: 0,
-            end_byte: size,
-            part: LostPart::Records,
-            reason: say!("not valid metadata: {problem}; the files are read in order of name"),
-            first_time_ns: None,
-            last_time_ns: None,
-            messages: BTreeMap::new(),
             message_count: Some(0),
+            ..LostRange::of(LostPart::Records, &path, 0..size, reason)
         });
         Metadata::default()
     });
@@ -96,19 +90,15 @@ fn listed_files(
     for (name, before) in missing {
         let contents = metadata.contents.get(name);
         let is_at_end = before == present.len();
+        let reason = say!("listed in {METADATA_NAME}, but the file does not exist");
         losses.push(LostRange {
-            file: folder.join(name),
-            start_byte: 0,
-            end_byte: 0,
-            part: LostPart::File,
-            reason: say!("listed in {METADATA_NAME}, but the file does not exist"),
             first_time_ns: contents.map(|contents| contents.span_ns.0),
             // what follows the last file is not known
             last_time_ns: contents
                 .filter(|_| !is_at_end)
                 .map(|contents| contents.span_ns.1),
-            messages: BTreeMap::new(),
             message_count: contents.and_then(|contents| contents.message_count),
+            ..LostRange::of(LostPart::File, &folder.join(name), 0..0, reason)
         });
     }
     Ok(present)
@@ -153,10 +143,6 @@ fn is_zstd(metadata: &Metadata) -> bool {
 
 /// All files of a known log format, in natural order of path; subfolders are searched only if the
 /// folder itself has none.
-fn log_files_in(folder: &Path, source: &Source) -> Result<Vec<PathBuf>, Error> {
-    log_files_below(folder, source, MOST_NESTED_FOLDERS)
-}
-
 fn log_files_below(folder: &Path, source: &Source, levels: usize) -> Result<Vec<PathBuf>, Error> {
     let (mut files, folders) = source.children(folder)?;
     files.retain(|path| {
@@ -343,7 +329,9 @@ mod tests {
     #[test]
     fn parts_of_a_log_share_a_name() {
         for (name, log) in [
-            ("drive_12.mcap", "drive"),
+            ("a/drive_12.mcap", "drive"),
+            ("a/drive12.mcap", "drive12"),
+            ("_7.mcap", ""),
             ("drive_3.db3.zstd", "drive"),
             ("drive_2026-05-28-22-26-40_0.bag", "drive"),
             ("drive_2026-05-28-22-26-42_1.bag.active", "drive"),
@@ -363,12 +351,5 @@ mod tests {
             names,
             ["log_0.mcap", "log_9.mcap", "log_10.mcap", "log_010b.mcap"]
         );
-    }
-
-    #[test]
-    fn parts_share_a_stem() {
-        assert_eq!(stem_without_number(Path::new("a/drive_12.mcap")), "drive");
-        assert_eq!(stem_without_number(Path::new("a/drive12.mcap")), "drive12");
-        assert_eq!(stem_without_number(Path::new("_7.mcap")), "");
     }
 }

@@ -3,6 +3,7 @@
 use std::{
     collections::BTreeMap,
     fmt,
+    ops::Range,
     path::{Path, PathBuf},
 };
 
@@ -48,6 +49,23 @@ pub struct LostRange {
     /// Total number of lost messages; `None` if unknown. Those not in [`Self::messages`] belong to
     /// unknown topics.
     pub message_count: Option<u64>,
+}
+
+impl LostRange {
+    /// A range of which nothing else is known.
+    pub(crate) fn of(part: LostPart, file: &Path, bytes: Range<u64>, reason: String) -> Self {
+        Self {
+            file: file.to_path_buf(),
+            start_byte: bytes.start,
+            end_byte: bytes.end,
+            part,
+            reason,
+            first_time_ns: None,
+            last_time_ns: None,
+            messages: BTreeMap::new(),
+            message_count: None,
+        }
+    }
 }
 
 impl fmt::Display for LostRange {
@@ -222,25 +240,8 @@ impl Losses {
         }
     }
 
-    pub(crate) fn lose(
-        &mut self,
-        part: LostPart,
-        file: &Path,
-        bytes: std::ops::Range<u64>,
-        reason: String,
-    ) {
-        let file = file.to_path_buf();
-        self.push(LostRange {
-            file,
-            start_byte: bytes.start,
-            end_byte: bytes.end,
-            part,
-            reason,
-            first_time_ns: None,
-            last_time_ns: None,
-            messages: BTreeMap::new(),
-            message_count: None,
-        });
+    pub(crate) fn lose(&mut self, part: LostPart, file: &Path, bytes: Range<u64>, reason: String) {
+        self.push(LostRange::of(part, file, bytes, reason));
     }
 
     pub(crate) fn saw_checksum(&mut self, present: bool) {

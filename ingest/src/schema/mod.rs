@@ -9,7 +9,7 @@ mod idl;
 mod path_tree;
 mod types;
 
-pub use self::{builtin::known_definition, error::SchemaError, field_path::FieldPath};
+pub use self::{builtin::known_definition, error::SchemaError, field_path::FieldPath, types::CDR};
 pub(crate) use self::{
     definition::{Definitions, IDL, significant_lines},
     field_path::{Elements, PathStep},

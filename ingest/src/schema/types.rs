@@ -1,5 +1,8 @@
 //! The types that fields of a message can have.
 
+/// Begins every message in CDR, little endian: the identifier of the encoding, and its options.
+pub const CDR: [u8; 4] = [0, 1, 0, 0];
+
 /// The dialect of a definition. The languages are nearly the same, the encodings differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Dialect {

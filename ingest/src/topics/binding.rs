@@ -20,6 +20,17 @@ pub struct Binding {
     pub frame_id: Option<String>,
 }
 
+impl Binding {
+    fn of(kind: SensorKind, topic: &Topic, why: &str) -> Self {
+        Self {
+            kind,
+            topic: topic.id,
+            why: why.to_owned(),
+            frame_id: None,
+        }
+    }
+}
+
 /// Finds the topic for one signal: the named one, else the only one of the type with messages.
 /// `None` if there is none.
 pub fn bind(
@@ -34,12 +45,7 @@ pub fn bind(
         [] => Ok(None),
         [topic] => {
             let why = say!("the only {} topic", kind.type_name());
-            Ok(Some(Binding {
-                kind,
-                topic: topic.id,
-                why,
-                frame_id: None,
-            }))
+            Ok(Some(Binding::of(kind, topic, &why)))
         }
         several => Err(several_candidates(kind, several)),
     }
@@ -60,12 +66,7 @@ pub fn bind_joint_states(topics: &[Topic], named: &[String]) -> Result<Vec<Bindi
         1 => say!("the only {} topic", kind.type_name()),
         count => say!("one of {count} {} topics", kind.type_name()),
     };
-    let binding = |topic: &&Topic| Binding {
-        kind,
-        topic: topic.id,
-        why: why.clone(),
-        frame_id: None,
-    };
+    let binding = |topic: &&Topic| Binding::of(kind, topic, &why);
     Ok(found.iter().map(binding).collect())
 }
 
@@ -79,12 +80,7 @@ fn bind_named(topics: &[Topic], kind: SensorKind, name: &str) -> Result<Binding,
     let fits = |topic: &&&Topic| kind.is_type(&topic.type_name);
     let fitting: Vec<&Topic> = same_name.iter().filter(fits).copied().collect();
     match (fitting.as_slice(), same_name.first()) {
-        ([topic], _) => Ok(Binding {
-            kind,
-            topic: topic.id,
-            why: word!("named by the machine file").to_owned(),
-            frame_id: None,
-        }),
+        ([topic], _) => Ok(Binding::of(kind, topic, word!("named by the machine file"))),
         ([], None) => Err(BindingError::NoSuchTopic {
             kind,
             named: name.to_owned(),

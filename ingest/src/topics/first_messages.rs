@@ -183,17 +183,6 @@ impl NameLists {
     }
 }
 
-/// The first string on a topic of strings, such as a robot description; `None` without messages.
-pub fn first_string(log: &Log, topic: TopicId) -> Result<Option<String>, Error> {
-    expect_type(log, topic, "std_msgs/msg/String")?;
-    let layout = layout_of(log.topic(topic)?, &["data"])?;
-    let mut first = None;
-    for_first_texts(log, topic, &layout, 1, &mut |text| {
-        first = Some(text.to_owned());
-    })?;
-    Ok(first)
-}
-
 /// Passes every string on a topic of strings to `each`, with its log time (ns).
 pub(crate) fn for_each_string(
     log: &Log,

@@ -11,12 +11,9 @@ mod static_frames;
 pub use self::{
     binding::{Binding, bind, bind_joint_states, topic_of_field},
     contents::{FieldContents, TopicContents, topic_contents},
-    first_messages::{JointNamedTwice, first_frame, first_string, joint_names_in},
+    first_messages::{JointNamedTwice, first_frame, joint_names_in},
     metadata_records::{MetadataRecord, metadata_records},
-    sensor_topics::{
-        JointTopic, NamedTopics, RobotDescription, SensorTopics, robot_description,
-        robot_descriptions,
-    },
+    sensor_topics::{JointTopic, NamedTopics, RobotDescription, SensorTopics, robot_descriptions},
     static_frames::{StaticFrame, static_frames},
 };
 pub(crate) use self::{

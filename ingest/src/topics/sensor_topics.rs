@@ -164,15 +164,6 @@ pub fn robot_descriptions(log: &Log) -> Result<Vec<RobotDescription>, Error> {
     Ok(found)
 }
 
-/// The text of the last robot description, and the topic's name.
-///
-/// # Errors
-/// As for [`robot_descriptions`].
-pub fn robot_description(log: &Log) -> Result<Option<(String, String)>, Error> {
-    let last = robot_descriptions(log)?.pop();
-    Ok(last.map(|last| (last.text, last.topic)))
-}
-
 fn joint_topics(log: &Log, named: &[String]) -> Result<Vec<JointTopic>, Error> {
     let mut topics = Vec::new();
     for binding in bind_joint_states(log.topics(), named)? {

@@ -4,22 +4,14 @@
 //! before the span (all different ones of static transforms), and the last small message of each slow topic.
 
 use std::{
-    collections::BTreeMap,
-    fs::File,
-    io::BufWriter,
-    ops::ControlFlow,
-    path::{Path, PathBuf},
-    sync::Arc,
+    collections::BTreeMap, fs::File, io::BufWriter, ops::ControlFlow, path::PathBuf, sync::Arc,
 };
 
-use mcap::{
-    McapError, Writer,
-    records::{MessageHeader, Metadata},
-};
+use mcap::{McapError, Writer, records::Metadata};
 
 use super::{
     recover::{self, RecoverError},
-    ros2_writer,
+    ros2_writer::{self, header},
 };
 use crate::{
     log::Log,
@@ -178,10 +170,7 @@ struct Cutter<'r> {
 impl<'r> Cutter<'r> {
     fn begin(log: &Log, request: &'r ClipRequest) -> Result<Self, RecoverError> {
         let path = request.path.as_path();
-        let file = File::create_new(path).map_err(|source| RecoverError::Create {
-            path: path.to_path_buf(),
-            source,
-        })?;
+        let file = ros2_writer::create(path)?;
         let options = ros2_writer::options(recover::profile(log));
         let begun = options.create(BufWriter::new(file)).and_then(|mut writer| {
             let topics = log.topics().iter();
@@ -199,13 +188,13 @@ impl<'r> Cutter<'r> {
             }),
             Err(source) => {
                 let _ = std::fs::remove_file(path);
-                Err(write_error(path, source))
+                Err(ros2_writer::failed(path, source).into())
             }
         }
     }
 
     fn failed(&self, source: McapError) -> RecoverError {
-        write_error(&self.request.path, source)
+        ros2_writer::failed(&self.request.path, source).into()
     }
 
     fn take(
@@ -260,10 +249,7 @@ impl<'r> Cutter<'r> {
 
     fn extra(&mut self, extra: &Extra<'_>) -> Result<(), McapError> {
         self.report.extras += 1;
-        match extra {
-            Extra::Attachment(attachment) => self.writer.attach(attachment),
-            Extra::Metadata(metadata) => self.writer.write_metadata(metadata),
-        }
+        recover::write_extra(&mut self.writer, extra)
     }
 
     fn finish(&mut self) -> Result<ClipReport, McapError> {
@@ -355,21 +341,4 @@ fn write(
         message.publish_time_ns,
     );
     writer.write_to_known_channel(&header, message.data)
-}
-
-fn header(channel_id: u16, sequence: u32, log_time_ns: i64, publish_time_ns: i64) -> MessageHeader {
-    MessageHeader {
-        channel_id,
-        sequence,
-        // times before 1970 cannot be written
-        log_time: u64::try_from(log_time_ns).unwrap_or(0),
-        publish_time: u64::try_from(publish_time_ns).unwrap_or(0),
-    }
-}
-
-fn write_error(path: &Path, source: McapError) -> RecoverError {
-    RecoverError::Write {
-        path: path.to_path_buf(),
-        source,
-    }
 }

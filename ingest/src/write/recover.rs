@@ -1,20 +1,11 @@
 //! Writes the intact part of a log as a clean, indexed MCAP file.
 
-use std::{
-    collections::BTreeMap,
-    fs::File,
-    io::BufWriter,
-    ops::ControlFlow,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, fs::File, io::BufWriter, ops::ControlFlow, path::Path};
 
-use mcap::{
-    McapError, Writer,
-    records::{MessageHeader, Metadata},
-};
+use mcap::{McapError, Writer, records::Metadata};
 use serde::Serialize;
 
-use super::ros2_writer;
+use super::ros2_writer::{self, WriteError, header};
 use crate::{
     log::Log,
     message::{Error, Extra, Losses, RawMessage, Topic, TopicId, TopicWriter},
@@ -29,22 +20,9 @@ pub enum RecoverError {
     /// The log cannot be read at all.
     #[error(transparent)]
     Log(#[from] Error),
-    /// The new file cannot be created; an existing one is never overwritten.
-    #[error("{}: cannot be created: {source}", path.display())]
-    Create {
-        /// The new file.
-        path: PathBuf,
-        /// The error of the operating system.
-        source: std::io::Error,
-    },
-    /// The new file cannot be written.
-    #[error("{}: cannot be written: {source}", path.display())]
-    Write {
-        /// The new file.
-        path: PathBuf,
-        /// What went wrong.
-        source: McapError,
-    },
+    /// The new file cannot be created or written; an existing one is never overwritten.
+    #[error(transparent)]
+    Write(#[from] WriteError),
 }
 
 /// What was recovered, and what was lost.
@@ -89,10 +67,7 @@ pub fn recover_with(
     out: &Path,
     record: &dyn Fn(&Losses) -> Option<MetadataRecord>,
 ) -> Result<RecoveryReport, RecoverError> {
-    let file = File::create_new(out).map_err(|source| RecoverError::Create {
-        path: out.to_path_buf(),
-        source,
-    })?;
+    let file = ros2_writer::create(out)?;
     let result = write_all(log, file, out, record);
     if result.is_err() {
         // The first error is the one that matters.
@@ -107,10 +82,7 @@ fn write_all(
     out: &Path,
     record: &dyn Fn(&Losses) -> Option<MetadataRecord>,
 ) -> Result<RecoveryReport, RecoverError> {
-    let failed = |source| RecoverError::Write {
-        path: out.to_path_buf(),
-        source,
-    };
+    let failed = |source| ros2_writer::failed(out, source);
     let mut recovery = Recovery::begin(log, file).map_err(failed)?;
     let ids: Vec<TopicId> = log.topics().iter().map(|topic| topic.id).collect();
     let mut failure = None;
@@ -123,11 +95,12 @@ fn write_all(
     })?;
     log.extras(true, &mut |extra| {
         if failure.is_none() {
-            failure = recovery.extra(extra).err();
+            recovery.extras += 1;
+            failure = write_extra(&mut recovery.writer, &extra).err();
         }
     })?;
     if let Some(source) = failure {
-        return Err(failed(source));
+        return Err(failed(source).into());
     }
     if let Some(record) = record(&losses) {
         let metadata = Metadata {
@@ -174,25 +147,13 @@ impl Recovery {
         let index = message.topic.index();
         let channels = self.channels.get(index).map_or(&[][..], Vec::as_slice);
         let channel = channels.get(message.writer as usize).or(channels.first());
-        let header = MessageHeader {
-            channel_id: channel.copied().unwrap_or_default(),
-            sequence: message.sequence,
-            // Times before 1970 cannot be written.
-            log_time: u64::try_from(message.log_time_ns).unwrap_or(0),
-            publish_time: u64::try_from(message.publish_time_ns).unwrap_or(0),
-        };
+        let channel = channel.copied().unwrap_or_default();
+        let (log_ns, publish_ns) = (message.log_time_ns, message.publish_time_ns);
+        let header = header(channel, message.sequence, log_ns, publish_ns);
         if let Some(count) = self.counts.get_mut(index) {
             *count += 1;
         }
         self.writer.write_to_known_channel(&header, message.data)
-    }
-
-    fn extra(&mut self, extra: Extra<'_>) -> Result<(), McapError> {
-        self.extras += 1;
-        match extra {
-            Extra::Attachment(attachment) => self.writer.attach(&attachment),
-            Extra::Metadata(metadata) => self.writer.write_metadata(&metadata),
-        }
     }
 
     fn finish(mut self, log: &Log) -> Result<RecoveryReport, McapError> {
@@ -211,6 +172,16 @@ impl Recovery {
             extras: self.extras,
             ..RecoveryReport::default()
         })
+    }
+}
+
+pub(super) fn write_extra(
+    writer: &mut Writer<BufWriter<File>>,
+    extra: &Extra<'_>,
+) -> Result<(), McapError> {
+    match extra {
+        Extra::Attachment(attachment) => writer.attach(attachment),
+        Extra::Metadata(metadata) => writer.write_metadata(metadata),
     }
 }
 

@@ -16,12 +16,10 @@ use mcap::{
 };
 use serde::Serialize;
 
-use crate::schema::{Dialect, builtin};
+use crate::schema::{CDR, Dialect, builtin};
 
 /// Small enough to lose little with a chunk, large enough to compress well.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// CDR header: plain CDR, little endian.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
 /// Why a log could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -84,10 +82,7 @@ impl Ros2Writer {
     /// # Errors
     /// The file exists already, or cannot be created or written.
     pub fn create(path: &Path) -> Result<Self, WriteError> {
-        let file = File::create_new(path).map_err(|source| WriteError::Create {
-            path: path.into(),
-            source,
-        })?;
+        let file = create(path)?;
         // higher levels gain nothing on measured floating-point numbers
         let options = options("ros2").compression_level(1);
         let writer = options.create(BufWriter::with_capacity(1 << 18, file));
@@ -135,20 +130,14 @@ impl Ros2Writer {
         message: &impl Serialize,
     ) -> Result<(), WriteError> {
         self.encoded.clear();
-        self.encoded.extend(ENCAPSULATION);
+        self.encoded.extend(CDR);
         // CDR alignment counts from the end of the encapsulation header, like the encoder.
         let encoded = cdr_encoding::to_writer::<_, LittleEndian, _>(&mut self.encoded, message);
         encoded.map_err(|error| WriteError::Encode {
             path: self.path.clone(),
             problem: error.to_string(),
         })?;
-        let time = u64::try_from(time_ns).unwrap_or(0);
-        let header = MessageHeader {
-            channel_id: topic.0,
-            sequence: 0,
-            log_time: time,
-            publish_time: time,
-        };
+        let header = header(topic.0, 0, time_ns, time_ns);
         let written = self.writer.write_to_known_channel(&header, &self.encoded);
         written.map_err(|e| failed(&self.path, e))
     }
@@ -207,6 +196,21 @@ impl Ros2Writer {
     }
 }
 
+/// Times before 1970 cannot be written and become 0.
+pub(super) fn header(
+    channel_id: u16,
+    sequence: u32,
+    log_time_ns: i64,
+    publish_time_ns: i64,
+) -> MessageHeader {
+    MessageHeader {
+        channel_id,
+        sequence,
+        log_time: u64::try_from(log_time_ns).unwrap_or(0),
+        publish_time: u64::try_from(publish_time_ns).unwrap_or(0),
+    }
+}
+
 /// Options of every MCAP file: compressed chunks with checksums and an index.
 pub(crate) fn options(profile: &str) -> WriteOptions {
     WriteOptions::new()
@@ -217,7 +221,15 @@ pub(crate) fn options(profile: &str) -> WriteOptions {
         .chunk_size(Some(CHUNK_BYTES))
 }
 
-fn failed(path: &Path, source: McapError) -> WriteError {
+/// Begins a file that does not exist yet.
+pub(super) fn create(path: &Path) -> Result<File, WriteError> {
+    File::create_new(path).map_err(|source| WriteError::Create {
+        path: path.into(),
+        source,
+    })
+}
+
+pub(super) fn failed(path: &Path, source: McapError) -> WriteError {
     WriteError::Write {
         path: path.into(),
         source,

@@ -176,14 +176,7 @@ pub(super) fn mean_of(log: &Log, topic: &str, kind: SensorKind) -> Result<Option
     let Some(topic) = log.topics().iter().find(|t| t.name == topic) else {
         return Ok(None);
     };
-    let request = SensorRequest {
-        topic: topic.id,
-        kind,
-        joint_names: Vec::new(),
-        numbers: None,
-        other_parts: Vec::new(),
-        frame_id: None,
-    };
+    let request = SensorRequest::typed(topic.id, kind, Vec::new());
     let Ok((recordings, _)) = record_sensors(log, &[request], &mut |_| {}) else {
         return Ok(None);
     };

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use tipwatch_ingest::{Log, robot_description};
+use tipwatch_ingest::{Log, robot_descriptions};
 
 use super::text::quoted;
 
@@ -18,10 +18,10 @@ pub(super) struct Urdf {
 
 pub(super) fn find_urdf(log: &Log, given: Option<&Path>, out: &Path) -> Result<Option<Urdf>> {
     let Some(path) = given else {
-        let described = robot_description(log)?;
-        return Ok(described.map(|(text, topic)| Urdf {
-            text,
-            name: format!("topic {topic}"),
+        let last = robot_descriptions(log)?.pop();
+        return Ok(last.map(|last| Urdf {
+            name: format!("topic {}", last.topic),
+            text: last.text,
             line: None,
         }));
     };

@@ -7,7 +7,7 @@ use anyhow::Result;
 use tipwatch_binding::{MachineFile, named_topics};
 use tipwatch_ingest::{
     Log, Losses, NamedTopics, SensorDecoder, SensorKind, SensorRecording, SensorRequest,
-    SensorTopics, TimeBase, Topic, TopicContents, TopicId, record_sensors, robot_description,
+    SensorTopics, TimeBase, Topic, TopicContents, TopicId, record_sensors, robot_descriptions,
     topic_contents,
 };
 
@@ -74,10 +74,10 @@ pub fn inspect(
         signals,
         clock: clock_inspection(&log, file, &clocks),
         binding_error,
-        robot_description: robot_description(&log)
+        robot_description: robot_descriptions(&log)
             .ok()
-            .flatten()
-            .map(|(text, topic)| format!("{topic}: {} bytes", text.len())),
+            .and_then(|mut described| described.pop())
+            .map(|last| format!("{}: {} bytes", last.topic, last.text.len())),
         integrity: losses.integrity.note(),
         losses,
     })
@@ -116,16 +116,7 @@ fn clocks(log: &Log) -> Result<(Vec<SensorRecording>, Losses)> {
     let requests: Vec<SensorRequest> = log
         .topics()
         .iter()
-        .filter_map(|topic| {
-            Some(SensorRequest {
-                topic: topic.id,
-                kind: kind_of(topic)?,
-                joint_names: Vec::new(),
-                numbers: None,
-                other_parts: Vec::new(),
-                frame_id: None,
-            })
-        })
+        .filter_map(|topic| Some(SensorRequest::typed(topic.id, kind_of(topic)?, Vec::new())))
         .filter(|request| {
             SensorDecoder::new(&log.topics()[request.topic.index()], request.kind, &[]).is_ok()
         })
@@ -138,10 +129,10 @@ fn clock_inspection(
     file: Option<&MachineFile>,
     clocks: &[SensorRecording],
 ) -> ClockInspection {
-    let base = clocks.first().map(|recording| &recording.time_base);
+    let base = clocks.first().map(|recording| &recording.reading.time_base);
     let findings = clocks.iter().filter_map(|recording| {
-        let topic = log.topic(recording.topic).ok()?;
-        Some((topic.name.as_str(), recording.findings.as_slice()))
+        let topic = log.topic(recording.reading.topic).ok()?;
+        Some((topic.name.as_str(), recording.reading.findings.as_slice()))
     });
     let offsets = match file {
         None => Err("expected a machine file (--machine), found none".to_owned()),
@@ -162,7 +153,9 @@ fn topic_inspection(
     found: &SensorTopics,
     clocks: &[SensorRecording],
 ) -> TopicInspection {
-    let clock = clocks.iter().find(|recording| recording.topic == topic.id);
+    let clock = clocks
+        .iter()
+        .find(|recording| recording.reading.topic == topic.id);
     let joints = (found.joint_states.iter()).filter(|joint| joint.binding.topic == topic.id);
     TopicInspection {
         name: topic.name.clone(),
@@ -176,8 +169,8 @@ fn topic_inspection(
         rate_hz: contents.rate_hz(),
         fields: contents.fields,
         fields_note: contents.note,
-        timing: clock.map(|recording| recording.statistics.timing()),
-        correction: clock.map(|recording| recording.correction),
+        timing: clock.map(|recording| recording.reading.statistics.timing()),
+        correction: clock.map(|recording| recording.reading.correction),
         joint_names: joints.flat_map(|joint| joint.joint_names.clone()).collect(),
     }
 }

@@ -8,9 +8,12 @@ use super::{
     calendar::unix_ns,
     channels::Channels,
     lost::LostRanges,
-    text::{Lines, decimal, hexadecimal, seconds, words},
+    text::{Lines, decimal, hexadecimal, seconds, shown, words},
 };
-use crate::frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES};
+use crate::{
+    bits::find,
+    frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES},
+};
 
 /// Whether a line is one of the header.
 pub(super) fn is_header(line: &[u8]) -> bool {
@@ -72,14 +75,10 @@ impl<R: BufRead> Asc<R> {
                 Line::Frame => return Ok(true),
                 Line::Other => {}
                 Line::Wrong => {
-                    let shown = line
-                        .get(..line.len().min(40))
-                        .unwrap_or_default()
-                        .escape_ascii();
-                    lost.lose(
-                        self.lines.start..self.lines.end,
-                        say!("expected an event of Vector ASC in a whole line, found \"{shown}\""),
-                    );
+                    let shown = shown(&line);
+                    let reason =
+                        say!("expected an event of Vector ASC in a whole line, found \"{shown}\"");
+                    lost.lose(self.lines.range(), reason);
                 }
             }
         }
@@ -169,9 +168,7 @@ impl<R: BufRead> Asc<R> {
             return Line::Wrong;
         };
         if id.eq_ignore_ascii_case(b"ErrorFrame") {
-            frame.kind = FrameKind::Error;
-            frame.id = CanId::default();
-            frame.set_data(&[]);
+            frame.set_error();
             frame.channel = channels.numbered(channel);
             return Line::Frame;
         }
@@ -222,9 +219,8 @@ impl<R: BufRead> Asc<R> {
         }
         frame.channel = channels.numbered(channel);
         if next.eq_ignore_ascii_case(b"ErrorFrame") {
-            frame.kind = FrameKind::Error;
-            frame.id = CanId::default();
-            return frame.set_data(&[]).then_some(());
+            frame.set_error();
+            return Some(());
         }
         frame.id = self.id(next)?;
         let is_flag = |word: Option<&[u8]>| matches!(word, Some(b"0" | b"1"));
@@ -277,10 +273,6 @@ impl<R: BufRead> Asc<R> {
             None => (raw <= 0x7ff).then(|| CanId::standard(raw)),
         }
     }
-}
-
-fn find(line: &[u8], part: &[u8]) -> Option<usize> {
-    line.windows(part.len()).position(|window| window == part)
 }
 
 /// `Sat Sep 30 15:06:13.191 2017`, also with `am` or `pm`.

@@ -7,7 +7,7 @@ use tipwatch_language::{say, word};
 
 use super::{calendar::unix_ns, channels::Channels, lost::LostRanges, open_error::OpenError};
 use crate::{
-    bits::{u16_at, u32_at, u64_at},
+    bits::{find, u16_at, u32_at, u64_at},
     frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES, fd_length},
 };
 
@@ -195,14 +195,13 @@ impl<R: Read + Seek> Blf<R> {
             if start >= self.len {
                 return Ok(false);
             }
-            let mut head = [0; BASE_BYTES];
+            let mut head = Vec::with_capacity(BASE_BYTES);
             self.source.seek(SeekFrom::Start(start))?;
-            let head_bytes = read_up_to(&mut self.source, &mut head)?;
-            if head_bytes < BASE_BYTES {
-                if head
-                    .get(..head_bytes)
-                    .is_some_and(|bytes| bytes.iter().any(|&byte| byte != 0))
-                {
+            (&mut self.source)
+                .take(BASE_BYTES as u64)
+                .read_to_end(&mut head)?;
+            if head.len() < BASE_BYTES {
+                if head.iter().any(|&byte| byte != 0) {
                     lost.lose(start..self.len, word!("the file ends within an object"));
                 }
                 self.at = self.len;
@@ -295,16 +294,6 @@ fn rest_is_object(inner: &[u8], at: usize) -> bool {
         .is_some_and(|rest| find(rest, OBJECT_MAGIC).is_some())
 }
 
-/// Reads until the buffer is full or the source ends.
-fn read_up_to(source: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
-    let mut bytes = Vec::new();
-    let count = source.take(buffer.len() as u64).read_to_end(&mut bytes)?;
-    if let Some(target) = buffer.get_mut(..count) {
-        target.copy_from_slice(&bytes);
-    }
-    Ok(count)
-}
-
 /// Appends the objects of a container; what is wrong with it, if something is. The intact beginning is kept.
 fn unpack(body: &[u8], into: &mut Vec<u8>) -> Option<String> {
     const HEADER_BYTES: usize = 16;
@@ -384,8 +373,12 @@ fn id(raw: u32) -> CanId {
     }
 }
 
-/// Takes as many bytes of data as the frame has. Loggers may end an object with the last byte that is not zero.
+/// Takes as many bytes of data as the frame has, none for a remote one. Loggers may end an object with the last byte that is not zero.
 fn take_data(from: &[u8], len: usize, channel: u16, frame: &mut Frame) -> Option<Body> {
+    let len = match frame.kind {
+        FrameKind::Remote => 0,
+        _ => len,
+    };
     let mut data = [0; MOST_DATA_BYTES];
     let data = data.get_mut(..len)?;
     let found = from.get(..from.len().min(len))?;
@@ -404,11 +397,12 @@ fn classical(body: &[u8], frame: &mut Frame) -> Option<Body> {
     frame.id = id(u32_at(body, 4)?);
     frame.is_fd = false;
     frame.kind = kind(flags & REMOTE != 0);
-    let len = match frame.kind {
-        FrameKind::Remote => 0,
-        _ => usize::from(dlc.min(8)),
-    };
-    take_data(body.get(DATA_AT..)?, len, channel, frame)
+    take_data(
+        body.get(DATA_AT..)?,
+        usize::from(dlc.min(8)),
+        channel,
+        frame,
+    )
 }
 
 fn kind(is_remote: bool) -> FrameKind {
@@ -427,10 +421,9 @@ fn fd_error_64(body: &[u8], frame: &mut Frame) -> Option<Body> {
 }
 
 fn error_of(channel: u16, frame: &mut Frame) -> Option<Body> {
-    frame.id = CanId::default();
+    frame.set_error();
     frame.is_fd = false;
-    frame.kind = FrameKind::Error;
-    frame.set_data(&[]).then_some(Body::Whole(channel))
+    Some(Body::Whole(channel))
 }
 
 fn fd(body: &[u8], frame: &mut Frame) -> Option<Body> {
@@ -441,11 +434,12 @@ fn fd(body: &[u8], frame: &mut Frame) -> Option<Body> {
     let (fd_flags, valid) = (*body.get(13)?, usize::from(*body.get(14)?));
     frame.is_fd = fd_flags & 1 != 0;
     frame.kind = kind(flags & REMOTE != 0);
-    let len = match frame.kind {
-        FrameKind::Remote => 0,
-        _ => valid,
-    };
-    take_data(body.get(DATA_AT..).unwrap_or_default(), len, channel, frame)
+    take_data(
+        body.get(DATA_AT..).unwrap_or_default(),
+        valid,
+        channel,
+        frame,
+    )
 }
 
 fn fd_64(body: &[u8], frame: &mut Frame) -> Option<Body> {
@@ -457,16 +451,8 @@ fn fd_64(body: &[u8], frame: &mut Frame) -> Option<Body> {
     let flags = u32_at(body, 12)?;
     frame.is_fd = flags & FD != 0;
     frame.kind = kind(flags & REMOTE != 0);
-    let len = match frame.kind {
-        FrameKind::Remote => 0,
-        _ => valid.min(fd_length(dlc)),
-    };
-    take_data(
-        body.get(DATA_AT..).unwrap_or_default(),
-        len,
-        u16::from(channel),
-        frame,
-    )
+    let data = body.get(DATA_AT..).unwrap_or_default();
+    take_data(data, valid.min(fd_length(dlc)), u16::from(channel), frame)
 }
 
 /// A SYSTEMTIME of Windows: year, month, day of week, day, hour, minute, second, millisecond.
@@ -477,8 +463,4 @@ fn system_time_ns(header: &[u8], at: usize) -> Option<i64> {
     (second < 60 && millisecond < 1000).then_some(())?;
     let second_ns = second * 1_000_000_000 + millisecond * 1_000_000;
     unix_ns([year, month, day], [hour, minute], second_ns)
-}
-
-fn find(bytes: &[u8], part: &[u8]) -> Option<usize> {
-    bytes.windows(part.len()).position(|window| window == part)
 }

@@ -9,7 +9,7 @@ use super::{
     channels::Channels,
     lost::LostRanges,
     open_error::OpenError,
-    text::{Lines, decimal, digit, hexadecimal, words},
+    text::{Lines, decimal, digit, hexadecimal, shown, words},
 };
 use crate::frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES};
 
@@ -103,17 +103,14 @@ impl<R: BufRead> Candump<R> {
                 return Ok(Some(stamp));
             }
             let reason = self.problem(&line, stamp.is_some());
-            lost.lose(self.lines.start..self.lines.end, reason);
+            lost.lose(self.lines.range(), reason);
         }
         Ok(None)
     }
 
     /// What is wrong with a line.
     fn problem(&self, line: &[u8], has_stamp: bool) -> String {
-        let shown = line
-            .get(..line.len().min(40))
-            .unwrap_or_default()
-            .escape_ascii();
+        let shown = shown(line);
         if line.starts_with(DROPPED) {
             let said = line.get(..line.len().min(120)).unwrap_or_default();
             return say!(

@@ -1,6 +1,10 @@
 //! Lines of a text file, with their positions, in bounded memory.
 
-use std::io::{self, BufRead, Read};
+use std::{
+    io::{self, BufRead, Read},
+    ops::Range,
+    slice::EscapeAscii,
+};
 
 /// Far above the longest line of a frame.
 const MOST_LINE_BYTES: u64 = 4096;
@@ -55,6 +59,11 @@ impl<R: BufRead> Lines<R> {
             }
         }
         Ok(count > 0)
+    }
+
+    /// The bytes of the file that the last line takes.
+    pub(super) fn range(&self) -> Range<u64> {
+        self.start..self.end
     }
 
     /// Whether the line ended with a line break: what ends with the file may be cut off.
@@ -125,6 +134,13 @@ pub(super) fn digit(byte: u8) -> Option<u8> {
         b'A'..=b'F' => Some(byte - b'A' + 10),
         _ => None,
     }
+}
+
+/// The beginning of a line, for messages.
+pub(super) fn shown(line: &[u8]) -> EscapeAscii<'_> {
+    line.get(..line.len().min(40))
+        .unwrap_or_default()
+        .escape_ascii()
 }
 
 /// Words between spaces.

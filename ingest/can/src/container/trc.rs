@@ -9,7 +9,7 @@ use super::{
     channels::Channels,
     lost::LostRanges,
     open_error::OpenError,
-    text::{Lines, decimal, hexadecimal, seconds, words},
+    text::{Lines, decimal, hexadecimal, seconds, shown, words},
 };
 use crate::frame::{CanId, Frame, FrameKind, MOST_DATA_BYTES, fd_length};
 
@@ -192,12 +192,9 @@ impl<R: BufRead> Trc<R> {
                     "a frame of at most 8 bytes (save the trace as CAN frames, not as messages of J1939)"
                 ),
             };
-            let shown = line.get(..line.len().min(40)).unwrap_or_default();
-            let shown = shown.escape_ascii().to_string();
-            lost.lose(
-                self.lines.start..self.lines.end,
-                say!("expected {expected}, found \"{shown}\""),
-            );
+            let shown = shown(line);
+            let reason = say!("expected {expected}, found \"{shown}\"");
+            lost.lose(self.lines.range(), reason);
         }
         Ok(false)
     }

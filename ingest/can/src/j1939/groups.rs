@@ -9,144 +9,117 @@ use crate::{
     unit::SiUnit,
 };
 
-/// A parameter: name, start bit, length in bits, factor, offset, unit.
-type Parameter = (&'static str, usize, u32, f64, f64, &'static str);
+/// A parameter: name, start bit, length in bits, factor and offset, unit.
+type Parameter = (&'static str, usize, u32, (f64, f64), &'static str);
 type Group = (u32, &'static str, &'static [Parameter]);
 
-const KM_H: f64 = 1.0 / 256.0;
+const KM_H: (f64, f64) = (1.0 / 256.0, 0.0);
 /// Of the relative wheel speeds: 1/16 km/h, from -7.8125 km/h on.
 const WHEEL: (f64, f64) = (1.0 / 16.0, -7.8125);
-const ANGLE: f64 = 1.0 / 32768.0;
+const ANGLE: (f64, f64) = (1.0 / 32768.0, -250.0);
+const RATE: (f64, f64) = (1.0 / 128.0, -250.0);
+const SLOPE: (f64, f64) = (0.002, -64.0);
+const ACCELERATION: (f64, f64) = (0.01, -320.0);
 
 const GROUPS: &[Group] = &[
     (
         61449,
         "VehicleDynamicStabilityControl2",
         &[
-            ("steering_wheel_angle", 0, 16, 1.0 / 1024.0, -31.374, "rad"),
-            ("yaw_rate", 24, 16, 1.0 / 8192.0, -3.92, "rad/s"),
+            (
+                "steering_wheel_angle",
+                0,
+                16,
+                (1.0 / 1024.0, -31.374),
+                "rad",
+            ),
+            ("yaw_rate", 24, 16, (1.0 / 8192.0, -3.92), "rad/s"),
             (
                 "lateral_acceleration",
                 40,
                 16,
-                1.0 / 2048.0,
-                -15.687,
+                (1.0 / 2048.0, -15.687),
                 "m/s2",
             ),
-            ("longitudinal_acceleration", 56, 8, 0.1, -12.5, "m/s2"),
+            ("longitudinal_acceleration", 56, 8, (0.1, -12.5), "m/s2"),
         ],
     ),
     (
         61459,
         "SlopeSensorInformation",
         &[
-            ("pitch_angle", 0, 16, 0.002, -64.0, "deg"),
-            ("roll_angle", 16, 16, 0.002, -64.0, "deg"),
-            ("pitch_rate", 32, 16, 0.002, -64.0, "deg/s"),
+            ("pitch_angle", 0, 16, SLOPE, "deg"),
+            ("roll_angle", 16, 16, SLOPE, "deg"),
+            ("pitch_rate", 32, 16, SLOPE, "deg/s"),
         ],
     ),
     (
         61481,
         "SlopeSensorInformation2",
         &[
-            ("pitch_angle", 0, 24, ANGLE, -250.0, "deg"),
-            ("roll_angle", 24, 24, ANGLE, -250.0, "deg"),
+            ("pitch_angle", 0, 24, ANGLE, "deg"),
+            ("roll_angle", 24, 24, ANGLE, "deg"),
         ],
     ),
     (
         61482,
         "AngularRateInformation",
         &[
-            ("pitch_rate", 0, 16, 1.0 / 128.0, -250.0, "deg/s"),
-            ("roll_rate", 16, 16, 1.0 / 128.0, -250.0, "deg/s"),
-            ("yaw_rate", 32, 16, 1.0 / 128.0, -250.0, "deg/s"),
+            ("pitch_rate", 0, 16, RATE, "deg/s"),
+            ("roll_rate", 16, 16, RATE, "deg/s"),
+            ("yaw_rate", 32, 16, RATE, "deg/s"),
         ],
     ),
     (
         61485,
         "AccelerationSensor",
         &[
-            ("lateral_acceleration", 0, 16, 0.01, -320.0, "m/s2"),
-            ("longitudinal_acceleration", 16, 16, 0.01, -320.0, "m/s2"),
-            ("vertical_acceleration", 32, 16, 0.01, -320.0, "m/s2"),
+            ("lateral_acceleration", 0, 16, ACCELERATION, "m/s2"),
+            ("longitudinal_acceleration", 16, 16, ACCELERATION, "m/s2"),
+            ("vertical_acceleration", 32, 16, ACCELERATION, "m/s2"),
         ],
     ),
     (
         65132,
         "Tachograph",
-        &[("vehicle_speed", 48, 16, KM_H, 0.0, "km/h")],
+        &[("vehicle_speed", 48, 16, KM_H, "km/h")],
     ),
     (
         65134,
         "HighResolutionWheelSpeed",
         &[
-            ("front_left_wheel_speed", 0, 16, KM_H, 0.0, "km/h"),
-            ("front_right_wheel_speed", 16, 16, KM_H, 0.0, "km/h"),
-            ("rear_left_wheel_speed", 32, 16, KM_H, 0.0, "km/h"),
-            ("rear_right_wheel_speed", 48, 16, KM_H, 0.0, "km/h"),
+            ("front_left_wheel_speed", 0, 16, KM_H, "km/h"),
+            ("front_right_wheel_speed", 16, 16, KM_H, "km/h"),
+            ("rear_left_wheel_speed", 32, 16, KM_H, "km/h"),
+            ("rear_right_wheel_speed", 48, 16, KM_H, "km/h"),
         ],
     ),
     (
         65136,
         "CombinationVehicleWeight",
         &[
-            ("powered_vehicle_weight", 0, 16, 10.0, 0.0, "kg"),
-            ("gross_combination_weight", 16, 16, 10.0, 0.0, "kg"),
+            ("powered_vehicle_weight", 0, 16, (10.0, 0.0), "kg"),
+            ("gross_combination_weight", 16, 16, (10.0, 0.0), "kg"),
         ],
     ),
     (
         65215,
         "WheelSpeedInformation",
         &[
-            ("front_axle_speed", 0, 16, KM_H, 0.0, "km/h"),
-            ("front_left_relative_speed", 16, 8, WHEEL.0, WHEEL.1, "km/h"),
-            (
-                "front_right_relative_speed",
-                24,
-                8,
-                WHEEL.0,
-                WHEEL.1,
-                "km/h",
-            ),
-            (
-                "rear_1_left_relative_speed",
-                32,
-                8,
-                WHEEL.0,
-                WHEEL.1,
-                "km/h",
-            ),
-            (
-                "rear_1_right_relative_speed",
-                40,
-                8,
-                WHEEL.0,
-                WHEEL.1,
-                "km/h",
-            ),
-            (
-                "rear_2_left_relative_speed",
-                48,
-                8,
-                WHEEL.0,
-                WHEEL.1,
-                "km/h",
-            ),
-            (
-                "rear_2_right_relative_speed",
-                56,
-                8,
-                WHEEL.0,
-                WHEEL.1,
-                "km/h",
-            ),
+            ("front_axle_speed", 0, 16, KM_H, "km/h"),
+            ("front_left_relative_speed", 16, 8, WHEEL, "km/h"),
+            ("front_right_relative_speed", 24, 8, WHEEL, "km/h"),
+            ("rear_1_left_relative_speed", 32, 8, WHEEL, "km/h"),
+            ("rear_1_right_relative_speed", 40, 8, WHEEL, "km/h"),
+            ("rear_2_left_relative_speed", 48, 8, WHEEL, "km/h"),
+            ("rear_2_right_relative_speed", 56, 8, WHEEL, "km/h"),
         ],
     ),
     (VEHICLE_WEIGHT, "VehicleWeight", &[]),
     (
         65265,
         "CruiseControlVehicleSpeed",
-        &[("wheel_based_vehicle_speed", 8, 16, KM_H, 0.0, "km/h")],
+        &[("wheel_based_vehicle_speed", 8, 16, KM_H, "km/h")],
     ),
 ];
 
@@ -181,7 +154,7 @@ pub fn public_groups() -> impl Iterator<Item = Message> {
 }
 
 fn signal(parameter: &Parameter) -> Option<Signal> {
-    let &(name, start, bit_count, factor, offset, unit) = parameter;
+    let &(name, start, bit_count, (factor, offset), unit) = parameter;
     let si = SiUnit::of(unit)?;
     Some(Signal {
         name: name.to_owned(),
@@ -206,13 +179,13 @@ fn signal(parameter: &Parameter) -> Option<Signal> {
 /// number positions on the axle from the left on; a weight of a single position is not that of an axle, so that only
 /// position 0 and "not available" are read.
 fn axle_weights() -> Vec<Signal> {
-    let location = ("axle_location", 0, 8, 1.0, 0.0, "");
+    let location = ("axle_location", 0, 8, (1.0, 0.0), "");
     let mut signals: Vec<Signal> = signal(&location).into_iter().collect();
     for location in &mut signals {
         location.is_multiplexer = true;
     }
     for axle in 0..AXLES {
-        let weight = signal(&("axle_weight", 8, 16, 0.5, 0.0, "kg"));
+        let weight = signal(&("axle_weight", 8, 16, (0.5, 0.0), "kg"));
         signals.extend(weight.map(|weight| Signal {
             name: format!("axle_{}_weight", axle + 1),
             multiplexed: Some(Multiplexed {
@@ -223,7 +196,7 @@ fn axle_weights() -> Vec<Signal> {
         }));
     }
     for (name, start) in [("trailer_weight", 24), ("cargo_weight", 40)] {
-        signals.extend(signal(&(name, start, 16, 2.0, 0.0, "kg")));
+        signals.extend(signal(&(name, start, 16, (2.0, 0.0), "kg")));
     }
     signals
 }

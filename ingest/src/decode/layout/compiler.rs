@@ -148,30 +148,12 @@ impl<'c> Compiler<'c> {
         let mut whole = None;
         let mut elements = Vec::new();
         for want in wants {
-            match (want.rest, occurrence) {
-                (
-                    [
-                        PathStep {
-                            elements: Elements::All,
-                            ..
-                        },
-                    ],
-                    Occurrence::Once,
-                ) => whole = Some(want.slot),
-                (
-                    [
-                        PathStep {
-                            elements: Elements::At(index),
-                            ..
-                        },
-                    ],
-                    Occurrence::Once,
-                ) => {
-                    elements.push(Element {
-                        index: *index as usize,
-                        slot: want.slot,
-                    });
-                }
+            match (selected(want), occurrence) {
+                (Some(Elements::All), Occurrence::Once) => whole = Some(want.slot),
+                (Some(Elements::At(index)), Occurrence::Once) => elements.push(Element {
+                    index: index as usize,
+                    slot: want.slot,
+                }),
                 _ => return Err(self.wrong_kind(want, field)),
             }
         }
@@ -209,21 +191,10 @@ impl<'c> Compiler<'c> {
             return Ok(());
         }
         match wants {
-            [
-                Want {
-                    slot,
-                    rest:
-                        [
-                            PathStep {
-                                elements: Elements::All,
-                                ..
-                            },
-                        ],
-                },
-            ] if occurrence == Occurrence::Once => {
+            [want] if occurrence == Occurrence::Once && selected(want) == Some(Elements::All) => {
                 block.read(Op::Texts {
                     count: count_of(field),
-                    slot: *slot,
+                    slot: want.slot,
                 });
                 Ok(())
             }
@@ -343,14 +314,7 @@ impl<'c> Compiler<'c> {
         wants: &'w [Want<'w>],
     ) -> Result<&'w Want<'w>, SchemaError> {
         for want in wants {
-            let is_plain = matches!(
-                want.rest,
-                [PathStep {
-                    elements: Elements::None,
-                    ..
-                }]
-            );
-            if !is_plain {
+            if selected(want) != Some(Elements::None) {
                 return Err(self.wrong_kind(want, field));
             }
         }
@@ -378,27 +342,12 @@ impl<'c> Compiler<'c> {
     }
 
     fn wrong_kind(&self, want: &Want<'_>, field: &Field) -> SchemaError {
-        let expected = match want.rest {
-            [
-                PathStep {
-                    elements: Elements::None,
-                    ..
-                },
-            ] => "a number or string",
-            [
-                PathStep {
-                    elements: Elements::All,
-                    ..
-                },
-            ] => "an array of numbers or strings",
-            [_] => "an array of numbers",
-            [
-                PathStep {
-                    elements: Elements::None,
-                    ..
-                },
-                ..,
-            ] => "a message",
+        let first = want.rest.first().map(|step| step.elements);
+        let expected = match (first, want.rest.len()) {
+            (Some(Elements::None), 1) => "a number or string",
+            (Some(Elements::All), 1) => "an array of numbers or strings",
+            (_, 1) => "an array of numbers",
+            (Some(Elements::None), _) => "a message",
             _ => "an array of messages, with one value of each",
         };
         let element = match &field.field_type {
@@ -430,6 +379,14 @@ impl<'c> Compiler<'c> {
         SchemaError::TooLarge {
             type_name: self.definitions.root.clone(),
         }
+    }
+}
+
+/// Which elements of its last field a path selects; `None` where others follow.
+fn selected(want: &Want<'_>) -> Option<Elements> {
+    match want.rest {
+        [step] => Some(step.elements),
+        _ => None,
     }
 }
 

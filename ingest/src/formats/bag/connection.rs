@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::header;
-use crate::formats::records::{ChannelRecord, DefinitionRecord, SchemaRecord};
+use crate::formats::records::{Channel, DefinitionRecord, SchemaRecord};
 
 /// Parses a connection, which defines a topic and its type.
 pub(super) fn connection(record: &[u8], take: &mut dyn FnMut(DefinitionRecord<'_>)) -> Option<()> {
@@ -28,10 +28,10 @@ pub(super) fn connection(record: &[u8], take: &mut dyn FnMut(DefinitionRecord<'_
         data: definition,
     };
     take(DefinitionRecord::Schema { id, schema });
-    let channel = ChannelRecord {
+    let channel = Channel {
         schema_id: Some(id),
-        topic,
-        encoding: "ros1",
+        topic: topic.to_owned(),
+        encoding: "ros1".to_owned(),
         says,
     };
     take(DefinitionRecord::Channel { id, channel });

@@ -2,10 +2,8 @@
 
 use tipwatch_can::{Frame, FrameKind};
 
-use crate::schema::builtin;
+use crate::schema::{CDR, builtin};
 
-/// Identifier of the encoding: CDR, little endian.
-pub const CDR: [u8; 4] = [0, 1, 0, 0];
 /// Stamp of zero, and the empty name of a frame of reference with its end; then the padding of an integer.
 const HEADER: [u8; 16] = [0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0];
 

@@ -3,5 +3,5 @@
 mod encode;
 mod reader;
 
-pub use self::encode::{CDR, CanFrameType};
+pub use self::encode::CanFrameType;
 pub(crate) use self::reader::CanReader;

@@ -1,7 +1,6 @@
 //! One file of a CAN logger.
 
 use std::{
-    collections::BTreeMap,
     fs::File,
     io::BufReader,
     ops::ControlFlow,
@@ -136,16 +135,10 @@ impl CanReader {
 }
 
 fn lost_range(path: &Path, lost: &tipwatch_can::Lost) -> LostRange {
+    let (bytes, reason) = (lost.bytes.clone(), lost.reason.clone());
     LostRange {
-        file: path.to_path_buf(),
-        start_byte: lost.bytes.start,
-        end_byte: lost.bytes.end,
-        part: LostPart::Records,
-        reason: lost.reason.clone(),
         first_time_ns: lost.after_ns,
-        last_time_ns: None,
-        messages: BTreeMap::new(),
-        message_count: None,
+        ..LostRange::of(LostPart::Records, path, bytes, reason)
     }
 }
 

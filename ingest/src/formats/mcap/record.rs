@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::formats::records::{
-    ChannelRecord, Compression, DefinitionRecord, MessageRecord, PackedChunk, SchemaRecord,
+    Channel, Compression, DefinitionRecord, MessageRecord, PackedChunk, SchemaRecord,
 };
 
 /// Size of the opcode and length before every record.
@@ -113,11 +113,11 @@ pub(super) fn channel(body: &[u8]) -> Option<DefinitionRecord<'_>> {
     let mut fields = Fields::new(body);
     let id = u32::from(fields.u16()?);
     let schema_id = u32::from(fields.u16()?);
-    let channel = ChannelRecord {
+    let channel = Channel {
         // Zero means no schema.
         schema_id: (schema_id != 0).then_some(schema_id),
-        topic: fields.text()?,
-        encoding: fields.text()?,
+        topic: fields.text()?.to_owned(),
+        encoding: fields.text()?.to_owned(),
         says: fields.map().unwrap_or_default(),
     };
     Some(DefinitionRecord::Channel { id, channel })

@@ -5,7 +5,7 @@ use std::{
     ops::Range,
 };
 
-use super::parsed::{ChannelRecord, DefinitionRecord, SchemaRecord};
+use super::parsed::{Channel, DefinitionRecord, SchemaRecord};
 
 /// The chunks found in the index or by a scan, by offset.
 pub(crate) type ChunkDirectory = BTreeMap<u64, ChunkEntry>;
@@ -51,45 +51,12 @@ pub(crate) struct Schema {
     pub(crate) data: Vec<u8>,
 }
 
-pub(crate) struct Channel {
-    pub(crate) schema_id: Option<u32>,
-    pub(crate) topic: String,
-    pub(crate) encoding: String,
-    /// What the file says of the writer.
-    pub(crate) says: BTreeMap<String, String>,
-}
-
-/// Whether both define the same channel, whatever they say of its writer.
-impl PartialEq for Channel {
-    fn eq(&self, other: &Self) -> bool {
-        let key = |channel: &Self| {
-            (
-                channel.schema_id,
-                channel.topic.clone(),
-                channel.encoding.clone(),
-            )
-        };
-        key(self) == key(other)
-    }
-}
-
 impl Schema {
     pub(crate) fn from_record(record: &SchemaRecord<'_>) -> Self {
         Self {
             name: record.name.to_owned(),
             encoding: record.encoding.to_owned(),
             data: record.data.to_vec(),
-        }
-    }
-}
-
-impl Channel {
-    pub(crate) fn from_record(record: &ChannelRecord<'_>) -> Self {
-        Self {
-            schema_id: record.schema_id,
-            topic: record.topic.to_owned(),
-            encoding: record.encoding.to_owned(),
-            says: record.says.clone(),
         }
     }
 }
@@ -108,7 +75,7 @@ impl Contents {
                 self.schemas.insert(*id, Schema::from_record(schema));
             }
             DefinitionRecord::Channel { id, channel } => {
-                self.channels.insert(*id, Channel::from_record(channel));
+                self.channels.insert(*id, channel.clone());
             }
         }
     }

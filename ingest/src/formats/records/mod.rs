@@ -30,6 +30,6 @@ pub(crate) use self::{
     contents::{ChunkEntry, Contents, ExtraPlace},
     grammar::{Frame, Grammar, Kind},
     packed_chunk::{Compression, PackedChunk},
-    parsed::{ChannelRecord, DefinitionRecord, MessageRecord, SchemaRecord},
+    parsed::{Channel, DefinitionRecord, MessageRecord, SchemaRecord},
     record_reader::RecordReader,
 };

@@ -31,7 +31,7 @@ impl<'a> MessageRecord<'a> {
 /// What a record defines.
 pub(crate) enum DefinitionRecord<'a> {
     Schema { id: u32, schema: SchemaRecord<'a> },
-    Channel { id: u32, channel: ChannelRecord<'a> },
+    Channel { id: u32, channel: Channel },
 }
 
 /// A message type.
@@ -42,11 +42,20 @@ pub(crate) struct SchemaRecord<'a> {
 }
 
 /// A topic of one writer.
-pub(crate) struct ChannelRecord<'a> {
+#[derive(Clone)]
+pub(crate) struct Channel {
     /// `None` for messages without a type.
     pub(crate) schema_id: Option<u32>,
-    pub(crate) topic: &'a str,
-    pub(crate) encoding: &'a str,
+    pub(crate) topic: String,
+    pub(crate) encoding: String,
     /// What the log says of the writer.
     pub(crate) says: BTreeMap<String, String>,
+}
+
+impl Channel {
+    /// Whether both define the same channel, whatever they say of its writer.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        let of = (self.schema_id, &self.topic, &self.encoding);
+        of == (other.schema_id, &other.topic, &other.encoding)
+    }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{
-    contents::{Channel, ChunkDirectory, ChunkEntry, Contents, Schema, widest},
+    contents::{ChunkDirectory, ChunkEntry, Contents, Schema, widest},
     grammar::Grammar,
     parsed::{DefinitionRecord, MessageRecord},
     read_ahead::KeptChunk,
@@ -76,13 +76,9 @@ impl Visitor for Scan {
                 true
             }
             DefinitionRecord::Channel { id, channel } => {
-                let new = Channel::from_record(channel);
-                *self
-                    .contents
-                    .channels
-                    .entry(*id)
-                    .or_insert_with(|| Channel::from_record(channel))
-                    == new
+                let channels = &mut self.contents.channels;
+                let known = channels.entry(*id).or_insert_with(|| channel.clone());
+                known.is_same(channel)
             }
         }
     }

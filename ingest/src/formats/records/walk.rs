@@ -17,7 +17,7 @@ use super::{
     head_window::{HeadWindow, SMALLEST_WINDOW_BYTES},
     intake::Intake,
     loss_log::LossLog,
-    parsed::{DefinitionRecord, MessageRecord},
+    parsed::MessageRecord,
     read_ahead::{Chunks, KeptChunk, with_chunks},
     row::Tally,
     unpacked::Unpacked,
@@ -404,10 +404,6 @@ fn count<G: Grammar>(content: &[u8]) -> BTreeMap<u32, u64> {
 struct Counter(BTreeMap<u32, u64>);
 
 impl Visitor for Counter {
-    fn definition(&mut self, _definition: &DefinitionRecord<'_>) -> bool {
-        true
-    }
-
     fn message(&mut self, record: &MessageRecord<'_>) -> Next {
         *self.0.entry(record.channel_id).or_default() += 1;
         Next::Continue

@@ -24,25 +24,17 @@ impl Cut {
         path: &Path,
         losses: &mut Losses,
     ) -> Result<Option<Self>, Error> {
-        const PAGE_SIZE_OFFSET: usize = 16;
-        const PAGE_COUNT_OFFSET: usize = 28;
         const COMPARED_BYTES: u64 = 16;
         let mut header = [0; 32];
         if file.len() < header.len() as u64 {
             return Ok(None);
         }
         file.read_at(0, &mut header)?;
-        let page_bytes = header[PAGE_SIZE_OFFSET..]
-            .first_chunk()
-            .map(|b| u16::from_be_bytes(*b));
-        let page_bytes = match page_bytes {
-            Some(1) => 65536,
-            Some(bytes) => u64::from(bytes),
-            None => 0,
+        let page_bytes = match u16::from_be_bytes([header[16], header[17]]) {
+            1 => 65536,
+            bytes => u64::from(bytes),
         };
-        let pages = header[PAGE_COUNT_OFFSET..]
-            .first_chunk()
-            .map_or(0, |b| u32::from_be_bytes(*b));
+        let pages = u32::from_be_bytes([header[28], header[29], header[30], header[31]]);
         let expected = page_bytes * u64::from(pages);
         if expected <= file.len() {
             return Ok(None);

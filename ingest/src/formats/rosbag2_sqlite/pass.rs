@@ -1,9 +1,6 @@
 //! One pass over the wanted rows of a database.
 
-use std::{
-    collections::BTreeMap,
-    ops::{ControlFlow, Range},
-};
+use std::ops::{ControlFlow, Range};
 
 use rusqlite::{Row, types::ValueRef};
 use tipwatch_language::say;
@@ -152,11 +149,8 @@ impl Pass<'_, '_> {
     /// Continues page by page where SQLite gave up.
     fn salvage(&mut self, source: &Error) -> Result<ControlFlow<()>, Error> {
         let Some(mut salvage) = Salvage::open(&self.reader.file)? else {
-            self.lose(
-                LostPart::Tail,
-                0..self.reader.file.len(),
-                source.to_string(),
-            );
+            let (path, bytes) = (&self.reader.path, 0..self.reader.file.len());
+            (self.request.losses).lose(LostPart::Tail, path, bytes, source.to_string());
             return Ok(ControlFlow::Continue(()));
         };
         let mut gaps = IdGaps::default();
@@ -214,15 +208,15 @@ impl Pass<'_, '_> {
         let losses = &mut self.request.losses;
         let mut push = |bytes: &Range<u64>, gap: Option<&IdGap>| {
             losses.push(LostRange {
-                file: self.reader.path.clone(),
-                start_byte: bytes.start,
-                end_byte: bytes.end,
-                part: LostPart::Records,
-                reason: reason.to_owned(),
                 first_time_ns: gap.and_then(|gap| gap.first_time_ns),
                 last_time_ns: gap.map(|gap| gap.last_time_ns),
-                messages: BTreeMap::new(),
                 message_count: gap.map(|gap| gap.missing),
+                ..LostRange::of(
+                    LostPart::Records,
+                    &self.reader.path,
+                    bytes.clone(),
+                    reason.to_owned(),
+                )
             });
         };
         let mut is_told = vec![false; ranges.len()];
@@ -250,26 +244,16 @@ impl Pass<'_, '_> {
         }
     }
 
-    fn lose(&mut self, part: LostPart, bytes: Range<u64>, reason: String) {
-        self.request
-            .losses
-            .lose(part, &self.reader.path, bytes, reason);
-    }
-
     fn report_malformed(&mut self) {
         let Malformed { rows, span_ns } = self.malformed;
         if rows > 0 {
             let end = self.reader.file.len();
+            let reason = say!("{rows} rows are not complete messages");
             self.request.losses.push(LostRange {
-                file: self.reader.path.clone(),
-                start_byte: end,
-                end_byte: end,
-                part: LostPart::Records,
-                reason: say!("{rows} rows are not complete messages"),
                 first_time_ns: span_ns.map(|span| span.0),
                 last_time_ns: span_ns.map(|span| span.1),
-                messages: BTreeMap::new(),
                 message_count: Some(rows),
+                ..LostRange::of(LostPart::Records, &self.reader.path, end..end, reason)
             });
         }
     }

@@ -6,10 +6,9 @@ use super::columns::{Columns, TOPIC, TYPE};
 use crate::{
     formats::reader::Request,
     message::{RawMessage, TopicDescription, TopicId, TopicTable},
+    schema::CDR,
 };
 
-/// Header of every row: CDR, little endian.
-const CDR: [u8; 4] = [0, 1, 0, 0];
 /// Rows between two progress reports.
 const ROWS_PER_PROGRESS: u64 = 4096;
 
